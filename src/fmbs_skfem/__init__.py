@@ -1,0 +1,19 @@
+"""Flexible multibody systems with large deformation, and their model reduction.
+
+The floors in the order of the data flow: `shapes`, `bodies`, `systems`, `dynamics`, `reduction`, and on top of them `scenes`, `results`
+and the command `fmbs`. Floors are loaded when they are first used, because compiled kernels take a second to import.
+"""
+
+from __future__ import annotations
+
+import importlib
+from types import ModuleType
+
+__version__ = "0.1.0"
+__all__ = ["shapes", "bodies", "systems", "dynamics", "reduction", "scenes", "results"]
+
+
+def __getattr__(name: str) -> ModuleType:
+    if name in __all__:
+        return importlib.import_module(f"{__name__}.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

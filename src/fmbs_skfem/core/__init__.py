@@ -1,0 +1,15 @@
+"""The ground floor, which knows no mechanics: errors, notices, linear algebra, compiled functions, LAPACK.
+
+    errors.InputError, SolverError, MissingFeature, CorruptFile    what users meet, each with place, expectation, value, remedy
+    notices.Notice                                                 what users should know but what stops nothing
+    linalg                                                         sparse or dense arrays, rank, null space
+    jit.jit                                                        compiled functions with a cache that is never stale
+    lapack                                                         factorise and solve inside compiled functions
+
+Modules are imported one by one, because `jit` and `lapack` load numba and `linalg` loads scipy.
+
+Axis letters, the same everywhere: `e` cell, `p` quadrature point, `k` derivative, `b` basis function, `c` component, `n` unknown,
+`m` constraint, `s` time sample, `r` mode, `x` any sampling point.
+"""
+
+__all__ = ["errors", "notices", "linalg", "jit", "lapack"]

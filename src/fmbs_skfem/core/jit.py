@@ -1,0 +1,89 @@
+"""Compiled functions whose cache can never be stale.
+
+    cache folder = <user's cache>/<hash of the numba version, and of name, size and time stamp of every module that compiles functions>
+
+Numba looks only at the file of the compiled function itself: code of other modules that was compiled into it would survive their
+change. Here any change in a module that compiles functions leads to another folder. `NUMBA_CACHE_DIR` in the environment replaces the user's cache.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import hashlib
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+import platformdirs
+from numba.core import config
+
+from fmbs_skfem.core.notices import notify
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+KEEP_DAYS = 30.0  #: folders of other versions are removed after so long without use [d]
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def stamp(package: Path = _PACKAGE) -> str:
+    """Hash of the numba version and of name, size and time stamp of every module below `package` that compiles functions."""
+    parts = [f"numba {numba.__version__}"]
+    for path in sorted(package.rglob("*.py")):
+        if b"jit" not in path.read_bytes():
+            continue
+        status = path.stat()
+        parts.append(f"{path.relative_to(package)} {status.st_size} {status.st_mtime_ns}")
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
+
+
+def remove_old(parent: Path, keep: Path, days: float = KEEP_DAYS) -> None:
+    """Remove the folders in `parent` other than `keep` that nobody used for `days`; what cannot be removed stays."""
+    limit = time.time() - 86400.0 * days
+    for folder in parent.iterdir():
+        with contextlib.suppress(OSError):  # another process may remove it at the same time
+            if folder != keep and folder.is_dir() and folder.stat().st_mtime < limit:
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+def prepare(parent: Path) -> Path | None:
+    """The cache folder in `parent`, made and marked as used now; None with a notice where it cannot be written."""
+    folder = parent / stamp()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            os.utime(folder)
+        remove_old(parent, folder)
+    except OSError as error:
+        notify(f"compiled code is not cached ({error}): every process compiles anew; set NUMBA_CACHE_DIR to a writable folder")
+        return None
+    return folder
+
+
+@functools.cache
+def cache_folder() -> Path | None:
+    """The folder of the compiled code of this process; None where nothing can be cached."""
+    if given := os.environ.get("NUMBA_CACHE_DIR"):
+        return prepare(Path(given).absolute() / "fmbs_skfem")
+    return prepare(Path(platformdirs.user_cache_dir("fmbs_skfem", appauthor=False)) / "numba")
+
+
+def jit(function: F) -> F:
+    """Compile `function` at its first call: no Python objects, IEEE results of divisions by zero, cached on disk.
+
+    No `fastmath`: NaN and infinity have to survive until the solver sees them.
+    """
+    folder = cache_folder()
+    before = config.CACHE_DIR
+    config.CACHE_DIR = "" if folder is None else str(folder)  # numba fixes the place of the cache at decoration
+    try:
+        compiled: F = numba.njit(cache=folder is not None, error_model="numpy")(function)
+    finally:
+        config.CACHE_DIR = before
+    return compiled

@@ -1,0 +1,308 @@
+"""Time integration of a System: consistent start, compiled steps in chunks, halving on failure, partial results on errors."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import qr
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import splu
+
+from ..core import lapack
+from ..core.errors import InputError, Reason, SolverError, say
+from ..core.notices import notify
+from ..systems import compiled as compilation
+from ..systems.compiled import Compiled, compile_system, signal_table
+from ..systems.system import System
+from . import stepping
+from .stepping import Method, State, Work
+
+REASONS = {
+    stepping.NOT_CONVERGED: Reason.NOT_CONVERGED,
+    stepping.DIVERGED: Reason.DIVERGED,
+    stepping.NOT_FINITE: Reason.NOT_FINITE,
+    stepping.SINGULAR: Reason.SINGULAR_TANGENT,
+}
+HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
+
+
+@dataclass(frozen=True)
+class GeneralizedAlpha:
+    """Step h [s] and spectral radius rho_inf at infinite frequency, 0 (asymptotic annihilation) to 1 (no damping)."""
+
+    step: float
+    rho_inf: float = 0.8
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.step) and self.step > 0):
+            raise InputError(say("analysis.step", "a positive time [s]", self.step))
+        if not 0 <= self.rho_inf <= 1:
+            raise InputError(say("analysis.rho_inf", "a number between 0 and 1", self.rho_inf))
+
+    @property
+    def coefficients(self) -> tuple[float, float, float, float]:
+        """alpha_m, alpha_f, gamma, beta of Arnold and Bruels."""
+        rho = self.rho_inf
+        am, af = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
+        gamma = 0.5 + af - am
+        return am, af, gamma, (gamma + 0.5) ** 2 / 4
+
+
+@dataclass(frozen=True)
+class Newton:
+    """Iteration control; the tolerance is relative to the norm of the reference coordinates."""
+
+    tolerance: float = 1e-10
+    iterations: int = 25
+    slow: float = 0.05  #: contraction above which the iteration matrix is factored anew
+
+    def __post_init__(self) -> None:
+        if not 0 < self.tolerance < 1e-2:
+            raise InputError(say("newton.tolerance", "a number between 0 and 0.01", self.tolerance))
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What a run cost."""
+
+    steps: int
+    iterations: int
+    factorisations: int
+    halved: int
+    cpu_s: float
+    wall_s: float
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Motion of a system at stored times."""
+
+    system: System
+    times: np.ndarray  #: (s,) [s]
+    x: np.ndarray  #: (s, n)
+    v: np.ndarray  #: (s, n)
+    a: np.ndarray  #: (s, n), accelerations q''
+    multipliers: np.ndarray  #: (s, m), physical
+    statistics: Statistics
+
+
+def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, scale: float) -> Method:
+    am, af, gamma, beta = scheme.coefficients
+    bh, gh = (1 - am) / (h**2 * beta * (1 - af)), gamma / (h * beta)
+    return Method(h, am, af, gamma, beta, bh, gh, h**2 * beta, newton.tolerance * scale, newton.iterations, newton.slow)
+
+
+def workspace(model: Compiled) -> Work:
+    A, n, m, j = model.arrays, model.system.size, model.constraints, len(model.arrays.probes_offset)
+    width = A.mass_band.shape[1] - 1
+    body, work = model.buffers()
+    return Work(
+        lapack.ADDRESSES,
+        np.zeros((n, width + 1)),
+        np.zeros((n + m, n + m) if A.dense else (0, 0)),
+        np.zeros((1, 1) if A.dense else (n, 3 * width + 1)),
+        np.zeros(n + m if A.dense else n, np.int32),
+        np.zeros((m, m)),
+        np.zeros(m, np.int32),
+        np.zeros((m, n)),
+        np.zeros((m, n)),
+        np.zeros((m, j)),
+        np.zeros((1, n + m)),
+        np.zeros(j),
+        np.zeros(j),
+        np.zeros(A.pairs),
+        body,
+        work,
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(m),
+        np.zeros(1, np.int64),
+    )
+
+
+def integrate(
+    system: System,
+    scheme: GeneralizedAlpha,
+    duration: float,
+    newton: Newton | None = None,
+    every: int = 1,
+    progress: Callable[[float], None] | None = None,
+) -> Trajectory:
+    """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps.
+
+    The number of steps is duration / step, rounded. Initial velocities are projected onto the constraints with a notice. A step that fails
+    is halved; SolverError carries reason, time, worst residuals by name and the partial trajectory.
+    """
+    newton = newton or Newton()
+    steps = round(duration / scheme.step)
+    if steps < 1 or every < 1:
+        raise InputError(say("analysis.duration", f"at least one step of {scheme.step} s", f"{duration} s"))
+    model = compile_system(system)
+    start = consistent_start(model, scheme.step)
+    n, m = system.size, model.constraints
+    out, multipliers = np.zeros((3, steps // every + 1, n)), np.zeros((steps // every + 1, m))
+    state = first_state(model, start, method_of(scheme, newton, scheme.step, system.scale).c)
+    out[:, 0] = state.x, state.v, state.acceleration
+    multipliers[0] = start[3]
+    counters, cpu, wall = np.zeros(4, np.int64), clock.process_time(), clock.perf_counter()
+    work = workspace(model)
+    method = method_of(scheme, newton, scheme.step, system.scale)
+    done, chunk = 0, max(1, steps // 50) if progress else steps
+    inverse = np.argsort(model.order)
+
+    def trajectory(rows: int) -> Trajectory:
+        totals = Statistics(*(int(k) for k in counters), clock.process_time() - cpu, clock.perf_counter() - wall)
+        times = scheme.step * every * np.arange(rows)
+        return Trajectory(system, times, *(part[:rows, inverse] for part in out), multipliers[:rows], totals)
+
+    while done < steps:
+        many = min(chunk, steps - done)
+        signals = finite_signals(system, scheme.step * (done + 1 + np.arange(many)))
+        status, taken = stepping.advance(model.arrays, state, work, method, signals, every, done, out, multipliers, counters)
+        done += taken
+        if status != stepping.DONE:
+            status, reached = halved_step(model, state, work, scheme, newton, done, counters)
+            if status != stepping.DONE:
+                raise failure(model, work, status, reached, trajectory(done // every + 1))
+            done += 1
+            if done % every == 0:
+                out[:, done // every] = state.x, state.v, state.acceleration
+                multipliers[done // every] = state.multipliers / method.c
+        if progress:
+            progress(done / steps)
+    return trajectory(steps // every + 1)
+
+
+def finite_signals(system: System, times: np.ndarray) -> np.ndarray:
+    """Signals at the given times; a value that is not finite stops the run with its place."""
+    table = signal_table(system, times)
+    bad = np.argwhere(~np.isfinite(table))
+    if len(bad):
+        s, k = bad[0]
+        raise SolverError(
+            f"signal {k} of a joint or load is {table[s, k]} at t = {times[s]:.6g} s", Reason.NOT_FINITE, float(times[s])
+        )
+    return table
+
+
+def halved_step(
+    model: Compiled, state: State, work: Work, scheme: GeneralizedAlpha, newton: Newton, done: int, counters: np.ndarray
+) -> tuple[int, float]:
+    """One step of the full size in 2, 4, ... parts; the status and the time of the last failure."""
+    full = method_of(scheme, newton, scheme.step, model.system.scale)
+    saved = [array.copy() for array in state]
+    status, reached = stepping.NOT_CONVERGED, scheme.step * done
+    empty, none = np.zeros((3, 1, model.system.size)), np.zeros((1, model.constraints))
+    for halving in range(1, HALVINGS + 1):
+        parts = 2**halving
+        method = method_of(scheme, newton, scheme.step / parts, model.system.scale)
+        state.multipliers[:] *= method.c / full.c
+        state.known[0], state.order[0], work.kind[0] = 1, 0, 0
+        counters[stepping.HALVED] += 1
+        times = scheme.step * (done + (np.arange(parts) + 1) / parts)
+        status, taken = stepping.advance(
+            model.arrays, state, work, method, finite_signals(model.system, times), parts + 1, 0, empty, none, counters
+        )
+        counters[stepping.STEPS] -= taken
+        if status == stepping.DONE:
+            state.multipliers[:] *= full.c / method.c
+            state.known[0], state.order[0], work.kind[0] = 1, 0, 0
+            counters[stepping.STEPS] += 1
+            return status, scheme.step * (done + 1)
+        reached = scheme.step * (done + taken / parts)
+        for array, old in zip(state, saved, strict=True):
+            array[:] = old
+    return status, reached
+
+
+def failure(model: Compiled, work: Work, status: int, time: float, partial: Trajectory) -> SolverError:
+    """The error of a step that failed, with the worst residuals by name."""
+    reason, n = REASONS[status], model.system.size
+    stepping.residual(model.arrays, work, 1.0, finite_signals(model.system, np.array([time]))[0])
+    values = np.abs(np.nan_to_num(work.rhs[0], nan=np.inf))
+    names = coordinate_names(model.system)
+    labels = [names[k] for k in model.order] + [f"joint {joint}.{label}" for joint, label in model.system.constraints.names]
+    worst = tuple((labels[k], float(values[k])) for k in np.argsort(values)[::-1][:5])
+    listed = ", ".join(f"{name}: {value:.3g}" for name, value in worst)
+    text = f"{reason.value} at t = {time:.6g} s, also with the step divided by {2**HALVINGS}; largest residuals: {listed}"
+    return SolverError(f"{text}; try a smaller step, or look at loads and joints there (n = {n})", reason, time, worst, partial)
+
+
+def coordinate_names(system: System) -> list[str]:
+    """A name for every unknown: body and coordinate of a full model, component and mode of a reduced one."""
+    if system.components:
+        return [f"{name} mode {k + 1}" for name, first, last in system.components for k in range(last - first)]
+    names = [f"{body} coordinate {k}" for body, first, last in system.coordinates for k in range(last - first)]
+    lead = csr_array(system.lift.matrix).tocsc()
+    return [names[lead.indices[lead.indptr[j]]] for j in range(system.size)]
+
+
+def first_state(model: Compiled, start: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], c: float) -> State:
+    x, v, a, multipliers = start
+    xc, vc, ac = (np.ascontiguousarray(part[model.order]) for part in (x, v, a))
+    history = np.zeros((stepping.HISTORY, len(x)))
+    history[0] = ac
+    return State(xc, vc, ac.copy(), ac, multipliers * c, history, np.array([1]), np.array([0]))
+
+
+def consistent_start(model: Compiled, h: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """x0, v0 with Phi_q v + Phi_t = 0, q'' and multipliers from M q'' + Phi_q^T lambda = -f, Phi'' = 0."""
+    system = model.system
+    x, v = system.x0, system.v0
+    phi, J = compilation.gap(model, x)
+    wrong = np.flatnonzero(np.abs(phi) > 1e-6 * system.scale)
+    if len(wrong):
+        worst = tuple((".".join(system.constraints.names[k]), abs(float(phi[k]))) for k in wrong[np.argsort(-np.abs(phi[wrong]))])
+        listed = ", ".join(f"{name} by {gap:.3g}" for name, gap in worst)
+        raise SolverError(f"the initial state does not satisfy the joints: {listed}", Reason.INCONSISTENT, 0.0, worst)
+    M = csr_array(system.mass)
+    solve = kkt_solver(system, M, J)
+    d = 1e-3 * h
+    drift = (
+        -25 * phi
+        + 48 * gap_at(model, x, d)
+        - 36 * gap_at(model, x, 2 * d)
+        + 16 * gap_at(model, x, 3 * d)
+        - 3 * gap_at(model, x, 4 * d)
+    )
+    change = solve(np.zeros(len(x)), -(J @ v + drift / (12 * d)))[0] if len(phi) else np.zeros(len(x))
+    size = float(np.abs(change).max(initial=0.0))
+    if size > 1e-9 * max(1.0, float(np.abs(v).max(initial=0.0))):
+        notify(f"initial velocities are projected onto the joints; largest change {size:.3g} m/s")
+        v = v + change
+    f = compilation.forces(model, x, v)
+    d = 0.25 * h
+    path = [gap_at(model, x + k * d * v, k * d) for k in range(5)]
+    curvature = (35 * path[0] - 104 * path[1] + 114 * path[2] - 56 * path[3] + 11 * path[4]) / (12 * d * d)
+    a, multipliers = solve(-f, -curvature)
+    return x, v, a, multipliers
+
+
+def gap_at(model: Compiled, x: np.ndarray, t: float) -> np.ndarray:
+    return compilation.gap(model, x, t)[0]
+
+
+def kkt_solver(system: System, M: csr_array, J: np.ndarray) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """Solve [[M, J^T], [J, 0]] (a, l) = (f, g); redundant rows are found by a rank-revealing factorisation and named in the error."""
+    size = float(abs(M).max()) or 1.0
+    matrix = compilation.kkt(M / size, J)
+    if len(J):
+        _, R, order = qr(J.T, mode="economic", pivoting=True)
+        weak = np.flatnonzero(np.abs(np.diag(R)) < 1e-10 * abs(R[0, 0]))
+        if len(weak) or len(J) > J.shape[1]:
+            names = tuple((".".join(system.constraints.names[order[k]]), 0.0) for k in weak)
+            listed = ", ".join(name for name, _ in names) or f"{len(J)} rows for {J.shape[1]} unknowns"
+            raise SolverError(
+                f"redundant joints: {listed}; remove one, or let linear ones be eliminated", Reason.INCONSISTENT, 0.0, names
+            )
+    factors = splu(matrix.tocsc())
+
+    def solve(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        z = factors.solve(np.concatenate([f / size, g]))
+        return z[: len(f)], size * z[len(f) :]
+
+    return solve

@@ -1,0 +1,217 @@
+r"""Named outputs of a trajectory: positions, velocities, deflections, energies, reactions.
+
+Energy balance of M q'' + f + Phi_q^T lambda = 0 with conservative constant loads in V:
+
+    d(T + V)/dt = lambda . Phi_t + v . Q(t) - v . f_damping
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..core.jit import jit
+from ..core.notices import notify
+from ..systems import compiled, kernels
+from ..systems.compiled import Compiled, compile_system, signal_table
+from ..systems.kernels import Arrays
+from ..systems.system import Output, System
+from .integrate import Trajectory
+
+DELTA = 1e-6  #: relative time difference for Phi_t
+
+
+@jit
+def survey(
+    A: Arrays,
+    x: np.ndarray,
+    v: np.ndarray,
+    multipliers: np.ndarray,
+    signals: np.ndarray,
+    before: np.ndarray,
+    after: np.ndarray,
+    span: np.ndarray,
+    body: np.ndarray,
+    work: np.ndarray,
+) -> np.ndarray:
+    """Kinetic and strain energy [J], and power of drives, loads and damping [W], for every sample: (s, 3)."""
+    samples, n = x.shape
+    m, rows = multipliers.shape[1], len(A.probes_offset)
+    out = np.zeros((samples, 3))
+    y, vy, g = np.zeros(rows), np.zeros(rows), np.zeros(rows)
+    low, high, jacobian = np.zeros(m), np.zeros(m), np.zeros((m, rows))
+    moving, still, rest = np.zeros(n), np.zeros(n), np.zeros(n)
+    for s in range(samples):
+        kernels.clear(moving)
+        kernels.add_diagonals(A.mass, v[s], moving)
+        out[s, 0] = 0.5 * np.dot(v[s], moving)
+        out[s, 1] = kernels.elastic_energy(A, x[s], body[0], work)
+        kernels.clear(still)
+        kernels.add_diagonals(A.stiffness, x[s], still)
+        out[s, 1] += 0.5 * np.dot(x[s], still)
+        kernels.affine(A.probes, A.probes_offset, x[s], y)
+        kernels.clear(vy)
+        kernels.add_product(A.probes, 1.0, v[s], vy)
+        kernels.clear(g)
+        kernels.add_loads(A, y, signals[s], g)
+        power = np.dot(g, vy)
+        kernels.constrain(A, y, before[s], low, jacobian)
+        kernels.constrain(A, y, after[s], high, jacobian)
+        power += np.dot(multipliers[s], high - low) / span[s]
+        kernels.clear(moving)
+        kernels.add_diagonals(A.damping, v[s], moving)
+        if A.beta.max() > 0.0:
+            kernels.clear(still)
+            kernels.add_elastic_force(A, x[s], v[s], body, work, moving)
+            kernels.add_elastic_force(A, x[s], rest, body, work, still)
+            for i in range(n):
+                moving[i] -= still[i]
+        out[s, 2] = power - np.dot(v[s], moving)
+    return out
+
+
+@jit
+def residuals(
+    A: Arrays, x: np.ndarray, v: np.ndarray, a: np.ndarray, signals: np.ndarray, body: np.ndarray, work: np.ndarray
+) -> np.ndarray:
+    """M q'' + f - Q without constraint forces, for every sample: (s, n)."""
+    out = np.zeros(x.shape)
+    y, g = np.zeros(len(A.probes_offset)), np.zeros(len(A.probes_offset))
+    for s in range(len(x)):
+        kernels.add_elastic_force(A, x[s], v[s], body, work, out[s])
+        kernels.add_diagonals(A.mass, a[s], out[s])
+        kernels.add_diagonals(A.damping, v[s], out[s])
+        kernels.add_diagonals(A.stiffness, x[s], out[s])
+        kernels.affine(A.probes, A.probes_offset, x[s], y)
+        kernels.clear(g)
+        kernels.add_loads(A, y, signals[s], g)
+        kernels.add_transposed(A.probes, -1.0, g, out[s])
+        for i in range(x.shape[1]):
+            out[s, i] -= A.load[i]
+    return out
+
+
+def energies(trajectory: Trajectory) -> np.ndarray:
+    """Kinetic, strain, potential (from the start) and balance (kinetic + strain + potential - work) [J], (s, 4)."""
+    system, times = trajectory.system, trajectory.times
+    model = compile_system(system)
+    delta = DELTA * max(float(times[-1]), 1e-12)
+    before, after = np.maximum(times - delta, 0.0), times + delta
+    x, v = (np.ascontiguousarray(part[:, model.order]) for part in (trajectory.x, trajectory.v))
+    tables = [signal_table(system, t) for t in (times, before, after)]
+    found = survey(model.arrays, x, v, np.ascontiguousarray(trajectory.multipliers), *tables, after - before, *model.buffers())
+    work = np.append(0.0, np.cumsum(0.5 * (found[1:, 2] + found[:-1, 2]) * np.diff(times)))
+    potential = -(trajectory.x - trajectory.x[0]) @ system.loads.constant
+    return np.column_stack([found[:, :2], potential, found[:, 0] + found[:, 1] + potential - work])
+
+
+def energy_drift(trajectory: Trajectory) -> float:
+    """Largest change of the energy balance [J]."""
+    balance = energies(trajectory)[:, 3]
+    return float(np.abs(balance - balance[0]).max())
+
+
+def residual_samples(model: Compiled, times: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """M q'' + f - Q of a system on any motion, (s, n)."""
+    parts = (np.ascontiguousarray(part[:, model.order]) for part in (x, v, a))
+    found = residuals(model.arrays, *parts, signal_table(model.system, times), *model.buffers())
+    return found[:, np.argsort(model.order)]
+
+
+def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
+    """Force of every constraint row on the system, - lambda (s,), by (joint, coordinate).
+
+    Rows that were eliminated are recovered from the residual of the full system, Phi_q^T lambda = - (M q'' + f - Q), by least squares.
+    """
+    system = trajectory.system
+    full = system.full
+    if full is None or full is system:
+        return {name: -trajectory.multipliers[:, k] for k, name in enumerate(system.constraints.names)}
+    q, v, a = lifted(trajectory)
+    model = compile_system(full)
+    r = residual_samples(model, trajectory.times, q, v, a)
+    found = np.array([multipliers_of(model, q[s], r[s], t) for s, t in enumerate(trajectory.times)])
+    return {name: -found[:, k] for k, name in enumerate(full.constraints.names)}
+
+
+def multipliers_of(model: Compiled, q: np.ndarray, r: np.ndarray, t: float) -> np.ndarray:
+    J = compiled.gap(model, q, t)[1]
+    used = np.flatnonzero(np.abs(J).max(axis=0))
+    return np.linalg.lstsq(J[:, used].T, -r[used], rcond=None)[0]
+
+
+def lifted(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Body coordinates, velocities and accelerations of a trajectory, (s, q) each."""
+    lift = trajectory.system.lift
+    return (
+        np.asarray(lift.matrix @ trajectory.x.T).T + lift.offset,
+        np.asarray(lift.matrix @ trajectory.v.T).T,
+        np.asarray(lift.matrix @ trajectory.a.T).T,
+    )
+
+
+def outputs(trajectory: Trajectory) -> dict[str, np.ndarray]:
+    """All named outputs: column name -> values (s,)."""
+    sensors = trajectory.system.sensors
+    y = np.asarray(sensors.matrix @ trajectory.x.T).T + sensors.offset
+    rate = np.asarray(sensors.matrix @ trajectory.v.T).T
+    columns: dict[str, np.ndarray] = {}
+    for output in trajectory.system.outputs.values():
+        columns.update(zip(output.columns, RULES[output.kind](trajectory, output, y, rate), strict=True))
+    return columns
+
+
+Rule = Callable[[Trajectory, Output, np.ndarray, np.ndarray], list[np.ndarray]]
+
+
+def position_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
+    return [y[:, k] for k in output.rows]
+
+
+def velocity_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
+    return [rate[:, k] for k in output.rows]
+
+
+def deflection_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
+    """Component of tip - root normal to the root's slope: signed in the plane, a length in space."""
+    dim = trajectory.system.dim
+    tip, root, slope = (y[:, list(output.rows[k * dim : (k + 1) * dim])] for k in range(3))
+    unit = slope / np.linalg.norm(slope, axis=1, keepdims=True)
+    apart = tip - root
+    if dim == 2:
+        return [unit[:, 0] * apart[:, 1] - unit[:, 1] * apart[:, 0]]
+    return [np.linalg.norm(np.cross(unit, apart), axis=1)]
+
+
+def energy_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
+    return list(energies(trajectory).T)
+
+
+def reaction_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
+    found = reactions(trajectory)
+    mine = [values for (joint, _), values in found.items() if joint == output.joint]
+    if len(mine) != len(output.columns):
+        notify(
+            f"the reaction of joint '{output.joint}' is not known to a reduced model that has dropped its constraint; it is given as NaN"
+        )
+        return [np.full(len(trajectory.times), np.nan)] * len(output.columns)
+    return mine
+
+
+RULES: dict[str, Rule] = {
+    "position": position_output,
+    "velocity": velocity_output,
+    "deflection": deflection_output,
+    "energy": energy_output,
+    "reaction": reaction_output,
+}
+
+
+def centre_lines(system: System, q: np.ndarray) -> dict[str, np.ndarray]:
+    """Positions, slopes and curvature vectors along every body for samples q (s, q): (s, 3, x, c) by body name."""
+    found = {}
+    for line in system.lines:
+        values = np.asarray(line.samples @ q.T).T
+        found[line.name] = values.reshape(len(q), 3, -1, system.dim)
+    return found

@@ -1,0 +1,91 @@
+"""Which unknowns and which rows of linear constraints to use, by QR with column pivoting.
+
+    D x + d = 0,   x = (x_d, x_f):   x_d = -D_d^-1 (D_f y + d),   x_f = y,   so that   x = T y + x0
+
+Arrays: D (m,r), d (m,), T (r,r-m), x0 (r,). The columns D_d (m,m) are the m well-conditioned ones that pivoting finds first.
+
+Source: Y. Hou, C. Liu, H. Hu, Comput. Methods Appl. Mech. Engrg. 361 (2020) 112690, equations (29) to (36),
+doi 10.1016/j.cma.2019.112690.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import qr
+
+from fmbs_skfem.core.errors import InputError, say
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+RANK = 1e-9  #: a pivot below this, relative to the first, means a dependent row
+
+
+def independent_columns(D: ArrayLike) -> tuple[Indices, float]:
+    """Indices (m,), rising, of m well-conditioned columns of D (m,r), and the condition number of D[:, indices]."""
+    where, d = "pivots.independent_columns", _matrix(D, "pivots.independent_columns")
+    m, r = d.shape
+    if r < m:
+        remedy = "the basis is too small for the interface constraints: keep more modes (a smaller eps)"
+        raise InputError(say(where, f"at least {m} modes for {m} constraints", f"{r} modes", remedy))
+    triangle, order = qr(d, mode="r", pivoting=True)
+    pivots = np.abs(np.diagonal(triangle))
+    if m and not pivots[-1] > RANK * pivots[0]:
+        rank = int(np.sum(pivots > RANK * pivots[0]))
+        remedy = "drop repeated constraints and those that hold for every mode, or keep more modes"
+        raise InputError(say(where, f"{m} independent constraints", f"rank {rank}", remedy))
+    indices = np.sort(order[:m]).astype(np.intp)
+    return indices, float(np.linalg.cond(d[:, indices])) if m else 1.0
+
+
+def eliminate(D: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
+    """T (r,r-m) and x0 (r,) with D (T y + x0) + d = 0 for every y; y are entries of x: their rows of T are the identity."""
+    where, matrix = "pivots.eliminate", _matrix(D, "pivots.eliminate")
+    m, r = matrix.shape
+    constant = np.asarray(d, dtype=np.float64)
+    if constant.shape != (m,) or not np.all(np.isfinite(constant)):
+        raise InputError(say(where, f"d as {m} finite numbers, one a row of D", f"shape {constant.shape}"))
+    if r <= m:
+        remedy = "the basis is too small for the interface constraints: keep more modes (a smaller eps) or keep the multipliers"
+        raise InputError(say(where, f"more than {m} modes for {m} constraints", f"{r} modes", remedy))
+    dependent, _ = independent_columns(matrix)
+    free = np.setdiff1d(np.arange(r), dependent)
+    T, x0 = np.zeros((r, r - m)), np.zeros(r)
+    T[free, np.arange(r - m)] = 1.0
+    solved = -np.linalg.solve(matrix[:, dependent], np.column_stack([matrix[:, free], constant]))
+    T[dependent], x0[dependent] = solved[:, :-1], solved[:, -1]
+    return T, x0
+
+
+def independent_rows(stack: Sequence[ArrayLike], tolerance: float = 1e-5) -> Indices:
+    """Indices, rising, of the rows to keep of Jacobians (m,r) in several configurations.
+
+    A row is left out when one and the same combination of the rows kept gives it in all configurations, to `tolerance` relative to
+    the largest row.
+    """
+    where = "pivots.independent_rows"
+    jacobians = [_matrix(jacobian, where) for jacobian in stack]
+    if not jacobians or len({jacobian.shape[0] for jacobian in jacobians}) > 1:
+        got = f"{[jacobian.shape for jacobian in jacobians]}"
+        raise InputError(say(where, "one Jacobian or more, all with the same constraints", got))
+    if not 0.0 < tolerance < 1.0:
+        raise InputError(say(where, "0 < tolerance < 1", tolerance))
+    side_by_side = np.hstack(jacobians)
+    if not np.any(side_by_side):
+        return np.zeros(0, dtype=np.intp)
+    triangle, order = qr(side_by_side.T, mode="r", pivoting=True)
+    pivots = np.abs(np.diagonal(triangle))
+    return np.sort(order[: int(np.sum(pivots > tolerance * pivots[0]))]).astype(np.intp)
+
+
+def _matrix(x: ArrayLike, where: str) -> Array:
+    """x as a finite matrix."""
+    array = np.asarray(x, dtype=np.float64)
+    if array.ndim != 2:
+        raise InputError(say(where, "a matrix (constraints, modes)", f"shape {array.shape}"))
+    if not np.all(np.isfinite(array)):
+        raise InputError(say(where, "finite entries", "NaN or infinity"))
+    return array

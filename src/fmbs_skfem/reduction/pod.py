@@ -1,0 +1,162 @@
+"""Proper orthogonal decomposition of snapshots.
+
+    q ~ mean + U xi,   X - mean = U S W^T,   keep the smallest r with   eps >= sum_{i>r} s_i^2 / sum_i s_i^2
+
+Arrays: snapshots X (n,s), modes U (n,r), singular values s (i,). The decomposition is a thin QR followed by the SVD of the
+triangular factor; a Gram matrix would lose the singular values below 1e-8 of the largest.
+
+Source: Y. Hou, C. Liu, H. Hu, Comput. Methods Appl. Mech. Engrg. 361 (2020) 112690, equations (9), (13), (14), (18), (50),
+doi 10.1016/j.cma.2019.112690.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fmbs_skfem.core.errors import InputError, say
+from fmbs_skfem.core.notices import notify
+
+Array = NDArray[np.float64]
+
+EPS = float(np.finfo(np.float64).eps)
+IN_SPAN = 1e-12  #: a kept state whose part outside the span is smaller than this, relative to its size, lies in the span
+
+
+@dataclass(frozen=True)
+class Basis:
+    """q = mean + modes @ xi; `singular_values` are all those of the deviations from the mean, not only the kept ones."""
+
+    modes: Array  #: (n,r), orthonormal columns, the largest singular value first, a kept state last
+    mean: Array  #: (n,)
+    singular_values: Array  #: (i,), falling
+
+
+def basis(
+    snapshots: ArrayLike,
+    tolerance: float | None = None,
+    modes: int | None = None,
+    keep: ArrayLike | None = None,
+    mean: ArrayLike | None = None,
+) -> Basis:
+    """POD basis of the snapshots (n,s), truncated by `tolerance` (the eps of equation (14)) or to a number of `modes`.
+
+    The snapshots are centred at their mean, or at the state `mean` (n,) where one is given. The state `keep` (n,), as a rule the
+    initial one, is represented exactly: its part outside the span becomes one more mode.
+    """
+    x = _states(snapshots, "snapshots")
+    centre = x.mean(axis=1) if mean is None else _state(mean, "mean", x.shape[0])
+    floor = EPS * float(np.linalg.norm(x))
+    return _decompose(x - centre[:, None], centre, floor, tolerance, modes, keep)
+
+
+def update(
+    factors: Sequence[tuple[ArrayLike, ArrayLike]],
+    mean: ArrayLike,
+    tolerance: float | None = None,
+    modes: int | None = None,
+    keep: ArrayLike | None = None,
+) -> Basis:
+    """Basis of several runs from their truncated factors: left singular vectors of [U_1 S_1, U_2 S_2, ...], equation (50).
+
+    A factor is (U (n,r), s (r,)) of deviations from the one state `mean` (n,), without a kept state:
+    `(b.modes, b.singular_values[: b.modes.shape[1]])` of a basis `b`.
+    """
+    if not factors:
+        raise InputError(say("pod.update", "at least one factor (U, s)", "none"))
+    columns = []
+    for number, (u, s) in enumerate(factors):
+        left, values = _states(u, f"U of factor {number}"), np.asarray(s, dtype=np.float64)
+        if values.shape != left.shape[1:] or not np.all(values >= 0.0):
+            expected = f"{left.shape[1]} non-negative singular values in factor {number}, one a column of U"
+            raise InputError(say("pod.update", expected, f"shape {values.shape}", "cut the singular values to the kept modes"))
+        columns.append(left * values)
+    if len({block.shape[0] for block in columns}) > 1:
+        sizes = [block.shape[0] for block in columns]
+        raise InputError(say("pod.update", "factors of one component, with equally many rows", f"{sizes} rows"))
+    weighted = np.hstack(columns)
+    centre = _state(mean, "mean", weighted.shape[0])
+    return _decompose(weighted, centre, EPS * float(np.linalg.norm(weighted)), tolerance, modes, keep)
+
+
+def truncation(singular_values: ArrayLike, tolerance: float) -> int:
+    """Smallest r with tolerance >= sum_{i>r} s_i^2 / sum_i s_i^2, equation (14); the tails are summed from the small end."""
+    s = np.asarray(singular_values, dtype=np.float64)
+    if not 0.0 < tolerance < 1.0:
+        raise InputError(say("pod.truncation", "0 < tolerance < 1", tolerance, "1e-12 means a relative error of 1e-6"))
+    if s.ndim != 1 or s.size == 0 or not np.all(np.isfinite(s)) or not np.max(s) > 0.0:
+        raise InputError(say("pod.truncation", "finite singular values that are not all zero", s))
+    squares = (s / np.max(s)) ** 2
+    tails = np.append(np.cumsum(squares[::-1])[::-1], 0.0)
+    return int(np.argmax(tails <= tolerance * tails[0]))
+
+
+def _decompose(x: Array, mean: Array, floor: float, tolerance: float | None, modes: int | None, keep: ArrayLike | None) -> Basis:
+    """Basis of the deviations x (n,s); singular values up to `floor` are round-off."""
+    left, s = _left_singular(x)
+    rank = int(np.sum(s > floor))
+    if rank == 0:
+        remedy = "train on a longer or more lively run, or leave this component out of the reduction"
+        raise InputError(say("pod", "snapshots that differ from their mean", "a constant state", remedy))
+    u = left[:, : _count(s, rank, tolerance, modes)]
+    if keep is not None:
+        u = _with_state(u, _state(keep, "keep", x.shape[0]), mean)
+    return Basis(np.ascontiguousarray(u), mean, s)
+
+
+def _left_singular(x: Array) -> tuple[Array, Array]:
+    """U (n,i) and s (i,) of x (n,s) by the QR of its longer side and the SVD of the triangle."""
+    n, samples = x.shape
+    if samples <= n:
+        q, r = np.linalg.qr(x)
+        u, s, _ = np.linalg.svd(r)
+        return q @ u, s
+    u, s, _ = np.linalg.svd(np.asarray(np.linalg.qr(x.T, mode="r")).T)
+    return u, s
+
+
+def _count(s: Array, rank: int, tolerance: float | None, modes: int | None) -> int:
+    """Number of modes asked for, at most the numerical rank."""
+    if tolerance is not None and modes is None:
+        return min(truncation(s, tolerance), rank)
+    if modes is None or tolerance is not None:
+        got = "neither" if modes is None else f"tolerance {tolerance} and {modes} modes"
+        raise InputError(say("pod", "either a tolerance or a number of modes", got))
+    if modes < 1:
+        raise InputError(say("pod", "at least one mode", modes))
+    if modes > rank:
+        notify(f"pod: {modes} modes asked for, but the snapshots span only {rank}; {rank} are used")
+    return min(modes, rank)
+
+
+def _with_state(u: Array, state: Array, mean: Array) -> Array:
+    """u (n,r) and, as one more column, the part of state - mean outside its span, unless that is round-off."""
+    outside = state - mean
+    for _ in range(2):
+        outside = outside - u @ (u.T @ outside)
+    length = float(np.linalg.norm(outside))
+    if length <= IN_SPAN * max(float(np.linalg.norm(state)), float(np.linalg.norm(mean))):
+        return u
+    return np.column_stack([u, outside / length])
+
+
+def _states(x: ArrayLike, name: str) -> Array:
+    """x as a finite, non-empty matrix (n,s)."""
+    array = np.asarray(x, dtype=np.float64)
+    if array.ndim != 2 or array.size == 0:
+        raise InputError(say("pod", f"{name} as a matrix (unknowns, samples)", f"shape {array.shape}"))
+    if not np.all(np.isfinite(array)):
+        column = int(np.argmin(np.all(np.isfinite(array), axis=0)))
+        raise InputError(say("pod", f"finite {name}", f"NaN or infinity in column {column}", "leave out what a failed run left"))
+    return array
+
+
+def _state(x: ArrayLike, name: str, n: int) -> Array:
+    """x as a finite vector (n,)."""
+    array = np.asarray(x, dtype=np.float64)
+    if array.shape != (n,) or not np.all(np.isfinite(array)):
+        raise InputError(say("pod", f"{name} as {n} finite numbers", f"shape {array.shape}"))
+    return array

@@ -1,0 +1,167 @@
+"""Lettering around a drawn scene: axis numbers, times and title by Pillow, colour scale and key by matplotlib.
+
+All of it is laid over the pixels afterwards, at places that `camera.project` gives, so that no text depends on OpenGL.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import camera as camera_
+from . import palette
+from .camera import Box, Camera
+from .frames import Array
+from .job import Job
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from PIL.ImageFont import FreeTypeFont
+
+Pixels = np.ndarray[Any, np.dtype[np.uint8]]
+
+#: joint kind -> (marker of the key, colour); driven joints stand out
+GLYPHS = {
+    "pin": ("o", "#303030"),
+    "clamp": ("s", "#303030"),
+    "weld": ("D", "#303030"),
+    "distance": ("o", "#7F7F7F"),
+    "slider": ("d", "#7F7F7F"),
+    "driven angle": ("^", "#A83200"),
+    "driven position": (">", "#A83200"),
+    "point mass": ("o", "#000000"),
+}
+
+
+@dataclass(frozen=True)
+class Text:
+    """A piece of text; `anchor` as in Pillow (l, m, r; a, m, d)."""
+
+    words: str
+    place: tuple[float, float]  #: [pixel]
+    anchor: str
+    height: int  #: [pixel]
+    tint: str = "#404040"
+
+
+@lru_cache(maxsize=16)
+def _font(height: int) -> FreeTypeFont:
+    import matplotlib
+    from PIL import ImageFont
+
+    return ImageFont.truetype(str(Path(matplotlib.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")), height)
+
+
+def letter(image: Pixels, texts: list[Text]) -> Pixels:
+    """`image` (height, width, 3) with the texts on it, each on a white halo.
+
+    A text is shifted into the picture, and left out where it would cover an earlier one.
+    """
+    from PIL import Image, ImageDraw
+
+    picture = Image.fromarray(image)
+    draw = ImageDraw.Draw(picture)
+    taken: list[tuple[float, float, float, float]] = []
+    for text in texts:
+        font, halo = _font(text.height), max(1, text.height // 8)
+        x0, y0, x1, y1 = draw.textbbox(text.place, text.words, font=font, anchor=text.anchor)
+        shift = min(picture.width - 2 - x1, 0.0) + max(2 - x0, 0.0)
+        left, top, right, bottom = x0 + shift - 2 * halo, y0 - halo, x1 + shift + 2 * halo, y1 + halo
+        if any(left < r and a < right and top < b and t < bottom for a, t, r, b in taken):
+            continue
+        taken.append((left, top, right, bottom))
+        place = (text.place[0] + shift, text.place[1])
+        draw.text(place, text.words, text.tint, font, text.anchor, stroke_width=halo, stroke_fill="white")
+    return np.asarray(picture)
+
+
+def axis_texts(camera: Camera, box: Box, planar: bool, height: int) -> list[Text]:
+    """Numbers along the axes and their names with the unit."""
+    lower, upper = box.lower, box.upper
+    gap = 0.6 * height
+    if planar:
+        edges = [(0, lower, (0.0, gap), "ma"), (1, lower, (-gap, 0.0), "rm")]
+    else:
+        front = np.array([upper[0], lower[1], lower[2]])
+        edges = [(0, front, (-gap, gap), "ra"), (1, front, (gap, gap), "la"), (2, lower, (-gap, 0.0), "rm")]
+    texts: list[Text] = []
+    for axis, corner, (dx, dy), anchor in edges:
+        values = camera_.ticks(box, axis)
+        places = np.repeat(corner[None], values.size, axis=0)
+        places[:, axis] = values
+        pixels = camera_.project(camera, places)
+        texts.append(_axis_name(axis, pixels, (dx, dy), height))
+        texts += [
+            Text(f"{round(value / box.step) * box.step:g}", (x + dx, y + dy), anchor, height)
+            for value, (x, y) in zip(values, pixels, strict=True)
+        ]
+    return texts
+
+
+def _axis_name(axis: int, pixels: Array, gap: tuple[float, float], height: int) -> Text:
+    """The name of an axis, outside its numbers: beside the middle of slanting and level axes, above upright ones."""
+    name = f"{'xyz'[axis]} [m]"
+    (x0, y0), (x1, y1) = pixels[0], pixels[-1]
+    if abs(x1 - x0) < 1e-6 * abs(y1 - y0):
+        return Text(name, (x1 + gap[0], min(y0, y1) - 1.1 * height), "rd", height)
+    centre, sideways = ((x0 + x1) / 2, (y0 + y1) / 2), np.sign(gap[0])
+    return Text(name, (centre[0] + 2.6 * height * sideways, centre[1] + 2.1 * height), "ma" if sideways == 0 else "mm", height)
+
+
+def strip(job: Job, width: int) -> Pixels:
+    """The key beside the scene, (height, width, 3): colour scale or names of bodies, then the kinds of joints."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    dpi = job.size[1] / 7.0
+    figure = Figure(figsize=(width / dpi, job.size[1] / dpi), dpi=dpi, facecolor="white")
+    canvas = FigureCanvasAgg(figure)
+    if job.label:
+        _scale(figure.add_axes((0.10, 0.36, 0.16, 0.56)), job)
+    _key(figure.add_axes((0.0, 0.04, 1.0, 0.26 if job.label else 0.9)), job)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
+
+
+def _scale(axes: Axes, job: Job) -> None:
+    from matplotlib.cm import ScalarMappable
+
+    bar = axes.figure.colorbar(ScalarMappable(norm(job), cmap(job)), cax=axes)
+    bar.ax.tick_params(labelsize=9)
+    bar.set_label(job.label, fontsize=10)
+    if not job.logarithmic:
+        bar.formatter.set_powerlimits((-3, 3))  # type: ignore[attr-defined]
+        bar.ax.yaxis.get_offset_text().set(fontsize=9, horizontalalignment="left")
+
+
+def _key(axes: Axes, job: Job) -> None:
+    from matplotlib.lines import Line2D
+
+    axes.set_axis_off()
+    handles = [] if job.label else [Line2D([], [], color=palette.colour(i), lw=4, label=name) for i, name in enumerate(job.bodies)]
+    for kind in dict.fromkeys(job.kinds):
+        marker, tint = GLYPHS[kind]
+        handles.append(Line2D([], [], color=tint, marker=marker, ls="", ms=8, label=kind))
+    if handles:
+        axes.legend(handles=handles, loc="upper left", frameon=False, fontsize=9, handlelength=1.2, borderaxespad=0.2)
+
+
+def norm(job: Job) -> Any:
+    """From values to [0, 1]."""
+    from matplotlib.colors import LogNorm, Normalize
+
+    return LogNorm(*job.limits, clip=True) if job.logarithmic else Normalize(*job.limits, clip=True)
+
+
+def cmap(job: Job) -> Any:
+    """Blue to red through grey for fields of both signs, viridis without its palest end for the others."""
+    import matplotlib
+    from matplotlib.colors import ListedColormap
+
+    if job.diverging:
+        return matplotlib.colormaps["coolwarm"]
+    return ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.0, 0.93, 256)))

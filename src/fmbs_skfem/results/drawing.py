@@ -1,0 +1,135 @@
+"""The scene in VTK: tubes, joints and grid lines; runs only in the child process of `pictures`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import camera as camera_
+from . import decor, palette
+from .camera import Box, Camera
+from .decor import Pixels
+from .frames import Array
+from .job import Job
+
+GLYPH = 3.1  #: radius of a joint, over the smallest radius of a tube
+
+
+def stage(camera: Camera, box: Box, planar: bool) -> Any:
+    """An off-screen plotter with camera and grid."""
+    import pyvista
+
+    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(camera.size), lighting="light kit")
+    plotter.set_background("white")
+    plotter.enable_anti_aliasing("msaa", multi_samples=8)
+    for lines, tint in _grid(box, planar):
+        plotter.add_mesh(pyvista.line_segments_from_points(lines), color=tint, lighting=False, line_width=1)
+    if not planar:
+        lower, upper = box.lower, box.upper
+        floor = np.array(
+            [[x, y, lower[2]] for x, y in ((lower[0], lower[1]), (upper[0], lower[1]), upper[:2], (lower[0], upper[1]))]
+        )
+        plotter.add_mesh(pyvista.PolyData(floor, faces=[4, 0, 1, 2, 3]), color="#F3F1EC", lighting=False)
+    reach = 4 * float(np.linalg.norm(box.upper - box.lower))
+    plotter.camera.parallel_projection = True
+    plotter.camera.focal_point = tuple(camera.focus)
+    plotter.camera.position = tuple(camera.focus + reach * camera.towards)
+    plotter.camera.up = tuple(camera.up)
+    plotter.camera.parallel_scale = camera.metres_per_pixel * camera.size[1] / 2
+    plotter.camera.clipping_range = (0.1 * reach, 2 * reach)
+    return plotter
+
+
+def shot(plotter: Any) -> Pixels:
+    """The scene as it is now, (height, width, 3)."""
+    plotter.render()
+    return np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
+
+
+def _grid(box: Box, planar: bool) -> list[tuple[Array, str]]:
+    """Pairs (end points of segments (n,3), colour): one plane behind a planar scene, floor and two walls of a spatial one."""
+    lower, upper = box.lower, box.upper
+    if planar:
+        behind = lower[2] - 0.1 * float(np.max(upper - lower))
+        return [(_mesh_lines(box, (0, 1), 2, behind), "#DCDCDC")]
+    lift = 1e-3 * float(np.max(upper - lower))
+    walls = np.concatenate([_mesh_lines(box, (1, 2), 0, lower[0]), _mesh_lines(box, (0, 2), 1, upper[1])])
+    return [(_mesh_lines(box, (0, 1), 2, lower[2] + lift), "#C8C4BC"), (walls, "#E6E6E6")]
+
+
+def _mesh_lines(box: Box, axes: tuple[int, int], normal: int, height: float) -> Array:
+    """Grid lines in the plane of two axes, (n,3): each pair of rows is one segment."""
+    rows = []
+    for along, across in (axes, axes[::-1]):
+        for value in camera_.ticks(box, across):
+            for end in (box.lower[along], box.upper[along]):
+                row = np.empty(3)
+                row[along], row[across], row[normal] = end, value, height
+                rows.append(row)
+    return np.array(rows)
+
+
+def configuration(
+    plotter: Any, job: Job, arrays: dict[str, Array], sample: int, thinnest: float, strength: float = 1.0, slot: int = 0
+) -> None:
+    """Draw all bodies and joints at one instant, replacing what was in `slot`.
+
+    No tube has a radius below `thinnest` [m]; `strength` < 1 is paler.
+    """
+    for i in range(len(job.bodies)):
+        points, values = arrays[f"points_{i}"][sample], arrays[f"values_{i}"][sample]
+        tube = _tube(points, _fade(_colours(job, i, values), strength), max(job.radii[i], thinnest))
+        light = {"ambient": 0.5, "diffuse": 0.55, "specular": 0.1}
+        actor = plotter.add_mesh(tube, scalars="tint", rgb=True, name=f"body {slot} {i}", reset_camera=False, render=False, **light)
+        actor.prop.interpolation = "Phong"
+    for j, kind in enumerate(job.kinds):
+        tint = _fade(_rgb(decor.GLYPHS[kind][1])[None], strength)[0]
+        glyph = _glyph(kind, arrays[f"joint_{j}"][sample], GLYPH * thinnest)
+        plotter.add_mesh(
+            glyph, color=tint.tolist(), smooth_shading=False, name=f"joint {slot} {j}", reset_camera=False, render=False
+        )
+
+
+def _tube(points: Array, colours: Pixels, radius: float) -> Any:
+    import pyvista
+
+    line = pyvista.PolyData(points, lines=np.concatenate([[len(points)], np.arange(len(points))]))
+    line.point_data["tint"] = colours
+    return line.tube(radius=radius, n_sides=14)
+
+
+def _glyph(kind: str, centre: Array, radius: float) -> Any:
+    """Sphere: pin, mass; cube: clamp; small cube: weld; cone: driven; bar: slider."""
+    import pyvista
+
+    x, y, z = (float(value) for value in centre)
+    if kind in ("clamp", "weld"):
+        side = (1.9 if kind == "clamp" else 1.4) * radius
+        return pyvista.Cube(center=(x, y, z), x_length=side, y_length=side, z_length=side)
+    if kind in ("driven angle", "driven position"):
+        up = (0.0, 1.0, 0.0) if kind == "driven angle" else (1.0, 0.0, 0.0)
+        return pyvista.Cone(center=(x, y, z), direction=up, height=2.6 * radius, radius=1.3 * radius, resolution=24)
+    if kind == "slider":
+        return pyvista.Cube(center=(x, y, z), x_length=2.6 * radius, y_length=1.3 * radius, z_length=1.3 * radius)
+    size = {"point mass": 1.5, "distance": 0.7}.get(kind, 1.0) * radius
+    return pyvista.Sphere(radius=size, center=(x, y, z), theta_resolution=20, phi_resolution=20)
+
+
+def _colours(job: Job, body: int, values: Array) -> Pixels:
+    """Red, green, blue in 0..255 of every point (x,3); grey where there is no value."""
+    if not job.label:
+        return np.repeat(_rgb(palette.colour(body))[None], values.size, axis=0)
+    safe = np.where(np.isfinite(values), values, job.limits[0])
+    colours = decor.cmap(job)(np.asarray(decor.norm(job)(safe)))[:, :3]
+    colours[~np.isfinite(values)] = 0.6
+    return np.round(255 * colours).astype(np.uint8)
+
+
+def _rgb(text: str) -> Pixels:
+    return np.array([int(text[i : i + 2], 16) for i in (1, 3, 5)], dtype=np.uint8)
+
+
+def _fade(colours: Pixels, strength: float) -> Pixels:
+    """Mixed with white; strength 1 leaves them as they are."""
+    return np.round(255 - strength * (255.0 - colours)).astype(np.uint8)

@@ -1,0 +1,53 @@
+"""The order for a picture: a folder with job.json (`Job`) and arrays.npz, written by `pictures`, read by `render_child`.
+
+arrays.npz: times (s,); points_i (s,x,3) and values_i (s,x) of body i; joint_j (s,3) of joint j.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .frames import Array
+
+
+@dataclass(frozen=True)
+class Job:
+    """Everything about a picture that is not an array."""
+
+    layout: str  #: "overlay", "multiples" or "animation"
+    planar: bool
+    bodies: tuple[str, ...]
+    radii: tuple[float, ...]  #: [m]
+    kinds: tuple[str, ...]  #: of the joints
+    label: str  #: text beside the colour scale; empty: every body has its own colour
+    limits: tuple[float, float]  #: of the colour scale
+    logarithmic: bool
+    size: tuple[int, int]  #: width, height [pixel]
+    title: str
+    rate: float  #: frames a second
+    target: str  #: file name of the picture in the folder
+
+    @property
+    def diverging(self) -> bool:
+        """True where the scale runs to both sides of zero."""
+        return not self.logarithmic and self.limits[0] < 0 < self.limits[1]
+
+
+def save(folder: Path, job: Job, arrays: dict[str, Array]) -> None:
+    """Write the order into `folder`."""
+    np.savez(folder / "arrays.npz", allow_pickle=False, **arrays)
+    (folder / "job.json").write_text(json.dumps(asdict(job)), encoding="utf-8")
+
+
+def load(folder: Path) -> tuple[Job, dict[str, Array]]:
+    """Read the order from `folder`."""
+    raw: dict[str, Any] = json.loads((folder / "job.json").read_text(encoding="utf-8"))
+    plain: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in raw.items()}
+    job = Job(**plain)
+    with np.load(folder / "arrays.npz") as arrays:
+        return job, dict(arrays)

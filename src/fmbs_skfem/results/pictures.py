@@ -1,0 +1,187 @@
+"""Off-screen pictures of deformed configurations, as PNG or GIF.
+
+VTK may kill the process that asks it for OpenGL where there is none. Therefore this module never imports it: a child process
+(`render_child`) first draws a probe, then the picture; when the child dies, the parent says what to install.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+
+from ..core import errors
+from . import frames as frames_
+from .frames import Array, Frames
+from .job import Job, save
+
+#: text beside the colour scale of well-known fields
+LABELS = {
+    "displacement": "displacement [m]",
+    "velocity": "speed [m/s]",
+    "strain": "axial strain [-]",
+    "curvature": "curvature [1/m]",
+    "error": "position error [m]",
+}
+ADVICE = (
+    "install an off-screen OpenGL (Debian, Ubuntu: `apt-get install libegl1 libgl1-mesa-dri` or `libosmesa6`; "
+    "conda: `mesalib`) or set DISPLAY to a running X server"
+)
+TIME_LIMIT = 900.0  #: for one picture [s]
+
+
+class Layout(StrEnum):
+    """How several instants share one picture."""
+
+    OVERLAY = "overlay"  #: in one scene, earlier instants paler
+    MULTIPLES = "multiples"  #: one small scene an instant
+
+
+@dataclass(frozen=True)
+class Look:
+    """What a picture shows and how large."""
+
+    field: str | None = None  #: coloured by this field; None: by body
+    label: str = ""  #: text beside the colour scale; empty: name and unit of well-known fields
+    limits: tuple[float, float] | None = None  #: of the colour scale; None: those of the drawn instants
+    logarithmic: bool = False  #: colour scale by decades
+    title: str = ""
+    size: tuple[int, int] = (1120, 800)  #: width, height [pixel]
+
+    def __post_init__(self) -> None:
+        if min(self.size) < 200 or max(self.size) > 8000:
+            raise errors.InputError(errors.say("pictures: size", "200 to 8000 pixels each way", self.size))
+        if self.limits is not None and not self.limits[0] < self.limits[1]:
+            raise errors.InputError(errors.say("pictures: limits", "a lower and a larger upper one", self.limits))
+        if self.logarithmic and self.limits is not None and self.limits[0] <= 0:
+            raise errors.InputError(errors.say("pictures: limits", "positive ones for a logarithmic scale", self.limits))
+
+
+def probe(command: Sequence[str] | None = None) -> None:
+    """Raise `MissingFeature` where no picture can be drawn; `command` replaces the interpreter and module that draw."""
+    with tempfile.TemporaryDirectory(prefix="fmbs-") as folder:
+        _run(Path(folder), command, "--probe")
+
+
+def render(
+    frames: Frames,
+    path: Path | str,
+    times: Sequence[float] | None = None,
+    look: Look | None = None,
+    layout: Layout = Layout.OVERLAY,
+    command: Sequence[str] | None = None,
+) -> Path:
+    """Draw the configurations nearest to `times` [s] (six evenly spread ones by default) into the PNG file `path`."""
+    indices = frames_.spread(frames, 6) if times is None else frames_.nearest(frames, times)
+    return _draw(frames_.select(frames, indices), _checked(path, ".png"), look or Look(), Layout(layout).value, 1.0, command)
+
+
+def animate(
+    frames: Frames,
+    path: Path | str,
+    count: int = 60,
+    rate: float = 15.0,
+    look: Look | None = None,
+    command: Sequence[str] | None = None,
+) -> Path:
+    """Draw `count` instants evenly spread in time into the animated GIF file `path`, `rate` of them a second."""
+    if not 0.5 <= rate <= 50:
+        raise errors.InputError(errors.say("pictures: rate", "0.5 to 50 frames a second", rate))
+    chosen = frames_.select(frames, frames_.spread(frames, count))
+    return _draw(chosen, _checked(path, ".gif"), look or Look(size=(800, 600)), "animation", rate, command)
+
+
+def limits(frames: Frames, name: str, logarithmic: bool = False) -> tuple[float, float]:
+    """Limits of the colour scale over all instants and bodies: symmetric where the field has both signs, five decades at most."""
+    values = np.concatenate([frames_.magnitude(lines, name).ravel() for lines in frames.bodies.values()])
+    values = values[np.isfinite(values) & ((values > 0) | (not logarithmic))]
+    if values.size == 0:
+        return (1e-5, 1.0) if logarithmic else (0.0, 1.0)
+    low, high = float(values.min()), float(values.max())
+    if logarithmic:
+        return min(max(low, 1e-5 * high), 0.5 * high), high
+    if low < 0 < high:
+        largest = max(-low, high)
+        return -largest, largest
+    return (
+        (low, high)
+        if high - low > 1e-12 * max(abs(low), abs(high))
+        else (low - 0.5 * (abs(low) or 1), high + 0.5 * (abs(low) or 1))
+    )
+
+
+def _checked(path: Path | str, suffix: str) -> Path:
+    target = Path(path)
+    if target.suffix.lower() != suffix:
+        raise errors.InputError(errors.say(f"pictures: {target}", f"a file name ending in {suffix}", f"'{target.suffix}'"))
+    return target
+
+
+def _draw(frames: Frames, path: Path, look: Look, layout: str, rate: float, command: Sequence[str] | None) -> Path:
+    if look.field is not None and look.field not in frames_.names(frames):
+        known = frames_.names(frames)
+        got = f"'{look.field}'{errors.closest(look.field, known)}"
+        raise errors.InputError(errors.say("pictures: field", "one of " + ", ".join(known), got))
+    with tempfile.TemporaryDirectory(prefix="fmbs-") as folder:
+        job, arrays = _order(frames, look, layout, rate, "picture" + path.suffix.lower())
+        save(Path(folder), job, arrays)
+        _run(Path(folder), command)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        shutil.move(Path(folder) / job.target, path)
+    return path
+
+
+def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) -> tuple[Job, dict[str, Array]]:
+    scale = (0.0, 1.0) if look.field is None else look.limits or limits(frames, look.field, look.logarithmic)
+    label = "" if look.field is None else look.label or LABELS.get(look.field, look.field)
+    job = Job(
+        layout,
+        frames_.planar(frames),
+        tuple(frames.bodies),
+        tuple(float(lines.radius) for lines in frames.bodies.values()),
+        tuple(str(frames_.Kind(kind)) for kind, _ in frames.joints.values()),
+        label,
+        scale,
+        look.logarithmic and look.field is not None,
+        look.size,
+        look.title,
+        rate,
+        target,
+    )
+    arrays: dict[str, Array] = {"times": frames.times}
+    for i, lines in enumerate(frames.bodies.values()):
+        arrays[f"points_{i}"] = lines.points
+        arrays[f"values_{i}"] = frames_.magnitude(lines, look.field) if look.field else np.zeros(lines.points.shape[:2])
+    arrays |= {f"joint_{j}": points for j, (_, points) in enumerate(frames.joints.values())}
+    return job, arrays
+
+
+def _run(folder: Path, command: Sequence[str] | None, *options: str) -> None:
+    """Run the child on `folder`; its end by a signal or by exit code 7 means that there is no usable OpenGL."""
+    root = str(Path(__file__).resolve().parents[2])
+    paths = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH", "")]))
+    call = [*(command or (sys.executable, "-m", f"{__package__}.render_child")), str(folder), *options]
+    environment = {**os.environ, "PYTHONPATH": paths}
+    try:
+        done = subprocess.run(
+            call, env=environment, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, errors="replace", timeout=TIME_LIMIT
+        )
+    except OSError as error:
+        raise errors.MissingFeature(errors.say("pictures", f"a program to draw with ({call[0]})", error, ADVICE)) from error
+    except subprocess.TimeoutExpired as error:
+        text = errors.say("pictures", f"a picture within {TIME_LIMIT:g} s", "none", "draw fewer instants or a smaller picture")
+        raise errors.FmbsError(text) from error
+    last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+    if done.returncode == 1:
+        raise errors.FmbsError(errors.say("pictures", "a picture", last))
+    if done.returncode != 0:
+        got = last if done.returncode == 7 else f"a drawing process that died with code {done.returncode}"
+        raise errors.MissingFeature(errors.say("pictures", "OpenGL that draws without a display", got, ADVICE))

@@ -1,0 +1,304 @@
+"""Figures from plain arrays with matplotlib: histories, errors, norms, singular values, speed against error.
+
+Only matplotlib's object interface on its Agg canvas: no global state, no window. Every function returns the path it wrote.
+Figures 3 to 5, 8, 9 and 12 of doi 10.1016/j.cma.2019.112690 have this form.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..core import errors as errors_
+from . import palette, speed
+from .frames import Array
+from .speed import Point
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SUFFIXES = (".png", ".pdf", ".svg")
+DASHES: tuple[str | tuple[int, tuple[float, ...]], ...] = (
+    "-",
+    (0, (6, 2)),
+    (0, (2, 1.5)),
+    (0, (7, 2, 1.5, 2)),
+    (0, (4, 1, 1, 1, 1, 1)),
+)
+MARKERS = "osD^vPX*<>"
+
+#: family -> (colour, marker, name in the legend)
+FAMILIES = {
+    "full": (palette.BLACK, "*", "full model"),
+    "coarse": (palette.GREY, "s", "full model, coarser mesh"),
+    "step": (palette.ORANGE, "D", "full model, other step"),
+    "system": (palette.SKY, "^", "system level"),
+    "system+ecsw": (palette.BLUE, "v", "system level + ECSW"),
+    "component": (palette.PURPLE, "P", "component level"),
+    "component+ecsw": (palette.GREEN, "o", "component level + ECSW"),
+    "component+ecsw-points": (palette.VERMILLION, "X", "component level + ECSW, points"),
+    "ffrf": ("#8B5A2B", "d", "floating frame"),
+}
+
+
+def histories(path: Path | str, times: Array, models: Mapping[str, Array], label: str, title: str = "") -> Path:
+    """One output of several models over time; the first model is the reference. Values (s,), `label` with unit."""
+    return history_grid(path, times, {label: models}, title=title)
+
+
+def history_grid(
+    path: Path | str, times: Array, outputs: Mapping[str, Mapping[str, Array]], columns: int = 1, title: str = ""
+) -> Path:
+    """Several outputs, one small axes each with a common time axis and one legend: label with unit -> {model: (s,)}."""
+    if not outputs:
+        raise errors_.InputError(errors_.say("plots: outputs", "at least one", "none"))
+    rows = math.ceil(len(outputs) / columns)
+    figure = _figure(7.2 if columns == 1 else 4.6 * columns, 4.2 if len(outputs) == 1 else 2.3 * rows + 0.6, title)
+    grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
+    order = tuple(dict.fromkeys(name for models in outputs.values() for name in models))
+    for axes, (label, models) in zip(grid.flat, outputs.items(), strict=False):
+        _curves(axes, times, models, order, f"plots: output '{label}'")
+        axes.set_ylabel(label)
+    for axes in grid.flat[len(outputs) :]:
+        axes.set_axis_off()
+    for column in range(columns):
+        shown = grid[(len(outputs) - 1 - column) // columns, column] if column < len(outputs) else grid[0, column]
+        shown.set_xlabel("time [s]")
+        shown.tick_params(labelbottom=True)
+    _legend_below(figure, order, list(grid.flat[: len(outputs)]))
+    return _save(figure, path)
+
+
+def errors(
+    path: Path | str, times: Array, models: Mapping[str, Array], floor: float | Array | None = None, label: str = "relative error"
+) -> Path:
+    """Errors (s,) of reduced models over time, log scale; `floor`: error of the full model's own time discretisation."""
+    figure = _figure(7.2, 4.4)
+    axes = figure.subplots()
+    _decades(axes, times, models, label)
+    if floor is not None:
+        level = np.broadcast_to(np.asarray(floor, float), np.shape(times))
+        axes.plot(times, _positive(level), color=palette.BLACK, lw=1.4, ls=(0, (1, 1.5)), label="time discretisation")
+    _legend_below(figure, (*models, *(["time discretisation"] if floor is not None else [])), [axes])
+    return _save(figure, path)
+
+
+def norms(path: Path | str, times: Array, curves: Mapping[str, Array], label: str = "norm of the residual") -> Path:
+    """Norms (s,) over time, log scale: plain norm, constraint force and gappy norm, as Figs 4 and 5."""
+    figure = _figure(7.2, 4.4)
+    axes = figure.subplots()
+    _decades(axes, times, curves, label)
+    _legend_below(figure, tuple(curves), [axes])
+    return _save(figure, path)
+
+
+def singular_values(
+    path: Path | str, values: Mapping[str, Array], modes: Mapping[str, int] | None = None, eps: float | None = None
+) -> Path:
+    """Singular values s_i / s_1 of every component (i,), marked where they are truncated; `eps` of eq. (14) as text."""
+    figure = _figure(6.6, 4.4)
+    axes = figure.subplots()
+    for number, (name, spectrum) in enumerate(values.items()):
+        spectrum = np.asarray(spectrum, float)
+        if spectrum.ndim != 1 or spectrum.size == 0 or not spectrum[0] > 0:
+            got = f"shape {spectrum.shape}"
+            raise errors_.InputError(errors_.say(f"plots: singular values of '{name}'", "a falling sequence (i,) above 0", got))
+        tint, scaled = palette.colour(number), _positive(spectrum / spectrum[0])
+        kept = (modes or {}).get(name)
+        text = name if kept is None else f"{name}: {kept} modes kept"
+        axes.semilogy(np.arange(1, spectrum.size + 1), scaled, color=tint, marker=MARKERS[number % 10], ms=3.5, lw=1, label=text)
+        if kept is not None and 1 <= kept <= spectrum.size:
+            axes.axvline(kept + 0.5, color=tint, lw=1.1, ls=DASHES[1 + number % 4])
+    axes.set(xlabel="number of the mode", ylabel="singular value / largest")
+    axes.legend(fontsize=9, frameon=True, framealpha=0.9, title=None if eps is None else f"truncated at eps = {eps:g}")
+    axes.grid(True, color="#E4E4E4", lw=0.6)
+    return _save(figure, path)
+
+
+def speed_error(
+    path: Path | str,
+    points: Sequence[Point],
+    floor: float | None = None,
+    label: str = "largest relative error",
+    title: str = "",
+) -> Path:
+    """CPU time against error, both log; numbered points are on the front, `floor` is the time-discretisation error.
+
+    Models without any error (the reference itself) lie on the lower edge; failed ones are only counted, below the key.
+    """
+    finished = [point for point in points if math.isfinite(point.error)]
+    if not finished:
+        raise errors_.InputError(errors_.say("plots: speed against error", "at least one finished model", f"{len(points)} points"))
+    figure = _figure(9.6, 5.6, title)
+    axes, key = figure.subplots(1, 2, width_ratios=(1.0, 0.52))
+    positive = [point.error for point in finished if point.error > 0] or [1.0]
+    edge = min(positive) / 10
+    best = speed.front(finished)
+    _scatter(axes, finished, edge)
+    _staircase(axes, best, edge, max(positive))
+    axes.set(xscale="log", yscale="log", xlabel="CPU time of one run [s]", ylabel=label)
+    if edge in [max(point.error, edge) for point in finished]:
+        axes.set_ylim(bottom=edge / 2)
+    if floor is not None and floor > 0:
+        axes.axhline(floor, color=palette.BLACK, lw=1.1, ls=(0, (1, 1.5)), label="time discretisation", zorder=1)
+    axes.grid(True, which="major", color="#E4E4E4", lw=0.6)
+    axes.set_axisbelow(True)
+    _plain_ticks(axes)
+    _speed_key(key, axes, best, len(points) - len(finished))
+    return _save(figure, path)
+
+
+def _scatter(axes: Axes, points: Sequence[Point], edge: float) -> None:
+    others = [name for name in dict.fromkeys(point.family for point in points) if name not in FAMILIES]
+    for name in (*FAMILIES, *others):
+        members = sorted((point for point in points if point.family == name), key=lambda point: point.cpu_s)
+        if not members:
+            continue
+        number = others.index(name) if name in others else 0
+        tint, marker, text = FAMILIES.get(name, (palette.colour(number), MARKERS[-1 - number % 10], name))
+        cpu, error = [point.cpu_s for point in members], [max(point.error, edge) for point in members]
+        size = 110 if marker == "*" else 42
+        axes.scatter(cpu, error, s=size, c=tint, marker=marker, edgecolors="white", linewidths=0.6, label=text, zorder=3)
+
+
+def _staircase(axes: Axes, best: Sequence[Point], edge: float, top: float) -> None:
+    """The front as a staircase, its models numbered."""
+    cpu = [point.cpu_s for point in best]
+    error = [max(point.error, edge) for point in best]
+    axes.step(
+        [cpu[0], *cpu], [max(top, error[0]) * 1.5, *error], where="post", color="#B0B0B0", lw=5, alpha=0.45, label="front", zorder=1
+    )
+    for number, place in enumerate(zip(cpu, error, strict=True), start=1):
+        axes.annotate(
+            str(number),
+            place,
+            xytext=(-5, -5),
+            textcoords="offset points",
+            ha="right",
+            va="top",
+            fontsize=9,
+            fontweight="bold",
+            zorder=4,
+        )
+
+
+def _speed_key(key: Axes, axes: Axes, best: Sequence[Point], failed: int) -> None:
+    """Legend, then the names of the models on the front."""
+    key.set_axis_off()
+    handles, labels = axes.get_legend_handles_labels()
+    key.legend(handles, labels, loc="upper left", bbox_to_anchor=(-0.08, 1.0), frameon=False, fontsize=9)
+    start = 1.0 - 0.041 * len(labels) - 0.05
+    lines = ["On the front, fastest first:"] + [
+        f"{number}  {_short(point.name)}: {point.cpu_s:.2g} s, {speed.accuracy(point)}"
+        for number, point in enumerate(best, start=1)
+    ]
+    lines += [f"({failed} failed, not shown)"] if failed else []
+    size = min(9.0, 9.0 * (start / 0.052) / max(len(lines), 1))
+    key.text(-0.06, start, "\n".join(lines), transform=key.transAxes, va="top", fontsize=max(size, 5.0), linespacing=1.45)
+
+
+def _short(name: str, longest: int = 34) -> str:
+    return name if len(name) <= longest else name[: longest - 1] + "…"
+
+
+def _plain_ticks(axes: Axes) -> None:
+    """Numbers also between the decades of a short time axis."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    low, high = axes.get_xlim()
+    decades = math.log10(high / low)
+    subs = (1.0, 2.0, 5.0) if decades < 3 else (1.0,)
+    axes.xaxis.set_major_locator(LogLocator(subs=subs))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def _figure(width: float, height: float, title: str = "") -> Figure:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), dpi=150, layout="constrained")
+    FigureCanvasAgg(figure)
+    if title:
+        figure.suptitle(title, fontsize=12)
+    return figure
+
+
+def _checked(where: str, times: Array, models: Mapping[str, Array]) -> None:
+    if not models:
+        raise errors_.InputError(errors_.say(where, "at least one curve", "none"))
+    for name, values in models.items():
+        if np.shape(values) != np.shape(times) or np.ndim(times) != 1:
+            expected = f"values at the {np.size(times)} instants"
+            raise errors_.InputError(errors_.say(f"{where}, '{name}'", expected, f"shape {np.shape(values)}"))
+
+
+def _curves(axes: Axes, times: Array, models: Mapping[str, Array], order: Sequence[str], where: str) -> None:
+    """The first of `order` as a broad pale line, the others over it in colours, dashes and staggered marks."""
+    _checked(where, times, models)
+    pace = max(len(times) // 12, 1)
+    for name, values in models.items():
+        number = order.index(name)
+        if number == 0:
+            axes.plot(times, values, color="#9A9A9A", lw=4.0, alpha=0.75, label=name, zorder=1, solid_capstyle="round")
+            continue
+        start = pace * number // max(len(order), 1)
+        axes.plot(
+            times,
+            values,
+            color=palette.colour(number - 1),
+            ls=DASHES[(number - 1) % len(DASHES)],
+            lw=1.3,
+            marker=MARKERS[number % 10],
+            ms=4,
+            markevery=(start, pace),
+            label=name,
+            zorder=2,
+        )
+    axes.grid(True, color="#E4E4E4", lw=0.6)
+    axes.margins(x=0.01)
+
+
+def _decades(axes: Axes, times: Array, models: Mapping[str, Array], label: str) -> None:
+    _checked(f"plots: {label}", times, models)
+    pace = max(len(times) // 10, 1)
+    for number, (name, values) in enumerate(models.items()):
+        start = pace * number // len(models)
+        tint, marker = palette.colour(number), MARKERS[number % 10]
+        axes.plot(times, _positive(values), color=tint, lw=1.2, marker=marker, ms=4, markevery=(start, pace), label=name)
+    if any((np.asarray(values) > 0).any() for values in models.values()):
+        axes.set_yscale("log")
+    axes.set(xlabel="time [s]", ylabel=label)
+    axes.grid(True, color="#E4E4E4", lw=0.6)
+    axes.margins(x=0.01)
+
+
+def _positive(values: Array) -> Array:
+    """Values that a log scale can show; gaps elsewhere."""
+    values = np.asarray(values, float)
+    return np.where(np.isfinite(values) & (values > 0), values, np.nan)
+
+
+def _legend_below(figure: Figure, order: Sequence[str], many: Sequence[Axes]) -> None:
+    """One legend for all axes, below them, as many columns as fit."""
+    found = {label: handle for axes in many for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    names = [name for name in order if name in found]
+    widest = max(len(name) for name in names)
+    columns = max(1, min(len(names), int(figure.get_figwidth() * 11.5 / (widest + 7))))
+    figure.legend([found[name] for name in names], names, loc="outside lower center", ncols=columns, fontsize=9, frameon=False)
+
+
+def _save(figure: Figure, path: Path | str) -> Path:
+    target = Path(path)
+    if target.suffix.lower() not in SUFFIXES:
+        raise errors_.InputError(
+            errors_.say(f"plots: {target}", "a file name ending in " + ", ".join(SUFFIXES), f"'{target.suffix}'")
+        )
+    target.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(target)
+    return target

@@ -1,0 +1,169 @@
+"""The process that draws: `python -m fmbs_skfem.results.render_child FOLDER [--probe]`; see `job` for what FOLDER holds.
+
+Exit codes: 0 drawn, 7 no usable OpenGL or pyvista, 1 anything else; where VTK finds no OpenGL at all, a signal ends the process.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import camera as camera_
+from . import decor, drawing
+from .camera import Box, Camera
+from .decor import Pixels, Text
+from .frames import Array
+from .job import Job, load
+
+PALEST = 0.28  #: strength of the first instant of an overlay
+
+
+def main(arguments: list[str]) -> int:
+    """Probe, read the order, draw."""
+    try:
+        _probe()
+    except (ImportError, RuntimeError) as error:
+        sys.stderr.write(f"{error}\n")
+        return 7
+    if "--probe" not in arguments[1:]:
+        folder = Path(arguments[0])
+        job, arrays = load(folder)
+        images = LAYOUTS[job.layout](job, arrays)
+        _save(images, folder / job.target, job.rate)
+    return 0
+
+
+def _probe() -> None:
+    """Draw a black square over a white ground and look at the pixels."""
+    import pyvista
+
+    plotter: Any = pyvista.Plotter(off_screen=True, window_size=[32, 32])
+    plotter.set_background("white")
+    plotter.add_mesh(pyvista.Plane(), color="black", lighting=False)
+    image = drawing.shot(plotter)
+    plotter.close()
+    if np.ptp(image) < 200:
+        raise RuntimeError("an empty picture")
+
+
+def view(job: Job, arrays: dict[str, Array], size: tuple[int, int], height: int) -> tuple[Camera, Box]:
+    """Camera and box that serve all instants."""
+    parts = [values.reshape(-1, 3) for key, values in arrays.items() if key.startswith(("points_", "joint_"))]
+    box = camera_.box(np.concatenate(parts), job.planar, cells=4 if size[0] > 35 * height else 2)
+    sides = (4.2, 3.6, 5.2, 4.2) if job.planar else (4.0, 3.6, 3.6, 2.4)
+    margins = (sides[0] * height, sides[1] * height, sides[2] * height, sides[3] * height)
+    return camera_.fit(box.corners, job.planar, size, margins), box
+
+
+def _thinnest(camera: Camera, box: Box) -> float:
+    """Smallest radius of a tube that is still seen well [m]."""
+    return max(0.0045 * float(np.max(box.upper - box.lower)), 1.7 * camera.metres_per_pixel)
+
+
+def strip_width(job: Job) -> int:
+    """Width of the key beside the scene [pixel]; nothing to explain, no key."""
+    return round(0.21 * job.size[1]) + 24 if job.label or job.kinds or len(job.bodies) > 1 else 0
+
+
+def _seconds(times: Array) -> list[str]:
+    """Times as text, all with the decimals that tell them apart."""
+    gap = float(np.diff(times).min()) if times.size > 1 else float(abs(times[0])) or 1.0
+    decimals = min(max(2 - math.floor(math.log10(gap)) - 1, 2), 7)
+    return [f"{time:.{decimals}f}" for time in times]
+
+
+def letters(job: Job) -> int:
+    return max(11, round(job.size[1] / 52))
+
+
+def overlay(job: Job, arrays: dict[str, Array]) -> list[Pixels]:
+    """All instants in one scene, the earlier ones paler, each marked with its time at the end of the last body."""
+    height, width = letters(job), strip_width(job)
+    camera, box = view(job, arrays, (job.size[0] - width, job.size[1]), height)
+    plotter = drawing.stage(camera, box, job.planar)
+    count = arrays["times"].size
+    strengths = np.linspace(PALEST, 1.0, count) if count > 1 else np.ones(1)
+    for sample in range(count):
+        drawing.configuration(plotter, job, arrays, sample, _thinnest(camera, box), float(strengths[sample]), slot=sample)
+    image = drawing.shot(plotter)
+    plotter.close()
+    texts = [Text(job.title, (height, height), "la", round(1.2 * height), "#000000")] if job.title else []
+    texts += _marks(camera, arrays[f"points_{len(job.bodies) - 1}"], _seconds(arrays["times"]), height)
+    image = decor.letter(image, texts + decor.axis_texts(camera, box, job.planar, height))
+    return [_beside(image, job, width)]
+
+
+def _marks(camera: Camera, points: Array, words: list[str], height: int) -> list[Text]:
+    """Times beyond the end of a body, latest first."""
+    ends, before = camera_.project(camera, points[:, -1]), camera_.project(camera, points[:, -2])
+    outwards = (ends - before) / np.maximum(np.linalg.norm(ends - before, axis=1), 1e-9)[:, None]
+    places = ends + outwards * np.array([2.4, 1.5]) * height
+    return [Text(f"{word} s", (x, y), "mm", height, "#000000") for word, (x, y) in zip(words[::-1], places[::-1], strict=True)]
+
+
+def multiples(job: Job, arrays: dict[str, Array]) -> list[Pixels]:
+    """One scene an instant, side by side, all with the same camera and colours."""
+    count, width = arrays["times"].size, strip_width(job)
+    columns = math.ceil(math.sqrt(count * (0.75 if count > 2 else 2)))
+    rows = math.ceil(count / columns)
+    title = round(2.2 * letters(job)) if job.title else 0
+    size = ((job.size[0] - width) // columns, (job.size[1] - title) // rows)
+    height = max(11, min(letters(job), round(size[1] / 26)))
+    canvas = np.full((job.size[1], job.size[0] - width, 3), 255, dtype=np.uint8)
+    for sample, image in enumerate(_instants(job, arrays, size, height)):
+        top, left = title + sample // columns * size[1], sample % columns * size[0]
+        canvas[top : top + size[1], left : left + size[0]] = image
+    if job.title:
+        canvas = decor.letter(canvas, [Text(job.title, (height, title / 2), "lm", round(1.2 * letters(job)), "#000000")])
+    return [_beside(canvas, job, width)]
+
+
+def animation(job: Job, arrays: dict[str, Array]) -> list[Pixels]:
+    """One picture an instant, the time written on it."""
+    width, height = strip_width(job), letters(job)
+    images = _instants(job, arrays, (job.size[0] - width, job.size[1]), height, job.title)
+    return [_beside(image, job, width) for image in images]
+
+
+def _instants(job: Job, arrays: dict[str, Array], size: tuple[int, int], height: int, title: str = "") -> list[Pixels]:
+    camera, box = view(job, arrays, size, height)
+    plotter = drawing.stage(camera, box, job.planar)
+    axes, images = decor.axis_texts(camera, box, job.planar, height), []
+    for sample, time in enumerate(_seconds(arrays["times"])):
+        drawing.configuration(plotter, job, arrays, sample, _thinnest(camera, box))
+        stamp = Text(f"t = {time} s" + (f"   {title}" if title else ""), (height, height), "la", round(1.15 * height), "#000000")
+        images.append(decor.letter(drawing.shot(plotter), [stamp, *axes]))
+    plotter.close()
+    return images
+
+
+def _beside(image: Pixels, job: Job, width: int) -> Pixels:
+    return np.concatenate([image, decor.strip(job, width)], axis=1) if width else image
+
+
+LAYOUTS = {"overlay": overlay, "multiples": multiples, "animation": animation}
+
+
+def _save(images: list[Pixels], path: Path, rate: float) -> None:
+    """A PNG, or a GIF that loops for ever, all its frames in one palette so that colours do not flicker."""
+    from PIL import Image
+
+    pictures = [Image.fromarray(image) for image in images]
+    if path.suffix != ".gif":
+        pictures[0].save(path)
+        return
+    some = np.concatenate([images[i][::2, ::2] for i in np.unique(np.linspace(0, len(images) - 1, 8).round().astype(int))])
+    shared = Image.fromarray(some).quantize(256, method=Image.Quantize.MEDIANCUT)
+    table = np.array(shared.getpalette()).reshape(-1, 3)
+    table[table.min(axis=1) >= 248] = 255  # Pillow matches in boxes of 8 levels; the ground stays white
+    shared.putpalette(table.ravel().tolist())
+    flat = [picture.quantize(palette=shared, dither=Image.Dither.NONE) for picture in pictures]
+    flat[0].save(path, save_all=True, append_images=flat[1:], duration=round(1000 / rate), loop=0, optimize=False, disposal=1)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,254 @@
+"""Expressions of scene files: a whitelist grammar, a postfix program, evaluation for one t or many.
+
+    comparison: sum [(< | <= | > | >=) sum]    sum: product {(+ | -) product}    product: unary {(* | /) unary}
+    unary: (+ | -) unary | power               power: atom [** unary]            atom: number | name | function(...) | (comparison)
+
+A text becomes a program in postfix order, numbers and symbols, which a stack evaluates in any algebra: floats, arrays, quantities
+with units. Nothing of Python is reachable from a text.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+import re
+from collections import deque
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from ..core.errors import Reason, SolverError, closest, say
+from .problems import Problem, shown
+
+Program: TypeAlias = tuple[float | str, ...]
+Algebra: TypeAlias = Mapping[str, Callable[..., Any]]
+Token: TypeAlias = tuple[str, str, int]  # kind, text, column
+
+LENGTH = 2000  #: longest expression [characters]
+LEVELS = 64  #: deepest nesting of parentheses, signs and powers
+
+FUNCTIONS = {
+    "sin": 1, "cos": 1, "tan": 1, "tanh": 1, "sqrt": 1, "exp": 1, "log": 1, "abs": 1, "min": 2, "max": 2, "where": 3,
+}  # fmt: skip
+BINARY = {"<": 1, "<=": 1, ">": 1, ">=": 1, "+": 2, "-": 2, "*": 3, "/": 3, "**": 5}  #: precedence
+UNARY = 4  #: precedence of a sign: below a power, above a product
+ARITY = FUNCTIONS | dict.fromkeys(BINARY, 2) | {"neg": 1}
+RESERVED = frozenset(FUNCTIONS) | {"t", "pi"}
+GRAMMAR = (
+    "allowed are numbers, pi, the scene's parameters, t in functions of time, + - * / **, < <= > >=, parentheses and the functions "
+    "abs, cos, exp, log, max, min, sin, sqrt, tan, tanh, where(condition, then, else)"
+)
+
+_TOKEN = re.compile(
+    r"[ \t\n]*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)|(?P<sign>\*\*|<=|>=|[-+*/<>(),]))",
+    re.ASCII,
+)
+
+
+def _extreme(choose: Callable[[float, float], float]) -> Callable[[float, float], float]:
+    """min or max that passes NaN on, as its array form does."""
+    return lambda a, b: a + b if a != a or b != b else choose(a, b)
+
+
+SCALAR: Algebra = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv, "**": math.pow, "neg": operator.neg,
+    "<": lambda a, b: float(a < b), "<=": lambda a, b: float(a <= b),
+    ">": lambda a, b: float(a > b), ">=": lambda a, b: float(a >= b),
+    "sin": math.sin, "cos": math.cos, "tan": math.tan, "tanh": math.tanh, "sqrt": math.sqrt, "exp": math.exp, "log": math.log,
+    "abs": abs, "min": _extreme(min), "max": _extreme(max), "where": lambda c, a, b: a if c != 0.0 else b,
+}  # fmt: skip
+ARRAY: Algebra = {
+    "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "**": np.power, "neg": np.negative,
+    "<": lambda a, b: np.less(a, b) * 1.0, "<=": lambda a, b: np.less_equal(a, b) * 1.0,
+    ">": lambda a, b: np.greater(a, b) * 1.0, ">=": lambda a, b: np.greater_equal(a, b) * 1.0,
+    "sin": np.sin, "cos": np.cos, "tan": np.tan, "tanh": np.tanh, "sqrt": np.sqrt, "exp": np.exp, "log": np.log,
+    "abs": np.abs, "min": np.minimum, "max": np.maximum, "where": lambda c, a, b: np.where(np.not_equal(c, 0.0), a, b),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Expression:
+    """A function of time f(t) with its parameters bound: floats in, floats out; arrays in, arrays out."""
+
+    text: str
+    program: Program
+
+    @overload
+    def __call__(self, t: float) -> float: ...
+    @overload
+    def __call__(self, t: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]: ...
+    def __call__(self, t: float | npt.NDArray[np.float64]) -> float | npt.NDArray[np.float64]:
+        if isinstance(t, np.ndarray):
+            with np.errstate(all="ignore"):
+                return np.zeros(t.shape) + evaluate(self.program, {"t": t}, ARRAY)
+        return _scalar(self.program, float(t))
+
+
+def of_time(text: str | float, parameters: Mapping[str, float] | None = None) -> Expression:
+    """The function of time written as `text`; `parameters` are the names it may use beside t and pi, with their values."""
+    values = {"pi": math.pi} | dict(parameters or {})
+    program = parse(text, values.keys() | {"t"}) if isinstance(text, str) else (float(text),)
+    return Expression(str(text), _fold(program, values, str(text)))
+
+
+def check(expression: Expression, times: npt.ArrayLike, name: str) -> None:
+    """Raises a SolverError naming the load or joint `name` and the first of the times (s,) [s] where f(t) is not finite."""
+    t = np.atleast_1d(np.asarray(times, dtype=float))
+    values = expression(t)
+    if not np.isfinite(values).all():
+        first = int(np.argmin(np.isfinite(values)))
+        message = say(
+            f"{name} at t = {t[first]:g} s", f"a finite value of '{expression.text}'", values[first], "guard it with where(...)"
+        )
+        raise SolverError(message, Reason.NOT_FINITE, float(t[first]))
+
+
+def evaluate(program: Program, names: Mapping[str, Any], algebra: Algebra, lift: Callable[[float], Any] = float) -> Any:
+    """The value of a program; `lift` brings its numbers into the algebra."""
+    stack: list[Any] = []
+    for step in program:
+        if not isinstance(step, str):
+            stack.append(lift(step))
+        elif step in ARITY:
+            first = len(stack) - ARITY[step]
+            stack[first:] = [algebra[step](*stack[first:])]
+        else:
+            stack.append(names[step])
+    return stack[0]
+
+
+def parse(text: str, names: Collection[str]) -> Program:
+    """The postfix program of a text that may use `names` and pi; a Problem where the text leaves the grammar."""
+    if len(text) > LENGTH:
+        raise Problem(f"an expression of at most {LENGTH} characters", f"{len(text)} characters", "name its parts under parameters")
+    tokens = _tokens(text)
+    program = _comparison(tokens, names, 0)
+    if tokens[0][0] != "end":
+        raise _unexpected("an operator or the end", tokens[0])
+    return program
+
+
+def _scalar(program: Program, t: float) -> float:
+    """One value in Python floats; through numpy where those raise (division by zero, overflow, domain)."""
+    try:
+        return float(evaluate(program, {"t": t}, SCALAR))
+    except (ValueError, ArithmeticError):
+        with np.errstate(all="ignore"):
+            return float(evaluate(program, {"t": np.float64(t)}, ARRAY, np.float64))
+
+
+def _fold(program: Program, values: Mapping[str, float], text: str) -> Program:
+    """The program with constants computed once; a constant part that is not finite is refused."""
+    stack: list[Program] = []
+    for step in program:
+        if isinstance(step, str) and step in ARITY:
+            first = len(stack) - ARITY[step]
+            parts, constant = stack[first:], not any(isinstance(piece, str) for part in stack[first:] for piece in part)
+            joined: Program = (*(piece for part in parts for piece in part), step)
+            stack[first:] = [(_finite(_scalar(joined, 0.0), text),) if constant else joined]
+        elif isinstance(step, str):
+            stack.append((step,) if step not in values else (_finite(values[step], text),))
+        else:
+            stack.append((_finite(step, text),))
+    return stack[0]
+
+
+def _finite(value: float, text: str) -> float:
+    if not math.isfinite(value):
+        raise Problem("an expression of finite numbers", f"{shown(text)}, a part of which is {value}", GRAMMAR)
+    return value
+
+
+def _tokens(text: str) -> deque[Token]:
+    tokens: deque[Token] = deque()
+    position, end = 0, len(text.rstrip(" \t\n"))
+    while position < end:
+        match = _TOKEN.match(text, position)
+        if match is None:
+            rest = text[position:].lstrip(" \t\n")
+            hint = "write ** for a power; " if rest[0] == "^" else ""
+            raise Problem("an expression", f"{rest[0]!r} at column {len(text) - len(rest) + 1} of {shown(text)}", hint + GRAMMAR)
+        kind = str(match.lastgroup)
+        tokens.append((kind, match[kind], match.start(kind) + 1))
+        position = match.end()
+    tokens.append(("end", "the end", end + 1))
+    return tokens
+
+
+def _unexpected(expected: str, token: Token) -> Problem:
+    return Problem(f"{expected} at column {token[2]} of the expression", shown(token[1]), GRAMMAR)
+
+
+def _comparison(tokens: deque[Token], names: Collection[str], level: int) -> Program:
+    left = _climb(tokens, names, 1, level)
+    if BINARY.get(tokens[0][1]) == 1:
+        raise Problem("one comparison", "a chain of comparisons", "write (a < t) * (t < b) for both")
+    return left
+
+
+def _climb(tokens: deque[Token], names: Collection[str], floor: int, level: int) -> Program:
+    """Operands joined by operators of precedence `floor` and above; powers associate to the right, comparisons not at all."""
+    left = _operand(tokens, names, level)
+    while (precedence := BINARY.get(symbol := tokens[0][1], 0)) >= floor:
+        tokens.popleft()
+        right = _climb(tokens, names, precedence + (symbol != "**"), level + (symbol == "**"))
+        left = (*left, *right, symbol)
+        if precedence == 1:
+            break
+    return left
+
+
+def _operand(tokens: deque[Token], names: Collection[str], level: int) -> Program:
+    if level > LEVELS:
+        raise Problem(f"an expression nested at most {LEVELS} deep", "a deeper one", "name its parts under parameters")
+    token = tokens.popleft()
+    kind, text, _ = token
+    if kind == "number":
+        return (float(text),)
+    if kind == "name":
+        return _call(tokens, names, level, text) if tokens[0][1] == "(" else (_known(text, names),)
+    if text in ("+", "-"):
+        inner = _climb(tokens, names, UNARY, level + 1)
+        return inner if text == "+" else (*inner, "neg")
+    if text == "(":
+        inner = _comparison(tokens, names, level + 1)
+        _close(tokens)
+        return inner
+    raise _unexpected("a number, a name or '('", token)
+
+
+def _known(name: str, names: Collection[str]) -> str:
+    if name in FUNCTIONS:
+        raise Problem(f"the arguments of {name} in parentheses", f"'{name}' alone", GRAMMAR)
+    if name not in names and name != "pi":
+        known = sorted({*names, "pi"})
+        hint = closest(name, known).removeprefix("; ")
+        raise Problem(f"one of the names {', '.join(known)}", shown(name), f"{hint} {GRAMMAR}".strip())
+    return name
+
+
+def _call(tokens: deque[Token], names: Collection[str], level: int, name: str) -> Program:
+    if name not in FUNCTIONS:
+        hint = closest(name, FUNCTIONS).removeprefix("; ")
+        raise Problem(f"one of the functions {', '.join(sorted(FUNCTIONS))}", shown(name), f"{hint} {GRAMMAR}".strip())
+    tokens.popleft()
+    arguments = [_comparison(tokens, names, level + 1)]
+    while tokens[0][1] == ",":
+        tokens.popleft()
+        arguments.append(_comparison(tokens, names, level + 1))
+    _close(tokens)
+    count = FUNCTIONS[name]
+    if len(arguments) != count and not (count == 2 and len(arguments) > 2):
+        raise Problem(f"{count} argument{'s' if count > 1 else ''} of {name}", str(len(arguments)), GRAMMAR)
+    if count == 2:
+        return (*arguments[0], *(step for argument in arguments[1:] for step in (*argument, name)))
+    return (*(step for argument in arguments for step in argument), name)
+
+
+def _close(tokens: deque[Token]) -> None:
+    if tokens[0][1] != ")":
+        raise _unexpected("')'", tokens[0])
+    tokens.popleft()

@@ -1,0 +1,231 @@
+"""Quantities: "210 GPa" becomes 2.1e11, and only where a pressure is expected.
+
+    value [SI] = number * product_i (prefix_i unit_i)^n_i,    dimension = sum_i n_i dimension_i
+
+A quantity is a plain number (SI), a number with a unit, or an expression of the scene's parameters, whose dimensions are carried
+through the arithmetic. Exponents of a dimension count kilogram, metre, second and radian.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TypeAlias
+
+from ..core.errors import closest
+from . import expressions
+from .problems import Problem, shown
+
+Exponents: TypeAlias = tuple[Fraction, ...]
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A named dimension with its SI unit and the exponents of kg, m, s, rad."""
+
+    name: str
+    unit: str
+    exponents: Exponents
+
+    def __str__(self) -> str:
+        article = "an" if self.name[0] in "aeiou" else "a"
+        return f"{article} {self.name} [{self.unit}]" if self.unit else f"{article} {self.name}"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A value in SI units and the exponents of its dimension."""
+
+    value: float
+    exponents: Exponents
+
+
+def _dimension(name: str, unit: str, kg: int = 0, m: int = 0, s: int = 0, rad: int = 0) -> Dimension:
+    return Dimension(name, unit, tuple(Fraction(n) for n in (kg, m, s, rad)))
+
+
+NUMBER = _dimension("number", "")
+LENGTH = _dimension("length", "m", m=1)
+AREA = _dimension("area", "m^2", m=2)
+TIME = _dimension("time", "s", s=1)
+MASS = _dimension("mass", "kg", kg=1)
+ANGLE = _dimension("angle", "rad", rad=1)
+VELOCITY = _dimension("velocity", "m/s", m=1, s=-1)
+ANGULAR_VELOCITY = _dimension("angular velocity", "rad/s", s=-1, rad=1)
+ACCELERATION = _dimension("acceleration", "m/s^2", m=1, s=-2)
+RATE = _dimension("rate", "1/s", s=-1)
+FORCE = _dimension("force", "N", kg=1, m=1, s=-2)
+MOMENT = _dimension("moment", "N m", kg=1, m=2, s=-2)
+PRESSURE = _dimension("pressure", "Pa", kg=1, m=-1, s=-2)
+DENSITY = _dimension("density", "kg/m^3", kg=1, m=-3)
+LINE_DENSITY = _dimension("mass per length", "kg/m", kg=1, m=-1)
+BENDING_STIFFNESS = _dimension("bending stiffness", "N m^2", kg=1, m=3, s=-2)
+POWER = _dimension("power", "W", kg=1, m=2, s=-3)
+DIMENSIONS = (
+    NUMBER, LENGTH, AREA, TIME, MASS, ANGLE, VELOCITY, ANGULAR_VELOCITY, ACCELERATION, RATE, FORCE, MOMENT, PRESSURE, DENSITY,
+    LINE_DENSITY, BENDING_STIFFNESS, POWER,
+)  # fmt: skip
+
+_PREFIXES = {"": 0, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "k": 3, "M": 6, "G": 9}  #: power of ten
+_SCALED: dict[str, tuple[Fraction | int, Dimension]] = {
+    "m": (1, LENGTH), "g": (Fraction(1, 1000), MASS), "s": (1, TIME), "N": (1, FORCE), "Pa": (1, PRESSURE), "J": (1, MOMENT),
+    "W": (1, POWER), "Hz": (1, RATE), "rad": (1, ANGLE),
+}  # fmt: skip
+UNITS: dict[str, tuple[Fraction, Exponents]] = {
+    prefix + name: (Fraction(10) ** power * scale, dimension.exponents)
+    for name, (scale, dimension) in _SCALED.items()
+    for prefix, power in _PREFIXES.items()
+} | {
+    "cm": (Fraction(1, 100), LENGTH.exponents),
+    "t": (Fraction(1000), MASS.exponents),
+    "bar": (Fraction(100_000), PRESSURE.exponents),
+    "min": (Fraction(60), TIME.exponents),
+    "h": (Fraction(3600), TIME.exponents),
+    "deg": (Fraction(math.pi) / 180, ANGLE.exponents),
+    "rpm": (Fraction(math.pi) / 30, ANGULAR_VELOCITY.exponents),
+    "1": (Fraction(1), NUMBER.exponents),
+}  #: scale to SI and exponents
+
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[A-Za-zµμ]|1\s*/).*)?\s*", re.ASCII | re.DOTALL)
+_FACTOR = re.compile(r"\s*([*·/]?)\s*([A-Za-zµμ]+|1(?=\s*/))\s*(?:(?:\^|\*\*)\s*([-+]?\d))?\s*", re.ASCII)
+LENGTH_LIMIT = 200  #: longest unit text [characters]
+
+
+def convert(value: object, dimension: Dimension, parameters: Mapping[str, Quantity] | None = None) -> float:
+    """The SI value of a number, text or expression of parameters, of the wanted dimension."""
+    quantity = read(value, parameters)
+    got, wanted = quantity.exponents, dimension.exponents
+    if got not in (wanted, NUMBER.exponents) and not (wanted[3] and not got[3] and got[:3] == wanted[:3]):
+        raise Problem(str(dimension), f"{shown(value)} ({describe(got)})", _advice(dimension))
+    return quantity.value
+
+
+def read(value: object, parameters: Mapping[str, Quantity] | None = None) -> Quantity:
+    """A number, a text with a unit or an expression of parameters as a quantity; plain numbers are SI."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return Quantity(_finite(value, value), NUMBER.exponents)
+    if not isinstance(value, str):
+        raise Problem("a number or a quantity", shown(value), "write for instance 0.01 or '10 mm'")
+    match = _QUANTITY.fullmatch(value) if len(value) <= LENGTH_LIMIT else None
+    if match is None:
+        return _evaluate(value, parameters or {})
+    scale, exponents = _unit(match[2].rstrip(), value) if match[2] else (Fraction(1), NUMBER.exponents)
+    return Quantity(_finite(_scaled(float(match[1]), scale), value), exponents)
+
+
+def describe(exponents: Exponents) -> str:
+    """The name of a dimension, or its SI unit where it has no name."""
+    names = [dimension.name for dimension in DIMENSIONS if dimension.exponents == exponents]
+    factors = [f"{unit}^{power}" for unit, power in zip(("kg", "m", "s", "rad"), exponents, strict=True) if power]
+    return names[0] if names else " ".join(factors)
+
+
+def _advice(dimension: Dimension) -> str:
+    return f"write a number, or a quantity in {dimension.unit}" if dimension.unit else "write a number without a unit"
+
+
+def _finite(value: float, got: object) -> float:
+    try:
+        finite = math.isfinite(value)
+    except OverflowError:
+        finite = False
+    if not finite:
+        raise Problem("a finite number", shown(got))
+    return float(value)
+
+
+def _scaled(value: float, scale: Fraction) -> float:
+    """value * scale with one rounding where the scale is a power of ten."""
+    exact = max(scale.numerator, scale.denominator) < 2**53
+    return value * scale.numerator / scale.denominator if exact else value * float(scale)
+
+
+def _unit(text: str, whole: str) -> tuple[Fraction, Exponents]:
+    """Scale and exponents of `kg/m^3`, `N m`, `1/s`."""
+    scale, exponents, position = Fraction(1), NUMBER.exponents, 0
+    while position < len(text):
+        match = _FACTOR.match(text, position)
+        if match is None:
+            raise Problem("a unit such as mm, kg/m^3 or N m", shown(whole), f"'{text[position:][:20]}' is not part of a unit")
+        if match[2] not in UNITS:
+            hint = closest(match[2], UNITS).removeprefix("; ")
+            raise Problem("a known unit (m, kg, s, N, Pa, J, W, Hz, rad, deg, rpm; n u m k M G before)", shown(match[2]), hint)
+        power = int(match[3] or 1) * (-1 if match[1] == "/" else 1)
+        factor, own = UNITS[match[2]]
+        scale, exponents = scale * factor**power, tuple(n + power * m for n, m in zip(exponents, own, strict=True))
+        position = match.end()
+        if abs(max(exponents, key=abs)) > 12:
+            raise Problem("a unit with small powers", shown(whole))
+    return scale, exponents
+
+
+def _evaluate(text: str, parameters: Mapping[str, Quantity]) -> Quantity:
+    program = expressions.parse(text, parameters.keys())
+    names = {"pi": Quantity(math.pi, NUMBER.exponents)} | dict(parameters)
+    try:
+        result: Quantity = expressions.evaluate(program, names, _ALGEBRA, lambda number: Quantity(number, NUMBER.exponents))
+    except (ArithmeticError, ValueError) as error:
+        raise error if isinstance(error, Problem) else Problem("a quantity", f"{shown(text)} ({error})") from error
+    return Quantity(_finite(result.value, text), result.exponents)
+
+
+def _same(symbol: str) -> Callable[[Quantity, Quantity], Quantity]:
+    """Sums, comparisons and extremes: both sides of one dimension, radians counting as numbers."""
+    law = expressions.SCALAR[symbol]
+
+    def apply(a: Quantity, b: Quantity) -> Quantity:
+        if a.exponents[:3] != b.exponents[:3]:
+            raise Problem(f"both sides of '{symbol}' of one dimension", f"{describe(a.exponents)} and {describe(b.exponents)}")
+        return Quantity(law(a.value, b.value), NUMBER.exponents if symbol[0] in "<>" else a.exponents)
+
+    return apply
+
+
+def _pure(symbol: str) -> Callable[[Quantity], Quantity]:
+    """Functions of numbers and angles."""
+    law = expressions.SCALAR[symbol]
+
+    def apply(a: Quantity) -> Quantity:
+        if any(a.exponents[:3]):
+            raise Problem(f"a number or an angle in {symbol}(...)", describe(a.exponents))
+        return Quantity(law(a.value), NUMBER.exponents)
+
+    return apply
+
+
+def _product(a: Quantity, b: Quantity) -> Quantity:
+    return Quantity(a.value * b.value, tuple(map(operator.add, a.exponents, b.exponents)))
+
+
+def _quotient(a: Quantity, b: Quantity) -> Quantity:
+    return Quantity(a.value / b.value, tuple(map(operator.sub, a.exponents, b.exponents)))
+
+
+def _power(a: Quantity, b: Quantity) -> Quantity:
+    if any(b.exponents):
+        raise Problem("a number as exponent of '**'", describe(b.exponents))
+    power = Fraction(b.value).limit_denominator(12) if math.isfinite(b.value) and any(a.exponents) else Fraction(0)
+    if abs(power) > 12:
+        raise Problem("an exponent of a quantity of at most 12", str(b.value))
+    return Quantity(math.pow(a.value, b.value), tuple(n * power for n in a.exponents))
+
+
+def _where(condition: Quantity, a: Quantity, b: Quantity) -> Quantity:
+    return a if condition.value != 0.0 else b
+
+
+_ALGEBRA: expressions.Algebra = {
+    **{symbol: _same(symbol) for symbol in ("+", "-", "min", "max", "<", "<=", ">", ">=")},
+    **{symbol: _pure(symbol) for symbol in ("sin", "cos", "tan", "tanh", "exp", "log")},
+    "*": _product,
+    "/": _quotient,
+    "**": _power,
+    "sqrt": lambda a: _power(a, Quantity(0.5, NUMBER.exponents)),
+    "abs": lambda a: Quantity(abs(a.value), a.exponents),
+    "neg": lambda a: Quantity(-a.value, a.exponents),
+    "where": _where,
+}

@@ -1,0 +1,213 @@
+"""YAML 1.2 text -> a tree of nodes that know their lines; nothing is constructed but text, numbers, booleans, lists and mappings.
+
+The tree is built from the parser's events, so nesting, size and aliases are counted before anything is expanded. Refused: tags,
+duplicate keys (both lines are named), keys that are not text, several documents, aliases to an enclosing node.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.events import AliasEvent, DocumentStartEvent, MappingEndEvent, MappingStartEvent, ScalarEvent, SequenceEndEvent
+from ruamel.yaml.events import SequenceStartEvent as ListStartEvent
+
+from ..core.errors import InputError, say
+
+BYTES = 16 * 1024 * 1024  #: largest file
+LEVELS = 64  #: deepest nesting
+NODES = 100_000  #: most values, aliases counted as expanded
+
+Scalar: TypeAlias = str | int | float | bool | None
+_INTEGER = re.compile(r"[-+]?\d{1,300}", re.ASCII)
+_FLOAT = re.compile(r"[-+]?(\.\d+|\d+(\.\d*)?)([eE][-+]?\d+)?", re.ASCII)
+_WORDS: dict[str, Scalar] = {"": None, "~": None}
+_WORDS |= {
+    form: value for word, value in (("null", None), ("true", True), ("false", False)) for form in (word, word.title(), word.upper())
+}
+_WORDS |= {sign + form: float(sign + "inf") for sign in ("", "+", "-") for form in (".inf", ".Inf", ".INF")}
+_WORDS |= {form: float("nan") for form in (".nan", ".NaN", ".NAN")}
+
+
+@dataclass(frozen=True)
+class Node:
+    """A value with the line of its key (or its own, in lists); `size` and `height` count values and levels, aliases expanded."""
+
+    value: Scalar | dict[str, Node] | list[Node]
+    line: int
+    size: int = 1
+    height: int = 0
+
+
+def read(path: Path) -> Node:
+    """The tree of a file."""
+    try:
+        if path.exists() and not path.is_file():
+            raise InputError(say(str(path), "a file", "something else"))
+        size = path.stat().st_size
+        if size > BYTES:
+            raise InputError(
+                say(str(path), f"a file of at most {BYTES // 2**20} MB", f"{size / 2**20:.1f} MB", "meshes belong into mesh files")
+            )
+        return parse(path.read_bytes().decode("utf-8-sig"), str(path))
+    except OSError as error:
+        raise InputError(say(str(path), "a readable file", error.strerror or type(error).__name__)) from error
+    except UnicodeDecodeError as error:
+        raise InputError(say(str(path), "text in UTF-8", f"byte 0x{error.object[error.start]:02x} at {error.start}")) from error
+
+
+def parse(text: str, name: str) -> Node:
+    """The tree of a text; `name` stands for the file in messages."""
+    if len(text) > BYTES:
+        raise InputError(
+            say(name, f"a text of at most {BYTES // 2**20} MB", f"{len(text) / 2**20:.1f} MB", "meshes belong into mesh files")
+        )
+    events = _events(text, name)
+    builder = _Builder(name, events, {})
+    root: Node | None = None
+    for event in events:
+        if isinstance(event, DocumentStartEvent):
+            if root is not None:
+                raise _refuse(name, event, "one document", "a second one", "delete everything from the second '---' on")
+            root = builder.node(next(events), 0)
+    if root is None:
+        raise InputError(say(name, "a scene", "an empty file", "start with 'schema: 1'"))
+    return root
+
+
+def plain(node: Node) -> Any:
+    """The tree as dicts, lists and scalars."""
+    if isinstance(node.value, dict):
+        return {key: plain(value) for key, value in node.value.items()}
+    if isinstance(node.value, list):
+        return [plain(value) for value in node.value]
+    return node.value
+
+
+def line(node: Node, path: Sequence[str | int]) -> int:
+    """The line of the value at a path of keys and indices, or of its nearest ancestor that exists."""
+    for step in path:
+        if isinstance(node.value, dict) and step in node.value:
+            node = node.value[str(step)]
+        elif isinstance(node.value, list) and isinstance(step, int) and step < len(node.value):
+            node = node.value[step]
+        else:
+            break
+    return node.line
+
+
+def scalar(text: str) -> Scalar:
+    """A plain scalar by the core schema of YAML 1.2, decimal numbers only."""
+    if text in _WORDS:
+        return _WORDS[text]
+    if _INTEGER.fullmatch(text):
+        return int(text)
+    return float(text) if _FLOAT.fullmatch(text) else text
+
+
+def _events(text: str, name: str) -> Iterator[Any]:
+    """The parser's events; its errors in the house form."""
+    try:
+        yield from YAML(typ="safe", pure=True).parse(text)
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        where = f"{name}:{mark.line + 1}" if mark else name
+        raise InputError(
+            say(where, "YAML 1.2", error.problem or error.context or "something else", "look for a missing quote or bracket")
+        ) from error
+    except (
+        YAMLError,
+        ValueError,
+        OverflowError,
+        AttributeError,
+        TypeError,
+        IndexError,
+        AssertionError,
+        NotImplementedError,
+    ) as error:
+        raise InputError(say(name, "YAML 1.2", str(error).splitlines()[0] if str(error) else type(error).__name__)) from error
+
+
+def _refuse(name: str, event: Any, expected: str, got: str, remedy: str = "") -> InputError:
+    return InputError(say(f"{name}:{event.start_mark.line + 1}", expected[:200], got[:200], remedy))
+
+
+@dataclass(frozen=True)
+class _Builder:
+    name: str
+    events: Iterator[Any]
+    anchors: dict[str, Node | None]  # None while the anchored node is being built
+
+    def node(self, event: Any, level: int) -> Node:
+        if isinstance(event, AliasEvent):
+            return self._alias(event, level)
+        if getattr(event, "tag", None) is not None:
+            raise _refuse(
+                self.name, event, "a value without a tag", f"the tag '{event.tag}'", "delete it; scenes hold plain values only"
+            )
+        self._depth(level, event)
+        if event.anchor is not None:
+            self.anchors[event.anchor] = None
+        node = self._build(event, level)
+        if node.size > NODES:
+            raise _refuse(
+                self.name, event, f"at most {NODES} values", f"{node.size}, aliases counted as expanded", "use fewer aliases"
+            )
+        if event.anchor is not None:
+            self.anchors[event.anchor] = node
+        return node
+
+    def _alias(self, event: Any, level: int) -> Node:
+        node = self.anchors.get(event.anchor)
+        if node is None:
+            state = "a reference to an enclosing value" if event.anchor in self.anchors else "no such anchor"
+            raise _refuse(self.name, event, f"an anchor '&{event.anchor}' before its alias", state)
+        self._depth(level + node.height, event)
+        return node
+
+    def _depth(self, level: int, event: Any) -> None:
+        if level > LEVELS:
+            raise _refuse(self.name, event, f"at most {LEVELS} nested levels", "more", "aliases count as written out")
+
+    def _build(self, event: Any, level: int) -> Node:
+        line = event.start_mark.line + 1
+        if isinstance(event, ScalarEvent):
+            return Node(scalar(event.value) if event.style is None else event.value, line)
+        if isinstance(event, ListStartEvent):
+            return self._list(line, level)
+        if isinstance(event, MappingStartEvent):
+            return self._mapping(line, level)
+        raise _refuse(self.name, event, "a value", type(event).__name__)
+
+    def _list(self, line: int, level: int) -> Node:
+        items: list[Node] = []
+        size = 1
+        while not isinstance(event := next(self.events), SequenceEndEvent):
+            items.append(self.node(event, level + 1))
+            size = self._count(size + items[-1].size, event)
+        return Node(items, line, size, 1 + max((item.height for item in items), default=0))
+
+    def _mapping(self, line: int, level: int) -> Node:
+        entries: dict[str, Node] = {}
+        size = 1
+        while not isinstance(event := next(self.events), MappingEndEvent):
+            if not isinstance(event, ScalarEvent) or event.anchor is not None or event.tag is not None:
+                raise _refuse(self.name, event, "a key that is plain text", "something else")
+            key, key_line = str(event.value), event.start_mark.line + 1
+            if key in entries:
+                raise _refuse(
+                    self.name, event, f"the key '{key}' once", f"twice, in lines {entries[key].line} and {key_line}", "delete one"
+                )
+            entries[key] = replace(self.node(next(self.events), level + 1), line=key_line)
+            size = self._count(size + entries[key].size, event)
+        return Node(entries, line, size, 1 + max((entry.height for entry in entries.values()), default=0))
+
+    def _count(self, size: int, event: Any) -> int:
+        if size > NODES:
+            raise _refuse(self.name, event, f"at most {NODES} values", "more, aliases counted as expanded", "use fewer aliases")
+        return size

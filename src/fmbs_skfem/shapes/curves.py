@@ -1,0 +1,99 @@
+"""Reference curves through given points.
+
+    r(xi_i) = p_i,    xi_i = sum_{j<i} |p_{j+1} - p_j|        (chord-length parameter, |r'| close to 1)
+
+Points on one straight line give the straight line; others a C2 cubic spline with the not-a-knot end condition, three points a
+parabola. de Boor, A Practical Guide to Splines, rev. ed., ISBN 978-0-387-95366-3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
+
+from ..core.errors import InputError, say
+from ..core.notices import notify
+from .table import Curve, Floats, inside
+
+#: Distance from the chord, relative to its length, below which points count as straight.
+STRAIGHT = 1e-12
+#: Angle between neighbouring chords above which a notice says that the spline rounds a corner [degrees].
+CORNER = 60.0
+
+
+@dataclass(frozen=True, eq=False)
+class Straight:
+    """r(xi) = (1 - xi / l) a + (xi / l) b."""
+
+    start: Floats
+    end: Floats
+    length: float  #: [m]
+
+    def __call__(self, xi: Floats, derivative: int = 0, /) -> Floats:
+        share = inside("curve", xi, 0.0, self.length)[:, None] / self.length
+        if derivative == 0:
+            return (1.0 - share) * self.start + share * self.end
+        slope = (self.end - self.start) / self.length if derivative == 1 else np.zeros_like(self.start)
+        return np.tile(slope, (len(share), 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Smooth:
+    """A piecewise cubic curve, twice continuously differentiable."""
+
+    spline: CubicSpline
+
+    def __call__(self, xi: Floats, derivative: int = 0, /) -> Floats:
+        return np.asarray(self.spline(inside("curve", xi, *self.spline.x[[0, -1]]), derivative))
+
+
+def through(points: ArrayLike) -> tuple[Floats, Curve]:
+    """Breakpoints (n,) and curve(xi, derivative) -> (x, c) through the points (n, c) of an open polyline."""
+    array = np.asarray(points, dtype=float)
+    if array.ndim != 2 or len(array) < 2 or array.shape[1] < 1 or not np.isfinite(array).all():
+        got = f"shape {array.shape}" + ("" if np.isfinite(array).all() else " with NaN or infinity")
+        raise InputError(say("curves.through", "at least two finite points (n, c)", got, "look into the mesh"))
+    chords = np.diff(array, axis=0)
+    lengths = np.linalg.norm(chords, axis=1)
+    if np.any(lengths <= STRAIGHT * lengths.sum()):
+        i = int(np.argmin(lengths))
+        got = f"points {i} and {i + 1} both at {array[i]}"
+        raise InputError(say("curves.through", "neighbouring points apart", got, "remove one of them"))
+    if _straight(array):
+        _check_forward(array)
+        breaks = np.linalg.norm(array - array[0], axis=1)
+        return breaks, Straight(array[0], array[-1], float(breaks[-1]))
+    _check_corners(chords / lengths[:, None])
+    breaks = np.concatenate([[0.0], np.cumsum(lengths)])
+    return breaks, Smooth(CubicSpline(breaks, array, bc_type="not-a-knot"))
+
+
+def _straight(points: Floats) -> bool:
+    """Whether all points lie, to round-off, on the line from the first to the one farthest from it."""
+    offsets = points - points[0]
+    reach = np.linalg.norm(offsets, axis=1)
+    far = int(np.argmax(reach))
+    direction = offsets[far] / reach[far]
+    distances = np.linalg.norm(offsets - np.outer(offsets @ direction, direction), axis=1)
+    return bool(np.max(distances) <= STRAIGHT * reach[far] + 4.0 * np.finfo(float).eps * np.max(np.abs(points)))
+
+
+def _check_forward(points: Floats) -> None:
+    """Points of a straight line have to lie in order along it."""
+    steps = np.diff(points, axis=0) @ (points[1] - points[0])
+    if np.any(steps <= 0.0):
+        i = int(np.argmax(steps <= 0.0))
+        got = f"a turn back at point {i}"
+        raise InputError(say("curves.through", "points in order along their line", got, "order the cells of the mesh"))
+
+
+def _check_corners(directions: Floats) -> None:
+    cosines = np.sum(directions[1:] * directions[:-1], axis=1)
+    turn = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
+    if turn.size and turn.max() > CORNER:
+        i = int(np.argmax(turn)) + 1
+        angle = f"the polyline turns by {turn.max():.0f} degrees at point {i}"
+        notify(f"curves.through: {angle} and the spline rounds it; make two bodies joined by a weld to keep the corner")

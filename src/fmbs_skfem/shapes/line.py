@@ -1,0 +1,339 @@
+"""Spaces of basis functions on a line: B-splines, NURBS, and the cubic Hermite functions of the ANCF cable.
+
+    r(xi) = sum_b R_b(xi) c_b,    R_b = w_b N_b / W,  W = sum_b w_b N_b,
+    R_b^(d) = (w_b N_b^(d) - sum_{j=1..d} binomial(d, j) W^(j) R_b^(d-j)) / W
+
+N_b are B-splines of the knot vector (scipy evaluates them; N'_p = N_{p-1} D with a matrix D of knot differences), w_b the weights
+of a NURBS, 1 otherwise. Piegl and Tiller, The NURBS Book, 2nd ed., doi:10.1007/978-3-642-59223-2.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import legendre, polynomial
+from numpy.typing import ArrayLike
+from scipy import sparse
+from scipy.interpolate import BSpline as SciPySpline
+from scipy.sparse.linalg import splu
+
+from ..core.errors import InputError, say
+from . import knotvector
+from .table import Curve, Floats, Ints, Table, breaks, fit, inside, known, reproduced, sample, tabulate
+
+__all__ = [
+    "BSpline",
+    "Hermite",
+    "uniform",
+    "breaks",
+    "tabulate",
+    "sample",
+    "fit",
+    "known",
+    "reproduced",
+    "insert_knots",
+    "elevate",
+    "hermite_to_bspline",
+    "bspline_to_hermite",
+    "REGISTRY",
+]
+
+
+@dataclass(frozen=True, eq=False)
+class BSpline:
+    """B-splines of a knot vector; NURBS when `weights` (b,) are given. The domain is [knots[degree], knots[-degree-1]]."""
+
+    degree: int
+    knots: Floats
+    weights: Floats | None = None
+
+    def __post_init__(self) -> None:
+        _check_degree("BSpline.degree", self.degree)
+        object.__setattr__(self, "knots", knotvector.frozen("BSpline.knots", self.knots))
+        knotvector.check(self.degree, self.knots)
+        if self.weights is not None:
+            object.__setattr__(self, "weights", knotvector.frozen("BSpline.weights", self.weights))
+            knotvector.check_weights(self.weights, self.count)
+
+    @property
+    def count(self) -> int:
+        """Number of basis functions."""
+        return len(self.knots) - self.degree - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Hermite:
+    """Cubic Hermite functions: function 2i carries the position of node i, 2i+1 its slope dr/dxi.
+
+    The gradient-deficient ANCF cable: Gerstmayr and Shabana, Nonlinear Dynamics 45 (2006), doi:10.1007/s11071-006-1856-1.
+    """
+
+    breaks: Floats
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "breaks", knotvector.increasing("Hermite.breaks", self.breaks))
+
+    @property
+    def count(self) -> int:
+        """Number of basis functions."""
+        return 2 * len(self.breaks)
+
+
+def uniform(cells: int | ArrayLike, degree: int = 3, continuity: int = 1) -> BSpline:
+    """Open B-splines of the given continuity over `cells` equal cells of [0, 1], or over the given breakpoints (e+1,)."""
+    whole = isinstance(cells, int | np.integer)
+    if np.ndim(cells) == 0 and not (whole and cells >= 1):  # type: ignore[operator]
+        raise InputError(say("uniform.cells", "a whole number of at least 1, or breakpoints", cells, "20 suit a slender beam"))
+    ends = np.linspace(0.0, 1.0, int(cells) + 1) if whole else knotvector.increasing("uniform.breaks", cells)  # type: ignore[arg-type]
+    _check_degree("uniform.degree", degree)
+    if not isinstance(continuity, int | np.integer) or not 0 <= continuity < degree:
+        raise InputError(
+            say("uniform.continuity", f"a whole number from 0 to degree - 1 = {degree - 1}", continuity, "raise the degree")
+        )
+    times = np.full(len(ends), degree - continuity)
+    times[[0, -1]] = degree + 1
+    return BSpline(degree, np.repeat(ends, times))
+
+
+def _check_degree(where: str, degree: int) -> None:
+    if not isinstance(degree, int | np.integer) or degree < 1:
+        raise InputError(say(where, "a whole number of at least 1", degree, "3 suits beams"))
+
+
+# -------------------------------------------------------------------------------------------------------- cells, tables
+@breaks.register
+def _(space: BSpline) -> Floats:
+    return np.unique(space.knots[space.degree : len(space.knots) - space.degree])
+
+
+@breaks.register
+def _(space: Hermite) -> Floats:
+    return space.breaks
+
+
+@tabulate.register
+def _(space: BSpline, points: int = 4) -> Table:
+    return _tabulate(
+        space, knotvector.spans(space.degree, space.knots, breaks(space)[:-1]) - space.degree, space.degree + 1, points
+    )
+
+
+@tabulate.register
+def _(space: Hermite, points: int = 4) -> Table:
+    return _tabulate(space, 2 * np.arange(len(space.breaks) - 1), 4, points)
+
+
+def _tabulate(space: BSpline | Hermite, first: Ints, functions: int, points: int) -> Table:
+    """Gauss table of a space in which cell e carries the functions first[e] .. first[e] + functions - 1."""
+    if not isinstance(points, int | np.integer) or points < 1:
+        raise InputError(say("tabulate.points", "a whole number of at least 1", points, "4 points are exact for cubic cables"))
+    ends = breaks(space)
+    half = np.diff(ends)[:, None] / 2.0
+    nodes, gauss = legendre.leggauss(int(points))
+    xi = (ends[:-1] + ends[1:])[:, None] / 2.0 + half * nodes
+    values = np.zeros((len(first), points, 3, functions))
+    for k in range(3):
+        rows = sample(space, xi.ravel(), k).tocoo()
+        cell, point = np.divmod(rows.row, points)
+        values[cell, point, k, rows.col - first[cell]] = rows.data
+    return Table(values, first[:, None] + np.arange(functions), half * gauss, xi, space.count)
+
+
+# ---------------------------------------------------------------------------------------------------------- evaluation
+@sample.register
+def _(space: BSpline, xi: ArrayLike, derivative: int = 0) -> sparse.csr_array:
+    if derivative not in (0, 1, 2, 3):
+        raise InputError(say("sample.derivative", "0, 1, 2 or 3", derivative, "fit another line to the third derivative"))
+    ends = breaks(space)
+    where = inside("sample", xi, ends[0], ends[-1])
+    plain = [_derivative(space, where, d) for d in range(derivative + 1)]
+    if space.weights is None:
+        return plain[derivative]
+    weighted = sparse.diags_array(space.weights)
+    return sparse.csr_array(_quotient([rows @ weighted for rows in plain], [rows @ space.weights for rows in plain]))
+
+
+@sample.register
+def _(space: Hermite, xi: ArrayLike, derivative: int = 0) -> sparse.csr_array:
+    return sparse.csr_array(sample(uniform(space.breaks), xi, derivative) @ hermite_to_bspline(space))
+
+
+def _derivative(space: BSpline, xi: Floats, derivative: int) -> sparse.csr_array:
+    """N^(d)_p = N_{p-d} D_{p-d+1} .. D_p, (D_p c)_i = p (c_i - c_{i-1}) / (t_{i+p} - t_i); zero where the knots coincide."""
+    degree, knots = space.degree, space.knots
+    if derivative > degree:
+        return sparse.csr_array((len(xi), space.count))
+    differences = sparse.eye_array(space.count, format="csr")
+    for p in range(degree, degree - derivative, -1):
+        width = knots[p + 1 : -1] - knots[1 : -p - 1]
+        factor = np.divide(p, width, out=np.zeros_like(width), where=width > 0.0)
+        step = sparse.diags_array([-factor, factor], offsets=[0, 1], shape=(len(factor), len(factor) + 1))
+        differences, knots = sparse.csr_array(step @ differences), knots[1:-1]
+    rows = SciPySpline.design_matrix(xi, knots, degree - derivative)
+    return sparse.csr_array(rows @ differences)
+
+
+def _quotient(numerators: list[Any], denominators: list[Floats]) -> Any:
+    """Last derivative of A / W from the derivatives of A, each (x, b) sparse or dense, and of W, each (x,)."""
+    found: list[Any] = []
+    for d, numerator in enumerate(numerators):
+        for j in range(1, d + 1):
+            numerator = numerator - sparse.diags_array(math.comb(d, j) * denominators[j]) @ found[d - j]
+        found.append(sparse.diags_array(1.0 / denominators[0]) @ numerator)
+    return found[-1]
+
+
+# ------------------------------------------------------------------------------------------------------- reproduction
+@known.register
+def _(space: BSpline) -> Floats:
+    one = np.ones(space.count)
+    return one[:, None] if space.weights is not None else np.stack([one, knotvector.averages(space.degree, space.knots)], axis=1)
+
+
+@known.register
+def _(space: Hermite) -> Floats:
+    one, xi = np.tile([1.0, 0.0], len(space.breaks)), np.ones(space.count)
+    xi[::2] = space.breaks
+    return np.stack([one, xi], axis=1)
+
+
+@reproduced.register
+def _(space: BSpline, xi: Floats, derivative: int = 0) -> Floats:
+    low, high = breaks(space)[[0, -1]]
+    powers = [_powers(xi, space.degree, low, high, d) for d in range(derivative + 1)]
+    if space.weights is None:
+        return powers[derivative]
+    weight = SciPySpline(space.knots, space.weights, space.degree)
+    return np.asarray(_quotient(powers, [weight(xi, d) for d in range(derivative + 1)]))
+
+
+@reproduced.register
+def _(space: Hermite, xi: Floats, derivative: int = 0) -> Floats:
+    return _powers(xi, 3, space.breaks[0], space.breaks[-1], derivative)
+
+
+def _powers(xi: Floats, degree: int, low: float, high: float, derivative: int) -> Floats:
+    """Derivatives in xi of s^0 .. s^degree, (x, degree+1), with s in [-1, 1] over [low, high]."""
+    half = (high - low) / 2.0
+    coefficients = polynomial.polyder(np.eye(degree + 1), derivative)
+    return polynomial.polyvander((xi - low) / half - 1.0, len(coefficients) - 1) @ coefficients / half**derivative
+
+
+@fit.register
+def _(space: BSpline, curve: Curve) -> Floats:
+    """Interpolation: at the breaks, with slopes (and curvatures) where they repeat, else at the Greville abscissae."""
+    sites, orders = knotvector.sites(space.degree, space.knots)
+    blocks, values = [], []
+    for d in np.unique(orders):
+        xi = sites[orders == d]
+        blocks.append(sample(space, xi, int(d)))
+        values.append(_values(curve, xi, int(d)))
+    return splu(sparse.csc_array(sparse.vstack(blocks))).solve(np.concatenate(values))
+
+
+@fit.register
+def _(space: Hermite, curve: Curve) -> Floats:
+    pairs = [_values(curve, space.breaks, d) for d in (0, 1)]
+    return np.stack(pairs, axis=1).reshape(space.count, -1)
+
+
+def _values(curve: Curve, xi: Floats, derivative: int) -> Floats:
+    values = np.asarray(curve(xi, derivative), dtype=float)
+    if values.ndim != 2 or len(values) != len(xi) or not np.isfinite(values).all():
+        expected = f"finite values ({len(xi)}, c) of curve(xi, {derivative})"
+        raise InputError(say("fit.curve", expected, f"shape {values.shape}", "return one row a parameter"))
+    return values
+
+
+# --------------------------------------------------------------------------------------------------------- refinement
+def insert_knots(space: BSpline, coefficients: ArrayLike, knots: ArrayLike) -> tuple[BSpline, Floats]:
+    """The same curve with more knots strictly inside the domain (Boehm, Oslo); coefficients (b, c) or (b,)."""
+    low, high = breaks(space)[[0, -1]]
+    extra = inside("insert_knots", knots, low, high)
+    if np.any((extra <= low) | (extra >= high)):
+        raise InputError(say("insert_knots", f"knots strictly between {low:g} and {high:g}", extra, "leave out the end knots"))
+    refined = np.sort(np.concatenate([space.knots, extra]))
+    return _carry(space, space.degree, refined, knotvector.inserted(space.degree, space.knots, refined), coefficients)
+
+
+def elevate(space: BSpline, coefficients: ArrayLike, times: int = 1) -> tuple[BSpline, Floats]:
+    """The same curve with a degree higher by `times`, continuity unchanged; coefficients (b, c) or (b,)."""
+    if not isinstance(times, int | np.integer) or times < 0:
+        raise InputError(say("elevate.times", "a whole number of at least 0", times, "the degree cannot be lowered"))
+    array = _coefficients(space, coefficients)
+    for _ in range(times):
+        degree, knots = space.degree, space.knots
+        space, array = _carry(space, degree + 1, knotvector.elevated(degree, knots), knotvector.raised(degree, knots), array)
+    return space, array
+
+
+def _carry(space: BSpline, degree: int, knots: Floats, change: Any, coefficients: ArrayLike) -> tuple[BSpline, Floats]:
+    """The space over new knots and the coefficients in it, in homogeneous coordinates (w c, w) where it is rational."""
+    array = _coefficients(space, coefficients)
+    if space.weights is None:
+        return BSpline(degree, knots), change @ array
+    weights = change @ space.weights
+    return BSpline(degree, knots, weights), ((change @ (space.weights * array.T).T).T / weights).T
+
+
+def _coefficients(space: BSpline, coefficients: ArrayLike) -> Floats:
+    array = np.asarray(coefficients, dtype=float)
+    if array.ndim not in (1, 2) or len(array) != space.count:
+        raise InputError(say("coefficients", f"shape ({space.count}, c), a row for each function", array.shape, "see space.count"))
+    return array
+
+
+# --------------------------------------------------------------------------------------------- C1 cubic <-> ANCF cable
+def hermite_to_bspline(hermite: Hermite) -> sparse.csr_array:
+    """Map (b, b) from positions and slopes to the coefficients in `uniform(hermite.breaks, 3, 1)`.
+
+    d_2i = r_i - h_- r'_i / 3,  d_2i+1 = r_i + h_+ r'_i / 3,  with the cells h_- and h_+ beside node i, zero beyond the ends.
+    """
+    left, right = _sides(hermite.breaks)
+    one = np.ones_like(left)
+    return _blocks(one, -left / 3.0, one, right / 3.0)
+
+
+def bspline_to_hermite(bspline: BSpline) -> sparse.csr_array:
+    """Map (b, b) from the coefficients of an open C1 cubic B-spline to positions and slopes; inverse of `hermite_to_bspline`.
+
+    r_i = (h_+ d_2i + h_- d_2i+1) / (h_- + h_+),  r'_i = 3 (d_2i+1 - d_2i) / (h_- + h_+).
+    """
+    ends, target = breaks(bspline), "an open cubic B-spline without weights and with double inner knots"
+    same = bspline.degree == 3 and np.array_equal(bspline.knots, uniform(ends).knots)
+    if not same or (bspline.weights is not None and np.ptp(bspline.weights) > 0.0):
+        got = f"degree {bspline.degree}, {len(bspline.knots)} knots, weights {'none' if bspline.weights is None else 'given'}"
+        raise InputError(say("bspline_to_hermite", target, got, "build the line with uniform(breaks, degree=3, continuity=1)"))
+    left, right = _sides(ends)
+    both = left + right
+    return _blocks(right / both, left / both, -3.0 / both, 3.0 / both)
+
+
+def _sides(ends: Floats) -> tuple[Floats, Floats]:
+    """Lengths (i,) of the cells before and after each break, zero beyond the ends."""
+    lengths = np.concatenate([[0.0], np.diff(ends), [0.0]])
+    return lengths[:-1], lengths[1:]
+
+
+def _blocks(a: Floats, b: Floats, c: Floats, d: Floats) -> sparse.csr_array:
+    """Block-diagonal array with the blocks [[a_i, b_i], [c_i, d_i]]."""
+    blocks = np.stack([a, b, c, d], axis=1).reshape(-1, 2, 2)
+    places = np.arange(len(blocks))
+    return sparse.csr_array(sparse.bsr_array((blocks, places, np.append(places, len(blocks)))))
+
+
+#: Spaces of every kind; the contract check runs over them.
+REGISTRY: tuple[BSpline | Hermite, ...] = (
+    *(uniform(3, degree, continuity) for degree in range(1, 7) for continuity in range(degree)),
+    uniform(1, 4, 0),
+    uniform([0.0, 0.1, 0.7, 0.8, 2.5], 3, 1),
+    BSpline(3, np.array([0, 0, 0, 0, 1, 2, 2, 3, 3, 3, 4, 4, 4, 4.0])),
+    BSpline(3, np.array([-3, -1, -0.5, 0, 0.4, 1, 1, 2, 2.5, 2.5, 4.0])),
+    BSpline(2, np.array([0, 0, 0, 1, 1, 2, 2, 2.0]), np.array([1.0, np.sqrt(0.5), 1.0, np.sqrt(0.5), 1.0])),
+    BSpline(3, np.array([0, 0, 0, 0, 0.3, 1, 1, 1, 1.0]), np.array([1.0, 0.4, 2.0, 0.7, 1.5])),
+    Hermite(np.linspace(0.0, 2.0, 5)),
+    Hermite(np.array([-1.0, -0.9, 0.0, 3.0])),
+)

@@ -1,0 +1,308 @@
+"""Meshes of lines in files: read and audited, written, followed as one open polyline.
+
+    read: file -> points (n,3) [m], cells (e,2), groups of points and of cells by name
+    chain: cells of one body -> node ids (j,) such that (chain[i], chain[i+1]) is a cell
+
+Files are gmsh `.msh` (2.2 or 4.1; groups are its physical groups of points and curves, unnamed ones are called `tag_n`) or VTK
+`.vtu` (groups are integer arrays of zeros and ones, see `vtu`). A mesh that comes out of `read` has finite points, every one used
+by a cell, no cell of zero length and none twice; whatever is dropped on the way is told by a `Notice`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.sparse import coo_array, csgraph, csr_array
+
+from ..core import errors
+from ..core.notices import notify
+from . import msh, vtu
+from .msh import Floats, Ints, Raw
+
+MAX_FILE = 256 * 2**20  #: bytes of a mesh file
+
+
+@dataclass(frozen=True, eq=False)
+class LineMesh:
+    """Straight two-node cells in space."""
+
+    points: Floats  #: (n,3) [m]
+    cells: Ints  #: (e,2) node ids
+    point_groups: dict[str, Ints] = field(default_factory=dict)  #: name -> (i,) node ids
+    line_groups: dict[str, Ints] = field(default_factory=dict)  #: name -> (i,) cell ids
+    path: Path | None = None  #: the file it was read from
+
+
+_READERS = {".msh": msh.read, ".vtu": vtu.read}
+
+
+def path(text: str, folder: Path, allow_outside: bool = False) -> Path:
+    """The mesh file that a scene in `folder` calls `text`.
+
+    Rule: `text` is relative to `folder`, and the file it leads to, symbolic links followed, lies in the parent of `folder` or
+    below: a scene `project/examples/a.yaml` may say `b.msh` or `../meshes/b.msh` and can reach nothing outside `project`. Where the
+    parent is the root of the file system, `folder` itself is the bound. Absolute paths are refused even when they lead inside,
+    because a scene with one works on one machine only. `allow_outside=True` lifts the whole rule.
+    """
+    where = f"mesh path {text!r}"
+    try:
+        base = folder.resolve()
+        target = (base / text).resolve()
+        inside = target.is_relative_to(base if base.parent == Path(base.anchor) else base.parent)
+    except (OSError, RuntimeError, ValueError) as error:
+        raise errors.InputError(errors.say(where, "a path to a file", str(error))) from None
+    if not text.strip():
+        raise errors.InputError(errors.say(where, "a path to a file", "no text"))
+    if not allow_outside and (Path(text).is_absolute() or not inside):
+        bound = f"a path relative to {base} that stays in its parent folder"
+        raise errors.InputError(errors.say(where, bound, str(target), "copy the file there, or allow meshes outside the project"))
+    return target
+
+
+def read(path: Path | str) -> LineMesh:
+    """The audited mesh in a `.msh` or `.vtu` file; InputError names the file, and the ids and positions of what is wrong."""
+    path = Path(path)
+    where = f"mesh {path}"
+    try:
+        reader = _READERS.get(path.suffix.lower())
+        if reader is None:
+            known = " or ".join(_READERS)
+            raise errors.InputError(errors.say(where, f"a {known} file", f"'{path.suffix}'", "export it as .msh 4.1"))
+        if not path.is_file():
+            got = "something else" if path.exists() else "no such file"
+            raise errors.InputError(errors.say(where, "a file", got + _neighbour(path)))
+        size = path.stat().st_size
+        if not 0 < size <= MAX_FILE:
+            got = f"{size} bytes" if size else "an empty file"
+            raise errors.InputError(errors.say(where, f"a file of at most {MAX_FILE} bytes", got))
+        return _audit(reader(path, where), where, path)
+    except OSError as error:
+        raise errors.InputError(errors.say(where, "a readable file", error.strerror or str(error))) from None
+
+
+def _neighbour(path: Path) -> str:
+    with contextlib.suppress(OSError):
+        return errors.closest(path.name, (p.name for p in path.parent.iterdir() if p.suffix in _READERS))
+    return ""
+
+
+def write(mesh: LineMesh, path: Path | str) -> None:
+    """Write a `.msh` file (gmsh 2.2, binary; cells ordered by group) or a `.vtu` file; `read` returns the same mesh."""
+    import meshio
+
+    path = Path(path)
+    where = f"mesh {path}"
+    for name in [*mesh.point_groups, *mesh.line_groups]:
+        if not name or any(letter in name for letter in '"\\\r\n') or name != name.strip() or name.startswith("vtk"):
+            expected = "group names without quotes, backslashes, line ends or outer blanks, and not starting with 'vtk'"
+            raise errors.InputError(errors.say(where, expected, repr(name)))
+    if path.suffix.lower() == ".msh":
+        form, out = "gmsh22", _as_msh(mesh, where)
+    elif path.suffix.lower() == ".vtu":
+        lines = {name: [marks] for name, marks in vtu.marks(mesh.line_groups, len(mesh.cells)).items()}
+        marks = vtu.marks(mesh.point_groups, len(mesh.points))
+        form, out = "vtu", meshio.Mesh(mesh.points, [("line", mesh.cells)], point_data=marks, cell_data=lines)
+    else:
+        raise errors.InputError(errors.say(where, f"a name in {' or '.join(_READERS)}", f"'{path.suffix}'"))
+    silence = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(silence), contextlib.redirect_stderr(silence):
+            meshio.write(path, out, file_format=form)
+    except (OSError, SystemExit) as error:
+        raise errors.InputError(errors.say(where, "a file that can be written", str(error))) from None
+
+
+def _as_msh(mesh: LineMesh, where: str) -> Any:
+    """Physical groups: each cell is written once for every group it belongs to, as gmsh does."""
+    import meshio
+
+    both = sorted(mesh.point_groups.keys() & mesh.line_groups.keys())
+    if both:
+        raise errors.InputError(errors.say(where, "different names for point and line groups", f"{both}", "rename one"))
+    names = {name: np.array([tag, 0]) for tag, name in enumerate(mesh.point_groups, 1)}
+    names |= {name: np.array([tag, 1]) for tag, name in enumerate(mesh.line_groups, len(names) + 1)}
+    free = np.setdiff1d(np.arange(len(mesh.cells)), np.concatenate([[], *mesh.line_groups.values()]))
+    blocks = [("vertex", ids[:, None], names[name][0]) for name, ids in mesh.point_groups.items()]
+    blocks += [("line", mesh.cells[ids], names[name][0]) for name, ids in mesh.line_groups.items()]
+    blocks += [("line", mesh.cells[free], 0)] if len(free) else []
+    blocks = [block for block in blocks if len(block[1])]
+    tags = [np.full(len(cells), tag) for _, cells, tag in blocks]
+    cell_data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
+    return meshio.Mesh(mesh.points, [block[:2] for block in blocks], cell_data=cell_data, field_data=names)
+
+
+def _audit(raw: Raw, where: str, path: Path) -> LineMesh:
+    """Check what the file says; keep the points that cells use, and each cell once."""
+    if not len(raw.points):
+        raise errors.InputError(errors.say(where, "points", "none", "export the mesh with its nodes"))
+    if not len(raw.lines):
+        kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(raw.kinds.items())) or "no cells at all"
+        raise errors.InputError(errors.say(where, "cells of type line", kinds, "export a mesh of two-node lines"))
+    others = {kind: count for kind, count in raw.kinds.items() if kind not in ("line", "vertex") and count}
+    if others:
+        notify(f"{where}: {', '.join(f'{count} {kind} cells' for kind, count in others.items())} ignored, only lines are used")
+    _check_points(raw, where)
+    cells = _rows(raw, raw.lines, where, "cells")
+    _check_lengths(raw, cells, where)
+    cells, line_groups = _once(raw, cells, where)
+    used, compact = np.unique(cells, return_inverse=True)
+    if len(used) < len(raw.points):
+        unused = np.setdiff1d(np.arange(len(raw.points)), used)
+        notify(f"{where}: {len(unused)} points that no cell uses are dropped: {_listed(raw, unused)}")
+    point_groups = {name: np.unique(_rows(raw, ids, where, f"point group '{name}'")) for name, ids in raw.point_groups.items()}
+    point_groups = {name: np.searchsorted(used, ids[np.isin(ids, used)]) for name, ids in point_groups.items()}
+    for name in [name for groups in (point_groups, line_groups) for name, ids in groups.items() if not len(ids)]:
+        notify(f"{where}: group '{name}' is named but has no members in the mesh, and is dropped")
+    return LineMesh(
+        points=raw.points[used],
+        cells=compact.reshape(cells.shape).astype(np.int64),
+        point_groups={name: ids for name, ids in point_groups.items() if len(ids)},
+        line_groups={name: ids for name, ids in line_groups.items() if len(ids)},
+        path=path,
+    )
+
+
+def _several(texts: list[str], count: int) -> str:
+    return ", ".join(texts) + (f" and {count - len(texts)} more" if count > len(texts) else "")
+
+
+def _position(point: Floats) -> str:
+    return "(" + ", ".join(f"{x:.6g}" for x in point) + ")"
+
+
+def _listed(raw: Raw, rows: Ints) -> str:
+    """The first few points by number and position."""
+    return _several([f"node {raw.numbers[i]} at {_position(raw.points[i])}" for i in rows[:3]], len(rows))
+
+
+def _check_points(raw: Raw, where: str) -> None:
+    bad = np.flatnonzero(~np.isfinite(raw.points).all(axis=1))
+    if len(bad):
+        raise errors.InputError(errors.say(where, "finite coordinates", _listed(raw, bad), "export the mesh again"))
+    numbers, counts = np.unique(raw.numbers, return_counts=True)
+    if counts.max() > 1:
+        again = np.flatnonzero(np.isin(raw.numbers, numbers[counts > 1]))
+        raise errors.InputError(errors.say(where, "one point a node number", _listed(raw, again), "renumber the nodes"))
+
+
+def _rows(raw: Raw, numbers: Ints, where: str, what: str) -> Ints:
+    """Node numbers of the file -> rows of `points`, same shape."""
+    order = np.argsort(raw.numbers, kind="stable")
+    at = order[np.minimum(np.searchsorted(raw.numbers, numbers, sorter=order), len(order) - 1)]
+    bad = np.argwhere(raw.numbers[at] != numbers)
+    if len(bad):
+        found = [f"node {numbers[tuple(i)]}" + (f" in cell {raw.line_numbers[i[0]]}" if len(i) == 2 else "") for i in bad[:3]]
+        expected = f"{what} on the nodes {raw.numbers.min()} to {raw.numbers.max()} of the file"
+        raise errors.InputError(errors.say(where, expected, _several(found, len(bad)), "export the mesh again"))
+    return at
+
+
+def _check_lengths(raw: Raw, cells: Ints, where: str) -> None:
+    with np.errstate(over="ignore"):
+        lengths = np.linalg.norm(raw.points[cells[:, 1]] - raw.points[cells[:, 0]], axis=1)
+        size = np.linalg.norm(np.ptp(raw.points, axis=0))
+    if not np.isfinite(size):
+        raise errors.InputError(errors.say(where, "coordinates in metres", f"an extent of {np.abs(raw.points).max():.3g}"))
+    bad = np.flatnonzero(lengths <= 1e-12 * size)
+    if len(bad):
+        found = [f"cell {raw.line_numbers[i]} at {_position(raw.points[cells[i, 0]])}" for i in bad[:3]]
+        remedy = "remove them and merge nodes that coincide"
+        raise errors.InputError(errors.say(where, "cells longer than zero", "length 0 in " + _several(found, len(bad)), remedy))
+
+
+def _once(raw: Raw, cells: Ints, where: str) -> tuple[Ints, dict[str, Ints]]:
+    """Each cell once, in file order, with its groups.
+
+    A gmsh file repeats a cell for every physical group it belongs to. Repeated in one group, or without a group, it is an error.
+    """
+    _, first, same = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True)
+    same = same.ravel()
+    free = np.setdiff1d(np.arange(len(cells)), np.concatenate([[], *raw.line_groups.values()]))
+    lonely = np.bincount(same)[same[free]] > 1
+    doubled = [free[lonely]]
+    for rows in raw.line_groups.values():
+        rows = np.unique(rows)
+        doubled.append(rows[np.bincount(same[rows], minlength=len(first))[same[rows]] > 1])
+    bad = np.unique(np.concatenate(doubled))
+    if len(bad):
+        found = [f"cell {raw.line_numbers[i]} at {_position(raw.points[cells[i]].mean(axis=0))}" for i in bad[:4]]
+        got = f"repeated {_several(found, len(bad))}"
+        raise errors.InputError(errors.say(where, "each cell once", got, "remove duplicate cells"))
+    order = np.argsort(first)
+    place = np.argsort(order)
+    return cells[first[order]], {name: np.unique(place[same[rows]]) for name, rows in raw.line_groups.items()}
+
+
+def group(mesh: LineMesh, name: str) -> Ints:
+    """Node ids (i,) of a point group."""
+    return _member(mesh, name, "point group", mesh.point_groups, "line group", mesh.line_groups)
+
+
+def line_group(mesh: LineMesh, name: str) -> Ints:
+    """Cell ids (i,) of a line group."""
+    return _member(mesh, name, "line group", mesh.line_groups, "point group", mesh.point_groups)
+
+
+def _member(mesh: LineMesh, name: str, kind: str, groups: dict[str, Ints], other: str, others: dict[str, Ints]) -> Ints:
+    if name in groups:
+        return groups[name]
+    present = f"{kind}s present: {', '.join(sorted(groups)) or 'none'}" + errors.closest(name, groups)
+    got = f"'{name}'" + (f", which is a {other}" if name in others else "")
+    raise errors.InputError(errors.say(f"mesh {mesh.path or 'in memory'}", f"the name of a {kind}", got, present))
+
+
+def chain(mesh: LineMesh, group: str | None = None) -> Ints:
+    """Node ids (j,) along the one open polyline that the cells of a line group (or all cells) form.
+
+    It runs the way most of its cells run; where they do not agree, it starts at the end with the lower node id.
+    """
+    where = f"mesh {mesh.path or 'in memory'}" + (f", line group '{group}'" if group else "")
+    cells = mesh.cells if group is None else mesh.cells[line_group(mesh, group)]
+    if not len(cells):
+        raise errors.InputError(errors.say(where, "cells", "none"))
+    degree = np.bincount(cells.ravel(), minlength=len(mesh.points))
+    _check_chain(mesh, cells, degree, where)
+    ends = np.flatnonzero(degree == 1)
+    nodes: Ints = csgraph.depth_first_order(
+        _links(cells, len(mesh.points)), int(ends[0]), directed=False, return_predecessors=False
+    ).astype(np.int64)
+    place = np.zeros(len(mesh.points), np.int64)
+    place[nodes] = np.arange(len(nodes))
+    backwards = np.count_nonzero(place[cells[:, 1]] < place[cells[:, 0]])
+    return nodes[::-1].copy() if 2 * backwards > len(cells) else nodes
+
+
+def _links(cells: Ints, count: int) -> csr_array:
+    """(n,n) with a one for each cell."""
+    return coo_array((np.ones(len(cells)), (cells[:, 0], cells[:, 1])), shape=(count, count)).tocsr()
+
+
+def _check_chain(mesh: LineMesh, cells: Ints, degree: Ints, where: str) -> None:
+    """One piece, two ends, no branch."""
+
+    def fail(expected: str, nodes: Ints, what: str, remedy: str) -> errors.InputError:
+        texts = [f"node {i} at {_position(mesh.points[i])}" for i in nodes[:4]]
+        return errors.InputError(errors.say(where, expected, f"{what} {_several(texts, len(nodes))}", remedy))
+
+    branches = np.flatnonzero(degree > 2)
+    if len(branches):
+        raise fail("one line without branches", branches, "three or more cells at", "give each body a line group of its own")
+    used = np.flatnonzero(degree)
+    _, label = csgraph.connected_components(_links(cells, len(mesh.points)), directed=False)
+    _, first = np.unique(label[used], return_index=True)
+    if len(first) > 1:
+        ends = np.flatnonzero(degree == 1)
+        _, same, times = np.unique(mesh.points[ends], axis=0, return_inverse=True, return_counts=True)
+        touching = ends[times[same.ravel()] > 1]
+        remedy = "give each body a line group of its own"
+        if len(touching):
+            remedy = f"merge nodes at one place ({', '.join(str(i) for i in touching[:4])}), or {remedy}"
+        raise fail("one piece", used[first], f"{len(first)} pieces, with", remedy)
+    if not np.any(degree == 1):
+        remedy = "leave one cell out, or split it into two bodies"
+        raise fail("an open line with two ends", used[:1], "a closed loop through", remedy)

@@ -1,0 +1,22 @@
+"""Systems of bodies, joints, loads and probes."""
+
+from . import joints, loads, probes
+from .assembly import Motion, Rayleigh, assemble, eliminate
+from .compiled import Compiled, compile_system
+from .places import At
+from .system import System, change_coordinates
+
+__all__ = [
+    "At",
+    "joints",
+    "loads",
+    "probes",
+    "Rayleigh",
+    "Motion",
+    "System",
+    "assemble",
+    "eliminate",
+    "change_coordinates",
+    "Compiled",
+    "compile_system",
+]

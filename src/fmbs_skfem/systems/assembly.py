@@ -1,0 +1,237 @@
+"""From bodies, joints and loads to a System with all multipliers, and from there to the form without linear constraints."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import block_diag, csr_array, diags_array, kron, vstack
+
+from ..bodies.body import Body
+from ..bodies.cable_law import Curvature
+from ..core.errors import InputError, Reason, SolverError, say
+from ..core.notices import notify
+from ..shapes import line
+from . import joints as joint_rules
+from . import loads as load_rules
+from . import probes as probe_rules
+from .places import Draft, Layout, Rows, vector
+from .system import Affine, Constraints, Elastic, Line, Loads, System, change_coordinates, is_linear, keep_constraints, linear_part
+
+
+@dataclass(frozen=True)
+class Rayleigh:
+    """Damping: mass-proportional [1/s], and stiffness-proportional [s], which acts on strains only."""
+
+    mass: float = 0.0
+    stiffness: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (self.mass >= 0 and self.stiffness >= 0):
+            raise InputError(say("damping", "non-negative factors", (self.mass, self.stiffness)))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Initial rigid-body velocity field of a body: velocity [m/s] of the origin and angular velocity [rad/s]."""
+
+    velocity: tuple[float, ...] = ()
+    angular_velocity: float | tuple[float, ...] = ()
+
+
+def assemble(
+    bodies: Iterable[Body],
+    joints: Iterable[joint_rules.Joint] = (),
+    loads: Iterable[load_rules.Load] = (),
+    damping: Rayleigh | None = None,
+    outputs: Mapping[str, probe_rules.Probe] | None = None,
+    initial: Mapping[str, Motion] | None = None,
+) -> System:
+    """System in body coordinates with every constraint kept as a multiplier row."""
+    parts, joints, loads, damping = list(bodies), list(joints), list(loads), damping or Rayleigh()
+    draft, layout = empty_draft(parts)
+    unique("joints", [joint.name for joint in joints])
+    for joint in joints:
+        joint_rules.gap(joint, draft)
+    forces = [load_rules.force(load, draft) for load in loads]
+    terms = [term for linear, _ in forces for term in linear]
+    sensed = {name: probe_rules.sense(probe, name, draft) for name, probe in (outputs or {}).items()}
+    mass = csr_array(block_diag([kron(part.mass, np.eye(layout.dim)) for part in parts], format="csr"))
+    probes = draft.probes.affine()
+    q0 = np.concatenate([part.reference.ravel() for part in parts])
+    return System(
+        dim=layout.dim,
+        lift=Affine(csr_array(diags_array(np.ones(layout.size))), np.zeros(layout.size)),
+        mass=mass,
+        damping=csr_array(damping.mass * mass),
+        stiffness=csr_array(mass.shape),
+        elastic=tuple(
+            Elastic(part.name, damping.stiffness, replace(part.cells, nodes=part.cells.nodes + layout.first[part.name]))
+            for part in parts
+            if part.cells is not None
+        ),
+        probes=probes,
+        constraints=constraints(draft),
+        loads=Loads(
+            constant=mass @ uniform_field(layout, parts, loads),
+            row=np.array([row for row, _, _ in terms], dtype=np.int64),
+            coefficient=np.array([value for _, value, _ in terms], dtype=float),
+            signal=np.array([signal for _, _, signal in terms], dtype=np.int64),
+            laws=tuple(law for _, laws in forces for law in laws),
+        ),
+        signals=tuple(draft.signals),
+        sensors=draft.sensors.affine(),
+        outputs=sensed,
+        lines=tuple(picture_line(part, layout) for part in parts),
+        markers=tuple(draft.markers),
+        coordinates=tuple((p.name, layout.first[p.name], layout.first[p.name] + p.reference.size) for p in parts),
+        components=(),
+        x0=q0,
+        v0=initial_velocity(layout, parts, initial or {}),
+        scale=float(np.linalg.norm(q0)) or 1.0,
+    )
+
+
+def empty_draft(parts: list[Body]) -> tuple[Draft, Layout]:
+    if not parts:
+        raise InputError(say("bodies", "at least one body", "none"))
+    unique("bodies", [part.name for part in parts])
+    dims = {part.dim for part in parts}
+    if len(dims) > 1:
+        raise InputError(say("bodies", "one dimension for all", sorted(dims)))
+    first = dict(zip((p.name for p in parts), np.cumsum([0] + [p.reference.size for p in parts[:-1]]).tolist(), strict=True))
+    layout = Layout(dims.pop(), {p.name: p for p in parts}, first, sum(p.reference.size for p in parts))
+    return Draft(layout, Rows(layout.size), Rows(layout.size)), layout
+
+
+def unique(where: str, names: list[str]) -> None:
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise InputError(say(where, "different names", f"{twice[0]!r} more than once"))
+
+
+def constraints(draft: Draft) -> Constraints:
+    columns = list(zip(*draft.constraints.terms, strict=True)) or [(), (), (), (), ()]
+    integer = [np.array(column, dtype=np.int64) for column in columns]
+    return Constraints(tuple(draft.constraints.names), integer[0], np.array(columns[1], dtype=float), *integer[2:])
+
+
+def uniform_field(layout: Layout, parts: list[Body], loads: list[load_rules.Load]) -> np.ndarray:
+    """Coordinates of the sum of all gravity fields."""
+    total = np.zeros(layout.dim)
+    for load in loads:
+        if isinstance(load, load_rules.Gravity):
+            total += vector("gravity", load.acceleration, layout.dim)
+    return np.concatenate([np.kron(part.constant, total) for part in parts])
+
+
+def initial_velocity(layout: Layout, parts: list[Body], initial: Mapping[str, Motion]) -> np.ndarray:
+    """v = v0 + omega x r for the bodies that move at the start."""
+    for name in initial:
+        if name not in layout.bodies:
+            raise InputError(say("initial", f"one of the bodies {', '.join(layout.bodies)}", f"'{name}'"))
+    v = []
+    for part in parts:
+        motion, field = initial.get(part.name, Motion()), np.zeros_like(part.reference)
+        if len(motion.velocity):
+            field += np.outer(part.constant, vector(f"initial '{part.name}'", motion.velocity, layout.dim))
+        omega = np.atleast_1d(np.asarray(motion.angular_velocity, dtype=float))
+        if omega.size and layout.dim == 2:
+            field += float(omega[0]) * part.reference @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+        elif omega.size:
+            field += np.cross(vector(f"initial '{part.name}'", omega, 3), part.reference)
+        v.append(field.ravel())
+    return np.concatenate(v)
+
+
+def picture_line(part: Body, layout: Layout, per_cell: int = 2) -> Line:
+    """Samples of the centre line for pictures and position errors."""
+    if part.space is None or part.cells is None:
+        rows = csr_array(vstack([np.eye(1), np.zeros((2, 1))]))
+        return Line(part.name, widen(rows, part, layout), part.radius, Curvature.EXACT)
+    breaks = line.breaks(part.space)
+    xi = np.append(
+        np.concatenate([np.linspace(a, b, per_cell + 1)[:-1] for a, b in zip(breaks[:-1], breaks[1:], strict=True)]), breaks[-1]
+    )
+    value, first, second = (line.sample(part.space, xi, k) for k in range(3))
+    r1, r2 = first @ part.reference, second @ part.reference
+    J = np.linalg.norm(r1, axis=1)
+    slope = diags_array(1 / J) @ first
+    bend = diags_array(1 / J**2) @ second - diags_array(np.einsum("xc,xc->x", r1, r2) / J**4) @ first
+    return Line(part.name, widen(csr_array(vstack([value, slope, bend])), part, layout), part.radius, part.cells.curvature)
+
+
+def widen(rows: csr_array, part: Body, layout: Layout) -> csr_array:
+    """Rows on the functions of one body as rows on all coordinates."""
+    block = kron(rows, np.eye(layout.dim)).tocoo()
+    return csr_array((block.data, (block.row, block.col + layout.first[part.name])), shape=(block.shape[0], layout.size))
+
+
+def eliminate(system: System, tolerance: float = 1e-9) -> System:
+    """The system without its time-independent linear constraints: x = T y + d with sparse T.
+
+    Redundant rows are dropped with a notice; contradictory rows raise SolverError(INCONSISTENT) with the joints by name.
+    """
+    rows, A, a = linear_part(system)
+    if len(rows) == 0:
+        return replace(system, full=system)
+    used = np.unique(A.indices)
+    dependent, independent, solution, fixed = row_echelon(system, rows, A[:, used].toarray(), a, tolerance)
+    kept = np.setdiff1d(np.arange(system.size), used[dependent])
+    place = np.full(system.size, -1)
+    place[kept] = np.arange(len(kept))
+    i, j = np.nonzero(np.abs(solution) > tolerance)
+    T = csr_array(
+        (
+            np.concatenate([np.ones(len(kept)), solution[i, j]]),
+            (np.concatenate([kept, used[dependent[i]]]), np.concatenate([place[kept], place[used[independent[j]]]])),
+        ),
+        shape=(system.size, len(kept)),
+    )
+    d = np.zeros(system.size)
+    d[used[dependent]] = fixed
+    rest = np.flatnonzero(~is_linear(system.constraints))
+    return replace(change_coordinates(keep_constraints(system, rest), T, d), full=system)
+
+
+def row_echelon(
+    system: System, rows: np.ndarray, A: np.ndarray, a: np.ndarray, tolerance: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Solve A x + a = 0 by elimination with full pivoting: x[dependent] = solution @ x[independent] + fixed."""
+    work, right = A.copy(), -a
+    names = [system.constraints.names[k] for k in rows]
+    size = np.abs(A).max(axis=1, initial=0.0)
+    pivots: list[tuple[int, int]] = []
+    left = list(range(len(rows)))
+    while left:
+        i, j = np.unravel_index(np.argmax(np.abs(work[left])), (len(left), work.shape[1]))
+        row = left[i]
+        if abs(work[row, j]) <= tolerance * max(size.max(), 1e-300):
+            break
+        left.remove(row)
+        pivots.append((row, int(j)))
+        right[row] /= work[row, j]
+        work[row] /= work[row, j]
+        for other in range(len(rows)):
+            if other != row and work[other, j] != 0.0:
+                right[other] -= work[other, j] * right[row]
+                work[other] -= work[other, j] * work[row]
+    report_dependent(names, left, right, tolerance * system.scale)
+    order = [row for row, _ in pivots]
+    dependent = np.array([column for _, column in pivots], dtype=np.int64)
+    independent = np.setdiff1d(np.arange(A.shape[1]), dependent)
+    return dependent, independent, -work[np.ix_(order, independent)], right[order]
+
+
+def report_dependent(names: list[tuple[str, str]], left: list[int], right: np.ndarray, tolerance: float) -> None:
+    """Notice redundant rows; refuse contradictory ones."""
+    wrong = sorted((k for k in left if abs(right[k]) > tolerance), key=lambda k: -abs(right[k]))
+    if wrong:
+        worst = tuple((f"{names[k][0]}.{names[k][1]}", abs(float(right[k]))) for k in wrong)
+        listed = ", ".join(f"{name} by {gap:.3g} m" for name, gap in worst)
+        raise SolverError(f"joints contradict each other: {listed}", Reason.INCONSISTENT, 0.0, worst)
+    if left:
+        listed = ", ".join(sorted({f"{names[k][0]}.{names[k][1]}" for k in left}))
+        notify(f"redundant constraint rows are left out (their reactions are not unique): {listed}")

@@ -1,0 +1,116 @@
+"""Places that joints, loads and outputs refer to, and the rows that read them from the coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.sparse import csr_array, kron, vstack
+
+from ..bodies import body as bodies
+from ..core.errors import InputError, closest, say
+from .system import Affine, Signal
+
+
+@dataclass(frozen=True)
+class At:
+    """A point of a body: the name of a point group of its mesh, or an arc length from its start [m]."""
+
+    body: str
+    place: str | float
+
+    def __str__(self) -> str:
+        return f"{self.body}.{self.place}" if isinstance(self.place, str) else f"{self.body} at {self.place} m"
+
+
+Ground = Sequence[float]  #: coordinates of a fixed point [m]
+
+
+@dataclass
+class Rows:
+    """Probe rows collected while a system is assembled."""
+
+    size: int
+    rows: list[csr_array] = field(default_factory=list)
+    offsets: list[float] = field(default_factory=list)
+    count: int = 0
+
+    def add(self, block: csr_array) -> int:
+        """Append rows (j, q); the number of the first one."""
+        self.rows.append(block)
+        first, self.count = self.count, self.count + block.shape[0]
+        return first
+
+    def affine(self) -> Affine:
+        matrix = csr_array(vstack(self.rows)) if self.rows else csr_array((0, self.size))
+        return Affine(matrix, np.zeros(self.count))
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where each body's coordinates stand in q."""
+
+    dim: int
+    bodies: dict[str, bodies.Body]
+    first: dict[str, int]
+    size: int
+
+    def body(self, where: str, at: At) -> bodies.Body:
+        if at.body not in self.bodies:
+            raise InputError(
+                say(where, f"one of the bodies {', '.join(self.bodies)}", f"'{at.body}'") + closest(at.body, self.bodies)
+            )
+        return self.bodies[at.body]
+
+    def read(self, where: str, at: At, derivative: int = 0) -> csr_array:
+        """Rows (c, q) of the position or slope at a place."""
+        part = self.body(where, at)
+        row = bodies.probe(part, bodies.locate(part, at.place), derivative)
+        block = csr_array(kron(row, np.eye(self.dim)))
+        block = block.tocoo()
+        return csr_array((block.data, (block.row, block.col + self.first[at.body])), shape=(self.dim, self.size))
+
+    def reference(self, where: str, at: At | Ground, derivative: int = 0) -> np.ndarray:
+        """Reference position or slope (c,) of a place or fixed point."""
+        if not isinstance(at, At):
+            return vector(where, at, self.dim)
+        part = self.body(where, at)
+        return np.asarray(bodies.probe(part, bodies.locate(part, at.place), derivative) @ part.reference)[0]
+
+
+def vector(where: str, values: object, size: int) -> np.ndarray:
+    """A finite vector with `size` components."""
+    array = np.asarray(values, dtype=float)
+    if array.shape != (size,) or not np.isfinite(array).all():
+        raise InputError(say(where, f"{size} finite numbers", values))
+    return array
+
+
+@dataclass
+class Terms:
+    """Constraint terms collected while a system is assembled."""
+
+    names: list[tuple[str, str]] = field(default_factory=list)
+    terms: list[tuple[int, float, int, int, int]] = field(default_factory=list)
+
+    def row(self, joint: str, coordinate: str, *terms: tuple[float, int, int, int]) -> None:
+        """One constraint: terms (coefficient, signal, i, j)."""
+        self.names.append((joint, coordinate))
+        self.terms += [(len(self.names) - 1, *term) for term in terms if term[0] != 0.0]
+
+
+@dataclass
+class Draft:
+    """A system while it is assembled."""
+
+    layout: Layout
+    probes: Rows
+    sensors: Rows
+    constraints: Terms = field(default_factory=Terms)
+    signals: list[Signal] = field(default_factory=list)
+    markers: list[tuple[str, str, tuple[int, ...]]] = field(default_factory=list)
+
+    def signal(self, function: Signal) -> int:
+        self.signals.append(function)
+        return len(self.signals) - 1

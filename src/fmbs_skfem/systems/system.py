@@ -1,0 +1,251 @@
+r"""System: the equations of motion as arrays.
+
+    M q'' + C q' + K q + sum_j L_j^T phi_j(L_j q) - Q(q, t) + Phi_q^T lambda = 0,     Phi(q, t) = 0               (2)
+
+All laws act on linear images of the unknowns: strain energy on jets, joints and loads on probe rows y = P x + y0. A change of
+coordinates x = V z + d therefore changes arrays only; elimination of constraints (V sparse) and Galerkin reduction (V dense) are the
+same function, and the result is again a System.
+
+Source of the equations: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690, eqs. (2), (21).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import spsolve
+
+from ..bodies.body import Cells
+from ..bodies.cable_law import Curvature
+from ..core.linalg import is_sparse
+
+Matrix = csr_array | np.ndarray
+Signal = Callable[[np.ndarray], np.ndarray]  #: a scalar function of time, vectorised
+
+
+@dataclass(frozen=True)
+class Affine:
+    """x -> matrix @ x + offset."""
+
+    matrix: Matrix
+    offset: np.ndarray
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        return np.asarray(self.matrix @ x) + self.offset
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """Gather multiplied out at chosen points: jets (2c, p) = jets @ x[columns] + offset."""
+
+    curvature: Curvature
+    jets: np.ndarray  #: (2c p, r)
+    offset: np.ndarray  #: (2c p,)
+    section: np.ndarray  #: (4, 1, p)
+    columns: slice
+
+
+@dataclass(frozen=True)
+class Elastic:
+    """Strain energy of one body or component."""
+
+    name: str
+    beta: float  #: stiffness-proportional damping time [s]
+    gather: Cells | Sampled  #: cells act on the body coordinates q = lift(x), sampled points on x
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """Polynomial constraints in probe rows: Phi_row += coefficient s(t) y_i y_j, with -1 for an absent factor."""
+
+    names: tuple[tuple[str, str], ...] = ()  #: (joint, coordinate) of every row
+    row: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    coefficient: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    signal: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    i: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    j: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+
+class LoadKind(IntEnum):
+    """Laws of loads that depend on the configuration."""
+
+    MOMENT = 0  #: f = s axis x y / |y|^2 on the slope rows y
+    TANGENTIAL = 1  #: f = s (a t + b n) on the position rows, t = y/|y|, n = t turned by 90 degrees (planar)
+
+
+@dataclass(frozen=True)
+class PointLaw:
+    """A load on probe rows: slope rows start at `slope`, position rows at `position`."""
+
+    kind: LoadKind
+    slope: int
+    position: int
+    signal: int  #: index of its history, -1 for a constant
+    vector: np.ndarray  #: (3,) moment [N m] or force in the frame of the slope [N]
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Constant generalised force [N], terms coefficient s(t) on probe rows, and point laws."""
+
+    constant: np.ndarray
+    row: np.ndarray
+    coefficient: np.ndarray
+    signal: np.ndarray
+    laws: tuple[PointLaw, ...] = ()
+
+
+@dataclass(frozen=True)
+class Line:
+    """What a picture needs of a body: samples of its centre line as affine functions of the body coordinates q."""
+
+    name: str
+    samples: csr_array  #: (x c, q): positions, then d/dS, then d2/dS2 stacked, (3 x c, q)
+    radius: float  #: [m]
+    curvature: Curvature
+
+
+@dataclass(frozen=True)
+class Output:
+    """A named output: `kind` and the sensor rows it reads."""
+
+    kind: str
+    rows: tuple[int, ...]
+    columns: tuple[str, ...]
+    joint: str = ""
+    parameters: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class System:
+    """A mechanical system in unknowns x (n,), with body coordinates q = lift(x)."""
+
+    dim: int
+    lift: Affine  #: x -> q, all body coordinates
+    mass: Matrix  #: (n, n)
+    damping: Matrix  #: (n, n), mass-proportional
+    stiffness: Matrix  #: (n, n), linear springs, force stiffness @ x
+    elastic: tuple[Elastic, ...]
+    probes: Affine  #: x -> y, rows read by joints and loads
+    constraints: Constraints
+    loads: Loads
+    signals: tuple[Signal, ...]
+    sensors: Affine  #: x -> rows read by outputs
+    outputs: dict[str, Output]
+    lines: tuple[Line, ...]
+    markers: tuple[tuple[str, str, tuple[int, ...]], ...]  #: joints in pictures: name, kind, sensor rows
+    coordinates: tuple[tuple[str, int, int], ...]  #: (body, first, last + 1) in q
+    components: tuple[tuple[str, int, int], ...]  #: (component, first, last + 1) in x; empty for full models
+    x0: np.ndarray
+    v0: np.ndarray
+    scale: float  #: norm of q in the reference configuration, to which Newton's tolerance refers
+    full: System | None = None  #: the form with all multipliers, from which reactions are recovered
+
+    @property
+    def size(self) -> int:
+        return len(self.x0)
+
+
+def is_linear(constraints: Constraints) -> np.ndarray:
+    """Rows that are linear in the unknowns and independent of time, (m,) bool."""
+    linear = np.ones(len(constraints.names), dtype=bool)
+    np.logical_and.at(linear, constraints.row, (constraints.signal < 0) & (constraints.j < 0))
+    return linear
+
+
+def linear_part(system: System) -> tuple[np.ndarray, csr_array, np.ndarray]:
+    """Time-independent linear constraints A x + a = 0: row numbers (i,), A (i, n), a (i,)."""
+    terms = system.constraints
+    rows = np.flatnonzero(is_linear(terms))
+    place = np.full(len(terms.names), -1)
+    place[rows] = np.arange(len(rows))
+    mine = place[terms.row] >= 0
+    on = mine & (terms.i >= 0)
+    size = (len(rows), len(system.probes.offset))
+    B = csr_array((terms.coefficient[on], (place[terms.row[on]], terms.i[on])), shape=size)
+    a = np.zeros(len(rows))
+    np.add.at(a, place[terms.row[mine & ~on]], terms.coefficient[mine & ~on])
+    return rows, csr_array(B @ system.probes.matrix), a + B @ system.probes.offset
+
+
+def keep_constraints(system: System, rows: np.ndarray) -> System:
+    """The system with the given constraint rows only."""
+    terms = system.constraints
+    place = np.full(len(terms.names), -1)
+    place[rows] = np.arange(len(rows))
+    mine = place[terms.row] >= 0
+    names = tuple(terms.names[k] for k in rows)
+    kept = Constraints(names, place[terms.row[mine]], terms.coefficient[mine], terms.signal[mine], terms.i[mine], terms.j[mine])
+    return replace(system, constraints=kept)
+
+
+def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
+    """The same system in unknowns z with x = V z + d, equations projected by V^T.
+
+    Sparse V leaves the cells in body coordinates; dense V (n, r) multiplies them out to sampled points. x0 and v0 are projected
+    orthogonally; they are exact when they lie in the range of V.
+    """
+
+    def square(A: Matrix) -> Matrix:
+        product = V.T @ (A @ V)
+        return csr_array(product) if is_sparse(product) else product
+
+    def compose(affine: Affine) -> Affine:
+        product = affine.matrix @ V
+        return Affine(csr_array(product) if is_sparse(product) else product, affine(d))
+
+    def project(x: np.ndarray) -> np.ndarray:
+        if is_sparse(V):
+            return np.asarray(spsolve((V.T @ V).tocsc(), V.T @ x)).reshape(V.shape[1])
+        return np.linalg.lstsq(V, x, rcond=None)[0]
+
+    lift = compose(system.lift)
+    elastic = system.elastic if is_sparse(V) else tuple(replace(e, gather=sampled(e.gather, lift, V, d)) for e in system.elastic)
+    return replace(
+        system,
+        lift=lift,
+        mass=square(system.mass),
+        damping=square(system.damping),
+        stiffness=square(system.stiffness),
+        elastic=elastic,
+        probes=compose(system.probes),
+        sensors=compose(system.sensors),
+        loads=replace(system.loads, constant=V.T @ (system.loads.constant - system.stiffness @ d)),
+        x0=project(system.x0 - d),
+        v0=project(system.v0),
+    )
+
+
+def sampled(gather: Cells | Sampled, lift: Affine, V: np.ndarray, d: np.ndarray) -> Sampled:
+    """Gather times basis: rows (derivative, component, point) by modes; columns that are zero are left out."""
+    if isinstance(gather, Sampled):
+        part = V[gather.columns]
+        columns = support(part)
+        return replace(
+            gather, jets=gather.jets @ part[:, columns], offset=gather.offset + gather.jets @ d[gather.columns], columns=columns
+        )
+    rows = jet_rows(gather, len(lift.offset))
+    jets = np.asarray(rows @ lift.matrix)
+    columns = support(jets)
+    section = gather.section.reshape(4, 1, -1)
+    return Sampled(gather.curvature, np.ascontiguousarray(jets[:, columns]), rows @ lift.offset, section, columns)
+
+
+def support(A: np.ndarray) -> slice:
+    """Smallest range of columns that holds all non-zeros."""
+    used = np.flatnonzero(np.abs(A).max(axis=0) > 0)
+    return slice(int(used[0]), int(used[-1]) + 1) if len(used) else slice(0, 0)
+
+
+def jet_rows(cells: Cells, size: int) -> csr_array:
+    """Gather of a cable as a sparse array: rows (k, c, p, e), columns q; `cells.nodes` refers to q."""
+    K, P, B, E = cells.table.shape
+    dim = cells.dim
+    values = np.broadcast_to(cells.table[:, None, :, :, :], (K, dim, P, B, E)).transpose(0, 1, 2, 4, 3)
+    columns = np.broadcast_to(cells.nodes.T[None, None, None] + np.arange(dim)[None, :, None, None, None], (K, dim, P, E, B))
+    indptr = np.arange(K * dim * P * E + 1) * B
+    return csr_array((values.ravel(), columns.ravel(), indptr), shape=(K * dim * P * E, size))

@@ -1,0 +1,29 @@
+"""One BLAS thread, no window, one folder for what tests write."""
+
+from __future__ import annotations
+
+import os
+
+# before numpy and matplotlib are loaded, and for every child process
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ[_name] = "1"
+os.environ["MPLBACKEND"] = "Agg"
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import threadpoolctl
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_blas_thread() -> Iterator[None]:
+    """Small systems are faster and their times comparable with one thread, also where numpy was loaded earlier."""
+    with threadpoolctl.threadpool_limits(limits=1, user_api="blas"):
+        yield
+
+
+@pytest.fixture(scope="session")
+def output(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder for files that several tests share."""
+    return tmp_path_factory.mktemp("output")

@@ -1,0 +1,112 @@
+"""The cache of compiled code: another folder after any change, notices, clean-up."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numba.core import config
+
+from fmbs_skfem.core import jit as module
+from fmbs_skfem.core.jit import cache_folder, jit, prepare, remove_old, stamp
+from fmbs_skfem.core.notices import Notice
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    folder = tmp_path / "package"
+    (folder / "inner").mkdir(parents=True)
+    for name in ("a.py", "inner/b.py"):
+        (folder / name).write_text("x = 1\n")
+        os.utime(folder / name, ns=(10**18, 10**18))
+    return folder
+
+
+def test_stamp_sees_every_change_of_a_module(package: Path) -> None:
+    inner, first = package / "inner" / "b.py", stamp(package)
+    assert stamp(package) == first
+    os.utime(inner, ns=(10**18, 10**18 + 1))
+    touched = stamp(package)
+    inner.write_text("x = 12\n")
+    os.utime(inner, ns=(10**18, 10**18))
+    longer = stamp(package)
+    inner.rename(package / "b.py")
+    assert len({first, touched, longer, stamp(package)}) == 4
+    (package / "notes.txt").write_text("not code")
+    assert stamp(package) == stamp(package)
+
+
+def test_stamp_depends_on_the_numba_version(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = stamp(package)
+    monkeypatch.setattr(module.numba, "__version__", "0.0.0")
+    assert stamp(package) != first
+
+
+def test_folders_without_use_for_30_days_are_removed(tmp_path: Path) -> None:
+    old, recent = tmp_path / "old", tmp_path / "recent"
+    for folder, days in ((old, 31.0), (recent, 29.0)):
+        folder.mkdir()
+        (folder / "code.nbi").touch()
+        os.utime(folder, (time.time() - 86400.0 * days,) * 2)
+    folder = prepare(tmp_path)
+    assert folder == tmp_path / stamp()
+    assert not old.exists()
+    assert recent.exists()
+    os.utime(folder, (0.0, 0.0))
+    remove_old(tmp_path, folder)
+    assert folder.exists()
+    prepare(tmp_path)
+    assert time.time() - folder.stat().st_mtime < 3600.0
+
+
+def test_without_a_writable_folder_code_is_compiled_without_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    blocked = tmp_path / "file"
+    blocked.touch()
+    with pytest.warns(Notice, match="not cached"):
+        assert prepare(blocked) is None
+    monkeypatch.setattr(module, "cache_folder", lambda: None)
+
+    @jit
+    def double(x: float) -> float:
+        return 2.0 * x
+
+    assert double(1.5) == 3.0
+    assert double.stats.cache_path is None
+
+
+def test_the_users_folder_takes_precedence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    assert cache_folder.__wrapped__() == tmp_path / "fmbs_skfem" / stamp()
+
+
+def test_the_cache_of_other_packages_is_left_alone() -> None:
+    before = config.CACHE_DIR
+
+    @jit
+    def same(x: float) -> float:
+        return x
+
+    assert same(1.0) == 1.0
+    assert before == config.CACHE_DIR
+    assert Path(same.stats.cache_path).is_relative_to(cache_folder())
+
+
+def test_divisions_by_zero_follow_ieee() -> None:
+    @jit
+    def quotient(x: float, y: float) -> float:
+        return x / y
+
+    assert quotient(1.0, 0.0) == math.inf
+    assert np.isnan(quotient(0.0, 0.0))
+
+
+def test_no_fastmath() -> None:
+    @jit
+    def lost(x: float, y: float) -> float:
+        return (x + y) - x
+
+    assert lost(1e16, 1.0) == 0.0

@@ -1,0 +1,63 @@
+"""Sparse and dense arrays, rank and null space."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.sparse import coo_array, csr_array, csr_matrix
+
+from fmbs_skfem.core import linalg
+
+
+def test_sparse_matrices_become_arrays() -> None:
+    sparse = linalg.as_sparse(csr_matrix(np.eye(2)))
+    assert type(sparse) is csr_array
+    twice = linalg.as_sparse(coo_array((np.array([1.0, 2.0]), (np.array([0, 0]), np.array([1, 1]))), shape=(2, 2)))
+    assert twice.nnz == 1
+    np.testing.assert_array_equal(linalg.as_dense(twice), [[0.0, 3.0], [0.0, 0.0]])
+
+
+def test_dense_arrays_are_not_copied() -> None:
+    a = np.eye(3)
+    assert linalg.as_dense(a) is a
+    assert linalg.as_dense(np.eye(2, dtype=int)).dtype == np.float64
+    assert [linalg.is_sparse(b) for b in (a, csr_array(a), csr_matrix(a))] == [False, True, True]
+
+
+def test_block_diag() -> None:
+    a, b = np.array([[1.0, 2.0]]), np.array([[3.0], [4.0]])
+    expected = np.array([[1.0, 2.0, 0.0], [0.0, 0.0, 3.0], [0.0, 0.0, 4.0]])
+    dense, mixed = linalg.block_diag([a, b]), linalg.block_diag([a, csr_array(b)])
+    assert isinstance(dense, np.ndarray)
+    assert isinstance(mixed, csr_array)
+    np.testing.assert_array_equal(dense, expected)
+    np.testing.assert_array_equal(mixed.toarray(), expected)
+    for empty in (np.zeros((0, 2)), csr_array((0, 2))):
+        assert linalg.block_diag([empty, a]).shape == (1, 4)
+
+
+@given(st.integers(1, 6), st.integers(0, 4), st.integers(0, 1000))
+def test_rank_and_null_space_of_repeated_rows(independent: int, repeated: int, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    rows = np.eye(independent, 8) + 0.1 * random.normal(size=(independent, 8))
+    a = np.vstack([rows, random.normal(size=(repeated, independent)) @ rows])[random.permutation(independent + repeated)]
+    assert linalg.rank(a) == linalg.rank(csr_array(a)) == independent
+    kept = a[linalg.independent_rows(a)]
+    assert np.linalg.matrix_rank(kept) == len(kept) == independent
+    z = linalg.null_space(a)
+    assert z.shape == (8, 8 - independent)
+    np.testing.assert_allclose(a @ z, 0.0, atol=1e-12)
+    np.testing.assert_allclose(z.T @ z, np.eye(8 - independent), atol=1e-14)
+
+
+def test_short_rows_count_as_much_as_long_ones() -> None:
+    assert linalg.rank(np.diag([1e9, 1e-9])) == 2
+    assert linalg.rank(np.array([[1.0, 1.0], [1.0, 1.0 + 1e-13]])) == 1
+
+
+@pytest.mark.parametrize("a", [np.zeros((0, 3)), np.zeros((2, 3))])
+def test_nothing_constrains_nothing(a: np.ndarray) -> None:
+    assert linalg.rank(a) == 0
+    np.testing.assert_allclose(np.abs(linalg.null_space(a)), np.eye(3))

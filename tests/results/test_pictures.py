@@ -1,0 +1,195 @@
+"""Pictures: real pixels from the child process, frames of the GIF, and a clear error where OpenGL is missing."""
+
+from __future__ import annotations
+
+import ctypes.util
+import itertools
+import subprocess
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fmbs_skfem.core.errors import FmbsError, InputError, MissingFeature
+from fmbs_skfem.results import camera, frames, pictures, render_child
+from fmbs_skfem.results.pictures import Layout, Look
+
+from . import rollup
+
+SIZE = (480, 360)
+
+
+@pytest.fixture(scope="module")
+def opengl() -> None:
+    """Skip where nothing can be drawn; that the error is right there is tested without OpenGL below."""
+    try:
+        pictures.probe()
+    except MissingFeature as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture
+def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A temporary folder of our own, to see what is left in it."""
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    return folder
+
+
+def pixels(path: Path) -> np.ndarray:
+    with Image.open(path) as image:
+        return np.asarray(image.convert("RGB")).astype(int)
+
+
+def saturated(image: np.ndarray) -> np.ndarray:
+    """Where the picture is coloured, neither white, grey nor black."""
+    return np.ptp(image, axis=2) > 60
+
+
+@pytest.mark.usefixtures("opengl")
+def test_the_beam_is_drawn_where_it_is(tmp_path: Path, temporary: Path) -> None:
+    """Coloured pixels cover the projected half circle, and nothing but it, to the radius of the tube."""
+    alone = replace(rollup.planar(), joints={})
+    path = pictures.render(alone, tmp_path / "out" / "arc.png", times=[1.0], look=Look(size=SIZE))
+    image = pixels(path)
+    assert image.shape == (360, 480, 3)
+    chosen = frames.select(alone, np.array([6]))
+    job, arrays = pictures._order(chosen, Look(size=SIZE), "overlay", 1.0, "picture.png")
+    view, _ = render_child.view(job, arrays, SIZE, render_child.letters(job))
+    places = camera.project(view, chosen.bodies["beam"].points[0])
+    drawn = saturated(image)
+    assert all(drawn[round(y), round(x)] for x, y in places[2:-2])
+    rows, columns = np.nonzero(drawn)
+    np.testing.assert_allclose(
+        [columns.min(), columns.max(), rows.min(), rows.max()], [*_range(places[:, 0]), *_range(places[:, 1])], atol=5
+    )
+    assert list(temporary.iterdir()) == []
+    assert [file.name for file in path.parent.iterdir()] == ["arc.png"]
+
+
+def _range(values: np.ndarray) -> tuple[float, float]:
+    return float(values.min()), float(values.max())
+
+
+@pytest.mark.usefixtures("opengl")
+def test_curvature_gives_the_colours_of_the_scale(tmp_path: Path) -> None:
+    """Small and large curvature in one picture: dark violet for the straight beam, yellow-green for the half circle."""
+    look = Look(field="curvature", size=SIZE, limits=(0.0, np.pi))
+    straight = pixels(pictures.render(rollup.planar(), tmp_path / "a.png", [0.0], look))[:, :340]
+    rolled = pixels(pictures.render(rollup.planar(), tmp_path / "b.png", [1.0], look))[:, :340]
+    violet, green = (image[saturated(image)].mean(axis=0) for image in (straight, rolled))
+    assert violet[2] > violet[1] + 30
+    assert green[1] > green[2] + 60
+
+
+@pytest.mark.usefixtures("opengl")
+def test_overlay_shows_several_instants_in_one_scene(tmp_path: Path) -> None:
+    one = pixels(pictures.render(rollup.spatial(), tmp_path / "one.png", [1.0], Look(size=SIZE)))
+    several = pixels(pictures.render(rollup.spatial(), tmp_path / "all.png", look=Look(size=SIZE, title="Roll-up")))
+    assert several.shape == (360, 480, 3)
+    assert saturated(several).sum() > 1.3 * saturated(one).sum()
+
+
+@pytest.mark.usefixtures("opengl")
+def test_multiples_show_one_instant_each(tmp_path: Path) -> None:
+    """Six instants in two rows of three scenes beside the key; a beam in each, no two alike."""
+    path = pictures.render(rollup.spatial(), tmp_path / "all.png", look=Look(size=(920, 640)), layout=Layout.MULTIPLES)
+    image = pixels(path)
+    assert image.shape == (640, 920, 3)
+    width, height = (920 - round(0.21 * 640) - 24) // 3, 320
+    cells = [image[row * height :][:height, column * width :][:, :width] for row in range(2) for column in range(3)]
+    drawn = [saturated(cell) for cell in cells]
+    assert min(cell.sum() for cell in drawn) > 100
+    assert all((a != b).sum() > 50 for a, b in itertools.pairwise(drawn))
+
+
+@pytest.mark.usefixtures("opengl")
+def test_animation(tmp_path: Path, temporary: Path) -> None:
+    path = pictures.animate(rollup.spatial(), tmp_path / "a.gif", count=5, rate=10.0, look=Look(field="curvature", size=SIZE))
+    with Image.open(path) as gif:
+        assert (gif.n_frames, gif.size, gif.info["duration"], gif.info["loop"]) == (5, SIZE, 100, 0)
+        shots = []
+        for number in range(gif.n_frames):
+            gif.seek(number)
+            shots.append(np.asarray(gif.convert("RGB")).astype(int))
+    assert (shots[0][350, 5] == 255).all(), "the ground is not white"
+    scene, key = np.s_[60:, :370], np.s_[:, 400:]
+    for before, after in itertools.pairwise(shots):
+        assert (np.abs(after[scene] - before[scene]).max(axis=2) > 60).sum() > 100, "the beam does not move"
+        assert (after[:40, :370] != before[:40, :370]).any(), "the time does not change"
+        np.testing.assert_array_equal(after[key], before[key])
+    assert list(temporary.iterdir()) == []
+
+
+KILLED = (sys.executable, "-c", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no signals")
+def test_a_killed_child_is_a_missing_feature(tmp_path: Path, temporary: Path) -> None:
+    for draw in (
+        lambda: pictures.probe(KILLED),
+        lambda: pictures.render(rollup.planar(), tmp_path / "a.png", command=KILLED),
+        lambda: pictures.animate(rollup.planar(), tmp_path / "a.gif", command=KILLED),
+    ):
+        with pytest.raises(MissingFeature, match=r"died with code -11.*libegl1.*libosmesa6.*DISPLAY") as caught:
+            draw()
+        assert caught.value.exit_code == 7
+    assert list(temporary.iterdir()) == []
+    assert [path.name for path in tmp_path.iterdir()] == ["temporary"]
+
+
+@pytest.mark.skipif(sys.platform != "linux" or ctypes.util.find_library("OSMesa") is not None, reason="VTK falls back to OSMesa")
+def test_vtk_without_any_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
+    """VTK told to use X where no X server runs: whatever it does then, this process lives and says what is missing."""
+    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkXOpenGLRenderWindow")
+    monkeypatch.setenv("DISPLAY", "")
+    with pytest.raises(MissingFeature, match="libegl1"):
+        pictures.probe()
+
+
+def test_other_failures_keep_their_words() -> None:
+    with pytest.raises(MissingFeature, match="a program to draw with"):
+        pictures.probe(("no-such-interpreter",))
+    with pytest.raises(MissingFeature, match="no pyvista here"):
+        pictures.probe((sys.executable, "-c", "import sys; sys.stderr.write('no pyvista here'); sys.exit(7)"))
+    with pytest.raises(FmbsError, match="ValueError: bad picture") as caught:
+        pictures.probe((sys.executable, "-c", "raise ValueError('bad picture')"))
+    assert caught.value.exit_code == 1
+
+
+def test_limits_of_the_scale() -> None:
+    planar = rollup.planar()
+    assert pictures.limits(planar, "curvature") == (0.0, np.pi)
+    assert pictures.limits(planar, "strain") == (-0.5, 0.5)
+    lines = planar.bodies["beam"]
+    error = np.geomspace(1e-12, 1e-2, 41)[None] * np.ones((7, 1))
+    both = replace(planar, bodies={"beam": replace(lines, fields={"strain": lines.points[:, :, 0] - 0.25, "error": error})})
+    assert pictures.limits(both, "strain") == (-0.75, 0.75)
+    assert pictures.limits(both, "error", logarithmic=True) == pytest.approx((1e-7, 1e-2))
+
+
+def test_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="did you mean 'curvature'"):
+        pictures.render(rollup.planar(), tmp_path / "a.png", look=Look(field="curvatur"))
+    with pytest.raises(InputError, match=r"ending in \.png"):
+        pictures.render(rollup.planar(), tmp_path / "a.bmp")
+    with pytest.raises(InputError, match=r"ending in \.gif"):
+        pictures.animate(rollup.planar(), tmp_path / "a.mp4")
+    with pytest.raises(InputError, match="frames a second"):
+        pictures.animate(rollup.planar(), tmp_path / "a.gif", rate=1000.0)
+    with pytest.raises(InputError, match="200 to 8000 pixels"):
+        Look(size=(10, 10))
+    with pytest.raises(InputError, match="logarithmic"):
+        Look(logarithmic=True, limits=(0.0, 1.0))
+
+
+def test_nothing_heavy_is_imported_before_it_is_used() -> None:
+    heavy = {"pyvista", "vtk", "vtkmodules", "matplotlib", "meshio", "PIL"}
+    code = f"import sys, fmbs_skfem.results; print(sorted({heavy} & {{name.split('.')[0] for name in sys.modules}}))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

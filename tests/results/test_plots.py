@@ -1,0 +1,136 @@
+"""Plots: real files with the curves in them; the front of speed against error exactly."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.results import palette, plots, speed
+from fmbs_skfem.results.speed import Point
+
+TIMES = np.linspace(0.0, 3.0, 301)
+SWING = np.exp(-TIMES) * np.cos(4 * TIMES)
+POINTS = (
+    Point("full, 100 elements", "full", 1.6, 0.0),
+    Point("full, 20 elements", "coarse", 0.4, 4e-5),
+    Point("full, h 1e-3", "step", 0.8, 1.4e-3),
+    Point("component, 23 + 23", "component", 0.6, 9.6e-5),
+    Point("points, 23 + 23", "component+ecsw-points", 0.14, 1.1e-4),
+    Point("too few modes", "system", 0.1, math.nan),
+)
+
+
+def count(path: Path, tint: str) -> int:
+    """Pixels of this colour."""
+    with Image.open(path) as image:
+        pixels = np.asarray(image.convert("RGB")).astype(int)
+    assert min(pixels.shape[:2]) >= 500
+    return int((np.abs(pixels - [int(tint[i : i + 2], 16) for i in (1, 3, 5)]).max(axis=2) <= 12).sum())
+
+
+def test_histories_show_every_model(tmp_path: Path) -> None:
+    models = {"full": SWING, "component": SWING + 0.1, "ffrf": 2 * SWING}
+    path = plots.histories(tmp_path / "new" / "h.png", TIMES, models, "tip deflection [m]", title="Spin-up")
+    assert path == tmp_path / "new" / "h.png"
+    assert count(path, palette.BLUE) > 500
+    assert count(path, palette.VERMILLION) > 500
+    assert count(path, palette.GREEN) == 0
+
+
+@pytest.mark.parametrize("columns", [1, 2])
+def test_small_multiples(columns: int, tmp_path: Path) -> None:
+    outputs = {f"C_{axis} [m]": {"full": SWING, "system": SWING * (1 + i)} for i, axis in enumerate("xyz")}
+    assert count(plots.history_grid(tmp_path / "g.png", TIMES, outputs, columns), palette.BLUE) > 1000
+
+
+def test_errors_leave_gaps_where_there_is_no_logarithm(tmp_path: Path) -> None:
+    error = 1e-5 * (1 + TIMES)
+    broken = np.where(TIMES < 1, 10 * error, np.nan)
+    path = plots.errors(tmp_path / "e.png", TIMES, {"component": error, "diverged": broken}, floor=3.5e-4)
+    assert count(path, palette.BLUE) > 2 * count(path, palette.VERMILLION) > 300
+    with_floor = count(path, palette.BLACK)
+    assert (
+        with_floor > count(plots.errors(tmp_path / "f.png", TIMES, {"component": error, "diverged": broken}), palette.BLACK) + 200
+    )
+    plots.errors(tmp_path / "zero.png", TIMES, {"the same": np.zeros_like(TIMES)})
+
+
+def test_norms_and_singular_values(tmp_path: Path) -> None:
+    curves = {"two-norm": 1.63e-7 + 0 * TIMES, "constraint force": 1.62e-7 + 0 * TIMES, "gappy norm": 5.1e-9 + 0 * TIMES}
+    assert count(plots.norms(tmp_path / "n.png", TIMES, curves), palette.GREEN) > 500
+    spectra = {"I": 10.0 ** -np.arange(20), "II": np.r_[10.0 ** -np.arange(10), 0.0]}
+    marked = count(plots.singular_values(tmp_path / "s.png", spectra, {"I": 6, "II": 7}, 1e-12), palette.BLUE)
+    assert marked > count(plots.singular_values(tmp_path / "t.png", spectra), palette.BLUE) + 300
+    with pytest.raises(InputError, match="singular values of 'I'"):
+        plots.singular_values(tmp_path / "u.png", {"I": np.zeros(4)})
+
+
+def test_speed_error_has_one_colour_a_family(tmp_path: Path) -> None:
+    path = plots.speed_error(tmp_path / "s.png", POINTS, floor=3.5e-4, title="Double pendulum")
+    for family in ("coarse", "step", "component", "component+ecsw-points"):
+        assert count(path, plots.FAMILIES[family][0]) > 60, family
+    assert count(path, plots.FAMILIES["system"][0]) == 0
+    plots.speed_error(tmp_path / "t.pdf", (*POINTS, Point("mine", "my own reduction", 0.2, 1e-3)))
+    assert (tmp_path / "t.pdf").read_bytes().startswith(b"%PDF")
+    with pytest.raises(InputError, match="at least one finished model"):
+        plots.speed_error(tmp_path / "u.png", POINTS[-1:])
+
+
+def test_front_exactly() -> None:
+    assert [point.name for point in speed.front(POINTS)] == ["points, 23 + 23", "full, 20 elements", "full, 100 elements"]
+    assert speed.front(POINTS[-1:]) == ()
+    twins = (Point("first", "full", 1.0, 1e-3), Point("second", "full", 1.0, 1e-3), Point("slower", "full", 2.0, 1e-3))
+    assert [point.name for point in speed.front(twins)] == ["first"]
+
+
+def test_front_in_words() -> None:
+    assert speed.front_in_words(POINTS) == (
+        "Of 6 models 3 are on the front, 1 of them reduced; fastest first: points, 23 + 23 (0.14 s, error 1.1e-04), "
+        "full, 20 elements (0.4 s, error 4.0e-05), full, 100 elements (1.6 s, the reference). "
+        "Reduced models are on it at errors from 1.1e-04 to 1.1e-04. Failed: too few modes."
+    )
+    assert speed.front_in_words(POINTS[-1:]) == "No model finished, so there is no front."
+    assert "1 is on the front, none of them reduced" in speed.front_in_words(POINTS[:1])
+
+
+@given(st.lists(st.tuples(st.sampled_from([0.1, 0.2, 0.5, 1.0]), st.sampled_from([0.0, 1e-6, 1e-3, 1.0, math.inf])), max_size=12))
+def test_nobody_beats_the_front_and_it_beats_everybody_else(rows: list[tuple[float, float]]) -> None:
+    points = [Point(str(i), "component", cpu, error) for i, (cpu, error) in enumerate(rows)]
+    best = speed.front(points)
+
+    def beats(a: Point, b: Point) -> bool:
+        return a.cpu_s <= b.cpu_s and a.error <= b.error and (a.cpu_s, a.error) != (b.cpu_s, b.error)
+
+    assert not any(beats(a, b) for a in points for b in best)
+    same = {(point.cpu_s, point.error) for point in best}
+    finished = [point for point in points if math.isfinite(point.error)]
+    assert all(any(beats(a, b) for a in best) for b in finished if (b.cpu_s, b.error) not in same)
+
+
+def test_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"'short': expected values at the 301 instants, got shape \(3,\)"):
+        plots.histories(tmp_path / "h.png", TIMES, {"short": np.zeros(3)}, "x [m]")
+    with pytest.raises(InputError, match="at least one curve"):
+        plots.norms(tmp_path / "n.png", TIMES, {})
+    with pytest.raises(InputError, match=r"\.png, \.pdf, \.svg"):
+        plots.histories(tmp_path / "h.txt", TIMES, {"full": SWING}, "x [m]")
+    with pytest.raises(InputError, match="CPU time above 0"):
+        Point("free", "full", 0.0, 0.0)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_no_global_state(tmp_path: Path) -> None:
+    code = (
+        "import sys, numpy as np; from fmbs_skfem.results import plots; "
+        f"plots.norms({str(tmp_path / 'n.png')!r}, np.arange(3.0), {{'a': np.ones(3)}}); print('matplotlib.pyplot' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "False"

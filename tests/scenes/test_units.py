@@ -1,0 +1,142 @@
+"""Quantities: values, dimensions, refusals."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.scenes import units
+from fmbs_skfem.scenes.units import Dimension, Quantity
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "value"),
+    [
+        ("210 GPa", units.PRESSURE, 2.1e11),
+        ("10 mm", units.LENGTH, 0.01),
+        ("10mm", units.LENGTH, 0.01),
+        ("1800 kg/m^3", units.DENSITY, 1800.0),
+        ("1.8 g/cm^3", units.DENSITY, 1800.0),
+        ("3 s", units.TIME, 3.0),
+        ("5e-4 s", units.TIME, 5e-4),
+        ("5 ms", units.TIME, 0.005),
+        ("20 µs", units.TIME, 2e-5),
+        ("9.81 m/s^2", units.ACCELERATION, 9.81),
+        ("9.81 m s**-2", units.ACCELERATION, 9.81),
+        ("-9.81 m/s/s", units.ACCELERATION, -9.81),
+        ("90 deg", units.ANGLE, math.pi / 2),
+        ("60 rpm", units.ANGULAR_VELOCITY, 2 * math.pi),
+        ("2 1/s", units.ANGULAR_VELOCITY, 2.0),
+        ("1 1/s", units.RATE, 1.0),
+        ("50 Hz", units.RATE, 50.0),
+        ("15 N m", units.MOMENT, 15.0),
+        ("15 N*m", units.MOMENT, 15.0),
+        ("15 kN*mm", units.MOMENT, 15.0),
+        ("4 N m^2", units.BENDING_STIFFNESS, 4.0),
+        ("0.14 kg/m", units.LINE_DENSITY, 0.14),
+        ("2 t", units.MASS, 2000.0),
+        (0.25, units.LENGTH, 0.25),
+        (3, units.PRESSURE, 3.0),
+        ("1e3", units.PRESSURE, 1000.0),
+    ],
+)
+def test_values(text: str | float, dimension: Dimension, value: float) -> None:
+    assert units.convert(text, dimension) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("number", "unit", "value"), [("0.3", "mm", 0.3e-3), ("7", "mm", 0.007), ("90", "deg", math.pi / 2), ("1.1", "GPa", 1.1e9)]
+)
+def test_round_numbers_stay_round(number: str, unit: str, value: float) -> None:
+    assert units.read(f"{number} {unit}").value == value
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "message"),
+    [
+        ("210 GPa", units.LENGTH, r"expected a length \[m\], got '210 GPa' \(pressure\)"),
+        ("10 mm", units.PRESSURE, r"expected a pressure \[Pa\], got '10 mm' \(length\)"),
+        ("5 deg", units.LENGTH, r"expected a length \[m\], got '5 deg' \(angle\)"),
+        ("1 rad/s", units.RATE, r"expected a rate \[1/s\], got '1 rad/s' \(angular velocity\)"),
+        ("3 m", units.NUMBER, r"expected a number, got '3 m' \(length\)"),
+        ("3 kg s", units.LENGTH, r"got '3 kg s' \(kg\^1 s\^1\)"),
+        ("3 mmm", units.LENGTH, r"did you mean 'mm'\?"),
+        ("3 inch", units.LENGTH, "known unit"),
+        ("10 mm + 2", units.LENGTH, "not part of a unit"),
+        ("1e999 m", units.LENGTH, "finite"),
+        ("3 m^9^9", units.LENGTH, "not part of a unit"),
+        ("3 m^9 m^9", units.LENGTH, "small powers"),
+        (math.nan, units.LENGTH, "finite"),
+        (10**400, units.LENGTH, "finite"),
+        (True, units.LENGTH, "a number or a quantity, got True"),
+        (None, units.LENGTH, "got nothing"),
+        ("", units.LENGTH, "expected"),
+    ],
+)
+def test_refused(text: object, dimension: Dimension, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        units.convert(text, dimension)
+
+
+PARAMETERS = {"E": units.read("1 GPa"), "d": units.read("10 mm"), "n": units.read(3), "T": units.read("2 s")}
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "value"),
+    [
+        ("E", units.PRESSURE, 1e9),
+        ("2 * E / n", units.PRESSURE, 2e9 / 3),
+        ("pi * d**2 / 4 * E", units.FORCE, math.pi * 1e-4 / 4 * 1e9),
+        ("d / T**2", units.ACCELERATION, 0.0025),
+        ("sqrt(d * d)", units.LENGTH, 0.01),
+        ("max(d, 2 * d)", units.LENGTH, 0.02),
+        ("where(d < 2 * d, d, 0 * d)", units.LENGTH, 0.01),
+        ("-abs(-d)", units.LENGTH, -0.01),
+        ("2 * pi / T", units.ANGULAR_VELOCITY, math.pi),
+        ("n", units.LENGTH, 3.0),
+    ],
+)
+def test_expressions_carry_dimensions(text: str, dimension: Dimension, value: float) -> None:
+    assert units.convert(text, dimension, PARAMETERS) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("E", r"expected a length \[m\], got 'E' \(pressure\)"),
+        ("d + E", r"both sides of '\+' of one dimension, got length and pressure"),
+        ("d + 1", "length and number"),
+        ("sin(d)", r"a number or an angle in sin\(...\), got length"),
+        ("2**d", "exponent"),
+        ("d**1e9", "at most 12"),
+        ("D", r"did you mean 'd'\?|one of the names E, T, d, n, pi"),
+        ("d / (n - n)", "expected"),
+        ("t", "one of the names"),
+    ],
+)
+def test_expressions_refused(text: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        units.convert(text, units.LENGTH, PARAMETERS)
+
+
+@given(
+    st.one_of(
+        st.text(max_size=60),
+        st.text("0123456789.eE+-*/^ mkgsNPadr1µEdnT()", max_size=40),
+        st.floats(),
+        st.integers(),
+        st.booleans(),
+    )
+)
+@settings(max_examples=300, deadline=None)
+def test_anything_is_a_quantity_or_an_input_error(value: object) -> None:
+    try:
+        quantity = units.read(value, PARAMETERS)
+    except InputError:
+        return
+    assert isinstance(quantity, Quantity)
+    assert math.isfinite(quantity.value)
