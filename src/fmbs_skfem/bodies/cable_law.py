@@ -9,13 +9,17 @@ Energy per reference arc length S of a line r(S), with r' = dr/dS and |r0'| = 1:
     quadratic            kappa = |r''|                   (straight references only; W is a polynomial)
 
 In the plane the curvature has a sign; in space kappa >= 0 and W depends on H = kappa^2 alone, which keeps it smooth where the line
-is straight. Stiffness-proportional damping is of Kelvin-Voigt type, N = EA (eps + beta deps/dt), M = EI (kappa - kappa0 + beta dkappa/dt):
-rigid motions are not damped.
+is straight. Stiffness-proportional damping is of Kelvin-Voigt type,
 
-Arrays: jets `u` (2c, p, e) hold r' (c rows) and r'' (c rows) at point p of cell e, `S` = dW/du the same, `D` = d2W/du2 (2c, 2c, p, e);
-`section` (4, p, e) holds EA [N], EI [N m2], kappa0 [1/m] and the weight [m] of each point.
+    N = EA (eps + beta deps/dt),   M = EI (kappa - kappa0 + beta dkappa/dt),
 
-Source: Gerstmayr and Irschik, J. Sound Vib. 318 (2008) 461-487, doi 10.1016/j.jsv.2008.04.019 (strain and curvature of the ANCF cable).
+so that rigid motions are not damped.
+
+Arrays: jets `u` (2c, p, e) hold r' (c rows) and r'' (c rows) at point p of cell e, `S` = dW/du the same, `D` = d2W/du2
+(2c, 2c, p, e); `section` (4, p, e) holds EA [N], EI [N m2], kappa0 [1/m] and the weight [m] of each point.
+
+Source (strain and curvature of the ANCF cable): Gerstmayr and Irschik, J. Sound Vib. 318 (2008) 461-487, doi
+10.1016/j.jsv.2008.04.019.
 """
 
 from __future__ import annotations
@@ -89,7 +93,7 @@ def stress(curvature: int, u: np.ndarray, rate: np.ndarray, beta: float, section
 
 @jit
 def modulus(curvature: int, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
-    """D = weight d2W/du2 + beta (material part), shape (2c, 2c, p, e), symmetric; `beta` already times the integrator's gamma_hat."""
+    """D = weight d2W/du2 + beta (material part), shape (2c, 2c, p, e), symmetric; `beta` [-]: damping time times gh."""
     if u.shape[0] == 4 and curvature > 0:
         planar_modulus(curvature, u, beta, section, D)
     else:

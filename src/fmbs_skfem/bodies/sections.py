@@ -1,4 +1,4 @@
-"""Cross-sections and materials of slender bodies: axial stiffness EA [N], bending stiffness EI [N m2], mass per length rhoA [kg/m]."""
+"""Sections and materials of slender bodies: axial stiffness EA [N], bending stiffness EI [N m2], mass per length rhoA [kg/m]."""
 
 from __future__ import annotations
 

@@ -134,8 +134,8 @@ def integrate(
 ) -> Trajectory:
     """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps.
 
-    The number of steps is duration / step, rounded. Initial velocities are projected onto the constraints with a notice. A step that fails
-    is halved; SolverError carries reason, time, worst residuals by name and the partial trajectory.
+    The number of steps is duration / step, rounded. Initial velocities are projected onto the constraints with a notice. A step
+    that fails is halved; SolverError carries reason, time, worst residuals by name and the partial trajectory.
     """
     newton = newton or Newton()
     steps = round(duration / scheme.step)
@@ -155,9 +155,12 @@ def integrate(
     inverse = np.argsort(model.order)
 
     def trajectory(rows: int) -> Trajectory:
-        totals = Statistics(*(int(k) for k in counters), clock.process_time() - cpu, clock.perf_counter() - wall)
+        taken, iterations, factorisations, halved = (int(k) for k in counters)
+        seconds = clock.process_time() - cpu, clock.perf_counter() - wall
+        totals = Statistics(taken, iterations, factorisations, halved, *seconds)
         times = scheme.step * every * np.arange(rows)
-        return Trajectory(system, times, *(part[:rows, inverse] for part in out), multipliers[:rows], totals)
+        x, v, a = (part[:rows, inverse] for part in out)
+        return Trajectory(system, times, x, v, a, multipliers[:rows], totals)
 
     while done < steps:
         many = min(chunk, steps - done)
@@ -287,7 +290,7 @@ def gap_at(model: Compiled, x: np.ndarray, t: float) -> np.ndarray:
 
 
 def kkt_solver(system: System, M: csr_array, J: np.ndarray) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """Solve [[M, J^T], [J, 0]] (a, l) = (f, g); redundant rows are found by a rank-revealing factorisation and named in the error."""
+    """Solve [[M, J^T], [J, 0]] (a, l) = (f, g); redundant rows are found by a pivoted factorisation and named in the error."""
     size = float(abs(M).max()) or 1.0
     matrix = compilation.kkt(M / size, J)
     if len(J):

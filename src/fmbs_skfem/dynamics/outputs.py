@@ -99,8 +99,9 @@ def energies(trajectory: Trajectory) -> np.ndarray:
     delta = DELTA * max(float(times[-1]), 1e-12)
     before, after = np.maximum(times - delta, 0.0), times + delta
     x, v = (np.ascontiguousarray(part[:, model.order]) for part in (trajectory.x, trajectory.v))
-    tables = [signal_table(system, t) for t in (times, before, after)]
-    found = survey(model.arrays, x, v, np.ascontiguousarray(trajectory.multipliers), *tables, after - before, *model.buffers())
+    now, early, late = (signal_table(system, t) for t in (times, before, after))
+    multipliers, (body, buffer) = np.ascontiguousarray(trajectory.multipliers), model.buffers()
+    found = survey(model.arrays, x, v, multipliers, now, early, late, after - before, body, buffer)
     work = np.append(0.0, np.cumsum(0.5 * (found[1:, 2] + found[:-1, 2]) * np.diff(times)))
     potential = -(trajectory.x - trajectory.x[0]) @ system.loads.constant
     return np.column_stack([found[:, :2], potential, found[:, 0] + found[:, 1] + potential - work])
@@ -114,15 +115,17 @@ def energy_drift(trajectory: Trajectory) -> float:
 
 def residual_samples(model: Compiled, times: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
     """M q'' + f - Q of a system on any motion, (s, n)."""
-    parts = (np.ascontiguousarray(part[:, model.order]) for part in (x, v, a))
-    found = residuals(model.arrays, *parts, signal_table(model.system, times), *model.buffers())
+    xc, vc, ac = (np.ascontiguousarray(part[:, model.order]) for part in (x, v, a))
+    body, work = model.buffers()
+    found = residuals(model.arrays, xc, vc, ac, signal_table(model.system, times), body, work)
     return found[:, np.argsort(model.order)]
 
 
 def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     """Force of every constraint row on the system, - lambda (s,), by (joint, coordinate).
 
-    Rows that were eliminated are recovered from the residual of the full system, Phi_q^T lambda = - (M q'' + f - Q), by least squares.
+    Rows that were eliminated are recovered from the residual of the full system by least squares,
+    Phi_q^T lambda = - (M q'' + f - Q).
     """
     system = trajectory.system
     full = system.full
@@ -193,7 +196,8 @@ def reaction_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate:
     mine = [values for (joint, _), values in found.items() if joint == output.joint]
     if len(mine) != len(output.columns):
         notify(
-            f"the reaction of joint '{output.joint}' is not known to a reduced model that has dropped its constraint; it is given as NaN"
+            f"the reaction of joint '{output.joint}' is given as NaN: "
+            "a reduced model that has dropped the joint's constraint does not know it"
         )
         return [np.full(len(trajectory.times), np.nan)] * len(output.columns)
     return mine

@@ -5,10 +5,10 @@ r"""The compiled time step: generalized-alpha for index-3 DAEs with a modified N
     [ c W      Phi_q^T ] [ dq ]     [ c (M q'' + f) + Phi_q^T lambda ]
     [ Phi_q    0       ] [ dl ] = - [ Phi                            ],   W = bh M + gh C + K,   c = h^2 beta                   (3)
 
-Here lambda is c times the physical multiplier, which makes the condition number independent of h. The predictor extrapolates q'' by the
-order (constant, linear, quadratic) that was best in the step before. A factorisation serves until the iteration contracts slowly. The
-iteration stops on the estimated remaining error |dq| rate / (1 - rate) with the rate measured in the same step: a good predictor makes the
-first correction small without making q'' accurate, so there are at least two.
+Here lambda is c times the physical multiplier, which makes the condition number independent of h. The predictor extrapolates q''
+by the order (constant, linear, quadratic) that was best in the step before. A factorisation serves until the iteration contracts
+slowly. The iteration stops on the estimated remaining error |dq| rate / (1 - rate) with the rate measured in the same step: a good
+predictor makes the first correction small without making q'' accurate, so there are at least two.
 
 Sources: Arnold and Bruels, Multibody Syst. Dyn. 18 (2007) 185-202, doi 10.1007/s11044-007-9084-0 (method);
 Bottasso, Bauchau and Cardona, SIAM J. Sci. Comput. 29 (2007) 397-414, doi 10.1137/050638503 (scaling).
@@ -338,9 +338,9 @@ def advance(
     multipliers: np.ndarray,
     counters: np.ndarray,
 ) -> tuple[int, int]:
-    """Take a step for every row of `signals` (s, k); store x, v, q'' in out (3, s, n) every `every` steps, `first` steps were done before.
+    """Take a step for every row of `signals` (s, k); store x, v, q'' in out (3, s, n) every `every` steps.
 
-    Returns the status and the number of steps done.
+    `first` steps were done before. Returns the status and the number of steps done.
     """
     c = method.c
     for k in range(len(signals)):

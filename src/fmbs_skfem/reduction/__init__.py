@@ -1,0 +1,29 @@
+"""Model reduction: snapshots, bases, Galerkin projection, hyper-reduction, comparators, errors and indicators, files."""
+
+from . import ecsw, errors, ffrf, galerkin, hyper, pivots, pod
+from .errors import Errors, Norms, compare, residual_norms
+from .ffrf import reduce_floating
+from .galerkin import Snapshots, bases, body_level, reduce_system, snapshots, system_level
+from .hyper import Level
+
+__all__ = [
+    "Snapshots",
+    "snapshots",
+    "pod",
+    "system_level",
+    "body_level",
+    "bases",
+    "galerkin",
+    "pivots",
+    "reduce_system",
+    "ecsw",
+    "Level",
+    "hyper",
+    "ffrf",
+    "reduce_floating",
+    "errors",
+    "Errors",
+    "compare",
+    "Norms",
+    "residual_norms",
+]

@@ -30,7 +30,7 @@ IN_SPAN = 1e-12  #: a kept state whose part outside the span is smaller than thi
 class Basis:
     """q = mean + modes @ xi; `singular_values` are all those of the deviations from the mean, not only the kept ones."""
 
-    modes: Array  #: (n,r), orthonormal columns, the largest singular value first, a kept state last
+    modes: Array  #: (n,r), orthonormal columns: a kept state first, then the largest singular value first
     mean: Array  #: (n,)
     singular_values: Array  #: (i,), falling
 
@@ -45,7 +45,7 @@ def basis(
     """POD basis of the snapshots (n,s), truncated by `tolerance` (the eps of equation (14)) or to a number of `modes`.
 
     The snapshots are centred at their mean, or at the state `mean` (n,) where one is given. The state `keep` (n,), as a rule the
-    initial one, is represented exactly: its part outside the span becomes one more mode.
+    initial one, is represented exactly: its deviation is the first mode, the others are those of what remains.
     """
     x = _states(snapshots, "snapshots")
     centre = x.mean(axis=1) if mean is None else _state(mean, "mean", x.shape[0])
@@ -89,22 +89,47 @@ def truncation(singular_values: ArrayLike, tolerance: float) -> int:
         raise InputError(say("pod.truncation", "0 < tolerance < 1", tolerance, "1e-12 means a relative error of 1e-6"))
     if s.ndim != 1 or s.size == 0 or not np.all(np.isfinite(s)) or not np.max(s) > 0.0:
         raise InputError(say("pod.truncation", "finite singular values that are not all zero", s))
-    squares = (s / np.max(s)) ** 2
-    tails = np.append(np.cumsum(squares[::-1])[::-1], 0.0)
-    return int(np.argmax(tails <= tolerance * tails[0]))
+    return _tail_count(s, tolerance, float(s @ s))
+
+
+def _tail_count(s: Array, tolerance: float, total: float) -> int:
+    """Smallest r with sum_{i>r} s_i^2 <= tolerance * total."""
+    tails = np.append(np.cumsum(np.square(s)[::-1])[::-1], 0.0)
+    return int(np.argmax(tails <= tolerance * total))
 
 
 def _decompose(x: Array, mean: Array, floor: float, tolerance: float | None, modes: int | None, keep: ArrayLike | None) -> Basis:
-    """Basis of the deviations x (n,s); singular values up to `floor` are round-off."""
+    """Basis of the deviations x (n,s); singular values up to `floor` are round-off.
+
+    A kept state is the first direction, and the decomposition is that of the rest: it costs at most one more mode, as a rule none.
+    """
     left, s = _left_singular(x)
-    rank = int(np.sum(s > floor))
-    if rank == 0:
+    if not np.any(s > floor):
         remedy = "train on a longer or more lively run, or leave this component out of the reduction"
         raise InputError(say("pod", "snapshots that differ from their mean", "a constant state", remedy))
-    u = left[:, : _count(s, rank, tolerance, modes)]
-    if keep is not None:
-        u = _with_state(u, _state(keep, "keep", x.shape[0]), mean)
-    return Basis(np.ascontiguousarray(u), mean, s)
+    first = np.zeros((len(mean), 0)) if keep is None else _direction(_state(keep, "keep", x.shape[0]), mean)
+    values = s
+    if first.shape[1]:
+        left, values = _left_singular(_outside(x, first))
+    wanted = None if modes is None else modes - first.shape[1]
+    count = _count(values, int(np.sum(values > floor)), tolerance, wanted, float(s @ s))
+    return Basis(np.ascontiguousarray(np.hstack([first, _outside(left[:, :count], first)])), mean, s)
+
+
+def _direction(state: Array, mean: Array) -> Array:
+    """The deviation of a state as a unit column (n,1), or no column when it is round-off."""
+    deviation = state - mean
+    length = float(np.linalg.norm(deviation))
+    if length <= IN_SPAN * max(float(np.linalg.norm(state)), float(np.linalg.norm(mean))):
+        return np.zeros((len(mean), 0))
+    return (deviation / length)[:, None]
+
+
+def _outside(x: Array, first: Array) -> Array:
+    """x without its part along the orthonormal columns `first`."""
+    for _ in range(2):
+        x = x - first @ (first.T @ x)
+    return x
 
 
 def _left_singular(x: Array) -> tuple[Array, Array]:
@@ -118,29 +143,18 @@ def _left_singular(x: Array) -> tuple[Array, Array]:
     return u, s
 
 
-def _count(s: Array, rank: int, tolerance: float | None, modes: int | None) -> int:
-    """Number of modes asked for, at most the numerical rank."""
+def _count(s: Array, rank: int, tolerance: float | None, modes: int | None, total: float) -> int:
+    """Number of modes asked for, at most the numerical rank; `total` is the sum of squares that the tolerance refers to."""
     if tolerance is not None and modes is None:
-        return min(truncation(s, tolerance), rank)
+        return min(_tail_count(s, tolerance, total), rank)
     if modes is None or tolerance is not None:
         got = "neither" if modes is None else f"tolerance {tolerance} and {modes} modes"
         raise InputError(say("pod", "either a tolerance or a number of modes", got))
-    if modes < 1:
+    if modes < 0 or (modes == 0 and s.size == 0):
         raise InputError(say("pod", "at least one mode", modes))
     if modes > rank:
         notify(f"pod: {modes} modes asked for, but the snapshots span only {rank}; {rank} are used")
     return min(modes, rank)
-
-
-def _with_state(u: Array, state: Array, mean: Array) -> Array:
-    """u (n,r) and, as one more column, the part of state - mean outside its span, unless that is round-off."""
-    outside = state - mean
-    for _ in range(2):
-        outside = outside - u @ (u.T @ outside)
-    length = float(np.linalg.norm(outside))
-    if length <= IN_SPAN * max(float(np.linalg.norm(state)), float(np.linalg.norm(mean))):
-        return u
-    return np.column_stack([u, outside / length])
 
 
 def _states(x: ArrayLike, name: str) -> Array:

@@ -2,6 +2,7 @@
 
 from . import joints, loads, probes
 from .assembly import Motion, Rayleigh, assemble, eliminate
+from .checks import check_joint, check_system
 from .compiled import Compiled, compile_system
 from .places import At
 from .system import System, change_coordinates
@@ -19,4 +20,6 @@ __all__ = [
     "change_coordinates",
     "Compiled",
     "compile_system",
+    "check_joint",
+    "check_system",
 ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import block_diag, csr_array, diags_array, kron, vstack
@@ -19,6 +20,9 @@ from . import loads as load_rules
 from . import probes as probe_rules
 from .places import Draft, Layout, Rows, vector
 from .system import Affine, Constraints, Elastic, Line, Loads, System, change_coordinates, is_linear, keep_constraints, linear_part
+
+
+SAMPLES = 201  #: points of a centre line in pictures and position errors
 
 
 @dataclass(frozen=True)
@@ -146,15 +150,13 @@ def initial_velocity(layout: Layout, parts: list[Body], initial: Mapping[str, Mo
     return np.concatenate(v)
 
 
-def picture_line(part: Body, layout: Layout, per_cell: int = 2) -> Line:
-    """Samples of the centre line for pictures and position errors."""
+def picture_line(part: Body, layout: Layout) -> Line:
+    """Samples of the centre line for pictures and position errors, at the same places on every mesh."""
     if part.space is None or part.cells is None:
         rows = csr_array(vstack([np.eye(1), np.zeros((2, 1))]))
         return Line(part.name, widen(rows, part, layout), part.radius, Curvature.EXACT)
     breaks = line.breaks(part.space)
-    xi = np.append(
-        np.concatenate([np.linspace(a, b, per_cell + 1)[:-1] for a, b in zip(breaks[:-1], breaks[1:], strict=True)]), breaks[-1]
-    )
+    xi = np.linspace(breaks[0], breaks[-1], SAMPLES)
     value, first, second = (line.sample(part.space, xi, k) for k in range(3))
     r1, r2 = first @ part.reference, second @ part.reference
     J = np.linalg.norm(r1, axis=1)
@@ -172,7 +174,8 @@ def widen(rows: csr_array, part: Body, layout: Layout) -> csr_array:
 def eliminate(system: System, tolerance: float = 1e-9) -> System:
     """The system without its time-independent linear constraints: x = T y + d with sparse T.
 
-    Redundant rows are dropped with a notice; contradictory rows raise SolverError(INCONSISTENT) with the joints by name.
+    Redundant rows are dropped with a notice; contradictory rows raise SolverError(INCONSISTENT) with the joints by name. An initial
+    state that does not satisfy the rows is moved onto them with a notice.
     """
     rows, A, a = linear_part(system)
     if len(rows) == 0:
@@ -192,6 +195,7 @@ def eliminate(system: System, tolerance: float = 1e-9) -> System:
     )
     d = np.zeros(system.size)
     d[used[dependent]] = fixed
+    report_moved(system, rows, A @ system.x0 + a)
     rest = np.flatnonzero(~is_linear(system.constraints))
     return replace(change_coordinates(keep_constraints(system, rest), T, d), full=system)
 
@@ -219,10 +223,18 @@ def row_echelon(
                 right[other] -= work[other, j] * right[row]
                 work[other] -= work[other, j] * work[row]
     report_dependent(names, left, right, tolerance * system.scale)
-    order = [row for row, _ in pivots]
+    order = np.array([row for row, _ in pivots], dtype=np.int64)
     dependent = np.array([column for _, column in pivots], dtype=np.int64)
     independent = np.setdiff1d(np.arange(A.shape[1]), dependent)
     return dependent, independent, -work[np.ix_(order, independent)], right[order]
+
+
+def report_moved(system: System, rows: np.ndarray, gap: np.ndarray, tolerance: float = 1e-6) -> None:
+    """Notice linear constraints that the initial state does not satisfy."""
+    wrong = [k for k in np.argsort(-np.abs(gap)) if abs(gap[k]) > tolerance * system.scale]
+    if wrong:
+        listed = ", ".join(f"{'.'.join(system.constraints.names[rows[k]])} by {abs(gap[k]):.3g}" for k in wrong)
+        notify(f"the initial state is moved, because it does not satisfy the joints: {listed}")
 
 
 def report_dependent(names: list[tuple[str, str]], left: list[int], right: np.ndarray, tolerance: float) -> None:

@@ -9,7 +9,7 @@ from scipy.sparse import block_array, coo_array, csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from ..bodies.body import Cells
-from ..core.linalg import is_sparse
+from ..core.linalg import as_dense, is_sparse
 from . import kernels
 from .kernels import Arrays, Csr, Diagonals
 from .system import System
@@ -154,31 +154,31 @@ def lower_band(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.n
     """band[j, i - j] = A[i, j] for i >= j."""
     entries = coo_array(A)
     i, j = place[entries.row], place[entries.col]
-    band, low = np.zeros((len(place), width + 1)), i >= j
+    band, low = np.zeros((len(place), width + 1)), (i >= j) & (entries.data != 0.0)
     np.add.at(band, (j[low], (i - j)[low]), entries.data[low])
     return band
 
 
 def dense_of(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.ndarray:
-    return np.ascontiguousarray(A.toarray() if is_sparse(A) else A)
+    return np.ascontiguousarray(as_dense(A))
 
 
 def flatten(
     system: System, place: np.ndarray, dense: bool, width: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray], int]:
     """Tables of all elastic groups behind each other: groups (g, 13), integers, numbers, scatter, length of the work vector."""
-    rows, integers, numbers, scatters = [], [np.zeros(0, np.int64)], [np.zeros(0)], []
+    rows, integers, numbers = [], [np.zeros(0, np.int64)], [np.zeros(0)]
+    scatters = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
     at_integer = at_number = at_scatter = 0
     work = 1
     for elastic in system.elastic:
-        part, cells = elastic.gather, isinstance(elastic.gather, Cells)
-        section = part.section
+        part, section = elastic.gather, elastic.gather.section
         points, count = section.shape[1], section.shape[2]
         dim = system.dim
         row = dict.fromkeys(range(13), 0)
         row |= {kernels.CURVATURE: int(part.curvature), kernels.COMPONENTS: dim, kernels.POINTS: points, kernels.CELLS: count}
         jets = 2 * dim * points * count
-        if cells:
+        if isinstance(part, Cells):
             scatter = scatter_map(part, system, place, dense, width)
             row |= {kernels.BASIS: part.nodes.shape[0], kernels.NODES: at_integer, kernels.TABLE: at_number}
             row |= {kernels.PAIR: at_scatter, kernels.COUNT: len(scatter[0])}
@@ -199,11 +199,9 @@ def flatten(
         at_number += section.size
         numbers += [*tables, section.ravel()]
         rows.append([row[k] for k in range(13)])
-    joined = tuple(
-        np.concatenate([s[k] for s in scatters]) if scatters else np.zeros(0, float if k == 2 else np.int64) for k in range(3)
-    )
+    source, target, factor = (np.concatenate(part) for part in zip(*scatters, strict=True))
     groups = np.array(rows, dtype=np.int64).reshape(-1, 13)
-    return groups, np.concatenate(integers).astype(np.int64), np.concatenate(numbers), joined, work
+    return groups, np.concatenate(integers).astype(np.int64), np.concatenate(numbers), (source, target, factor), work
 
 
 def scatter_map(

@@ -2,8 +2,9 @@ r"""Compiled evaluation of a system: forces, constraints and the iteration matri
 
     f(x, v) = C v + K x + sum L^T phi(L x) - Q,    Phi(y),  y = P x + y0,    W = bh M + gh C + K + sum L^T phi' L
 
-`Arrays` is one fixed type for full, reduced and hyper-reduced systems, so that everything is compiled once. Sparse matrices are (indptr,
-indices, data). The matrix W is kept as lower band (n, d + 1), band[j, i - j] = W[i, j], or dense (n, n). Vectors `work` are overwritten.
+`Arrays` is one fixed type for full, reduced and hyper-reduced systems, so that everything is compiled once. Sparse matrices are
+(indptr, indices, data). The matrix W is kept as lower band (n, d + 1), band[j, i - j] = W[i, j], or dense (n, n). Vectors `work`
+are overwritten.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.sparse import csr_array, kron, vstack
 
-from ..bodies import body as bodies
+from ..bodies.body import Body, locate, probe
 from ..core.errors import InputError, closest, say
 from .system import Affine, Signal
 
@@ -52,11 +52,11 @@ class Layout:
     """Where each body's coordinates stand in q."""
 
     dim: int
-    bodies: dict[str, bodies.Body]
+    bodies: dict[str, Body]
     first: dict[str, int]
     size: int
 
-    def body(self, where: str, at: At) -> bodies.Body:
+    def body(self, where: str, at: At) -> Body:
         if at.body not in self.bodies:
             raise InputError(
                 say(where, f"one of the bodies {', '.join(self.bodies)}", f"'{at.body}'") + closest(at.body, self.bodies)
@@ -66,7 +66,7 @@ class Layout:
     def read(self, where: str, at: At, derivative: int = 0) -> csr_array:
         """Rows (c, q) of the position or slope at a place."""
         part = self.body(where, at)
-        row = bodies.probe(part, bodies.locate(part, at.place), derivative)
+        row = probe(part, locate(part, at.place), derivative)
         block = csr_array(kron(row, np.eye(self.dim)))
         block = block.tocoo()
         return csr_array((block.data, (block.row, block.col + self.first[at.body])), shape=(self.dim, self.size))
@@ -76,7 +76,7 @@ class Layout:
         if not isinstance(at, At):
             return vector(where, at, self.dim)
         part = self.body(where, at)
-        return np.asarray(bodies.probe(part, bodies.locate(part, at.place), derivative) @ part.reference)[0]
+        return np.asarray(probe(part, locate(part, at.place), derivative) @ part.reference)[0]
 
 
 def vector(where: str, values: object, size: int) -> np.ndarray:

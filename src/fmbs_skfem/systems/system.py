@@ -3,8 +3,8 @@ r"""System: the equations of motion as arrays.
     M q'' + C q' + K q + sum_j L_j^T phi_j(L_j q) - Q(q, t) + Phi_q^T lambda = 0,     Phi(q, t) = 0               (2)
 
 All laws act on linear images of the unknowns: strain energy on jets, joints and loads on probe rows y = P x + y0. A change of
-coordinates x = V z + d therefore changes arrays only; elimination of constraints (V sparse) and Galerkin reduction (V dense) are the
-same function, and the result is again a System.
+coordinates x = V z + d therefore changes arrays only; elimination of constraints (V sparse) and Galerkin reduction (V dense) are
+the same function, and the result is again a System.
 
 Source of the equations: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690, eqs. (2), (21).
 """
@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
+from typing import TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -21,10 +22,10 @@ from scipy.sparse.linalg import spsolve
 
 from ..bodies.body import Cells
 from ..bodies.cable_law import Curvature
-from ..core.linalg import is_sparse
+from ..core.linalg import as_dense, is_sparse
 
-Matrix = csr_array | np.ndarray
-Signal = Callable[[np.ndarray], np.ndarray]  #: a scalar function of time, vectorised
+Matrix: TypeAlias = csr_array | np.ndarray
+Signal: TypeAlias = Callable[[np.ndarray], np.ndarray]  #: a scalar function of time, vectorised
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,7 @@ class Sampled:
     offset: np.ndarray  #: (2c p,)
     section: np.ndarray  #: (4, 1, p)
     columns: slice
+    cell: np.ndarray  #: (p,) number of the cell of every point
 
 
 @dataclass(frozen=True)
@@ -186,8 +188,8 @@ def keep_constraints(system: System, rows: np.ndarray) -> System:
 def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
     """The same system in unknowns z with x = V z + d, equations projected by V^T.
 
-    Sparse V leaves the cells in body coordinates; dense V (n, r) multiplies them out to sampled points. x0 and v0 are projected
-    orthogonally; they are exact when they lie in the range of V.
+    Sparse V leaves cells in body coordinates; dense V (n, r) multiplies them out to sampled points. Points sampled before are
+    multiplied by any V. x0 and v0 are projected orthogonally; they are exact when they lie in the range of V.
     """
 
     def square(A: Matrix) -> Matrix:
@@ -199,19 +201,23 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
         return Affine(csr_array(product) if is_sparse(product) else product, affine(d))
 
     def project(x: np.ndarray) -> np.ndarray:
-        if is_sparse(V):
+        if not isinstance(V, np.ndarray):
             return np.asarray(spsolve((V.T @ V).tocsc(), V.T @ x)).reshape(V.shape[1])
         return np.linalg.lstsq(V, x, rcond=None)[0]
 
+    def carry(elastic: Elastic) -> Elastic:
+        if is_sparse(V) and isinstance(elastic.gather, Cells):
+            return elastic
+        return replace(elastic, gather=sampled(elastic.gather, lift, as_dense(V), d))
+
     lift = compose(system.lift)
-    elastic = system.elastic if is_sparse(V) else tuple(replace(e, gather=sampled(e.gather, lift, V, d)) for e in system.elastic)
     return replace(
         system,
         lift=lift,
         mass=square(system.mass),
         damping=square(system.damping),
         stiffness=square(system.stiffness),
-        elastic=elastic,
+        elastic=tuple(carry(e) for e in system.elastic),
         probes=compose(system.probes),
         sensors=compose(system.sensors),
         loads=replace(system.loads, constant=V.T @ (system.loads.constant - system.stiffness @ d)),
@@ -232,7 +238,8 @@ def sampled(gather: Cells | Sampled, lift: Affine, V: np.ndarray, d: np.ndarray)
     jets = np.asarray(rows @ lift.matrix)
     columns = support(jets)
     section = gather.section.reshape(4, 1, -1)
-    return Sampled(gather.curvature, np.ascontiguousarray(jets[:, columns]), rows @ lift.offset, section, columns)
+    cell = np.tile(np.arange(gather.section.shape[2]), gather.section.shape[1])
+    return Sampled(gather.curvature, np.ascontiguousarray(jets[:, columns]), rows @ lift.offset, section, columns, cell)
 
 
 def support(A: np.ndarray) -> slice:

@@ -1,0 +1,210 @@
+r"""Bases per component, Galerkin projection, and the reduction of constraints.
+
+    q^b = U^b xi^b + qbar^b,    sum_b U^bT (F + M q'' + Q + Phi_q^T lambda) = 0                                          (18), (21)
+
+A component is one body or several that share a basis; one component with all bodies is the system level. Constraints fall into
+three classes (section 3.3 of the source), decided by structure and never by the size of a number:
+
+1. linear, independent of time, inside one component: every snapshot satisfies them, they vanish and are dropped;          (24)-(28)
+2. linear, independent of time, between components: eliminated, xi = T y + d, or kept with multipliers;                    (29)-(36)
+3. all others are kept; rows that depend on others in the reduced space are dropped.
+
+Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..core.errors import InputError, say
+from ..dynamics.integrate import Trajectory
+from ..dynamics.outputs import lifted
+from ..systems import compiled
+from ..systems.compiled import compile_system
+from ..systems.system import System, change_coordinates, is_linear, keep_constraints, linear_part
+from . import pivots, pod
+from .pod import Basis
+
+
+@dataclass(frozen=True)
+class Snapshots:
+    """States of a full model at training times."""
+
+    times: np.ndarray  #: (s,)
+    q: np.ndarray  #: (s, q) body coordinates
+
+
+def snapshots(trajectory: Trajectory, interval: float | None = None) -> Snapshots:
+    """Body coordinates every `interval` [s], all stored ones by default."""
+    times = trajectory.times
+    if interval is None:
+        picked = np.arange(len(times))
+    else:
+        step = times[1] - times[0]
+        stride = round(interval / step)
+        if stride < 1 or abs(stride * step - interval) > 1e-6 * interval:
+            raise InputError(say("reduction.snapshots", f"a multiple of the stored interval {step:.6g} s", f"{interval} s"))
+        picked = np.arange(0, len(times), stride)
+    part = replace(trajectory, times=times[picked], x=trajectory.x[picked], v=trajectory.v[picked], a=trajectory.a[picked])
+    return Snapshots(part.times, lifted(part)[0])
+
+
+def system_level(system: System) -> dict[str, tuple[str, ...]]:
+    """One component that holds all bodies."""
+    return {"system": tuple(name for name, _, _ in system.coordinates)}
+
+
+def body_level(system: System) -> dict[str, tuple[str, ...]]:
+    """Every body a component of its own."""
+    return {name: (name,) for name, _, _ in system.coordinates}
+
+
+def rows_of(system: System, bodies: Sequence[str]) -> np.ndarray:
+    """Numbers in q of the coordinates of some bodies."""
+    spans = {name: np.arange(first, last) for name, first, last in system.coordinates}
+    missing = [name for name in bodies if name not in spans]
+    if missing or not bodies:
+        raise InputError(say("reduction.components", f"bodies among {', '.join(spans)}", missing or "none"))
+    return np.concatenate([spans[name] for name in bodies])
+
+
+def bases(
+    system: System,
+    data: Snapshots,
+    components: Mapping[str, Sequence[str]],
+    tolerance: float | None = 1e-12,
+    modes: int | None = None,
+) -> dict[str, Basis]:
+    """POD basis of every component from snapshots of `system`; the initial state is kept in every basis.
+
+    Snapshots are first projected onto the linear constraints inside the component, so that these vanish to round-off.
+    """
+    found = {}
+    for name, members in components.items():
+        rows = rows_of(system, members)
+        states = data.q[:, rows] - constraint_errors(system, data.q, rows)
+        start = system.lift(system.x0)[rows]
+        found[name] = pod.basis(states.T, tolerance if modes is None else None, modes, keep=start)
+    return found
+
+
+def constraint_errors(system: System, q: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Smallest changes (s, rows) that make the states satisfy the linear constraints inside a component exactly."""
+    _, A, a = linear_part(system)
+    mine = np.setdiff1d(np.arange(A.shape[0]), touched_outside(A, rows))
+    inner = A[mine][:, rows].toarray()
+    inner_a = a[mine]
+    if not len(mine):
+        return np.zeros((len(q), len(rows)))
+    return (q[:, rows] @ inner.T + inner_a) @ np.linalg.pinv(inner).T
+
+
+def touched_outside(A: object, rows: np.ndarray) -> np.ndarray:
+    """Constraint rows with entries outside the given coordinates."""
+    entries = A.tocoo()  # type: ignore[attr-defined]
+    return np.unique(entries.row[~np.isin(entries.col, rows)])
+
+
+@dataclass(frozen=True)
+class Classes:
+    """Constraint rows of a full system by class."""
+
+    inside: np.ndarray  #: linear inside a component, dropped
+    linking: np.ndarray  #: linear between components
+    others: np.ndarray  #: time-dependent or nonlinear
+
+
+def classify(system: System, components: Mapping[str, Sequence[str]]) -> Classes:
+    """The three classes of section 3.3."""
+    rows, A, _ = linear_part(system)
+    owner = np.zeros(system.size, dtype=int)
+    for number, members in enumerate(components.values()):
+        owner[rows_of(system, members)] = number
+    inside = np.array([len(np.unique(owner[A[[k]].indices])) == 1 for k in range(len(rows))], dtype=bool)
+    return Classes(rows[inside], rows[~inside], np.flatnonzero(~is_linear(system.constraints)))
+
+
+def check_components(system: System, components: Mapping[str, Sequence[str]]) -> None:
+    """Every body belongs to exactly one component."""
+    members = [name for part in components.values() for name in part]
+    known = [name for name, _, _ in system.coordinates]
+    if sorted(members) != sorted(known):
+        raise InputError(say("reduction.components", f"every body of {', '.join(known)} in exactly one", f"{', '.join(members)}"))
+
+
+def reduce_system(
+    system: System,
+    components: Mapping[str, Sequence[str]],
+    found: Mapping[str, Basis],
+    eliminate: bool = False,
+    configurations: np.ndarray | None = None,
+) -> System:
+    """The reduced system of a full one (with all multipliers), a System again.
+
+    `eliminate` removes the linear constraints between components by pivoted columns (33); otherwise they keep their multipliers.
+    `configurations` (s, q) are states at which dependent rows are looked for.
+    """
+    check_components(system, components)
+    classes = classify(system, components)
+    V, mean, spans = block_basis(system, components, found)
+    check_interfaces(system, components, found, classes)
+    kept = np.sort(np.concatenate([classes.linking, classes.others]))
+    reduced = replace(change_coordinates(keep_constraints(system, kept), V, mean), components=spans, full=None)
+    if eliminate and len(classes.linking):
+        _, D, d = linear_part(reduced)
+        T, x0 = pivots.eliminate(np.asarray(D.toarray()), d)
+        rest = np.flatnonzero(~is_linear(reduced.constraints))
+        free = change_coordinates(keep_constraints(reduced, rest), np.asarray(T), x0)
+        reduced = replace(free, components=(("eliminated", 0, free.size),))
+    if configurations is not None and len(reduced.constraints.names):
+        reduced = drop_dependent(reduced, (configurations - reduced.lift.offset) @ np.linalg.pinv(reduced.lift.matrix).T)
+    return reduced
+
+
+def block_basis(
+    system: System, components: Mapping[str, Sequence[str]], found: Mapping[str, Basis]
+) -> tuple[np.ndarray, np.ndarray, tuple[tuple[str, int, int], ...]]:
+    """V (q, r) with one block a component, the mean (q,), and where each component's unknowns stand."""
+    total = sum(found[name].modes.shape[1] for name in components)
+    V, mean, spans, first = np.zeros((system.size, total)), np.zeros(system.size), [], 0
+    for name, members in components.items():
+        rows, basis = rows_of(system, members), found[name]
+        if basis.modes.shape[0] != len(rows):
+            raise InputError(say(f"component '{name}'", f"a basis with {len(rows)} rows", basis.modes.shape[0], "train it on this model"))
+        last = first + basis.modes.shape[1]
+        V[rows, first:last], mean[rows] = basis.modes, basis.mean
+        spans.append((name, first, last))
+        first = last
+    return V, mean, tuple(spans)
+
+
+def check_interfaces(
+    system: System, components: Mapping[str, Sequence[str]], found: Mapping[str, Basis], classes: Classes
+) -> None:
+    """A component needs more modes than constraints that link it to others."""
+    _, A, _ = linear_part(system)
+    rows = linear_part(system)[0]
+    linking = A[np.flatnonzero(np.isin(rows, classes.linking))]
+    for name, members in components.items():
+        links = int((abs(linking[:, rows_of(system, members)]).sum(axis=1) > 0).sum()) if linking.shape[0] else 0
+        modes = found[name].modes.shape[1]
+        if links and modes <= links:
+            raise InputError(
+                say(
+                    f"component '{name}'",
+                    f"more than {links} modes for its {links} constraints to other components",
+                    f"{modes} modes",
+                    "a basis too small for the interface constraints; lower the tolerance",
+                )
+            )
+
+
+def drop_dependent(system: System, configurations: np.ndarray) -> System:
+    """Without constraint rows that are linear combinations of others at all configurations (s, n)."""
+    model = compile_system(system)
+    few = configurations[:: max(1, len(configurations) // 8)]
+    keep = pivots.independent_rows([compiled.gap(model, x)[1] for x in few])
+    return keep_constraints(system, np.asarray(keep)) if len(keep) < len(system.constraints.names) else system

@@ -1,0 +1,161 @@
+r"""The contracts of joints and systems, for every type of this package and for a user's own.
+
+    joint     Phi(x0, 0) = 0,   Phi_x = dPhi/dx,   H_m = d2 Phi_m / dx2,   constant Phi_x for rows that call themselves linear
+    system    K = d(f + Phi_x^T lambda)/dx,   f_elastic = dU/dx,   v . (f(x, v) - f(x, 0)) >= 0,   M = M^T positive definite
+
+Derivatives are compared with fourth-order differences along random directions at a random state near the reference. Elastic forces
+and the forces of loads and joints are tested apart, because stiff bodies would hide the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+import numpy as np
+from numpy.random import Generator
+from scipy.linalg import eigvalsh
+from scipy.sparse import csr_array
+
+from ..bodies.body import Body
+from ..bodies.checks import require
+from ..core.linalg import as_dense
+from . import compiled, kernels
+from .assembly import assemble
+from .compiled import Compiled, compile_system
+from .joints import Joint
+from .system import Constraints, Loads, System, is_linear, linear_part
+
+AMPLITUDE = 1e-3  #: of the random state and of the directions, in units of the mean coordinate
+STEP = 0.01  #: of the difference quotients, in units of the directions
+DIRECTIONS = 3
+
+Function = Callable[[np.ndarray], np.ndarray]
+
+
+def check_joint(bodies: Iterable[Body], joint: Joint, time: float = 0.3, tolerance: float = 1e-7, seed: int = 0) -> None:
+    """The contract of a joint between the given bodies; raises an InputError that names what fails."""
+    system, random = replace(assemble(bodies, [joint]), elastic=()), np.random.default_rng(seed)
+    where = f"check_joint({type(joint).__name__})"
+    model, count = compile_system(system), len(system.constraints.names)
+    require(where, "gap in the reference", float(np.abs(compiled.gap(model, system.x0)[0]).max()), 1e-9 * system.scale)
+    x = random_state(system, random)
+    for m in range(count):
+        multipliers = np.eye(count)[m]
+        label = f"row '{system.constraints.names[m][1]}'"
+        for d in directions(system, random):
+            phi, J = compiled.gap(model, x, time)
+            slope = difference(lambda z: compiled.gap(model, z, time)[0], x, d)
+            require(where, f"Jacobian of {label}", abs(float(slope[m] - J[m] @ d)) / row_size(J[m], d), tolerance)
+        check_tangent(where, f"second derivatives of {label}", model, x, multipliers, time, random, tolerance)
+    rows, A, a = linear_part(system)
+    error = np.abs(A @ x + a - compiled.gap(model, x, time)[0][rows]).max(initial=0.0)
+    require(where, f"linear rows ({is_linear(system.constraints).sum()} of {count}) as A x + a", float(error), tolerance)
+
+
+def check_system(system: System, time: float = 0.3, tolerance: float = 1e-7, seed: int = 0) -> None:
+    """The contract of a system, full or reduced; raises an InputError that names what fails."""
+    where, random = "check_system", np.random.default_rng(seed)
+    x, v = random_state(system, random), directions(system, random)[0]
+    count = len(system.constraints.names)
+    check_mass(where, system)
+    elastic = compile_system(without_loads(system))
+    check_energy(where, elastic, x, random, tolerance)
+    check_tangent(where, "tangent of the elastic forces", elastic, x, np.zeros(0), time, random, tolerance)
+    rest = compile_system(replace(system, elastic=()))
+    multipliers = random.normal(size=count)
+    check_tangent(where, "tangent of loads and joints", rest, x, multipliers, time, random, tolerance)
+    whole = compile_system(system)
+    check_tangent(where, "tangent of all forces", whole, x, multipliers, time, random, tolerance)
+    check_damping(where, whole, x, v, time, tolerance)
+
+
+def random_state(system: System, random: Generator) -> np.ndarray:
+    """The initial state with a small random change, (n,)."""
+    return system.x0 + length(system) * random.normal(size=system.size)
+
+
+def directions(system: System, random: Generator) -> np.ndarray:
+    """Random directions (DIRECTIONS, n) as large as the change of the state."""
+    return length(system) * random.normal(size=(DIRECTIONS, system.size))
+
+
+def length(system: System) -> float:
+    """AMPLITUDE times the root mean square of the coordinates [m]."""
+    return AMPLITUDE * system.scale / float(np.sqrt(len(system.lift.offset)))
+
+
+def difference(function: Function, x: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Derivative of a function along d by the fourth-order central difference."""
+    f = {k: function(x + k * STEP * d) for k in (-2, -1, 1, 2)}
+    return (8 * (f[1] - f[-1]) - (f[2] - f[-2])) / (12 * STEP)
+
+
+def row_size(row: np.ndarray, d: np.ndarray) -> float:
+    """Size of a product row @ d without cancellation; 1 for a row of zeros."""
+    return float(np.abs(row) @ np.abs(d)) or 1.0
+
+
+def check_tangent(
+    where: str,
+    name: str,
+    model: Compiled,
+    x: np.ndarray,
+    multipliers: np.ndarray,
+    time: float,
+    random: Generator,
+    tolerance: float,
+) -> None:
+    """K d against differences of f + Phi_x^T lambda, relative to |K d| and to what a force that turns with the body would change."""
+    still = np.zeros_like(x)
+
+    def force(z: np.ndarray) -> np.ndarray:
+        return compiled.forces(model, z, still, time) + compiled.gap(model, z, time)[1].T @ multipliers
+
+    K, size = compiled.tangent(model, x, multipliers, time), np.linalg.norm(force(x)) / model.system.scale
+    for d in directions(model.system, random):
+        product = K @ d
+        scale = np.linalg.norm(product) + size * np.linalg.norm(d)
+        require(where, name, float(np.linalg.norm(product - difference(force, x, d)) / (scale or 1.0)), tolerance)
+
+
+def check_energy(where: str, model: Compiled, x: np.ndarray, random: Generator, tolerance: float) -> None:
+    """Elastic force . d against differences of the strain energy; `model` has no loads."""
+    body, work = model.buffers()
+
+    def energy(z: np.ndarray) -> np.ndarray:
+        strain = kernels.elastic_energy(model.arrays, np.ascontiguousarray(z[model.order]), body[0], work)
+        return np.array(strain + 0.5 * z @ (model.system.stiffness @ z))
+
+    f = compiled.forces(model, x, np.zeros_like(x))
+    for d in directions(model.system, random):
+        error = abs(float(f @ d - difference(energy, x, d))) / row_size(f, d)
+        require(where, "elastic forces against the strain energy", error, tolerance)
+
+
+def check_damping(where: str, model: Compiled, x: np.ndarray, v: np.ndarray, time: float, tolerance: float) -> None:
+    """Damping forces are linear in v with the matrix that the tangent adds, and take energy out."""
+    none = np.zeros(model.constraints)
+    damping = compiled.forces(model, x, v, time) - compiled.forces(model, x, np.zeros_like(x), time)
+    C = compiled.tangent(model, x, none, time, 1.0) - compiled.tangent(model, x, none, time)
+    size = float(np.linalg.norm(C @ v)) or 1.0
+    noise = 1e-12 * float(np.linalg.norm(compiled.forces(model, x, v, time)))
+    require(where, "damping forces against their matrix", float(np.linalg.norm(damping - C @ v)), tolerance * size + noise)
+    require(where, "damping takes energy out (gain)", -float(v @ damping), (tolerance * size + noise) * float(np.linalg.norm(v)))
+
+
+def check_mass(where: str, system: System) -> None:
+    """Mass symmetric and positive definite, relative to its largest entry."""
+    M = as_dense(system.mass)
+    largest = float(np.abs(M).max())
+    require(where, "symmetry of the mass", float(np.abs(M - M.T).max()) / largest, 1e-13)
+    lowest = float(eigvalsh(M, subset_by_index=[0, 0])[0])
+    require(where, "positive mass (lowest eigenvalue below zero)", -lowest / largest, -1e-14)
+
+
+def without_loads(system: System) -> System:
+    """The elastic system alone, without damping."""
+    none = np.zeros(0, dtype=np.int64)
+    loads = Loads(np.zeros(system.size), none, np.zeros(0), none)
+    undamped = tuple(replace(part, beta=0.0) for part in system.elastic)
+    return replace(system, elastic=undamped, damping=csr_array(system.mass.shape), loads=loads, constraints=Constraints())

@@ -1,0 +1,112 @@
+"""Systems that many tests use: the two examples of Hou, Liu, Hu (2020), a cantilever, a pendulum of one mass, and their meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.shapes.meshes import LineMesh
+from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, eliminate, joints, loads, probes
+
+SECTION = sections.Circular(0.01)  #: section of both examples
+MATERIAL = sections.Material(1e9, 1800.0)  #: material of both examples
+GRAVITY = 9.81  #: [m/s2]
+SPIN_TIME, SPIN_RATE = 1.5, 2 * np.pi  #: Ts [s] and ws [rad/s] of example 1
+
+
+def straight(cells: int, start: Sequence[float] = (0.0, 0.0, 0.0), end: Sequence[float] = (1.0, 0.0, 0.0)) -> LineMesh:
+    """Equal cells from `start` to `end` with the point groups `left` and `right`."""
+    a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    points = a + (b - a) * np.linspace(0.0, 1.0, cells + 1)[:, None]
+    return polyline(points)
+
+
+def polyline(points: np.ndarray) -> LineMesh:
+    """One cell between neighbouring points (n, 3), with the point groups `left` and `right`."""
+    count = len(points) - 1
+    ends = {"left": np.array([0]), "right": np.array([count])}
+    return LineMesh(points=np.asarray(points, dtype=float), cells=np.stack([np.arange(count), np.arange(1, count + 1)], 1), point_groups=ends)
+
+
+def spin_angle(time: np.ndarray) -> np.ndarray:
+    """Driven angle of example 1 [rad]: spun up over Ts to the rate ws."""
+    rising = SPIN_RATE / SPIN_TIME * (time**2 / 2 + (SPIN_TIME / (2 * np.pi)) ** 2 * (np.cos(2 * np.pi * time / SPIN_TIME) - 1))
+    return np.where(time < SPIN_TIME, rising, SPIN_RATE * (time - SPIN_TIME / 2))
+
+
+def spin_up(cells: int = 25, *, section: object = SECTION, damping: Rayleigh | None = None, all_multipliers: bool = False, **options: Any) -> System:
+    """Example 1: planar cantilever on a driven hinge; output `tip_deflection`."""
+    beam = body.cable("beam", straight(cells), section, MATERIAL, dim=2, **options)
+    tip, root = At("beam", "right"), At("beam", "left")
+    system = assemble(
+        [beam],
+        [joints.Pin("hinge", root), joints.DrivenAngle("drive", root, spin_angle)],
+        damping=damping,
+        outputs={"tip_deflection": probes.Deflection(tip, root), "tip": probes.Position(tip)},
+    )
+    return system if all_multipliers else eliminate(system)
+
+
+def double_pendulum(
+    cells: int = 25, *, section: object = SECTION, damping: Rayleigh | None = None, all_multipliers: bool = False, **options: Any
+) -> System:
+    """Example 2: spatial double pendulum of two beams at right angles; outputs `B` and `C`."""
+    first = body.cable("I", straight(cells), section, MATERIAL, **options)
+    second = body.cable("II", straight(cells, (1, 0, 0), (1, 1, 0)), section, MATERIAL, **options)
+    system = assemble(
+        [first, second],
+        [joints.Pin("A", At("I", "left")), joints.Pin("B", At("I", "right"), At("II", "left"))],
+        [loads.Gravity((0, 0, -GRAVITY))],
+        damping=damping,
+        outputs={
+            "B": probes.Position(At("I", "right")),
+            "C": probes.Position(At("II", "right")),
+            "A": probes.Reaction("A"),
+        },
+    )
+    return system if all_multipliers else eliminate(system)
+
+
+def cantilever(
+    cells: int = 20,
+    loads_at_tip: Callable[[At], list[Any]] = lambda tip: [],
+    *,
+    length: float = 1.0,
+    section: object = sections.Given(EA=1e6, EI=1.0, rhoA=1.0),
+    material: sections.Material | None = None,
+    dim: int = 2,
+    damping: Rayleigh | None = None,
+    initial: Mapping[str, Motion] | None = None,
+    all_multipliers: bool = False,
+    **options: Any,
+) -> System:
+    """Beam along x, clamped at its start; `loads_at_tip` makes the loads from the place of its end. Outputs `tip`, `slope`, `clamp`."""
+    beam = body.cable("beam", straight(cells, end=(length, 0, 0)), section, material, dim=dim, **options)
+    tip = At("beam", "right")
+    system = assemble(
+        [beam],
+        [joints.Clamp("clamp", At("beam", "left"))],
+        loads_at_tip(tip),
+        damping,
+        {"tip": probes.Position(tip), "slope": probes.Slope(tip), "clamp": probes.Reaction("clamp")},
+        initial,
+    )
+    return system if all_multipliers else eliminate(system)
+
+
+def mass_pendulum(
+    position: Sequence[float], velocity: Sequence[float] = (), *, mass: float = 1.0, gravity: float = GRAVITY
+) -> System:
+    """Mass point on a massless rigid link to the origin; gravity along the last axis; output `mass`."""
+    dim = len(position)
+    down = (0.0,) * (dim - 1) + (-gravity,)
+    return assemble(
+        [body.point_mass("mass", mass, np.asarray(position, dtype=float))],
+        [joints.Distance("link", At("mass", "center"), (0.0,) * dim)],
+        [loads.Gravity(down)],
+        outputs={"mass": probes.Position(At("mass", "center"))},
+        initial={"mass": Motion(velocity=tuple(velocity))} if len(velocity) else None,
+    )
