@@ -1,7 +1,7 @@
 """Flexible multibody systems with large deformation, and their model reduction.
 
-The floors in the order of the data flow: `shapes`, `bodies`, `systems`, `dynamics`, `reduction`, and on top of them `scenes`, `results`
-and the command `fmbs`. Floors are loaded when they are first used, because compiled kernels take a second to import.
+The floors in the order of the data flow: `shapes`, `bodies`, `systems`, `dynamics`, `reduction`, and on top of them `scenes`,
+`results` and the command `fmbs`. Floors are loaded when they are first used, because compiled kernels take a second to import.
 """
 
 from __future__ import annotations

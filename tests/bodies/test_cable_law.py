@@ -94,7 +94,7 @@ def driving_modulus(D: np.ndarray, beta: float) -> None:
             "energy of a rigid rotation",
         ),
         ({"modulus": modulus_with(undamped)}, "damping stress against its modulus"),
-        ({"stress": stress_times(1.0, absolute), "modulus": modulus_with(absolute_modulus)}, "damping of a rigid rotation"),
+        ({"stress": stress_times(1.0, absolute), "modulus": modulus_with(absolute_modulus)}, "power of the damping in a rigid"),
         ({"stress": stress_times(1.0, driving), "modulus": modulus_with(driving_modulus)}, "damping dissipates"),
         ({"energy": lambda curvature, u, section: np.nan}, "stress against the energy"),
     ],

@@ -85,39 +85,82 @@ def test_truncation_by_hand() -> None:
     assert pod.truncation([1e200, 1e190], 1e-21) == 2
 
 
-def test_initial_state_is_represented() -> None:
+def missing(b: pod.Basis, q: np.ndarray) -> float:
+    """Part of a state outside a basis."""
+    d = q - b.mean
+    return float(np.linalg.norm(d - b.modes @ (b.modes.T @ d)))
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    seed=st.integers(0, 10**6), n=st.integers(3, 30), s=st.integers(3, 30), exponent=st.integers(1, 12), ratio=st.floats(0.1, 0.9)
+)
+def test_a_kept_state_is_exact_and_costs_at_most_one_mode(seed: int, n: int, s: int, exponent: int, ratio: float) -> None:
+    x = decaying(seed, n, s, ratio)
+    q0 = x[:, 0] + 1e-3 * np.random.default_rng(seed).standard_normal(n)
+    tolerance = 10.0**-exponent
+    plain, kept = (pod.basis(x, tolerance=tolerance, keep=state) for state in (None, q0))
+    r = kept.modes.shape[1]
+    assert plain.modes.shape[1] <= r <= plain.modes.shape[1] + 1
+    assert missing(kept, q0) < 1e-14 * max(1.0, np.linalg.norm(q0))
+    assert np.allclose(kept.modes.T @ kept.modes, np.eye(r), atol=1e-14)
+    assert np.array_equal(kept.singular_values, plain.singular_values)
+    deviation = x - kept.mean[:, None]
+    error = np.sum((deviation - kept.modes @ (kept.modes.T @ deviation)) ** 2)
+    assert error <= tolerance * np.sum(deviation**2) * (1.0 + 1e-6)
+
+
+def test_the_other_modes_are_those_of_the_remainder() -> None:
     x = decaying(7, 30, 20, 0.2)
     q0 = x[:, 0] + 1e-3 * np.random.default_rng(0).standard_normal(30)
-    plain, kept = pod.basis(x, tolerance=1e-6), pod.basis(x, tolerance=1e-6, keep=q0)
-    assert kept.modes.shape[1] == plain.modes.shape[1] + 1
-    assert np.array_equal(kept.modes[:, :-1], plain.modes)
-    assert np.allclose(kept.modes.T @ kept.modes, np.eye(kept.modes.shape[1]), atol=1e-14)
-
-    def missing(b: pod.Basis) -> float:
-        d = q0 - b.mean
-        return float(np.linalg.norm(d - b.modes @ (b.modes.T @ d)))
-
-    assert missing(plain) > 1e-3
-    assert missing(kept) < 1e-14
+    assert missing(pod.basis(x, modes=6), q0) > 1e-3
+    b = pod.basis(x, modes=6, keep=q0)
+    first = (q0 - b.mean) / np.linalg.norm(q0 - b.mean)
+    assert np.allclose(b.modes[:, 0], first, atol=1e-15)
+    remainder = (np.eye(30) - np.outer(first, first)) @ (x - b.mean[:, None])
+    u = np.linalg.svd(remainder)[0][:, :5]
+    assert np.allclose(b.modes[:, 1:] @ b.modes[:, 1:].T, u @ u.T, atol=1e-11)
 
 
-def test_a_state_nearly_in_the_span_still_gives_an_orthogonal_mode() -> None:
+def test_the_number_of_modes_counts_the_kept_state() -> None:
+    x = decaying(8, 30, 20, 0.2)
+    for count in (1, 2, 5):
+        b = pod.basis(x, modes=count, keep=x[:, 0])
+        assert b.modes.shape == (30, count)
+        assert missing(b, x[:, 0]) < 1e-14
+
+
+def test_a_state_nearly_in_the_span_still_gives_orthogonal_modes() -> None:
     x = decaying(8, 30, 20, 0.2)
     plain = pod.basis(x, modes=5)
     outside = orthonormal(np.random.default_rng(2), 30, 1)[:, 0]
     outside -= plain.modes @ (plain.modes.T @ outside)
     q0 = plain.mean + plain.modes @ np.ones(5) + 1e-9 * outside
-    kept = pod.basis(x, modes=5, keep=q0)
-    assert kept.modes.shape[1] == 6
+    kept = pod.basis(x, modes=6, keep=q0)
     assert np.allclose(kept.modes.T @ kept.modes, np.eye(6), atol=1e-14)
+    assert missing(kept, q0) < 1e-14
 
 
-def test_a_state_in_the_span_adds_nothing() -> None:
-    x = decaying(9, 30, 20, 0.2)
-    plain = pod.basis(x, modes=5)
-    q0 = plain.mean + plain.modes @ np.arange(5.0)
-    assert pod.basis(x, modes=5, keep=q0).modes.shape == (30, 5)
-    assert pod.basis(x, modes=5, keep=plain.mean).modes.shape == (30, 5)
+def test_a_state_in_the_span_or_at_the_mean_adds_nothing() -> None:
+    rng = np.random.default_rng(9)
+    x = orthonormal(rng, 30, 5) * [16.0, 8.0, 4.0, 2.0, 1.0] @ orthonormal(rng, 20, 5).T
+    assert pod.basis(x, tolerance=1e-20, mean=np.zeros(30)).modes.shape == (30, 5)
+    assert pod.basis(x, tolerance=1e-20, mean=np.zeros(30), keep=x @ np.arange(20.0)).modes.shape == (30, 5)
+    plain = pod.basis(decaying(9, 30, 20), modes=5)
+    same = pod.basis(decaying(9, 30, 20), modes=5, keep=plain.mean * (1.0 + 1e-14))
+    assert np.array_equal(same.modes, plain.modes)
+
+
+@pytest.mark.parametrize("power", [-512, 512])
+def test_the_basis_does_not_depend_on_the_unit(power: int) -> None:
+    # powers of two scale without round-off; the squares of these snapshots overflow or vanish
+    x, unit = decaying(4, 20, 12), 2.0**power
+    with np.errstate(all="raise", under="ignore"):
+        for tolerance in (1e-4, 1e-10):
+            one = pod.basis(x, tolerance=tolerance, keep=x[:, 0])
+            other = pod.basis(unit * x, tolerance=tolerance, keep=unit * x[:, 0])
+            assert np.allclose(other.modes, one.modes, atol=1e-10)
+            assert np.allclose(other.singular_values / unit, one.singular_values, rtol=1e-9, atol=1e-14)
 
 
 def test_merged_factors_are_those_of_all_snapshots() -> None:
@@ -125,11 +168,14 @@ def test_merged_factors_are_those_of_all_snapshots() -> None:
     mean = first.mean(axis=1)
     whole = pod.basis(np.hstack([first, second]), modes=8, mean=mean)
     parts = [pod.basis(x, tolerance=1e-24, mean=mean) for x in (first, second)]
-    merged = pod.update([(p.modes, p.singular_values[: p.modes.shape[1]]) for p in parts], mean, modes=8, keep=first[:, 0])
+    factors = [(p.modes, p.singular_values[: p.modes.shape[1]]) for p in parts]
+    merged = pod.update(factors, mean, modes=8)
     assert np.allclose(merged.singular_values[:12], whole.singular_values[:12], rtol=1e-8, atol=1e-9)
-    assert np.allclose(merged.modes[:, :8] @ merged.modes[:, :8].T, whole.modes @ whole.modes.T, atol=1e-8)
-    assert merged.modes.shape[1] == 9
+    assert np.allclose(merged.modes @ merged.modes.T, whole.modes @ whole.modes.T, atol=1e-8)
     assert np.array_equal(merged.mean, mean)
+    kept = pod.update(factors, mean, modes=8, keep=first[:, 0])
+    assert kept.modes.shape[1] == 8
+    assert missing(kept, first[:, 0]) < 1e-14
 
 
 def test_one_factor_is_reproduced() -> None:
@@ -163,7 +209,11 @@ def test_noise_is_no_mode() -> None:
         ({"snapshots": np.eye(3)}, "neither"),
         ({"snapshots": np.eye(3), "modes": 1, "tolerance": 1e-3}, "either"),
         ({"snapshots": np.eye(3), "modes": 0}, "at least one mode"),
+        ({"snapshots": np.eye(3), "modes": 0, "keep": np.ones(3)}, "at least one mode"),
+        ({"snapshots": np.eye(3), "modes": -1, "keep": np.ones(3)}, "at least one mode"),
         ({"snapshots": np.eye(3), "tolerance": 0.0}, "0 < tolerance < 1"),
+        ({"snapshots": np.eye(3), "tolerance": 1.0, "keep": np.ones(3)}, "0 < tolerance < 1"),
+        ({"snapshots": np.eye(3), "tolerance": np.nan}, "0 < tolerance < 1"),
         ({"snapshots": np.eye(3), "modes": 1, "keep": np.zeros(2)}, "keep as 3"),
         ({"snapshots": np.eye(3), "modes": 1, "mean": np.full(3, np.inf)}, "mean as 3"),
     ],

@@ -14,6 +14,9 @@ is straight. Stiffness-proportional damping is of Kelvin-Voigt type,
     N = EA (eps + beta deps/dt),   M = EI (kappa - kappa0 + beta dkappa/dt),
 
 so that rigid motions are not damped.
+In space the rate of the curvature vector k is damped by (k k' + s^2 I) / (kappa^2 + s^2), where s is a curvature that counts as
+straight: along k, the one objective rate of a line without torsion, and in all directions where the line is straight. A rigid
+rotation omega of a line that is bent in space dissipates at most beta EI s^2 omega^2 a length.
 
 Arrays: jets `u` (2c, p, e) hold r' (c rows) and r'' (c rows) at point p of cell e, `S` = dW/du the same, `D` = d2W/du2
 (2c, 2c, p, e); `section` (4, p, e) holds EA [N], EI [N m2], kappa0 [1/m] and the weight [m] of each point.
@@ -40,7 +43,8 @@ class Curvature(IntEnum):
     EXACT = 3
 
 
-STRAIGHT = 1e-12  #: square of the curvature below which bending is not damped in space [1/m2]
+STRAIGHT = 1e-2  #: square s^2 of the curvature below which a line in space counts as straight in the damping law [1/m2]
+SMALL = 1e-12  #: keeps 1 - kappa0 / kappa finite [1/m2]
 
 
 @jit
@@ -146,16 +150,15 @@ def planar_modulus(n: int, u: np.ndarray, beta: float, section: np.ndarray, D: n
             outer = EA + M * kappa * n * (n + 2) * inverse * inverse
             cross = M * g * fall
             D[0, 0, p, e] = EI * k0 * k0 + identity + outer * x1 * x1 + 2.0 * cross * x1 * y2
-            D[0, 1, p, e] = EI * k0 * k1 + outer * x1 * y1 + cross * (y1 * y2 - x1 * x2)
+            D[0, 1, p, e] = D[1, 0, p, e] = EI * k0 * k1 + outer * x1 * y1 + cross * (y1 * y2 - x1 * x2)
             D[1, 1, p, e] = EI * k1 * k1 + identity + outer * y1 * y1 - 2.0 * cross * y1 * x2
-            D[0, 2, p, e] = EI * k0 * k2 - cross * x1 * y1
-            D[0, 3, p, e] = EI * k0 * k3 + cross * x1 * x1 + M * g
-            D[1, 2, p, e] = EI * k1 * k2 - cross * y1 * y1 - M * g
-            D[1, 3, p, e] = EI * k1 * k3 + cross * x1 * y1
+            D[0, 2, p, e] = D[2, 0, p, e] = EI * k0 * k2 - cross * x1 * y1
+            D[0, 3, p, e] = D[3, 0, p, e] = EI * k0 * k3 + cross * x1 * x1 + M * g
+            D[1, 2, p, e] = D[2, 1, p, e] = EI * k1 * k2 - cross * y1 * y1 - M * g
+            D[1, 3, p, e] = D[3, 1, p, e] = EI * k1 * k3 + cross * x1 * y1
             D[2, 2, p, e] = EI * k2 * k2
-            D[2, 3, p, e] = EI * k2 * k3
+            D[2, 3, p, e] = D[3, 2, p, e] = EI * k2 * k3
             D[3, 3, p, e] = EI * k3 * k3
-    mirror(D)
 
 
 @jit
@@ -174,7 +177,7 @@ def spatial_stress(n: int, u: np.ndarray, rate: np.ndarray, beta: float, section
             N = section[0, p, e] * 0.5 * (a - 1.0)
             phi = 0.5 * section[1, p, e]
             if section[2, p, e] > 0.0:
-                phi *= 1.0 - section[2, p, e] / math.sqrt(H + STRAIGHT)
+                phi *= 1.0 - section[2, p, e] / math.sqrt(H + SMALL)
             if beta > 0.0:
                 eps_rate, H_rate = 0.0, 0.0
                 for c in range(dim):
@@ -188,6 +191,31 @@ def spatial_stress(n: int, u: np.ndarray, rate: np.ndarray, beta: float, section
             for c in range(dim):
                 S[c, p, e] = first * u[c, p, e] + cross * u[dim + c, p, e]
                 S[dim + c, p, e] = cross * u[c, p, e] + second * u[dim + c, p, e]
+            if beta > 0.0:
+                i1, A, B, C, i2, E, F, i3, X = bending_metric(n, a, b, d, H, h)
+                v11, v21, v12, v22 = 0.0, 0.0, 0.0, 0.0
+                for c in range(dim):
+                    v11 += u[c, p, e] * rate[c, p, e]
+                    v21 += u[dim + c, p, e] * rate[c, p, e]
+                    v12 += u[c, p, e] * rate[dim + c, p, e]
+                    v22 += u[dim + c, p, e] * rate[dim + c, p, e]
+                straight = weight * beta * section[1, p, e] * STRAIGHT / (H + STRAIGHT)
+                for c in range(dim):
+                    r1, r2, v1, v2 = u[c, p, e], u[dim + c, p, e], rate[c, p, e], rate[dim + c, p, e]
+                    along = A * v11 + B * v21 + E * v12 + F * v22
+                    S[c, p, e] += straight * (i1 * v1 + i2 * v2 + along * r1 + (B * v11 + C * v21) * r2)
+                    S[dim + c, p, e] += straight * (i2 * v1 + i3 * v2 + (E * v11 + X * v12) * r1 + F * v11 * r2)
+
+
+@jit
+def bending_metric(
+    n: int, a: float, b: float, d: float, H: float, h: float
+) -> tuple[float, float, float, float, float, float, float, float, float]:
+    """k_u^T k_u of the curvature vector k = (r' x r'') a^(-n/2), in the blocks of `spatial_modulus`: i1 A B C, i2 E F, i3 X."""
+    if n == 0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0
+    fall = n * h / a
+    return h * d, n * n * H / (a * a) - 2.0 * fall * d, fall * b, -h, -h * b, fall * b, h * (1.0 - n), h * a, -h
 
 
 @jit
@@ -219,13 +247,16 @@ def spatial_modulus(n: int, u: np.ndarray, beta: float, section: np.ndarray, D: 
             N = EA * 0.5 * (a - 1.0)
             phi, slope = 0.5 * EI, 0.25 * EI * beta / (H + STRAIGHT)
             if k0 > 0.0:
-                kappa = math.sqrt(H + STRAIGHT)
+                kappa = math.sqrt(H + SMALL)
                 phi *= 1.0 - k0 / kappa
                 slope += 0.25 * EI * k0 / kappa**3
-            i1, i2, i3 = N, 0.0, phi * q2
+            straight = EI * beta * STRAIGHT / (H + STRAIGHT)
+            m1, mA, mB, mC, m2, mE, mF, m3, mX = bending_metric(n, a, b, d, H, h)
+            i1, i2, i3 = N + straight * m1, straight * m2, phi * q2 + straight * m3
             A, B, C = EA * (1.0 + beta) + slope * p1 * p1, slope * p1 * p2, slope * p2 * p2
             E, F, G, Q = slope * p1 * p2, slope * p1 * q2, slope * p2 * p2, slope * p2 * q2
-            X, Y, Z = slope * p2 * p2, slope * p2 * q2, slope * q2 * q2
+            X, Y, Z = slope * p2 * p2 + straight * mX, slope * p2 * q2, slope * q2 * q2
+            A, B, C, E, F = A + straight * mA, B + straight * mB, C + straight * mC, E + straight * mE, F + straight * mF
             if n > 0:
                 i1 += phi * p1
                 i2 += phi * p2
@@ -241,17 +272,8 @@ def spatial_modulus(n: int, u: np.ndarray, beta: float, section: np.ndarray, D: 
                 for j in range(dim):
                     s1, s2 = u[j, p, e], u[dim + j, p, e]
                     same = 1.0 if i == j else 0.0
-                    D[i, j, p, e] = i1 * same + A * r1 * s1 + B * (r1 * s2 + r2 * s1) + C * r2 * s2
-                    D[i, dim + j, p, e] = i2 * same + E * r1 * s1 + F * r1 * s2 + G * r2 * s1 + Q * r2 * s2
-                    D[dim + i, dim + j, p, e] = i3 * same + X * r1 * s1 + Y * (r1 * s2 + r2 * s1) + Z * r2 * s2
-    mirror(D)
-
-
-@jit
-def mirror(D: np.ndarray) -> None:
-    """Copy the upper triangle of the first two axes to the lower one."""
-    for i in range(D.shape[0]):
-        for j in range(i):
-            for p in range(D.shape[2]):
-                for e in range(D.shape[3]):
-                    D[i, j, p, e] = D[j, i, p, e]
+                    D[i, dim + j, p, e] = D[dim + j, i, p, e] = i2 * same + E * r1 * s1 + F * r1 * s2 + G * r2 * s1 + Q * r2 * s2
+                    if j <= i:
+                        mixed = r1 * s2 + r2 * s1
+                        D[i, j, p, e] = D[j, i, p, e] = i1 * same + A * r1 * s1 + B * mixed + C * r2 * s2
+                        D[dim + i, dim + j, p, e] = D[dim + j, dim + i, p, e] = i3 * same + X * r1 * s1 + Y * mixed + Z * r2 * s2

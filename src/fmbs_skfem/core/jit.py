@@ -1,9 +1,10 @@
 """Compiled functions whose cache can never be stale.
 
-    cache folder = <user's cache>/<hash of the numba version, and of name, size and time stamp of every module that compiles functions>
+    cache folder = <user's cache>/<hash of the numba version and of name, size and time of every module with compiled functions>
 
 Numba looks only at the file of the compiled function itself: code of other modules that was compiled into it would survive their
-change. Here any change in a module that compiles functions leads to another folder. `NUMBA_CACHE_DIR` in the environment replaces the user's cache.
+change. Here any change in a module with compiled functions leads to another folder. `NUMBA_CACHE_DIR` in the environment replaces
+the user's cache.
 """
 
 from __future__ import annotations

@@ -57,7 +57,7 @@ class Newton:
 
     tolerance: float = 1e-10
     iterations: int = 25
-    slow: float = 0.05  #: contraction above which the iteration matrix is factored anew
+    slow: float = 0.1  #: contraction above which the iteration matrix is factored anew
 
     def __post_init__(self) -> None:
         if not 0 < self.tolerance < 1e-2:
@@ -113,7 +113,7 @@ def workspace(model: Compiled) -> Work:
         np.zeros((1, n + m)),
         np.zeros(j),
         np.zeros(j),
-        np.zeros(A.pairs),
+        np.zeros(A.pairs.size),
         body,
         work,
         np.zeros(n),
@@ -164,9 +164,12 @@ def integrate(
 
     while done < steps:
         many = min(chunk, steps - done)
-        signals = finite_signals(system, scheme.step * (done + 1 + np.arange(many)))
+        signals, broken = leading_signals(system, scheme.step * (done + 1 + np.arange(many)))
         status, taken = stepping.advance(model.arrays, state, work, method, signals, every, done, out, multipliers, counters)
         done += taken
+        if status == stepping.DONE and broken is not None:
+            broken.partial = trajectory(done // every + 1)
+            raise broken
         if status != stepping.DONE:
             status, reached = halved_step(model, state, work, scheme, newton, done, counters)
             if status != stepping.DONE:
@@ -180,15 +183,22 @@ def integrate(
     return trajectory(steps // every + 1)
 
 
-def finite_signals(system: System, times: np.ndarray) -> np.ndarray:
-    """Signals at the given times; a value that is not finite stops the run with its place."""
+def leading_signals(system: System, times: np.ndarray) -> tuple[np.ndarray, SolverError | None]:
+    """Signals at the given times up to the first one where a value is not finite, and the error that belongs there."""
     table = signal_table(system, times)
     bad = np.argwhere(~np.isfinite(table))
-    if len(bad):
-        s, k = bad[0]
-        raise SolverError(
-            f"signal {k} of a joint or load is {table[s, k]} at t = {times[s]:.6g} s", Reason.NOT_FINITE, float(times[s])
-        )
+    if len(bad) == 0:
+        return table, None
+    s, k = bad[0]
+    text = f"signal {k} of a joint or load is {table[s, k]} at t = {times[s]:.6g} s"
+    return table[:s], SolverError(text, Reason.NOT_FINITE, float(times[s]))
+
+
+def finite_signals(system: System, times: np.ndarray) -> np.ndarray:
+    """Signals at the given times; a value that is not finite stops the run with its place."""
+    table, broken = leading_signals(system, times)
+    if broken is not None:
+        raise broken
     return table
 
 
@@ -295,7 +305,7 @@ def kkt_solver(system: System, M: csr_array, J: np.ndarray) -> Callable[[np.ndar
     matrix = compilation.kkt(M / size, J)
     if len(J):
         _, R, order = qr(J.T, mode="economic", pivoting=True)
-        weak = np.flatnonzero(np.abs(np.diag(R)) < 1e-10 * abs(R[0, 0]))
+        weak = np.flatnonzero(np.abs(np.diag(R)) <= 1e-10 * abs(R[0, 0]))
         if len(weak) or len(J) > J.shape[1]:
             names = tuple((".".join(system.constraints.names[order[k]]), 0.0) for k in weak)
             listed = ", ".join(name for name, _ in names) or f"{len(J)} rows for {J.shape[1]} unknowns"

@@ -16,7 +16,7 @@ from ..core.notices import notify
 from ..systems import compiled, kernels
 from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.kernels import Arrays
-from ..systems.system import Output, System
+from ..systems.system import Output, System, linear_part
 from .integrate import Trajectory
 
 DELTA = 1e-6  #: relative time difference for Phi_t
@@ -46,7 +46,7 @@ def survey(
         kernels.clear(moving)
         kernels.add_diagonals(A.mass, v[s], moving)
         out[s, 0] = 0.5 * np.dot(v[s], moving)
-        out[s, 1] = kernels.elastic_energy(A, x[s], body[0], work)
+        out[s, 1] = kernels.elastic_energy(A.groups, A.lift, A.lift_offset, x[s], body[0], work)
         kernels.clear(still)
         kernels.add_diagonals(A.stiffness, x[s], still)
         out[s, 1] += 0.5 * np.dot(x[s], still)
@@ -54,17 +54,17 @@ def survey(
         kernels.clear(vy)
         kernels.add_product(A.probes, 1.0, v[s], vy)
         kernels.clear(g)
-        kernels.add_loads(A, y, signals[s], g)
+        kernels.add_loads(A.forces, y, signals[s], g)
         power = np.dot(g, vy)
-        kernels.constrain(A, y, before[s], low, jacobian)
-        kernels.constrain(A, y, after[s], high, jacobian)
+        kernels.constrain(A.terms, y, before[s], low, jacobian)
+        kernels.constrain(A.terms, y, after[s], high, jacobian)
         power += np.dot(multipliers[s], high - low) / span[s]
         kernels.clear(moving)
         kernels.add_diagonals(A.damping, v[s], moving)
-        if A.beta.max() > 0.0:
+        if A.groups.beta.max() > 0.0:
             kernels.clear(still)
-            kernels.add_elastic_force(A, x[s], v[s], body, work, moving)
-            kernels.add_elastic_force(A, x[s], rest, body, work, still)
+            kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, x[s], v[s], body, work, moving)
+            kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, x[s], rest, body, work, still)
             for i in range(n):
                 moving[i] -= still[i]
         out[s, 2] = power - np.dot(v[s], moving)
@@ -79,13 +79,13 @@ def residuals(
     out = np.zeros(x.shape)
     y, g = np.zeros(len(A.probes_offset)), np.zeros(len(A.probes_offset))
     for s in range(len(x)):
-        kernels.add_elastic_force(A, x[s], v[s], body, work, out[s])
+        kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, x[s], v[s], body, work, out[s])
         kernels.add_diagonals(A.mass, a[s], out[s])
         kernels.add_diagonals(A.damping, v[s], out[s])
         kernels.add_diagonals(A.stiffness, x[s], out[s])
         kernels.affine(A.probes, A.probes_offset, x[s], y)
         kernels.clear(g)
-        kernels.add_loads(A, y, signals[s], g)
+        kernels.add_loads(A.forces, y, signals[s], g)
         kernels.add_transposed(A.probes, -1.0, g, out[s])
         for i in range(x.shape[1]):
             out[s, i] -= A.load[i]
@@ -134,14 +134,15 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     q, v, a = lifted(trajectory)
     model = compile_system(full)
     r = residual_samples(model, trajectory.times, q, v, a)
-    found = np.array([multipliers_of(model, q[s], r[s], t) for s, t in enumerate(trajectory.times)])
-    return {name: -found[:, k] for k, name in enumerate(full.constraints.names)}
-
-
-def multipliers_of(model: Compiled, q: np.ndarray, r: np.ndarray, t: float) -> np.ndarray:
-    J = compiled.gap(model, q, t)[1]
-    used = np.flatnonzero(np.abs(J).max(axis=0))
-    return np.linalg.lstsq(J[:, used].T, -r[used], rcond=None)[0]
+    rows, A, _ = linear_part(full)
+    kept = np.setdiff1d(np.arange(len(full.constraints.names)), rows)
+    for s, t in enumerate(trajectory.times if len(kept) else []):
+        r[s] += trajectory.multipliers[s] @ compiled.gap(model, q[s], float(t))[1][kept]
+    used = np.unique(A.indices)
+    found = -r[:, used] @ np.linalg.pinv(A[:, used].toarray())
+    known = {full.constraints.names[k]: -trajectory.multipliers[:, i] for i, k in enumerate(kept)}
+    known |= {full.constraints.names[k]: -found[:, i] for i, k in enumerate(rows)}
+    return {name: known[name] for name in full.constraints.names}
 
 
 def lifted(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

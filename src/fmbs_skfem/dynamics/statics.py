@@ -22,6 +22,9 @@ from ..systems.compiled import Compiled, compile_system
 from ..systems.system import System
 from .integrate import Newton, Statistics, Trajectory, coordinate_names
 
+SHORTER = 0.55  #: factor of a load step that failed; not 1/2, which would come back to the same load factor
+SHORTEST = 0.02  #: part of the load step asked for below which the solution is given up
+
 
 @dataclass(frozen=True)
 class Equilibrium:
@@ -50,7 +53,7 @@ def solve_statics(
 ) -> Trajectory:
     """Equilibria under the loads times 1/steps, ..., 1, as a Trajectory over the load factor; histories are taken at `time`.
 
-    A load step that does not converge is halved up to six times; then SolverError carries the equilibria found so far.
+    A load step that does not converge is shortened, several times if need be; then SolverError carries the equilibria found so far.
     """
     newton = newton or Newton()
     if steps < 1:
@@ -65,8 +68,8 @@ def solve_statics(
         try:
             state = newton_statics(model, x, multipliers, newton, time, target)
         except SolverError as error:
-            size /= 2
-            if size < 1.0 / steps / 2**6:
+            size *= SHORTER
+            if size < SHORTEST / steps:
                 error.partial = load_path(system, found, count)
                 raise
             continue

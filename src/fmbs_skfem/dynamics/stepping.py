@@ -92,7 +92,7 @@ def residual(A: Arrays, w: Work, c: float, signals: np.ndarray) -> None:
     n = len(w.x)
     R = w.rhs[0, :n]
     kernels.clear(R)
-    kernels.add_elastic_force(A, w.x, w.v, w.body, w.work, R)
+    kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, w.x, w.v, w.body, w.work, R)
     kernels.add_diagonals(A.mass, w.acceleration, R)
     kernels.add_diagonals(A.damping, w.v, R)
     kernels.add_diagonals(A.stiffness, w.x, R)
@@ -101,8 +101,8 @@ def residual(A: Arrays, w: Work, c: float, signals: np.ndarray) -> None:
     if len(w.y) > 0:
         kernels.affine(A.probes, A.probes_offset, w.x, w.y)
         kernels.clear(w.g)
-        kernels.add_loads(A, w.y, signals, w.g)
-        kernels.constrain(A, w.y, signals, w.rhs[0, n:], w.Jy)
+        kernels.add_loads(A.forces, w.y, signals, w.g)
+        kernels.constrain(A.terms, w.y, signals, w.rhs[0, n:], w.Jy)
         for j in range(len(w.y)):
             total = -c * w.g[j]
             for m in range(len(w.multipliers)):
@@ -112,35 +112,63 @@ def residual(A: Arrays, w: Work, c: float, signals: np.ndarray) -> None:
 
 
 @jit
-def constraint_rows(A: Arrays, w: Work) -> None:
-    """J = Phi_y P, (m, n)."""
+def factorise(A: Arrays, w: Work, method: Method, signals: np.ndarray) -> int:
+    """Factors of c W + d(Phi_q^T lambda)/dq at the trial state of `w`, whose y and Phi_y must be current; 0, or LAPACK's info.
+
+    Where Cholesky's factorisation of the band fails, the matrix is set up again for LU.
+    """
     kernels.clear(w.J.reshape(-1))
     for m in range(len(w.multipliers)):
         kernels.add_transposed(A.probes, 1.0, w.Jy[m], w.J[m])
+    kernels.clear(w.H)
+    kernels.load_slopes(A.forces, w.y, signals, -method.c, w.H)
+    kernels.constraint_slopes(A.terms, signals, w.multipliers, w.H)
+    info = 1
+    for kind in range(3 if A.dense else 1, 4 if A.dense else 3):
+        combine(method.bh, A.mass_band, method.gh, A.damping_band, A.stiffness_band, w.W)
+        kernels.add_elastic_tangent(A.groups, A.scatter, A.lift, A.lift_offset, w.x, w.body[0], method.gh, w.work, w.W)
+        scale(method.c, w.W)
+        kernels.add_pairs(A.pairs, w.H, A.dense, w.W)
+        w.kind[0] = kind
+        info = factors(w)
+        if info == 0:
+            break
+    return info
 
 
 @jit
-def factorise(A: Arrays, w: Work, method: Method, signals: np.ndarray) -> int:
-    """Iteration matrix at the trial state of `w`; its probe rows y and Phi_y must be current. 0, or LAPACK's info."""
+def combine(bh: float, mass: np.ndarray, gh: float, damping: np.ndarray, stiffness: np.ndarray, W: np.ndarray) -> None:
+    """W = bh M + gh C + K."""
+    for i in range(W.shape[0]):
+        for j in range(W.shape[1]):
+            W[i, j] = bh * mass[i, j] + gh * damping[i, j] + stiffness[i, j]
+
+
+@jit
+def scale(c: float, W: np.ndarray) -> None:
+    """W *= c."""
+    for i in range(W.shape[0]):
+        for j in range(W.shape[1]):
+            W[i, j] *= c
+
+
+@jit
+def factors(w: Work) -> int:
+    """Factor W and J by `kind`: band by Cholesky or LU with the Schur complement of J, or all dense; 0, or LAPACK's info."""
     n, m = len(w.x), len(w.multipliers)
-    constraint_rows(A, w)
-    kernels.clear(w.H)
-    kernels.load_slopes(A, w.y, signals, -method.c, w.H)
-    kernels.constraint_slopes(A, signals, w.multipliers, w.H)
-    iteration_matrix(A, w, method)
-    if A.dense:
-        return factorise_dense(A, w, n, m)
-    w.kind[0] = 1
-    if lapack.pbtrf(w.addresses, w.W) != 0:
-        w.kind[0] = 2
-        iteration_matrix(A, w, method)
-        mirror_band(w.W, w.general)
+    if w.kind[0] == 3:
+        bordered(w.W, w.J, w.kkt)
+        return lapack.getrf(w.addresses, w.kkt, w.pivots)
+    if w.kind[0] == 1:
+        info = lapack.pbtrf(w.addresses, w.W)
+        for i in range(n):
+            w.W[i, 0] = 1.0 / w.W[i, 0]
+    else:
         width = w.W.shape[1] - 1
+        mirror_band(w.W, w.general)
         info = lapack.gbtrf(w.addresses, w.general, width, width, w.pivots)
-        if info != 0:
-            return info
-    if m == 0:
-        return 0
+    if info != 0 or m == 0:
+        return info
     for k in range(m):
         for i in range(n):
             w.spread[k, i] = w.J[k, i]
@@ -154,31 +182,17 @@ def factorise(A: Arrays, w: Work, method: Method, signals: np.ndarray) -> int:
 
 
 @jit
-def iteration_matrix(A: Arrays, w: Work, method: Method) -> None:
-    """Lower band (or all) of c W + d(Phi_q^T lambda)/dq at the trial state."""
-    for i in range(w.W.shape[0]):
-        for j in range(w.W.shape[1]):
-            w.W[i, j] = method.bh * A.mass_band[i, j] + method.gh * A.damping_band[i, j] + A.stiffness_band[i, j]
-    kernels.add_elastic_tangent(A, w.x, w.body[0], method.gh, w.work, w.W)
-    for i in range(w.W.shape[0]):
-        for j in range(w.W.shape[1]):
-            w.W[i, j] *= method.c
-    kernels.add_pairs(A, w.H, w.W)
-
-
-@jit
-def factorise_dense(A: Arrays, w: Work, n: int, m: int) -> int:
-    """KKT matrix from the dense W."""
+def bordered(W: np.ndarray, J: np.ndarray, kkt: np.ndarray) -> None:
+    """kkt = [[W, J^T], [J, 0]]."""
+    n, m = len(W), len(J)
     for i in range(n):
         for j in range(n):
-            w.kkt[i, j] = w.W[i, j]
+            kkt[i, j] = W[i, j]
     for k in range(m):
         for i in range(n):
-            w.kkt[i, n + k] = w.kkt[n + k, i] = w.J[k, i]
+            kkt[i, n + k] = kkt[n + k, i] = J[k, i]
         for l in range(m):
-            w.kkt[n + k, n + l] = 0.0
-    w.kind[0] = 3
-    return lapack.getrf(w.addresses, w.kkt, w.pivots)
+            kkt[n + k, n + l] = 0.0
 
 
 @jit
@@ -197,10 +211,30 @@ def mirror_band(low: np.ndarray, general: np.ndarray) -> None:
 def solve_band(w: Work, rhs: np.ndarray) -> None:
     """rhs rows <- W^-1 rhs."""
     if w.kind[0] == 1:
-        lapack.pbtrs(w.addresses, w.W, rhs)
+        for k in range(len(rhs)):
+            substitute(w.W, rhs[k])
     else:
         width = w.W.shape[1] - 1
         lapack.gbtrs(w.addresses, w.general, width, width, w.pivots, rhs)
+
+
+@jit
+def substitute(L: np.ndarray, x: np.ndarray) -> None:
+    """x <- (L L^T)^-1 x with the band factor (n, d+1), its diagonal inverted; twice as fast as LAPACK's pbtrs for narrow bands.
+
+    The sums of the way back begin with the oldest unknown: only the last term waits for the unknown found just before.
+    """
+    n, width = L.shape
+    for j in range(n):
+        value = x[j] * L[j, 0]
+        x[j] = value
+        for i in range(1, min(width, n - j)):
+            x[j + i] -= L[j, i] * value
+    for j in range(n - 1, -1, -1):
+        value = x[j]
+        for i in range(min(width, n - j) - 1, 0, -1):
+            value -= L[j, i] * x[j + i]
+        x[j] = value * L[j, 0]
 
 
 @jit
@@ -292,36 +326,19 @@ def correct(w: Work, method: Method) -> float:
 
 
 @jit
-def step(A: Arrays, s: State, w: Work, method: Method, signals: np.ndarray, counters: np.ndarray) -> int:
-    """Advance `s` by one step; on failure `s` is untouched."""
-    predict(s, w, method)
-    fresh, last, rate = False, 0.0, 1.0
-    for iteration in range(method.iterations):
-        residual(A, w, method.c, signals)
-        if w.kind[0] == 0:
-            counters[FACTORISATIONS] += 1
-            if factorise(A, w, method, signals) != 0:
-                w.kind[0] = 0
-                return SINGULAR
-            fresh = True
-        norm = correct(w, method)
-        counters[ITERATIONS] += 1
-        if not np.isfinite(norm):
+def judge(w: Work, method: Method, iteration: int, norm: float, last: float, fresh: bool) -> int:
+    """Go on, accept or give up after a correction of size `norm`, `last` the one before; a slow iteration discards its factors."""
+    rate = norm / last if iteration > 0 and last > 0.0 else 1.0
+    if not np.isfinite(norm):
+        return NOT_FINITE
+    if norm <= FLOOR * method.tolerance or (rate < 1.0 and norm * rate <= method.tolerance * (1.0 - rate)):
+        if rate > method.slow and iteration > 0:
             w.kind[0] = 0
-            return NOT_FINITE
-        rate = norm / last if iteration > 0 and last > 0.0 else 1.0
-        if norm <= FLOOR * method.tolerance or (rate < 1.0 and norm * rate <= method.tolerance * (1.0 - rate)):
-            if rate > method.slow and iteration > 0:
-                w.kind[0] = 0
-            accept(s, w, method)
-            return DONE
-        if iteration > 3 and fresh and rate > 2.0:
-            w.kind[0] = 0
-            return DIVERGED
-        if iteration > 0 and rate > 5.0 * method.slow:
-            w.kind[0], fresh = 0, False
-        last = norm
-    w.kind[0] = 0
+        return DONE
+    if iteration > 3 and fresh and rate > 2.0:
+        return DIVERGED
+    if iteration > 0 and rate > 5.0 * method.slow:
+        w.kind[0] = 0
     return NOT_CONVERGED
 
 
@@ -338,20 +355,41 @@ def advance(
     multipliers: np.ndarray,
     counters: np.ndarray,
 ) -> tuple[int, int]:
-    """Take a step for every row of `signals` (s, k); store x, v, q'' in out (3, s, n) every `every` steps.
+    """Take a step for every row of `signals` (s, k); store x, v, q'' in out (3, s, n) every `every` steps, after `first` ones.
 
-    `first` steps were done before. Returns the status and the number of steps done.
+    Returns the status and the number of steps done. On failure `s` stays at the last good step, and `w` keeps the trial state.
     """
-    c = method.c
     for k in range(len(signals)):
-        status = step(A, s, w, method, signals[k], counters)
+        predict(s, w, method)
+        status, last, fresh = NOT_CONVERGED, 0.0, False
+        for iteration in range(method.iterations):
+            residual(A, w, method.c, signals[k])
+            if w.kind[0] == 0:
+                counters[FACTORISATIONS] += 1
+                if factorise(A, w, method, signals[k]) != 0:
+                    status = SINGULAR
+                    break
+                fresh = True
+            norm = correct(w, method)
+            counters[ITERATIONS] += 1
+            status = judge(w, method, iteration, norm, last, fresh)
+            if status != NOT_CONVERGED:
+                break
+            last, fresh = norm, fresh and w.kind[0] > 0
         if status != DONE:
+            w.kind[0] = 0
             return status, k
+        accept(s, w, method)
         counters[STEPS] += 1
         if (first + k + 1) % every == 0:
-            row = (first + k + 1) // every
-            for i in range(len(s.x)):
-                out[0, row, i], out[1, row, i], out[2, row, i] = s.x[i], s.v[i], s.acceleration[i]
-            for m in range(len(s.multipliers)):
-                multipliers[row, m] = s.multipliers[m] / c
+            store(s, method.c, (first + k + 1) // every, out, multipliers)
     return DONE, len(signals)
+
+
+@jit
+def store(s: State, c: float, row: int, out: np.ndarray, multipliers: np.ndarray) -> None:
+    """Row of the trajectory; multipliers become physical."""
+    for i in range(len(s.x)):
+        out[0, row, i], out[1, row, i], out[2, row, i] = s.x[i], s.v[i], s.acceleration[i]
+    for m in range(len(s.multipliers)):
+        multipliers[row, m] = s.multipliers[m] / c

@@ -1,6 +1,6 @@
 """Model reduction: snapshots, bases, Galerkin projection, hyper-reduction, comparators, errors and indicators, files."""
 
-from . import ecsw, errors, ffrf, galerkin, hyper, pivots, pod
+from . import ecsw, errors, ffrf, files, galerkin, hyper, pivots, pod
 from .errors import Errors, Norms, compare, residual_norms
 from .ffrf import reduce_floating
 from .galerkin import Snapshots, bases, body_level, reduce_system, snapshots, system_level
@@ -26,4 +26,5 @@ __all__ = [
     "compare",
     "Norms",
     "residual_norms",
+    "files",
 ]

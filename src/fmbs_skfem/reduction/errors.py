@@ -3,8 +3,8 @@ r"""Errors of reduced models against the full one, and residual norms that indic
     e(t) = |q - (qbar + U xi)| / |q|   (53),      e = int |q - (qbar + U xi)| dt / int |q| dt   (48)
     I = int |R|_g dt,   R = c (M q'' + F + Q) + Phi_q^T lambda,   <u, v>_g = sum_i g_i u_i v_i   (39), (49)
 
-R is the residual of the full model on the reduced motion. The multipliers of dropped constraints are unknown to the reduced model, so
-the rows they touch are masked, g_i = 0.
+R is the residual of the full model on the reduced motion. The multipliers of dropped constraints are unknown to the reduced model,
+so the rows they touch are masked, g_i = 0.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
 """
@@ -84,12 +84,12 @@ def residual_norms(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -
     c = scheme.step**2 * scheme.coefficients[3]
     R = residual_samples(model, motion.times, q, v, a)
     known = [full.constraints.names.index(name) for name in reduced.constraints.names if name in full.constraints.names]
-    dropped = [k for k in range(len(full.constraints.names)) if k not in known]
+    dropped = np.setdiff1d(np.arange(len(full.constraints.names)), known)
     constraint = np.zeros(len(q))
     for s, t in enumerate(motion.times):
         J = compiled.gap(model, q[s], t)[1]
         R[s] += motion.multipliers[s, : len(known)] @ J[known]
-        if dropped:
+        if len(dropped):
             used = np.flatnonzero(np.abs(J[dropped]).max(axis=0))
             unknown = np.linalg.lstsq(J[np.ix_(dropped, used)].T, -R[s, used], rcond=None)[0]
             constraint[s] = np.linalg.norm(J[dropped].T @ unknown)

@@ -75,7 +75,7 @@ def floating_fields(system: System, name: str, cells: Cells, count: int) -> tupl
 def bending_modes(
     system: System, cells: Cells, first: int, last: int, start: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Bending modes clamped at the start, mass-normalised: omega^2 (i,), shapes (b, i); `start` (2, b) reads value and slope there."""
+    """Mass-normalised bending modes clamped at the start: omega^2 (i,), shapes (b, i); `start` (2, b) reads value and slope."""
     dim = cells.dim
     mass = csr_array(system.mass)[first:last:dim, first:last:dim].toarray()
     nodes = (cells.nodes - first) // dim

@@ -80,26 +80,30 @@ def bases(
 ) -> dict[str, Basis]:
     """POD basis of every component from snapshots of `system`; the initial state is kept in every basis.
 
-    Snapshots are first projected onto the linear constraints inside the component, so that these vanish to round-off.
+    Snapshots are first projected onto the linear constraints inside the component, and modes onto the directions that keep them, so
+    that these constraints vanish to round-off however small the last singular value is.
     """
     found = {}
     for name, members in components.items():
         rows = rows_of(system, members)
-        states = data.q[:, rows] - constraint_errors(system, data.q, rows)
+        A, a = inner_constraints(system, rows)
+        states = satisfying(data.q[:, rows], A, a)
         start = system.lift(system.x0)[rows]
-        found[name] = pod.basis(states.T, tolerance if modes is None else None, modes, keep=start)
+        basis = pod.basis(states.T, tolerance if modes is None else None, modes, keep=start)
+        found[name] = replace(basis, modes=np.ascontiguousarray(satisfying(basis.modes.T, A, 0 * a).T))
     return found
 
 
-def constraint_errors(system: System, q: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Smallest changes (s, rows) that make the states satisfy the linear constraints inside a component exactly."""
+def inner_constraints(system: System, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Linear constraints A q + a = 0 that touch the given coordinates only: A (m, rows), a (m,)."""
     _, A, a = linear_part(system)
     mine = np.setdiff1d(np.arange(A.shape[0]), touched_outside(A, rows))
-    inner = A[mine][:, rows].toarray()
-    inner_a = a[mine]
-    if not len(mine):
-        return np.zeros((len(q), len(rows)))
-    return (q[:, rows] @ inner.T + inner_a) @ np.linalg.pinv(inner).T
+    return A[mine][:, rows].toarray(), a[mine]
+
+
+def satisfying(q: np.ndarray, A: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """The states (s, n) nearest to q with A q + a = 0."""
+    return q - (q @ A.T + a) @ np.linalg.pinv(A).T if len(a) else q
 
 
 def touched_outside(A: object, rows: np.ndarray) -> np.ndarray:
@@ -173,7 +177,8 @@ def block_basis(
     for name, members in components.items():
         rows, basis = rows_of(system, members), found[name]
         if basis.modes.shape[0] != len(rows):
-            raise InputError(say(f"component '{name}'", f"a basis with {len(rows)} rows", basis.modes.shape[0], "train it on this model"))
+            got = basis.modes.shape[0]
+            raise InputError(say(f"component '{name}'", f"a basis with {len(rows)} rows", got, "train it on this model"))
         last = first + basis.modes.shape[1]
         V[rows, first:last], mean[rows] = basis.modes, basis.mean
         spans.append((name, first, last))
@@ -181,9 +186,7 @@ def block_basis(
     return V, mean, tuple(spans)
 
 
-def check_interfaces(
-    system: System, components: Mapping[str, Sequence[str]], found: Mapping[str, Basis], classes: Classes
-) -> None:
+def check_interfaces(system: System, components: Mapping[str, Sequence[str]], found: Mapping[str, Basis], classes: Classes) -> None:
     """A component needs more modes than constraints that link it to others."""
     _, A, _ = linear_part(system)
     rows = linear_part(system)[0]

@@ -1,9 +1,10 @@
 r"""Hyper-reduction by energy-conserving sampling and weighting (ECSW), over cells or over quadrature points.
 
-    F_r ~ sum_e w_e U_e^T F_e(U_e xi + qbar_e),  w_e > 0,      G[(s, i), e] = (U_e^T F_e(q_s))_i,  ||G w - G 1|| <= eta ||G 1||  (44), (45)
+    F_r ~ sum_e w_e U_e^T F_e(U_e xi + qbar_e),   w_e > 0                                                               (44)
+    G[(s, r), e] = (U_e^T F_e(q_s))_r,            ||G w - G 1|| <= eta ||G 1||                                          (45)
 
-A weight multiplies the quadrature weight of its points, points without weight are left out: the hyper-reduced system is a System with
-shorter arrays, and its force is still the gradient of an energy.
+A weight multiplies the quadrature weight of its points, points without weight are left out: the hyper-reduced system is a System
+with shorter arrays, and its force is still the gradient of an energy.
 
 Source: Farhat, Avery, Chapman, Cortial, Int. J. Numer. Meth. Engng 98 (2014) 625-662, doi 10.1002/nme.4668.
 """
@@ -16,6 +17,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from ..bodies import cable_law
 from ..core.errors import InputError, say
@@ -39,7 +41,8 @@ class Selection:
     level: Level
     sample: Sample
     total: int  #: number of candidates
-    seconds: float  #: of the sparse non-negative least squares (CPU)
+    training_s: float  #: CPU time of the training forces and their normal equations [s]
+    snnls_s: float  #: CPU time of the sparse non-negative least squares [s]
 
 
 def train(system: System, states: np.ndarray, tolerance: float = 1e-3, level: Level = Level.ELEMENTS) -> tuple[Selection, ...]:
@@ -53,10 +56,8 @@ def train(system: System, states: np.ndarray, tolerance: float = 1e-3, level: Le
     for name, first, last in system.components:
         members = [e for e in system.elastic if owned(e, first, last)]
         if members:
-            start = clock.process_time()
-            sample = solve(members, states, tolerance, level)
-            total = sum(count(e, level) for e in members)
-            found.append(Selection(name, level, sample, total, clock.process_time() - start))
+            sample, training, search = solve(members, states[:, first:last], first, tolerance, level)
+            found.append(Selection(name, level, sample, sum(count(e, level) for e in members), training, search))
     return tuple(found)
 
 
@@ -77,36 +78,47 @@ def sampled_gather(elastic: Elastic) -> Sampled:
     return elastic.gather
 
 
-def solve(members: list[Elastic], states: np.ndarray, tolerance: float, level: Level) -> Sample:
-    """Weights of one component."""
+def solve(members: list[Elastic], states: np.ndarray, start: int, tolerance: float, level: Level) -> tuple[Sample, float, float]:
+    """Weights of one component, CPU seconds of training and search; states (s, n) of its own unknowns, which begin at `start`."""
+    ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)  # compiled before the clock starts
+    begun, blocks = clock.process_time(), training_blocks(members, states, start, level)
     if tolerance < ecsw.GRAM_FLOOR:
-        R, y = ecsw.compress(training_blocks(members, states, level))
-        return ecsw.weights(R, tolerance, b=y)
-    return ecsw.weights_from_gram(ecsw.gram(training_blocks(members, states, level)), tolerance)
+        R, y = ecsw.compress(blocks)
+        middle = clock.process_time()
+        sample = ecsw.weights(R, tolerance, b=y)
+    else:
+        normal = ecsw.gram(blocks)
+        middle = clock.process_time()
+        sample = ecsw.weights_from_gram(normal, tolerance)
+    return sample, middle - begun, clock.process_time() - middle
 
 
-def training_blocks(members: list[Elastic], states: np.ndarray, level: Level, block: int = 32) -> Iterator[np.ndarray]:
-    """Rows (s, i) of G for blocks of states; columns are cells or points of all bodies of the component."""
+def training_blocks(members: list[Elastic], states: np.ndarray, start: int, level: Level, block: int = 32) -> Iterator[np.ndarray]:
+    """Rows (s n) of G for blocks of states (s, n); columns are cells or points of all bodies of the component."""
     for first in range(0, len(states), block):
-        yield np.concatenate([forces(e, states[first : first + block], level) for e in members], axis=1)
+        part = states[first : first + block]
+        G = np.zeros((*part.shape, sum(count(e, level) for e in members)))
+        at = 0
+        for elastic in members:
+            columns, size = sampled_gather(elastic).columns, count(elastic, level)
+            mine = slice(columns.start - start, columns.stop - start)
+            G[:, mine, at : at + size] = forces(elastic, part[:, mine], level)
+            at += size
+        yield G.reshape(-1, at)
 
 
 def forces(elastic: Elastic, states: np.ndarray, level: Level) -> np.ndarray:
-    """Contribution of every cell or point to the reduced force, (s i, e)."""
+    """Contribution of every cell or point to the force on the body's own unknowns (s, r): (s, r, e)."""
     gather = sampled_gather(elastic)
     rows, points, modes = 2 * system_dim(gather), len(gather.cell), gather.jets.shape[1]
-    jets = gather.jets.reshape(rows, points, modes)
-    S, out = np.zeros((rows, 1, points)), np.zeros((len(states), modes, points))
-    for s, x in enumerate(states):
-        u = (gather.jets @ x[gather.columns] + gather.offset).reshape(rows, 1, points)
-        cable_law.stress(int(gather.curvature), u, u, 0.0, gather.section, S)
-        out[s] = np.einsum("kpr,kp->rp", jets, S[:, 0])
-    flat = out.reshape(-1, points)
-    if level is Level.POINTS:
-        return flat
-    cells = np.zeros((len(flat), int(gather.cell.max()) + 1))
-    np.add.at(cells.T, gather.cell, flat.T)
-    return cells
+    u = (gather.jets @ states.T + gather.offset[:, None]).reshape(rows, points, len(states))
+    section = np.repeat(gather.section.reshape(4, points, 1), len(states), axis=2)
+    S = np.empty_like(u)
+    cable_law.stress(int(gather.curvature), u, u, 0.0, section, S)
+    out = np.matmul(S.transpose(1, 2, 0), gather.jets.reshape(rows, points, modes).transpose(1, 0, 2)).reshape(points, -1)
+    if level is Level.ELEMENTS:
+        out = csr_array((np.ones(points), (gather.cell, np.arange(points)))) @ out
+    return out.reshape(-1, len(states), modes).transpose(1, 2, 0)
 
 
 def system_dim(gather: Sampled) -> int:

@@ -23,12 +23,12 @@ from fmbs_skfem.core.notices import notify
 Array = NDArray[np.float64]
 
 EPS = float(np.finfo(np.float64).eps)
-IN_SPAN = 1e-12  #: a kept state whose part outside the span is smaller than this, relative to its size, lies in the span
+SAME = 1e-12  #: a kept state that differs from the mean by less than this, relative to their size, is the mean
 
 
 @dataclass(frozen=True)
 class Basis:
-    """q = mean + modes @ xi; `singular_values` are all those of the deviations from the mean, not only the kept ones."""
+    """q = mean + modes @ xi; `singular_values` are those of all deviations from the mean, also beyond the truncation."""
 
     modes: Array  #: (n,r), orthonormal columns: a kept state first, then the largest singular value first
     mean: Array  #: (n,)
@@ -45,12 +45,12 @@ def basis(
     """POD basis of the snapshots (n,s), truncated by `tolerance` (the eps of equation (14)) or to a number of `modes`.
 
     The snapshots are centred at their mean, or at the state `mean` (n,) where one is given. The state `keep` (n,), as a rule the
-    initial one, is represented exactly: its deviation is the first mode, the others are those of what remains.
+    initial one, is represented exactly: its deviation is the first mode, the others are those of what remains. `tolerance` refers
+    to the energy of all deviations, `modes` counts the kept state.
     """
     x = _states(snapshots, "snapshots")
     centre = x.mean(axis=1) if mean is None else _state(mean, "mean", x.shape[0])
-    floor = EPS * float(np.linalg.norm(x))
-    return _decompose(x - centre[:, None], centre, floor, tolerance, modes, keep)
+    return _decompose(x - centre[:, None], centre, EPS * _size(x), tolerance, modes, keep)
 
 
 def update(
@@ -79,23 +79,24 @@ def update(
         raise InputError(say("pod.update", "factors of one component, with equally many rows", f"{sizes} rows"))
     weighted = np.hstack(columns)
     centre = _state(mean, "mean", weighted.shape[0])
-    return _decompose(weighted, centre, EPS * float(np.linalg.norm(weighted)), tolerance, modes, keep)
+    return _decompose(weighted, centre, EPS * _size(weighted), tolerance, modes, keep)
 
 
 def truncation(singular_values: ArrayLike, tolerance: float) -> int:
     """Smallest r with tolerance >= sum_{i>r} s_i^2 / sum_i s_i^2, equation (14); the tails are summed from the small end."""
     s = np.asarray(singular_values, dtype=np.float64)
-    if not 0.0 < tolerance < 1.0:
-        raise InputError(say("pod.truncation", "0 < tolerance < 1", tolerance, "1e-12 means a relative error of 1e-6"))
     if s.ndim != 1 or s.size == 0 or not np.all(np.isfinite(s)) or not np.max(s) > 0.0:
         raise InputError(say("pod.truncation", "finite singular values that are not all zero", s))
-    return _tail_count(s, tolerance, float(s @ s))
+    return _tail_count(s, tolerance, s)
 
 
-def _tail_count(s: Array, tolerance: float, total: float) -> int:
-    """Smallest r with sum_{i>r} s_i^2 <= tolerance * total."""
-    tails = np.append(np.cumsum(np.square(s)[::-1])[::-1], 0.0)
-    return int(np.argmax(tails <= tolerance * total))
+def _tail_count(s: Array, tolerance: float, every: Array) -> int:
+    """Smallest r with sum_{i>r} s_i^2 <= tolerance sum(every^2), where `every` has a positive maximum."""
+    if not 0.0 < tolerance < 1.0:
+        raise InputError(say("pod", "0 < tolerance < 1", tolerance, "1e-12 means a relative error of 1e-6"))
+    unit = float(np.max(every))
+    tails = np.append(np.cumsum(np.square(s / unit)[::-1])[::-1], 0.0)
+    return int(np.argmax(tails <= tolerance * np.sum(np.square(every / unit))))
 
 
 def _decompose(x: Array, mean: Array, floor: float, tolerance: float | None, modes: int | None, keep: ArrayLike | None) -> Basis:
@@ -108,21 +109,26 @@ def _decompose(x: Array, mean: Array, floor: float, tolerance: float | None, mod
         remedy = "train on a longer or more lively run, or leave this component out of the reduction"
         raise InputError(say("pod", "snapshots that differ from their mean", "a constant state", remedy))
     first = np.zeros((len(mean), 0)) if keep is None else _direction(_state(keep, "keep", x.shape[0]), mean)
-    values = s
+    rest = s
     if first.shape[1]:
-        left, values = _left_singular(_outside(x, first))
-    wanted = None if modes is None else modes - first.shape[1]
-    count = _count(values, int(np.sum(values > floor)), tolerance, wanted, float(s @ s))
+        left, rest = _left_singular(_outside(x, first))
+    count = _count(rest, int(np.sum(rest > floor)), tolerance, modes, s, first.shape[1])
     return Basis(np.ascontiguousarray(np.hstack([first, _outside(left[:, :count], first)])), mean, s)
 
 
 def _direction(state: Array, mean: Array) -> Array:
     """The deviation of a state as a unit column (n,1), or no column when it is round-off."""
     deviation = state - mean
-    length = float(np.linalg.norm(deviation))
-    if length <= IN_SPAN * max(float(np.linalg.norm(state)), float(np.linalg.norm(mean))):
+    length = _size(deviation)
+    if length <= SAME * max(_size(state), _size(mean)):
         return np.zeros((len(mean), 0))
     return (deviation / length)[:, None]
+
+
+def _size(x: Array) -> float:
+    """Euclidean norm of all entries, also where their squares overflow or vanish."""
+    unit = float(np.max(np.abs(x)))
+    return unit * float(np.linalg.norm(x / unit)) if unit > 0.0 else 0.0
 
 
 def _outside(x: Array, first: Array) -> Array:
@@ -143,18 +149,18 @@ def _left_singular(x: Array) -> tuple[Array, Array]:
     return u, s
 
 
-def _count(s: Array, rank: int, tolerance: float | None, modes: int | None, total: float) -> int:
-    """Number of modes asked for, at most the numerical rank; `total` is the sum of squares that the tolerance refers to."""
+def _count(rest: Array, rank: int, tolerance: float | None, modes: int | None, s: Array, kept: int) -> int:
+    """Number of modes asked for beside those `kept`, at most the numerical rank; the tolerance refers to all singular values s."""
     if tolerance is not None and modes is None:
-        return min(_tail_count(s, tolerance, total), rank)
+        return min(_tail_count(rest, tolerance, s), rank)
     if modes is None or tolerance is not None:
         got = "neither" if modes is None else f"tolerance {tolerance} and {modes} modes"
         raise InputError(say("pod", "either a tolerance or a number of modes", got))
-    if modes < 0 or (modes == 0 and s.size == 0):
+    if modes < 1:
         raise InputError(say("pod", "at least one mode", modes))
-    if modes > rank:
-        notify(f"pod: {modes} modes asked for, but the snapshots span only {rank}; {rank} are used")
-    return min(modes, rank)
+    if modes > rank + kept:
+        notify(f"pod: {modes} modes asked for, but the snapshots span only {rank + kept}; {rank + kept} are used")
+    return min(modes - kept, rank)
 
 
 def _states(x: ArrayLike, name: str) -> Array:

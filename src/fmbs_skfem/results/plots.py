@@ -239,20 +239,20 @@ def _checked(where: str, times: Array, models: Mapping[str, Array]) -> None:
 
 
 def _curves(axes: Axes, times: Array, models: Mapping[str, Array], order: Sequence[str], where: str) -> None:
-    """The first of `order` as a broad pale line, the others over it in colours, dashes and staggered marks."""
+    """The first of several in `order` as a broad pale line, the others over it in colours, dashes and staggered marks."""
     _checked(where, times, models)
     pace = max(len(times) // 12, 1)
     for name, values in models.items():
         number = order.index(name)
-        if number == 0:
+        if number == 0 and len(order) > 1:
             axes.plot(times, values, color="#9A9A9A", lw=4.0, alpha=0.75, label=name, zorder=1, solid_capstyle="round")
             continue
         start = pace * number // max(len(order), 1)
         axes.plot(
             times,
             values,
-            color=palette.colour(number - 1),
-            ls=DASHES[(number - 1) % len(DASHES)],
+            color=palette.colour(max(number - 1, 0)),
+            ls=DASHES[max(number - 1, 0) % len(DASHES)],
             lw=1.3,
             marker=MARKERS[number % 10],
             ms=4,

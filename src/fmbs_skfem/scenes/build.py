@@ -15,13 +15,14 @@ from ..bodies import body as bodies
 from ..bodies import sections
 from ..bodies.body import Body
 from ..bodies.cable_law import Curvature
+from ..core import expressions
 from ..core.errors import InputError, say
+from ..core.expressions import Expression
 from ..shapes import curves, meshes
 from ..systems import assembly, joints, loads, probes
 from ..systems.places import At
 from ..systems.system import System
-from . import expressions, schema
-from .expressions import Expression
+from . import schema
 from .fields import Place, Turn, Vector
 
 CURVATURES = {"exact": Curvature.EXACT, "material": Curvature.MATERIAL, "quadratic": Curvature.QUADRATIC}
@@ -44,6 +45,11 @@ def system(scene: schema.Scene, cells: int | None = None, allow_outside: bool = 
         {name: probe(model) for name, model in scene.outputs.items()},
         initial,
     )
+
+
+def chosen_form(scene: schema.Scene, full: System) -> System:
+    """The form in which the scene wants its full system solved: without its linear constraints, or with all multipliers."""
+    return full if scene.analysis.constraints == "multipliers" else assembly.eliminate(full)
 
 
 @singledispatch

@@ -11,8 +11,8 @@ from collections.abc import Collection, Iterator
 from typing import TypeAlias
 
 from ..core.errors import closest
+from ..core.problems import Problem, shown
 from .fields import Place
-from .problems import Problem, shown
 from .schema import Cable, DeflectionOutput, Distance, DrivenAngle, Dynamic, Given, Pin, PointMass, ReactionOutput, Scene
 
 Found: TypeAlias = tuple[tuple[str | int, ...], Problem]

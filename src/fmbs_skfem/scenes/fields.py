@@ -12,9 +12,10 @@ from typing import Annotated, Any, TypeAlias
 
 from pydantic import BeforeValidator, PlainSerializer, PlainValidator, ValidationInfo, WithJsonSchema
 
-from . import expressions, units
-from .expressions import Expression
-from .problems import Problem, shown
+from ..core import expressions
+from ..core.expressions import Expression
+from ..core.problems import Problem, shown
+from . import units
 
 Vector: TypeAlias = tuple[float, ...]
 

@@ -9,12 +9,13 @@ from typing import Any, TypeAlias
 
 from pydantic import ValidationError
 
+from ..core import expressions
 from ..core.errors import InputError, closest
 from ..core.notices import notify
-from . import consistency, expressions, schema, units, yamlfile
+from ..core.problems import Problem, shown
+from . import consistency, schema, units, yamlfile
 from .consistency import Found
 from .fields import Context
-from .problems import Problem, shown
 
 Keys: TypeAlias = tuple[str | int, ...]
 Parameters: TypeAlias = Mapping[str, float | str]

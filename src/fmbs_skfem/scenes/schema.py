@@ -206,25 +206,28 @@ class Dynamic(Model):
     """Time integration by generalized-alpha; every `every`-th step is kept."""
 
     type: Literal["dynamic"]
+    constraints: Literal["eliminate", "multipliers"] = "eliminate"
     duration: fields.Time
     step: fields.Time
     rho_inf: Annotated[fields.Number, Field(ge=0.0, le=1.0)] = 0.8
     every: Count = 1
-    tolerance: fields.Tolerance = 1e-9
+    tolerance: fields.Tolerance = 1e-10
 
 
 class Static(Model):
     """Equilibrium by load stepping."""
 
     type: Literal["static"]
+    constraints: Literal["eliminate", "multipliers"] = "eliminate"
     load_steps: Count = 10
-    tolerance: fields.Tolerance = 1e-9
+    tolerance: fields.Tolerance = 1e-10
 
 
 class Modes(Model):
     """Vibration modes about the reference configuration."""
 
     type: Literal["modes"]
+    constraints: Literal["eliminate", "multipliers"] = "eliminate"
     count: Count = 10
 
 

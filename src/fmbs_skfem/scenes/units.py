@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
+from ..core import expressions
 from ..core.errors import closest
-from . import expressions
-from .problems import Problem, shown
+from ..core.problems import Problem, shown
 
 Exponents: TypeAlias = tuple[Fraction, ...]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import block_diag, csr_array, diags_array, kron, vstack
+from scipy.sparse.linalg import spsolve
 
 from ..bodies.body import Body
 from ..bodies.cable_law import Curvature
@@ -20,7 +20,6 @@ from . import loads as load_rules
 from . import probes as probe_rules
 from .places import Draft, Layout, Rows, vector
 from .system import Affine, Constraints, Elastic, Line, Loads, System, change_coordinates, is_linear, keep_constraints, linear_part
-
 
 SAMPLES = 201  #: points of a centre line in pictures and position errors
 
@@ -175,7 +174,7 @@ def eliminate(system: System, tolerance: float = 1e-9) -> System:
     """The system without its time-independent linear constraints: x = T y + d with sparse T.
 
     Redundant rows are dropped with a notice; contradictory rows raise SolverError(INCONSISTENT) with the joints by name. An initial
-    state that does not satisfy the rows is moved onto them with a notice.
+    state that does not satisfy the rows is moved onto them with a notice, velocities by the least kinetic energy of the change.
     """
     rows, A, a = linear_part(system)
     if len(rows) == 0:
@@ -197,7 +196,8 @@ def eliminate(system: System, tolerance: float = 1e-9) -> System:
     d[used[dependent]] = fixed
     report_moved(system, rows, A @ system.x0 + a)
     rest = np.flatnonzero(~is_linear(system.constraints))
-    return replace(change_coordinates(keep_constraints(system, rest), T, d), full=system)
+    free = change_coordinates(keep_constraints(system, rest), T, d)
+    return replace(free, v0=admissible_velocity(system, T, free), full=system)
 
 
 def row_echelon(
@@ -235,6 +235,17 @@ def report_moved(system: System, rows: np.ndarray, gap: np.ndarray, tolerance: f
     if wrong:
         listed = ", ".join(f"{'.'.join(system.constraints.names[rows[k]])} by {abs(gap[k]):.3g}" for k in wrong)
         notify(f"the initial state is moved, because it does not satisfy the joints: {listed}")
+
+
+def admissible_velocity(system: System, T: csr_array, free: System) -> np.ndarray:
+    """Initial velocities in the unknowns of `free`: (T^T M T) v = T^T M v0; a change is told by a notice."""
+    if not system.v0.any():
+        return free.v0
+    v = np.asarray(spsolve(csr_array(free.mass).tocsc(), T.T @ (system.mass @ system.v0))).reshape(free.size)
+    size = float(np.abs(T @ v - system.v0).max())
+    if size > 1e-9 * max(1.0, float(np.abs(system.v0).max())):
+        notify(f"initial velocities are projected onto the joints; largest change {size:.3g} m/s")
+    return v
 
 
 def report_dependent(names: list[tuple[str, str]], left: list[int], right: np.ndarray, tolerance: float) -> None:

@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from ..bodies.body import Cells
 from ..core.linalg import as_dense, is_sparse
 from . import kernels
-from .kernels import Arrays, Csr, Diagonals
+from .kernels import Arrays, Csr, Diagonals, Forces, Groups, Pairs, Scatter, Terms
 from .system import System
 
 DENSE = 48  #: systems of at most this size are always treated as dense
@@ -53,6 +53,8 @@ def compile_system(system: System) -> Compiled:
     store = dense_of if dense else lower_band
     laws = [[int(law.kind), law.slope, law.position, law.signal, first] for law, first in zip(loads.laws, law_pair, strict=True)]
     arrays = Arrays(
+        groups=Groups(groups, np.array([e.beta for e in system.elastic] or [0.0]), integers, numbers),
+        scatter=Scatter(*scatter),
         lift=triple(lift),
         lift_offset=np.ascontiguousarray(system.lift.offset) if has_cells else np.zeros(0),
         mass=diagonals(permuted(system.mass, order, True)),
@@ -62,31 +64,19 @@ def compile_system(system: System) -> Compiled:
         damping_band=store(system.damping, place, width),
         stiffness_band=store(system.stiffness, place, width),
         dense=dense,
-        groups=groups,
-        beta=np.array([e.beta for e in system.elastic] or [0.0]),
-        integers=integers,
-        numbers=numbers,
-        scatter_source=scatter[0],
-        scatter_target=scatter[1],
-        scatter_factor=scatter[2],
         probes=triple(probes),
         probes_offset=np.ascontiguousarray(system.probes.offset),
-        term_row=terms.row,
-        term_value=terms.coefficient,
-        term_signal=terms.signal,
-        term_i=terms.i,
-        term_j=terms.j,
-        term_pair=term_pair,
+        terms=Terms(terms.row, terms.coefficient, terms.signal, terms.i, terms.j, term_pair),
+        forces=Forces(
+            loads.row,
+            loads.coefficient,
+            loads.signal,
+            np.array(laws, dtype=np.int64).reshape(-1, 5),
+            np.array([law.vector for law in loads.laws], dtype=float).reshape(-1, 3),
+            system.dim,
+        ),
+        pairs=Pairs(target, factor, len(pairs)),
         load=np.ascontiguousarray(loads.constant[order]),
-        force_row=loads.row,
-        force_value=loads.coefficient,
-        force_signal=loads.signal,
-        laws=np.array(laws, dtype=np.int64).reshape(-1, 5),
-        law_vector=np.array([law.vector for law in loads.laws], dtype=float).reshape(-1, 3),
-        pair_target=target,
-        pair_factor=factor,
-        pairs=len(pairs),
-        dim=system.dim,
     )
     return Compiled(system, arrays, order, work)
 
@@ -97,13 +87,13 @@ def triple(A: csr_array) -> Csr:
 
 
 def diagonals(A: csr_array) -> Diagonals:
-    packed = A.todia()
-    used = np.abs(packed.data).max(axis=1, initial=0.0) > 0
-    data = np.zeros((int(used.sum()), A.shape[0]))
-    for k, (shift, row) in enumerate(zip(packed.offsets[used], packed.data[used], strict=True)):
-        first, size = max(0, -shift), A.shape[0] - abs(shift)
-        data[k, first : first + size] = row[first + shift : first + shift + size]
-    return Diagonals(packed.offsets[used].astype(np.int64), data)
+    entries = coo_array(A)
+    used = entries.data != 0.0
+    i, j = entries.row[used], entries.col[used]
+    offsets, k = np.unique(j.astype(np.int64) - i, return_inverse=True)
+    data = np.zeros((len(offsets), A.shape[0]))
+    np.add.at(data, (k, i), entries.data[used])
+    return Diagonals(offsets, data)
 
 
 def permuted(A: csr_array | np.ndarray, order: np.ndarray, rows: bool = False) -> csr_array:
@@ -166,7 +156,7 @@ def dense_of(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.nda
 def flatten(
     system: System, place: np.ndarray, dense: bool, width: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray], int]:
-    """Tables of all elastic groups behind each other: groups (g, 13), integers, numbers, scatter, length of the work vector."""
+    """Tables of all elastic groups behind each other: groups (g, 14), integers, numbers, scatter, length of the work vector."""
     rows, integers, numbers = [], [np.zeros(0, np.int64)], [np.zeros(0)]
     scatters = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
     at_integer = at_number = at_scatter = 0
@@ -175,7 +165,7 @@ def flatten(
         part, section = elastic.gather, elastic.gather.section
         points, count = section.shape[1], section.shape[2]
         dim = system.dim
-        row = dict.fromkeys(range(13), 0)
+        row = dict.fromkeys(range(14), 0)
         row |= {kernels.CURVATURE: int(part.curvature), kernels.COMPONENTS: dim, kernels.POINTS: points, kernels.CELLS: count}
         jets = 2 * dim * points * count
         if isinstance(part, Cells):
@@ -192,15 +182,16 @@ def flatten(
         else:
             row |= {kernels.SAMPLED: 1, kernels.FIRST: part.columns.start, kernels.COUNT: part.columns.stop - part.columns.start}
             row |= {kernels.TABLE: at_number, kernels.OFFSET: at_number + part.jets.size}
-            tables = [part.jets.ravel(), part.offset]
+            row[kernels.TURNED] = at_number + part.jets.size + part.offset.size
+            tables = [part.jets.ravel(), part.offset, part.jets.T.ravel()]
             work = max(work, 2 * dim * jets, part.jets.size)
         at_number += sum(len(t) for t in tables)
         row[kernels.SECTION] = at_number
         at_number += section.size
         numbers += [*tables, section.ravel()]
-        rows.append([row[k] for k in range(13)])
+        rows.append([row[k] for k in range(14)])
     source, target, factor = (np.concatenate(part) for part in zip(*scatters, strict=True))
-    groups = np.array(rows, dtype=np.int64).reshape(-1, 13)
+    groups = np.array(rows, dtype=np.int64).reshape(-1, 14)
     return groups, np.concatenate(integers).astype(np.int64), np.concatenate(numbers), (source, target, factor), work
 
 
@@ -276,11 +267,11 @@ def forces(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0) -> np.
     f = np.zeros(len(x))
     y, g = np.zeros(len(A.probes_offset)), np.zeros(len(A.probes_offset))
     xc, vc = np.ascontiguousarray(x[model.order]), np.ascontiguousarray(v[model.order])
-    kernels.add_elastic_force(A, xc, vc, body, work, f)
+    kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, xc, vc, body, work, f)
     kernels.add_diagonals(A.damping, vc, f)
     kernels.add_diagonals(A.stiffness, xc, f)
     kernels.affine(A.probes, A.probes_offset, xc, y)
-    kernels.add_loads(A, y, signal_table(model.system, np.array([t]))[0], g)
+    kernels.add_loads(A.forces, y, signal_table(model.system, np.array([t]))[0], g)
     kernels.add_transposed(A.probes, -1.0, g, f)
     f -= A.load
     out = np.zeros_like(f)
@@ -288,12 +279,19 @@ def forces(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0) -> np.
     return out
 
 
+def strain_energy(model: Compiled, x: np.ndarray) -> float:
+    """Strain energy of all bodies [J], without linear springs."""
+    A = model.arrays
+    body, work = model.buffers()
+    return float(kernels.elastic_energy(A.groups, A.lift, A.lift_offset, np.ascontiguousarray(x[model.order]), body[0], work))
+
+
 def gap(model: Compiled, x: np.ndarray, t: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Phi (m,) and Phi_x (m, n)."""
     A, m = model.arrays, model.constraints
     y = np.asarray(model.system.probes(x))
     phi, jacobian = np.zeros(m), np.zeros((m, len(y)))
-    kernels.constrain(A, y, signal_table(model.system, np.array([t]))[0], phi, jacobian)
+    kernels.constrain(A.terms, y, signal_table(model.system, np.array([t]))[0], phi, jacobian)
     return phi, np.asarray(jacobian @ model.system.probes.matrix)
 
 
@@ -302,15 +300,17 @@ def tangent(model: Compiled, x: np.ndarray, multipliers: np.ndarray, t: float = 
     A = model.arrays
     body, work = model.buffers()
     W = np.zeros_like(A.mass_band)
-    kernels.add_elastic_tangent(A, np.ascontiguousarray(x[model.order]), body[0], gh, work, W)
+    kernels.add_elastic_tangent(
+        A.groups, A.scatter, A.lift, A.lift_offset, np.ascontiguousarray(x[model.order]), body[0], gh, work, W
+    )
     signals = signal_table(model.system, np.array([t]))[0]
-    H = np.zeros(A.pairs)
-    kernels.constraint_slopes(A, signals, multipliers, H)
-    kernels.load_slopes(A, np.asarray(model.system.probes(x)), signals, -1.0, H)
+    H = np.zeros(A.pairs.size)
+    kernels.constraint_slopes(A.terms, signals, multipliers, H)
+    kernels.load_slopes(A.forces, np.asarray(model.system.probes(x)), signals, -1.0, H)
     inverse = np.argsort(model.order)
     K = csr_array(W if A.dense else from_lower_band(W))[inverse][:, inverse]
     K = K + csr_array(model.system.stiffness) + gh * csr_array(model.system.damping)
-    if A.pairs:
+    if A.pairs.size:
         pairs = np.array(pair_table(model.system)[2])
         P = csr_array(model.system.probes.matrix)
         K = K + P.T @ csr_array((H, (pairs[:, 0], pairs[:, 1])), shape=(P.shape[0], P.shape[0])) @ P

@@ -20,6 +20,7 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from .places import At, Draft, Ground, vector
+from .signals import Cosine, Sine
 
 AXES = "xyz"
 
@@ -229,8 +230,7 @@ def _(joint: DrivenAngle, draft: Draft) -> None:
         axis = axis / np.linalg.norm(axis)
         cosine, sine = np.cross(axis, slope), np.cross(axis, np.cross(axis, slope))
     first = draft.probes.add(draft.layout.read(where(joint), joint.at, 1))
-    angle = joint.angle
-    c, s = draft.signal(lambda t: np.cos(angle(t))), draft.signal(lambda t: np.sin(angle(t)))
+    c, s = draft.signal(Cosine(joint.angle)), draft.signal(Sine(joint.angle))
     terms = [(float(v), c, first + k, -1) for k, v in enumerate(cosine)] + [
         (float(v), s, first + k, -1) for k, v in enumerate(sine)
     ]

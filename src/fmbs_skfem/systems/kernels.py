@@ -17,7 +17,7 @@ from ..bodies import cable_law
 from ..core.jit import jit
 
 # columns of `groups`
-SAMPLED, CURVATURE, COMPONENTS, POINTS, CELLS, BASIS, NODES, TABLE, OFFSET, SECTION, FIRST, COUNT, PAIR = range(13)
+SAMPLED, CURVATURE, COMPONENTS, POINTS, CELLS, BASIS, NODES, TABLE, OFFSET, SECTION, FIRST, COUNT, PAIR, TURNED = range(14)
 
 
 class Csr(NamedTuple):
@@ -35,9 +35,58 @@ class Diagonals(NamedTuple):
     data: np.ndarray
 
 
-class Arrays(NamedTuple):
-    """A system as plain arrays, unknowns in the order of the band."""
+class Groups(NamedTuple):
+    """Elastic groups: cells or sampled points, flattened behind each other."""
 
+    table: np.ndarray  #: (g, 14) integers of every group
+    beta: np.ndarray  #: (g,) damping times [s]
+    integers: np.ndarray  #: node numbers of cells
+    numbers: np.ndarray  #: tables, sampled jets, offsets, sections
+
+
+class Scatter(NamedTuple):
+    """Where entries of the cells' matrices go in the flat band."""
+
+    source: np.ndarray
+    target: np.ndarray
+    factor: np.ndarray
+
+
+class Terms(NamedTuple):
+    """Terms of systems.system.Constraints; `pair` is the probe pair (i, j) of a quadratic term, the next one its mirror."""
+
+    row: np.ndarray
+    value: np.ndarray
+    signal: np.ndarray
+    i: np.ndarray
+    j: np.ndarray
+    pair: np.ndarray
+
+
+class Forces(NamedTuple):
+    """Loads on probe rows: terms, and laws (l, 5) kind, slope row, position row, signal, first pair, with vectors (l, 3)."""
+
+    row: np.ndarray
+    value: np.ndarray
+    signal: np.ndarray
+    laws: np.ndarray
+    vectors: np.ndarray
+    dim: int
+
+
+class Pairs(NamedTuple):
+    """Entries of P^T H P: target (h, 3) pair, row, column of W; factor (h,)."""
+
+    target: np.ndarray
+    factor: np.ndarray
+    size: int
+
+
+class Arrays(NamedTuple):
+    """A system as plain arrays, unknowns in the order of the band. Functions take the parts they need: passing all costs time."""
+
+    groups: Groups
+    scatter: Scatter
     lift: Csr  #: (q, n); empty when no group has cells
     lift_offset: np.ndarray  #: (q,)
     mass: Diagonals
@@ -47,31 +96,12 @@ class Arrays(NamedTuple):
     damping_band: np.ndarray
     stiffness_band: np.ndarray
     dense: bool
-    groups: np.ndarray  #: (g, 13) integers of every elastic group
-    beta: np.ndarray  #: (g,) damping times [s]
-    integers: np.ndarray  #: node numbers of cells
-    numbers: np.ndarray  #: tables, sampled jets, offsets, sections
-    scatter_source: np.ndarray  #: positions in the cells' matrices ...
-    scatter_target: np.ndarray  #: ... and in the flat band
-    scatter_factor: np.ndarray
     probes: Csr  #: (j, n)
     probes_offset: np.ndarray
-    term_row: np.ndarray  #: constraints, see systems.system.Constraints
-    term_value: np.ndarray
-    term_signal: np.ndarray
-    term_i: np.ndarray
-    term_j: np.ndarray
-    term_pair: np.ndarray  #: number of the probe pair (i, j) of a quadratic term, its mirror next to it
+    terms: Terms
+    forces: Forces
+    pairs: Pairs
     load: np.ndarray  #: (n,) constant generalised force [N]
-    force_row: np.ndarray
-    force_value: np.ndarray
-    force_signal: np.ndarray
-    laws: np.ndarray  #: (l, 5) kind, slope row, position row, signal, first pair
-    law_vector: np.ndarray  #: (l, 3)
-    pair_target: np.ndarray  #: (h, 3) pair, row, column of W
-    pair_factor: np.ndarray
-    pairs: int
-    dim: int
 
 
 @jit
@@ -120,6 +150,21 @@ def affine(A: Csr, offset: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
     for i in range(len(y)):
         y[i] = offset[i]
     add_product(A, 1.0, x, y)
+
+
+@jit
+def add_combination(rows: np.ndarray, factors: np.ndarray, y: np.ndarray) -> None:
+    """y (i,) += sum_r factors[r] rows[r, i]; four rows at a time, for sizes where a library call costs more than the sum."""
+    full = len(factors) // 4 * 4
+    for r in range(0, full, 4):
+        a, b, c, d = factors[r], factors[r + 1], factors[r + 2], factors[r + 3]
+        row_a, row_b, row_c, row_d = rows[r], rows[r + 1], rows[r + 2], rows[r + 3]
+        for i in range(len(y)):
+            y[i] += row_a[i] * a + row_b[i] * b + row_c[i] * c + row_d[i] * d
+    for r in range(full, len(factors)):
+        row_a, a = rows[r], factors[r]
+        for i in range(len(y)):
+            y[i] += row_a[i] * a
 
 
 @jit
@@ -174,103 +219,105 @@ def scatter_cells(nodes: np.ndarray, table: np.ndarray, S: np.ndarray, local: np
 
 
 @jit
-def cell_views(A: Arrays, g: int) -> tuple[np.ndarray, np.ndarray]:
+def cell_views(groups: Groups, g: int) -> tuple[np.ndarray, np.ndarray]:
     """Node numbers (b, e) and table (k, p, b, e) of a group of cells."""
-    row = A.groups[g]
+    row = groups.table[g]
     cells, basis, points = row[CELLS], row[BASIS], row[POINTS]
-    nodes = A.integers[row[NODES] : row[NODES] + basis * cells].reshape(basis, cells)
+    nodes = groups.integers[row[NODES] : row[NODES] + basis * cells].reshape(basis, cells)
     size = 2 * points * basis * cells
-    return nodes, A.numbers[row[TABLE] : row[TABLE] + size].reshape(2, points, basis, cells)
+    return nodes, groups.numbers[row[TABLE] : row[TABLE] + size].reshape(2, points, basis, cells)
 
 
 @jit
-def sampled_views(A: Arrays, g: int) -> tuple[np.ndarray, np.ndarray]:
+def sampled_views(groups: Groups, g: int) -> tuple[np.ndarray, np.ndarray]:
     """Jets (2c p, r) and offset (2c p,) of a group of sampled points."""
-    row = A.groups[g]
+    row = groups.table[g]
     size, modes = 2 * row[COMPONENTS] * row[POINTS] * row[CELLS], row[COUNT]
-    return A.numbers[row[TABLE] : row[TABLE] + size * modes].reshape(size, modes), A.numbers[row[OFFSET] : row[OFFSET] + size]
+    return groups.numbers[row[TABLE] : row[TABLE] + size * modes].reshape(size, modes), groups.numbers[
+        row[OFFSET] : row[OFFSET] + size
+    ]
 
 
 @jit
-def section_view(A: Arrays, g: int) -> np.ndarray:
-    row = A.groups[g]
+def section_view(groups: Groups, g: int) -> np.ndarray:
+    row = groups.table[g]
     size = 4 * row[POINTS] * row[CELLS]
-    return A.numbers[row[SECTION] : row[SECTION] + size].reshape(4, row[POINTS], row[CELLS])
+    return groups.numbers[row[SECTION] : row[SECTION] + size].reshape(4, row[POINTS], row[CELLS])
 
 
 @jit
-def gather(A: Arrays, g: int, x: np.ndarray, q: np.ndarray, fixed: bool, work: np.ndarray) -> np.ndarray:
-    """Jets (2c, p, e) of a group; without the offset (rates) unless `fixed`. Uses the front of `work`."""
-    row = A.groups[g]
+def gather(groups: Groups, g: int, x: np.ndarray, q: np.ndarray, fixed: float, work: np.ndarray) -> np.ndarray:
+    """Jets (2c, p, e) of a group, with `fixed` times the offset: 1 for positions, 0 for rates. Uses the front of `work`."""
+    row = groups.table[g]
     shape = (2 * row[COMPONENTS], row[POINTS], row[CELLS])
     size = shape[0] * shape[1] * shape[2]
     flat = work[:size]
     if row[SAMPLED] == 1:
-        jets, offset = sampled_views(A, g)
-        np.dot(jets, x[row[FIRST] : row[FIRST] + row[COUNT]], flat)
-        if fixed:
-            for i in range(size):
-                flat[i] += offset[i]
+        _, offset = sampled_views(groups, g)
+        for i in range(size):
+            flat[i] = fixed * offset[i]
+        modes = row[COUNT]
+        turned = groups.numbers[row[TURNED] : row[TURNED] + size * modes].reshape(modes, size)
+        add_combination(turned, x[row[FIRST] : row[FIRST] + modes], flat)
     else:
-        nodes, table = cell_views(A, g)
+        nodes, table = cell_views(groups, g)
         local = work[size : size + row[BASIS] * row[COMPONENTS] * row[CELLS]].reshape(row[BASIS], row[COMPONENTS], row[CELLS])
         gather_cells(nodes, table, q, local, flat.reshape(shape))
     return flat.reshape(shape)
 
 
 @jit
-def add_elastic_force(A: Arrays, x: np.ndarray, v: np.ndarray, body: np.ndarray, work: np.ndarray, f: np.ndarray) -> None:
+def add_elastic_force(
+    groups: Groups, lift: Csr, offset: np.ndarray, x: np.ndarray, v: np.ndarray, body: np.ndarray, work: np.ndarray, f: np.ndarray
+) -> None:
     """f += sum_j L_j^T S_j; `body` (3, q) receives q, dq/dt and the force on q, `work` is (3, w)."""
-    cells, damped = len(A.lift.indptr) > 1, False
-    for g in range(len(A.beta)):
-        damped = damped or A.beta[g] > 0.0
+    cells, damped = len(lift.indptr) > 1, False
+    for g in range(len(groups.beta)):
+        damped = damped or groups.beta[g] > 0.0
     q, qv, fq = body[0], body[1], body[2]
     if cells:
-        affine(A.lift, A.lift_offset, x, q)
+        affine(lift, offset, x, q)
         clear(fq)
         if damped:
             clear(qv)
-            add_product(A.lift, 1.0, v, qv)
-    for g in range(len(A.groups)):
-        row = A.groups[g]
-        u = gather(A, g, x, q, True, work[0])
-        rate = gather(A, g, v, qv, False, work[1]) if A.beta[g] > 0.0 else u
+            add_product(lift, 1.0, v, qv)
+    for g in range(len(groups.table)):
+        row = groups.table[g]
+        u = gather(groups, g, x, q, 1.0, work[0])
+        rate = gather(groups, g, v, qv, 0.0, work[1]) if groups.beta[g] > 0.0 else u
         S = work[2][: u.size].reshape(u.shape)
-        cable_law.stress(row[CURVATURE], u, rate, A.beta[g], section_view(A, g), S)
+        cable_law.stress(row[CURVATURE], u, rate, groups.beta[g], section_view(groups, g), S)
         if row[SAMPLED] == 1:
-            jets, _ = sampled_views(A, g)
-            part = work[0][: row[COUNT]]
-            np.dot(jets.T, work[2][: u.size], part)
-            for r in range(row[COUNT]):
-                f[row[FIRST] + r] += part[r]
+            jets, _ = sampled_views(groups, g)
+            add_combination(jets, work[2][: u.size], f[row[FIRST] : row[FIRST] + row[COUNT]])
         else:
-            nodes, table = cell_views(A, g)
+            nodes, table = cell_views(groups, g)
             local = work[0][: row[BASIS] * row[COMPONENTS] * row[CELLS]].reshape(row[BASIS], row[COMPONENTS], row[CELLS])
             scatter_cells(nodes, table, S, local, fq)
     if cells:
-        add_transposed(A.lift, 1.0, fq, f)
+        add_transposed(lift, 1.0, fq, f)
 
 
 @jit
-def elastic_energy(A: Arrays, x: np.ndarray, q: np.ndarray, work: np.ndarray) -> float:
+def elastic_energy(groups: Groups, lift: Csr, offset: np.ndarray, x: np.ndarray, q: np.ndarray, work: np.ndarray) -> float:
     """Strain energy [J]."""
-    if len(A.lift.indptr) > 1:
-        affine(A.lift, A.lift_offset, x, q)
+    if len(lift.indptr) > 1:
+        affine(lift, offset, x, q)
     total = 0.0
-    for g in range(len(A.groups)):
-        total += cable_law.energy(A.groups[g, CURVATURE], gather(A, g, x, q, True, work[0]), section_view(A, g))
+    for g in range(len(groups.table)):
+        total += cable_law.energy(groups.table[g, CURVATURE], gather(groups, g, x, q, 1.0, work[0]), section_view(groups, g))
     return total
 
 
 @jit
-def add_loads(A: Arrays, y: np.ndarray, signals: np.ndarray, g: np.ndarray) -> None:
+def add_loads(A: Forces, y: np.ndarray, signals: np.ndarray, g: np.ndarray) -> None:
     """g += forces on the probe rows (j,)."""
-    for k in range(len(A.force_row)):
-        g[A.force_row[k]] += A.force_value[k] * (signals[A.force_signal[k]] if A.force_signal[k] >= 0 else 1.0)
+    for k in range(len(A.row)):
+        g[A.row[k]] += A.value[k] * (signals[A.signal[k]] if A.signal[k] >= 0 else 1.0)
     for k in range(len(A.laws)):
         slope, position = A.laws[k, 1], A.laws[k, 2]
         s = signals[A.laws[k, 3]] if A.laws[k, 3] >= 0 else 1.0
-        a = A.law_vector[k]
+        a = A.vectors[k]
         square = 0.0
         for c in range(A.dim):
             square += y[slope + c] ** 2
@@ -293,12 +340,12 @@ def add_loads(A: Arrays, y: np.ndarray, signals: np.ndarray, g: np.ndarray) -> N
 
 
 @jit
-def load_slopes(A: Arrays, y: np.ndarray, signals: np.ndarray, factor: float, H: np.ndarray) -> None:
+def load_slopes(A: Forces, y: np.ndarray, signals: np.ndarray, factor: float, H: np.ndarray) -> None:
     """H[pair] += factor d force / d slope for the point laws; pairs (c, d) of a law in row order."""
     for k in range(len(A.laws)):
         slope, first = A.laws[k, 1], A.laws[k, 4]
         s = factor * (signals[A.laws[k, 3]] if A.laws[k, 3] >= 0 else 1.0)
-        a, dim = A.law_vector[k], A.dim
+        a, dim = A.vectors[k], A.dim
         square = 0.0
         for c in range(dim):
             square += y[slope + c] ** 2
@@ -322,13 +369,13 @@ def load_slopes(A: Arrays, y: np.ndarray, signals: np.ndarray, factor: float, H:
 
 
 @jit
-def constrain(A: Arrays, y: np.ndarray, signals: np.ndarray, gap: np.ndarray, jacobian: np.ndarray) -> None:
+def constrain(A: Terms, y: np.ndarray, signals: np.ndarray, gap: np.ndarray, jacobian: np.ndarray) -> None:
     """gap (m,) = Phi and jacobian (m, j) = dPhi/dy."""
     clear(gap)
     clear(jacobian.reshape(-1))
-    for k in range(len(A.term_row)):
-        value = A.term_value[k] * (signals[A.term_signal[k]] if A.term_signal[k] >= 0 else 1.0)
-        m, i, j = A.term_row[k], A.term_i[k], A.term_j[k]
+    for k in range(len(A.row)):
+        value = A.value[k] * (signals[A.signal[k]] if A.signal[k] >= 0 else 1.0)
+        m, i, j = A.row[k], A.i[k], A.j[k]
         if i < 0:
             gap[m] += value
         elif j < 0:
@@ -341,40 +388,50 @@ def constrain(A: Arrays, y: np.ndarray, signals: np.ndarray, gap: np.ndarray, ja
 
 
 @jit
-def constraint_slopes(A: Arrays, signals: np.ndarray, multipliers: np.ndarray, H: np.ndarray) -> None:
+def constraint_slopes(A: Terms, signals: np.ndarray, multipliers: np.ndarray, H: np.ndarray) -> None:
     """H[pair] += d(Phi_y^T lambda)/dy."""
-    for k in range(len(A.term_row)):
-        if A.term_pair[k] >= 0:
-            value = A.term_value[k] * (signals[A.term_signal[k]] if A.term_signal[k] >= 0 else 1.0) * multipliers[A.term_row[k]]
-            H[A.term_pair[k]] += value
-            H[A.term_pair[k] + 1] += value
+    for k in range(len(A.row)):
+        if A.pair[k] >= 0:
+            value = A.value[k] * (signals[A.signal[k]] if A.signal[k] >= 0 else 1.0) * multipliers[A.row[k]]
+            H[A.pair[k]] += value
+            H[A.pair[k] + 1] += value
 
 
 @jit
-def add_elastic_tangent(A: Arrays, x: np.ndarray, q: np.ndarray, gh: float, work: np.ndarray, W: np.ndarray) -> None:
+def add_elastic_tangent(
+    groups: Groups,
+    scatter: Scatter,
+    lift: Csr,
+    offset: np.ndarray,
+    x: np.ndarray,
+    q: np.ndarray,
+    gh: float,
+    work: np.ndarray,
+    W: np.ndarray,
+) -> None:
     """W += sum_j L_j^T D_j L_j, lower band or dense, with damping times gh."""
-    if len(A.lift.indptr) > 1:
-        affine(A.lift, A.lift_offset, x, q)
+    if len(lift.indptr) > 1:
+        affine(lift, offset, x, q)
     flat = W.reshape(-1)
-    for g in range(len(A.groups)):
-        row = A.groups[g]
-        u = gather(A, g, x, q, True, work[0])
+    for g in range(len(groups.table)):
+        row = groups.table[g]
+        u = gather(groups, g, x, q, 1.0, work[0])
         rows = u.shape[0]
         D = work[1][: rows * u.size].reshape(rows, rows, u.shape[1], u.shape[2])
-        cable_law.modulus(row[CURVATURE], u, gh * A.beta[g], section_view(A, g), D)
+        cable_law.modulus(row[CURVATURE], u, gh * groups.beta[g], section_view(groups, g), D)
         if row[SAMPLED] == 1:
-            add_sampled_tangent(A, g, D, work[2], W)
+            add_sampled_tangent(groups, g, D, work[2], W)
         else:
-            cell_matrices(A, g, D, work[2])
+            cell_matrices(groups, g, D, work[2])
             for k in range(row[PAIR], row[PAIR] + row[COUNT]):
-                flat[A.scatter_target[k]] += A.scatter_factor[k] * work[2][A.scatter_source[k]]
+                flat[scatter.target[k]] += scatter.factor[k] * work[2][scatter.source[k]]
 
 
 @jit
-def add_sampled_tangent(A: Arrays, g: int, D: np.ndarray, work: np.ndarray, W: np.ndarray) -> None:
+def add_sampled_tangent(groups: Groups, g: int, D: np.ndarray, work: np.ndarray, W: np.ndarray) -> None:
     """W[columns, columns] += jets^T D jets."""
-    row = A.groups[g]
-    jets, _ = sampled_views(A, g)
+    row = groups.table[g]
+    jets, _ = sampled_views(groups, g)
     rows, points, modes = D.shape[0], D.shape[2] * D.shape[3], row[COUNT]
     DG = work[: jets.size].reshape(rows, points, modes)
     G = jets.reshape(rows, points, modes)
@@ -395,10 +452,10 @@ def add_sampled_tangent(A: Arrays, g: int, D: np.ndarray, work: np.ndarray, W: n
 
 
 @jit
-def cell_matrices(A: Arrays, g: int, D: np.ndarray, work: np.ndarray) -> None:
+def cell_matrices(groups: Groups, g: int, D: np.ndarray, work: np.ndarray) -> None:
     """Lower triangles of all cell matrices, work[l (l+1)/2 + m, e] with l = (b, c), from the moduli D (2c, 2c, p, e)."""
-    row = A.groups[g]
-    _, table = cell_views(A, g)
+    row = groups.table[g]
+    _, table = cell_views(groups, g)
     dim, basis, cells, points = row[COMPONENTS], row[BASIS], row[CELLS], row[POINTS]
     size = basis * dim
     count = size * (size + 1) // 2
@@ -421,12 +478,12 @@ def cell_matrices(A: Arrays, g: int, D: np.ndarray, work: np.ndarray) -> None:
 
 
 @jit
-def add_pairs(A: Arrays, H: np.ndarray, W: np.ndarray) -> None:
+def add_pairs(A: Pairs, H: np.ndarray, dense: bool, W: np.ndarray) -> None:
     """W += P^T H P for the probe pairs; a lower band takes the symmetric part."""
-    for k in range(len(A.pair_factor)):
-        i, j = A.pair_target[k, 1], A.pair_target[k, 2]
-        value = A.pair_factor[k] * H[A.pair_target[k, 0]]
-        if A.dense:
+    for k in range(len(A.factor)):
+        i, j = A.target[k, 1], A.target[k, 2]
+        value = A.factor[k] * H[A.target[k, 0]]
+        if dense:
             W[i, j] += value
         else:
             W[min(i, j), abs(i - j)] += value if i == j else 0.5 * value

@@ -1,8 +1,8 @@
-"""A problem in a scene: what was expected, what was found, a remedy. The place is added by the reader, which knows the file."""
+"""A problem in a text or value: what was expected, what was found, a remedy. The reader, who knows it, adds the place."""
 
 from __future__ import annotations
 
-from ..core.errors import InputError, say
+from .errors import InputError, say
 
 
 class Problem(InputError):

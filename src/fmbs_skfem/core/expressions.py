@@ -1,4 +1,4 @@
-"""Expressions of scene files: a whitelist grammar, a postfix program, evaluation for one t or many.
+"""Expressions of time and of parameters, as texts: a whitelist grammar, a postfix program, evaluation for one t or many.
 
     comparison: sum [(< | <= | > | >=) sum]    sum: product {(+ | -) product}    product: unary {(* | /) unary}
     unary: (+ | -) unary | power               power: atom [** unary]            atom: number | name | function(...) | (comparison)
@@ -20,7 +20,7 @@ from typing import Any, TypeAlias, overload
 import numpy as np
 import numpy.typing as npt
 
-from ..core.errors import Reason, SolverError, closest, say
+from .errors import Reason, SolverError, closest, say
 from .problems import Problem, shown
 
 Program: TypeAlias = tuple[float | str, ...]

@@ -1,0 +1,142 @@
+"""Figures of `fmbs compare`: histories, errors over time, norms of the residual, singular values, CPU time against error."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from ..dynamics import Trajectory
+    from ..reduction.study import Study
+    from ..results.speed import Point
+    from ..scenes import Scene
+
+WRONG = 1.0  #: relative error above which a model has nothing in common with the full one
+SKIPPED = ("energy", "reaction")  #: outputs that are not drawn: reduced models do not know all reactions
+PICTURE = "error.png"
+PICTURED = ("component+ecsw", "component")  #: the reduced model that is pictured: the first of these that ran
+
+
+def figure_names(scene: Scene) -> list[str]:
+    """Files that `draw` writes."""
+    drawn = [f"history_{name}.png" for name, output in scene.outputs.items() if output.type not in SKIPPED]
+    return [*drawn, "errors.png", "norms.png", "singular_values.png", "speed_error.png"]
+
+
+def draw(scene: Scene, study: Study, out: Path) -> list[Path]:
+    """Histories of the outputs, errors over time, norms of the residual, singular values, and CPU time against error."""
+    from ..results import plots
+
+    files = histories(scene, study, out)
+    if study.errors:
+        times = next(iter(study.errors.values())).times
+        curves = {name: readable(error.relative) for name, error in study.errors.items()}
+        files.append(plots.errors(out / "errors.png", times, curves, study.time_error.relative))
+    files += spectra(scene, study, out)
+    return [*files, cloud(scene, study, out)]
+
+
+def cloud(scene: Scene, study: Study, out: Path, name: str = "speed_error.png") -> Path:
+    """CPU time against error; models that are wrong altogether are named in the title, not drawn."""
+    from ..results import plots
+
+    wrong = [record.name for record in study.records if record.max_error > WRONG]
+    shown = [point for point in points(study) if point.name not in wrong]
+    title = scene.name + (f" (not drawn, since wrong altogether: {', '.join(wrong)})" if wrong else "")
+    return plots.speed_error(out / name, shown, study.time_error.position, "largest position error [m]", title)
+
+
+def histories(scene: Scene, study: Study, out: Path) -> list[Path]:
+    """One figure an output, all models in it."""
+    from ..results import plots
+
+    models = {"full": study.full, **study.motions}
+    columns = {name: drawn_outputs(motion) for name, motion in models.items()}
+    files = []
+    for name, output in study.full.system.outputs.items():
+        if output.kind not in SKIPPED:
+            grid = {f"{column} [{unit(output.kind)}]": inside({m: columns[m][column] for m in models}) for column in output.columns}
+            files.append(plots.history_grid(out / f"history_{name}.png", study.full.times, grid, title=scene.name))
+    return files
+
+
+def drawn_outputs(motion: Trajectory) -> dict[str, np.ndarray]:
+    """Outputs that every model knows."""
+    from .. import dynamics
+
+    wanted = {name: output for name, output in motion.system.outputs.items() if output.kind not in SKIPPED}
+    return dynamics.outputs(dataclasses.replace(motion, system=dataclasses.replace(motion.system, outputs=wanted)))
+
+
+def inside(curves: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Curves without what lies farther from the first one's range than its span: a wrong model must not hide the others."""
+    first = next(iter(curves.values()))
+    low, high, span = first.min(), first.max(), float(np.ptp(first))
+    return {name: np.where((values < low - span) | (values > high + span), np.nan, values) for name, values in curves.items()}
+
+
+def readable(error: np.ndarray) -> np.ndarray:
+    """Errors over time without the start, where they are zero but for round-off, and without what is wrong altogether."""
+    return np.where((error > 10 * WRONG) | (error < 1e-4 * np.median(error)), np.nan, error)
+
+
+def unit(kind: str) -> str:
+    return {"velocity": "m/s", "slope": "-"}.get(kind, "m")
+
+
+def spectra(scene: Scene, study: Study, out: Path) -> list[Path]:
+    """Norms of the full residual on the motion of a reduced model, and singular values of all bases."""
+    from ..dynamics import GeneralizedAlpha
+    from ..reduction import residual_norms
+    from ..results import plots
+
+    files, step = [], study.time_error.step
+    if (motion := study.motions.get("component")) is not None and study.full.system.full is not None:
+        norms = residual_norms(study.full.system.full, motion, GeneralizedAlpha(step, getattr(scene.analysis, "rho_inf", 0.8)))
+        curves = {"two-norm": norms.plain, "constraint forces": norms.constraint, "gappy norm": norms.gappy}
+        files.append(plots.norms(out / "norms.png", norms.times, curves, "norm of the full model's residual"))
+    found = {
+        name if level == "component" else level: basis
+        for level in ("system", "component")
+        if level in study.trained
+        for name, basis in study.trained[level].bases.items()
+    }
+    if found:
+        kept = {name: basis.modes.shape[1] for name, basis in found.items()}
+        values = {name: basis.singular_values[: 3 * max(kept.values())] for name, basis in found.items()}
+        eps = scene.reduction.tolerance if scene.reduction and scene.reduction.modes is None else None
+        files.append(plots.singular_values(out / "singular_values.png", values, kept, eps))
+    return files
+
+
+def points(study: Study) -> list[Point]:
+    """CPU time against position error, of all models that were run; failed ones have an infinite error."""
+    from ..results.speed import Point
+
+    return [
+        Point(record.name, record.family, record.cpu_s if record.cpu_s > 0 else 1.0, finite(record.position_error))
+        for record in study.records
+    ]
+
+
+def finite(error: float) -> float:
+    return error if math.isfinite(error) else math.inf
+
+
+def render(scene: Scene, study: Study, out: Path) -> list[Path]:
+    """A reduced model at the scene's instants, coloured by its distance from the full one."""
+    from ..results import frames, pictures
+    from ..results.pictures import Look
+    from . import picture
+
+    name = next((name for name in PICTURED if name in study.motions), None)
+    if name is None:
+        return []
+    lines = frames.with_error(picture.frames(study.motions[name]), picture.frames(study.full))
+    look = Look("error", title=f"{scene.name}, {name}: error")
+    return [pictures.render(lines, out / PICTURE, picture.instants(scene, study.full), look)]

@@ -1,0 +1,56 @@
+"""The command `fmbs`: subcommands are imported when they are called, so that `fmbs --help` answers at once."""
+
+from __future__ import annotations
+
+import importlib
+
+import click
+
+from .. import __version__
+from ..core.errors import closest
+
+#: command -> what it does; module `cli.<command>` holds it as `command`
+COMMANDS = {
+    "check": "Read a scene and its meshes, assemble it, and say what it is.",
+    "run": "Solve a scene, or run a saved reduced model.",
+    "reduce": "Train a reduced model of a scene and save it.",
+    "compare": "Full and reduced models of a scene: time beside error.",
+    "render": "Solve a scene and draw pictures (PNG) and an animation (GIF).",
+    "export": "Solve a scene and write a VTK series.",
+    "demo": "Example: a flexible double pendulum in full and reduced.",
+    "schema": "Print the JSON schema of scene files.",
+}
+
+
+class Commands(click.Group):
+    """A group that knows its commands by name and imports the one that is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        if name not in COMMANDS:
+            return None
+        found = importlib.import_module(f".{name}", __package__).command
+        return found if isinstance(found, click.Command) else None
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[str | None, click.Command | None, list[str]]:
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            ctx.fail(f"expected one of the commands {', '.join(COMMANDS)}, got '{args[0]}'{closest(args[0], COMMANDS)}")
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="fmbs")
+def main() -> None:
+    """Flexible multibody systems: full models, reduced models, and the error beside the speed.
+
+    Every command takes --json (one object on stdout) and --out (a folder).
+
+    Exit codes: 0 done, 2 usage, 3 bad input, 4 solver failed (the partial result is kept), 5 some members of a sweep failed, 7 an
+    optional feature is missing, 8 a result is corrupt, 130 interrupted.
+    """

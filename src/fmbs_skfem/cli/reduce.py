@@ -1,0 +1,138 @@
+"""`fmbs reduce`: train a reduced model of a scene and save it to a file that runs without mesh and full model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..core.errors import InputError, say
+from . import common
+from .common import Result, Session
+
+if TYPE_CHECKING:
+    from ..reduction.training import Plan
+    from ..scenes import Scene
+
+SUFFIXES = (".h5", ".hdf5")
+
+
+@common.command("reduce")
+@click.option(
+    "--level", type=click.Choice(["component", "system"]), default="component", help="A basis a component, or one for all."
+)
+@click.option("--tolerance", type=float, metavar="EPS", help="Truncation of the bases, instead of the scene's.")
+@click.option("--modes", type=click.IntRange(1), metavar="R", help="Number of modes a component, instead of a tolerance.")
+@click.option("--hyper", type=float, metavar="ETA", help="Tolerance of the hyper-reduction, instead of the scene's; 0 for none.")
+@click.option(
+    "--sample", type=click.Choice(["elements", "points"]), help="What the hyper-reduction samples, instead of the scene's."
+)
+@click.option("--duration", type=float, metavar="SECONDS", help="Train on a run of this duration.")
+def command(
+    session: Session,
+    level: str,
+    tolerance: float | None,
+    modes: int | None,
+    hyper: float | None,
+    sample: str | None,
+    duration: float | None,
+) -> Result:
+    """Train a reduced model of SCENE and save it.
+
+    --out is a file ending in .h5, or a folder for NAME.h5 where NAME.yaml is the scene. The reduced model is run over the training
+    time, and its error against the full model is printed and saved with it.
+    """
+    from ..reduction import files
+
+    scene = common.read_scene(session, duration)
+    path = target(session, scene)
+    common.announce_compiling()
+    system, found = train(session, scene, chosen(scene, level, tolerance, modes, hyper, sample))
+    training = dict(scene.parameters)
+    files.save(system, path, scene=found["scene"], training=training, report=common.plain(found))
+    view = common.table(f"Reduced model of {found['scene']}", ("", "value"), [(key, told(value)) for key, value in found.items()])
+    return Result({**found, "file": path}, [view, f"written: {path}"])
+
+
+def target(session: Session, scene: Scene) -> Path:
+    """The file to write; one that exists is kept unless --force is given."""
+    stem = scene.path.stem if scene.path else "scene"
+    given = session.out or Path(f"{stem}.h5")
+    path = given if given.suffix in SUFFIXES else given / f"{stem}.h5"
+    if path.exists() and not session.force:
+        raise InputError(say(f"--out {path}", "a new file", "one that exists", "choose another name, or --force"))
+    if path.parent.exists() and not path.parent.is_dir():
+        raise InputError(say(f"--out {path}", "a file in a folder", f"'{path.parent}', which is a file"))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+def chosen(scene: Scene, level: str, tolerance: float | None, modes: int | None, hyper: float | None, sample: str | None) -> Plan:
+    """The scene's plan with what the options replace."""
+    from ..reduction.hyper import Level
+    from . import compare
+
+    if tolerance is not None and modes is not None:
+        raise InputError(say("--tolerance and --modes", "one of them", "both"))
+    if tolerance is not None and not 0 < tolerance < 1:
+        raise InputError(say("--tolerance", "0 < eps < 1", tolerance, "1e-12 means a relative error of 1e-6"))
+    if hyper is not None and not 0 <= hyper < 1:
+        raise InputError(say("--hyper", "0 <= eta < 1", hyper, "1e-3 is usual, 0 means no hyper-reduction"))
+    plan = compare.plan(scene)
+    if level == "system":
+        counts = None if isinstance(plan.modes, dict) else plan.modes
+        plan = replace(plan, components={"system": tuple(scene.bodies)}, modes=counts)
+    if tolerance is not None:
+        plan = replace(plan, tolerance=tolerance, modes=None)
+    if modes is not None:
+        plan = replace(plan, modes=modes)
+    if hyper is not None:
+        plan = replace(plan, hyper_tolerance=hyper or None)
+    return plan if sample is None else replace(plan, level=Level(sample), hyper_tolerance=plan.hyper_tolerance or 1e-3)
+
+
+def train(session: Session, scene: Scene, plan: Plan) -> tuple[Any, dict[str, Any]]:
+    """The reduced system, and its sizes, cost and errors against the full model over the training time."""
+    from .. import dynamics, reduction, systems
+    from ..reduction import costs, training
+    from ..scenes import build
+    from . import compare
+
+    raw, wanted = build.system(scene, allow_outside=session.allow_outside), compare.options(scene, plan)
+    with common.progress("full model") as advance:
+        full = dynamics.integrate(systems.eliminate(raw), wanted.scheme, wanted.duration, wanted.newton, progress=advance)
+    model = training.train(raw, reduction.snapshots(full, wanted.interval), plan)
+    with common.progress("reduced model") as advance:
+        motion = dynamics.integrate(model.system, wanted.scheme, wanted.duration, wanted.newton, progress=advance)
+    errors = reduction.compare(full, motion)
+    cells = {name: len(numbers) for name, numbers in costs.kept_cells(model.system).items()}
+    return model.system, {
+        "status": "ok",
+        "scene": scene.name or (scene.path.stem if scene.path else ""),
+        "dofs_full": raw.size,
+        "dofs": model.system.size,
+        "modes": {name: basis.modes.shape[1] for name, basis in model.bases.items()},
+        "elements": costs.by_component(cells, model.components),
+        "points": costs.by_component(costs.kept_points(model.system), model.components),
+        "tolerance": plan.tolerance if plan.modes is None else None,
+        "hyper_tolerance": plan.hyper_tolerance,
+        "max_error": errors.maximum,
+        "mean_error": errors.mean,
+        "position_error": errors.position_maximum,
+        "cpu_s_full": full.statistics.cpu_s,
+        "cpu_s": motion.statistics.cpu_s,
+        "training_s": model.training_s,
+        "snnls_s": {selection.component: selection.snnls_s for selection in model.selections},
+        "step": wanted.scheme.step,
+        "rho_inf": wanted.scheme.rho_inf,
+        "duration": wanted.duration,
+    }
+
+
+def told(value: object) -> str:
+    """A value of the report as text; per-component values as `I 24 + II 23`."""
+    if isinstance(value, dict):
+        return " + ".join(f"{name} {common.number_text(item)}" for name, item in value.items()) or "-"
+    return "-" if value is None else common.number_text(value)

@@ -1,0 +1,246 @@
+"""Reduced models as files: a model that runs again without the meshes and the full model it came from.
+
+    512 bytes    text: format, version, size and SHA-256 of all that follows
+    HDF5         /tree: the System and the notes as JSON text;  /arrays/k: the arrays, which stand in the tree by number
+
+Nothing is read before size and checksum have been found right. Only the types listed in `TYPES` are ever made from a file, and no
+text of a file is executed: functions of time are postfix programs of core.expressions. Other programs read the file as HDF5 with a
+user block.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from enum import Enum
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import h5py
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..bodies.body import Cells
+from ..bodies.cable_law import Curvature
+from ..core.errors import CorruptFile, InputError, closest, say
+from ..core.expressions import Expression
+from ..core.linalg import is_sparse
+from ..core.notices import notify
+from ..systems.signals import Cosine, Sine
+from ..systems.system import Affine, Constraints, Elastic, Line, LoadKind, Loads, Output, PointLaw, Sampled, System
+from .ecsw import Sample
+from .hyper import Level, Selection
+
+FORMAT = "fmbs_skfem reduced model"
+VERSION = 1
+HEADER = 512  #: size of the text in front, a user block of HDF5 [bytes]
+DAMAGE = (OSError, LookupError, MemoryError, RuntimeError, ValueError, TypeError, AttributeError)  #: what reading a bad file raises
+ENUMS: dict[str, type[Enum]] = {kind.__name__: kind for kind in (Curvature, LoadKind, Level)}
+TYPES: dict[str, type] = {
+    kind.__name__: kind
+    for kind in (
+        *(System, Affine, Cells, Sampled, Elastic, Constraints, PointLaw, Loads, Line, Output),
+        *(Expression, Cosine, Sine, Selection, Sample),
+    )
+}
+
+Arrays: TypeAlias = list[np.ndarray]
+
+
+@dataclass(frozen=True)
+class Saved:
+    """What a file holds."""
+
+    system: System
+    notes: dict[str, Any]
+
+
+def save(system: System, path: str | Path, **notes: Any) -> Path:
+    """Write a reduced system and notes about it (numbers, texts, arrays, tuples, lists, dicts, selections) to a file.
+
+    The form with all multipliers, `system.full`, is left out. The file appears under its name when it is complete.
+    """
+    target, arrays = Path(path), list[np.ndarray]()
+    tree = {"system": encode(replace(system, full=None), arrays, "system"), "notes": encode(notes, arrays, "notes")}
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        with h5py.File(part, "w", userblock_size=HEADER) as file:
+            file["tree"] = np.frombuffer(json.dumps(tree).encode(), dtype=np.uint8)
+            group = file.create_group("arrays")
+            for number, array in enumerate(arrays):
+                group[str(number)] = array
+        with part.open("r+b") as raw:
+            raw.write(header(part.read_bytes()[HEADER:]))
+        os.replace(part, target)
+    except OSError as problem:
+        raise InputError(say(str(target), "a place that can be written", problem)) from problem
+    finally:
+        part.unlink(missing_ok=True)
+    return target
+
+
+def header(body: bytes) -> bytes:
+    """The text in front of a body."""
+    text = f"{FORMAT}\nversion {VERSION}\nbytes {len(body)}\nsha256 {hashlib.sha256(body).hexdigest()}\n"
+    return text.encode().ljust(HEADER)
+
+
+def load(path: str | Path) -> System:
+    """The system of a file."""
+    return read(path).system
+
+
+def read(path: str | Path) -> Saved:
+    """The system of a file and its notes; CorruptFile names what is wrong with a file that is not as it was written."""
+    place = str(path)
+    if not Path(path).is_file():
+        raise InputError(say(place, "a file of a reduced model", "no file", "save one with reduction.files.save"))
+    check_header(Path(path).read_bytes(), place)
+    try:
+        with h5py.File(path, "r") as file:
+            text = file["tree"][()].tobytes()
+            arrays = [np.asarray(file[f"arrays/{number}"][()]) for number in range(len(file["arrays"]))]
+        tree = json.loads(text)
+        system, notes = (decode(tree[name], arrays, name) for name in ("system", "notes"))
+    except DAMAGE as problem:
+        raise corrupt(place, f"content of version {VERSION}", str(problem).strip("'\"") or type(problem).__name__) from problem
+    if not isinstance(system, System) or not isinstance(notes, dict):
+        raise corrupt(place, "a System and its notes", f"{type(system).__name__} and {type(notes).__name__}")
+    return Saved(system, notes)
+
+
+def check_header(data: bytes, place: str) -> None:
+    """Format, version, size and checksum of a file's bytes."""
+    lines = data[:HEADER].decode("ascii", "replace").split("\n")
+    if lines[0] != FORMAT:
+        raise corrupt(place, f"'{FORMAT}' in its first line", f"{lines[0][:40]!r}")
+    facts = dict(line.split(" ", 1) for line in lines[1:] if line.count(" ") == 1)
+    version = facts.get("version", "")
+    if version.isdigit() and int(version) > VERSION:
+        remedy = "it was written by a newer release; install that, or save the model with this one"
+        raise CorruptFile(say(place, f"version {VERSION} of the format", f"version {version}", remedy))
+    body = data[HEADER:]
+    found = {"version": str(VERSION), "bytes": str(len(body)), "sha256": hashlib.sha256(body).hexdigest()}
+    for name, value in found.items():
+        if facts.get(name) != value:
+            raise corrupt(place, f"{name} {facts.get(name, 'in the first lines')}", value)
+
+
+def check_training(notes: Mapping[str, Any], parameters: Mapping[str, float], margin: float = 0.1) -> tuple[str, ...]:
+    """Names of the parameters that lie outside of what the model was trained for, with a notice.
+
+    `notes["training"]` holds the trained value of every parameter, or all its trained values. Outside means: farther from their
+    range than `margin` times the largest magnitude in it.
+    """
+    training: Mapping[str, Any] = notes.get("training", {})
+    outside = []
+    for name, value in parameters.items():
+        if name not in training:
+            outside.append(f"{name} = {value:g}, which the training does not name{closest(name, training)}")
+            continue
+        trained = np.atleast_1d(np.asarray(training[name], dtype=float))
+        low, high = float(trained.min()), float(trained.max())
+        if not low - margin * np.abs(trained).max() <= value <= high + margin * np.abs(trained).max():
+            range_ = f"{low:g}" if low == high else f"{low:g} to {high:g}"
+            outside.append(f"{name} = {value:g}, trained at {range_}")
+    if outside:
+        notify(f"the reduced model runs outside its training: {'; '.join(outside)}; check its error against a full run")
+    return tuple(text.split(" = ")[0] for text in outside)
+
+
+def corrupt(place: str, expected: str, got: object) -> CorruptFile:
+    return CorruptFile(say(place, expected, got, "copy the file again, or train and save the model anew"))
+
+
+def encode(value: Any, arrays: Arrays, where: str) -> Any:
+    """A value as JSON; arrays are appended to `arrays` and stand by number."""
+    if isinstance(value, Enum):
+        return {"enum": type(value).__name__, "value": value.value}
+    if isinstance(value, np.generic):
+        return encode(value.item(), arrays, where)
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, np.ndarray) and value.dtype.kind in "biuf":
+        return stored(value, arrays)
+    if is_sparse(value):
+        matrix = csr_array(value)
+        parts = [stored(part, arrays) for part in (matrix.data, matrix.indices, matrix.indptr)]
+        return {"csr": parts, "shape": list(matrix.shape)}
+    if isinstance(value, slice):
+        return {"slice": [value.start, value.stop, value.step]}
+    if isinstance(value, tuple):
+        return {"tuple": [encode(item, arrays, f"{where}[{k}]") for k, item in enumerate(value)]}
+    if isinstance(value, list):
+        return [encode(item, arrays, f"{where}[{k}]") for k, item in enumerate(value)]
+    if isinstance(value, Mapping):
+        pairs = [(encode(name, arrays, where), encode(item, arrays, f"{where}.{name}")) for name, item in value.items()]
+        return {"dict": [list(pair) for pair in pairs]}
+    name = type(value).__name__
+    if is_dataclass(value) and TYPES.get(name) is type(value):
+        parts_of = {field.name: encode(getattr(value, field.name), arrays, f"{where}.{field.name}") for field in fields(value)}
+        return {"type": name, "fields": parts_of}
+    if callable(value):
+        remedy = "write it as a text, core.expressions.of_time('sin(2*pi*t)'), or in the scene file"
+        raise InputError(say(where, "a function of time that a file can hold", f"the Python function {value!r}", remedy))
+    raise InputError(say(where, "numbers, texts, arrays, tuples, lists or dicts", name))
+
+
+def stored(array: np.ndarray, arrays: Arrays) -> dict[str, Any]:
+    """An array by number; the memory order is kept, because it decides the order of summation in products."""
+    fortran = array.ndim > 1 and array.flags.f_contiguous and not array.flags.c_contiguous
+    arrays.append(array.T if fortran else array)
+    return {"array": len(arrays) - 1, "order": "F" if fortran else "C"}
+
+
+def decode(tree: Any, arrays: Sequence[np.ndarray], where: str) -> Any:
+    """The value of a JSON tree; ValueError, LookupError or TypeError where it is none."""
+    if isinstance(tree, list):
+        return [decode(item, arrays, where) for item in tree]
+    if not isinstance(tree, dict):
+        return tree
+    for key, rule in RULES.items():
+        if key in tree:
+            return rule(tree, arrays, where)
+    raise ValueError(f"an unknown kind of value at {where} with the keys {sorted(tree)}")
+
+
+def decode_array(tree: dict[str, Any], arrays: Sequence[np.ndarray], where: str) -> np.ndarray:
+    array = arrays[tree["array"]]
+    return array.T if tree["order"] == "F" else array
+
+
+def decode_csr(tree: dict[str, Any], arrays: Sequence[np.ndarray], where: str) -> csr_array:
+    data, indices, indptr = (decode(part, arrays, where) for part in tree["csr"])
+    matrix = csr_array((data, indices, indptr), shape=tuple(tree["shape"]))
+    matrix.check_format(full_check=True)
+    return matrix
+
+
+def decode_type(tree: dict[str, Any], arrays: Sequence[np.ndarray], where: str) -> Any:
+    """A listed dataclass with exactly its own fields."""
+    kind = TYPES.get(tree["type"])
+    if kind is None:
+        raise ValueError(f"the unknown type {tree['type']} at {where}")
+    expected, got = {field.name for field in fields(kind)}, set(tree["fields"])
+    if expected != got:
+        lists = f"missing {sorted(expected - got)}, unknown {sorted(got - expected)}"
+        raise ValueError(f"other fields of {tree['type']} at {where}: {lists}")
+    return kind(**{name: decode(item, arrays, f"{where}.{name}") for name, item in tree["fields"].items()})
+
+
+def decode_dict(tree: dict[str, Any], arrays: Sequence[np.ndarray], where: str) -> dict[Any, Any]:
+    return {decode(name, arrays, where): decode(item, arrays, f"{where}.{name}") for name, item in tree["dict"]}
+
+
+RULES: dict[str, Callable[[dict[str, Any], Sequence[np.ndarray], str], Any]] = {
+    "array": decode_array,
+    "csr": decode_csr,
+    "type": decode_type,
+    "enum": lambda tree, arrays, where: ENUMS[tree["enum"]](tree["value"]),
+    "slice": lambda tree, arrays, where: slice(*tree["slice"]),
+    "tuple": lambda tree, arrays, where: tuple(decode(item, arrays, where) for item in tree["tuple"]),
+    "dict": decode_dict,
+}

@@ -1,0 +1,84 @@
+r"""Training: from the motion of a full model to a reduced model, as one plan says.
+
+    full motion -> snapshots -> bases, eps (14) -> projection (21) -> ECSW, eta (44)
+
+The snapshots have to be sharper than the modes that are kept: the Newton tolerance of the training run is at most 1e-4 sqrt(eps),
+relative to the reference coordinates. Above that the smallest modes are noise.
+"""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..dynamics.integrate import Newton
+from ..systems.system import System
+from . import hyper
+from .galerkin import Snapshots, bases, reduce_system
+from .hyper import Level, Selection
+from .pod import Basis
+
+Components = Mapping[str, Sequence[str]]
+Modes = int | Mapping[str, int] | None
+
+SHARP = 1e-4  #: Newton tolerance of the training run over sqrt(eps)
+FINEST = 1e-12  #: smallest Newton tolerance asked for
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a reduced model is trained."""
+
+    components: Components
+    tolerance: float = 1e-12  #: eps of equation (14)
+    modes: Modes = None  #: instead of eps, for all components or by name
+    hyper_tolerance: float | None = None  #: eta of ECSW; None without hyper-reduction
+    level: Level = Level.ELEMENTS
+    eliminate: bool = False  #: linear constraints between components
+
+
+@dataclass(frozen=True)
+class Trained:
+    """A reduced system and what it took to make it."""
+
+    system: System
+    components: Components = field(default_factory=dict)
+    bases: Mapping[str, Basis] = field(default_factory=dict)
+    selections: tuple[Selection, ...] = ()
+    training_s: float = 0.0  #: CPU time of bases, projection and hyper-reduction [s]
+
+
+def newton_for(newton: Newton, tolerance: float) -> Newton:
+    """Newton's iteration, sharp enough for snapshots of which modes are kept to eps = `tolerance`."""
+    return replace(newton, tolerance=min(newton.tolerance, max(SHARP * math.sqrt(tolerance), FINEST)))
+
+
+def reduced(raw: System, data: Snapshots, plan: Plan) -> Trained:
+    """POD and projection of a full system (with all multipliers), without hyper-reduction."""
+    start = clock.process_time()
+    found: dict[str, Basis] = {}
+    for name, members in plan.components.items():
+        modes = plan.modes.get(name) if isinstance(plan.modes, Mapping) else plan.modes
+        found |= bases(raw, data, {name: members}, plan.tolerance, modes)
+    system = reduce_system(raw, plan.components, found, plan.eliminate, data.q)
+    return Trained(system, plan.components, found, (), clock.process_time() - start)
+
+
+def sampled(model: Trained, data: Snapshots, tolerance: float, level: Level) -> Trained:
+    """Hyper-reduction of a reduced model, trained on the projected snapshots."""
+    start = clock.process_time()
+    lift = model.system.lift
+    states = np.linalg.lstsq(np.asarray(lift.matrix), (data.q - lift.offset).T, rcond=None)[0].T
+    selections = hyper.train(model.system, np.ascontiguousarray(states), tolerance, level)
+    system = hyper.apply(model.system, selections)
+    return replace(model, system=system, selections=selections, training_s=model.training_s + clock.process_time() - start)
+
+
+def train(raw: System, data: Snapshots, plan: Plan) -> Trained:
+    """The reduced model of a plan."""
+    model = reduced(raw, data, plan)
+    return model if plan.hyper_tolerance is None else sampled(model, data, plan.hyper_tolerance, plan.level)

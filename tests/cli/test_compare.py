@@ -1,0 +1,105 @@
+"""`fmbs compare` on example 2 over a tenth of a second, and its tables and figures from known numbers."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmbs_skfem.cli import compare, figures
+from tests.cli.calls import EXAMPLES, Call, fmbs, scene
+
+SCENE = EXAMPLES / "double_pendulum.yaml"
+MAIN = ("system", "component", "system+ecsw", "component+ecsw", "component+ecsw-points", "ffrf")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("compare")
+
+
+@pytest.fixture(scope="module")
+def call(folder: Path) -> Call:
+    return fmbs("compare", SCENE, "--quick", "--no-picture", "--duration", "0.1", "--out", folder, "--json")
+
+
+@pytest.fixture(scope="module")
+def table(call: Call, folder: Path) -> Call:
+    """The same again into the same folder, as tables."""
+    return fmbs("compare", SCENE, "--quick", "--no-picture", "--duration", "0.1", "--out", folder)
+
+
+def test_models_and_their_numbers(call: Call) -> None:
+    assert call.code == 0, call.err
+    found = {model["name"]: model for model in call.json["models"]}
+    assert {"full", *MAIN, "coarse-5", "coarse-10", "coarse-20", "coarse-50", "step-1e-3", "step-2.5e-3"} == set(found)
+    keys = (
+        "name",
+        "dofs",
+        "modes",
+        "elements",
+        "points",
+        "cpu_s",
+        "wall_s",
+        "kr_us",
+        "snnls_s",
+        "max_error",
+        "mean_error",
+        "position_error",
+    )
+    assert all(key in model for model in found.values() for key in keys)
+    assert found["full"]["dofs"] == 1212
+    assert found["full"]["max_error"] == 0.0
+    assert set(found["component+ecsw"]["modes"]) == set(found["component+ecsw"]["snnls_s"]) == {"first", "second"}
+    assert all(found[name]["max_error"] < 1e-3 for name in MAIN if name != "ffrf")
+    assert found["coarse-50"]["position_error"] < found["coarse-5"]["position_error"]
+
+
+def test_time_error_and_front_are_told(call: Call) -> None:
+    found = call.json
+    assert found["status"] == "ok"
+    assert 0 < found["time_error"]["position"] < 1e-2
+    assert f"Of {len(found['models'])} models" in found["front"]
+    assert found["pays_after_runs"] is None or found["pays_after_runs"] > 0
+
+
+def test_files_are_written(call: Call, folder: Path) -> None:
+    for name in ("history_B.png", "history_C.png", "errors.png", "norms.png", "singular_values.png", "speed_error.png"):
+        assert (folder / name).read_bytes().startswith(b"\x89PNG"), name
+    assert json.loads((folder / compare.RECORD).read_text())["models"] == call.json["models"]
+
+
+def test_tables_show_the_published_figures(table: Call) -> None:
+    assert table.code == 0, table.err
+    for text in ("Table 1", "Table 2", "Table 3", "33+32", "5.506", "0.709", "7.76", "2.348e-03", "8.84", "0.1685+0.1344"):
+        assert text in table.out
+    assert "10.1016/j.cma.2019.112690" in table.out
+    assert "Errors are the largest distances" in " ".join(table.out.split())
+
+
+def test_results_of_another_run_are_kept(call: Call, folder: Path) -> None:
+    other = fmbs("compare", SCENE, "--quick", "--duration", "0.05", "--out", folder)
+    assert other.code == 3
+    assert "--force" in other.err
+
+
+def test_a_scene_without_reduction_is_refused(tmp_path: Path) -> None:
+    call = fmbs("compare", scene(tmp_path, "{type: dynamic, duration: 0.1 s, step: 1 ms}"), "--out", tmp_path / "out")
+    assert call.code == 3
+    assert "section 'reduction'" in call.err
+
+
+def test_published_products_follow_the_formula() -> None:
+    """p = sum N (w r + r^2) of the source's own figures."""
+    for model in compare.published()["double-pendulum"]["models"].values():
+        assert model["p"] == sum(n * (model["w"] * r + r**2) for n, r in zip(model["dofs"], model["r"], strict=True))
+
+
+def test_wrong_models_do_not_hide_the_others() -> None:
+    first = np.array([0.0, 1.0, 2.0])
+    shown = figures.inside({"full": first, "wrong": np.array([0.5, 3.9, 4.1])})
+    np.testing.assert_array_equal(shown["full"], first)
+    np.testing.assert_array_equal(shown["wrong"], [0.5, 3.9, np.nan])
+    np.testing.assert_array_equal(figures.readable(np.array([1e-16, 1e-4, 2e-4, 30.0])), [np.nan, 1e-4, 2e-4, np.nan])

@@ -1,0 +1,44 @@
+"""`fmbs demo` on a short horizon: everything it promises is there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fmbs_skfem.cli import demo
+from fmbs_skfem.scenes import Scene
+
+from .calls import fmbs
+
+
+def short(scene: Scene) -> Scene:
+    """The demo's scene with one competitor, a larger step, and few steps of time."""
+    analysis = scene.analysis.model_copy(update={"duration": 0.1, "step": 1e-3})
+    compare = scene.compare.model_copy(update={"coarse": [5], "steps": []}) if scene.compare else None
+    return scene.model_copy(update={"analysis": analysis, "compare": compare})
+
+
+def test_the_scenes_travel_with_the_package() -> None:
+    assert (demo.examples() / demo.SCENE).is_file()
+    assert (demo.examples().parent / "meshes" / "double_pendulum_100.msh").is_file()
+
+
+def test_demo_computes_all_models_and_writes_all_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(demo, "lean", short)
+    monkeypatch.setattr(demo, "FRAMES", 3)
+    done = fmbs("demo", "--json")
+    assert done.code in (0, 7)
+    names = [model["name"] for model in done.json["models"]]
+    assert names == [
+        *("full", "system", "component", "system+ecsw", "component+ecsw", "component+ecsw-points", "ffrf", "coarse-5"),
+    ]
+    out = tmp_path / "fmbs-demo"
+    wanted = {"compare.json", "history_B.png", "history_C.png", "errors.png", "speed_error.png", "motion.pvd"}
+    assert wanted <= {path.name for path in out.iterdir()}
+    assert len(list((out / "motion").glob("*.vtu"))) == 3
+    if done.code == 0:
+        assert {*demo.PICTURES} <= {path.name for path in out.iterdir()}
+    else:
+        assert "apt-get install" in done.err

@@ -1,0 +1,127 @@
+"""The command as a whole: help without heavy imports, usage errors, errors and notices of every kind."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from fmbs_skfem.cli import common
+from fmbs_skfem.cli.common import Result, Session
+from fmbs_skfem.cli.main import COMMANDS
+from fmbs_skfem.core.errors import CorruptFile, InputError, MissingFeature, Reason, SolverError
+from fmbs_skfem.core.notices import notify
+
+from .calls import fmbs
+
+HEAVY = ("numba", "pyvista", "vtkmodules", "matplotlib", "scipy", "numpy", "sklearn", "distributed", "rich", "pydantic")
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"]])
+def test_help_imports_nothing_heavy(arguments: list[str]) -> None:
+    code = (
+        "import sys\nfrom fmbs_skfem.cli.main import main\n"
+        f"main({arguments!r}, standalone_mode=False)\n"
+        f"print(sorted(set({HEAVY!r}) & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_explains_itself_and_takes_json_and_out(name: str) -> None:
+    done = fmbs(name, "--help")
+    assert done.code == 0
+    assert {"--json", "--out"} <= set(done.out.split())
+    assert name in fmbs("--help").out
+
+
+def test_an_unknown_command_is_a_usage_error_with_a_hint() -> None:
+    done = fmbs("rum")
+    assert done.code == 2
+    assert "did you mean 'run'?" in done.err
+    assert done.out == ""
+
+
+def test_a_missing_argument_and_a_wrong_set_are_usage_errors() -> None:
+    assert fmbs("run").code == 2
+    done = fmbs("check", "scene.yaml", "--set", "load")
+    assert done.code == 2
+    assert "expected NAME=VALUE, got 'load'" in done.err
+
+
+def test_a_missing_scene_is_bad_input() -> None:
+    done = fmbs("check", "no-such-scene.yaml", "--json")
+    assert done.code == 3
+    assert done.json["status"] == "error"
+    assert done.json["reason"] == "bad input"
+    assert "no-such-scene.yaml" in done.json["message"]
+    assert "Traceback" not in done.err
+
+
+ERRORS = [
+    (InputError("a: expected b"), 3, "bad input"),
+    (SolverError("no way", Reason.DIVERGED, 0.5, (("beam", 2.0),)), 4, "Newton iteration diverged"),
+    (MissingFeature("no OpenGL"), 7, "missing feature"),
+    (CorruptFile("damaged"), 8, "corrupt file"),
+    (KeyboardInterrupt(), 130, "interrupted"),
+    (PermissionError("not yours"), 3, "file"),
+    (ZeroDivisionError("oh"), 1, "internal error"),
+]
+
+
+@pytest.mark.parametrize(("error", "code", "reason"), ERRORS, ids=[type(error).__name__ for error, _, _ in ERRORS])
+def test_errors_have_their_exit_code_and_no_traceback(error: BaseException, code: int, reason: str) -> None:
+    def fails(session: Session) -> Result:
+        raise error
+
+    command = common.command("fails", scene=False)(fails)
+    done = CliRunner().invoke(command, ["--json"])
+    assert done.exit_code == code
+    assert f'"reason": "{reason}"' in done.stdout
+    assert "Traceback" not in done.stderr
+    if isinstance(error, SolverError):
+        assert '"time": 0.5' in done.stdout
+        assert '"name": "beam"' in done.stdout
+    if isinstance(error, ZeroDivisionError):
+        assert "please report it" in done.stderr
+        assert "Traceback" in CliRunner().invoke(command, ["--debug"]).stderr
+
+
+def test_notices_go_to_stderr_and_json_once_and_stop_a_strict_call() -> None:
+    @common.command("notes", scene=False)
+    def notes(session: Session) -> Result:
+        for _ in range(3):
+            notify("mind the gap")
+        return Result({"status": "ok", "ratio": float("nan")}, ["done"])
+
+    done = CliRunner().invoke(notes, ["--json"])
+    assert done.stderr == "notice: mind the gap\n"
+    assert done.stdout.count("mind the gap") == 1
+    assert '"ratio": null' in done.stdout
+    assert CliRunner().invoke(notes, []).stdout == "done\n"
+    strict = CliRunner().invoke(notes, ["--strict"])
+    assert strict.exit_code == 3
+    assert "an error by --strict" in strict.stderr
+
+
+def test_tables_show_brackets_and_numbers_as_they_are(tmp_path: Path) -> None:
+    path = tmp_path / "out.txt"
+    with path.open("w") as file:
+        common.console(file).print(common.table("Mass [kg]", ("body [-]", "mass [kg]"), [("a[b]", 1 / 3)]))
+    text = path.read_text()
+    assert all(part in text for part in ("Mass [kg]", "body [-]", "mass [kg]", "a[b]", "0.333333"))
+
+
+def test_every_command_is_a_click_command_of_its_name() -> None:
+    import importlib
+
+    for name in COMMANDS:
+        found = importlib.import_module(f"fmbs_skfem.cli.{name}").command
+        assert isinstance(found, click.Command)
+        assert found.name == name

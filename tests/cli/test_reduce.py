@@ -1,0 +1,75 @@
+"""`fmbs reduce`: a reduced model of example 2 trained over a tenth of a second, saved, and run again from its file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fmbs_skfem.reduction import files, study
+from tests.cli.calls import EXAMPLES, Call, fmbs, scene
+
+SCENE = EXAMPLES / "double_pendulum.yaml"
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("reduce") / "new" / "model.h5"
+
+
+@pytest.fixture(scope="module")
+def call(path: Path) -> Call:
+    return fmbs("reduce", SCENE, "--duration", "0.1", "--sample", "points", "--hyper", "1e-4", "--out", path, "--json")
+
+
+def test_sizes_and_errors_are_told(call: Call) -> None:
+    assert call.code == 0, call.err
+    found = call.json
+    assert found["dofs_full"] == 1212
+    assert found["dofs"] == sum(found["modes"].values())
+    assert set(found["modes"]) == {"first", "second"}
+    assert 0 < found["max_error"] < 1e-4
+    assert found["hyper_tolerance"] == 1e-4
+    assert all(found["points"][name] < 300 for name in found["modes"])
+
+
+def test_the_file_runs_alone(call: Call, path: Path) -> None:
+    saved = files.read(path)
+    assert saved.system.size == call.json["dofs"]
+    assert saved.notes["training"]["d"] == pytest.approx(0.01)
+    motion = study.run_saved(path, 0.1, call.json["step"], call.json["rho_inf"])
+    assert len(motion.times) == 201
+
+
+def test_an_existing_file_is_kept(call: Call, path: Path) -> None:
+    before = path.read_bytes()
+    again = fmbs("reduce", SCENE, "--duration", "0.1", "--out", path)
+    assert again.code == 3
+    assert "--force" in again.err
+    assert path.read_bytes() == before
+
+
+def test_a_number_of_modes_at_system_level(tmp_path: Path) -> None:
+    call = fmbs("reduce", SCENE, "--duration", "0.1", "--level", "system", "--modes", "8", "--hyper", "0", "--out", tmp_path)
+    assert call.code == 0, call.err
+    assert files.load(tmp_path / "double_pendulum.h5").size == 8
+
+
+@pytest.mark.parametrize(
+    "options,told",
+    [
+        (("--tolerance", "1e-8", "--modes", "4"), "one of them"),
+        (("--tolerance", "2"), "0 < eps < 1"),
+        (("--hyper", "-1"), "0 <= eta < 1"),
+    ],
+)
+def test_options_that_make_no_sense(options: tuple[str, ...], told: str, tmp_path: Path) -> None:
+    call = fmbs("reduce", SCENE, *options, "--out", tmp_path / "model.h5")
+    assert call.code == 3
+    assert told in call.err
+
+
+def test_a_scene_without_reduction_is_refused(tmp_path: Path) -> None:
+    call = fmbs("reduce", scene(tmp_path, "{type: dynamic, duration: 0.1 s, step: 1 ms}"), "--out", tmp_path / "model.h5")
+    assert call.code == 3
+    assert "section 'reduction'" in call.err

@@ -1,0 +1,154 @@
+"""`fmbs run`: what it prints and writes, output folders, partial results, every analysis."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from .calls import EXAMPLES, fmbs, scene
+
+STATIC = "{type: static, load_steps: 4}"
+SHORT = "{type: dynamic, duration: 10 ms, step: 1 ms}"
+KEYS = {
+    "status",
+    "dofs",
+    "constraints",
+    "steps",
+    "newton_iterations",
+    "cpu_s",
+    "wall_s",
+    "energy_drift",
+    "outputs",
+    "notices",
+    "scene",
+}
+
+
+def table(path: Path) -> tuple[list[str], np.ndarray]:
+    """Columns and numbers of a CSV file."""
+    return path.read_text().splitlines()[0].split(","), np.loadtxt(path, delimiter=",", skiprows=1)
+
+
+@pytest.mark.parametrize(
+    ("name", "duration", "columns"),
+    [
+        ("spin_up", "0.05", ["tip_deflection", "tip_x", "tip_y"]),
+        ("double_pendulum", "0.02", ["B_x", "B_y", "B_z", "C_x", "C_y", "C_z"]),
+        ("four_bar", "0.05", ["C_x", "C_y", "coupler_slope_x", "coupler_slope_y", "motor_angle"]),
+        ("hanging_mass", "0.05", ["mass_x", "mass_y", "mass_z", "speed_x"]),
+    ],
+)
+def test_examples_run(name: str, duration: str, columns: list[str], tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    done = fmbs("run", EXAMPLES / f"{name}.yaml", "--json", "--out", out, "--duration", duration, "--no-plots")
+    assert done.code == 0
+    found = done.json
+    assert found["status"] == "ok"
+    assert set(found) >= KEYS
+    head, numbers = table(out / "outputs.csv")
+    assert head[0] == "t"
+    assert head[1 : 1 + len(columns)] == columns
+    assert head[1:] == list(found["outputs"])
+    assert numbers[-1, 0] == pytest.approx(float(duration))
+    for column, values in zip(head[1:], numbers.T[1:], strict=True):
+        extremes = found["outputs"][column]
+        assert (values.min(), values.max(), values[-1]) == pytest.approx(tuple(extremes[key] for key in ("min", "max", "final")))
+    assert json.loads((out / "report.json").read_text())["outputs"] == found["outputs"]
+
+
+def test_example_1_has_the_published_deflection(tmp_path: Path) -> None:
+    """Tip deflection 0.3176 m at 0.83 s: doi 10.1016/j.cma.2019.112690, section 5.1; converged in mesh and step 0.3176188 m."""
+    done = fmbs("run", EXAMPLES / "spin_up.yaml", "--json", "--out", tmp_path / "out", "--duration", "0.83", "--no-plots")
+    assert done.json["steps"] == 1660
+    assert done.json["outputs"]["tip_deflection"]["final"] == pytest.approx(-0.3176188, abs=2e-6)
+
+
+def test_static_deflection_of_a_cantilever(tmp_path: Path) -> None:
+    """Small load: w = F L^3 / (3 E I), E I = 1e9 pi d^4 / 64; doubled by --set."""
+    path, stiffness = scene(tmp_path, STATIC), 1e9 * np.pi * 0.01**4 / 64
+    for load in (1e-4, 2e-4):
+        done = fmbs("run", path, "--json", "--out", tmp_path / f"{load}", "--set", f"load={load} N")
+        assert done.code == 0
+        final = done.json["outputs"]
+        assert final["tip_y"]["final"] == pytest.approx(load / (3 * stiffness), rel=1e-5)
+        assert final["clamp_y"]["final"] == pytest.approx(-load, rel=1e-6)
+        assert done.json["energy_drift"] is None
+
+
+def test_frequencies_of_a_cantilever(tmp_path: Path) -> None:
+    """omega_i = (beta_i L)^2 sqrt(E I / (rho A L^4)), beta_i L = 1.875104, 4.694091: Euler-Bernoulli, clamped and free."""
+    done = fmbs("run", scene(tmp_path, "{type: modes, count: 2}"), "--json", "--out", tmp_path / "out")
+    scale = np.sqrt(1e9 * (0.01**2 / 16) / 1800.0)
+    expected = np.array([1.8751040687, 4.6940911330]) ** 2 * scale / (2 * np.pi)
+    assert done.json["frequencies_hz"] == pytest.approx(expected, rel=1e-5)
+    head, numbers = table(tmp_path / "out" / "modes.csv")
+    assert head == ["mode", "frequency_hz", "omega_rad_per_s"]
+    assert numbers[:, 2] == pytest.approx(2 * np.pi * numbers[:, 1])
+
+
+def test_a_table_and_plots_without_json(tmp_path: Path) -> None:
+    done = fmbs("run", scene(tmp_path, SHORT), "--out", tmp_path / "out")
+    assert done.code == 0
+    assert all(word in done.out for word in ("84 dofs", "10 steps", "tip_y", "clamp_x", "outputs.csv"))
+    assert (tmp_path / "out" / "outputs.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_results_of_another_run_are_kept(tmp_path: Path) -> None:
+    """The same run may be repeated; another one needs a folder of its own, or --force."""
+    path, out = scene(tmp_path, SHORT), tmp_path / "out"
+    call = ("run", path, "--out", out, "--no-plots")
+    assert fmbs(*call).code == 0
+    assert fmbs(*call).code == 0
+    first = (out / "outputs.csv").read_bytes()
+    refused = fmbs(*call, "--set", "load=2 N")
+    assert refused.code == 3
+    assert "--force" in refused.err
+    assert (out / "outputs.csv").read_bytes() == first
+    assert fmbs(*call, "--set", "load=2 N", "--force").code == 0
+    assert (out / "outputs.csv").read_bytes() != first
+
+
+def test_files_of_the_user_are_kept(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "outputs.csv").write_text("mine")
+    assert fmbs("run", scene(tmp_path, SHORT), "--out", out).code == 3
+    assert (out / "outputs.csv").read_text() == "mine"
+    assert fmbs("run", scene(tmp_path, SHORT), "--out", out / "outputs.csv").code == 3
+
+
+def test_the_default_folder_has_the_name_of_the_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert fmbs("run", scene(tmp_path, SHORT), "--no-plots").code == 0
+    assert (tmp_path / "fmbs-cantilever" / "outputs.csv").is_file()
+
+
+def test_a_failed_solve_keeps_what_it_reached(tmp_path: Path) -> None:
+    """A force of 1e12 N from 5 ms on cannot be followed with a step of 1 ms."""
+    path, out = scene(tmp_path, SHORT, history="where(t < 0.0055, 1, 1e12)"), tmp_path / "out"
+    done = fmbs("run", path, "--json", "--out", out)
+    assert done.code == 4
+    found = done.json
+    assert found["status"] == "error"
+    assert found["reason"]
+    assert 0.005 <= found["time"] <= 0.0061
+    assert found["worst"]
+    assert "Traceback" not in done.err
+    _, numbers = table(out / "outputs.csv")
+    assert numbers[:, 0] == pytest.approx(np.arange(6) * 1e-3)
+    assert np.isfinite(numbers).all()
+
+
+def test_duration_needs_a_dynamic_scene_and_a_step(tmp_path: Path) -> None:
+    assert fmbs("run", scene(tmp_path, STATIC), "--duration", "1").code == 3
+    assert fmbs("run", scene(tmp_path, SHORT), "--duration", "1e-5").code == 3
+    assert fmbs("run", scene(tmp_path, SHORT), "--step", "1e-3").code == 3
+
+
+def test_an_unknown_parameter_is_refused(tmp_path: Path) -> None:
+    done = fmbs("run", scene(tmp_path, SHORT), "--set", "laod=1 N")
+    assert done.code == 3
+    assert "did you mean 'load'?" in done.err

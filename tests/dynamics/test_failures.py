@@ -1,0 +1,161 @@
+"""What stops a run, and what a user gets then: a reason, the time, names, and the motion up to there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.core.errors import Reason, SolverError
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.dynamics import GeneralizedAlpha, energies, integrate, outputs, reactions, solve_statics
+from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, loads
+
+from .. import models
+
+END = At("beam", "left")
+STEP = GeneralizedAlpha(1e-3)
+FORMS = pytest.mark.parametrize("form", [eliminate, lambda system: system], ids=["eliminated", "multipliers"])
+
+
+def beam() -> body.Body:
+    return body.cable("beam", models.straight(8), models.SECTION, models.MATERIAL, dim=2)
+
+
+def loaded(history: Callable[[np.ndarray], np.ndarray]) -> System:
+    """Cantilever of example 1's section under a transverse force of 1 N times `history` at its tip."""
+    push = [loads.PointForce("push", At("beam", "right"), (0.0, 1.0), history)]
+    return eliminate(assemble([beam()], [joints.Clamp("clamp", END)], push))
+
+
+def test_a_load_beyond_all_bounds_ends_the_run() -> None:
+    """The force grows e-fold every 17 ms: the error carries what was computed, the same as a shorter run."""
+    system = loaded(lambda t: np.exp(60 * t))
+    with pytest.raises(SolverError) as caught:
+        integrate(system, STEP, 4.0)
+    error, partial = caught.value, caught.value.partial
+    assert error.reason in (Reason.DIVERGED, Reason.NOT_CONVERGED, Reason.NOT_FINITE, Reason.SINGULAR_TANGENT)
+    assert error.exit_code == 4
+    assert partial.times[-1] <= error.time <= partial.times[-1] + 1e-3
+    assert error.time > 0.05  # 20 N, which it takes
+    assert error.worst[0][0].startswith("beam coordinate")
+    assert [value for _, value in error.worst] == sorted((value for _, value in error.worst), reverse=True)
+    assert f"{error.time:.6g} s" in str(error)
+    shorter = integrate(system, STEP, float(partial.times[-1]))
+    np.testing.assert_array_equal(partial.x, shorter.x)
+    assert np.isfinite(energies(partial)).all()
+
+
+def test_an_infinite_force_ends_the_run() -> None:
+    with pytest.raises(SolverError) as caught:
+        integrate(loaded(lambda t: np.where(t > 0.1005, 1e305, 0.0)), STEP, 1.0)
+    assert caught.value.reason is Reason.NOT_FINITE
+    assert len(caught.value.partial.times) == 101
+
+
+@pytest.mark.parametrize("every,rows", [(1, 101), (7, 15)])
+def test_a_load_that_is_no_number_ends_the_run(every: int, rows: int) -> None:
+    with pytest.raises(SolverError, match=r"nan at t = 0\.101 s") as caught:
+        integrate(loaded(lambda t: np.where(t > 0.1005, np.nan, 1.0)), STEP, 1.0, every=every)
+    assert caught.value.reason is Reason.NOT_FINITE
+    assert caught.value.time == pytest.approx(0.101)
+    assert len(caught.value.partial.times) == rows
+    assert np.abs(caught.value.partial.x[-1] - caught.value.partial.x[0]).max() > 1e-6
+
+
+def test_a_step_that_fails_is_halved() -> None:
+    """Example 2 with 40 times its step: some steps need halving, and the motion stays near that of small steps."""
+    coarse = integrate(models.double_pendulum(8), GeneralizedAlpha(0.02), 1.0)
+    assert coarse.statistics.halved > 0
+    assert coarse.statistics.steps == 50
+    np.testing.assert_allclose(np.diff(coarse.times), 0.02)
+    fine = integrate(models.double_pendulum(8), GeneralizedAlpha(5e-4), 1.0, every=40)
+    for column in ("C_x", "C_y", "C_z"):
+        np.testing.assert_allclose(outputs(coarse)[column], outputs(fine)[column], atol=0.1)
+
+
+@FORMS
+def test_contradictory_joints_are_named(form: Callable[[System], System]) -> None:
+    system = assemble([beam()], [joints.Pin("one", END), joints.Pin("other", END, (0.0, 0.1))])
+    with pytest.raises(SolverError, match=r"other\.y") as caught:
+        integrate(form(system), STEP, 0.01)
+    assert caught.value.reason is Reason.INCONSISTENT
+    assert caught.value.worst[0][1] == pytest.approx(0.1)
+
+
+def test_redundant_multipliers_are_named() -> None:
+    system = assemble([beam()], [joints.Pin("one", END), joints.Pin("other", END)])
+    with pytest.raises(SolverError, match=r"redundant joints: .*other") as caught:
+        integrate(system, STEP, 0.01)
+    assert caught.value.reason is Reason.INCONSISTENT
+
+
+@FORMS
+def test_a_drive_against_a_clamp_is_named(form: Callable[[System], System]) -> None:
+    system = assemble([beam()], [joints.Clamp("clamp", END), joints.DrivenAngle("drive", END, lambda t: t)])
+    with pytest.raises(SolverError, match="redundant joints") as caught:
+        integrate(form(system), STEP, 0.01)
+    assert caught.value.reason is Reason.INCONSISTENT
+
+
+def test_an_initial_state_off_the_joints_is_refused() -> None:
+    system = assemble([beam()], [joints.DrivenPosition("drive", END, (lambda t: 0.2 + 0 * t, lambda t: 0 * t))])
+    with pytest.raises(SolverError, match=r"drive\.x by 0\.2") as caught:
+        integrate(system, STEP, 0.01)
+    assert caught.value.reason is Reason.INCONSISTENT
+
+
+def test_linear_joints_move_the_initial_state_with_a_notice() -> None:
+    with pytest.warns(Notice, match=r"initial state is moved.*pin\.x by 0\.01"):
+        system = eliminate(assemble([beam()], [joints.Pin("pin", END, (-0.01, 0.0))]))
+    assert system.lift(system.x0)[0] == pytest.approx(-0.01, abs=1e-12)
+
+
+def thrown() -> System:
+    """A pinned and driven beam whose initial velocities fit neither the pin nor the drive."""
+    held: list[joints.Joint] = [joints.Pin("pin", END), joints.DrivenAngle("drive", END, lambda t: t)]
+    return assemble([beam()], held, initial={"beam": Motion(velocity=(1.0, 2.0), angular_velocity=3.0)})
+
+
+def test_initial_velocities_are_projected_alike_in_both_forms() -> None:
+    """The projection changes velocities by the least kinetic energy, whether joints are eliminated or not."""
+    velocities = []
+    for form in (eliminate, lambda system: system):
+        with pytest.warns(Notice, match="initial velocities are projected"):
+            found = integrate(form(thrown()), STEP, 0.002)
+        velocities.append(found.system.lift.matrix @ found.v[0])
+        np.testing.assert_allclose(velocities[-1][:2], 0.0, atol=1e-12)
+        assert (velocities[-1][3] - velocities[-1][1]) / (1 / 24) == pytest.approx(1.0, abs=1e-9)  # slope at 1 rad/s
+    np.testing.assert_allclose(velocities[0], velocities[1], atol=1e-10)
+
+
+def test_velocities_that_fit_are_kept_without_a_notice(recwarn: pytest.WarningsRecorder) -> None:
+    spun = {"beam": Motion(angular_velocity=3.0)}
+    system = assemble([beam()], [joints.Pin("pin", END)], initial=spun)
+    found = integrate(eliminate(system), STEP, 0.002)
+    np.testing.assert_allclose(found.system.lift.matrix @ found.v[0], system.v0, atol=1e-12)
+    assert not [w for w in recwarn if issubclass(w.category, Notice)]
+
+
+def test_a_free_body_has_no_equilibrium() -> None:
+    system = assemble([beam()], [], [loads.Gravity((0.0, -9.81))])
+    with pytest.raises(SolverError, match="hold it by joints") as caught:
+        solve_statics(system)
+    assert caught.value.reason is Reason.SINGULAR_TANGENT
+
+
+def test_statics_keep_the_equilibria_found() -> None:
+    """A follower force far beyond what the cells can resolve: the error holds the load factors that were reached."""
+    cantilever = models.cantilever(4, lambda end: [loads.Follower("P", end, (0.0, 1e7))], section=sections.Given(1e4, 1.0, 1.0))
+    with pytest.raises(SolverError) as caught:
+        solve_statics(cantilever, 4)
+    assert caught.value.partial.times[0] == 0.0
+    assert caught.value.partial.times[-1] < caught.value.time <= 1.0
+
+
+def test_statics_name_the_load_of_every_state() -> None:
+    found = solve_statics(models.cantilever(8, lambda end: [loads.PointForce("P", end, (0.0, 1.0))]), 5)
+    np.testing.assert_allclose(found.times, np.linspace(0, 1, 6))
+    np.testing.assert_allclose(reactions(found)["clamp", "y"], -found.times, atol=1e-8)

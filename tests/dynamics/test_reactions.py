@@ -1,0 +1,76 @@
+"""Forces of joints: recovered for eliminated rows, multipliers for kept ones, equal where both are known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs, reactions, solve_statics
+from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads
+
+from .. import models
+
+TIGHT = Newton(tolerance=1e-13)
+
+
+@pytest.mark.parametrize("make", [models.spin_up, models.double_pendulum])
+def test_eliminated_joints_carry_the_multipliers(make: Callable[..., System]) -> None:
+    found, kept = (integrate(make(10, all_multipliers=full), GeneralizedAlpha(5e-4), 0.2, TIGHT) for full in (False, True))
+    assert len(found.system.constraints.names) < len(kept.system.constraints.names)
+    recovered, multipliers = reactions(found), reactions(kept)
+    assert recovered.keys() == multipliers.keys()
+    for name, values in multipliers.items():
+        np.testing.assert_allclose(recovered[name], values, atol=5e-6)
+
+
+def test_both_forms_move_alike() -> None:
+    found, kept = (
+        outputs(integrate(models.double_pendulum(10, all_multipliers=full), GeneralizedAlpha(5e-4), 0.2, TIGHT))
+        for full in (False, True)
+    )
+    for column in ("B_x", "B_y", "B_z", "C_x", "C_y", "C_z"):
+        np.testing.assert_allclose(found[column], kept[column], atol=1e-9)
+
+
+@pytest.mark.parametrize("all_multipliers", [False, True])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_clamp_carries_the_weight(all_multipliers: bool, dim: int) -> None:
+    """Vertical force = rhoA L g, moment = weight times the lever arm, which is the centre of mass of the bent beam."""
+    section = sections.Given(EA=1e6, EI=100.0, rhoA=1.0)
+    down = (0.0, -9.81, 0.0)[:dim]
+    cantilever = models.cantilever(20, lambda _: [loads.Gravity(down)], section=section, dim=dim, all_multipliers=all_multipliers)
+    found = solve_statics(cantilever, 2, TIGHT)
+    forces = {name: values[-1] for (_, name), values in reactions(found).items()}
+    assert forces["x"] == pytest.approx(0.0, abs=1e-9)
+    assert forces["y"] == pytest.approx(9.81, rel=1e-10)
+    q = found.system.lift(found.x[-1])
+    arm = q[0::dim] @ (body.cable("beam", models.straight(20), section, dim=dim).mass.toarray().sum(axis=0))
+    moment = np.hypot(forces["slope 1"], forces.get("slope 2", 0.0))
+    assert moment == pytest.approx(9.81 * arm, rel=1e-4)  # the slope's length at the clamp is 1 up to the strain of bending
+
+
+@pytest.mark.parametrize("form", [eliminate, lambda system: system], ids=["eliminated", "multipliers"])
+def test_hanging_beam(form: Callable[[System], System]) -> None:
+    beam = body.cable("beam", models.straight(10, end=(0, -1, 0)), sections.Given(EA=1e5, EI=1.0, rhoA=2.0), dim=2)
+    system = form(assemble([beam], [joints.Clamp("top", At("beam", "left"))], [loads.Gravity((0, -9.81))]))
+    forces = reactions(solve_statics(system, 1, TIGHT))
+    assert forces["top", "y"][-1] == pytest.approx(2 * 9.81, rel=1e-10)
+    assert forces["top", "x"][-1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_redundant_joints_share_the_force() -> None:
+    """Two pins at one place: the motion of one, and together its force."""
+    beam = body.cable("beam", models.straight(8), models.SECTION, models.MATERIAL, dim=2)
+    end, down = At("beam", "left"), [loads.Gravity((0, -9.81))]
+    with pytest.warns(Notice, match="redundant"):
+        double = eliminate(assemble([beam], [joints.Pin("a", end), joints.Pin("b", end)], down))
+    single = eliminate(assemble([beam], [joints.Pin("a", end)], down))
+    two, one = (integrate(system, GeneralizedAlpha(1e-3), 0.1, TIGHT) for system in (double, single))
+    np.testing.assert_array_equal(two.x, one.x)
+    both, alone = reactions(two), reactions(one)
+    for axis in "xy":
+        np.testing.assert_allclose(both["a", axis] + both["b", axis], alone["a", axis], atol=1e-9)

@@ -1,0 +1,67 @@
+"""Rayleigh damping: decay of a mode with ratio (alpha/omega + beta omega)/2, rigid rotation, balance of energy."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, energy_drift, integrate, outputs, vibration_modes
+from fmbs_skfem.systems import At, Motion, Rayleigh, assemble, eliminate, joints
+
+from .. import models
+
+TIGHT = Newton(tolerance=1e-11)
+SECTION = sections.Given(EA=1e5, EI=1.0, rhoA=1.0)
+
+
+def decay_rate(damping: Rayleigh, dim: int) -> tuple[float, float]:
+    """Measured decay rate of the first mode of a cantilever over eight periods, and its angular frequency."""
+    system = models.cantilever(8, section=SECTION, dim=dim, damping=damping)
+    modes = vibration_modes(system, 1)
+    omega = float(modes.frequencies[0])
+    scheme = GeneralizedAlpha(2 * np.pi / omega / 200, rho_inf=1.0)  # no damping of its own
+    found = integrate(replace(system, v0=1e-3 * modes.shapes[:, 0]), scheme, 8 * 2 * np.pi / omega, TIGHT)
+    tip = outputs(found)
+    y = tip["tip_y"] if dim == 2 else np.hypot(tip["tip_y"], tip["tip_z"])
+    peaks = np.flatnonzero((y[1:-1] > y[:-2]) & (y[1:-1] >= y[2:])) + 1
+    left, middle, right = y[peaks - 1], y[peaks], y[peaks + 1]
+    heights = middle + (left - right) ** 2 / (8 * (2 * middle - left - right))
+    return -float(np.polyfit(found.times[peaks], np.log(heights), 1)[0]), omega
+
+
+@pytest.mark.parametrize("mass,stiffness,dim", [(0.3, 0.0, 2), (0.3, 0.0, 3), (0.0, 0.02, 2), (0.2, 0.01, 2)])
+def test_decay_of_the_first_mode(mass: float, stiffness: float, dim: int) -> None:
+    rate, omega = decay_rate(Rayleigh(mass, stiffness), dim)
+    assert rate == pytest.approx(mass / 2 + stiffness * omega**2 / 2, rel=5e-3)
+
+
+def test_no_decay_without_damping() -> None:
+    assert abs(decay_rate(Rayleigh(), 2)[0]) < 1e-6
+
+
+def spinning(damping: Rayleigh) -> np.ndarray:
+    """Kinetic energy (s,) over 1 s of a beam with EI = 1 that turns about its pinned end at 1 rad/s."""
+    beam = body.cable("beam", models.straight(8), SECTION, dim=2)
+    turn = {"beam": Motion(angular_velocity=1.0)}
+    system = assemble([beam], [joints.Pin("pin", At("beam", "left"))], damping=damping, initial=turn)
+    return energies(integrate(eliminate(system), GeneralizedAlpha(1e-3), 1.0, TIGHT))[:, 0]
+
+
+def test_stiffness_damping_leaves_rotation_alone() -> None:
+    """1/6 J stays, but for the 1e-5 that the stretch by the centrifugal force takes; mass damping takes exp(-2 alpha t)."""
+    np.testing.assert_allclose(spinning(Rayleigh(stiffness=0.1)), 1 / 6, rtol=3e-5)
+    assert spinning(Rayleigh(mass=1.0))[-1] == pytest.approx(np.exp(-2) / 6, rel=1e-4)
+
+
+def test_energy_balance_with_damping() -> None:
+    """Kinetic, strain and potential energy plus what damping took: the drift falls with h^2."""
+    damping = Rayleigh(mass=0.2, stiffness=1e-3)
+    runs = [integrate(models.double_pendulum(8, damping=damping), GeneralizedAlpha(h), 1.0, TIGHT) for h in (1e-3, 5e-4)]
+    coarse, fine = (energy_drift(run) for run in runs)
+    assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.05)
+    total = energies(runs[1])[:, :3].sum(axis=1)
+    assert total[-1] < -0.05  # damping takes far more than the drift
+    assert fine < 1e-4

@@ -1,0 +1,193 @@
+"""The study of one system: every model against the full one, on a coarse mesh, and the published counts of example 2."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmbs_skfem import reduction
+from fmbs_skfem.bodies import body
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
+from fmbs_skfem.reduction import Level, costs, files, study, training
+from fmbs_skfem.reduction.study import Options, Record, Study
+from fmbs_skfem.reduction.training import Plan
+from fmbs_skfem.systems import At, assemble, joints, loads
+from tests import models
+from tests.reduction.conftest import Full, error
+
+SCHEME = GeneralizedAlpha(5e-4)
+COMPONENTS = {"I": ("I",), "II": ("II",)}
+
+
+@pytest.fixture(scope="module")
+def small() -> Study:
+    """Example 2 with 24 cells a beam over 0.8 s."""
+    options = Options(
+        scheme=SCHEME,
+        duration=0.8,
+        interval=5e-3,
+        plan=Plan(COMPONENTS, 1e-9, hyper_tolerance=1e-3),
+        newton=Newton(1e-10),
+        tolerances=(1e-6,),
+        hyper_tolerances=(1e-2,),
+        steps=(2.5e-4, 1e-3),
+        ffrf_modes=4,
+        repeat=1,
+    )
+    coarse = {cells: models.double_pendulum(cells, all_multipliers=True) for cells in (4, 8)}
+    return study.run(models.double_pendulum(24, all_multipliers=True), options, coarse)
+
+
+def test_every_model_is_there_once_and_done(small: Study) -> None:
+    names = [record.name for record in small.records]
+    assert len(names) == len(set(names))
+    assert {"full", *study.MAIN, "ffrf", "coarse-4", "coarse-8", "step-2.5e-4", "step-1e-3"} <= set(names)
+    assert "component+ecsw-points 1e-6/1e-2" in names
+    assert {record.status for record in small.records} == {"done"}
+    assert all(record.cpu_s > 0 and record.wall_s > 0 and record.iterations > 0 for record in small.records)
+
+
+def test_the_reference_has_no_error_and_all_coordinates(small: Study) -> None:
+    full = small["full"]
+    assert (full.max_error, full.mean_error, full.position_error) == (0.0, 0.0, 0.0)
+    assert full.dofs == small["step-1e-3"].dofs == 2 * 50 * 3
+    assert small["coarse-4"].dofs == 2 * 10 * 3
+
+
+def test_error_falls_with_eps(small: Study) -> None:
+    for name in ("system", "component"):
+        fine, rough = small[name], small[f"{name} 1e-6"]
+        assert fine.dofs > rough.dofs
+        assert fine.max_error < 0.2 * rough.max_error
+        assert fine.mean_error < fine.max_error
+        assert fine.max_error < 3e-3
+
+
+def test_hyper_reduction_keeps_fewer_cells_and_the_error(small: Study) -> None:
+    whole, cells, points = (small[name] for name in ("component", "component+ecsw", "component+ecsw-points"))
+    assert whole.elements == {"I": 24, "II": 24}
+    assert whole.points == {"I": 72, "II": 72}
+    assert all(cells.elements[name] < 20 and points.points[name] < cells.points[name] for name in COMPONENTS)
+    assert cells.max_error == pytest.approx(whole.max_error, rel=0.05)
+    assert points.max_error == pytest.approx(whole.max_error, rel=0.05)
+    assert set(cells.snnls_s) == set(COMPONENTS)
+    assert not whole.snnls_s
+
+
+def test_full_models_converge_with_the_mesh_and_the_step(small: Study) -> None:
+    """Cubic elements: at least third order from 4 to 8 cells; |e(2h)| = 4 |e(h/2)| where e is the distance from the run with h."""
+    assert small["coarse-8"].position_error < small["coarse-4"].position_error / 8
+    assert small["coarse-8"].max_error > 0
+    assert small["step-1e-3"].position_error == pytest.approx(4 * small["step-2.5e-4"].position_error, rel=0.3)
+
+
+def test_time_error_is_second_order(small: Study) -> None:
+    found = small.time_error
+    assert found.order == pytest.approx(2.0, abs=0.2)
+    assert found.position == pytest.approx(4 / 3 * found.difference, rel=1e-14)
+    assert found.difference == pytest.approx(small["step-2.5e-4"].position_error, rel=1e-12)
+    assert 0 < found.relative < 1e-2
+
+
+def test_motions_of_the_main_models_are_kept(small: Study) -> None:
+    assert set(small.motions) == {*study.MAIN, "ffrf"}
+    assert small.errors["component"].maximum == small["component"].max_error
+    assert small.trained["component"].system.size == small["component"].dofs
+
+
+def test_failures_are_records_with_their_reason() -> None:
+    """One mode cannot meet three constraints at B; a curved beam has no floating frame."""
+    arch = [[np.sin(a), 0.0, np.cos(a) - 1.0] for a in np.linspace(0, 1, 9)]
+    parts = [
+        body.cable("I", models.polyline(np.array(arch)), models.SECTION, models.MATERIAL),
+        body.cable("II", models.straight(8, arch[-1], (arch[-1][0], 1.0, arch[-1][2])), models.SECTION, models.MATERIAL),
+    ]
+    pins = [joints.Pin("A", At("I", "left")), joints.Pin("B", At("I", "right"), At("II", "left"))]
+    raw = assemble(parts, pins, [loads.Gravity((0, 0, -9.81))])
+    plan = Plan(COMPONENTS, 1e-8, modes={"I": 1, "II": 6}, hyper_tolerance=1e-3)
+    found = study.run(raw, Options(SCHEME, 0.05, 5e-3, plan, ffrf_modes=4, repeat=1, order=False))
+    assert "more than 3 modes" in found["component"].status
+    assert "straight" in found["ffrf"].status
+    assert math.isnan(found["ffrf"].max_error)
+    assert found["system"].status == "done"
+    assert found.time_error.order is None
+    assert "component" not in found.motions
+
+
+def test_products_are_those_of_the_source() -> None:
+    """Table 1 of doi 10.1016/j.cma.2019.112690."""
+    both = {"I": 33, "II": 32}
+    assert costs.multiplications({"system": 1212}, {"system": 59}, 18) == 5_506_116
+    assert costs.multiplications({"system": 432}, {"system": 59}, 18) == 1_962_576
+    assert costs.multiplications({"I": 606, "II": 606}, both, 18) == 1_019_898 + 969_600
+    assert costs.multiplications({"I": 216, "II": 216}, both, 18) == 709_128
+
+
+def test_row_widths_and_touched_coordinates() -> None:
+    """C1 cubics: two functions a node, so six of them meet in a row, and a cell has four."""
+    spatial, planar = models.double_pendulum(6, all_multipliers=True), models.spin_up(6, all_multipliers=True)
+    assert costs.bandwidth(spatial) == 18
+    assert costs.bandwidth(planar) == 12
+    assert costs.touched(spatial, {"I": np.array([0]), "II": np.array([2, 3])}) == {"I": 12, "II": 18}
+
+
+def test_ratios_of_two_records() -> None:
+    """Training of 0.5 s on a run of 2 s, 1 s saved a run: pays after 2.5 runs."""
+    records = [
+        Record("full", "full", cpu_s=1.5),
+        Record("system", "system", multiplications=600, cpu_s=2.0, training_s=0.1),
+        Record("component", "component", multiplications=200, cpu_s=0.5, training_s=0.5),
+    ]
+    full, system, component = study.with_ratios(records, 2.0)
+    assert (system.speed_up, component.speed_up) == (1.0, 3.0)
+    assert component.pays_after_runs == 2.5
+    assert system.pays_after_runs is None
+    assert full.pays_after_runs is None
+
+
+@pytest.mark.parametrize("duration,interval,expected", [(3.0, 5e-3, 2), (0.4, 5e-3, 1), (30.0, 5e-3, 10), (3.0, 3.5e-3, 1)])
+def test_stride_divides_the_interval_and_leaves_samples(duration: float, interval: float, expected: int) -> None:
+    assert study.stride(Options(GeneralizedAlpha(5e-4), duration, interval, Plan(COMPONENTS))) == expected
+
+
+@pytest.mark.parametrize("number,text", [(1.25e-4, "1.25e-4"), (1e-12, "1e-12"), (0.02, "2e-2"), (5.0, "5e0")])
+def test_short_numbers(number: float, text: str) -> None:
+    assert study.short(number) == text
+
+
+def test_snapshots_are_sharper_than_the_modes_kept() -> None:
+    assert training.newton_for(Newton(1e-9), 1e-12).tolerance == pytest.approx(1e-10)
+    assert training.newton_for(Newton(1e-9), 1e-6).tolerance == 1e-9
+    assert training.newton_for(Newton(1e-9), 1e-18).tolerance == training.FINEST
+
+
+@pytest.mark.parametrize("level,kept", [(Level.ELEMENTS, (18, 18)), (Level.POINTS, (18, 19))])
+def test_example_2_at_component_level(example_2: Full, level: Level, kept: tuple[int, int]) -> None:
+    """eps 1e-12, eta 1e-3: the sizes of the source (18 + 18 elements) within three, the error below 1.2e-4."""
+    model = training.train(example_2.raw, example_2.data, Plan(COMPONENTS, 1e-12, None, 1e-3, level))
+    assert [basis.modes.shape[1] for basis in model.bases.values()] == pytest.approx([23, 23], abs=2)
+    assert [len(selection.sample.indices) for selection in model.selections] == pytest.approx(kept, abs=3)
+    assert error(example_2, model.system) < 1.2e-4
+
+
+def test_a_saved_model_runs_alone(small: Study, tmp_path: Path) -> None:
+    model = small.trained["component+ecsw-points"].system
+    path = files.save(model, tmp_path / "model.h5")
+    alone, here = study.run_saved(path, 0.1, 5e-4), integrate(model, SCHEME, 0.1)
+    np.testing.assert_array_equal(alone.x, here.x)
+    with pytest.raises(InputError, match="at least one step"):
+        study.run_saved(path, 1e-4, 1e-3)
+
+
+def test_system_level_counts_every_body(example_2: Full) -> None:
+    plan = Plan(reduction.system_level(example_2.raw), 1e-12)
+    model = training.train(example_2.raw, example_2.data, plan)
+    assert model.system.size == pytest.approx(42, abs=2)
+    assert not model.selections
+    few = training.train(example_2.raw, example_2.data, replace(plan, modes=10))
+    assert few.system.size == 10
