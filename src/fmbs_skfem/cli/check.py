@@ -26,7 +26,7 @@ def command(session: Session, duration: float | None) -> Result:
     Nothing is solved; --out writes check.json.
     """
     from .. import systems
-    from ..dynamics.integrate import consistent_start
+    from ..dynamics.integration import consistent_start
     from . import solving
 
     scene = common.read_scene(session, duration)

@@ -101,7 +101,6 @@ def options(scene: Scene, plan: Plan, quick: bool = False) -> Options:
     """
     from ..dynamics import GeneralizedAlpha, Newton
     from ..reduction.study import Options
-    from ..reduction.training import newton_for
 
     analysis, reduction, wanted = scene.analysis, scene.reduction, scene.compare
     if analysis.type != "dynamic" or reduction is None:
@@ -112,7 +111,7 @@ def options(scene: Scene, plan: Plan, quick: bool = False) -> Options:
         duration=analysis.duration,
         interval=reduction.snapshots,
         plan=plan,
-        newton=newton_for(Newton(tolerance=analysis.tolerance), plan.tolerance),
+        newton=Newton(tolerance=analysis.tolerance),
         tolerances=() if quick or not wanted else tuple(wanted.tolerances),
         hyper_tolerances=() if quick else ETAS,
         steps=tuple(step for step in steps if step > analysis.step or not quick),

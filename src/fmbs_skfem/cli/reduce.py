@@ -102,7 +102,8 @@ def train(session: Session, scene: Scene, plan: Plan) -> tuple[Any, dict[str, An
 
     raw, wanted = build.system(scene, allow_outside=session.allow_outside), compare.options(scene, plan)
     with common.progress("full model") as advance:
-        full = dynamics.integrate(systems.eliminate(raw), wanted.scheme, wanted.duration, wanted.newton, progress=advance)
+        sharp = training.newton_for(wanted.newton, wanted.plan.tolerance)
+        full = dynamics.integrate(systems.eliminate(raw), wanted.scheme, wanted.duration, sharp, progress=advance)
     model = training.train(raw, reduction.snapshots(full, wanted.interval), plan)
     with common.progress("reduced model") as advance:
         motion = dynamics.integrate(model.system, wanted.scheme, wanted.duration, wanted.newton, progress=advance)

@@ -47,11 +47,12 @@ def modes(session: Session, scene: Scene) -> Result:
     """Vibration modes about the reference configuration: frequencies on stdout and in modes.csv."""
     import numpy as np
 
-    from .. import dynamics, systems
+    from .. import dynamics
+    from ..scenes import build
     from . import solving
 
     raw = solving.system(session, scene)
-    reduced = systems.eliminate(raw)
+    reduced = build.chosen_form(scene, raw)
     omega = dynamics.vibration_modes(reduced, getattr(scene.analysis, "count", 10)).frequencies
     frequencies = omega / (2 * np.pi)
     out = solving.output_folder(session, scene, (MODES, common.REPORT))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import dynamics, systems
+from .. import dynamics
 from ..core.errors import FmbsError, InputError, SolverError, say
 from ..dynamics import GeneralizedAlpha, Newton, Trajectory
 from ..scenes import Scene, build
@@ -48,7 +48,7 @@ def system(session: Session, scene: Scene) -> System:
 def solve(session: Session, scene: Scene) -> Solved:
     """Integrate the scene, or follow its loads to equilibrium; a failed solve keeps what it reached."""
     raw = system(session, scene)
-    reduced = systems.eliminate(raw)
+    reduced = build.chosen_form(scene, raw)
     if common.announce_compiling() and scene.analysis.type == "dynamic":
         step = scene.analysis.step
         with contextlib.suppress(FmbsError):  # the run itself will say what is wrong

@@ -1,6 +1,6 @@
 """Time integration, statics and vibration modes."""
 
-from .integrate import GeneralizedAlpha, Newton, Statistics, Trajectory, integrate
+from .integration import GeneralizedAlpha, Newton, Statistics, Trajectory, integrate
 from .outputs import energies, energy_drift, outputs, reactions
 from .statics import Modes, solve_statics, vibration_modes
 

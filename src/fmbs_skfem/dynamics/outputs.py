@@ -17,7 +17,7 @@ from ..systems import compiled, kernels
 from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.kernels import Arrays
 from ..systems.system import Output, System, linear_part
-from .integrate import Trajectory
+from .integration import Trajectory
 
 DELTA = 1e-6  #: relative time difference for Phi_t
 

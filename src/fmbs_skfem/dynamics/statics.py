@@ -20,7 +20,7 @@ from ..core.linalg import as_dense
 from ..systems import compiled
 from ..systems.compiled import Compiled, compile_system
 from ..systems.system import System
-from .integrate import Newton, Statistics, Trajectory, coordinate_names
+from .integration import Newton, Statistics, Trajectory, coordinate_names
 
 SHORTER = 0.55  #: factor of a load step that failed; not 1/2, which would come back to the same load factor
 SHORTEST = 0.02  #: part of the load step asked for below which the solution is given up

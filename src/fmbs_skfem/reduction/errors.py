@@ -17,7 +17,7 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from ..core.errors import InputError, say
-from ..dynamics.integrate import GeneralizedAlpha, Trajectory
+from ..dynamics.integration import GeneralizedAlpha, Trajectory
 from ..dynamics.outputs import centre_lines, lifted, residual_samples
 from ..systems import compiled
 from ..systems.compiled import compile_system

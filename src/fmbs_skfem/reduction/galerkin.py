@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..core.errors import InputError, say
-from ..dynamics.integrate import Trajectory
+from ..dynamics.integration import Trajectory
 from ..dynamics.outputs import lifted
 from ..systems import compiled
 from ..systems.compiled import compile_system

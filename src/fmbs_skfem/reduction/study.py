@@ -22,7 +22,7 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from ..core.errors import FmbsError, InputError, say
-from ..dynamics.integrate import GeneralizedAlpha, Newton, Trajectory, integrate
+from ..dynamics.integration import GeneralizedAlpha, Newton, Trajectory, integrate
 from ..dynamics.outputs import centre_lines, lifted
 from ..systems.assembly import eliminate
 from ..systems.system import System

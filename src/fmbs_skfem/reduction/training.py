@@ -2,7 +2,7 @@ r"""Training: from the motion of a full model to a reduced model, as one plan sa
 
     full motion -> snapshots -> bases, eps (14) -> projection (21) -> ECSW, eta (44)
 
-The snapshots have to be sharper than the modes that are kept: the Newton tolerance of the training run is at most 1e-4 sqrt(eps),
+The snapshots have to be sharper than the modes that are kept: the Newton tolerance of the training run is at most 1e-6 sqrt(eps),
 relative to the reference coordinates. Above that the smallest modes are noise.
 """
 
@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..dynamics.integrate import Newton
+from ..dynamics.integration import Newton
 from ..systems.system import System
 from . import hyper
 from .galerkin import Snapshots, bases, reduce_system
@@ -25,7 +25,7 @@ from .pod import Basis
 Components = Mapping[str, Sequence[str]]
 Modes = int | Mapping[str, int] | None
 
-SHARP = 1e-4  #: Newton tolerance of the training run over sqrt(eps)
+SHARP = 1e-6  #: Newton tolerance of the training run over sqrt(eps)
 FINEST = 1e-12  #: smallest Newton tolerance asked for
 
 

@@ -57,7 +57,7 @@ class Newton:
 
     tolerance: float = 1e-10
     iterations: int = 25
-    slow: float = 0.1  #: contraction above which the iteration matrix is factored anew
+    slow: float = 0.05  #: contraction above which the iteration matrix is factored anew
 
     def __post_init__(self) -> None:
         if not 0 < self.tolerance < 1e-2:
