@@ -88,3 +88,9 @@ def jit(function: F) -> F:
     finally:
         config.CACHE_DIR = before
     return compiled
+
+
+def inlined(function: F) -> F:
+    """Compile `function` into its callers: for large functions that one compiled function calls, which would be optimised twice."""
+    compiled: F = numba.njit(inline="always", error_model="numpy")(function)
+    return compiled
