@@ -8,6 +8,7 @@ import pytest
 
 from fmbs_skfem.reduction import files, study
 from tests.cli.calls import EXAMPLES, Call, fmbs, scene
+from tests.cli.test_picture import opengl
 
 SCENE = EXAMPLES / "double_pendulum.yaml"
 
@@ -39,6 +40,13 @@ def test_the_file_runs_alone(call: Call, path: Path) -> None:
     assert saved.notes["training"]["d"] == pytest.approx(0.01)
     motion = study.run_saved(path, 0.1, call.json["step"], call.json["rho_inf"])
     assert len(motion.times) == 201
+
+
+@pytest.mark.skipif(not opengl(), reason="no off-screen OpenGL here")
+def test_the_file_is_drawn(call: Call, path: Path, tmp_path: Path) -> None:
+    drawn = fmbs("run", path, "--duration", "0.1", "--step", "5e-4", "--picture", "--out", tmp_path / "out", "--json")
+    assert drawn.code == 0, drawn.err
+    assert (tmp_path / "out" / "picture.png").stat().st_size > 10_000
 
 
 def test_an_existing_file_is_kept(call: Call, path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -12,9 +13,11 @@ from . import common
 from .common import Result, Session
 
 if TYPE_CHECKING:
+    from ..dynamics import Trajectory
     from ..scenes import Scene
 
-MODES = "modes.csv"
+MODES, PICTURE = "modes.csv", "picture.png"
+INSTANTS = 7  #: configurations of a saved model in its picture
 SAVED = (".h5", ".hdf5")
 
 
@@ -22,7 +25,8 @@ SAVED = (".h5", ".hdf5")
 @click.option("--duration", type=float, metavar="SECONDS", help="Replace the duration of a dynamic analysis.")
 @click.option("--step", type=float, metavar="SECONDS", help="Step of a saved reduced model.")
 @click.option("--plots/--no-plots", default=True, help="Draw the outputs into outputs.png (default: yes).")
-def command(session: Session, duration: float | None, step: float | None, plots: bool) -> Result:
+@click.option("--picture", is_flag=True, help="Draw a saved reduced model into picture.png, lifted to its centre lines.")
+def command(session: Session, duration: float | None, step: float | None, plots: bool, picture: bool) -> Result:
     """Solve SCENE: a motion, an equilibrium, or vibration modes, as its `analysis` says.
 
     Writes outputs.csv (time in column t), report.json and outputs.png into --out, or into ./fmbs-NAME where NAME.yaml is the scene.
@@ -32,7 +36,9 @@ def command(session: Session, duration: float | None, step: float | None, plots:
     from . import solving
 
     if session.path.suffix in SAVED:
-        return saved(session, duration, step)
+        return saved(session, duration, step, picture)
+    if picture:
+        raise InputError(say("--picture", "a saved reduced model (.h5)", f"{session.path}", "draw a scene with fmbs render"))
     if step is not None:
         raise InputError(say("--step", "a saved reduced model (.h5)", f"{session.path}", "a scene has its own step: analysis.step"))
     scene = common.read_scene(session, duration)
@@ -80,8 +86,8 @@ def modes(session: Session, scene: Scene) -> Result:
     return Result(found, [view, "written: " + ", ".join(map(str, found["files"]))])
 
 
-def saved(session: Session, duration: float | None, step: float | None) -> Result:
-    """Run a saved reduced model: outputs.csv and report.json."""
+def saved(session: Session, duration: float | None, step: float | None, picture: bool) -> Result:
+    """Run a saved reduced model: outputs.csv, report.json and, if wanted, picture.png."""
     from .. import dynamics
     from ..reduction import study
     from . import solving
@@ -94,7 +100,9 @@ def saved(session: Session, duration: float | None, step: float | None) -> Resul
     common.announce_compiling()
     trajectory = study.run_saved(session.path, duration, step)
     columns, cost = dynamics.outputs(trajectory), trajectory.statistics
-    out = common.folder(session, f"fmbs-{session.path.stem}", (solving.OUTPUTS, common.REPORT), mark)
+    names = (solving.OUTPUTS, common.REPORT, *([PICTURE] if picture else []))
+    out = common.folder(session, f"fmbs-{session.path.stem}", names, mark)
+    drawn = [draw(trajectory, out, session.path.stem)] if picture else []
     found: dict[str, Any] = {
         "status": "ok",
         "model": session.path,
@@ -108,7 +116,16 @@ def saved(session: Session, duration: float | None, step: float | None) -> Resul
         "outputs": {name: solving.extremes(values) for name, values in columns.items()},
         "fingerprint": mark,
         "versions": common.versions(),
-        "files": [solving.write_outputs(out, trajectory.times, columns), out / common.REPORT],
+        "files": [solving.write_outputs(out, trajectory.times, columns), out / common.REPORT, *drawn],
     }
     common.write_json(out / common.REPORT, {**found, "notices": session.notices})
     return Result(found, [solving.table_of_outputs(columns), "written: " + ", ".join(map(str, found["files"]))])
+
+
+def draw(trajectory: Trajectory, out: Path, title: str) -> Path:
+    """Configurations of a reduced model, coloured by curvature."""
+    from ..results import pictures
+    from . import picture
+
+    chosen = picture.frames(trajectory, picture.spread(trajectory, INSTANTS))
+    return pictures.render(chosen, out / PICTURE, None, pictures.Look("curvature", title=title))
