@@ -241,3 +241,9 @@ def test_point_mass() -> None:
 def test_bad_bodies_are_refused_by_name(make: Callable[[], object], named: str) -> None:
     with pytest.raises(InputError, match=named):
         make()
+
+
+@pytest.mark.parametrize("degree,continuity", [(1, 0), (3, 0), (3, 3)])
+def test_a_slope_with_jumps_is_refused(degree: int, continuity: int) -> None:
+    with pytest.raises(InputError, match="continuity between 1 and degree - 1"):
+        cable("beam", straight(3), Given(1.0, 1.0, 1.0), degree=degree, continuity=continuity)

@@ -73,6 +73,9 @@ def cable(
     polylines stay straight, others become a smooth spline through the mesh points. `points` is the number of quadrature points a
     cell, `degree` by default: for cubics three points differ from exact integration by 6e-11 of the response.
     """
+    if not ancf and (degree < 2 or not 1 <= continuity < degree):
+        got, remedy = f"degree {degree}, continuity {continuity}", "bending needs a slope without jumps"
+        raise InputError(say(f"body '{name}'", "degree 2 or more and continuity between 1 and degree - 1", got, remedy))
     mesh = meshes.read(mesh) if isinstance(mesh, (str, Path)) else mesh
     order = meshes.chain(mesh, group)
     position = placed(f"body '{name}'", mesh.points[order], dim, origin, rotation)

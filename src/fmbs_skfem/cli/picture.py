@@ -20,7 +20,7 @@ from ..systems import System
 #: kind of a marker of the system -> what is drawn
 KINDS = {
     "pin": Kind.PIN,
-    "spherical": Kind.PIN,
+    "spherical": Kind.SPHERICAL,
     "clamp": Kind.CLAMP,
     "distance": Kind.DISTANCE,
     "slider": Kind.SLIDER,

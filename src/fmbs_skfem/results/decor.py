@@ -27,6 +27,7 @@ Pixels = np.ndarray[Any, np.dtype[np.uint8]]
 #: joint kind -> (marker of the key, colour); driven joints stand out
 GLYPHS = {
     "pin": ("o", "#303030"),
+    "spherical joint": ("o", "#303030"),
     "clamp": ("s", "#303030"),
     "weld": ("D", "#303030"),
     "distance": ("o", "#7F7F7F"),

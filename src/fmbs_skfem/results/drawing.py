@@ -100,7 +100,7 @@ def _tube(points: Array, colours: Pixels, radius: float) -> Any:
 
 
 def _glyph(kind: str, centre: Array, radius: float) -> Any:
-    """Sphere: pin, mass; cube: clamp; small cube: weld; cone: driven; bar: slider."""
+    """Sphere: pin, spherical joint, mass; cube: clamp; small cube: weld; cone: driven; bar: slider."""
     import pyvista
 
     x, y, z = (float(value) for value in centre)

@@ -24,6 +24,7 @@ class Kind(StrEnum):
     """What a joint looks like in a picture."""
 
     PIN = "pin"
+    SPHERICAL = "spherical joint"
     CLAMP = "clamp"
     WELD = "weld"
     DISTANCE = "distance"
