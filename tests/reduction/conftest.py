@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import reduction
-from fmbs_skfem.bodies import cable_law
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.reduction import Level, hyper
+from fmbs_skfem.reduction.galerkin import projected
 from fmbs_skfem.reduction.pod import Basis
-from fmbs_skfem.systems import System, eliminate
+from fmbs_skfem.systems import System, compile_system, compiled, eliminate
 from tests import models
 
 SCHEME = GeneralizedAlpha(5e-4)
@@ -51,11 +51,6 @@ def reduced(full: Full, components: Mapping[str, tuple[str, ...]], tolerance: fl
     return Reduced(components, bases, system, projected(system, full.data.q))
 
 
-def projected(system: System, q: np.ndarray) -> np.ndarray:
-    """States (s, n) of a reduced system nearest to body coordinates (s, q)."""
-    return np.asarray(np.linalg.lstsq(system.lift.matrix, (q - system.lift.offset).T, rcond=None)[0]).T
-
-
 def hyper_reduced(model: Reduced, level: Level = Level.ELEMENTS, eta: float = 1e-3) -> tuple[System, tuple[hyper.Selection, ...]]:
     selections = hyper.train(model.system, model.states, eta, level)
     return hyper.apply(model.system, selections), selections
@@ -70,12 +65,7 @@ def error(full: Full, system: System, scheme: GeneralizedAlpha = SCHEME) -> floa
 
 def strain_energy(system: System, x: np.ndarray) -> float:
     """Strain energy [J] of sampled points."""
-    total = 0.0
-    for elastic in system.elastic:
-        gather = hyper.sampled_gather(elastic)
-        u = gather.jets @ x[gather.columns] + gather.offset
-        total += cable_law.energy(int(gather.curvature), u.reshape(2 * system.dim, 1, -1), gather.section)
-    return total
+    return compiled.strain_energy(compile_system(system), x)
 
 
 @pytest.fixture(scope="session")

@@ -11,10 +11,11 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import integrate
 from fmbs_skfem.dynamics.outputs import energies
 from fmbs_skfem.reduction import Level, galerkin, hyper, pod
+from fmbs_skfem.reduction.galerkin import projected
 from fmbs_skfem.systems import System, compiled
 from fmbs_skfem.systems.compiled import compile_system
 from tests import models
-from tests.reduction.conftest import SCHEME, Full, Reduced, error, full_of, hyper_reduced, projected, reduced, strain_energy
+from tests.reduction.conftest import SCHEME, Full, Reduced, error, full_of, hyper_reduced, reduced, strain_energy
 
 
 def elastic_force(system: System, x: np.ndarray) -> np.ndarray:

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 OUTPUTS = "outputs.csv"
 PLOT = "outputs.png"
-WORST = 5  #: residuals listed
 
 
 @dataclass(frozen=True)

@@ -164,8 +164,13 @@ def reduce_system(
         free = change_coordinates(keep_constraints(reduced, rest), np.asarray(T), x0)
         reduced = replace(free, components=(("eliminated", 0, free.size),))
     if configurations is not None and len(reduced.constraints.names):
-        reduced = drop_dependent(reduced, (configurations - reduced.lift.offset) @ np.linalg.pinv(reduced.lift.matrix).T)
+        reduced = drop_dependent(reduced, projected(reduced, configurations))
     return reduced
+
+
+def projected(system: System, q: np.ndarray) -> np.ndarray:
+    """Unknowns (s, n) of a reduced system nearest to body coordinates (s, q)."""
+    return np.ascontiguousarray(np.linalg.lstsq(np.asarray(system.lift.matrix), (q - system.lift.offset).T, rcond=None)[0].T)
 
 
 def block_basis(

@@ -13,12 +13,10 @@ import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from ..dynamics.integration import Newton
 from ..systems.system import System
 from . import hyper
-from .galerkin import Snapshots, bases, reduce_system
+from .galerkin import Snapshots, bases, projected, reduce_system
 from .hyper import Level, Selection
 from .pod import Basis
 
@@ -71,9 +69,7 @@ def reduced(raw: System, data: Snapshots, plan: Plan) -> Trained:
 def sampled(model: Trained, data: Snapshots, tolerance: float, level: Level) -> Trained:
     """Hyper-reduction of a reduced model, trained on the projected snapshots."""
     start = clock.process_time()
-    lift = model.system.lift
-    states = np.linalg.lstsq(np.asarray(lift.matrix), (data.q - lift.offset).T, rcond=None)[0].T
-    selections = hyper.train(model.system, np.ascontiguousarray(states), tolerance, level)
+    selections = hyper.train(model.system, projected(model.system, data.q), tolerance, level)
     system = hyper.apply(model.system, selections)
     return replace(model, system=system, selections=selections, training_s=model.training_s + clock.process_time() - start)
 
