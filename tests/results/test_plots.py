@@ -46,6 +46,19 @@ def test_histories_show_every_model(tmp_path: Path) -> None:
     assert count(path, palette.GREEN) == 0
 
 
+def test_slider_from_rest_and_turns_a_minute(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """x - x(0) starts at zero, and 200 pi rad/s are 6000 turns a minute."""
+    drawn: dict[str, dict[str, np.ndarray]] = {}
+    monkeypatch.setattr(plots, "history_grid", lambda path, times, outputs, **_: drawn.update(outputs) or Path(path))
+    plots.slider(tmp_path / "fig11.png", TIMES, {"full": 0.3 + 0.1 * TIMES}, {"full": 200 * np.pi / 3 * TIMES})
+    (displacement, speed_) = drawn.values()
+    np.testing.assert_allclose(displacement["full"][[0, -1]], [0.0, 0.3], atol=1e-15)
+    np.testing.assert_allclose(speed_["full"][[0, -1]], [0.0, 6000.0], rtol=1e-14)
+    monkeypatch.undo()
+    models = {"full": 0.3 * SWING, "system": 0.31 * SWING, "component": 0.32 * SWING}
+    assert count(plots.slider(tmp_path / "fig11.png", TIMES, models, title="Fig. 11"), palette.BLUE) > 500
+
+
 @pytest.mark.parametrize("columns", [1, 2])
 def test_small_multiples(columns: int, tmp_path: Path) -> None:
     outputs = {f"C_{axis} [m]": {"full": SWING, "system": SWING * (1 + i)} for i, axis in enumerate("xyz")}

@@ -10,7 +10,7 @@ import pytest
 from fmbs_skfem import scenes
 from fmbs_skfem.bodies import body as bodies
 from fmbs_skfem.core.errors import InputError, SolverError
-from fmbs_skfem.scenes import build, schema
+from fmbs_skfem.scenes import build, fields, schema
 from fmbs_skfem.shapes import meshes
 from fmbs_skfem.systems import assembly
 
@@ -95,7 +95,7 @@ def test_remeshed_needs_cells_for_named_points() -> None:
 
 def test_rotation_about_an_axis() -> None:
     scene = scenes.read(EXAMPLES / "double_pendulum.yaml")
-    turned = scene.bodies["I"].model_copy(update={"rotation": build.Turn(np.pi / 2, (0.0, -2.0, 0.0)), "origin": (0.0, 0.0, 1.0)})
+    turned = scene.bodies["I"].model_copy(update={"rotation": fields.Turn(np.pi / 2, (0.0, -2.0, 0.0)), "origin": (0.0, 0.0, 1.0)})
     part = build.part(turned, scene, "I", 10, False)
     end = bodies.probe(part, bodies.locate(part, "B")) @ part.reference
     np.testing.assert_allclose(end, [[0.0, 0.0, 2.0]], atol=1e-14)

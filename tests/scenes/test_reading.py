@@ -18,6 +18,8 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.scenes import schema, units, yamlfile
 
+from .test_plate_scenes import PLANAR, SPATIAL
+
 SCENE = """\
 schema: 1
 name: small
@@ -124,9 +126,14 @@ def test_parameters_of_a_sweep() -> None:
         (
             "type: cable",
             "type: cabel",
-            "scene:7: bodies.beam.type: expected one of cable, point_mass, got 'cabel'; did you mean 'cable'",
+            "scene:7: bodies.beam.type: expected one of cable, plate, point_mass, rigid, rigid_plate, shell, got 'cabel'; "
+            "did you mean 'cable'",
         ),
-        ("    type: cable\n", "", "scene:6: bodies.beam: expected the key 'type', got no such key; write one of cable, point_mass"),
+        (
+            "    type: cable\n",
+            "",
+            "scene:6: bodies.beam: expected the key 'type', got no such key; write one of cable, plate, point_mass",
+        ),
         ("type: pin", "type: pni", "scene:16: joints.hinge.type: .* did you mean 'pin'"),
         ("moment: 3 N m", "mom: 3 N m", "scene:22: loads.twist.moment: expected the key 'moment', got no such key; add a moment"),
         ("color: strain", "color: strian", "scene:32: pictures.color: .* did you mean 'strain'"),
@@ -287,8 +294,8 @@ def _paths(value: Any, path: tuple[str | int, ...] = ()) -> list[tuple[str | int
     return [path, *(deeper for key, inner in items for deeper in _paths(inner, (*path, key)))]
 
 
-PLAIN = yamlfile.plain(yamlfile.parse(SCENE, "scene"))
-PATHS = [path for path in _paths(PLAIN) if path]
+PLAINS = [yamlfile.plain(yamlfile.parse(text, "scene")) for text in (SCENE, PLANAR, SPATIAL)]
+PATHS = [(number, path) for number, plain in enumerate(PLAINS) for path in _paths(plain) if path]
 
 
 def _at(path: tuple[str | int, ...], data: Any, change: Callable[[Any, str | int], None]) -> None:
@@ -299,7 +306,7 @@ def _at(path: tuple[str | int, ...], data: Any, change: Callable[[Any, str | int
 
 @given(st.sampled_from(PATHS), _odd, st.sampled_from(["replace", "delete", "rename"]))
 @settings(max_examples=400, deadline=None)
-def test_any_damage_is_an_input_error(path: tuple[str | int, ...], value: Any, how: str) -> None:
+def test_any_damage_is_an_input_error(where: tuple[int, tuple[str | int, ...]], value: Any, how: str) -> None:
     """One value of a right scene replaced, deleted or renamed: read, or refused with a line and a path."""
 
     def change(data: Any, key: str | int) -> None:
@@ -311,8 +318,8 @@ def test_any_damage_is_an_input_error(path: tuple[str | int, ...], value: Any, h
         if how == "rename" and isinstance(data, dict):
             data[f"{key}x"] = old
 
-    data = json.loads(json.dumps(PLAIN))
-    _at(path, data, change)
+    data = json.loads(json.dumps(PLAINS[where[0]]))
+    _at(where[1], data, change)
     text = json.dumps(data, indent=1).replace("NaN", ".nan").replace("Infinity", ".inf")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Notice)

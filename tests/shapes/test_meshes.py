@@ -21,7 +21,7 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.shapes import meshes, msh
 
 FOLDER = Path(__file__).parents[2] / "meshes"
-FILES = sorted(path for path in FOLDER.iterdir() if path.suffix in (".msh", ".vtu"))
+FILES = sorted(FOLDER / name for name in runpy.run_path(str(FOLDER / "build.py"))["everything"]())
 
 SQUARE_ENDS = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (2.0, 1.0, 0.0)]
 

@@ -37,11 +37,6 @@ def rotation(dim: int, omega: np.ndarray, x: np.ndarray | None = None) -> np.nda
     return (x.reshape(-1, dim) @ spin.T).ravel()
 
 
-def test_every_type_is_tested() -> None:
-    for dim in (2, 3):
-        assert {type(load) for load in every_load(dim)} == set(loads.force.registry) - {object}
-
-
 @pytest.mark.parametrize("dim, load", CASES)
 def test_contract(dim: int, load: loads.Load) -> None:
     check_system(assemble(beams(dim), loads=[load]))

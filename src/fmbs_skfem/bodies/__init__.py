@@ -1,8 +1,27 @@
-"""Bodies and their laws."""
+"""Bodies and their laws: cables, plates and shells (`plate.plate`), rigid bodies (`rigid.rigid`), mass points; stress fields."""
 
+from . import fields, plate, rigid
 from .body import Body, Cells, cable, point_mass
 from .cable_law import Curvature
 from .checks import check_law
+from .laws import Law
+from .plate import Rim
 from .sections import Circular, Given, Material, Rectangular
 
-__all__ = ["Material", "Circular", "Rectangular", "Given", "Curvature", "Cells", "Body", "cable", "point_mass", "check_law"]
+__all__ = [
+    "Material",
+    "Circular",
+    "Rectangular",
+    "Given",
+    "Curvature",
+    "Law",
+    "Cells",
+    "Body",
+    "cable",
+    "plate",
+    "Rim",
+    "rigid",
+    "point_mass",
+    "fields",
+    "check_law",
+]

@@ -11,26 +11,30 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from ..core.errors import InputError, closest, say
-from ..shapes import curves, line, meshes
+from ..shapes import curves, line, meshes, surface
+from ..shapes.surface import Surface
 from ..shapes.table import Table
 from .cable_law import Curvature, strains
+from .laws import Law
 from .sections import Given, Material, positive, stiffness
 
 
 @dataclass(frozen=True)
 class Cells:
-    """Gather and law data of the cells of a cable; the cell axis is last, so that kernels run along it."""
+    """Gather and law data of the cells of a body; the cell axis is last, so that kernels run along it."""
 
-    curvature: Curvature
-    table: np.ndarray  #: (k, p, b, e), d/dS and d2/dS2 of the basis [1/m, 1/m2]
+    law: Law
+    table: np.ndarray  #: (k, p, b, e), derivatives of the basis that the law reads [1/m, 1/m2]
     nodes: np.ndarray  #: (b, e), place of the first component of each basis function in the coordinates
     dim: int  #: number of components c
-    section: np.ndarray  #: (4, p, e): EA [N], EI [N m2], kappa0 [1/m], weight [m]
+    section: np.ndarray  #: (i, p, e), rows of the law, the last one the quadrature weight
+    spread: csr_array | None = None  #: coordinates of the cells from those of the body where they are not the same
 
 
 @dataclass(frozen=True)
@@ -41,10 +45,14 @@ class Body:
     reference: np.ndarray  #: (b, c) coordinates of the reference configuration [m]
     mass: csr_array  #: (b, b) [kg]
     constant: np.ndarray  #: (b,) coordinates of the field 1
-    places: dict[str, float] = field(default_factory=dict)  #: parameter xi of the named points
-    space: line.BSpline | line.Hermite | None = None
+    places: dict[str, Any] = field(default_factory=dict)  #: named points: xi on a line, (cell, xi1, xi2) on a surface
+    space: line.BSpline | line.Hermite | Surface | None = None
     cells: Cells | None = None
     radius: float = 0.01  #: drawn radius [m]
+    frames: dict[str, int] = field(default_factory=dict)  #: named rigid frames: first of their functions c, e1, e2 (, e3)
+    thickness: np.ndarray | float = 0.0  #: of plates and shells, one number or one a cell [m]
+    spread: csr_array | None = None  #: (functions of the space, b) where the body's functions are not those of the space
+    stiffness: csr_array | None = None  #: (b, b) constant springs between the functions, the same for every component [N/m]
 
     @property
     def dim(self) -> int:
@@ -154,7 +162,7 @@ def cable_cells(
         raise InputError(say(f"body '{name}'", "a straight line for quadratic curvature", "a curved one", "use exact curvature"))
     section = np.stack([np.full_like(weights, data.EA), np.full_like(weights, data.EI), kappa, weights])
     return Cells(
-        curvature,
+        Law(int(curvature)),
         np.ascontiguousarray(values[:, :, 1:].transpose(2, 1, 3, 0)),
         np.ascontiguousarray(table.nodes.T * reference.shape[1]),
         reference.shape[1],
@@ -162,15 +170,20 @@ def cable_cells(
     )
 
 
-def locate(body: Body, place: str | float) -> float:
-    """Parameter xi of a named point, or of an arc length from the start [m]."""
+Place: TypeAlias = float | tuple[int, float, float] | str  #: xi on a line, (cell, xi1, xi2) on a surface, name of a frame
+
+
+def locate(body: Body, place: str | float) -> Place:
+    """A named point or frame, or the parameter xi at an arc length from the start of a line [m]."""
     if isinstance(place, str):
-        if place not in body.places:
-            known = ", ".join(sorted(body.places)) or "none"
-            raise InputError(say(f"body '{body.name}'", f"one of its points ({known})", f"'{place}'") + closest(place, body.places))
-        return body.places[place]
-    if body.space is None:
-        raise InputError(say(f"body '{body.name}'", "its point 'center'", place))
+        known = {**body.frames, **body.places}
+        if place not in known:
+            listed = ", ".join(sorted(known)) or "none"
+            raise InputError(say(f"body '{body.name}'", f"one of its points ({listed})", f"'{place}'") + closest(place, known))
+        return place if place in body.frames else body.places[place]
+    if not isinstance(body.space, line.BSpline | line.Hermite):
+        listed = ", ".join(sorted({**body.frames, **body.places})) or "none"
+        raise InputError(say(f"body '{body.name}'", f"one of its points ({listed})", place))
     fine = np.concatenate([np.linspace(a, b, 9)[:-1] for a, b in zip(*adjacent(line.breaks(body.space)), strict=True)])
     fine = np.append(fine, line.breaks(body.space)[-1])
     speed = np.linalg.norm(line.sample(body.space, fine, 1) @ body.reference, axis=1)
@@ -186,16 +199,46 @@ def adjacent(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return values[:-1], values[1:]
 
 
-def probe(body: Body, xi: float, derivative: int = 0) -> csr_array:
-    """Row (1, b) that takes coordinates to the position (derivative 0) or to the slope dr/dS (derivative 1) at xi."""
-    if body.space is None:
+def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:
+    """Row (1, b) that takes coordinates to the position (derivative 0) or to a vector (derivative 1, 2, 3) at a place.
+
+    Vectors are the slope dr/dS of a line, the unit tangents of a surface in local coordinates, the axes e1, e2 (, e3) of a frame.
+    """
+    if isinstance(place, str):
+        axes = body.dim if derivative else 0
+        column = body.frames[place] + derivative
+        return vector_row(body, derivative, axes, csr_array(([1.0], ([0], [column])), shape=(1, len(body.reference))))
+    if isinstance(body.space, Surface):
+        cell, xi = np.array([place[0]]), np.array([place[1:]])  # type: ignore[index]
+        rows = [surface.sample(body.space, cell, xi, k) for k in range(3)]
+        rows = rows if body.spread is None else [csr_array(row @ body.spread) for row in rows]
+        tangents = np.stack([row @ body.reference for row in rows[1:]], axis=1)
+        inverse = np.linalg.inv(np.einsum("xac,xic->xai", tangents, surface.local_axes(tangents)[0]))[0]
+        local = (
+            csr_array(inverse[derivative - 1, 0] * rows[1] + inverse[derivative - 1, 1] * rows[2])
+            if derivative in (1, 2)
+            else rows[0]
+        )
+        return vector_row(body, derivative, 2, local)
+    if body.space is None and body.frames:
         if derivative:
-            raise InputError(say(f"body '{body.name}'", "a body with a slope", "a mass point"))
-        return csr_array(np.ones((1, 1)))
-    row = line.sample(body.space, np.array([xi]), derivative)
-    if derivative == 0:
-        return row
-    return csr_array(row / np.linalg.norm(line.sample(body.space, np.array([xi]), 1) @ body.reference))
+            return probe(body, next(iter(body.frames)), derivative)
+        return csr_array(np.array([[1.0, *place]]))  # type: ignore[misc]
+    if body.space is None:
+        return vector_row(body, derivative, 0, csr_array(([1.0], ([0], [0])), shape=(1, len(body.reference))))
+    xi = np.array([place])
+    row = line.sample(body.space, xi, min(derivative, 1))
+    size = np.linalg.norm(line.sample(body.space, xi, 1) @ body.reference) if derivative else 1.0
+    return vector_row(body, derivative, 1, csr_array(row / size))
+
+
+def vector_row(body: Body, derivative: int, known: int, row: csr_array) -> csr_array:
+    """The row, where the place has a vector of that number."""
+    if derivative > known:
+        expected = "a body with a slope" if derivative == 1 else f"a place with {derivative} vectors"
+        remedy = "take a place of a line for a slope, a frame for axes"
+        raise InputError(say(f"body '{body.name}'", expected, f"one with {known}" if known else "a mere point", remedy))
+    return row
 
 
 def order_of(space: line.BSpline | line.Hermite) -> int:

@@ -1,138 +1,178 @@
-r"""The contract of a strain energy W(u) of jets u = (r', r''), here the cable law of every curvature measure, or a user's own.
+r"""The contract of a strain energy W(u) of jets u = (r,1 ... r,k): the laws of cable, membrane and shell, or a user's own.
 
     S = dW/du,   D = d2W/du2 = D^T,   W(R u) = W(u),   S(R u) = R S(u)                 for rotations R
     W = 0 and S = 0                                                                    where u = R u0
     S_d(u, v) = S(u, v, beta) - S(u, 0, 0) = (D(u, beta) - D(u, 0)) v,   v . S_d >= 0,   S_d = 0 for v = omega x u
 
-with jets u and rates v (2c, p, e), stresses S (2c, p, e) and moduli D (2c, 2c, p, e) as in `cable_law`.
+with jets u and rates v (k c, p, e), stresses S (k c, p, e) and moduli D (k c, k c, p, e) as in `laws`.
 """
 
 from __future__ import annotations
 
-from typing import Protocol, cast
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.random import Generator
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InputError, say
-from . import cable_law
+from . import laws
 from .cable_law import STRAIGHT, Curvature
+from .laws import Law
 
 STEP = 3e-4  #: of the difference quotients, in units of the jets
 POINTS, CELLS = 2, 6  #: tested jets
+BETA = 0.3  #: tested damping time [s]
+DIMENSIONS = {Law.MEMBRANE: (2,), Law.SHELL: (3,)}  #: of the laws that do not serve both the plane and space
 
 
-class Law(Protocol):
-    """Energy, stress and modulus of jets u (2c, p, e) with the section data (4, p, e); see `cable_law`."""
+class Rules(Protocol):
+    """Energy, stress and modulus of jets u (k c, p, e) with the section data (i, p, e) of a law; see `laws`."""
 
-    def energy(self, curvature: int, u: np.ndarray, section: np.ndarray, /) -> float: ...
+    def energy(self, law: int, u: np.ndarray, section: np.ndarray, /) -> float: ...
 
-    def stress(
-        self, curvature: int, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray, /
-    ) -> None: ...
+    def stress(self, law: int, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray, /) -> None: ...
 
-    def modulus(self, curvature: int, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray, /) -> None: ...
+    def modulus(self, law: int, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray, /) -> None: ...
 
 
-CABLE = cast(Law, cable_law)
+@dataclass(frozen=True)
+class Case:
+    """A law with random sections and jets, on which the contract is tested."""
+
+    rules: Rules
+    law: int
+    dim: int
+    section: np.ndarray  #: (i, p, e)
+    reference: np.ndarray  #: (k c, p, e) jets free of stress
+    jets: np.ndarray  #: (k c, p, e) deformed jets
+    where: str  #: place in messages
+    tolerance: float
+
+    def require(self, name: str, error: float, tolerance: float | None = None) -> None:
+        """Refuse an error beyond the tolerance, or one that is not a number."""
+        limit = self.tolerance if tolerance is None else tolerance
+        if not error <= limit:
+            remedy = "correct the rules of this type"
+            raise InputError(say(f"{self.where}: {name}", f"an error of at most {limit:.1e}", f"{error:.3e}", remedy))
+
+    def energy(self, u: np.ndarray) -> float:
+        return self.rules.energy(self.law, u, self.section)
+
+    def stress(self, u: np.ndarray, rate: np.ndarray | None = None, beta: float = 0.0) -> np.ndarray:
+        S = np.zeros_like(u)
+        self.rules.stress(self.law, u, u if rate is None else rate, beta, self.section, S)
+        return S
+
+    def modulus(self, u: np.ndarray, beta: float = 0.0) -> np.ndarray:
+        D = np.zeros((len(u), *u.shape))
+        self.rules.modulus(self.law, u, beta, self.section, D)
+        return D
 
 
-def check_law(curvature: Curvature, dim: int, law: Law = CABLE, tolerance: float = 1e-8, seed: int = 0) -> None:
-    """The contract of a law with a curvature measure in 2 or 3 dimensions; raises an InputError that names what fails.
+def check_law(law: Law | Curvature, dim: int, rules: Rules = laws, tolerance: float = 1e-8, seed: int = 0) -> None:
+    """The contract of a law in 2 or 3 dimensions; raises an InputError that names what fails.
 
-    Tested are straight and curved references (straight ones only for the quadratic curvature) at random jets. EA, EI and weights
-    are of order one, so that no part of the energy hides behind another.
+    `rules` replace those of `laws`. Tested are straight and curved references (straight ones only for the quadratic curvature and
+    the membrane) at random jets. Stiffnesses and weights are of order one, so that no part of the energy hides behind another.
     """
-    where, random = f"check_law({curvature.name}, dimension {dim})", np.random.default_rng(seed)
-    for bent in (False, True) if curvature is not Curvature.QUADRATIC else (False,):
-        section = sections(random, dim, bent)
-        u0, u = reference_jets(section, dim), deformed_jets(random, dim)
-        check_derivatives(where, law, curvature, u, section, random, tolerance)
-        check_rotation(where, law, curvature, u0, u, section, random, tolerance)
-        check_damping(where, law, curvature, u, section, random, tolerance)
+    where, random = f"check_law({law.name}, dimension {dim})", np.random.default_rng(seed)
+    kind = Law(int(law))
+    if dim not in DIMENSIONS.get(kind, (2, 3)):
+        raise InputError(say(where, f"dimension {DIMENSIONS[kind][0]} for this law", dim))
+    for bent in (False,) if kind in (Law.QUADRATIC, Law.MEMBRANE) else (False, True):
+        section, reference, jets = samples(kind, dim, bent, random)
+        case = Case(rules, int(law), dim, section, reference, jets, where, tolerance)
+        check_derivatives(case, random)
+        check_rotation(case, random)
+        check_damping(case, random)
 
 
-def require(where: str, name: str, error: float, tolerance: float) -> None:
-    """Refuse an error beyond the tolerance, or one that is not a number."""
-    if not error <= tolerance:
-        remedy = "correct the rules of this type"
-        raise InputError(say(f"{where}: {name}", f"an error of at most {tolerance:.1e}", f"{error:.3e}", remedy))
+def samples(law: Law, dim: int, bent: bool, random: Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Random sections of a law with their reference jets, and random deformed jets."""
+    if law in (Law.MEMBRANE, Law.SHELL):
+        section = surface_sections(random, law, bent)
+        return section, surface_reference(random, section, dim), surface_jets(random, laws.vectors(law), dim)
+    section = cable_sections(random, dim, bent)
+    return section, cable_reference(section, dim), cable_jets(random, dim)
 
 
-def sections(random: Generator, dim: int, bent: bool) -> np.ndarray:
-    """EA, EI, kappa0 and weight of random sections, (4, p, e); kappa0 has both signs in the plane."""
+def cable_sections(random: Generator, dim: int, bent: bool) -> np.ndarray:
+    """EA, EI, kappa0 and weight, (4, p, e); kappa0 has both signs in the plane."""
     section = random.uniform(0.5, 2.0, (4, POINTS, CELLS))
     section[2] *= random.choice([-1.0, 1.0], (POINTS, CELLS)) if dim == 2 else 1.0
     section[2] *= bent
     return section
 
 
-def reference_jets(section: np.ndarray, dim: int) -> np.ndarray:
+def cable_reference(section: np.ndarray, dim: int) -> np.ndarray:
     """r0' = e_x, r0'' = kappa0 e_y, (2c, p, e)."""
     u = np.zeros((2 * dim, *section.shape[1:]))
     u[0], u[dim + 1] = 1.0, section[2]
     return u
 
 
-def deformed_jets(random: Generator, dim: int) -> np.ndarray:
+def cable_jets(random: Generator, dim: int) -> np.ndarray:
     """Random jets with |r'| between 0.7 and 1.3, (2c, p, e)."""
     u = random.normal(size=(2 * dim, POINTS, CELLS))
     u[:dim] *= random.uniform(0.7, 1.3, (POINTS, CELLS)) / np.linalg.norm(u[:dim], axis=0)
     return u
 
 
-def stress_of(law: Law, curvature: Curvature, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray) -> np.ndarray:
-    S = np.zeros_like(u)
-    law.stress(int(curvature), u, rate, beta, section, S)
-    return S
+def surface_sections(random: Generator, law: Law, bent: bool) -> np.ndarray:
+    """A, nu, weight (3, p, e) of a membrane; A, B, nu, b0_11, b0_22, b0_12, weight (7, p, e) of a shell."""
+    section = random.uniform(0.5, 2.0, (laws.rows(law), POINTS, CELLS))
+    section[1 if law is Law.MEMBRANE else 2] = random.uniform(0.0, 0.45, (POINTS, CELLS))
+    if law is Law.SHELL:
+        section[3:6] = bent * random.uniform(-1.0, 1.0, (3, POINTS, CELLS))
+    return section
 
 
-def modulus_of(law: Law, curvature: Curvature, u: np.ndarray, beta: float, section: np.ndarray) -> np.ndarray:
-    D = np.zeros((len(u), *u.shape))
-    law.modulus(int(curvature), u, beta, section, D)
-    return D
+def surface_reference(random: Generator, section: np.ndarray, dim: int) -> np.ndarray:
+    """r0,1 = e_x, r0,2 = e_y, and r0,ij with the normal parts b0_ij and any tangential parts, (k c, p, e)."""
+    tangents = np.zeros((2, dim, *section.shape[1:]))
+    tangents[0, 0], tangents[1, 1] = 1.0, 1.0
+    if dim == 2:
+        return tangents.reshape(4, *section.shape[1:])
+    second = random.normal(size=(3, dim, *section.shape[1:]))
+    second[:, 2] = section[3:6]
+    return np.concatenate([tangents, second]).reshape(15, *section.shape[1:])
 
 
-def check_derivatives(
-    where: str, law: Law, curvature: Curvature, u: np.ndarray, section: np.ndarray, random: Generator, tolerance: float
-) -> None:
+def surface_jets(random: Generator, vectors: int, dim: int) -> np.ndarray:
+    """Random jets with strains up to about one half, (k c, p, e)."""
+    u = random.normal(size=(vectors, dim, POINTS, CELLS))
+    u[:2] = np.eye(2, dim)[:, :, None, None] + random.uniform(-0.3, 0.3, (2, dim, POINTS, CELLS))
+    return rotated(turn(random, dim), u.reshape(-1, POINTS, CELLS))
+
+
+def check_derivatives(case: Case, random: Generator) -> None:
     """S . w and D w against fourth-order differences of W and S along random directions w; D symmetric."""
-    S, D = stress_of(law, curvature, u, u, 0.0, section), modulus_of(law, curvature, u, 0.0, section)
+    u = case.jets
+    S, D = case.stress(u), case.modulus(u)
     for w in random.normal(size=(4, *u.shape)):
         ahead = {k: u + k * STEP * w for k in (-2, -1, 1, 2)}
-        W = {k: law.energy(int(curvature), v, section) for k, v in ahead.items()}
+        W = {k: case.energy(v) for k, v in ahead.items()}
         slope = (8 * (W[1] - W[-1]) - (W[2] - W[-2])) / (12 * STEP)
-        require(where, "stress against the energy", abs(float(np.sum(S * w)) - slope) / float(np.abs(S * w).sum()), tolerance)
-        T = {k: stress_of(law, curvature, v, v, 0.0, section) for k, v in ahead.items()}
+        case.require("stress against the energy", abs(float(np.sum(S * w)) - slope) / float(np.abs(S * w).sum()))
+        T = {k: case.stress(v) for k, v in ahead.items()}
         change = (8 * (T[1] - T[-1]) - (T[2] - T[-2])) / (12 * STEP)
         error = np.abs(np.einsum("ijpe,jpe->ipe", D, w) - change).max() / np.abs(change).max()
-        require(where, "modulus against the stress", float(error), tolerance)
-    require(where, "symmetry of the modulus", float(np.abs(D - D.transpose(1, 0, 2, 3)).max()), 0.0)
+        case.require("modulus against the stress", float(error))
+    case.require("symmetry of the modulus", float(np.abs(D - D.transpose(1, 0, 2, 3)).max()), 0.0)
 
 
-def check_rotation(
-    where: str,
-    law: Law,
-    curvature: Curvature,
-    u0: np.ndarray,
-    u: np.ndarray,
-    section: np.ndarray,
-    random: Generator,
-    tolerance: float,
-) -> None:
+def check_rotation(case: Case, random: Generator) -> None:
     """A rotation of the reference costs no energy and gives no stress; a rotation of any jets turns their stress."""
-    dim = len(u) // 2
-    R = turn(random, dim)
-    rigid = rotated(R, u0)
-    require(where, "energy of a rigid rotation", abs(law.energy(int(curvature), rigid, section)), tolerance)
-    S = stress_of(law, curvature, rigid, rigid, 0.0, section)
-    require(where, "stress of a rigid rotation", float(np.abs(S).max()), tolerance)
-    W, turned = law.energy(int(curvature), u, section), rotated(R, u)
-    require(where, "energy of rotated jets", abs(law.energy(int(curvature), turned, section) / W - 1.0), tolerance)
-    S = stress_of(law, curvature, u, u, 0.0, section)
-    error = np.abs(stress_of(law, curvature, turned, turned, 0.0, section) - rotated(R, S)).max() / np.abs(S).max()
-    require(where, "stress of rotated jets", float(error), tolerance)
+    R = turn(random, case.dim)
+    rigid = rotated(R, case.reference)
+    case.require("energy of a rigid rotation", abs(case.energy(rigid)))
+    case.require("stress of a rigid rotation", float(np.abs(case.stress(rigid)).max()))
+    turned, S = rotated(R, case.jets), case.stress(case.jets)
+    case.require("energy of rotated jets", abs(case.energy(turned) / case.energy(case.jets) - 1.0))
+    error = np.abs(case.stress(turned) - rotated(R, S)).max() / np.abs(S).max()
+    case.require("stress of rotated jets", float(error))
 
 
 def turn(random: Generator, dim: int) -> np.ndarray:
@@ -144,30 +184,28 @@ def turn(random: Generator, dim: int) -> np.ndarray:
 
 
 def rotated(R: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """R applied to both halves of jets (2c, p, e)."""
-    halves = u.reshape(2, len(R), *u.shape[1:])
-    return np.ascontiguousarray(np.einsum("cd,kdpe->kcpe", R, halves).reshape(u.shape))
+    """R applied to every vector of jets (k c, p, e)."""
+    vectors = u.reshape(-1, len(R), *u.shape[1:])
+    return np.ascontiguousarray(np.einsum("cd,kdpe->kcpe", R, vectors).reshape(u.shape))
 
 
-def check_damping(
-    where: str, law: Law, curvature: Curvature, u: np.ndarray, section: np.ndarray, random: Generator, tolerance: float
-) -> None:
-    """Damping stress: linear in the rate with its modulus, dissipates, vanishes (in space: is bounded) for rigid rates."""
-    dim, beta = len(u) // 2, 0.3
-    rates, S = random.normal(size=(4, *u.shape)), stress_of(law, curvature, u, u, 0.0, section)
-    C = modulus_of(law, curvature, u, beta, section) - modulus_of(law, curvature, u, 0.0, section)
+def check_damping(case: Case, random: Generator) -> None:
+    """Damping stress: linear in the rate with its modulus, dissipates, vanishes (cable in space: is bounded) for rigid rates."""
+    u = case.jets
+    rates, S = random.normal(size=(4, *u.shape)), case.stress(u)
+    C = case.modulus(u, BETA) - case.modulus(u)
     for rate in rates:
-        damped = stress_of(law, curvature, u, rate, beta, section) - S
+        damped = case.stress(u, rate, BETA) - S
         error = np.abs(damped - np.einsum("ijpe,jpe->ipe", C, rate)).max() / np.abs(damped).max()
-        require(where, "damping stress against its modulus", float(error), tolerance)
+        case.require("damping stress against its modulus", float(error))
         power = np.sum(damped * rate, axis=0)
-        require(where, "damping dissipates (largest gain of energy)", float(-power.min() / np.abs(power).max()), tolerance)
-    spin = random.normal(size=(dim, dim))
+        case.require("damping dissipates (largest gain of energy)", float(-power.min() / np.abs(power).max()))
+    spin = random.normal(size=(case.dim, case.dim))
     turning = rotated(spin - spin.T, u)
-    still = stress_of(law, curvature, u, turning, beta, section) - S
-    if dim == 2 and curvature is not Curvature.QUADRATIC:
-        require(where, "damping of a rigid rotation", float(np.abs(still).max() / np.abs(S).max()), tolerance)
+    still = case.stress(u, turning, BETA) - S
+    if case.law in (Law.MEMBRANE, Law.SHELL) or (case.dim == 2 and case.law != Law.QUADRATIC):
+        case.require("damping of a rigid rotation", float(np.abs(still).max() / np.abs(S).max()))
         return
-    bound = beta * section[1] * section[3] * STRAIGHT * float(np.sum((spin - spin.T) ** 2)) / 2.0
+    bound = BETA * case.section[1] * case.section[3] * STRAIGHT * float(np.sum((spin - spin.T) ** 2)) / 2.0
     excess = np.sum(still * turning, axis=0) / bound - 1.0
-    require(where, "power of the damping in a rigid rotation over its bound beta EI s^2 omega^2", float(excess.max()), tolerance)
+    case.require("power of the damping in a rigid rotation over its bound beta EI s^2 omega^2", float(excess.max()))

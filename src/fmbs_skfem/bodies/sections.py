@@ -22,9 +22,12 @@ class Material:
 
     young_modulus: float  #: E [Pa]
     density: float  #: rho [kg/m3]
+    poisson_ratio: float = 0.3  #: nu [-], of plates and shells
 
     def __post_init__(self) -> None:
         positive("material", young_modulus=self.young_modulus, density=self.density)
+        if not -1.0 < self.poisson_ratio <= 0.5:
+            raise InputError(say("material.poisson_ratio", "a number above -1 and up to 0.5", self.poisson_ratio))
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 import click
+import numpy as np
 
 from . import common
 from .common import Result, Session
@@ -21,26 +22,30 @@ SECONDS_A_STEP, SECONDS_A_CELL = 5e-6, 1.5e-6  #: of a usual computer [s]; for o
 @common.command("check")
 @click.option("--duration", type=float, metavar="SECONDS", help="Replace the duration of a dynamic analysis.")
 def command(session: Session, duration: float | None) -> Result:
-    """Read SCENE and its meshes, assemble it, eliminate what joints fix, check the initial state, and say what it is.
+    """Read SCENE and its meshes, assemble it in the form it is solved in, check the initial state, and say what it is.
 
     Nothing is solved; --out writes check.json.
     """
-    from .. import systems
-    from ..dynamics.integration import consistent_start
+    from ..dynamics.integration import GeneralizedAlpha, consistent_start
+    from ..scenes import build
+    from ..systems import compile_system
+    from ..systems.redundancy import without_redundant
     from . import solving
 
     scene = common.read_scene(session, duration)
     raw = solving.system(session, scene)
     common.announce_compiling()
-    reduced = systems.eliminate(raw)
-    consistent_start(systems.compile_system(reduced), getattr(scene.analysis, "step", 1e-3))
+    form = build.chosen_form(scene, raw)
+    reduced = without_redundant(form)
+    consistent_start(compile_system(reduced), GeneralizedAlpha(getattr(scene.analysis, "step", 1e-3)))
     parts = bodies(session, scene)
-    linear = len(raw.constraints.names) - len(reduced.constraints.names)
+    eliminated = len(raw.constraints.names) - len(form.constraints.names)
+    dropped = len(form.constraints.names) - len(reduced.constraints.names)
     found: dict[str, Any] = {
         "status": "ok",
         **solving.heading(scene),
         **solving.sizes(raw, reduced),
-        "redundant_constraints": linear - (raw.size - reduced.size),
+        "redundant_constraints": eliminated - (raw.size - reduced.size) + dropped,
         "mass": sum(part["mass"] for part in parts),
         "bodies": parts,
         "joints": dict(Counter(joint for joint, _ in raw.constraints.names)),
@@ -70,11 +75,14 @@ def bodies(session: Session, scene: Scene) -> list[dict[str, Any]]:
 
 def estimates(scene: Scene, reduced: System, cells: int) -> dict[str, float]:
     """Steps, stored states, memory of the trajectory [MB] and order of magnitude of the time [s] of a dynamic analysis."""
+    from ..scenes import build
+
     analysis = scene.analysis
     if analysis.type != "dynamic":
         return {}
     steps = round(analysis.duration / analysis.step)
-    stored = steps // analysis.every + 1
+    every = build.kept_steps(scene)
+    stored = len(every) if isinstance(every, np.ndarray) else steps // every + 1
     return {
         "steps": steps,
         "stored_states": stored,

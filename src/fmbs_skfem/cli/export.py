@@ -14,7 +14,7 @@ SERIES = "motion"
 @click.option("--duration", type=float, metavar="SECONDS", help="Replace the duration of a dynamic analysis.")
 @click.option("--frames", "count", type=click.IntRange(1, 100_000), default=201, help="Instants of the series (default: 201).")
 def command(session: Session, duration: float | None, count: int) -> Result:
-    """Solve SCENE and write motion.pvd with one .vtu an instant: displacement, velocity, strain and curvature.
+    """Solve SCENE and write motion.pvd with one .vtu an instant: displacement, velocity, strain, curvature, stress of plates.
 
     Writes what `fmbs run` writes, too.
     """
@@ -24,5 +24,5 @@ def command(session: Session, duration: float | None, count: int) -> Result:
     scene = common.read_scene(session, duration)
     solved = solving.solve(session, scene)
     out, found = solving.keep(session, solved, (f"{SERIES}.pvd",))
-    path = series.write(picture.frames(solved.trajectory, picture.spread(solved.trajectory, count)), out, SERIES)
+    path = series.write_each(picture.pieces(solved.trajectory, picture.spread(solved.trajectory, count)), out, SERIES)
     return solving.result(solved, found, [path])

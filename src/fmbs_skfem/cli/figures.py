@@ -36,7 +36,7 @@ def draw(scene: Scene, study: Study, out: Path) -> list[Path]:
     if study.errors:
         times = next(iter(study.errors.values())).times
         curves = {name: readable(error.relative) for name, error in study.errors.items()}
-        files.append(plots.errors(out / "errors.png", times, curves, study.time_error.relative))
+        files.append(plots.errors(out / "errors.png", times, curves, study.time_error.relative if study.time_error else None))
     files += spectra(scene, study, out)
     return [*files, cloud(scene, study, out)]
 
@@ -48,7 +48,8 @@ def cloud(scene: Scene, study: Study, out: Path, name: str = "speed_error.png") 
     wrong = [record.name for record in study.records if record.max_error > WRONG]
     shown = [point for point in points(study) if point.name not in wrong]
     title = scene.name + (f" (not drawn, since wrong altogether: {', '.join(wrong)})" if wrong else "")
-    return plots.speed_error(out / name, shown, study.time_error.position, "largest position error [m]", title)
+    floor = study.time_error.position if study.time_error else None
+    return plots.speed_error(out / name, shown, floor, "largest position error [m]", title)
 
 
 def histories(scene: Scene, study: Study, out: Path) -> list[Path]:
@@ -86,7 +87,7 @@ def readable(error: np.ndarray) -> np.ndarray:
 
 
 def unit(kind: str) -> str:
-    return {"velocity": "m/s", "slope": "-"}.get(kind, "m")
+    return {"velocity": "m/s", "slope": "-", "angle": "rad", "angular velocity": "rad/s", "stress": "Pa"}.get(kind, "m")
 
 
 def spectra(scene: Scene, study: Study, out: Path) -> list[Path]:
@@ -95,7 +96,7 @@ def spectra(scene: Scene, study: Study, out: Path) -> list[Path]:
     from ..reduction import residual_norms
     from ..results import plots
 
-    files, step = [], study.time_error.step
+    files, step = [], study["full"].step
     if (motion := study.motions.get("component")) is not None and study.full.system.full is not None:
         norms = residual_norms(study.full.system.full, motion, GeneralizedAlpha(step, getattr(scene.analysis, "rho_inf", 0.8)))
         curves = {"two-norm": norms.plain, "constraint forces": norms.constraint, "gappy norm": norms.gappy}

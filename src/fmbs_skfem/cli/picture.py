@@ -1,21 +1,30 @@
-r"""From trajectories to frames: centre lines with the fields that pictures and VTK series show.
+r"""From trajectories to frames: centre lines and middle surfaces with the fields that pictures and VTK series show.
 
-    strain eps = (r'.r' - 1) / 2 [-],    curvature kappa = |r' x r''| / |r'|^3 [1/m],    velocity dr/dt [m/s]
+    lines       strain (r'.r' - 1) / 2 [-],    curvature |r' x r''| / |r'|^3 [1/m],    velocity dr/dt [m/s]
+    surfaces    strain and curvature: principal value of largest size, with its sign;  membrane_strain, curvature_change: 11, 22, 12
+                von_mises_top, von_mises_bottom [Pa] at z = t/2, -t/2;  von_mises: the larger of the two;  velocity
 
-r' and r'' are derivatives with respect to the reference arc length. Planar scenes lie in z = 0.
+r' and r'' are derivatives with respect to the reference arc length; components refer to the reference tangents of `bodies.fields`.
+Planar scenes lie in z = 0.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
+
 import numpy as np
 
+from ..bodies.fields import recover
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..dynamics import Trajectory
-from ..dynamics.outputs import centre_lines
-from ..results.frames import Frames, Kind, Lines
+from ..dynamics.outputs import centre_lines, skins
+from ..results import frames as frames_
+from ..results.frames import Frames, Kind, Lines, Skins
 from ..scenes import Scene
 from ..systems import System
+from ..systems.system import Skin
 
 #: kind of a marker of the system -> what is drawn
 KINDS = {
@@ -28,20 +37,91 @@ KINDS = {
 }
 
 
-def frames(trajectory: Trajectory, rows: np.ndarray | None = None) -> Frames:
-    """Centre lines, point masses and joints of a trajectory, full or reduced, at the stored times `rows` (all by default)."""
+def frames(trajectory: Trajectory, rows: np.ndarray | None = None, wanted: Collection[str] | None = None) -> Frames:
+    """Bodies and joints of a trajectory, full or reduced, at the stored times `rows`, with the fields `wanted` (all by default).
+
+    Surfaces are evaluated one instant after the other, and only what is wanted is kept.
+    """
     rows = np.arange(len(trajectory.times)) if rows is None else rows
-    system, x, v = trajectory.system, trajectory.x[rows], trajectory.v[rows]
-    q = np.asarray(system.lift.matrix @ x.T).T + system.lift.offset
-    rate = np.asarray(system.lift.matrix @ v.T).T
+    system, x = trajectory.system, trajectory.x[rows]
+    shown, masses = line_bodies(trajectory, rows, wanted)
+    bodies: dict[str, Lines | Skins] = {**shown, **skin_bodies(trajectory, rows, wanted)}
+    if not bodies:
+        raise InputError(say("picture", "a scene with at least one cable, plate or shell", "point masses only"))
+    order = [name for name, _, _ in system.coordinates if name in bodies]
+    return Frames(trajectory.times[rows], {name: bodies[name] for name in order}, {**joints(system, x), **masses})
+
+
+def moved(system: System, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Body coordinates and their rates of unknowns x (..., n) and rates v."""
+    lift = system.lift
+    return np.asarray(lift.matrix @ x.T).T + lift.offset, np.asarray(lift.matrix @ v.T).T
+
+
+def line_bodies(
+    trajectory: Trajectory, rows: np.ndarray, wanted: Collection[str] | None
+) -> tuple[dict[str, Lines], dict[str, tuple[str, np.ndarray]]]:
+    """Cables as lines; bodies of one point as joints."""
+    system = trajectory.system
+    if not system.lines:
+        return {}, {}
+    q, rate = moved(system, trajectory.x[rows], trajectory.v[rows])
     now, moving, start = centre_lines(system, q), centre_lines(system, rate), centre_lines(system, system.lift(system.x0)[None])
     radius = {line.name: line.radius for line in system.lines}
-    cables = [name for name, jets in now.items() if jets.shape[2] > 1]
-    if not cables:
-        raise InputError(say("picture", "a scene with at least one cable", "point masses only"))
-    bodies = {name: lines(now[name], moving[name], start[name], radius[name]) for name in cables}
+    bodies = {name: lines(now[name], moving[name], start[name], radius[name]) for name in now if now[name].shape[2] > 1}
     masses = {name: (Kind.MASS.value, spatial(jets[:, 0, 0])) for name, jets in now.items() if jets.shape[2] == 1}
-    return Frames(trajectory.times[rows], bodies, {**joints(system, x), **masses})
+    return {name: replace(body, fields=chosen(body.fields, wanted)) for name, body in bodies.items()}, masses
+
+
+def chosen(fields: Mapping[str, np.ndarray], wanted: Collection[str] | None) -> dict[str, np.ndarray]:
+    """The wanted ones of these fields."""
+    return {name: values for name, values in fields.items() if wanted is None or name in wanted}
+
+
+def skin_bodies(trajectory: Trajectory, rows: np.ndarray, wanted: Collection[str] | None) -> dict[str, Skins]:
+    """Plates and shells as surfaces."""
+    system = trajectory.system
+    if not system.skins:
+        return {}
+    points: dict[str, list[np.ndarray]] = {skin.name: [] for skin in system.skins}
+    found: dict[str, list[dict[str, np.ndarray]]] = {skin.name: [] for skin in system.skins}
+    for row in rows:
+        q, rate = moved(system, trajectory.x[row], trajectory.v[row])
+        now, moving = skins(system, q), skins(system, rate)
+        for skin in system.skins:
+            points[skin.name].append(spatial(now[skin.name][0]))
+            found[skin.name].append(chosen(skin_fields(skin, now[skin.name], moving[skin.name][0]), wanted))
+    start = skins(system, system.lift(system.x0))
+    bodies = {}
+    for skin in system.skins:
+        name, each = skin.name, found[skin.name]
+        stacked = {key: np.stack([one[key] for one in each]) for key in each[0]}
+        bodies[name] = Skins(np.stack(points[name]), stacked, skin.thickness, spatial(start[name][0]), skin.cells)
+    return bodies
+
+
+def skin_fields(skin: Skin, jets: np.ndarray, rate: np.ndarray) -> dict[str, np.ndarray]:
+    """Fields of a surface at one instant from its jets (1 + k, x, c) and the velocity (x, c): (x,) or (x, 3) each."""
+    u = jets[1:].transpose(0, 2, 1).reshape(-1, jets.shape[1])
+    section = skin.section[:, 0]
+    found = recover(skin.law, u, section, skin.thickness)
+    bottom, top = found.von_mises
+    return {
+        "velocity": spatial(rate),
+        "strain": principal(found.strain),
+        "curvature": principal(found.curvature),
+        "von_mises": np.maximum(bottom, top),
+        "von_mises_top": top,
+        "von_mises_bottom": bottom,
+        "membrane_strain": found.strain.T,
+        "curvature_change": found.curvature.T,
+    }
+
+
+def principal(tensor: np.ndarray) -> np.ndarray:
+    """The principal value of largest size (x,), with its sign, of symmetric tensors 11, 22, 12 (3, x)."""
+    middle = 0.5 * (tensor[0] + tensor[1])
+    return np.asarray(middle + np.where(middle < 0, -1.0, 1.0) * np.hypot(0.5 * (tensor[0] - tensor[1]), tensor[2]))
 
 
 def lines(jets: np.ndarray, rates: np.ndarray, start: np.ndarray, radius: float) -> Lines:
@@ -100,6 +180,23 @@ def color(scene: Scene, compared: bool = False) -> str:
         notify("pictures: the full model has no error; coloured by curvature")
         return "curvature"
     return wanted
+
+
+def usual_color(system: System) -> str:
+    """The field that colours a system without a scene: von Mises stress where there are plates or shells, otherwise curvature."""
+    return "von_mises" if system.skins else "curvature"
+
+
+def pieces(trajectory: Trajectory, rows: np.ndarray) -> Iterator[Frames]:
+    """`frames` with all fields, one instant after the other, for VTK series of large bodies."""
+    return (frames(trajectory, rows[i : i + 1]) for i in range(len(rows)))
+
+
+def errors(full: Trajectory, other: Trajectory, wanted: list[float] | None = None, count: int = 6) -> Frames:
+    """A reduced model at the instants `wanted` (or `count` evenly spread ones) with the field error, its distance from `full`."""
+    rows = spread(full, count) if wanted is None else nearest(full, wanted)
+    mine = nearest(other, full.times[rows].tolist())
+    return frames_.with_error(frames(other, mine, ()), frames(full, rows, ()))
 
 
 def nearest(trajectory: Trajectory, wanted: list[float]) -> np.ndarray:

@@ -27,7 +27,9 @@ SUFFIXES = (".h5", ".hdf5")
 @click.option("--modes", type=click.IntRange(1), metavar="R", help="Number of modes a component, instead of a tolerance.")
 @click.option("--hyper", type=float, metavar="ETA", help="Tolerance of the hyper-reduction, instead of the scene's; 0 for none.")
 @click.option(
-    "--sample", type=click.Choice(["elements", "points"]), help="What the hyper-reduction samples, instead of the scene's."
+    "--sample",
+    type=click.Choice(["elements", "points", "exact"]),
+    help="What the hyper-reduction samples, instead of the scene's; the exact polynomial of planar plates samples nothing.",
 )
 @click.option("--duration", type=float, metavar="SECONDS", help="Train on a run of this duration.")
 def command(
@@ -90,23 +92,27 @@ def chosen(scene: Scene, level: str, tolerance: float | None, modes: int | None,
         plan = replace(plan, modes=modes)
     if hyper is not None:
         plan = replace(plan, hyper_tolerance=hyper or None)
+    if sample == "exact":
+        return replace(plan, exact=True)
     return plan if sample is None else replace(plan, level=Level(sample), hyper_tolerance=plan.hyper_tolerance or 1e-3)
 
 
 def train(session: Session, scene: Scene, plan: Plan) -> tuple[Any, dict[str, Any]]:
     """The reduced system, and its sizes, cost and errors against the full model over the training time."""
-    from .. import dynamics, reduction, systems
-    from ..reduction import costs, training
+    from .. import dynamics, reduction
+    from ..reduction import costs, study, training
     from ..scenes import build
     from . import compare
 
     raw, wanted = build.system(scene, allow_outside=session.allow_outside), compare.options(scene, plan)
+    kept = study.kept_steps(wanted)
     with common.progress("full model") as advance:
-        sharp = training.newton_for(wanted.newton, wanted.plan.tolerance)
-        full = dynamics.integrate(systems.eliminate(raw), wanted.scheme, wanted.duration, sharp, progress=advance)
+        sharp = training.newton_for(wanted.newton, plan.tolerance)
+        full = dynamics.integrate(build.chosen_form(scene, raw), wanted.scheme, wanted.duration, sharp, kept, advance)
     model = training.train(raw, reduction.snapshots(full, wanted.interval), plan)
     with common.progress("reduced model") as advance:
-        motion = dynamics.integrate(model.system, wanted.scheme, wanted.duration, wanted.newton, progress=advance)
+        newton = training.newton_of_reduced(wanted.newton, plan.tolerance)
+        motion = dynamics.integrate(model.system, wanted.scheme, wanted.duration, newton, kept, advance)
     errors = reduction.compare(full, motion)
     cells = {name: len(numbers) for name, numbers in costs.kept_cells(model.system).items()}
     return model.system, {
@@ -118,8 +124,10 @@ def train(session: Session, scene: Scene, plan: Plan) -> tuple[Any, dict[str, An
         "elements": costs.by_component(cells, model.components),
         "points": costs.by_component(costs.kept_points(model.system), model.components),
         "tolerance": plan.tolerance if plan.modes is None else None,
-        "hyper_tolerance": plan.hyper_tolerance,
+        "hyper_tolerance": None if plan.exact else plan.hyper_tolerance,
+        "hyper_reduction": "exact" if plan.exact else plan.level.value if plan.hyper_tolerance else "none",
         "max_error": errors.maximum,
+        "median_error": errors.median,
         "mean_error": errors.mean,
         "position_error": errors.position_maximum,
         "cpu_s_full": full.statistics.cpu_s,

@@ -47,10 +47,10 @@ def draw(scene: Scene, trajectory: Trajectory, out: Path, count: int) -> list[Pa
 
     color = picture.color(scene)
     rows = picture.spread(trajectory, max(count, 2))
-    moving = picture.frames(trajectory, rows)
+    moving = picture.frames(trajectory, rows, (color,))
     limits = pictures.limits(moving, color)
     wanted = picture.instants(scene, trajectory)
-    chosen = moving if wanted is None else picture.frames(trajectory, picture.nearest(trajectory, wanted))
+    chosen = moving if wanted is None else picture.frames(trajectory, picture.nearest(trajectory, wanted), (color,))
     written = [pictures.render(chosen, out / PICTURE, wanted, Look(color, title=scene.name))]
     if count:
         look = Look(color, limits=limits, title=scene.name, size=(800, 600))

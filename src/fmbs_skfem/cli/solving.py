@@ -66,7 +66,7 @@ def attempt(scene: Scene, reduced: System) -> tuple[Trajectory, SolverError | No
             scheme = GeneralizedAlpha(analysis.step, analysis.rho_inf)
             with common.progress("integrating") as advance:
                 newton = Newton(tolerance=analysis.tolerance)
-                return dynamics.integrate(reduced, scheme, analysis.duration, newton, analysis.every, advance), None
+                return dynamics.integrate(reduced, scheme, analysis.duration, newton, build.kept_steps(scene), advance), None
         if analysis.type == "static":
             with common.progress("loading") as advance:
                 newton = Newton(tolerance=analysis.tolerance)

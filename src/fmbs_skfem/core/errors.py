@@ -68,3 +68,10 @@ def closest(word: str, candidates: Iterable[str]) -> str:
     """`; did you mean 'x'?` for the candidate nearest to `word`, or nothing."""
     near = difflib.get_close_matches(str(word), list(candidates), n=1, cutoff=0.6)
     return f"; did you mean '{near[0]}'?" if near else ""
+
+
+def require(where: str, name: str, error: float, tolerance: float) -> None:
+    """Refuse an error of a contract check beyond the tolerance, or one that is not a number."""
+    if not error <= tolerance:
+        remedy = "correct the rules of this type"
+        raise InputError(say(f"{where}: {name}", f"an error of at most {tolerance:.1e}", f"{error:.3e}", remedy))

@@ -5,20 +5,27 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 from scipy.linalg import qr
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 
+from ..bodies.laws import Law
 from ..core import lapack
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import notify
 from ..systems import compiled as compilation
 from ..systems.compiled import Compiled, compile_system, signal_table
+from ..systems.quartic import Quartic
+from ..systems.redundancy import singular_start, without_redundant
 from ..systems.system import System
-from . import stepping
+from . import large, stepping
 from .stepping import Method, State, Work
+
+Advance: TypeAlias = Callable[..., tuple[int, int]]  #: `stepping.advance` after its first argument
 
 REASONS = {
     stepping.NOT_CONVERGED: Reason.NOT_CONVERGED,
@@ -26,6 +33,7 @@ REASONS = {
     stepping.NOT_FINITE: Reason.NOT_FINITE,
     stepping.SINGULAR: Reason.SINGULAR_TANGENT,
 }
+PLATES = (Law.MEMBRANE, Law.SHELL)
 HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
 
 
@@ -74,6 +82,7 @@ class Statistics:
     halved: int
     cpu_s: float
     wall_s: float
+    solver: str = ""  #: of the linear systems
 
 
 @dataclass(frozen=True)
@@ -97,18 +106,19 @@ def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, scale: float) 
 
 def workspace(model: Compiled) -> Work:
     A, n, m, j = model.arrays, model.system.size, model.constraints, len(model.arrays.probes_offset)
-    width = A.mass_band.shape[1] - 1
+    width = A.mass.store.shape[1] - 1
+    stored = 0 if model.plan else n
     body, work = model.buffers()
     return Work(
         lapack.ADDRESSES,
-        np.zeros((n, width + 1)),
+        np.zeros((stored, width + 1)),
         np.zeros((n + m, n + m) if A.dense else (0, 0)),
-        np.zeros((1, 1) if A.dense else (n, 3 * width + 1)),
+        np.zeros((1, 1) if A.dense else (stored, 3 * width + 1)),
         np.zeros(n + m if A.dense else n, np.int32),
         np.zeros((m, m)),
         np.zeros(m, np.int32),
-        np.zeros((m, n)),
-        np.zeros((m, n)),
+        np.zeros((m, stored)),
+        np.zeros((m, stored)),
         np.zeros((m, j)),
         np.zeros((1, n + m)),
         np.zeros(j),
@@ -129,58 +139,88 @@ def integrate(
     scheme: GeneralizedAlpha,
     duration: float,
     newton: Newton | None = None,
-    every: int = 1,
+    every: int | np.ndarray = 1,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
-    """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps.
+    """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps, or after the steps listed there.
 
     The number of steps is duration / step, rounded. Initial velocities are projected onto the constraints with a notice. A step
     that fails is halved; SolverError carries reason, time, worst residuals by name and the partial trajectory.
     """
     newton = newton or Newton()
     steps = round(duration / scheme.step)
-    if steps < 1 or every < 1:
+    if steps < 1:
         raise InputError(say("analysis.duration", f"at least one step of {scheme.step} s", f"{duration} s"))
+    kept = kept_steps(every, steps)
+    system = without_redundant(system)
     model = compile_system(system)
-    start = consistent_start(model, scheme.step)
+    start = consistent_start(model, scheme)
     n, m = system.size, model.constraints
-    out, multipliers = np.zeros((3, steps // every + 1, n)), np.zeros((steps // every + 1, m))
+    rows = np.full(steps + 1, -1)
+    rows[kept] = np.arange(len(kept))
+    out, multipliers = np.zeros((3, len(kept), n)), np.zeros((len(kept), m))
     state = first_state(model, start, method_of(scheme, newton, scheme.step, system.scale).c)
     out[:, 0] = state.x, state.v, state.acceleration
     multipliers[0] = start[3]
     counters, cpu, wall = np.zeros(4, np.int64), clock.process_time(), clock.perf_counter()
-    work = workspace(model)
+    work, advance = workspace(model), stepper(model)
     method = method_of(scheme, newton, scheme.step, system.scale)
     done, chunk = 0, max(1, steps // 50) if progress else steps
     inverse = np.argsort(model.order)
 
-    def trajectory(rows: int) -> Trajectory:
+    def trajectory() -> Trajectory:
+        have = int(np.searchsorted(kept, done, side="right"))
         taken, iterations, factorisations, halved = (int(k) for k in counters)
         seconds = clock.process_time() - cpu, clock.perf_counter() - wall
-        totals = Statistics(taken, iterations, factorisations, halved, *seconds)
-        times = scheme.step * every * np.arange(rows)
-        x, v, a = (part[:rows, inverse] for part in out)
-        return Trajectory(system, times, x, v, a, multipliers[:rows], totals)
+        totals = Statistics(taken, iterations, factorisations, halved, *seconds, solver_of(model, advance))
+        x, v, a = (part[:have] if model.plan else part[:have, inverse] for part in out)
+        return Trajectory(system, scheme.step * kept[:have], x, v, a, multipliers[:have], totals)
 
     while done < steps:
         many = min(chunk, steps - done)
         signals, broken = leading_signals(system, scheme.step * (done + 1 + np.arange(many)))
-        status, taken = stepping.advance(model.arrays, state, work, method, signals, every, done, out, multipliers, counters)
+        status, taken = advance(state, work, method, signals, rows[done + 1 :], out, multipliers, counters)
         done += taken
         if status == stepping.DONE and broken is not None:
-            broken.partial = trajectory(done // every + 1)
+            broken.partial = trajectory()
             raise broken
         if status != stepping.DONE:
-            status, reached = halved_step(model, state, work, scheme, newton, done, counters)
+            status, reached = halved_step(model, advance, state, work, scheme, newton, done, counters)
             if status != stepping.DONE:
-                raise failure(model, work, status, reached, trajectory(done // every + 1))
+                raise failure(model, work, status, reached, trajectory())
             done += 1
-            if done % every == 0:
-                out[:, done // every] = state.x, state.v, state.acceleration
-                multipliers[done // every] = state.multipliers / method.c
+            if rows[done] >= 0:
+                out[:, rows[done]] = state.x, state.v, state.acceleration
+                multipliers[rows[done]] = state.multipliers / method.c
         if progress:
             progress(done / steps)
-    return trajectory(steps // every + 1)
+    return trajectory()
+
+
+def kept_steps(every: int | np.ndarray, steps: int) -> np.ndarray:
+    """Numbers of the steps after which states are kept, 0 first."""
+    if isinstance(every, np.ndarray):
+        kept = np.union1d(0, every.astype(np.int64))
+        if kept[0] < 0 or kept[-1] > steps:
+            raise InputError(say("steps to keep", f"numbers from 0 to {steps}", f"{kept[0]} to {kept[-1]}"))
+        return kept
+    if every < 1:
+        raise InputError(say("analysis.every", "at least 1", every))
+    return np.arange(0, steps + 1, every)
+
+
+def solver_of(model: Compiled, advance: Advance) -> str:
+    """Name of the solver of the linear systems, for reports."""
+    if model.plan is not None:
+        return str(advance.__self__.inverse.label)  # type: ignore[attr-defined]
+    return "dense LU" if model.arrays.dense else f"band Cholesky or LU, half width {model.arrays.mass.store.shape[1] - 1}"
+
+
+def stepper(model: Compiled) -> Advance:
+    """The time step of a model: compiled, or for a large one with sparse factors."""
+    if model.plan is not None:
+        return large.Large(model).advance
+    return partial(stepping.advance, model.arrays)
 
 
 def leading_signals(system: System, times: np.ndarray) -> tuple[np.ndarray, SolverError | None]:
@@ -203,7 +243,14 @@ def finite_signals(system: System, times: np.ndarray) -> np.ndarray:
 
 
 def halved_step(
-    model: Compiled, state: State, work: Work, scheme: GeneralizedAlpha, newton: Newton, done: int, counters: np.ndarray
+    model: Compiled,
+    advance: Advance,
+    state: State,
+    work: Work,
+    scheme: GeneralizedAlpha,
+    newton: Newton,
+    done: int,
+    counters: np.ndarray,
 ) -> tuple[int, float]:
     """One step of the full size in 2, 4, ... parts; the status and the time of the last failure."""
     full = method_of(scheme, newton, scheme.step, model.system.scale)
@@ -217,9 +264,8 @@ def halved_step(
         state.known[0], state.order[0], work.kind[0] = 1, 0, 0
         counters[stepping.HALVED] += 1
         times = scheme.step * (done + (np.arange(parts) + 1) / parts)
-        status, taken = stepping.advance(
-            model.arrays, state, work, method, finite_signals(model.system, times), parts + 1, 0, empty, none, counters
-        )
+        signals, nothing = finite_signals(model.system, times), np.full(parts, -1)
+        status, taken = advance(state, work, method, signals, nothing, empty, none, counters)
         counters[stepping.STEPS] -= taken
         if status == stepping.DONE:
             state.multipliers[:] *= full.c / method.c
@@ -262,9 +308,13 @@ def first_state(model: Compiled, start: tuple[np.ndarray, np.ndarray, np.ndarray
     return State(xc, vc, ac.copy(), ac, multipliers * c, history, np.array([1]), np.array([0]))
 
 
-def consistent_start(model: Compiled, h: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """x0, v0 with Phi_q v + Phi_t = 0, q'' and multipliers from M q'' + Phi_q^T lambda = -f, Phi'' = 0."""
-    system = model.system
+def consistent_start(model: Compiled, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """x0, v0 with Phi_q v + Phi_t = 0, q'' and multipliers from M q'' + Phi_q^T lambda = -f, Phi'' = 0.
+
+    Plates take M + (gh C + K) / bh in place of M: under a load that starts as a step M^-1 f is huge in the waves that the step h
+    does not resolve, and the run would carry them on.
+    """
+    system, h = model.system, scheme.step
     x, v = system.x0, system.v0
     phi, J = compilation.gap(model, x)
     wrong = np.flatnonzero(np.abs(phi) > 1e-6 * system.scale)
@@ -273,7 +323,10 @@ def consistent_start(model: Compiled, h: float) -> tuple[np.ndarray, np.ndarray,
         listed = ", ".join(f"{name} by {gap:.3g}" for name, gap in worst)
         raise SolverError(f"the initial state does not satisfy the joints: {listed}", Reason.INCONSISTENT, 0.0, worst)
     M = csr_array(system.mass)
-    solve = kkt_solver(system, M, J)
+    if any(isinstance(part.gather, Quartic) or part.gather.law in PLATES for part in system.elastic):
+        method = method_of(scheme, Newton(), h, system.scale)
+        M = M + (compilation.tangent(model, x, np.zeros(len(phi)), 0.0, method.gh)) / method.bh
+    solve = kkt_solver(model, csr_array(M), J)
     d = 1e-3 * h
     drift = (
         -25 * phi
@@ -299,23 +352,53 @@ def gap_at(model: Compiled, x: np.ndarray, t: float) -> np.ndarray:
     return compilation.gap(model, x, t)[0]
 
 
-def kkt_solver(system: System, M: csr_array, J: np.ndarray) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """Solve [[M, J^T], [J, 0]] (a, l) = (f, g); redundant rows are found by a pivoted factorisation and named in the error."""
-    size = float(abs(M).max()) or 1.0
-    matrix = compilation.kkt(M / size, J)
-    if len(J):
-        _, R, order = qr(J.T, mode="economic", pivoting=True)
-        weak = np.flatnonzero(np.abs(np.diag(R)) <= 1e-10 * abs(R[0, 0]))
-        if len(weak) or len(J) > J.shape[1]:
-            names = tuple((".".join(system.constraints.names[order[k]]), 0.0) for k in weak)
-            listed = ", ".join(name for name, _ in names) or f"{len(J)} rows for {J.shape[1]} unknowns"
-            raise SolverError(
-                f"redundant joints: {listed}; remove one, or let linear ones be eliminated", Reason.INCONSISTENT, 0.0, names
-            )
-    factors = splu(matrix.tocsc())
+def kkt_solver(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """Solve [[M, J^T], [J, 0]] (a, l) = (f, g); redundant rows are named in the error.
+
+    In a singular position, where rows depend on each other for an instant, independent ones determine a, and l has least norm.
+    """
+    system, size = model.system, float(abs(M).max()) or 1.0
+    order, regular = pivoted_rows(J)
+    if regular < len(J) and not singular_start(system):
+        names = tuple((".".join(system.constraints.names[k]), 0.0) for k in order[regular:])
+        listed = ", ".join(name for name, _ in names)
+        text = f"redundant joints: {listed}; remove one, or let linear ones be eliminated"
+        raise SolverError(text, Reason.INCONSISTENT, 0.0, names)
+    rows = np.sort(order[:regular])
+    bordered = augmented(model, M / size, J[rows]) if model.plan else splu(compilation.kkt(M / size, J[rows]).tocsc()).solve
 
     def solve(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        z = factors.solve(np.concatenate([f / size, g]))
-        return z[: len(f)], size * z[len(f) :]
+        z = bordered(np.concatenate([f / size, g[rows]]))
+        found = size * z[len(f) :]
+        return z[: len(f)], found if regular == len(J) else np.linalg.lstsq(J.T, J[rows].T @ found, rcond=None)[0]
 
     return solve
+
+
+def augmented(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """Solve [[M, J^T], [J, 0]] for large models by M + J^T J, which is definite where M is on the null space of J."""
+    n, m = M.shape[0], len(J)
+    scale = np.sqrt(M.diagonal().max()) / max(float(np.abs(J).max(initial=0.0)), 1e-300)
+    rows = csr_array(scale * J)
+    A = csr_array(M + rows.T @ rows)
+    approximate = large.inverse(A, large.rigid_motions(model))
+    spread = large.refined(A, approximate, rows.toarray())
+    schur = rows @ spread.T
+
+    def solve(right: np.ndarray) -> np.ndarray:
+        f, g = right[:n], scale * right[n:]
+        x = large.refined(A, approximate, (f + rows.T @ g)[None, :])[0]
+        multipliers = np.linalg.solve(schur, rows @ x - g) if m else np.zeros(0)
+        return np.concatenate([x - multipliers @ spread, scale * multipliers])
+
+    return solve
+
+
+def pivoted_rows(J: np.ndarray) -> tuple[np.ndarray, int]:
+    """Rows of J, most independent first, and how many of them are independent."""
+    if not len(J):
+        return np.zeros(0, dtype=np.int64), 0
+    used = np.flatnonzero(np.abs(J).max(axis=0) > 0.0)
+    R, order = qr(J[:, used].T, mode="r", pivoting=True)
+    pivots = np.abs(np.diag(R))
+    return order, int((pivots > 1e-10 * pivots.max(initial=0.0)).sum())

@@ -10,7 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from scipy.sparse import csr_array
 
+from ..bodies.fields import recover
+from ..bodies.laws import Law
 from ..core.jit import jit
 from ..core.notices import notify
 from ..systems import compiled, kernels
@@ -44,23 +47,23 @@ def survey(
     moving, still, rest = np.zeros(n), np.zeros(n), np.zeros(n)
     for s in range(samples):
         kernels.clear(moving)
-        kernels.add_diagonals(A.mass, v[s], moving)
+        kernels.add_operator(A.mass, v[s], moving)
         out[s, 0] = 0.5 * np.dot(v[s], moving)
         out[s, 1] = kernels.elastic_energy(A.groups, A.lift, A.lift_offset, x[s], body[0], work)
         kernels.clear(still)
-        kernels.add_diagonals(A.stiffness, x[s], still)
+        kernels.add_operator(A.stiffness, x[s], still)
         out[s, 1] += 0.5 * np.dot(x[s], still)
         kernels.affine(A.probes, A.probes_offset, x[s], y)
         kernels.clear(vy)
         kernels.add_product(A.probes, 1.0, v[s], vy)
         kernels.clear(g)
-        kernels.add_loads(A.forces, y, signals[s], g)
+        kernels.add_loads(A.forces, A.probes, y, v[s], signals[s], g)
         power = np.dot(g, vy)
         kernels.constrain(A.terms, y, before[s], low, jacobian)
         kernels.constrain(A.terms, y, after[s], high, jacobian)
         power += np.dot(multipliers[s], high - low) / span[s]
         kernels.clear(moving)
-        kernels.add_diagonals(A.damping, v[s], moving)
+        kernels.add_operator(A.damping, v[s], moving)
         if A.groups.beta.max() > 0.0:
             kernels.clear(still)
             kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, x[s], v[s], body, work, moving)
@@ -80,12 +83,12 @@ def residuals(
     y, g = np.zeros(len(A.probes_offset)), np.zeros(len(A.probes_offset))
     for s in range(len(x)):
         kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, x[s], v[s], body, work, out[s])
-        kernels.add_diagonals(A.mass, a[s], out[s])
-        kernels.add_diagonals(A.damping, v[s], out[s])
-        kernels.add_diagonals(A.stiffness, x[s], out[s])
+        kernels.add_operator(A.mass, a[s], out[s])
+        kernels.add_operator(A.damping, v[s], out[s])
+        kernels.add_operator(A.stiffness, x[s], out[s])
         kernels.affine(A.probes, A.probes_offset, x[s], y)
         kernels.clear(g)
-        kernels.add_loads(A.forces, y, signals[s], g)
+        kernels.add_loads(A.forces, A.probes, y, v[s], signals[s], g)
         kernels.add_transposed(A.probes, -1.0, g, out[s])
         for i in range(x.shape[1]):
             out[s, i] -= A.load[i]
@@ -125,7 +128,7 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     """Force of every constraint row on the system, - lambda (s,), by (joint, coordinate).
 
     Rows that were eliminated are recovered from the residual of the full system by least squares,
-    Phi_q^T lambda = - (M q'' + f - Q).
+    Phi_q^T lambda = - (M q'' + f - Q); redundant ones that were left out carry nothing.
     """
     system = trajectory.system
     full = system.full
@@ -135,14 +138,18 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     model = compile_system(full)
     r = residual_samples(model, trajectory.times, q, v, a)
     rows, A, _ = linear_part(full)
-    kept = np.setdiff1d(np.arange(len(full.constraints.names)), rows)
+    known = {name: -trajectory.multipliers[:, k] for k, name in enumerate(system.constraints.names)}
+    place = {name: k for k, name in enumerate(full.constraints.names)}
+    kept = np.array([place[name] for name in system.constraints.names], dtype=np.int64)
+    lost = np.array([k for k, row in enumerate(rows) if full.constraints.names[row] not in known], dtype=np.int64)
+    rows, A = rows[lost], csr_array(A[lost])
     for s, t in enumerate(trajectory.times if len(kept) else []):
         r[s] += trajectory.multipliers[s] @ compiled.gap(model, q[s], float(t))[1][kept]
     used = np.unique(A.indices)
     found = -r[:, used] @ np.linalg.pinv(A[:, used].toarray())
-    known = {full.constraints.names[k]: -trajectory.multipliers[:, i] for i, k in enumerate(kept)}
     known |= {full.constraints.names[k]: -found[:, i] for i, k in enumerate(rows)}
-    return {name: known[name] for name in full.constraints.names}
+    none = np.zeros(len(trajectory.times))
+    return {name: known.get(name, none) for name in full.constraints.names}
 
 
 def lifted(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -177,6 +184,28 @@ def velocity_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate:
     return [rate[:, k] for k in output.rows]
 
 
+def angle_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
+    """Angle whose turns follow the angular velocity between the samples, so that they may be far apart."""
+    a, b = output.rows
+    raw, speed = np.arctan2(y[:, b], y[:, a]), angular_velocity_output(trajectory, output, y, rate)[0]
+    expected = 0.5 * (speed[1:] + speed[:-1]) * np.diff(trajectory.times)
+    turns = np.round((expected - np.diff(raw)) / (2 * np.pi))
+    return [raw + 2 * np.pi * np.append(0.0, np.cumsum(turns))]
+
+
+def angular_velocity_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
+    a, b = output.rows
+    return [(y[:, a] * rate[:, b] - y[:, b] * rate[:, a]) / (y[:, a] ** 2 + y[:, b] ** 2)]
+
+
+def stress_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
+    """Von Mises stress on both faces from the jets of a point."""
+    law, thickness, *section = output.parameters
+    jets = y[:, list(output.rows)].T
+    data = np.tile(np.array(section)[:, None], (1, jets.shape[1]))
+    return list(recover(Law(int(law)), jets, data, thickness).von_mises)
+
+
 def deflection_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
     """Component of tip - root normal to the root's slope: signed in the plane, a length in space."""
     dim = trajectory.system.dim
@@ -207,6 +236,9 @@ def reaction_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate:
 RULES: dict[str, Rule] = {
     "position": position_output,
     "velocity": velocity_output,
+    "angle": angle_output,
+    "angular velocity": angular_velocity_output,
+    "stress": stress_output,
     "deflection": deflection_output,
     "energy": energy_output,
     "reaction": reaction_output,
@@ -220,3 +252,32 @@ def centre_lines(system: System, q: np.ndarray) -> dict[str, np.ndarray]:
         values = np.asarray(line.samples @ q.T).T
         found[line.name] = values.reshape(len(q), 3, -1, system.dim)
     return found
+
+
+def skins(system: System, q: np.ndarray) -> dict[str, np.ndarray]:
+    """Positions, then the vectors of the law in local coordinates, on every plate and shell for one q (q,): (1 + k, x, c) by name.
+
+    The samples of a large body are many: take one instant after the other.
+    """
+    found = {}
+    for skin in system.skins:
+        values = np.asarray(skin.samples @ q[skin.columns].reshape(-1, system.dim))
+        found[skin.name] = values.reshape(-1, len(skin.thickness), system.dim)
+    return found
+
+
+def distances(one: System, q: np.ndarray, other: System, p: np.ndarray) -> np.ndarray:
+    """Largest distance (s,) [m] of corresponding points of two motions q (s, q) and p (s, p): centre lines and middle surfaces.
+
+    Surfaces correspond where both have the same cells; NaN where no body of the two corresponds.
+    """
+    worst = np.full(len(q), np.nan)
+    a, b = centre_lines(one, q), centre_lines(other, p)
+    for name in a.keys() & b.keys():
+        worst = np.fmax(worst, np.linalg.norm(a[name][:, 0] - b[name][:, 0], axis=2).max(axis=1))
+    for s in range(len(q)):
+        first, second = skins(one, q[s]), skins(other, p[s])
+        for name in first.keys() & second.keys():
+            if first[name].shape == second[name].shape:
+                worst[s] = np.fmax(worst[s], np.linalg.norm(first[name][0] - second[name][0], axis=1).max())
+    return worst

@@ -1,47 +1,50 @@
-r"""Equilibrium by load stepping, and vibration modes of constrained systems.
+r"""Equilibrium by load stepping or over time, and vibration modes of constrained systems.
 
-    f(x) - s Q + Phi_x^T lambda = 0,  Phi(x) = 0,  s = s1 .. 1          K v = omega^2 M v  on the null space of Phi_x
+    f(x) - s Q(t) + Phi_x^T lambda = 0,  Phi(x, t) = 0,  s = s1 .. 1          K v = omega^2 M v  on the null space of Phi_x
 
 Source of the eigenproblem on the constraints' null space: Geradin and Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, ch. 2.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import eigh, qr
-from scipy.sparse import csr_array
-from scipy.sparse.linalg import splu
+from scipy.sparse import csr_array, diags_array
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
 from ..core.errors import InputError, Reason, SolverError, say
-from ..core.linalg import as_dense
+from ..core.linalg import as_dense, independent_rows
 from ..systems import compiled
 from ..systems.compiled import Compiled, compile_system
-from ..systems.system import System
+from ..systems.system import LoadKind, System
 from .integration import Newton, Statistics, Trajectory, coordinate_names
 
 SHORTER = 0.55  #: factor of a load step that failed; not 1/2, which would come back to the same load factor
+SINGULAR = 1e-15  #: smallest pivot, relative to the largest, of a balanced matrix that counts as regular
+PIVOT = 0.01  #: share of the largest entry of a column at which its diagonal entry serves as the pivot: little fill in thin plates
 SHORTEST = 0.02  #: part of the load step asked for below which the solution is given up
 
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """State at the full load."""
+    """State at one load factor or time."""
 
+    at: float  #: load factor, or time [s]
     x: np.ndarray  #: (n,)
     multipliers: np.ndarray  #: (m,)
     iterations: int
 
 
-def scaled_loads(system: System, factor: float) -> System:
-    """All loads times a factor."""
-    loads = system.loads
-    laws = tuple(replace(law, vector=factor * law.vector) for law in loads.laws)
-    return replace(
-        system, loads=replace(loads, constant=factor * loads.constant, coefficient=factor * loads.coefficient, laws=laws)
-    )
+def scaled(model: Compiled, factor: float) -> Compiled:
+    """All loads times a factor; springs stay as they are."""
+    A = model.arrays
+    spring = A.forces.laws[:, :1] == int(LoadKind.SPRING)
+    forces = A.forces._replace(value=factor * A.forces.value, vectors=np.where(spring, 1.0, factor) * A.forces.vectors)
+    return replace(model, arrays=A._replace(forces=forces, load=factor * A.load))
 
 
 def solve_statics(
@@ -58,72 +61,116 @@ def solve_statics(
     newton = newton or Newton()
     if steps < 1:
         raise InputError(say("analysis.load_steps", "at least one", steps))
-    base, count = len(system.constraints.names), 0
-    x, multipliers = system.x0.copy(), np.zeros(base)
-    found = [(0.0, x, multipliers)]
-    target, size, done = 1.0 / steps, 1.0 / steps, 0.0
-    while done < 1.0 - 1e-12:
-        target = min(1.0, done + size)
-        model = compile_system(scaled_loads(system, target))
+    model = compile_system(system)
+
+    def solve(factor: float, last: Equilibrium) -> Equilibrium:
+        return newton_statics(scaled(model, factor), last, newton, time, ("load factor", factor))
+
+    start = Equilibrium(0.0, system.x0, np.zeros(model.constraints), 0)
+    found = [start]
+    try:
+        for state in march(solve, start, 1.0, 1.0 / steps):
+            found.append(state)
+            if progress:
+                progress(state.at)
+    except SolverError as error:
+        error.partial = path(system, found)
+        raise
+    return path(system, found)
+
+
+def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = None) -> Trajectory:
+    """Equilibria at increasing times: histories of loads and driven joints move on, without inertia.
+
+    Driven positions make a path of prescribed displacements, which passes limit points of the load. A step between two times that
+    does not converge is shortened as in `solve_statics`.
+    """
+    newton, model = newton or Newton(), compile_system(system)
+    targets = np.asarray(times, dtype=float)
+    if targets.ndim != 1 or len(targets) < 1 or not (np.diff(targets) > 0).all():
+        raise InputError(say("analysis.times", "increasing times", times))
+
+    def solve(time: float, last: Equilibrium) -> Equilibrium:
+        return newton_statics(model, last, newton, time, ("time [s]", time))
+
+    found: list[Equilibrium] = []
+    try:
+        found.append(solve(targets[0], Equilibrium(0.0, system.x0, np.zeros(model.constraints), 0)))
+        for last, target in pairwise(targets):
+            found.append(list(march(solve, found[-1], target, target - last))[-1])
+    except SolverError as error:
+        error.partial = path(system, found) if found else None
+        raise
+    return path(system, found)
+
+
+def march(solve: Callable[[float, Equilibrium], Equilibrium], state: Equilibrium, end: float, step: float) -> Iterator[Equilibrium]:
+    """Equilibria from that of `state` to `end` by steps, which are shortened where the iteration fails."""
+    size = step
+    while state.at < end - 1e-12 * step:
+        target = min(end, state.at + size)
         try:
-            state = newton_statics(model, x, multipliers, newton, time, target)
-        except SolverError as error:
+            state = solve(target, state)
+        except SolverError:
             size *= SHORTER
-            if size < SHORTEST / steps:
-                error.partial = load_path(system, found, count)
+            if size < SHORTEST * step:
                 raise
             continue
-        x, multipliers, done = state.x, state.multipliers, target
-        count += state.iterations
-        found.append((done, x, multipliers))
-        if progress:
-            progress(done)
-    return load_path(system, found, count)
+        yield state
 
 
-def load_path(system: System, found: list[tuple[float, np.ndarray, np.ndarray]], iterations: int) -> Trajectory:
-    x = np.array([state for _, state, _ in found])
-    multipliers = np.array([m for _, _, m in found]).reshape(len(found), -1)
-    statistics = Statistics(len(found) - 1, iterations, iterations, 0, 0.0, 0.0)
-    return Trajectory(system, np.array([f for f, _, _ in found]), x, np.zeros_like(x), np.zeros_like(x), multipliers, statistics)
+def path(system: System, found: list[Equilibrium]) -> Trajectory:
+    """Equilibria as a Trajectory over load factor or time."""
+    x, count = np.array([state.x for state in found]), sum(state.iterations for state in found)
+    multipliers = np.array([state.multipliers for state in found]).reshape(len(found), -1)
+    statistics = Statistics(len(found) - 1, count, count, 0, 0.0, 0.0)
+    return Trajectory(system, np.array([s.at for s in found]), x, np.zeros_like(x), np.zeros_like(x), multipliers, statistics)
 
 
-def newton_statics(
-    model: Compiled, x: np.ndarray, multipliers: np.ndarray, newton: Newton, time: float, factor: float
-) -> Equilibrium:
+def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: float, place: tuple[str, float]) -> Equilibrium:
     """Full Newton iteration with the exact tangent; corrections are shortened where they would leave the basin of attraction."""
-    n, still = len(x), np.zeros(len(x))
+    x, multipliers, n, still = start.x, start.multipliers, len(start.x), np.zeros(len(start.x))
     last, norm = np.inf, np.inf
     for iteration in range(4 * newton.iterations):
         phi, J = compiled.gap(model, x, time)
         R = np.concatenate([compiled.forces(model, x, still, time) + J.T @ multipliers, phi])
-        K = compiled.kkt(compiled.tangent(model, x, multipliers, time), J).tocsc()
-        try:
-            step = splu(K).solve(R)
-        except RuntimeError as error:
-            raise static_failure(model, Reason.SINGULAR_TANGENT, factor, R) from error
-        if not np.isfinite(step).all():
-            raise static_failure(model, Reason.SINGULAR_TANGENT, factor, R)
+        step = balanced_solve(compiled.kkt(compiled.tangent(model, x, multipliers, time), J), R)
+        if step is None:
+            raise static_failure(model, Reason.SINGULAR_TANGENT, place, R)
         last, norm = norm, float(np.linalg.norm(step[:n]))
         if iteration > 8 and norm > 1e3 * model.system.scale:
-            raise static_failure(model, Reason.DIVERGED, factor, R)
+            raise static_failure(model, Reason.DIVERGED, place, R)
         short = min(1.0, 0.2 * model.system.scale / max(norm, 1e-300))
         x, multipliers = x - short * step[:n], multipliers - short * step[n:]
         floor = 1e-13 * model.system.scale
         if norm <= max(newton.tolerance * model.system.scale * min(1.0, last / max(norm, 1e-300) * 1e-2), floor):
-            return Equilibrium(x, multipliers, iteration + 1)
-    raise static_failure(model, Reason.NOT_CONVERGED, factor, R)
+            return Equilibrium(place[1], x, multipliers, iteration + 1)
+    raise static_failure(model, Reason.NOT_CONVERGED, place, R)
 
 
-def static_failure(model: Compiled, reason: Reason, factor: float, R: np.ndarray) -> SolverError:
-    """The error of a load step, with the worst residuals by name."""
+def balanced_solve(K: csr_array, R: np.ndarray) -> np.ndarray | None:
+    """K^-1 R with rows and columns of K scaled to ones; None where a pivot is lost in round-off, as for a body free to move."""
+    size = 1.0 / np.sqrt(np.maximum(np.asarray(abs(K).max(axis=1).todense()).ravel(), 1e-300))
+    scaled = diags_array(size) @ K @ diags_array(size)
+    try:
+        options = {"SymmetricMode": True}
+        factors = splu(scaled.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=PIVOT, options=options)
+    except RuntimeError:
+        return None
+    pivots = np.abs(factors.U.diagonal())
+    step = size * factors.solve(size * R)
+    return step if np.isfinite(step).all() and pivots.min() > SINGULAR * pivots.max() else None
+
+
+def static_failure(model: Compiled, reason: Reason, place: tuple[str, float], R: np.ndarray) -> SolverError:
+    """The error of a step at a load factor or time, with the worst residuals by name."""
     joints = [f"joint {joint}.{label}" for joint, label in model.system.constraints.names]
     labels = coordinate_names(model.system) + joints
     values = np.abs(np.nan_to_num(R, nan=np.inf))
     worst = tuple((labels[k], float(values[k])) for k in np.argsort(values)[::-1][:5])
     listed = ", ".join(f"{name}: {value:.3g}" for name, value in worst)
     hint = "a body may be free to move: hold it by joints" if reason is Reason.SINGULAR_TANGENT else "try more load steps"
-    return SolverError(f"{reason.value} at load factor {factor:.4g}; largest residuals: {listed}; {hint}", reason, factor, worst)
+    return SolverError(f"{reason.value} at {place[0]} {place[1]:.4g}; largest residuals: {listed}; {hint}", reason, place[1], worst)
 
 
 @dataclass(frozen=True)
@@ -135,20 +182,49 @@ class Modes:
 
 
 def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None, multipliers: np.ndarray | None = None) -> Modes:
-    """Lowest `count` modes about x (the reference by default), on the null space of all constraints."""
+    """Lowest `count` modes about x (the reference by default), with all constraints held in linear form.
+
+    Found by Lanczos iteration on the inverse of the bordered matrix, shifted a little below zero so that free bodies have one;
+    where most modes are wanted, by a dense solution on the null space of the constraints.
+    """
     model = compile_system(system)
     x = system.x0 if x is None else x
     multipliers = np.zeros(model.constraints) if multipliers is None else multipliers
     J = compiled.gap(model, x)[1]
-    K, M = as_dense(compiled.tangent(model, x, multipliers)), as_dense(csr_array(system.mass))
+    K, M = compiled.tangent(model, x, multipliers), csr_array(system.mass)
+    possible = len(x) - np.linalg.matrix_rank(J, tol=1e-10 * max(float(np.abs(J).max(initial=0.0)), 1e-300)) if len(J) else len(x)
+    if not 1 <= count <= possible:
+        raise InputError(say("analysis.count", f"1 to {possible} modes", count))
+    squares, vectors = (dense_modes if 3 * count + 20 > possible else sparse_modes)(0.5 * (K + K.T), M, J, count)
+    return Modes(np.sqrt(np.maximum(squares, 0.0)), vectors)
+
+
+def dense_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues and vectors of (K, M) on the null space of J."""
+    Z = np.eye(K.shape[0])
     if len(J):
         Q, R, _ = qr(J.T, pivoting=True)
         diagonal = np.abs(np.diag(R))
         Z = Q[:, int((diagonal > 1e-10 * diagonal[0]).sum()) :]
-        K, M = Z.T @ K @ Z, Z.T @ M @ Z
-    else:
-        Z = np.eye(len(x))
-    if not 1 <= count <= len(K):
-        raise InputError(say("analysis.count", f"1 to {len(K)} modes", count))
-    squares, vectors = eigh(0.5 * (K + K.T), 0.5 * (M + M.T), subset_by_index=[0, count - 1])
-    return Modes(np.sqrt(np.maximum(squares, 0.0)), Z @ vectors)
+    squares, vectors = eigh(Z.T @ (K @ Z), Z.T @ (M @ Z), subset_by_index=[0, count - 1])
+    return squares, Z @ vectors
+
+
+def sparse_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues and vectors of (K, M) with J v = 0, by Lanczos iteration in shift-invert mode."""
+    n, shift = K.shape[0], -1e-9 * float(abs(K).max() / abs(M).max())
+    diagonal = (K - shift * M).diagonal()
+    size = 1.0 / np.sqrt(np.where(diagonal > 1e-12 * diagonal.max(), diagonal, np.median(diagonal)))
+    rows = independent_rows(J) if len(J) else np.zeros(0, np.int64)
+    border = csr_array(J[rows] * size) if len(J) else np.zeros((0, n))
+    factors = splu(compiled.kkt(csr_array(diags_array(size) @ (K - shift * M) @ diags_array(size)), as_dense(border)).tocsc())
+
+    def inverse(b: np.ndarray) -> np.ndarray:
+        return size * factors.solve(np.concatenate([size * b.ravel(), np.zeros(len(rows))]))[:n]
+
+    start = inverse(M @ np.cos(np.arange(n)))
+    squares, vectors = eigsh(
+        K, count, M=M, sigma=shift, OPinv=LinearOperator((n, n), matvec=inverse, dtype=float), v0=start, tol=1e-14
+    )
+    order = np.argsort(squares)
+    return squares[order], vectors[:, order]

@@ -93,15 +93,15 @@ def residual(A: Arrays, w: Work, c: float, signals: np.ndarray) -> None:
     R = w.rhs[0, :n]
     kernels.clear(R)
     kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, w.x, w.v, w.body, w.work, R)
-    kernels.add_diagonals(A.mass, w.acceleration, R)
-    kernels.add_diagonals(A.damping, w.v, R)
-    kernels.add_diagonals(A.stiffness, w.x, R)
+    kernels.add_operator(A.mass, w.acceleration, R)
+    kernels.add_operator(A.damping, w.v, R)
+    kernels.add_operator(A.stiffness, w.x, R)
     for i in range(n):
         R[i] = c * (R[i] - A.load[i])
     if len(w.y) > 0:
         kernels.affine(A.probes, A.probes_offset, w.x, w.y)
         kernels.clear(w.g)
-        kernels.add_loads(A.forces, w.y, signals, w.g)
+        kernels.add_loads(A.forces, A.probes, w.y, w.v, signals, w.g)
         kernels.constrain(A.terms, w.y, signals, w.rhs[0, n:], w.Jy)
         for j in range(len(w.y)):
             total = -c * w.g[j]
@@ -121,11 +121,11 @@ def factorise(A: Arrays, w: Work, method: Method, signals: np.ndarray) -> int:
     for m in range(len(w.multipliers)):
         kernels.add_transposed(A.probes, 1.0, w.Jy[m], w.J[m])
     kernels.clear(w.H)
-    kernels.load_slopes(A.forces, w.y, signals, -method.c, w.H)
-    kernels.constraint_slopes(A.terms, signals, w.multipliers, w.H)
+    kernels.load_slopes(A.forces, A.probes, w.y, w.v, signals, -method.c, method.gh, w.H)
+    kernels.constraint_slopes(A.terms, w.y, signals, w.multipliers, w.H)
     info = 1
     for kind in range(3 if A.dense else 1, 4 if A.dense else 3):
-        combine(method.bh, A.mass_band, method.gh, A.damping_band, A.stiffness_band, w.W)
+        combine(method.bh, A.mass.store, method.gh, A.damping.store, A.stiffness.store, w.W)
         kernels.add_elastic_tangent(A.groups, A.scatter, A.lift, A.lift_offset, w.x, w.body[0], method.gh, w.work, w.W)
         scale(method.c, w.W)
         kernels.add_pairs(A.pairs, w.H, A.dense, w.W)
@@ -313,6 +313,12 @@ def accept(s: State, w: Work, method: Method) -> None:
 def correct(w: Work, method: Method) -> float:
     """One Newton correction from the residual in rhs; the norm of dq."""
     solve(w)
+    return apply(w, method)
+
+
+@inlined
+def apply(w: Work, method: Method) -> float:
+    """Add the correction in rhs to the trial state; the norm of dq."""
     square = 0.0
     for i in range(len(w.x)):
         d = w.rhs[0, i]
@@ -349,13 +355,12 @@ def advance(
     w: Work,
     method: Method,
     signals: np.ndarray,
-    every: int,
-    first: int,
+    rows: np.ndarray,
     out: np.ndarray,
     multipliers: np.ndarray,
     counters: np.ndarray,
 ) -> tuple[int, int]:
-    """Take a step for every row of `signals` (s, k); store x, v, q'' in out (3, s, n) every `every` steps, after `first` ones.
+    """Take a step for every row of `signals` (s, k); store x, v, q'' in row rows[k] of out (3, s, n) unless that is negative.
 
     Returns the status and the number of steps done. On failure `s` stays at the last good step, and `w` keeps the trial state.
     """
@@ -381,8 +386,8 @@ def advance(
             return status, k
         accept(s, w, method)
         counters[STEPS] += 1
-        if (first + k + 1) % every == 0:
-            store(s, method.c, (first + k + 1) // every, out, multipliers)
+        if rows[k] >= 0:
+            store(s, method.c, rows[k], out, multipliers)
     return DONE, len(signals)
 
 

@@ -1,4 +1,4 @@
-r"""What a reduced model costs: products of matrices by count, and the reduced tangent by the clock.
+r"""What a model costs: products of matrices by count, and the pieces of its time step by the clock.
 
     p = sum_b N_b (w r_b + r_b^2),    s = p_system / p                                                          (46), (47)
 
@@ -11,19 +11,26 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690, se
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from ..bodies.body import Cells
 from ..core.jit import jit
+from ..dynamics import stepping
+from ..dynamics.integration import GeneralizedAlpha, Newton, Trajectory, method_of, workspace
+from ..dynamics.large import Large
+from ..dynamics.stepping import Method, Work
 from ..systems import kernels
-from ..systems.compiled import compile_system
+from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.kernels import Arrays
 from ..systems.system import Sampled, System
 
-BURST = 0.01  #: CPU time of one measurement of the tangent [s]
+BURST = 0.01  #: CPU time of one measurement [s]
+STEP = 1e-3  #: of measurements that do not depend on it [s]
+FORCE, TANGENT, FACTOR, SOLUTION, GATHER, PRODUCT = range(6)  #: pieces of the time step
 
 
 def bandwidth(full: System) -> int:
@@ -33,21 +40,29 @@ def bandwidth(full: System) -> int:
 
 def _row_width(cells: Cells) -> int:
     basis, count = cells.nodes.shape
-    nodes = cells.nodes.T.ravel() // cells.dim
-    nodes -= nodes.min()
-    rows = np.repeat(np.arange(count), basis)
-    incidence = csr_array((np.ones(nodes.size), (rows, nodes)), shape=(count, int(nodes.max()) + 1))
+    rows, nodes = np.repeat(np.arange(count), basis), cells.nodes.T.ravel() // cells.dim
+    incidence = csr_array((np.ones(nodes.size), (rows, nodes)), shape=(count, width_of(cells) // cells.dim))
+    if cells.spread is not None:
+        incidence = csr_array(incidence @ abs(csr_array(cells.spread)[:: cells.dim, :: cells.dim]))
     return int(np.diff((incidence.T @ incidence).tocsr().indptr).max()) * cells.dim
+
+
+def width_of(cells: Cells) -> int:
+    """Number of coordinates that the cells read, before they are slaved to others."""
+    return int(cells.nodes.max()) + cells.dim if cells.spread is None else int(cells.spread.shape[0])
 
 
 def touched(full: System, kept: Mapping[str, np.ndarray]) -> dict[str, int]:
     """Coordinates touched by the kept cells (i,) of every body."""
     gathers = {e.name: e.gather for e in full.elastic}
-    found = {}
-    for name, numbers in kept.items():
-        cells = gathers[name]
-        found[name] = len(np.unique(cells.nodes[:, numbers])) * cells.dim if isinstance(cells, Cells) else 0
-    return found
+    return {name: _touched(gathers[name], numbers) for name, numbers in kept.items()}
+
+
+def _touched(cells: object, numbers: np.ndarray) -> int:
+    if not isinstance(cells, Cells):
+        return 0
+    rows = (np.unique(cells.nodes[:, numbers])[:, None] + np.arange(cells.dim)).ravel()
+    return len(rows) if cells.spread is None else len(np.unique(csr_array(cells.spread)[rows].indices))
 
 
 def kept_cells(reduced: System) -> dict[str, np.ndarray]:
@@ -72,26 +87,114 @@ def multiplications(dofs: Mapping[str, int], modes: Mapping[str, int], width: in
 
 def tangent_seconds(system: System, repeat: int = 5) -> float:
     """CPU time [s] of one evaluation of the elastic tangent in the unknowns of the system at x0, the best of several bursts."""
+    return bench(system, repeat=repeat)(TANGENT) if len(system.elastic) else 0.0
+
+
+@dataclass(frozen=True)
+class Shares:
+    """CPU seconds of a run by kind of work."""
+
+    force_s: float  #: elastic forces and tangents of cells, points or polynomials
+    solve_s: float  #: factors of the iteration matrix and solutions
+    product_s: float  #: products with the modes: jets = U x, U^T S, U^T D U
+
+
+def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 3) -> Shares:
+    """What the calls of a run cost: the time of one call at x0, measured apart, times the calls that the run counted.
+
+    Every iteration has one force, one solution and the products of gather and scatter, every factorisation one tangent with its.
+    """
+    system, cost = motion.system, motion.statistics
+    calls, factored = cost.iterations, cost.factorisations
     model = compile_system(system)
     if not len(system.elastic):
-        return 0.0
-    body, work = model.buffers()
-    x, W = np.ascontiguousarray(system.x0[model.order]), np.zeros_like(model.arrays.mass_band)
-    _tangents(model.arrays, x, body[0], work, W, 1)
+        return Shares(0.0, 0.0, 0.0)
+    one = bench(system, scheme, repeat)
+    force = one(FORCE)
+    if model.plan is not None:
+        factor, solution = sparse_seconds(model, scheme)
+        return Shares(calls * force, factored * factor + calls * solution, 0.0)
+    gather, product, tangent = one(GATHER), one(PRODUCT), one(TANGENT)
+    factor, solution = max(one(FACTOR) - tangent, 0.0), one(SOLUTION)
+    products = calls * 2 * gather + factored * (gather + product)
+    elastic = calls * max(force - 2 * gather, 0.0) + factored * max(tangent - gather - product, 0.0)
+    return Shares(elastic, calls * solution + factored * factor, products)
+
+
+def sparse_seconds(model: Compiled, scheme: GeneralizedAlpha, times: int = 5) -> tuple[float, float]:
+    """CPU time [s] of a factorisation and of a solution of a large model."""
+    work, method, signals = prepared(model, scheme)
+    solver = Large(model)
     start = clock.process_time()
-    _tangents(model.arrays, x, body[0], work, W, 20)
-    times = max(20, int(20 * BURST / max(clock.process_time() - start, 1e-6)))
-    best = np.inf
-    for _ in range(repeat):
+    solver.factorise(work, method)
+    middle = clock.process_time()
+    for _ in range(times):
+        solver.solve(work, method, signals)
+    return middle - start, (clock.process_time() - middle) / times
+
+
+def prepared(model: Compiled, scheme: GeneralizedAlpha) -> tuple[Work, Method, np.ndarray]:
+    """Work space at x0 with a current residual, the method of a step, and the signals at t = 0."""
+    work = workspace(model)
+    work.x[:] = model.system.x0[model.order]
+    method = method_of(scheme, Newton(), scheme.step, model.system.scale)
+    signals = signal_table(model.system, np.zeros(1))[0]
+    stepping.residual(model.arrays, work, method.c, signals)
+    return work, method, signals
+
+
+def bench(system: System, scheme: GeneralizedAlpha | None = None, repeat: int = 5) -> Callable[[int], float]:
+    """Seconds of one call of a piece of the time step: CPU time, the best of several bursts."""
+    model = compile_system(system)
+    work, method, signals = prepared(model, scheme or GeneralizedAlpha(STEP))
+    W = np.zeros_like(model.arrays.mass.store)
+
+    def seconds(what: int) -> float:
+        _repeat(what, model.arrays, work, method, signals, W, 1)
         start = clock.process_time()
-        _tangents(model.arrays, x, body[0], work, W, times)
-        best = min(best, (clock.process_time() - start) / times)
-    return float(best)
+        _repeat(what, model.arrays, work, method, signals, W, 2)
+        times = max(2, int(2 * BURST / max(clock.process_time() - start, 1e-6)))
+        best = np.inf
+        for _ in range(repeat):
+            start = clock.process_time()
+            _repeat(what, model.arrays, work, method, signals, W, times)
+            best = min(best, (clock.process_time() - start) / times)
+        return float(best)
+
+    if model.plan is None:
+        seconds(FACTOR)  # factors for the solutions
+    return seconds
 
 
 @jit
-def _tangents(A: Arrays, x: np.ndarray, q: np.ndarray, work: np.ndarray, W: np.ndarray, times: int) -> None:
-    """W = K_r(x), again and again."""
+def _repeat(what: int, A: Arrays, w: Work, method: Method, signals: np.ndarray, W: np.ndarray, times: int) -> None:
+    """One piece of the time step, again and again."""
     for _ in range(times):
-        kernels.clear(W.reshape(-1))
-        kernels.add_elastic_tangent(A.groups, A.scatter, A.lift, A.lift_offset, x, q, 0.0, work, W)
+        if what == FORCE:
+            kernels.clear(w.acceleration)
+            kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, w.x, w.v, w.body, w.work, w.acceleration)
+        elif what == TANGENT:
+            kernels.clear(W.reshape(-1))
+            kernels.add_elastic_tangent(A.groups, A.scatter, A.lift, A.lift_offset, w.x, w.body[0], 0.0, w.work, W)
+        elif what == FACTOR:
+            stepping.factorise(A, w, method, signals)
+        elif what == SOLUTION:
+            w.rhs[:] = 1.0
+            stepping.solve(w)
+        else:
+            _products(A, w, W, what == PRODUCT)
+
+
+@jit
+def _products(A: Arrays, w: Work, W: np.ndarray, tangents: bool) -> None:
+    """Products with the modes of sampled points: U x, or U^T D U of a tangent."""
+    for g in range(len(A.groups.table)):
+        row = A.groups.table[g]
+        if row[kernels.SAMPLED] != kernels.SAMPLE:
+            continue
+        if not tangents:
+            kernels.gather(A.groups, g, w.x, w.body[0], 1.0, w.work[0])
+            continue
+        rows, points = row[kernels.VECTORS] * row[kernels.COMPONENTS], row[kernels.POINTS] * row[kernels.CELLS]
+        D = w.work[1][: rows * rows * points].reshape(rows, rows, row[kernels.POINTS], row[kernels.CELLS])
+        kernels.add_sampled_tangent(A.groups, g, D, w.work[2], W)

@@ -18,7 +18,7 @@ from scipy.integrate import trapezoid
 
 from ..core.errors import InputError, say
 from ..dynamics.integration import GeneralizedAlpha, Trajectory
-from ..dynamics.outputs import centre_lines, lifted, residual_samples
+from ..dynamics.outputs import distances, lifted, residual_samples
 from ..systems import compiled
 from ..systems.compiled import compile_system
 from ..systems.system import System
@@ -30,10 +30,15 @@ class Errors:
 
     times: np.ndarray  #: (s,)
     relative: np.ndarray  #: (s,), eq. (53) of all coordinates; NaN where the coordinates differ in kind
-    position: np.ndarray  #: (s,) largest distance of centre lines [m]
+    position: np.ndarray  #: (s,) largest distance of centre lines and middle surfaces [m]
     maximum: float  #: of `relative`
     mean: float  #: eq. (48)
     position_maximum: float  #: [m]
+
+    @property
+    def median(self) -> float:
+        """Of `relative` over the samples."""
+        return float(np.median(self.relative))
 
 
 def common_times(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -54,8 +59,7 @@ def compare(full: Trajectory, other: Trajectory) -> Errors:
     mean = np.nan
     if q.shape == p.shape:
         mean = float(trapezoid(np.linalg.norm(q - p, axis=1), times) / trapezoid(np.linalg.norm(q, axis=1), times))
-    one, two = centre_lines(full.system, q), centre_lines(other.system, p)
-    position = np.max([np.linalg.norm(one[name][:, 0] - two[name][:, 0], axis=2).max(axis=1) for name in one], axis=0)
+    position = distances(full.system, q, other.system, p)
     return Errors(times, relative, position, float(relative.max()), mean, float(position.max()))
 
 

@@ -24,13 +24,15 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..bodies.body import Cells
-from ..bodies.cable_law import Curvature
+from ..bodies.laws import Law
 from ..core.errors import CorruptFile, InputError, closest, say
 from ..core.expressions import Expression
 from ..core.linalg import is_sparse
 from ..core.notices import notify
+from ..systems import quartic
+from ..systems.quartic import Quartic
 from ..systems.signals import Cosine, Sine
-from ..systems.system import Affine, Constraints, Elastic, Line, LoadKind, Loads, Output, PointLaw, Sampled, System
+from ..systems.system import Affine, Constraints, Elastic, Line, LoadKind, Loads, Output, PointLaw, Sampled, Skin, System
 from .ecsw import Sample
 from .hyper import Level, Selection
 
@@ -38,11 +40,11 @@ FORMAT = "fmbs_skfem reduced model"
 VERSION = 1
 HEADER = 512  #: size of the text in front, a user block of HDF5 [bytes]
 DAMAGE = (OSError, LookupError, MemoryError, RuntimeError, ValueError, TypeError, AttributeError)  #: what reading a bad file raises
-ENUMS: dict[str, type[Enum]] = {kind.__name__: kind for kind in (Curvature, LoadKind, Level)}
+ENUMS: dict[str, type[Enum]] = {kind.__name__: kind for kind in (Law, LoadKind, Level)}
 TYPES: dict[str, type] = {
     kind.__name__: kind
     for kind in (
-        *(System, Affine, Cells, Sampled, Elastic, Constraints, PointLaw, Loads, Line, Output),
+        *(System, Affine, Cells, Sampled, Quartic, Elastic, Constraints, PointLaw, Loads, Line, Skin, Output),
         *(Expression, Cosine, Sine, Selection, Sample),
     )
 }
@@ -228,7 +230,17 @@ def decode_type(tree: dict[str, Any], arrays: Sequence[np.ndarray], where: str) 
     if expected != got:
         lists = f"missing {sorted(expected - got)}, unknown {sorted(got - expected)}"
         raise ValueError(f"other fields of {tree['type']} at {where}: {lists}")
-    return kind(**{name: decode(item, arrays, f"{where}.{name}") for name, item in tree["fields"].items()})
+    found = kind(**{name: decode(item, arrays, f"{where}.{name}") for name, item in tree["fields"].items()})
+    return aligned(found) if isinstance(found, Quartic) else found
+
+
+def aligned(polynomial: Quartic) -> Quartic:
+    """The polynomial with its coefficients where they are read fastest."""
+    if len(polynomial.coefficients) != quartic.length(polynomial.modes):
+        raise ValueError(f"{len(polynomial.coefficients)} coefficients of a polynomial in {polynomial.modes} unknowns")
+    coefficients = quartic.aligned(len(polynomial.coefficients))
+    coefficients[:] = polynomial.coefficients
+    return replace(polynomial, coefficients=coefficients)
 
 
 def decode_dict(tree: dict[str, Any], arrays: Sequence[np.ndarray], where: str) -> dict[Any, Any]:

@@ -28,6 +28,8 @@ from ..systems.system import System, change_coordinates, is_linear, keep_constra
 from . import pivots, pod
 from .pod import Basis
 
+FEW = 8  #: configurations, at least, at which dependent constraint rows are looked for
+
 
 @dataclass(frozen=True)
 class Snapshots:
@@ -37,11 +39,13 @@ class Snapshots:
     q: np.ndarray  #: (s, q) body coordinates
 
 
-def snapshots(trajectory: Trajectory, interval: float | None = None) -> Snapshots:
-    """Body coordinates every `interval` [s], all stored ones by default."""
+def snapshots(trajectory: Trajectory, interval: float | np.ndarray | None = None) -> Snapshots:
+    """Body coordinates every `interval` [s], or at the times (s,) [s] listed there; all stored ones by default."""
     times = trajectory.times
     if interval is None:
         picked = np.arange(len(times))
+    elif isinstance(interval, np.ndarray):
+        picked = places(times, interval)
     else:
         step = times[1] - times[0]
         stride = round(interval / step)
@@ -50,6 +54,17 @@ def snapshots(trajectory: Trajectory, interval: float | None = None) -> Snapshot
         picked = np.arange(0, len(times), stride)
     part = replace(trajectory, times=times[picked], x=trajectory.x[picked], v=trajectory.v[picked], a=trajectory.a[picked])
     return Snapshots(part.times, lifted(part)[0])
+
+
+def places(times: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Where the wanted times stand among the stored ones; the interval between them tells round-off from a wrong time."""
+    near = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
+    near = near - (wanted - times[near - 1] < times[near] - wanted)
+    apart = np.abs(times[near] - wanted)
+    if len(wanted) == 0 or apart.max() > 1e-3 * np.diff(times).min():
+        got = "none" if len(wanted) == 0 else f"{wanted[apart.argmax()]:.6g} s"
+        raise InputError(say("reduction.snapshots", "times of stored states", got, "store the states after these steps"))
+    return np.asarray(near)
 
 
 def system_level(system: System) -> dict[str, tuple[str, ...]]:
@@ -164,7 +179,7 @@ def reduce_system(
         free = change_coordinates(keep_constraints(reduced, rest), np.asarray(T), x0)
         reduced = replace(free, components=(("eliminated", 0, free.size),))
     if configurations is not None and len(reduced.constraints.names):
-        reduced = drop_dependent(reduced, projected(reduced, configurations))
+        reduced = drop_dependent(reduced, projected(reduced, configurations[:: max(1, len(configurations) // FEW)]))
     return reduced
 
 
@@ -213,6 +228,5 @@ def check_interfaces(system: System, components: Mapping[str, Sequence[str]], fo
 def drop_dependent(system: System, configurations: np.ndarray) -> System:
     """Without constraint rows that are linear combinations of others at all configurations (s, n)."""
     model = compile_system(system)
-    few = configurations[:: max(1, len(configurations) // 8)]
-    keep = pivots.independent_rows([compiled.gap(model, x)[1] for x in few])
+    keep = pivots.independent_rows([compiled.gap(model, x)[1] for x in configurations])
     return keep_constraints(system, np.asarray(keep)) if len(keep) < len(system.constraints.names) else system

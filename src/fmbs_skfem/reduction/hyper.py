@@ -12,18 +12,26 @@ Source: Farhat, Avery, Chapman, Cortial, Int. J. Numer. Meth. Engng 98 (2014) 62
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..bodies import cable_law
+from ..bodies import laws
+from ..bodies.laws import Law
 from ..core.errors import InputError, say
+from ..systems.quartic import Quartic
 from ..systems.system import Elastic, Sampled, System
-from . import ecsw
+from . import ecsw, polynomial
 from .ecsw import Sample
+
+WORK = 400_000  #: training states times points: more states than that are thinned out, down to LEAST
+LEAST = 120
+START = 20  #: first training states, of the transient, which are never left out
+BLOCK = 20_000_000  #: numbers in a block of training forces
+MANY = 6000  #: points above which the cells are searched first, and then the points of the cells that were found
 
 
 class Level(Enum):
@@ -79,22 +87,63 @@ def sampled_gather(elastic: Elastic) -> Sampled:
 
 
 def solve(members: list[Elastic], states: np.ndarray, start: int, tolerance: float, level: Level) -> tuple[Sample, float, float]:
-    """Weights of one component, CPU seconds of training and search; states (s, n) of its own unknowns, which begin at `start`."""
+    """Weights of one component, CPU seconds of training and search; states (s, n) of its own unknowns, which begin at `start`.
+
+    Of very many points only those in the cells of the solution by cells are searched: it is a solution by points, too.
+    """
     ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)  # compiled before the clock starts
-    begun, blocks = clock.process_time(), training_blocks(members, states, start, level)
+    states = thinned(states, sum(count(e, Level.POINTS) for e in members))
+    if level is Level.ELEMENTS or sum(count(e, level) for e in members) <= MANY:
+        return search(training_blocks(members, states, start, level), None, tolerance)
+    begun = clock.process_time()
+    by_cell = list(training_blocks(members, states, start, Level.ELEMENTS))
+    forces_of_all = np.concatenate([block.sum(axis=1) for block in by_cell])
+    training = clock.process_time() - begun
+    cells, *first = search(by_cell, None, tolerance)
+    few, numbers = points_in(members, cells.indices)
+    sample, *second = search(training_blocks(few, states, start, level), forces_of_all, tolerance)
+    return replace(sample, indices=numbers[sample.indices]), training + first[0] + second[0], first[1] + second[1]
+
+
+def search(blocks: Iterable[np.ndarray], b: np.ndarray | None, tolerance: float) -> tuple[Sample, float, float]:
+    """Weights from blocks of rows of G, with the CPU seconds of the normal equations and of the search."""
+    begun = clock.process_time()
     if tolerance < ecsw.GRAM_FLOOR:
-        R, y = ecsw.compress(blocks)
+        R, y = ecsw.compress(blocks, b)
         middle = clock.process_time()
         sample = ecsw.weights(R, tolerance, b=y)
     else:
-        normal = ecsw.gram(blocks)
+        normal = ecsw.gram(blocks, b)
         middle = clock.process_time()
         sample = ecsw.weights_from_gram(normal, tolerance)
     return sample, middle - begun, clock.process_time() - middle
 
 
-def training_blocks(members: list[Elastic], states: np.ndarray, start: int, level: Level, block: int = 32) -> Iterator[np.ndarray]:
+def thinned(states: np.ndarray, points: int) -> np.ndarray:
+    """Training states (s, n), evenly fewer where there are very many, with all of the start."""
+    wanted = max(LEAST, WORK // points)
+    if len(states) <= wanted:
+        return states
+    spread = np.linspace(START, len(states) - 1, wanted - START).round().astype(np.int64)
+    return states[np.union1d(np.arange(START), spread)]
+
+
+def points_in(members: list[Elastic], cells: np.ndarray) -> tuple[list[Elastic], np.ndarray]:
+    """The bodies with the points of some cells only, numbered through all bodies, and the numbers of these points."""
+    few, numbers, cell, point = [], [], 0, 0
+    for elastic in members:
+        mask = np.zeros(count(elastic, Level.ELEMENTS))
+        mask[cells[(cells >= cell) & (cells < cell + len(mask))] - cell] = 1.0
+        numbers.append(point + np.flatnonzero(mask[sampled_gather(elastic).cell]))
+        few.append(weighted(elastic, mask, Level.ELEMENTS))
+        cell, point = cell + len(mask), point + count(elastic, Level.POINTS)
+    return few, np.concatenate(numbers)
+
+
+def training_blocks(members: list[Elastic], states: np.ndarray, start: int, level: Level) -> Iterator[np.ndarray]:
     """Rows (s n) of G for blocks of states (s, n); columns are cells or points of all bodies of the component."""
+    points = sum(len(sampled_gather(e).cell) for e in members)
+    block = max(1, min(32, BLOCK // (points * states.shape[1])))
     for first in range(0, len(states), block):
         part = states[first : first + block]
         G = np.zeros((*part.shape, sum(count(e, level) for e in members)))
@@ -110,19 +159,44 @@ def training_blocks(members: list[Elastic], states: np.ndarray, start: int, leve
 def forces(elastic: Elastic, states: np.ndarray, level: Level) -> np.ndarray:
     """Contribution of every cell or point to the force on the body's own unknowns (s, r): (s, r, e)."""
     gather = sampled_gather(elastic)
-    rows, points, modes = 2 * system_dim(gather), len(gather.cell), gather.jets.shape[1]
+    rows, points, modes = jet_size(gather), len(gather.cell), gather.jets.shape[1]
     u = (gather.jets @ states.T + gather.offset[:, None]).reshape(rows, points, len(states))
-    section = np.repeat(gather.section.reshape(4, points, 1), len(states), axis=2)
+    section = np.repeat(gather.section.reshape(len(gather.section), points, 1), len(states), axis=2)
     S = np.empty_like(u)
-    cable_law.stress(int(gather.curvature), u, u, 0.0, section, S)
+    laws.stress(int(gather.law), u, u, 0.0, section, S)
     out = np.matmul(S.transpose(1, 2, 0), gather.jets.reshape(rows, points, modes).transpose(1, 0, 2)).reshape(points, -1)
     if level is Level.ELEMENTS:
         out = csr_array((np.ones(points), (gather.cell, np.arange(points)))) @ out
     return out.reshape(-1, len(states), modes).transpose(1, 2, 0)
 
 
-def system_dim(gather: Sampled) -> int:
-    return len(gather.offset) // (2 * len(gather.cell))
+def exact(system: System) -> System:
+    """The reduced system with the strain energy of its planar membranes as polynomials of the modes: no point is evaluated.
+
+    Bodies that share their unknowns share one polynomial, the sum of theirs.
+    """
+    found: dict[tuple[int, int], Elastic] = {}
+    for elastic in system.elastic:
+        energy = polynomial.build(sampled_gather(elastic), elastic.beta, elastic.name)
+        span = (energy.columns.start, energy.columns.stop)
+        if span in found and isinstance(other := found[span].gather, Quartic):
+            energy.coefficients[:] += other.coefficients
+            elastic = replace(elastic, name=f"{found[span].name}+{elastic.name}")
+        found[span] = replace(elastic, gather=energy)
+    return replace(system, elastic=tuple(found.values()))
+
+
+def polynomial_bodies(system: System) -> bool:
+    """Whether every elastic body is a planar membrane without stiffness damping, so that `exact` is possible."""
+    planar = system.dim == 2 and len(system.elastic) > 0
+    return planar and all(
+        not isinstance(e.gather, Quartic) and e.gather.law is Law.MEMBRANE and e.beta == 0.0 for e in system.elastic
+    )
+
+
+def jet_size(gather: Sampled) -> int:
+    """Number of components of a jet, k c."""
+    return len(gather.offset) // len(gather.cell)
 
 
 def apply(system: System, selections: tuple[Selection, ...]) -> System:
@@ -147,9 +221,9 @@ def weighted(elastic: Elastic, weights: np.ndarray, level: Level) -> Elastic:
     gather = sampled_gather(elastic)
     point = weights if level is Level.POINTS else weights[gather.cell]
     kept = np.flatnonzero(point > 0)
-    rows, points = 2 * system_dim(gather), len(gather.cell)
+    rows, points = jet_size(gather), len(gather.cell)
     section = gather.section[:, :, kept].copy()
-    section[3] *= point[kept]
+    section[-1] *= point[kept]
     return replace(
         elastic,
         gather=replace(
@@ -164,4 +238,5 @@ def weighted(elastic: Elastic, weights: np.ndarray, level: Level) -> Elastic:
 
 def kept(system: System) -> dict[str, tuple[int, int]]:
     """Cells and points in use, by body."""
-    return {e.name: (len(np.unique(sampled_gather(e).cell)), len(sampled_gather(e).cell)) for e in system.elastic}
+    gathers = {e.name: e.gather for e in system.elastic}
+    return {name: (len(np.unique(g.cell)), len(g.cell)) for name, g in gathers.items() if isinstance(g, Sampled)}

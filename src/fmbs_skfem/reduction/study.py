@@ -2,9 +2,11 @@ r"""Study of a system: the full model once, then every reduced, coarser and larg
 
     e_max = max_t |q - (qbar + U xi)| / |q|   (53),      e_mean   (48),      d = max_t max_S |r - r_full|
     error of h from halving the step:  e_h = 4/3 |q_h - q_h/2|,   order = log2 |q_h - q_h/2| / |q_h/2 - q_h/4|
+    or from doubling it:  e_h = 1/3 |q_h - q_2h|
     training pays after  (training + its full run) / (full run - reduced run)  runs
 
 Models on other meshes have other coordinates: their e_max and e_mean are those of the centre lines, |r - r_full| / |r_full|.
+Planar membranes without stiffness damping have the exact polynomial of `hyper.exact` beside ECSW.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
 """
@@ -30,12 +32,16 @@ from . import costs, files
 from .errors import Errors, common_times, compare
 from .ffrf import reduce_floating
 from .galerkin import Snapshots, snapshots, system_level
-from .hyper import Level
-from .training import Components, Plan, Trained, newton_for, reduced, sampled
+from .hyper import Level, polynomial_bodies
+from .training import Components, Plan, Trained, newton_for, newton_of_reduced, polynomial, reduced, sampled
 
 SAMPLES = 2000  #: instants that are compared, at least, where a run has as many steps
 PATIENCE = 1.5  #: runs that cost more are not repeated [s]
+START = 10  #: samples in the first interval between listed snapshots
+NEAR = 1e-6  #: part of a step that is round-off
 MAIN = ("system", "component", "system+ecsw", "component+ecsw", "component+ecsw-points")
+PLANAR = (*MAIN, "system+ecsw-points", "system+exact", "component+exact")  #: where the exact polynomial is possible
+FULL = ("full", "coarse", "step")  #: families of full models
 
 
 @dataclass(frozen=True)
@@ -44,7 +50,7 @@ class Options:
 
     scheme: GeneralizedAlpha
     duration: float  #: [s]
-    interval: float  #: between snapshots [s]
+    interval: float | np.ndarray  #: between snapshots, or their times (s,) [s]
     plan: Plan  #: component level; its eta and eps are those of the main models
     newton: Newton = field(default_factory=Newton)
     tolerances: tuple[float, ...] = ()  #: further eps
@@ -53,6 +59,8 @@ class Options:
     ffrf_modes: int | None = None
     repeat: int = 2  #: runs of which the fastest counts
     order: bool = True  #: observe the order in time by a quarter of the step
+    expensive: bool = False  #: the full model runs once, as sharply as its snapshots need; its step is not halved
+    plain: bool = True  #: also run models without hyper-reduction where there is an exact polynomial
 
 
 @dataclass(frozen=True)
@@ -70,16 +78,22 @@ class Record:
     bandwidth: int = 0
     multiplications: int = 0  #: p
     speed_up: float = math.nan  #: s in theory, against the system level
+    constraints: int = 0  #: rows with multipliers
     step: float = math.nan  #: [s]
+    newton: float = math.nan  #: tolerance of Newton's iteration
     tolerance: float | None = None  #: eps
     hyper_tolerance: float | None = None  #: eta
     cpu_s: float = math.nan
     wall_s: float = math.nan
+    force_s: float = math.nan  #: of these elastic forces and tangents: time of a call, measured apart, times the calls
+    solve_s: float = math.nan  #: the same for factors and solutions
+    product_s: float = math.nan  #: the same for products with the modes
     kr_us: float = math.nan  #: CPU time of one elastic tangent [us]
     snnls_s: Mapping[str, float] = field(default_factory=dict)  #: CPU time, by component
     training_s: float = 0.0  #: CPU time, without the full run
     max_error: float = math.nan
     mean_error: float = math.nan
+    median_error: float = math.nan
     position_error: float = math.nan  #: [m]
     iterations: int = 0
     factorisations: int = 0
@@ -88,11 +102,11 @@ class Record:
 
 @dataclass(frozen=True)
 class TimeError:
-    """Error of the full model's own step, from halving it."""
+    """Error of the full model's own step, from halving or doubling it."""
 
     step: float  #: [s]
-    difference: float  #: largest distance of centre lines at h and h/2 [m]
-    position: float  #: error of h, 4/3 of it [m]
+    difference: float  #: largest distance of the motions with h and h/2, or h and 2h [m]
+    position: float  #: error of h, 4/3 or 1/3 of it [m]
     relative: float  #: the same for the coordinates, largest over time
     order: float | None  #: observed, with h/4
 
@@ -106,7 +120,8 @@ class Study:
     motions: Mapping[str, Trajectory]
     errors: Mapping[str, Errors]
     trained: Mapping[str, Trained]
-    time_error: TimeError
+    time_error: TimeError | None  #: None where the full model was run with one step only
+    taught_s: float  #: CPU time of the full run that gave the snapshots [s]
 
     def __getitem__(self, name: str) -> Record:
         return next(record for record in self.records if record.name == name)
@@ -126,56 +141,99 @@ class Job:
 
 
 def run(
-    raw: System, options: Options, coarse: Mapping[int, System] | None = None, progress: Callable[[float], None] | None = None
+    raw: System,
+    options: Options,
+    coarse: Mapping[int, System] | None = None,
+    progress: Callable[[float], None] | None = None,
+    form: Callable[[System], System] = eliminate,
 ) -> Study:
     """Everything about one system (with all multipliers); `coarse` are the same on coarser meshes, by cells a body.
 
-    A reduced or coarse model that fails is a record with its reason; a failure of the full model is raised.
+    `form` makes the system that is run as the full model. A reduced or coarse model that fails is a record with its reason; a
+    failure of the full model is raised.
     """
-    every = stride(options)
-    system, h = eliminate(raw), options.scheme.step
-    integrate(system, options.scheme, 2 * h, options.newton)  # compiles, so that no run is charged for it
-    full = timed(system, options, h, every)
-    newton = newton_for(options.newton, min((options.plan.tolerance, *options.tolerances)))
-    taught = full if newton == options.newton else timed(system, replace(options, newton=newton, repeat=1), h, every)
+    system, h, kept = form(raw), options.scheme.step, kept_steps(options)
+    sharp, own = sharp_newton(options), newton_of_full(options)
+    integrate(system, options.scheme, 2 * h, own)  # compiles, so that no run is charged for it
+    full = timed(system, options, h, kept, own)
+    taught = full if sharp == own else timed(system, replace(options, repeat=1), h, kept, sharp)
     data = snapshots(taught, options.interval)
-    fine = {h / k: timed(system, replace(options, repeat=1), h / k, every * k) for k in ((2, 4) if options.order else (2,))}
-    time_error = step_error(full, [fine[step] for step in fine], h)
+    fine = other_steps(system, options, kept)
     jobs = [Job("full", "full", h, lambda: Trained(system), full)]
-    jobs += [*reduced_jobs(raw, data, options), *competitors(raw, system, options, coarse or {}, fine)]
+    jobs += [*reduced_jobs(raw, data, options), *competitors(raw, system, options, coarse or {}, fine, form)]
     records, motions, found, trained = [], {}, {}, {}
     for number, job in enumerate(jobs):
-        record, model, motion, errors = evaluate(job, raw, full, options, every)
+        record, model, motion, errors = evaluate(job, raw, full, options, kept)
         records.append(record)
         if job.name == job.family and job.family != "full" and model and motion and errors:
             motions[job.name], found[job.name], trained[job.name] = motion, errors, model
         if progress:
             progress((number + 1) / len(jobs))
-    return Study(tuple(with_ratios(records, taught.statistics.cpu_s)), full, motions, found, trained, time_error)
+    seconds = taught.statistics.cpu_s
+    return Study(tuple(with_ratios(records, seconds)), full, motions, found, trained, step_error(full, fine, h), seconds)
+
+
+def sharp_newton(options: Options) -> Newton:
+    """Newton's iteration of the run that gives the snapshots."""
+    return newton_for(options.newton, min((options.plan.tolerance, *options.tolerances)))
+
+
+def newton_of_full(options: Options) -> Newton:
+    """Newton's iteration of the full model as it is compared."""
+    return sharp_newton(options) if options.expensive else options.newton
+
+
+def kept_steps(options: Options) -> np.ndarray:
+    """Numbers of the steps whose states are stored: those of the snapshots, or so many that there are enough samples.
+
+    The first interval between listed snapshots is divided further, so that errors in a transient at the start are seen.
+    """
+    steps = round(options.duration / options.scheme.step)
+    if isinstance(options.interval, np.ndarray):
+        numbers = np.round(options.interval / options.scheme.step).astype(np.int64)
+        first = int(numbers[numbers > 0].min(initial=steps))
+        return np.union1d(numbers, [*range(0, first, max(1, first // START)), steps])
+    return np.arange(0, steps + 1, stride(options))
 
 
 def stride(options: Options) -> int:
     """Steps between stored states: as many as leave enough samples and divide the interval of the snapshots."""
-    between, steps = max(1, round(options.interval / options.scheme.step)), options.duration / options.scheme.step
+    between = max(1, round(float(options.interval) / options.scheme.step))
+    steps = options.duration / options.scheme.step
     return max(d for d in range(1, between + 1) if between % d == 0 and (d == 1 or steps / d >= SAMPLES))
 
 
-def timed(system: System, options: Options, step: float, every: int) -> Trajectory:
-    """The motion, with the least CPU and wall time of several runs."""
-    scheme = replace(options.scheme, step=step)
-    best = integrate(system, scheme, options.duration, options.newton, every)
+def timed(system: System, options: Options, step: float, kept: np.ndarray, newton: Newton | None = None) -> Trajectory:
+    """The motion, with the least CPU and wall time of several runs; `kept` are numbers of steps of the size `step`."""
+    scheme, newton = replace(options.scheme, step=step), newton or options.newton
+    best = integrate(system, scheme, options.duration, newton, kept)
     for _ in range(options.repeat - 1 if best.statistics.cpu_s < PATIENCE else 0):
-        again = integrate(system, scheme, options.duration, options.newton, every).statistics
+        again = integrate(system, scheme, options.duration, newton, kept).statistics
         cpu, wall = min(again.cpu_s, best.statistics.cpu_s), min(again.wall_s, best.statistics.wall_s)
         best = replace(best, statistics=replace(best.statistics, cpu_s=cpu, wall_s=wall))
     return best
 
 
-def step_error(full: Trajectory, fine: Sequence[Trajectory], step: float) -> TimeError:
-    """Error of the step from runs with h/2 and, for the order, h/4."""
-    first = compare(full, fine[0])
-    order = math.log2(first.position_maximum / compare(fine[0], fine[1]).position_maximum) if len(fine) > 1 else None
-    return TimeError(step, first.position_maximum, 4 / 3 * first.position_maximum, 4 / 3 * first.maximum, order)
+def other_steps(system: System, options: Options, kept: np.ndarray) -> dict[float, Trajectory]:
+    """The full model with h/2 and h/4; where that is expensive, with those of the wanted steps that are h/2 or 2h."""
+    h = options.scheme.step
+    ratios = (2.0, 4.0) if options.order else (2.0,)
+    if options.expensive:
+        ratios = tuple(ratio for ratio in (2.0, 0.5) if any(math.isclose(step, h / ratio) for step in options.steps))
+    options, newton = replace(options, repeat=1), newton_of_full(options)
+    return {h / ratio: timed(system, options, h / ratio, stored(h / ratio, h, kept), newton) for ratio in ratios}
+
+
+def step_error(full: Trajectory, others: Mapping[float, Trajectory], step: float) -> TimeError | None:
+    """Error of the step from runs with h/2 and, for the order, h/4; or from a run with 2h."""
+    if not others:
+        return None
+    near, *further = others
+    first, factor = compare(full, others[near]), 4 / 3 if near < step else 1 / 3
+    order = None
+    if further and further[0] < near:
+        order = math.log2(first.position_maximum / compare(others[near], others[further[0]]).position_maximum)
+    return TimeError(step, first.position_maximum, factor * first.position_maximum, factor * first.maximum, order)
 
 
 def reduced_jobs(raw: System, data: Snapshots, options: Options) -> Iterator[Job]:
@@ -188,68 +246,91 @@ def reduced_jobs(raw: System, data: Snapshots, options: Options) -> Iterator[Job
         modes = None if level == "system" and isinstance(plan.modes, Mapping) else plan.modes
         return reduced(raw, data, replace(plan, components=levels[level], tolerance=tolerance, modes=modes))
 
-    def job(name: str, level: str, sample: Level, eps: float, eta: float | None, suffix: str = "") -> Job:
+    def job(name: str, level: str, eps: float, eta: float | None, suffix: str = "") -> Job:
         def make() -> Trained:
+            if name.endswith("exact"):
+                return polynomial(base(level, eps))
+            sample = Level.POINTS if name.endswith("points") else Level.ELEMENTS
             return base(level, eps) if eta is None else sampled(base(level, eps), data, eta, sample)
 
         return Job(name + suffix, name, h, make, None, eps, eta)
 
     main_eta = plan.hyper_tolerance or 1e-3
-    with contextlib.suppress(FmbsError):  # compiles the training; what fails here is told by the models themselves
-        sampled(base("component", plan.tolerance), replace(data, times=data.times[:2], q=data.q[:2]), 0.5, Level.ELEMENTS)
-    kinds = [(name, name.split("+")[0], Level.POINTS if name.endswith("points") else Level.ELEMENTS) for name in MAIN]
-    for name, level, sample in kinds:
-        yield job(name, level, sample, plan.tolerance, main_eta if "+" in name else None)
+    with contextlib.suppress(FmbsError):  # compiles training and steps; what fails here is told by the models themselves
+        few = sampled(base("component", plan.tolerance), replace(data, times=data.times[:2], q=data.q[:2]), 0.5, Level.ELEMENTS)
+        integrate(few.system, options.scheme, 2 * h, options.newton)
+    exact = polynomial_bodies(raw)
+    names = [name for name in (PLANAR if exact else MAIN) if "+" in name or options.plain or not exact]
+    for name in names:
+        yield job(name, name.split("+")[0], plan.tolerance, main_eta if "ecsw" in name else None)
     for eps in dict.fromkeys(options.tolerances):
-        for name, level, sample in kinds:
-            for eta in dict.fromkeys((main_eta, *options.hyper_tolerances)) if "+" in name else (None,):
+        for name in names:
+            for eta in dict.fromkeys((main_eta, *options.hyper_tolerances)) if "ecsw" in name else (None,):
                 if (eps, eta or main_eta) != (plan.tolerance, main_eta):
-                    yield job(name, level, sample, eps, eta, f" {short(eps)}" + (f"/{short(eta)}" if eta else ""))
+                    yield job(name, name.split("+")[0], eps, eta, f" {short(eps)}" + (f"/{short(eta)}" if eta else ""))
     if options.ffrf_modes:
         count = options.ffrf_modes
         yield Job("ffrf", "ffrf", h, lambda: Trained(reduce_floating(raw, count)))
 
 
 def competitors(
-    raw: System, system: System, options: Options, coarse: Mapping[int, System], fine: Mapping[float, Trajectory]
+    raw: System,
+    system: System,
+    options: Options,
+    coarse: Mapping[int, System],
+    fine: Mapping[float, Trajectory],
+    form: Callable[[System], System],
 ) -> Iterator[Job]:
     """Full models on coarser meshes and with other steps."""
     h = options.scheme.step
     for cells, other in coarse.items():
-        yield Job(f"coarse-{cells}", "coarse", h, functools.partial(eliminated, other))
+        yield Job(f"coarse-{cells}", "coarse", h, functools.partial(formed, form, other))
     for step in options.steps:
         ready = next((motion for known, motion in fine.items() if math.isclose(known, step)), None)
         yield Job(f"step-{short(step)}", "step", step, lambda: Trained(system), ready)
 
 
-def eliminated(raw: System) -> Trained:
+def formed(form: Callable[[System], System], raw: System) -> Trained:
     """A full model as it is run."""
-    return Trained(eliminate(raw))
+    return Trained(form(raw))
 
 
 def evaluate(
-    job: Job, raw: System, full: Trajectory, options: Options, every: int
+    job: Job, raw: System, full: Trajectory, options: Options, kept: np.ndarray
 ) -> tuple[Record, Trained | None, Trajectory | None, Errors | None]:
     """Make a model, run it, and compare it with the full one."""
-    record = Record(job.name, job.family, step=job.step, tolerance=job.tolerance, hyper_tolerance=job.hyper_tolerance)
+    newton = newton_of_reduced(options.newton, job.tolerance) if job.tolerance else newton_of_full(options)
+    record = Record(
+        job.name,
+        job.family,
+        step=job.step,
+        newton=newton.tolerance,
+        tolerance=job.tolerance,
+        hyper_tolerance=job.hyper_tolerance,
+    )
     try:
         model = job.make()
     except FmbsError as error:
         return replace(record, status=str(error)), None, None, None
     record = sizes(record, model, raw)
     try:
-        motion = job.ready or timed(model.system, options, job.step, stored(job.step, options.scheme.step, every))
+        motion = job.ready or timed(model.system, options, job.step, stored(job.step, options.scheme.step, kept), newton)
         errors = line_errors(compare(full, motion), full, motion)
     except FmbsError as error:
         return replace(record, status=str(error)), model, None, None
-    cost = motion.statistics
+    cost, parts = motion.statistics, costs.shares(motion, replace(options.scheme, step=job.step))
     record = replace(
         record,
+        constraints=len(motion.system.constraints.names),
         cpu_s=cost.cpu_s,
         wall_s=cost.wall_s,
+        force_s=parts.force_s,
+        solve_s=parts.solve_s,
+        product_s=parts.product_s,
         kr_us=1e6 * costs.tangent_seconds(model.system),
         max_error=errors.maximum,
         mean_error=errors.mean,
+        median_error=errors.median,
         position_error=errors.position_maximum,
         iterations=cost.iterations,
         factorisations=cost.factorisations,
@@ -257,10 +338,10 @@ def evaluate(
     return record, model, motion, errors
 
 
-def stored(step: float, h: float, every: int) -> int:
-    """Steps between stored states of a run with another step, so that it shares instants with the full run."""
-    ratio = every * h / step
-    return round(ratio) if ratio >= 1 and math.isclose(ratio, round(ratio)) else 1
+def stored(step: float, h: float, kept: np.ndarray) -> np.ndarray:
+    """Numbers of the steps of another size at those instants of the full run's stored states that they reach."""
+    numbers = kept * (h / step)
+    return np.round(numbers[np.abs(numbers - np.round(numbers)) < NEAR]).astype(np.int64)
 
 
 def line_errors(errors: Errors, full: Trajectory, other: Trajectory) -> Errors:
@@ -284,8 +365,7 @@ def sizes(record: Record, model: Trained, raw: System) -> Record:
     """Modes, cells, points and products of a model."""
     system = model.system
     if not model.components:
-        full = record.family in ("full", "coarse", "step")
-        return replace(record, dofs=len(system.lift.offset) if full else system.size)
+        return replace(record, dofs=len(system.lift.offset) if record.family in FULL else system.size)
     width, cells = costs.bandwidth(raw), costs.kept_cells(system)
     dofs = costs.by_component(costs.touched(raw, cells), model.components)
     modes = {name: basis.modes.shape[1] for name, basis in model.bases.items()}

@@ -1,9 +1,10 @@
 r"""Training: from the motion of a full model to a reduced model, as one plan says.
 
-    full motion -> snapshots -> bases, eps (14) -> projection (21) -> ECSW, eta (44)
+    full motion -> snapshots -> bases, eps (14) -> projection (21) -> ECSW, eta (44), or the exact polynomial
 
 The snapshots have to be sharper than the modes that are kept: the Newton tolerance of the training run is at most 1e-6 sqrt(eps),
-relative to the reference coordinates. Above that the smallest modes are noise.
+relative to the reference coordinates. Above that the smallest modes are noise. Reduced models iterate to 1e-2 sqrt(eps): what they
+leave adds up over the steps, and has to stay below the error of truncation.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ Components = Mapping[str, Sequence[str]]
 Modes = int | Mapping[str, int] | None
 
 SHARP = 1e-6  #: Newton tolerance of the training run over sqrt(eps)
+ENOUGH = 1e-2  #: Newton tolerance of a reduced run over sqrt(eps)
 FINEST = 1e-12  #: smallest Newton tolerance asked for
 
 
@@ -37,6 +39,7 @@ class Plan:
     hyper_tolerance: float | None = None  #: eta of ECSW; None without hyper-reduction
     level: Level = Level.ELEMENTS
     eliminate: bool = False  #: linear constraints between components
+    exact: bool = False  #: the exact polynomial of planar membranes instead of ECSW
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,11 @@ class Trained:
 def newton_for(newton: Newton, tolerance: float) -> Newton:
     """Newton's iteration, sharp enough for snapshots of which modes are kept to eps = `tolerance`."""
     return replace(newton, tolerance=min(newton.tolerance, max(SHARP * math.sqrt(tolerance), FINEST)))
+
+
+def newton_of_reduced(newton: Newton, tolerance: float) -> Newton:
+    """Newton's iteration of a reduced model with modes kept to eps = `tolerance`."""
+    return replace(newton, tolerance=min(newton.tolerance, max(ENOUGH * math.sqrt(tolerance), FINEST)))
 
 
 def reduced(raw: System, data: Snapshots, plan: Plan) -> Trained:
@@ -74,7 +82,15 @@ def sampled(model: Trained, data: Snapshots, tolerance: float, level: Level) -> 
     return replace(model, system=system, selections=selections, training_s=model.training_s + clock.process_time() - start)
 
 
+def polynomial(model: Trained) -> Trained:
+    """Exact hyper-reduction of a reduced model of planar membranes; nothing is trained."""
+    start = clock.process_time()
+    return replace(model, system=hyper.exact(model.system), training_s=model.training_s + clock.process_time() - start)
+
+
 def train(raw: System, data: Snapshots, plan: Plan) -> Trained:
     """The reduced model of a plan."""
     model = reduced(raw, data, plan)
+    if plan.exact:
+        return polynomial(model)
     return model if plan.hyper_tolerance is None else sampled(model, data, plan.hyper_tolerance, plan.level)

@@ -159,10 +159,12 @@ def norm(job: Job) -> Any:
 
 
 def cmap(job: Job) -> Any:
-    """Blue to red through grey for fields of both signs, viridis without its palest end for the others."""
+    """Blue to red through grey for fields of both signs, for the others the order's own or viridis without its palest end."""
     import matplotlib
     from matplotlib.colors import ListedColormap
 
     if job.diverging:
         return matplotlib.colormaps["coolwarm"]
+    if job.colours:
+        return matplotlib.colormaps[job.colours]
     return ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.0, 0.93, 256)))

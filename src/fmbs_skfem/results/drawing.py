@@ -1,4 +1,4 @@
-"""The scene in VTK: tubes, joints and grid lines; runs only in the child process of `pictures`."""
+"""The scene in VTK: tubes, surfaces, joints and grid lines; runs only in the child process of `pictures`."""
 
 from __future__ import annotations
 
@@ -7,13 +7,20 @@ from typing import Any
 import numpy as np
 
 from . import camera as camera_
-from . import decor, palette
+from . import decor, palette, surfaces
 from .camera import Box, Camera
 from .decor import Pixels
 from .frames import Array
-from .job import Job
+from .job import Arrays, Job
 
 GLYPH = 3.1  #: radius of a joint, over the smallest radius of a tube
+RAISED = 0.25  #: distance of flat surfaces in a planar scene, which lie in one plane, over the smallest radius of a tube
+DEPTH = 10.0  #: distance of one instant of a planar overlay in front of the one before, over the radius of a joint
+LAYERS = {"slider": 1, "point mass": 2}  #: of joints in planar scenes, from the back; the others are in front
+INK = "#262626"  #: of the outline of surfaces
+MATT = {"ambient": 0.5, "diffuse": 0.55, "specular": 0.1}
+FLAT = {"lighting": False}
+STILL = {"reset_camera": False, "render": False}
 
 
 def stage(camera: Camera, box: Box, planar: bool) -> Any:
@@ -71,24 +78,54 @@ def _mesh_lines(box: Box, axes: tuple[int, int], normal: int, height: float) -> 
 
 
 def configuration(
-    plotter: Any, job: Job, arrays: dict[str, Array], sample: int, thinnest: float, strength: float = 1.0, slot: int = 0
+    plotter: Any, job: Job, arrays: Arrays, sample: int, thinnest: float, strength: float = 1.0, slot: int = 0
 ) -> None:
     """Draw all bodies and joints at one instant, replacing what was in `slot`.
 
     No tube has a radius below `thinnest` [m]; `strength` < 1 is paler.
     """
+    nearer = np.array([0.0, 0.0, slot * DEPTH * GLYPH * thinnest]) if job.planar else np.zeros(3)
     for i in range(len(job.bodies)):
-        points, values = arrays[f"points_{i}"][sample], arrays[f"values_{i}"][sample]
-        tube = _tube(points, _fade(_colours(job, i, values), strength), max(job.radii[i], thinnest))
-        light = {"ambient": 0.5, "diffuse": 0.55, "specular": 0.1}
-        actor = plotter.add_mesh(tube, scalars="tint", rgb=True, name=f"body {slot} {i}", reset_camera=False, render=False, **light)
+        points, values = arrays[f"points_{i}"][sample] + nearer, arrays[f"values_{i}"][sample]
+        colours = _fade(_colours(job, i, values), strength)
+        name = f"body {slot} {i}"
+        if f"quads_{i}" in arrays:
+            raised = points + np.array([0.0, 0.0, RAISED * thinnest * (i + 1) if job.planar else 0.0])
+            surface, rim = _surface(arrays, i, raised, colours, shaded=not job.planar)
+            ink = _fade(_rgb(INK)[None], strength)[0].tolist()
+            plotter.add_mesh(rim, color=ink, lighting=False, line_width=1.6, name=f"rim {slot} {i}", **STILL)
+            actor = plotter.add_mesh(surface, scalars="tint", rgb=True, name=name, **STILL, **(FLAT if job.planar else MATT))
+            actor.mapper.resolve = "polygon_offset"
+            actor.prop.interpolation = "Flat" if job.planar else "Phong"
+            continue
+        tube = _tube(points, colours, max(job.radii[i], thinnest))
+        actor = plotter.add_mesh(tube, scalars="tint", rgb=True, name=name, **STILL, **MATT)
         actor.prop.interpolation = "Phong"
+    _joints(
+        plotter, job, {key: arrays[key][sample] + nearer for key in arrays if key.startswith("joint_")}, thinnest, strength, slot
+    )
+
+
+def _joints(plotter: Any, job: Job, centres: Arrays, thinnest: float, strength: float, slot: int) -> None:
+    """Joints; in planar scenes in front of all surfaces, and sliders and masses behind what else lies there."""
     for j, kind in enumerate(job.kinds):
         tint = _fade(_rgb(decor.GLYPHS[kind][1])[None], strength)[0]
-        glyph = _glyph(kind, arrays[f"joint_{j}"][sample], GLYPH * thinnest)
-        plotter.add_mesh(
-            glyph, color=tint.tolist(), smooth_shading=False, name=f"joint {slot} {j}", reset_camera=False, render=False
-        )
+        layer = LAYERS.get(kind, max(LAYERS.values()) + 1) if job.planar else 0
+        front = np.array([0.0, 0.0, layer * 2 * GLYPH * thinnest])
+        glyph = _glyph(kind, centres[f"joint_{j}"] + front, GLYPH * thinnest)
+        plotter.add_mesh(glyph, color=tint.tolist(), smooth_shading=False, name=f"joint {slot} {j}", **STILL)
+
+
+def _surface(arrays: Arrays, i: int, points: Array, colours: Pixels, shaded: bool) -> tuple[Any, Any]:
+    """Facets of a surface, with smooth normals where it is shaded, and the lines around it."""
+    import pyvista
+
+    quads, edges = arrays[f"quads_{i}"], arrays[f"edges_{i}"]
+    surface = pyvista.PolyData(points, faces=np.column_stack([np.full(len(quads), 4), quads]).ravel())
+    surface.point_data["tint"] = colours
+    if shaded:
+        surface.point_data.active_normals = surfaces.normals(points, quads, arrays[f"place_{i}"])
+    return surface, pyvista.PolyData(points, lines=np.column_stack([np.full(len(edges), 2), edges]).ravel())
 
 
 def _tube(points: Array, colours: Pixels, radius: float) -> Any:
@@ -111,7 +148,7 @@ def _glyph(kind: str, centre: Array, radius: float) -> Any:
         up = (0.0, 1.0, 0.0) if kind == "driven angle" else (1.0, 0.0, 0.0)
         return pyvista.Cone(center=(x, y, z), direction=up, height=2.6 * radius, radius=1.3 * radius, resolution=24)
     if kind == "slider":
-        return pyvista.Cube(center=(x, y, z), x_length=2.6 * radius, y_length=1.3 * radius, z_length=1.3 * radius)
+        return pyvista.Cube(center=(x, y, z), x_length=4.2 * radius, y_length=2.2 * radius, z_length=1.3 * radius)
     size = {"point mass": 1.5, "distance": 0.7}.get(kind, 1.0) * radius
     return pyvista.Sphere(radius=size, center=(x, y, z), theta_resolution=20, phi_resolution=20)
 

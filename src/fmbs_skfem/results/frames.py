@@ -1,8 +1,9 @@
-"""Frames: sampled histories of lines and joints as plain arrays, all that pictures and VTK series need.
+"""Frames: sampled histories of lines, surfaces and joints as plain arrays, all that pictures and VTK series need.
 
     u(s, x) = r(s, x) - r0(x),    e(s, x) = |r(s, x) - r_full(s, x)|
 
-Axis letters: `s` time sample, `x` sampling point along a body, `c` component (always three; planar scenes have z = 0).
+Axis letters: `s` time sample, `x` sampling point of a body, `f` facet of a surface, `c` component (always three; planar scenes have
+z = 0).
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,11 +47,25 @@ class Lines:
 
 
 @dataclass(frozen=True)
+class Skins:
+    """One plate or shell as quadrilaterals of its middle surface at every instant; cells need not share points."""
+
+    points: Array  #: (s,x,3) positions [m]
+    fields: Mapping[str, Array]  #: name -> (s,x) or (s,x,3), SI units
+    thickness: Array  #: (x,) [m]
+    reference: Array  #: (x,3) undeformed positions [m]
+    quads: Indices  #: (f,4) numbers of points; triangles repeat one
+
+
+Shown: TypeAlias = Lines | Skins
+
+
+@dataclass(frozen=True)
 class Frames:
     """All bodies and joints at the instants `times`; checked on construction."""
 
     times: Array  #: (s,) increasing [s]
-    bodies: Mapping[str, Lines]
+    bodies: Mapping[str, Shown]
     joints: Mapping[str, tuple[str, Array]] = field(default_factory=dict)  #: name -> (Kind or its text, (s,3) [m])
 
     def __post_init__(self) -> None:
@@ -58,8 +74,8 @@ class Frames:
             raise errors.InputError(errors.say("frames: times", "finite, increasing instants (s,)", f"shape {times.shape}"))
         if not self.bodies:
             raise errors.InputError(errors.say("frames: bodies", "at least one body", "none"))
-        for name, lines in self.bodies.items():
-            _check_lines(f"frames: body '{name}'", lines, times.size)
+        for name, body in self.bodies.items():
+            _check_body(f"frames: body '{name}'", body, times.size)
         for name, (kind, points) in self.joints.items():
             if kind not in list(Kind):
                 got = f"'{kind}'{errors.closest(kind, Kind)}"
@@ -75,46 +91,58 @@ def _check_array(where: str, array: Array, *shapes: tuple[int, ...], finite: boo
         raise errors.InputError(errors.say(where, "finite numbers", "NaN or infinity", remedy))
 
 
-def _check_lines(where: str, lines: Lines, instants: int) -> None:
-    count = np.shape(lines.reference)[0] if np.ndim(lines.reference) == 2 else 0
+def _check_body(where: str, body: Shown, instants: int) -> None:
+    count = np.shape(body.reference)[0] if np.ndim(body.reference) == 2 else 0
     if count < 2:
-        got = f"reference of shape {np.shape(lines.reference)}"
+        got = f"reference of shape {np.shape(body.reference)}"
         raise errors.InputError(errors.say(where, "at least two reference points (x,3)", got))
-    if not 0 <= lines.radius < np.inf:
-        raise errors.InputError(errors.say(where, "a radius >= 0 [m]", lines.radius))
-    _check_array(f"{where}, reference", lines.reference, (count, 3))
-    _check_array(f"{where}, points", lines.points, (instants, count, 3))
-    for name, values in lines.fields.items():
+    if isinstance(body, Lines):
+        if not 0 <= body.radius < np.inf:
+            raise errors.InputError(errors.say(where, "a radius >= 0 [m]", body.radius))
+    else:
+        _check_surface(where, body, count)
+    _check_array(f"{where}, reference", body.reference, (count, 3))
+    _check_array(f"{where}, points", body.points, (instants, count, 3))
+    for name, values in body.fields.items():
         _check_array(f"{where}, field '{name}'", values, (instants, count), (instants, count, 3), finite=False)
 
 
-def displacement(lines: Lines) -> Array:
+def _check_surface(where: str, skins: Skins, count: int) -> None:
+    quads = np.asarray(skins.quads)
+    if quads.ndim != 2 or quads.shape[1] != 4 or quads.size == 0 or quads.min() < 0 or quads.max() >= count:
+        got = f"shape {quads.shape}" + (f" with numbers {quads.min()} to {quads.max()}" if quads.size else "")
+        raise errors.InputError(errors.say(f"{where}, quads", f"point numbers 0 to {count - 1} of shape (f,4)", got))
+    _check_array(f"{where}, thickness", skins.thickness, (count,))
+
+
+def displacement(body: Shown) -> Array:
     """u = r - r0, (s,x,3) [m]."""
-    return lines.points - lines.reference[None]
+    return body.points - body.reference[None]
 
 
-def fields(lines: Lines) -> dict[str, Array]:
+def fields(body: Shown) -> dict[str, Array]:
     """All fields of a body, its displacement first (unless the body brings its own)."""
-    return {"displacement": displacement(lines)} | {name: np.asarray(values, float) for name, values in lines.fields.items()}
+    return {"displacement": displacement(body)} | {name: np.asarray(values, float) for name, values in body.fields.items()}
 
 
-def magnitude(lines: Lines, name: str) -> Array:
+def magnitude(body: Shown, name: str) -> Array:
     """A scalar field as it is, a vector field as its length: (s,x); NaN where the body does not have the field."""
-    values = fields(lines).get(name)
+    values = displacement(body) if name == "displacement" else body.fields.get(name)
     if values is None:
-        return np.full(lines.points.shape[:2], np.nan)
+        return np.full(body.points.shape[:2], np.nan)
+    values = np.asarray(values, float)
     return values if values.ndim == 2 else np.linalg.norm(values, axis=2)
 
 
 def names(frames: Frames) -> tuple[str, ...]:
     """Names of all fields of all bodies, each once."""
-    return tuple(dict.fromkeys(name for lines in frames.bodies.values() for name in fields(lines)))
+    return tuple(dict.fromkeys(name for body in frames.bodies.values() for name in ("displacement", *body.fields)))
 
 
 def planar(frames: Frames, tolerance: float = 1e-9) -> bool:
     """True where every point of every instant has the same z, to `tolerance` of the extent."""
-    points = np.concatenate([lines.points.reshape(-1, 3) for lines in frames.bodies.values()])
-    extent = np.ptp(points, axis=0)
+    ends = [end(body.points, axis=(0, 1)) for body in frames.bodies.values() for end in (np.min, np.max)]
+    extent = np.ptp(ends, axis=0)
     return bool(extent[2] <= tolerance * extent.max())
 
 
@@ -138,8 +166,8 @@ def spread(frames: Frames, count: int) -> Indices:
 def select(frames: Frames, indices: Indices) -> Frames:
     """The frames at some samples only."""
     bodies = {
-        name: replace(lines, points=lines.points[indices], fields={key: value[indices] for key, value in lines.fields.items()})
-        for name, lines in frames.bodies.items()
+        name: replace(body, points=body.points[indices], fields={key: value[indices] for key, value in body.fields.items()})
+        for name, body in frames.bodies.items()
     }
     return Frames(frames.times[indices], bodies, {name: (kind, points[indices]) for name, (kind, points) in frames.joints.items()})
 
@@ -151,12 +179,12 @@ def with_error(frames: Frames, full: Frames) -> Frames:
         raise errors.InputError(
             errors.say("frames: error", "the instants of the full model", f"{frames.times.size} others", remedy)
         )
-    bodies = {}
-    for name, lines in frames.bodies.items():
+    bodies: dict[str, Shown] = {}
+    for name, body in frames.bodies.items():
         other = full.bodies.get(name)
-        if other is None or other.points.shape != lines.points.shape:
-            got = "no such body" if other is None else f"points of shape {other.points.shape}, not {lines.points.shape}"
+        if other is None or other.points.shape != body.points.shape:
+            got = "no such body" if other is None else f"points of shape {other.points.shape}, not {body.points.shape}"
             raise errors.InputError(errors.say(f"frames: error of body '{name}'", "the same body in the full model", got))
-        error = np.linalg.norm(lines.points - other.points, axis=2)
-        bodies[name] = replace(lines, fields={**lines.fields, "error": error})
+        error = np.linalg.norm(body.points - other.points, axis=2)
+        bodies[name] = replace(body, fields={**body.fields, "error": error})
     return replace(frames, bodies=bodies)

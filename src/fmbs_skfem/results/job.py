@@ -1,6 +1,7 @@
 """The order for a picture: a folder with job.json (`Job`) and arrays.npz, written by `pictures`, read by `render_child`.
 
-arrays.npz: times (s,); points_i (s,x,3) and values_i (s,x) of body i; joint_j (s,3) of joint j.
+arrays.npz: times (s,); points_i (s,x,3) and values_i (s,x) of body i; joint_j (s,3) of joint j. A body that is a surface also has
+quads_i (f,4), edges_i (i,2), the pairs of points between which its outline is drawn, and place_i (x,), see `surfaces`.
 """
 
 from __future__ import annotations
@@ -8,11 +9,11 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from .frames import Array
+Arrays: TypeAlias = dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -22,11 +23,12 @@ class Job:
     layout: str  #: "overlay", "multiples" or "animation"
     planar: bool
     bodies: tuple[str, ...]
-    radii: tuple[float, ...]  #: [m]
+    radii: tuple[float, ...]  #: of lines; half the thickness of surfaces [m]
     kinds: tuple[str, ...]  #: of the joints
     label: str  #: text beside the colour scale; empty: every body has its own colour
     limits: tuple[float, float]  #: of the colour scale
     logarithmic: bool
+    colours: str  #: colour map of matplotlib for fields of one sign; empty: viridis without its palest end
     size: tuple[int, int]  #: width, height [pixel]
     title: str
     rate: float  #: frames a second
@@ -38,13 +40,13 @@ class Job:
         return not self.logarithmic and self.limits[0] < 0 < self.limits[1]
 
 
-def save(folder: Path, job: Job, arrays: dict[str, Array]) -> None:
+def save(folder: Path, job: Job, arrays: Arrays) -> None:
     """Write the order into `folder`."""
     np.savez(folder / "arrays.npz", allow_pickle=False, **arrays)
     (folder / "job.json").write_text(json.dumps(asdict(job)), encoding="utf-8")
 
 
-def load(folder: Path) -> tuple[Job, dict[str, Array]]:
+def load(folder: Path) -> tuple[Job, Arrays]:
     """Read the order from `folder`."""
     raw: dict[str, Any] = json.loads((folder / "job.json").read_text(encoding="utf-8"))
     plain: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in raw.items()}

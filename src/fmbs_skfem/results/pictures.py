@@ -20,8 +20,9 @@ import numpy as np
 
 from ..core import errors
 from . import frames as frames_
-from .frames import Array, Frames
-from .job import Job, save
+from . import surfaces
+from .frames import Frames, Skins
+from .job import Arrays, Job, save
 
 #: text beside the colour scale of well-known fields
 LABELS = {
@@ -30,7 +31,12 @@ LABELS = {
     "strain": "axial strain [-]",
     "curvature": "curvature [1/m]",
     "error": "position error [m]",
+    "von_mises": "von Mises stress [MPa]",
+    "von_mises_top": "von Mises stress, top [MPa]",
+    "von_mises_bottom": "von Mises stress, bottom [MPa]",
 }
+UNITS = {"von_mises": 1e6, "von_mises_top": 1e6, "von_mises_bottom": 1e6}  #: of the colour scale, in SI units; 1 for the others
+STRESS = "YlOrRd"  #: colour map of stresses, so that unloaded plates stay pale behind their outline
 ADVICE = (
     "install an off-screen OpenGL (Debian, Ubuntu: `apt-get install libegl1 libgl1-mesa-dri` or `libosmesa6`; "
     "conda: `mesalib`) or set DISPLAY to a running X server"
@@ -51,7 +57,7 @@ class Look:
 
     field: str | None = None  #: coloured by this field; None: by body
     label: str = ""  #: text beside the colour scale; empty: name and unit of well-known fields
-    limits: tuple[float, float] | None = None  #: of the colour scale; None: those of the drawn instants
+    limits: tuple[float, float] | None = None  #: of the colour scale, SI units; None: those of the drawn instants
     logarithmic: bool = False  #: colour scale by decades
     title: str = ""
     size: tuple[int, int] = (1120, 800)  #: width, height [pixel]
@@ -76,10 +82,15 @@ def render(
     path: Path | str,
     times: Sequence[float] | None = None,
     look: Look | None = None,
-    layout: Layout = Layout.OVERLAY,
+    layout: Layout | None = None,
     command: Sequence[str] | None = None,
 ) -> Path:
-    """Draw the configurations nearest to `times` [s] (six evenly spread ones by default) into the PNG file `path`."""
+    """Draw the configurations nearest to `times` [s] (six evenly spread ones by default) into the PNG file `path`.
+
+    Without a `layout`, lines share one scene and surfaces, which would hide each other, get one scene an instant.
+    """
+    flat = any(isinstance(body, Skins) for body in frames.bodies.values())
+    layout = layout or (Layout.MULTIPLES if flat else Layout.OVERLAY)
     indices = frames_.spread(frames, 6) if times is None else frames_.nearest(frames, times)
     return _draw(frames_.select(frames, indices), _checked(path, ".png"), look or Look(), Layout(layout).value, 1.0, command)
 
@@ -100,14 +111,19 @@ def animate(
 
 
 def limits(frames: Frames, name: str, logarithmic: bool = False) -> tuple[float, float]:
-    """Limits of the colour scale over all instants and bodies: symmetric where the field has both signs, five decades at most."""
-    values = np.concatenate([frames_.magnitude(lines, name).ravel() for lines in frames.bodies.values()])
+    """Limits of the colour scale over all instants and bodies: symmetric where the field has both signs, five decades at most.
+
+    Stresses start at zero.
+    """
+    values = np.concatenate([frames_.magnitude(body, name).ravel() for body in frames.bodies.values()])
     values = values[np.isfinite(values) & ((values > 0) | (not logarithmic))]
     if values.size == 0:
         return (1e-5, 1.0) if logarithmic else (0.0, 1.0)
     low, high = float(values.min()), float(values.max())
     if logarithmic:
         return min(max(low, 1e-5 * high), 0.5 * high), high
+    if name in UNITS and high > 0:
+        return 0.0, high
     if low < 0 < high:
         largest = max(-low, high)
         return -largest, largest
@@ -139,29 +155,40 @@ def _draw(frames: Frames, path: Path, look: Look, layout: str, rate: float, comm
     return path
 
 
-def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) -> tuple[Job, dict[str, Array]]:
-    scale = (0.0, 1.0) if look.field is None else look.limits or limits(frames, look.field, look.logarithmic)
+def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) -> tuple[Job, Arrays]:
+    unit = UNITS.get(look.field or "", 1.0)
+    low, high = (0.0, unit) if look.field is None else look.limits or limits(frames, look.field, look.logarithmic)
     label = "" if look.field is None else look.label or LABELS.get(look.field, look.field)
     job = Job(
         layout,
         frames_.planar(frames),
         tuple(frames.bodies),
-        tuple(float(lines.radius) for lines in frames.bodies.values()),
+        tuple(_radius(body) for body in frames.bodies.values()),
         tuple(str(frames_.Kind(kind)) for kind, _ in frames.joints.values()),
         label,
-        scale,
+        (low / unit, high / unit),
         look.logarithmic and look.field is not None,
+        STRESS if look.field in UNITS else "",
         look.size,
         look.title,
         rate,
         target,
     )
-    arrays: dict[str, Array] = {"times": frames.times}
-    for i, lines in enumerate(frames.bodies.values()):
-        arrays[f"points_{i}"] = lines.points
-        arrays[f"values_{i}"] = frames_.magnitude(lines, look.field) if look.field else np.zeros(lines.points.shape[:2])
+    arrays: Arrays = {"times": frames.times}
+    for i, body in enumerate(frames.bodies.values()):
+        arrays[f"points_{i}"] = body.points
+        arrays[f"values_{i}"] = frames_.magnitude(body, look.field) / unit if look.field else np.zeros(body.points.shape[:2])
+        if isinstance(body, Skins):
+            place = surfaces.places(body.reference)
+            edges = surfaces.outline(body.reference, body.quads, place)
+            arrays |= {f"quads_{i}": body.quads, f"edges_{i}": edges, f"place_{i}": place}
     arrays |= {f"joint_{j}": points for j, (_, points) in enumerate(frames.joints.values())}
     return job, arrays
+
+
+def _radius(body: frames_.Shown) -> float:
+    """Radius of a line, half the mean thickness of a surface [m]."""
+    return 0.5 * float(np.mean(body.thickness)) if isinstance(body, Skins) else float(body.radius)
 
 
 def _run(folder: Path, command: Sequence[str] | None, *options: str) -> None:

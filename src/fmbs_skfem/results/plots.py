@@ -1,7 +1,7 @@
 """Figures from plain arrays with matplotlib: histories, errors, norms, singular values, speed against error.
 
 Only matplotlib's object interface on its Agg canvas: no global state, no window. Every function returns the path it wrote.
-Figures 3 to 5, 8, 9 and 12 of doi 10.1016/j.cma.2019.112690 have this form.
+Figures 3 to 5, 8, 9, 11 and 12 of doi 10.1016/j.cma.2019.112690 have this form.
 """
 
 from __future__ import annotations
@@ -77,7 +77,10 @@ def history_grid(
 def errors(
     path: Path | str, times: Array, models: Mapping[str, Array], floor: float | Array | None = None, label: str = "relative error"
 ) -> Path:
-    """Errors (s,) of reduced models over time, log scale; `floor`: error of the full model's own time discretisation."""
+    """Errors (s,) of reduced models over time, log scale, as Figs 9 and 12.
+
+    `floor` is the error of the full model's own time discretisation.
+    """
     figure = _figure(7.2, 4.4)
     axes = figure.subplots()
     _decades(axes, times, models, label)
@@ -86,6 +89,16 @@ def errors(
         axes.plot(times, _positive(level), color=palette.BLACK, lw=1.4, ls=(0, (1, 1.5)), label="time discretisation")
     _legend_below(figure, (*models, *(["time discretisation"] if floor is not None else [])), [axes])
     return _save(figure, path)
+
+
+def slider(
+    path: Path | str, times: Array, position: Mapping[str, Array], speed: Mapping[str, Array] | None = None, title: str = ""
+) -> Path:
+    """Displacement of a slider x(t) - x(0) [m] and, where known, the crank's speed [rad/s] in turns a minute, as Fig. 11."""
+    outputs = {"x-displacement of the slider [m]": {name: np.asarray(x) - np.asarray(x)[0] for name, x in position.items()}}
+    if speed is not None:
+        outputs["speed of the crank [rpm]"] = {name: np.asarray(w) * 30 / np.pi for name, w in speed.items()}
+    return history_grid(path, times, outputs, title=title)
 
 
 def norms(path: Path | str, times: Array, curves: Mapping[str, Array], label: str = "norm of the residual") -> Path:

@@ -17,7 +17,7 @@ from . import decor, drawing
 from .camera import Box, Camera
 from .decor import Pixels, Text
 from .frames import Array
-from .job import Job, load
+from .job import Arrays, Job, load
 
 PALEST = 0.28  #: strength of the first instant of an overlay
 
@@ -50,11 +50,13 @@ def _probe() -> None:
         raise RuntimeError("an empty picture")
 
 
-def view(job: Job, arrays: dict[str, Array], size: tuple[int, int], height: int) -> tuple[Camera, Box]:
-    """Camera and box that serve all instants."""
+def view(job: Job, arrays: Arrays, size: tuple[int, int], height: int) -> tuple[Camera, Box]:
+    """Camera and box that serve all instants; small scenes have narrow margins."""
     parts = [values.reshape(-1, 3) for key, values in arrays.items() if key.startswith(("points_", "joint_"))]
     box = camera_.box(np.concatenate(parts), job.planar, cells=4 if size[0] > 35 * height else 2)
     sides = (4.2, 3.6, 5.2, 4.2) if job.planar else (4.0, 3.6, 3.6, 2.4)
+    if job.planar and job.layout == "multiples":
+        sides = (3.6, 1.4, 4.5, 3.8)
     margins = (sides[0] * height, sides[1] * height, sides[2] * height, sides[3] * height)
     return camera_.fit(box.corners, job.planar, size, margins), box
 
@@ -80,7 +82,7 @@ def letters(job: Job) -> int:
     return max(11, round(job.size[1] / 52))
 
 
-def overlay(job: Job, arrays: dict[str, Array]) -> list[Pixels]:
+def overlay(job: Job, arrays: Arrays) -> list[Pixels]:
     """All instants in one scene, the earlier ones paler, each marked with its time at the end of the last body."""
     height, width = letters(job), strip_width(job)
     camera, box = view(job, arrays, (job.size[0] - width, job.size[1]), height)
@@ -92,27 +94,53 @@ def overlay(job: Job, arrays: dict[str, Array]) -> list[Pixels]:
     image = drawing.shot(plotter)
     plotter.close()
     texts = [Text(job.title, (height, height), "la", round(1.2 * height), "#000000")] if job.title else []
-    texts += _marks(camera, arrays[f"points_{len(job.bodies) - 1}"], _seconds(arrays["times"]), height)
+    last = len(job.bodies) - 1
+    texts += _marks(camera, arrays[f"points_{last}"], _seconds(arrays["times"]), height, f"quads_{last}" in arrays)
     image = decor.letter(image, texts + decor.axis_texts(camera, box, job.planar, height))
     return [_beside(image, job, width)]
 
 
-def _marks(camera: Camera, points: Array, words: list[str], height: int) -> list[Text]:
-    """Times beyond the end of a body, latest first."""
-    ends, before = camera_.project(camera, points[:, -1]), camera_.project(camera, points[:, -2])
+def _marks(camera: Camera, points: Array, words: list[str], height: int, surface: bool) -> list[Text]:
+    """Times beyond the end of a line or the point of a surface farthest from its middle, latest first."""
+    if surface:
+        middle = points.mean(axis=1)
+        far = np.linalg.norm(points - middle[:, None], axis=2).argmax(axis=1)
+        ends, before = (camera_.project(camera, part) for part in (points[np.arange(len(far)), far], middle))
+    else:
+        ends, before = camera_.project(camera, points[:, -1]), camera_.project(camera, points[:, -2])
     outwards = (ends - before) / np.maximum(np.linalg.norm(ends - before, axis=1), 1e-9)[:, None]
     places = ends + outwards * np.array([2.4, 1.5]) * height
     return [Text(f"{word} s", (x, y), "mm", height, "#000000") for word, (x, y) in zip(words[::-1], places[::-1], strict=True)]
 
 
-def multiples(job: Job, arrays: dict[str, Array]) -> list[Pixels]:
+def _columns(job: Job, arrays: Arrays, size: tuple[int, int]) -> int:
+    """Columns of small scenes that show them largest; among equals the squarest grid."""
+    count = arrays["times"].size
+
+    def metres(columns: int) -> tuple[float, int]:
+        rows = math.ceil(count / columns)
+        cell = (size[0] // columns, size[1] // rows)
+        if min(cell) < 8 * _small(job, cell):
+            return math.inf, columns
+        camera, _ = view(job, arrays, cell, _small(job, cell))
+        return round(math.log(camera.metres_per_pixel), 2), abs(columns - rows)
+
+    return min(range(1, count + 1), key=metres)
+
+
+def _small(job: Job, size: tuple[int, int]) -> int:
+    """Height of letters in a scene of this size [pixel]."""
+    return max(11, min(letters(job), round(min(size[0] / 32, size[1] / 22))))
+
+
+def multiples(job: Job, arrays: Arrays) -> list[Pixels]:
     """One scene an instant, side by side, all with the same camera and colours."""
     count, width = arrays["times"].size, strip_width(job)
-    columns = math.ceil(math.sqrt(count * (0.75 if count > 2 else 2)))
-    rows = math.ceil(count / columns)
     title = round(2.2 * letters(job)) if job.title else 0
-    size = ((job.size[0] - width) // columns, (job.size[1] - title) // rows)
-    height = max(11, min(letters(job), round(size[1] / 26)))
+    room = (job.size[0] - width, job.size[1] - title)
+    columns = _columns(job, arrays, room)
+    size = (room[0] // columns, room[1] // math.ceil(count / columns))
+    height = _small(job, size)
     canvas = np.full((job.size[1], job.size[0] - width, 3), 255, dtype=np.uint8)
     for sample, image in enumerate(_instants(job, arrays, size, height)):
         top, left = title + sample // columns * size[1], sample % columns * size[0]
@@ -122,14 +150,14 @@ def multiples(job: Job, arrays: dict[str, Array]) -> list[Pixels]:
     return [_beside(canvas, job, width)]
 
 
-def animation(job: Job, arrays: dict[str, Array]) -> list[Pixels]:
+def animation(job: Job, arrays: Arrays) -> list[Pixels]:
     """One picture an instant, the time written on it."""
     width, height = strip_width(job), letters(job)
     images = _instants(job, arrays, (job.size[0] - width, job.size[1]), height, job.title)
     return [_beside(image, job, width) for image in images]
 
 
-def _instants(job: Job, arrays: dict[str, Array], size: tuple[int, int], height: int, title: str = "") -> list[Pixels]:
+def _instants(job: Job, arrays: Arrays, size: tuple[int, int], height: int, title: str = "") -> list[Pixels]:
     camera, box = view(job, arrays, size, height)
     plotter = drawing.stage(camera, box, job.planar)
     axes, images = decor.axis_texts(camera, box, job.planar, height), []

@@ -2,8 +2,9 @@
 
     name.pvd -> name/00000.vtu, name/00001.vtu, ...
 
-Every .vtu holds all bodies as one unstructured grid of two-point line cells. Point data: displacement, radius and every field
-(velocity, strain, curvature, ...), NaN on bodies that lack it. Cell data: body, the place of the body in `Frames.bodies`.
+Every .vtu holds all bodies as one unstructured grid: beams as two-point lines, plates and shells as quadrilaterals of their middle
+surface. Point data: displacement, radius of lines, thickness of surfaces, and every field (velocity, strain, von_mises_top, ...),
+NaN on bodies that lack it. Cell data: body, the place of the body in `Frames.bodies`.
 Format: VTK XML, https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
 """
 
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +20,7 @@ import numpy as np
 
 from ..core import errors
 from . import frames as frames_
-from .frames import Array, Frames
+from .frames import Array, Frames, Lines, Skins
 
 if TYPE_CHECKING:
     import meshio
@@ -26,55 +28,81 @@ if TYPE_CHECKING:
 
 def write(frames: Frames, folder: Path | str, name: str) -> Path:
     """Write the series into `folder` and return the path of `name`.pvd; a series of that name is replaced."""
+    return write_each((frames_.select(frames, np.array([sample])) for sample in range(frames.times.size)), folder, name)
+
+
+def write_each(pieces: Iterable[Frames], folder: Path | str, name: str) -> Path:
+    """`write` for frames that come piece by piece, in the order of time, so that they need not be in memory together."""
     if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]*", name):
         raise errors.InputError(errors.say("series: name", "letters, digits, '_', '-' and '.'", repr(name)))
-    import meshio
-
     target = Path(folder) / f"{name}.pvd"
     parts = Path(folder) / name
     if parts.is_file():
         raise errors.InputError(errors.say(f"series: {parts}", "a free folder name", "a file", "choose another name"))
     parts.mkdir(parents=True, exist_ok=True)
-    cells, bodies = _cells(frames)
-    data = _point_data(frames)
-    points = np.concatenate([lines.points for lines in frames.bodies.values()], axis=1)
-    for sample in range(frames.times.size):
-        mesh = meshio.Mesh(
-            points[sample], [("line", cells)], {key: values[sample] for key, values in data.items()}, {"body": [bodies]}
-        )
-        _write_part(mesh, parts / f"{sample:05d}.vtu")
-    _forget_rest(parts, frames.times.size)
-    _replace(target, _collection(frames.times, name))
+    times: list[float] = []
+    for piece in pieces:
+        for sample, mesh in enumerate(_meshes(piece)):
+            _write_part(mesh, parts / f"{len(times):05d}.vtu")
+            times.append(float(piece.times[sample]))
+    _forget_rest(parts, len(times))
+    _replace(target, _collection(np.array(times), name))
     return target
 
 
-def _cells(frames: Frames) -> tuple[np.ndarray, np.ndarray]:
-    """Line cells (e,2) over the points of all bodies in a row, and the number of the body of each cell (e,)."""
-    cells, bodies, start = [], [], 0
-    for number, lines in enumerate(frames.bodies.values()):
-        count = lines.reference.shape[0]
-        first = start + np.arange(count - 1)
-        cells.append(np.column_stack([first, first + 1]))
-        bodies.append(np.full(count - 1, number, dtype=np.int64))
+def _meshes(frames: Frames) -> Iterator[meshio.Mesh]:
+    """One mesh an instant: all lines, then all surfaces, over the points of all bodies in a row."""
+    import meshio
+
+    cells, bodies = _cells(frames)
+    data = _point_data(frames)
+    points = np.concatenate([body.points for body in frames.bodies.values()], axis=1)
+    for sample in range(frames.times.size):
+        yield meshio.Mesh(points[sample], cells, {key: values[sample] for key, values in data.items()}, {"body": bodies})
+
+
+def _cells(frames: Frames) -> tuple[list[tuple[str, np.ndarray]], list[np.ndarray]]:
+    """Blocks of cells (e,2) and (e,4) over the points of all bodies in a row, and the number of the body of each cell (e,)."""
+    cells: dict[str, list[np.ndarray]] = {"line": [], "quad": []}
+    bodies: dict[str, list[np.ndarray]] = {"line": [], "quad": []}
+    start = 0
+    for number, body in enumerate(frames.bodies.values()):
+        count = body.reference.shape[0]
+        along = np.arange(count - 1)
+        kind, own = ("quad", body.quads) if isinstance(body, Skins) else ("line", np.column_stack([along, along + 1]))
+        cells[kind].append(start + own)
+        bodies[kind].append(np.full(len(own), number, dtype=np.int64))
         start += count
-    return np.concatenate(cells), np.concatenate(bodies)
+    used = [kind for kind, blocks in cells.items() if blocks]
+    return [(kind, np.concatenate(cells[kind])) for kind in used], [np.concatenate(bodies[kind]) for kind in used]
 
 
 def _point_data(frames: Frames) -> dict[str, Array]:
     """Every field over the points of all bodies in a row: name -> (s,x) or (s,x,3)."""
-    data: dict[str, Array] = {}
-    each = [frames_.fields(lines) for lines in frames.bodies.values()]
+    bodies = frames.bodies.values()
+    data = _sizes(frames)
+    each = [frames_.fields(body) for body in bodies]
     for name in frames_.names(frames):
         vector = {own[name].ndim == 3 for own in each if name in own}
         if len(vector) > 1:
             remedy = "give one of them another name"
             raise errors.InputError(errors.say(f"series: field '{name}'", "a scalar or a vector", "both", remedy))
-        shapes = [lines.points.shape if vector == {True} else lines.points.shape[:2] for lines in frames.bodies.values()]
+        shapes = [body.points.shape if vector == {True} else body.points.shape[:2] for body in bodies]
         data[name] = np.concatenate(
             [own[name] if name in own else np.full(shape, np.nan) for own, shape in zip(each, shapes, strict=True)], axis=1
         )
-    radii = [np.full(lines.points.shape[:2], lines.radius) for lines in frames.bodies.values()]
-    return {"radius": np.concatenate(radii, axis=1)} | data
+    return data
+
+
+def _sizes(frames: Frames) -> dict[str, Array]:
+    """Radius of lines and thickness of surfaces, NaN on the others, as far as there are such bodies."""
+    found: dict[str, list[Array]] = {"radius": [], "thickness": []}
+    for body in frames.bodies.values():
+        shape = body.points.shape[:2]
+        found["radius"].append(np.full(shape, body.radius if isinstance(body, Lines) else np.nan))
+        found["thickness"].append(np.broadcast_to(body.thickness if isinstance(body, Skins) else np.nan, shape))
+    joined = {name: np.concatenate(values, axis=1) for name, values in found.items()}
+    return {name: values for name, values in joined.items() if np.isfinite(values).any()}
 
 
 def _write_part(mesh: meshio.Mesh, path: Path) -> None:

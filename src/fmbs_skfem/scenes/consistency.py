@@ -12,12 +12,39 @@ from typing import TypeAlias
 
 from ..core.errors import closest
 from ..core.problems import Problem, shown
+from . import times
 from .fields import Place
-from .schema import Cable, DeflectionOutput, Distance, DrivenAngle, Dynamic, Given, Pin, PointMass, ReactionOutput, Scene
+from .plate_fields import Spans
+from .schema import (
+    AngleOutput,
+    Cable,
+    DeflectionOutput,
+    Distance,
+    DrivenAngle,
+    Dynamic,
+    Edge,
+    Gear,
+    Given,
+    Plate,
+    PointMass,
+    PointOutput,
+    PressureLoad,
+    ReactionOutput,
+    Revolute,
+    Rigid,
+    RigidPlate,
+    RimNodes,
+    Scene,
+    Shell,
+    StressOutput,
+    TorsionSpring,
+)
 
 Found: TypeAlias = tuple[tuple[str | int, ...], Problem]
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
+PLACES = ("at", "to", "tip", "root", "carrier")  #: keys of joints, loads and outputs that may hold a place
+TURNING = (DrivenAngle, Revolute, Gear, TorsionSpring, AngleOutput)  #: what turns, in space about an axis that has to be given
 WAVE_SPEEDS = (10.0, 3e4)  #: plausible sqrt(E / rho) [m/s]: soft rubber to diamond
 
 
@@ -26,26 +53,29 @@ def problems(scene: Scene) -> Iterator[Found]:
     yield from _names(scene)
     yield from _bodies(scene)
     yield from _places(scene)
+    yield from _surfaces(scene)
+    yield from _axes(scene)
     yield from _joints(scene)
     yield from _references(scene)
+    yield from _times(scene)
     yield from _components(scene)
+    yield from _comparisons(scene)
 
 
 def notices(scene: Scene) -> Iterator[tuple[tuple[str, ...], str]]:
     """Values that are allowed but hardly meant: paths of keys and what is odd about them."""
     for name, body in scene.bodies.items():
-        if not isinstance(body, Cable):
-            continue
-        if body.material is not None:
-            speed = math.sqrt(body.material.young_modulus / body.material.density)
+        material, rotation = getattr(body, "material", None), getattr(body, "rotation", None)
+        if material is not None:
+            speed = math.sqrt(material.young_modulus / material.density)
             if not WAVE_SPEEDS[0] <= speed <= WAVE_SPEEDS[1]:
                 yield (
                     ("bodies", name, "material"),
                     f"the wave speed sqrt(E / rho) = {speed:.3g} m/s is outside {WAVE_SPEEDS[0]:g} to {WAVE_SPEEDS[1]:g} m/s: "
                     "are Young's modulus and density in SI units?",
                 )
-        if body.rotation is not None and abs(body.rotation.angle) > 2 * math.pi * (1 + 1e-12):
-            yield ("bodies", name, "rotation"), _turns(body.rotation.angle)
+        if rotation is not None and abs(rotation.angle) > 2 * math.pi * (1 + 1e-12):
+            yield ("bodies", name, "rotation"), _turns(rotation.angle)
     for name, joint in scene.joints.items():
         if (
             isinstance(joint, DrivenAngle)
@@ -71,23 +101,38 @@ def _names(scene: Scene) -> Iterator[Found]:
 
 def _bodies(scene: Scene) -> Iterator[Found]:
     for name, body in scene.bodies.items():
-        if not isinstance(body, Cable):
-            continue
         key = ("bodies", name)
-        if not isinstance(body.section, Given) and body.material is None:
-            yield (*key, "material"), Problem("a material for a solid section", "nothing", "or give EA, EI and rhoA (shape: given)")
-        if body.continuity >= body.degree:
-            yield (*key, "continuity"), Problem(f"a continuity below the degree {body.degree}", str(body.continuity))
-        if body.interpolation == "ancf" and (body.degree, body.continuity) != (3, 1):
-            got = f"degree {body.degree}, continuity {body.continuity}"
-            yield (*key, "interpolation"), Problem("degree 3 and continuity 1 with ancf", got, "leave them out, or use bspline")
+        if isinstance(body, Cable):
+            yield from _cable(key, body)
+        if isinstance(body, Plate) and body.arcs is not None and body.interpolation != "ancf":
+            got = f"arcs with {body.interpolation}, whose sides are straight"
+            yield (*key, "arcs"), Problem("arcs with ancf only", got, "delete them")
+        for rim in getattr(body, "rims", ()):
+            if not NAME.fullmatch(rim):
+                yield (*key, "rims", rim), Problem("a name of letters, digits, _ and -, beginning with a letter", shown(rim))
+        if isinstance(body, Rigid):
+            for point in {"center", "frame"} & body.points.keys():
+                yield (
+                    (*key, "points", point),
+                    Problem("another name than 'center' and 'frame', which every rigid body has", shown(point)),
+                )
+
+
+def _cable(key: tuple[str, str], body: Cable) -> Iterator[Found]:
+    if not isinstance(body.section, Given) and body.material is None:
+        yield (*key, "material"), Problem("a material for a solid section", "nothing", "or give EA, EI and rhoA (shape: given)")
+    if body.continuity >= body.degree:
+        yield (*key, "continuity"), Problem(f"a continuity below the degree {body.degree}", str(body.continuity))
+    if body.interpolation == "ancf" and (body.degree, body.continuity) != (3, 1):
+        got = f"degree {body.degree}, continuity {body.continuity}"
+        yield (*key, "interpolation"), Problem("degree 3 and continuity 1 with ancf", got, "leave them out, or use bspline")
 
 
 def _places(scene: Scene) -> Iterator[Found]:
     """Every place names a body that exists, and a point where the body has several."""
     for part in ("joints", "loads", "outputs"):
         for name, item in getattr(scene, part).items():
-            for key in ("at", "to", "tip", "root"):
+            for key in PLACES:
                 place = getattr(item, key, None)
                 if isinstance(place, Place):
                     yield from _place(scene, (part, name, key), place)
@@ -97,31 +142,80 @@ def _place(scene: Scene, key: tuple[str, ...], place: Place) -> Iterator[Found]:
     if place.body not in scene.bodies:
         yield key, _unknown("body", "bodies", place.body, scene.bodies)
         return
-    mass = isinstance(scene.bodies[place.body], PointMass)
-    if mass and (place.s is not None or place.group not in (None, "center")):
-        yield key, Problem(f"the point mass '{place.body}' as a whole", shown(place.group or place.s), f"write {place.body}")
-    if not mass and place.group is None and place.s is None:
+    body, got = scene.bodies[place.body], shown(place.group or place.s)
+    if isinstance(body, PointMass) and (place.s is not None or place.group not in (None, "center")):
+        yield key, Problem(f"the point mass '{place.body}' as a whole", got, f"write {place.body}")
+    if isinstance(body, Rigid | RigidPlate) and place.s is not None:
+        yield (
+            key,
+            Problem(f"the rigid body '{place.body}' or one of its points", got, f"write {place.body}.frame or {place.body}.point"),
+        )
+    if isinstance(body, Cable) and place.group is None and place.s is None:
         remedy = f"write {place.body}.group with a point group of its mesh, or {{body: {place.body}, s: 0.3 m}}"
         yield key, Problem(f"a point of the body '{place.body}'", f"'{place.body}'", remedy)
+    if isinstance(body, Plate | Shell) and place.group is None:
+        named = ", ".join(body.rims) or "none yet"
+        remedy = f"write {place.body}.name with one of its rims ({named}) or named points"
+        yield key, Problem(f"a rim or named point of '{place.body}'", f"'{place.body}'" if place.s is None else got, remedy)
+
+
+def _surfaces(scene: Scene) -> Iterator[Found]:
+    """What acts on whole surfaces and edges names a plate or shell."""
+    for part in ("joints", "loads"):
+        for name, item in getattr(scene, part).items():
+            body = getattr(item, "body", None)
+            if isinstance(body, str):
+                yield from _plate(scene, (part, name, "body"), body)
+    for name, output in scene.outputs.items():
+        if isinstance(output, StressOutput) and output.at.body in scene.bodies:
+            yield from _plate(scene, ("outputs", name, "at"), output.at.body)
+
+
+def _plate(scene: Scene, key: tuple[str, ...], name: str) -> Iterator[Found]:
+    known = [body for body, model in scene.bodies.items() if isinstance(model, Plate | Shell)]
+    if name not in scene.bodies:
+        yield key, _unknown("body", "plates and shells", name, known)
+    elif name not in known:
+        listed = ", ".join(known) or "there are none"
+        yield key, Problem(f"one of the plates and shells ({listed})", f"'{name}', a {scene.bodies[name].type}")
+
+
+def _axes(scene: Scene) -> Iterator[Found]:
+    """Axes in space, and what is only known in the plane or only in space."""
+    for part in ("joints", "loads", "outputs"):
+        for name, item in getattr(scene, part).items():
+            if scene.dimension == 3 and isinstance(item, TURNING) and item.axis is None:
+                yield (part, name, "axis"), Problem("the axis of rotation in space", "nothing", "write for instance [0, 0, 1]")
+            if scene.dimension == 3 and isinstance(item, Gear) and item.carrier is not None:
+                yield (part, name, "carrier"), Problem("wheels on the ground in space", f"the carrier '{item.carrier.body}'")
+            if scene.dimension == 3 and isinstance(item, TorsionSpring) and item.to is not None:
+                yield (part, name, "to"), Problem("the ground in space", f"'{item.to.body}'")
+            if scene.dimension == 2 and isinstance(item, PressureLoad):
+                yield (part, name), Problem("a pressure in a scene of dimension 3", "one of dimension 2", "use an edge_load")
+            if scene.dimension == 2 and isinstance(item, PointOutput) and item.component == "z":
+                yield (part, name, "component"), Problem("x or y in the plane", "'z'")
 
 
 def _joints(scene: Scene) -> Iterator[Found]:
     """Joints that need more than their fields say."""
     for name, joint in scene.joints.items():
-        if isinstance(joint, DrivenAngle) and (joint.axis is None) != (scene.dimension == 2):
-            wanted = "no axis in the plane" if scene.dimension == 2 else "the axis of rotation in space"
-            yield ("joints", name, "axis"), Problem(wanted, "one" if joint.axis else "nothing")
-        if isinstance(joint, Distance) and joint.to is None:
+        if isinstance(joint, Distance | RimNodes) and joint.to is None:
             yield (
                 ("joints", name, "to"),
                 Problem("a place or the coordinates of a fixed point", "ground", "write for instance [0, 0, 1]"),
             )
-        if isinstance(joint, Pin | Distance) and isinstance(joint.to, Place) and joint.to == joint.at:
+        if isinstance(joint, Edge) and joint.fixed == "" and not joint.slope:
+            yield (
+                ("joints", name, "fixed"),
+                Problem("a component of displacement or slope that is held", "none", "delete the joint"),
+            )
+        to = getattr(joint, "to", None)
+        if isinstance(to, Place) and to == getattr(joint, "at", None):
             yield ("joints", name, "to"), Problem("another point than 'at'", "the same")
 
 
 def _references(scene: Scene) -> Iterator[Found]:
-    """Names in outputs, initial motion and analysis."""
+    """Names in outputs and initial motion."""
     for name, output in scene.outputs.items():
         if isinstance(output, ReactionOutput) and output.joint not in scene.joints:
             yield ("outputs", name, "joint"), _unknown("joint", "joints", output.joint, scene.joints)
@@ -130,11 +224,29 @@ def _references(scene: Scene) -> Iterator[Found]:
     for name in scene.initial.bodies:
         if name not in scene.bodies:
             yield ("initial", "bodies", name), _unknown("body", "bodies", name, scene.bodies)
-    if isinstance(scene.analysis, Dynamic) and scene.analysis.step > scene.analysis.duration:
+
+
+def _times(scene: Scene) -> Iterator[Found]:
+    """Steps that fit into the duration, and spans of time that fit to the steps."""
+    analysis = scene.analysis
+    if not isinstance(analysis, Dynamic):
+        return
+    if analysis.step > analysis.duration:
         yield (
             ("analysis", "step"),
-            Problem(f"a step of at most the duration {scene.analysis.duration:g} s", f"{scene.analysis.step:g} s"),
+            Problem(f"a step of at most the duration {analysis.duration:g} s", f"{analysis.step:g} s"),
         )
+    if isinstance(analysis.every, tuple):
+        yield from _spans(("analysis", "every"), analysis.every, analysis.step)
+    if scene.reduction is not None and isinstance(scene.reduction.snapshots, tuple):
+        yield from _spans(("reduction", "snapshots"), scene.reduction.snapshots, analysis.step)
+
+
+def _spans(key: tuple[str, str], spans: Spans, step: float) -> Iterator[Found]:
+    for i, span in enumerate(spans):
+        for name, time in (("every", span.every), ("until", span.until)):
+            if time is not None and times.whole(time, step) is None:
+                yield (*key, i, name), Problem(f"a multiple of the step {step:g} s", f"{time:g} s")
 
 
 def _components(scene: Scene) -> Iterator[Found]:
@@ -160,6 +272,16 @@ def _components(scene: Scene) -> Iterator[Found]:
         for name in reduction.modes:
             if name not in known:
                 yield ("reduction", "modes", name), _unknown("component", "components", name, known)
+
+
+def _comparisons(scene: Scene) -> Iterator[Found]:
+    """Coarser meshes are made of cables only, stresses are shown on plates only."""
+    kinds = {type(body) for body in scene.bodies.values()}
+    if scene.compare is not None and scene.compare.coarse and Cable not in kinds:
+        remedy = "compare with a scene of its own that reads a coarser mesh"
+        yield ("compare", "coarse"), Problem("a scene with cables, which can be divided anew", "one without", remedy)
+    if scene.pictures is not None and scene.pictures.color == "von_mises" and not kinds & {Plate, Shell}:
+        yield ("pictures", "color"), Problem("a scene with plates or shells", "one without", "take curvature or strain")
 
 
 def _unknown(kind: str, many: str, name: str, known: Collection[str]) -> Problem:

@@ -30,7 +30,7 @@ class Context:
 
 @dataclass(frozen=True)
 class Place:
-    """A point of a body: a point group of its mesh, or an arc length s [m] from its start; neither for a point mass."""
+    """A point of a body: a frame or point group, or an arc length s [m] from the start of a line; neither for one with a centre."""
 
     body: str
     group: str | None = None
@@ -72,8 +72,8 @@ def spin(value: object, dimension: units.Dimension, context: Context) -> float |
 
 
 def follower(value: object, dimension: units.Dimension, context: Context) -> Vector:
-    """A force in the frame of the slope: tangential and normal in the plane, tangential in space."""
-    if context.dimension == 2:
+    """A force in the frame of the slope, tangential and normal in the plane, tangential in space; or along axes of a frame."""
+    if context.dimension == 2 or (isinstance(value, list) and len(value) == 3):
         return vector(value, dimension, context)
     return (quantity(value[0] if isinstance(value, list) and len(value) == 1 else value, dimension, context),)
 
@@ -99,6 +99,23 @@ def target(value: object, context: Context) -> Place | Vector | None:
     return vector(value, units.LENGTH, context) if isinstance(value, list | tuple) else place(value, context)
 
 
+def carrier(value: object, context: Context) -> Place | None:
+    """The other side of a joint as a place that carries directions, or `ground`."""
+    return None if value is None or value == "ground" else place(value, context)
+
+
+def axis(value: object, context: Context) -> Vector:
+    """A direction in space that is not zero; in the plane everything turns about z."""
+    if context.dimension == 2:
+        raise Problem(
+            "no axis in the plane, where everything turns about z", shown(value), "delete it, or write a scene of dimension 3"
+        )
+    direction = vector(value, units.NUMBER, context)
+    if not any(direction):
+        raise Problem("an axis that is not zero", shown(value))
+    return direction
+
+
 def turn(value: object, context: Context) -> Turn:
     """An angle in the plane, {axis: [x, y, z], angle: ...} in space."""
     if isinstance(value, Turn):
@@ -107,10 +124,7 @@ def turn(value: object, context: Context) -> Turn:
         return Turn(quantity(value, units.ANGLE, context))
     if not isinstance(value, dict) or set(value) != {"axis", "angle"}:
         raise Problem("a rotation in space such as {axis: [0, 0, 1], angle: 30 deg}", shown(value))
-    axis = vector(value["axis"], units.NUMBER, context)
-    if not any(axis):
-        raise Problem("an axis of rotation that is not zero", shown(value["axis"]))
-    return Turn(quantity(value["angle"], units.ANGLE, context), axis)
+    return Turn(quantity(value["angle"], units.ANGLE, context), axis(value["axis"], context))
 
 
 def of_time(value: object, context: Context) -> Expression:
@@ -162,27 +176,27 @@ def _before(law: Callable[..., Any], *arguments: object) -> BeforeValidator:
     return BeforeValidator(validate)
 
 
-def _plain(law: Callable[[object, Context], Any]) -> PlainValidator:
+def plain(law: Callable[[object, Context], Any]) -> PlainValidator:
     def validate(value: object, info: ValidationInfo) -> Any:
         return law(value, _context(info))
 
     return PlainValidator(validate)
 
 
-def _number_schema(dimension: units.Dimension, sign: str = "") -> dict[str, Any]:
+def number_schema(dimension: units.Dimension, sign: str = "") -> dict[str, Any]:
     bound = {"> 0": {"exclusiveMinimum": 0}, ">= 0": {"minimum": 0}}.get(sign, {})
     return {"anyOf": [{"type": "number", **bound}, {"type": "string"}], "description": f"{dimension} {sign}".strip()}
 
 
 def _quantity(dimension: units.Dimension, sign: str = "") -> tuple[BeforeValidator, WithJsonSchema]:
-    return _before(quantity, dimension, sign), WithJsonSchema(_number_schema(dimension, sign))
+    return _before(quantity, dimension, sign), WithJsonSchema(number_schema(dimension, sign))
 
 
 def _vector(dimension: units.Dimension, law: Callable[..., Any] = vector) -> tuple[BeforeValidator, WithJsonSchema]:
-    schema = {"type": "array", "items": _number_schema(dimension), "minItems": 2, "maxItems": 3}
+    schema = {"type": "array", "items": number_schema(dimension), "minItems": 2, "maxItems": 3}
     text = f"{dimension} per coordinate"
     if law is not vector:
-        return _before(law, dimension), WithJsonSchema({"anyOf": [_number_schema(dimension), schema], "description": text})
+        return _before(law, dimension), WithJsonSchema({"anyOf": [number_schema(dimension), schema], "description": text})
     return _before(law, dimension), WithJsonSchema(schema | {"description": text})
 
 
@@ -192,14 +206,14 @@ _PLACE: dict[str, Any] = {
         {"type": "string"},
         {
             "type": "object",
-            "properties": {"body": {"type": "string"}, "s": _number_schema(units.LENGTH, ">= 0")},
+            "properties": {"body": {"type": "string"}, "s": number_schema(units.LENGTH, ">= 0")},
             "required": ["body", "s"],
             "additionalProperties": False,
         },
     ],
-    "description": "body.group, or {body: name, s: arc length}",
+    "description": "body.frame or body.group, or {body: name, s: arc length}",
 }
-_FIXED = {"type": "array", "items": _number_schema(units.LENGTH), "minItems": 2, "maxItems": 3}
+_FIXED = {"type": "array", "items": number_schema(units.LENGTH), "minItems": 2, "maxItems": 3}
 _text = PlainSerializer(lambda expression: expression.text, return_type=str)
 
 Length = Annotated[float, *_quantity(units.LENGTH, "> 0")]
@@ -208,6 +222,7 @@ Instant = Annotated[float, *_quantity(units.TIME, ">= 0")]
 Mass = Annotated[float, *_quantity(units.MASS, "> 0")]
 Density = Annotated[float, *_quantity(units.DENSITY, "> 0")]
 Pressure = Annotated[float, *_quantity(units.PRESSURE, "> 0")]
+SignedPressure = Annotated[float, *_quantity(units.PRESSURE)]
 AxialStiffness = Annotated[float, *_quantity(units.FORCE, "> 0")]
 BendingStiffness = Annotated[float, *_quantity(units.BENDING_STIFFNESS, "> 0")]
 LineDensity = Annotated[float, *_quantity(units.LINE_DENSITY, "> 0")]
@@ -216,27 +231,41 @@ Delay = Annotated[float, *_quantity(units.TIME, ">= 0")]
 Tolerance = Annotated[float, *_quantity(units.NUMBER, "> 0")]
 Number = Annotated[float, *_quantity(units.NUMBER)]
 
+TorsionalStiffness = Annotated[float, *_quantity(units.TORSIONAL_STIFFNESS, ">= 0")]
+TorsionalDamping = Annotated[float, *_quantity(units.TORSIONAL_DAMPING, ">= 0")]
+FixedAngle = Annotated[float, *_quantity(units.ANGLE)]
+
 Position = Annotated[Vector, *_vector(units.LENGTH)]
 Velocity = Annotated[Vector, *_vector(units.VELOCITY)]
 Acceleration = Annotated[Vector, *_vector(units.ACCELERATION)]
 Force = Annotated[Vector, *_vector(units.FORCE)]
+Traction = Annotated[Vector, *_vector(units.PRESSURE)]
+EdgeForce = Annotated[Vector, *_vector(units.LINE_FORCE)]
 Direction = Annotated[Vector, *_vector(units.NUMBER)]
 Moment = Annotated[float | Vector, *_vector(units.MOMENT, spin)]
 AngularVelocity = Annotated[float | Vector, *_vector(units.ANGULAR_VELOCITY, spin)]
+Axis = Annotated[
+    Vector,
+    plain(axis),
+    WithJsonSchema(
+        {"type": "array", "items": number_schema(units.NUMBER), "minItems": 3, "maxItems": 3, "description": "an axis in space"}
+    ),
+]
 FollowerForce = Annotated[Vector, *_vector(units.FORCE, follower)]
 
-At = Annotated[Place, _plain(place), WithJsonSchema(_PLACE)]
-To = Annotated[Place | Vector | None, _plain(target), WithJsonSchema({"anyOf": [*_PLACE["anyOf"], _FIXED, {"type": "null"}]})]
+At = Annotated[Place, plain(place), WithJsonSchema(_PLACE)]
+To = Annotated[Place | Vector | None, plain(target), WithJsonSchema({"anyOf": [*_PLACE["anyOf"], _FIXED, {"type": "null"}]})]
+Carrier = Annotated[Place | None, plain(carrier), WithJsonSchema({"anyOf": [*_PLACE["anyOf"], {"type": "null"}]})]
 Rotation = Annotated[
     Turn | None,
-    _plain(turn),
+    plain(turn),
     WithJsonSchema(
         {
             "anyOf": [
-                _number_schema(units.ANGLE),
+                number_schema(units.ANGLE),
                 {
                     "type": "object",
-                    "properties": {"axis": {"type": "array", "items": {"type": "number"}}, "angle": _number_schema(units.ANGLE)},
+                    "properties": {"axis": {"type": "array", "items": {"type": "number"}}, "angle": number_schema(units.ANGLE)},
                     "required": ["axis", "angle"],
                     "additionalProperties": False,
                 },
@@ -246,7 +275,7 @@ Rotation = Annotated[
 ]
 Counts = Annotated[
     int | dict[str, int],
-    _plain(counts),
+    plain(counts),
     WithJsonSchema(
         {
             "anyOf": [
@@ -257,13 +286,13 @@ Counts = Annotated[
         }
     ),
 ]
-History = Annotated[Expression, _plain(of_time), WithJsonSchema(_EXPRESSION | {"description": "expression of t"}), _text]
+History = Annotated[Expression, plain(of_time), WithJsonSchema(_EXPRESSION | {"description": "expression of t"}), _text]
 Angle = Annotated[
-    Expression, _plain(angle_of_time), WithJsonSchema(_EXPRESSION | {"description": "angle [rad], expression of t"}), _text
+    Expression, plain(angle_of_time), WithJsonSchema(_EXPRESSION | {"description": "angle [rad], expression of t"}), _text
 ]
 Motion = Annotated[
     tuple[Expression, ...],
-    _plain(motions),
+    plain(motions),
     WithJsonSchema({"type": "array", "items": _EXPRESSION, "minItems": 2, "maxItems": 3, "description": "expressions of t [m]"}),
     PlainSerializer(lambda motion: [expression.text for expression in motion], return_type=list[str]),
 ]

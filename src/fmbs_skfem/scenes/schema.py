@@ -11,175 +11,103 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, StrictInt, StrictStr
+from pydantic import Field, PrivateAttr, StrictStr
 
-from . import fields, yamlfile
+from . import fields, plate_fields, yamlfile
+from .bodies import Body, Cable, Circular, Given, Material, Plate, PointMass, Rectangular, Rigid, RigidPlate, Shell
+from .links import (
+    Clamp,
+    Cylindrical,
+    Distance,
+    DrivenAngle,
+    DrivenPosition,
+    Edge,
+    EdgeLoad,
+    Follower,
+    Gear,
+    Gravity,
+    Joint,
+    Load,
+    Moment,
+    Pin,
+    PointForce,
+    PressureLoad,
+    Prismatic,
+    Revolute,
+    RimNodes,
+    Slider,
+    SurfaceLoad,
+    Torque,
+    TorsionSpring,
+    Universal,
+    Weld,
+)
+from .models import Count, Model
+
+__all__ = [
+    "Model",
+    "Count",
+    "Material",
+    "Circular",
+    "Rectangular",
+    "Given",
+    "Body",
+    "Cable",
+    "PointMass",
+    "Rigid",
+    "RigidPlate",
+    "Plate",
+    "Shell",
+    "Joint",
+    "Pin",
+    "Clamp",
+    "Weld",
+    "DrivenAngle",
+    "DrivenPosition",
+    "Distance",
+    "Slider",
+    "Revolute",
+    "Universal",
+    "Prismatic",
+    "Cylindrical",
+    "Gear",
+    "Edge",
+    "RimNodes",
+    "Load",
+    "Gravity",
+    "PointForce",
+    "Follower",
+    "Moment",
+    "Torque",
+    "TorsionSpring",
+    "SurfaceLoad",
+    "PressureLoad",
+    "EdgeLoad",
+    "Damping",
+    "Motion",
+    "Initial",
+    "Analysis",
+    "Dynamic",
+    "Static",
+    "Modes",
+    "Output",
+    "PointOutput",
+    "AngleOutput",
+    "StressOutput",
+    "DeflectionOutput",
+    "EnergyOutput",
+    "ReactionOutput",
+    "HyperReduction",
+    "Reduction",
+    "Compare",
+    "Pictures",
+    "Scene",
+    "where",
+    "location",
+    "json_schema",
+]
 
 VERSION = 1  #: newest schema version this release reads; 1 is the oldest
-
-Count: TypeAlias = Annotated[StrictInt, Field(ge=1, le=1_000_000)]
-
-
-class Model(BaseModel):
-    """A frozen mapping with known keys."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True, protected_namespaces=())
-
-
-class Circular(Model):
-    """Solid circular section."""
-
-    shape: Literal["circular"]
-    diameter: fields.Length
-
-
-class Rectangular(Model):
-    """Solid rectangular section, `height` in the plane of bending."""
-
-    shape: Literal["rectangular"]
-    width: fields.Length
-    height: fields.Length
-
-
-class Given(Model):
-    """Stiffnesses and mass per length given directly."""
-
-    shape: Literal["given"]
-    EA: fields.AxialStiffness
-    EI: fields.BendingStiffness
-    rhoA: fields.LineDensity
-
-
-class Material(Model):
-    """Linear elastic material."""
-
-    young_modulus: fields.Pressure
-    density: fields.Density
-
-
-class Cable(Model):
-    """A thin cable or beam along a line of a mesh file; `refine` splits every mesh cell into that many."""
-
-    type: Literal["cable"]
-    mesh: StrictStr
-    line: StrictStr | None = None
-    interpolation: Literal["bspline", "ancf"] = "bspline"
-    degree: Annotated[StrictInt, Field(ge=2, le=9)] = 3
-    continuity: Annotated[StrictInt, Field(ge=1, le=8)] = 1
-    section: Annotated[Circular | Rectangular | Given, Field(discriminator="shape")]
-    material: Material | None = None
-    curvature: Literal["exact", "material", "quadratic"] = "exact"
-    origin: fields.Position | None = None
-    rotation: fields.Rotation | None = None
-    refine: Annotated[StrictInt, Field(ge=1, le=1000)] = 1
-
-
-class PointMass(Model):
-    """A mass point."""
-
-    type: Literal["point_mass"]
-    mass: fields.Mass
-    position: fields.Position
-
-
-Body: TypeAlias = Annotated[Cable | PointMass, Field(discriminator="type")]
-
-
-class Pin(Model):
-    """Two points coincide; `spherical` is the word in space. Without `to` the point stays where it is."""
-
-    type: Literal["pin", "spherical"]
-    at: fields.At
-    to: fields.To = None
-
-
-class Clamp(Model):
-    """Position and slope direction fixed."""
-
-    type: Literal["clamp"]
-    at: fields.At
-
-
-class Weld(Model):
-    """Position and slope of two bodies tied together."""
-
-    type: Literal["weld"]
-    at: fields.At
-    to: fields.At
-
-
-class DrivenAngle(Model):
-    """The slope turns by angle(t) [rad] from its reference direction, about z in the plane, about `axis` in space."""
-
-    type: Literal["driven_angle"]
-    at: fields.At
-    angle: fields.Angle
-    axis: fields.Direction | None = None
-
-
-class DrivenPosition(Model):
-    """A point is displaced from its reference position by functions of t [m]."""
-
-    type: Literal["driven_position"]
-    at: fields.At
-    displacement: fields.Motion
-
-
-class Distance(Model):
-    """A massless rigid link; its length is that of the reference unless given."""
-
-    type: Literal["distance"]
-    at: fields.At
-    to: fields.To
-    length: fields.Length | None = None
-
-
-class Slider(Model):
-    """A point stays on a line through its reference position."""
-
-    type: Literal["slider"]
-    at: fields.At
-    direction: fields.Direction
-
-
-Joint: TypeAlias = Annotated[Pin | Clamp | Weld | DrivenAngle | DrivenPosition | Distance | Slider, Field(discriminator="type")]
-
-
-class Gravity(Model):
-    """Uniform acceleration of all bodies."""
-
-    type: Literal["gravity"]
-    acceleration: fields.Acceleration
-
-
-class PointForce(Model):
-    """A force of fixed direction at a point, times `history`."""
-
-    type: Literal["point_force"]
-    at: fields.At
-    force: fields.Force
-    history: fields.History | None = None
-
-
-class Follower(Model):
-    """A force that turns with the slope: [tangential, normal] in the plane, tangential in space."""
-
-    type: Literal["follower"]
-    at: fields.At
-    force: fields.FollowerForce
-    history: fields.History | None = None
-
-
-class Moment(Model):
-    """A moment: about z in the plane, a vector in space."""
-
-    type: Literal["moment"]
-    at: fields.At
-    moment: fields.Moment
-    history: fields.History | None = None
-
-
-Load: TypeAlias = Annotated[Gravity | PointForce | Follower | Moment, Field(discriminator="type")]
 
 
 class Damping(Model):
@@ -199,18 +127,21 @@ class Motion(Model):
 class Initial(Model):
     """Motion at the start; bodies not named are at rest."""
 
-    bodies: dict[str, Motion] = {}
+    bodies: dict[str, Motion] = Field(default_factory=dict)
 
 
 class Dynamic(Model):
-    """Time integration by generalized-alpha; every `every`-th step is kept."""
+    """Time integration by generalized-alpha; every `every`-th step is kept, or states every so many seconds, span by span.
+
+    Without `constraints`, linear ones are eliminated, except where plates are large: sparse factors need them as multipliers.
+    """
 
     type: Literal["dynamic"]
-    constraints: Literal["eliminate", "multipliers"] = "eliminate"
+    constraints: Literal["eliminate", "multipliers"] | None = None
     duration: fields.Time
     step: fields.Time
     rho_inf: Annotated[fields.Number, Field(ge=0.0, le=1.0)] = 0.8
-    every: Count = 1
+    every: plate_fields.Every = 1
     tolerance: fields.Tolerance = 1e-10
 
 
@@ -218,7 +149,7 @@ class Static(Model):
     """Equilibrium by load stepping."""
 
     type: Literal["static"]
-    constraints: Literal["eliminate", "multipliers"] = "eliminate"
+    constraints: Literal["eliminate", "multipliers"] | None = None
     load_steps: Count = 10
     tolerance: fields.Tolerance = 1e-10
 
@@ -227,7 +158,7 @@ class Modes(Model):
     """Vibration modes about the reference configuration."""
 
     type: Literal["modes"]
-    constraints: Literal["eliminate", "multipliers"] = "eliminate"
+    constraints: Literal["eliminate", "multipliers"] | None = None
     count: Count = 10
 
 
@@ -235,9 +166,25 @@ Analysis: TypeAlias = Annotated[Dynamic | Static | Modes, Field(discriminator="t
 
 
 class PointOutput(Model):
-    """Position, velocity or slope of a point, one column a coordinate."""
+    """Position, velocity or slope of a point, one column a coordinate; one `component` has the output's own name."""
 
     type: Literal["position", "velocity", "slope"]
+    at: fields.At
+    component: Literal["x", "y", "z"] | None = None
+
+
+class AngleOutput(Model):
+    """Angle [rad] turned since the reference, continuous over time, or its rate [rad/s]: about z in the plane, `axis` in space."""
+
+    type: Literal["angle", "angular_velocity"]
+    at: fields.At
+    axis: fields.Axis | None = None
+
+
+class StressOutput(Model):
+    """Von Mises stress at a named point of a plate or shell, on both faces."""
+
+    type: Literal["stress"]
     at: fields.At
 
 
@@ -262,7 +209,9 @@ class ReactionOutput(Model):
     joint: StrictStr
 
 
-Output: TypeAlias = Annotated[PointOutput | DeflectionOutput | EnergyOutput | ReactionOutput, Field(discriminator="type")]
+Output: TypeAlias = Annotated[
+    PointOutput | AngleOutput | StressOutput | DeflectionOutput | EnergyOutput | ReactionOutput, Field(discriminator="type")
+]
 
 
 class HyperReduction(Model):
@@ -273,9 +222,9 @@ class HyperReduction(Model):
 
 
 class Reduction(Model):
-    """POD of snapshots taken every `snapshots` seconds; without `components` every body is one."""
+    """POD of snapshots taken every `snapshots` seconds, or span by span; without `components` every body is one."""
 
-    snapshots: fields.Time
+    snapshots: plate_fields.Snapshots
     components: dict[str, list[StrictStr]] | None = None
     tolerance: fields.Tolerance = 1e-12
     modes: fields.Counts | None = None
@@ -286,17 +235,17 @@ class Reduction(Model):
 class Compare(Model):
     """Competitors in speed and error: coarser meshes (cells a body), other steps, POD tolerances, modes of FFRF."""
 
-    coarse: list[Count] = []
-    steps: list[fields.Time] = []
-    tolerances: list[fields.Tolerance] = []
+    coarse: list[Count] = Field(default_factory=list)
+    steps: list[fields.Time] = Field(default_factory=list)
+    tolerances: list[fields.Tolerance] = Field(default_factory=list)
     ffrf_modes: Count | None = None
 
 
 class Pictures(Model):
     """Instants to draw and the field that colours the bodies."""
 
-    instants: list[fields.Instant] = []
-    color: Literal["curvature", "strain", "velocity", "error"] = "curvature"
+    instants: list[fields.Instant] = Field(default_factory=list)
+    color: Literal["curvature", "strain", "velocity", "von_mises", "error"] = "curvature"
 
 
 class Scene(Model):
@@ -307,14 +256,14 @@ class Scene(Model):
     description: StrictStr = ""
     units: Literal["SI"] = "SI"
     dimension: Literal[2, 3] = 3
-    parameters: dict[str, fields.Number] = {}
+    parameters: dict[str, fields.Number] = Field(default_factory=dict)
     bodies: dict[str, Body] = Field(min_length=1)
-    joints: dict[str, Joint] = {}
-    loads: dict[str, Load] = {}
+    joints: dict[str, Joint] = Field(default_factory=dict)
+    loads: dict[str, Load] = Field(default_factory=dict)
     damping: Damping = Damping()
     initial: Initial = Initial()
     analysis: Analysis
-    outputs: dict[str, Output] = {}
+    outputs: dict[str, Output] = Field(default_factory=dict)
     reduction: Reduction | None = None
     compare: Compare | None = None
     pictures: Pictures | None = None

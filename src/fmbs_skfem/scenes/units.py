@@ -64,10 +64,14 @@ PRESSURE = _dimension("pressure", "Pa", kg=1, m=-1, s=-2)
 DENSITY = _dimension("density", "kg/m^3", kg=1, m=-3)
 LINE_DENSITY = _dimension("mass per length", "kg/m", kg=1, m=-1)
 BENDING_STIFFNESS = _dimension("bending stiffness", "N m^2", kg=1, m=3, s=-2)
+LINE_FORCE = _dimension("force per length", "N/m", kg=1, s=-2)
+INERTIA = _dimension("moment of inertia", "kg m^2", kg=1, m=2)
+TORSIONAL_STIFFNESS = _dimension("torsional stiffness", "N m/rad", kg=1, m=2, s=-2, rad=-1)
+TORSIONAL_DAMPING = _dimension("torsional damping", "N m s/rad", kg=1, m=2, s=-1, rad=-1)
 POWER = _dimension("power", "W", kg=1, m=2, s=-3)
 DIMENSIONS = (
     NUMBER, LENGTH, AREA, TIME, MASS, ANGLE, VELOCITY, ANGULAR_VELOCITY, ACCELERATION, RATE, FORCE, MOMENT, PRESSURE, DENSITY,
-    LINE_DENSITY, BENDING_STIFFNESS, POWER,
+    LINE_DENSITY, BENDING_STIFFNESS, LINE_FORCE, INERTIA, TORSIONAL_STIFFNESS, TORSIONAL_DAMPING, POWER,
 )  # fmt: skip
 
 _PREFIXES = {"": 0, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "k": 3, "M": 6, "G": 9}  #: power of ten

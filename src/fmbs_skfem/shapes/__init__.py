@@ -1,8 +1,22 @@
-"""Lines and their meshes: files become points, points become curves, curves become tabulated basis functions.
+"""Lines and surfaces: files become points and cells, cells become interpolations, interpolations become tabulated basis functions.
 
 meshes.read -> LineMesh -> curves.through -> curve -> line.fit in a line.BSpline or line.Hermite -> line.tabulate -> table.Table
+plate_meshes.read -> PlateMesh -> ancf_plate.surface, skfem_surface.bfs, skfem_surface.argyris -> surface.Surface
+nurbs.surface, nurbs_file.read -> surface.Surface -> surface.tabulate -> table.Table;    table.check_table: the contract of all
 """
 
-from . import meshes, curves, line, table  # isort: skip
+from . import meshes, plate_meshes, curves, line, nurbs, nurbs_file, interfaces, ancf_plate, skfem_surface, surface, table  # isort: skip
 
-__all__ = ["meshes", "curves", "line", "table"]
+__all__ = [
+    "meshes",
+    "plate_meshes",
+    "curves",
+    "line",
+    "nurbs",
+    "nurbs_file",
+    "interfaces",
+    "ancf_plate",
+    "skfem_surface",
+    "surface",
+    "table",
+]

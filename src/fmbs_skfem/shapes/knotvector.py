@@ -1,8 +1,9 @@
-"""Knot vectors t of B-splines of degree p: checks, spans, Greville abscissae, interpolation points, polar forms.
+"""Knot vectors t of B-splines of degree p: checks, spans, Greville abscissae, interpolation points, polar forms, extraction.
 
     b = len(t) - p - 1 functions,    domain [t_p, t_b],    sum_i mean(t_{i+1} .. t_{i+p}) N_i(xi) = xi
 
-Polar forms: Ramshaw, Computer Aided Geometric Design 6 (1989), doi:10.1016/0167-8396(89)90032-0.
+Polar forms: Ramshaw, Computer Aided Geometric Design 6 (1989), doi:10.1016/0167-8396(89)90032-0. Extraction: Borden, Scott, Evans
+and Hughes, Int. J. Numer. Meth. Engng 87 (2011), doi:10.1002/nme.2968.
 """
 
 from __future__ import annotations
@@ -117,6 +118,29 @@ def raised(degree: int, knots: Floats) -> sparse.csr_array:
     starts = more[: len(arguments)]
     total = sum(_polar(degree, knots, starts, np.delete(arguments, j, axis=1)) for j in range(degree + 1))
     return sparse.csr_array(total / (degree + 1))
+
+
+def first_functions(degree: int, knots: Floats) -> Ints:
+    """First of the p + 1 functions of each span of the domain (e,)."""
+    domain = knots[degree : len(knots) - degree]
+    return np.flatnonzero(domain[:-1] < domain[1:])
+
+
+def extraction(degree: int, knots: Floats) -> Floats:
+    """Bernstein coefficients (e, p+1, p+1) of the B-splines on each span of open knots: coefficient by function.
+
+    C_ji is the polar form of N_i at p - j times the start and j times the end of the span.
+    """
+    ends, first = np.unique(knots), first_functions(degree, knots)
+    spans = len(first)
+    change = inserted(degree, knots, np.concatenate([ends[:1], np.repeat(ends, degree), ends[-1:]]))
+    found = np.zeros((spans, degree + 1, degree + 1))
+    for j in range(degree + 1):
+        rows = change[degree * np.arange(spans) + j].tocoo()
+        column = rows.col - first[rows.row]
+        alive = (column >= 0) & (column <= degree)
+        found[rows.row[alive], j, column[alive]] = rows.data[alive]
+    return found
 
 
 def _polar(degree: int, knots: Floats, starts: Floats, arguments: Floats) -> sparse.csr_array:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from scipy.sparse import coo_array, csgraph, csr_array
 from ..core import errors
 from ..core.notices import notify
 from . import msh, vtu
-from .msh import Floats, Ints, Raw
+from .msh import Cells, Floats, Ints, Raw
 
 MAX_FILE = 256 * 2**20  #: bytes of a mesh file
 
@@ -68,6 +69,11 @@ def read(path: Path | str) -> LineMesh:
     """The audited mesh in a `.msh` or `.vtu` file; InputError names the file, and the ids and positions of what is wrong."""
     path = Path(path)
     where = f"mesh {path}"
+    return _audit(load(path, where), where, path)
+
+
+def load(path: Path, where: str) -> Raw:
+    """What a `.msh` or `.vtu` file says, before any audit; `where` opens every error message."""
     try:
         reader = _READERS.get(path.suffix.lower())
         if reader is None:
@@ -80,7 +86,7 @@ def read(path: Path | str) -> LineMesh:
         if not 0 < size <= MAX_FILE:
             got = f"{size} bytes" if size else "an empty file"
             raise errors.InputError(errors.say(where, f"a file of at most {MAX_FILE} bytes", got))
-        return _audit(reader(path, where), where, path)
+        return reader(path, where)
     except OSError as error:
         raise errors.InputError(errors.say(where, "a readable file", error.strerror or str(error))) from None
 
@@ -93,28 +99,37 @@ def _neighbour(path: Path) -> str:
 
 def write(mesh: LineMesh, path: Path | str) -> None:
     """Write a `.msh` file (gmsh 2.2, binary; cells ordered by group) or a `.vtu` file; `read` returns the same mesh."""
-    import meshio
-
     path = Path(path)
     where = f"mesh {path}"
-    for name in [*mesh.point_groups, *mesh.line_groups]:
+    names = [*mesh.point_groups, *mesh.line_groups]
+    export(path, where, names, {".msh": lambda: _as_msh(mesh, where), ".vtu": lambda: _as_vtu(mesh)})
+
+
+def export(path: Path, where: str, names: list[str], forms: dict[str, Callable[[], Any]]) -> None:
+    """Write the meshio mesh that `forms` makes for the suffix of the path, if its group names survive in a file."""
+    import meshio
+
+    for name in names:
         if not name or any(letter in name for letter in '"\\\r\n') or name != name.strip() or name.startswith("vtk"):
             expected = "group names without quotes, backslashes, line ends or outer blanks, and not starting with 'vtk'"
             raise errors.InputError(errors.say(where, expected, repr(name)))
-    if path.suffix.lower() == ".msh":
-        form, out = "gmsh22", _as_msh(mesh, where)
-    elif path.suffix.lower() == ".vtu":
-        lines = {name: [marks] for name, marks in vtu.marks(mesh.line_groups, len(mesh.cells)).items()}
-        marks = vtu.marks(mesh.point_groups, len(mesh.points))
-        form, out = "vtu", meshio.Mesh(mesh.points, [("line", mesh.cells)], point_data=marks, cell_data=lines)
-    else:
-        raise errors.InputError(errors.say(where, f"a name in {' or '.join(_READERS)}", f"'{path.suffix}'"))
-    silence = io.StringIO()
+    suffix = path.suffix.lower()
+    if suffix not in forms:
+        raise errors.InputError(errors.say(where, f"a name in {' or '.join(forms)}", f"'{path.suffix}'"))
+    out, silence = forms[suffix](), io.StringIO()
     try:
         with contextlib.redirect_stdout(silence), contextlib.redirect_stderr(silence):
-            meshio.write(path, out, file_format=form)
+            meshio.write(path, out, file_format={".msh": "gmsh22", ".vtu": "vtu"}[suffix])
     except (OSError, SystemExit) as error:
         raise errors.InputError(errors.say(where, "a file that can be written", str(error))) from None
+
+
+def _as_vtu(mesh: LineMesh) -> Any:
+    import meshio
+
+    lines = {name: [marks] for name, marks in vtu.marks(mesh.line_groups, len(mesh.cells)).items()}
+    marks = vtu.marks(mesh.point_groups, len(mesh.points))
+    return meshio.Mesh(mesh.points, [("line", mesh.cells)], point_data=marks, cell_data=lines)
 
 
 def _as_msh(mesh: LineMesh, where: str) -> Any:
@@ -140,21 +155,22 @@ def _audit(raw: Raw, where: str, path: Path) -> LineMesh:
     """Check what the file says; keep the points that cells use, and each cell once."""
     if not len(raw.points):
         raise errors.InputError(errors.say(where, "points", "none", "export the mesh with its nodes"))
-    if not len(raw.lines):
+    if not len(raw.lines.nodes):
         kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(raw.kinds.items())) or "no cells at all"
         raise errors.InputError(errors.say(where, "cells of type line", kinds, "export a mesh of two-node lines"))
     others = {kind: count for kind, count in raw.kinds.items() if kind not in ("line", "vertex") and count}
     if others:
         notify(f"{where}: {', '.join(f'{count} {kind} cells' for kind, count in others.items())} ignored, only lines are used")
-    _check_points(raw, where)
-    cells = _rows(raw, raw.lines, where, "cells")
+    check_points(raw, where)
+    cells = rows(raw, raw.lines.nodes, where, "cells", raw.lines.numbers)
     _check_lengths(raw, cells, where)
-    cells, line_groups = _once(raw, cells, where)
+    kept, line_groups = once(raw, raw.lines, cells, where)
+    cells = cells[kept]
     used, compact = np.unique(cells, return_inverse=True)
     if len(used) < len(raw.points):
         unused = np.setdiff1d(np.arange(len(raw.points)), used)
-        notify(f"{where}: {len(unused)} points that no cell uses are dropped: {_listed(raw, unused)}")
-    point_groups = {name: np.unique(_rows(raw, ids, where, f"point group '{name}'")) for name, ids in raw.point_groups.items()}
+        notify(f"{where}: {len(unused)} points that no cell uses are dropped: {listed(raw, unused)}")
+    point_groups = {name: np.unique(rows(raw, ids, where, f"point group '{name}'")) for name, ids in raw.point_groups.items()}
     point_groups = {name: np.searchsorted(used, ids[np.isin(ids, used)]) for name, ids in point_groups.items()}
     for name in [name for groups in (point_groups, line_groups) for name, ids in groups.items() if not len(ids)]:
         notify(f"{where}: group '{name}' is named but has no members in the mesh, and is dropped")
@@ -167,38 +183,41 @@ def _audit(raw: Raw, where: str, path: Path) -> LineMesh:
     )
 
 
-def _several(texts: list[str], count: int) -> str:
+def several(texts: list[str], count: int) -> str:
+    """The first few of `count` things, and how many more there are."""
     return ", ".join(texts) + (f" and {count - len(texts)} more" if count > len(texts) else "")
 
 
-def _position(point: Floats) -> str:
+def position(point: Floats) -> str:
+    """A point as text."""
     return "(" + ", ".join(f"{x:.6g}" for x in point) + ")"
 
 
-def _listed(raw: Raw, rows: Ints) -> str:
+def listed(raw: Raw, ids: Ints) -> str:
     """The first few points by number and position."""
-    return _several([f"node {raw.numbers[i]} at {_position(raw.points[i])}" for i in rows[:3]], len(rows))
+    return several([f"node {raw.numbers[i]} at {position(raw.points[i])}" for i in ids[:3]], len(ids))
 
 
-def _check_points(raw: Raw, where: str) -> None:
+def check_points(raw: Raw, where: str) -> None:
+    """Finite points, one a node number."""
     bad = np.flatnonzero(~np.isfinite(raw.points).all(axis=1))
     if len(bad):
-        raise errors.InputError(errors.say(where, "finite coordinates", _listed(raw, bad), "export the mesh again"))
+        raise errors.InputError(errors.say(where, "finite coordinates", listed(raw, bad), "export the mesh again"))
     numbers, counts = np.unique(raw.numbers, return_counts=True)
     if counts.max() > 1:
         again = np.flatnonzero(np.isin(raw.numbers, numbers[counts > 1]))
-        raise errors.InputError(errors.say(where, "one point a node number", _listed(raw, again), "renumber the nodes"))
+        raise errors.InputError(errors.say(where, "one point a node number", listed(raw, again), "renumber the nodes"))
 
 
-def _rows(raw: Raw, numbers: Ints, where: str, what: str) -> Ints:
-    """Node numbers of the file -> rows of `points`, same shape."""
+def rows(raw: Raw, numbers: Ints, where: str, what: str, cells: Ints | None = None) -> Ints:
+    """Node numbers of the file -> rows of `points`, same shape; `cells` numbers the rows of a table of cells."""
     order = np.argsort(raw.numbers, kind="stable")
     at = order[np.minimum(np.searchsorted(raw.numbers, numbers, sorter=order), len(order) - 1)]
     bad = np.argwhere(raw.numbers[at] != numbers)
     if len(bad):
-        found = [f"node {numbers[tuple(i)]}" + (f" in cell {raw.line_numbers[i[0]]}" if len(i) == 2 else "") for i in bad[:3]]
+        found = [f"node {numbers[tuple(i)]}" + ("" if cells is None else f" in cell {cells[i[0]]}") for i in bad[:3]]
         expected = f"{what} on the nodes {raw.numbers.min()} to {raw.numbers.max()} of the file"
-        raise errors.InputError(errors.say(where, expected, _several(found, len(bad)), "export the mesh again"))
+        raise errors.InputError(errors.say(where, expected, several(found, len(bad)), "export the mesh again"))
     return at
 
 
@@ -210,32 +229,32 @@ def _check_lengths(raw: Raw, cells: Ints, where: str) -> None:
         raise errors.InputError(errors.say(where, "coordinates in metres", f"an extent of {np.abs(raw.points).max():.3g}"))
     bad = np.flatnonzero(lengths <= 1e-12 * size)
     if len(bad):
-        found = [f"cell {raw.line_numbers[i]} at {_position(raw.points[cells[i, 0]])}" for i in bad[:3]]
+        found = [f"cell {raw.lines.numbers[i]} at {position(raw.points[cells[i, 0]])}" for i in bad[:3]]
         remedy = "remove them and merge nodes that coincide"
-        raise errors.InputError(errors.say(where, "cells longer than zero", "length 0 in " + _several(found, len(bad)), remedy))
+        raise errors.InputError(errors.say(where, "cells longer than zero", "length 0 in " + several(found, len(bad)), remedy))
 
 
-def _once(raw: Raw, cells: Ints, where: str) -> tuple[Ints, dict[str, Ints]]:
-    """Each cell once, in file order, with its groups.
+def once(raw: Raw, part: Cells, cells: Ints, where: str) -> tuple[Ints, dict[str, Ints]]:
+    """Rows that hold each cell of `part` once, in file order, and its groups as places in these rows; `cells` are rows of points.
 
     A gmsh file repeats a cell for every physical group it belongs to. Repeated in one group, or without a group, it is an error.
     """
     _, first, same = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True)
     same = same.ravel()
-    free = np.setdiff1d(np.arange(len(cells)), np.concatenate([[], *raw.line_groups.values()]))
+    free = np.setdiff1d(np.arange(len(cells)), np.concatenate([[], *part.groups.values()]))
     lonely = np.bincount(same)[same[free]] > 1
     doubled = [free[lonely]]
-    for rows in raw.line_groups.values():
-        rows = np.unique(rows)
-        doubled.append(rows[np.bincount(same[rows], minlength=len(first))[same[rows]] > 1])
+    for members in part.groups.values():
+        members = np.unique(members)
+        doubled.append(members[np.bincount(same[members], minlength=len(first))[same[members]] > 1])
     bad = np.unique(np.concatenate(doubled))
     if len(bad):
-        found = [f"cell {raw.line_numbers[i]} at {_position(raw.points[cells[i]].mean(axis=0))}" for i in bad[:4]]
-        got = f"repeated {_several(found, len(bad))}"
+        found = [f"cell {part.numbers[i]} at {position(raw.points[cells[i]].mean(axis=0))}" for i in bad[:4]]
+        got = f"repeated {several(found, len(bad))}"
         raise errors.InputError(errors.say(where, "each cell once", got, "remove duplicate cells"))
     order = np.argsort(first)
     place = np.argsort(order)
-    return cells[first[order]], {name: np.unique(place[same[rows]]) for name, rows in raw.line_groups.items()}
+    return first[order], {name: np.unique(place[same[members]]) for name, members in part.groups.items()}
 
 
 def group(mesh: LineMesh, name: str) -> Ints:
@@ -286,8 +305,8 @@ def _check_chain(mesh: LineMesh, cells: Ints, degree: Ints, where: str) -> None:
     """One piece, two ends, no branch."""
 
     def fail(expected: str, nodes: Ints, what: str, remedy: str) -> errors.InputError:
-        texts = [f"node {i} at {_position(mesh.points[i])}" for i in nodes[:4]]
-        return errors.InputError(errors.say(where, expected, f"{what} {_several(texts, len(nodes))}", remedy))
+        texts = [f"node {i} at {position(mesh.points[i])}" for i in nodes[:4]]
+        return errors.InputError(errors.say(where, expected, f"{what} {several(texts, len(nodes))}", remedy))
 
     branches = np.flatnonzero(degree > 2)
     if len(branches):

@@ -1,6 +1,6 @@
 """Gmsh `.msh` files, formats 2.2 and 4.1, text and binary, as plain arrays.
 
-    node numbers (n,) -> points (n,3)        lines (e,2) in node numbers of the file        groups {name: members}
+    node numbers (n,) -> points (n,3)        cells (e,b) in node numbers of the file        groups {name: members}
 
 Numbers stay those of the file, so that an audit can name them. Every count that the file claims is compared with the bytes left in
 it before anything is allocated. meshio writes these files but does not read them here: it takes node number 0 for the last node,
@@ -26,7 +26,7 @@ Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Array = NDArray[Any]
 
-MAX_COUNT = 1_000_000  #: nodes or cells of one file; a body of lines needs far fewer
+MAX_COUNT = 1_000_000  #: nodes or cells of one file
 
 _NONE: Ints = np.zeros(0, np.int64)
 
@@ -41,15 +41,24 @@ _ELEMENTS = {
 
 
 @dataclass(frozen=True, eq=False)
+class Cells:
+    """Cells of one type."""
+
+    nodes: Ints  #: (e,b) node numbers of the file
+    numbers: Ints  #: (e,) cell numbers of the file
+    groups: dict[str, Ints]  #: name -> rows of `nodes`
+
+
+@dataclass(frozen=True, eq=False)
 class Raw:
     """What a mesh file says, before any audit."""
 
     points: Floats  #: (n,3) [m]
     numbers: Ints  #: (n,) node numbers of the file
-    lines: Ints  #: (e,2) node numbers
-    line_numbers: Ints  #: (e,) cell numbers of the file
     point_groups: dict[str, Ints]  #: name -> node numbers
-    line_groups: dict[str, Ints]  #: name -> rows of `lines`
+    lines: Cells
+    triangles: Cells
+    quads: Cells
     kinds: dict[str, int]  #: cell type -> how many
 
 
@@ -335,24 +344,29 @@ def _raw(content: _Content) -> Raw:
     kinds: dict[str, int] = {}
     for block in content.blocks:
         kinds[_ELEMENTS[block.code][0]] = kinds.get(_ELEMENTS[block.code][0], 0) + len(block.nodes)
-    lines = [block for block in content.blocks if block.code == 1]
-    vertices = [block for block in content.blocks if block.code == 15]
-    point_groups: dict[str, list[Ints]] = {name: [] for (dimension, _), name in content.names.items() if dimension == 0}
-    line_groups: dict[str, list[Ints]] = {name: [] for (dimension, _), name in content.names.items() if dimension == 1}
-    for block in vertices:
-        for tag, rows in block.tags.items():
-            point_groups.setdefault(content.names.get((0, tag), f"tag_{tag}"), []).append(block.nodes[rows, 0])
-    first = 0
-    for block in lines:
-        for tag, rows in block.tags.items():
-            line_groups.setdefault(content.names.get((1, tag), f"tag_{tag}"), []).append(rows + first)
-        first += len(block.nodes)
+    vertices = _cells(content, 15, 0)
     return Raw(
         points=np.concatenate([np.zeros((0, 3)), *(points for _, points in content.nodes)]),
         numbers=np.concatenate([_NONE, *(numbers for numbers, _ in content.nodes)]),
-        lines=np.concatenate([np.zeros((0, 2), np.int64), *(block.nodes for block in lines)]),
-        line_numbers=np.concatenate([_NONE, *(block.numbers for block in lines)]),
-        point_groups={name: np.concatenate([_NONE, *parts]) for name, parts in point_groups.items()},
-        line_groups={name: np.concatenate([_NONE, *parts]) for name, parts in line_groups.items()},
+        point_groups={name: vertices.nodes[rows, 0] for name, rows in vertices.groups.items()},
+        lines=_cells(content, 1, 1),
+        triangles=_cells(content, 2, 2),
+        quads=_cells(content, 3, 2),
         kinds=kinds,
+    )
+
+
+def _cells(content: _Content, code: int, dimension: int) -> Cells:
+    """All cells of one type; every physical name of their dimension is a group, also without members."""
+    blocks = [block for block in content.blocks if block.code == code]
+    groups: dict[str, list[Ints]] = {name: [] for (of, _), name in content.names.items() if of == dimension}
+    first = 0
+    for block in blocks:
+        for tag, rows in block.tags.items():
+            groups.setdefault(content.names.get((dimension, tag), f"tag_{tag}"), []).append(rows + first)
+        first += len(block.nodes)
+    return Cells(
+        nodes=np.concatenate([np.zeros((0, _ELEMENTS[code][1]), np.int64), *(block.nodes for block in blocks)]),
+        numbers=np.concatenate([_NONE, *(block.numbers for block in blocks)]),
+        groups={name: np.concatenate([_NONE, *parts]) for name, parts in groups.items()},
     )

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
+from ..core import errors
 from ..core.errors import InputError, say
 
 Floats = NDArray[np.float64]
@@ -32,9 +33,9 @@ class Curve(Protocol):
 class Table:
     """Basis functions and their derivatives at the quadrature points of every cell.
 
-    values (e, p, k, b): derivative k = 0, 1, 2 in the parameter xi of local function b
+    values (e, p, k, b): derivative k of local function b: 0, 1, 2 in xi on lines; N, 1, 2, 11, 22, 12 on surfaces
     nodes (e, b): the function's number in the space
-    weights (e, p): quadrature weights in xi;  points (e, p): the parameters xi
+    weights (e, p): quadrature weights in xi;  points (e, p), on surfaces (e, p, 2): the parameters xi
     count: number of functions of the space
     """
 
@@ -46,7 +47,7 @@ class Table:
 
     def __post_init__(self) -> None:
         cells, points, _, functions = self.values.shape if np.ndim(self.values) == 4 else (-1, -1, -1, -1)
-        shapes = {"nodes": (cells, functions), "weights": (cells, points), "points": (cells, points)}
+        shapes = {"nodes": (cells, functions), "weights": (cells, points), "points": (cells, points, *np.shape(self.points)[2:])}
         for name, shape in shapes.items():
             if np.shape(getattr(self, name)) != shape:
                 got, remedy = np.shape(getattr(self, name)), "give arrays of the same cells and points"
@@ -115,6 +116,7 @@ def inside(where: str, xi: ArrayLike, low: float, high: float) -> Floats:
     return np.clip(array, low, high)
 
 
+@singledispatch
 def check_table(space: Any, tolerance: float = 1e-9) -> None:
     """The contract of a space; raises an InputError (a ValueError) that names the first property that fails.
 
@@ -130,10 +132,9 @@ def check_table(space: Any, tolerance: float = 1e-9) -> None:
     _check_derivatives(space, table, np.sqrt(tolerance))
 
 
-def _require(space: Any, name: str, error: float, tolerance: float) -> None:
-    if not error <= tolerance:
-        where = f"check_table({type(space).__name__}): {name}"
-        raise InputError(say(where, f"an error of at most {tolerance:.1e}", f"{error:.3e}", "correct the rules of this type"))
+def require(space: Any, name: str, error: float, tolerance: float) -> None:
+    """Refuse an error of a space beyond the tolerance."""
+    errors.require(f"check_table({type(space).__name__})", name, error, tolerance)
 
 
 def _lengths(space: Any) -> Floats:
@@ -143,11 +144,11 @@ def _lengths(space: Any) -> Floats:
 def _check_quadrature(space: Any, table: Table, tolerance: float) -> None:
     ends, lengths = breaks(space), _lengths(space)
     outside = (table.nodes < 0) | (table.nodes >= table.count)
-    _require(space, "nodes in range (share outside)", float(outside.mean()), 0.0)
+    require(space, "nodes in range (share outside)", float(outside.mean()), 0.0)
     apart = (table.points <= ends[:-1, None]) | (table.points >= ends[1:, None]) | (table.weights <= 0.0)
-    _require(space, "quadrature points inside their cells with positive weights (share that is not)", float(apart.mean()), 0.0)
+    require(space, "quadrature points inside their cells with positive weights (share that is not)", float(apart.mean()), 0.0)
     error = np.max(np.abs(table.weights.sum(axis=1) / lengths - 1.0))
-    _require(space, "quadrature weights sum to the cell's length", float(error), tolerance)
+    require(space, "quadrature weights sum to the cell's length", float(error), tolerance)
 
 
 def _scaled(space: Any, table: Table, rows: Any, power: int) -> float:
@@ -159,7 +160,7 @@ def _scaled(space: Any, table: Table, rows: Any, power: int) -> float:
 def _check_sample(space: Any, table: Table, tolerance: float) -> None:
     for k in range(table.values.shape[2]):
         difference = matrix(table, k) - sample(space, table.points.ravel(), k)
-        _require(space, f"table equals sample, derivative {k}", _scaled(space, table, difference, k), tolerance)
+        require(space, f"table equals sample, derivative {k}", _scaled(space, table, difference, k), tolerance)
 
 
 def _check_known(space: Any, table: Table, tolerance: float) -> None:
@@ -170,14 +171,14 @@ def _check_known(space: Any, table: Table, tolerance: float) -> None:
         exact = ((np.ones_like(xi), 0.0 * xi, 0.0 * xi), (xi, np.ones_like(xi), 0.0 * xi))[j]
         for k in range(table.values.shape[2]):
             error = _scaled(space, table, matrix(table, k) @ column - exact[k], k)
-            _require(space, f"{names[j]}, derivative {k}", error / (1.0, size)[j], tolerance)
+            require(space, f"{names[j]}, derivative {k}", error / (1.0, size)[j], tolerance)
 
 
 def _check_reproduction(space: Any, table: Table, tolerance: float) -> None:
     coefficients = fit(space, partial(reproduced, space))
     for k in range(table.values.shape[2]):
         error = matrix(table, k) @ coefficients - reproduced(space, table.points.ravel(), k)
-        _require(space, f"polynomial reproduction, derivative {k}", _scaled(space, table, error, k), tolerance)
+        require(space, f"polynomial reproduction, derivative {k}", _scaled(space, table, error, k), tolerance)
 
 
 def _check_derivatives(space: Any, table: Table, tolerance: float) -> None:
@@ -192,4 +193,4 @@ def _check_derivatives(space: Any, table: Table, tolerance: float) -> None:
     first, second = (1, -8, 0, 8, -1), (-1, 16, -30, 16, -1)
     for k, estimate in ((1, difference(first, 1, 0)), (2, difference(second, 2, 0)), (3, difference(first, 1, 2))):
         error = _scaled(space, table, sample(space, xi, k) - estimate, k)
-        _require(space, f"derivative {k} against differences", error, tolerance)
+        require(space, f"derivative {k} against differences", error, tolerance)

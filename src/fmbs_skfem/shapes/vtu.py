@@ -1,7 +1,8 @@
 """VTK `.vtu` files (unstructured grids in XML) as plain arrays.
 
 Groups are integer arrays of zeros and ones: an array `left` in PointData marks the points of the point group `left`, an array
-`beam` in CellData the lines of the line group `beam`. Other arrays, and those whose names start with `vtk`, are not groups.
+`beam` in CellData the cells of the group `beam`: lines, triangles or quads. Other arrays, and those whose names start with `vtk`,
+are not groups.
 Arrays are text or binary, inline or appended (base64 or raw), plain or packed by zlib; nothing is unpacked beyond `MAX_BYTES`.
 Format: VTK file formats, https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
 """
@@ -20,16 +21,25 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..core import errors
-from .msh import MAX_COUNT, Array, Ints, Raw
+from .msh import MAX_COUNT, Array, Cells, Ints, Raw
 
 MAX_BYTES = 64 * 2**20  #: unpacked size of one array
 
 _TYPES = {f"{word}{8 * size}": f"{word[0].lower()}{size}" for word in ("Int", "UInt") for size in (1, 2, 4, 8)}
 _TYPES |= {"Float32": "f4", "Float64": "f8"}
-_LINE = 3
+_LINE, _TRIANGLE, _QUAD = 3, 5, 9
 #: cell code of VTK -> name
-_CELLS = {1: "vertex", 2: "poly_vertex", _LINE: "line", 4: "poly_line", 5: "triangle", 9: "quad", 10: "tetra", 12: "hexahedron"}
-_CELLS |= {13: "wedge", 14: "pyramid", 21: "line3", 22: "triangle6", 23: "quad8", 24: "tetra10", 35: "line4"}
+_CELLS = {
+    1: "vertex",
+    2: "poly_vertex",
+    _LINE: "line",
+    4: "poly_line",
+    _TRIANGLE: "triangle",
+    8: "pixel",
+    _QUAD: "quad",
+    10: "tetra",
+}
+_CELLS |= {12: "hexahedron", 13: "wedge", 14: "pyramid", 21: "line3", 22: "triangle6", 23: "quad8", 24: "tetra10", 35: "line4"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +54,7 @@ class _File:
 
 
 def read(path: Path, where: str) -> Raw:
-    """The points, lines and groups of a `.vtu` file; `where` opens every error message."""
+    """The points, cells and groups of a `.vtu` file; `where` opens every error message."""
     file = _open(path.read_bytes(), where)
     piece, points, cells = _piece(file)
     xyz = _array(file, piece.find("Points/DataArray"), 3 * points, "Points").reshape(points, 3).astype(np.float64)
@@ -53,17 +63,25 @@ def read(path: Path, where: str) -> Raw:
     offsets = _array(file, arrays["offsets"], cells, "offsets").astype(np.int64)
     nodes = _array(file, arrays["connectivity"], int(offsets[-1]) if cells else 0, "connectivity").astype(np.int64)
     sizes = np.diff(offsets, prepend=0)
-    rows = np.flatnonzero(types == _LINE)
-    if np.any(sizes < 0) or np.any(sizes[rows] != 2):
-        raise _bad(where, "offsets that rise, by 2 at a line", "others")
+    if np.any(sizes < 0):
+        raise _bad(where, "offsets that rise", "others")
+    marked = _groups(file, piece.find("CellData"), cells)
+
+    def of(code: int, width: int) -> Cells:
+        rows = np.flatnonzero(types == code)
+        if np.any(sizes[rows] != width):
+            raise _bad(where, f"offsets that rise by {width} at a {_CELLS[code]}", "others")
+        groups = {name: np.flatnonzero(values[rows]) for name, values in marked.items() if values[rows].any() or not values.any()}
+        return Cells(nodes[offsets[rows][:, None] + np.arange(-width, 0)], rows, groups)
+
     codes, counts = np.unique(types, return_counts=True)
     return Raw(
         points=xyz,
         numbers=np.arange(points),
-        lines=nodes[offsets[rows][:, None] + np.array([-2, -1])],
-        line_numbers=rows,
-        point_groups={name: np.flatnonzero(marks) for name, marks in _groups(file, piece.find("PointData"), points).items()},
-        line_groups={name: np.flatnonzero(marks[rows]) for name, marks in _groups(file, piece.find("CellData"), cells).items()},
+        point_groups={name: np.flatnonzero(values) for name, values in _groups(file, piece.find("PointData"), points).items()},
+        lines=of(_LINE, 2),
+        triangles=of(_TRIANGLE, 3),
+        quads=of(_QUAD, 4),
         kinds={_CELLS.get(int(code), f"VTK type {code}"): int(count) for code, count in zip(codes, counts, strict=True)},
     )
 
@@ -94,7 +112,7 @@ def _open(data: bytes, where: str) -> _File:
         "compressor": ("vtkZLibDataCompressor",),
     }.items():
         if root.get(key, known[0]) not in known:
-            raise _bad(where, f"{key} {' or '.join(known)}", f"{root.get(key)}", "export it so, as an unstructured grid of lines")
+            raise _bad(where, f"{key} {' or '.join(known)}", f"{root.get(key)}", "export it so, as an unstructured grid")
     text = (root.findtext("AppendedData") or "").strip()
     order = ">" if root.get("byte_order") == "BigEndian" else "<"
     header = np.dtype(order + ("u8" if root.get("header_type") == "UInt64" else "u4"))

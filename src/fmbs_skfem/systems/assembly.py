@@ -7,20 +7,36 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import block_diag, csr_array, diags_array, kron, vstack
+from scipy.sparse import block_diag, csr_array, diags_array, eye_array, kron, vstack
 from scipy.sparse.linalg import spsolve
 
-from ..bodies.body import Body
-from ..bodies.cable_law import Curvature
+from ..bodies import laws
+from ..bodies.body import Body, Cells
+from ..bodies.laws import Law
+from ..bodies.plate import local_table
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import notify
-from ..shapes import line
+from ..shapes import line, surface
+from ..shapes.surface import Surface
 from . import joints as joint_rules
 from . import loads as load_rules
 from . import probes as probe_rules
-from .places import Draft, Layout, Rows, vector
-from .system import Affine, Constraints, Elastic, Line, Loads, System, change_coordinates, is_linear, keep_constraints, linear_part
+from .places import At, Draft, Layout, Rows, vector
+from .system import (
+    Affine,
+    Constraints,
+    Elastic,
+    Line,
+    Loads,
+    Skin,
+    System,
+    change_coordinates,
+    is_linear,
+    keep_constraints,
+    linear_part,
+)
 
+FACETS = 2  #: quadrilaterals a direction that picture a cell of a surface
 SAMPLES = 201  #: points of a centre line in pictures and position errors
 
 
@@ -58,6 +74,8 @@ def assemble(
     unique("joints", [joint.name for joint in joints])
     for joint in joints:
         joint_rules.gap(joint, draft)
+    for part in parts:
+        orthonormal(part, draft)
     forces = [load_rules.force(load, draft) for load in loads]
     terms = [term for linear, _ in forces for term in linear]
     sensed = {name: probe_rules.sense(probe, name, draft) for name, probe in (outputs or {}).items()}
@@ -69,11 +87,9 @@ def assemble(
         lift=Affine(csr_array(diags_array(np.ones(layout.size))), np.zeros(layout.size)),
         mass=mass,
         damping=csr_array(damping.mass * mass),
-        stiffness=csr_array(mass.shape),
+        stiffness=springs(parts, layout.dim),
         elastic=tuple(
-            Elastic(part.name, damping.stiffness, replace(part.cells, nodes=part.cells.nodes + layout.first[part.name]))
-            for part in parts
-            if part.cells is not None
+            Elastic(part.name, damping.stiffness, gather(part, part.cells, layout)) for part in parts if part.cells is not None
         ),
         probes=probes,
         constraints=constraints(draft),
@@ -87,14 +103,41 @@ def assemble(
         signals=tuple(draft.signals),
         sensors=draft.sensors.affine(),
         outputs=sensed,
-        lines=tuple(picture_line(part, layout) for part in parts),
+        lines=tuple(picture_line(part, layout) for part in parts if not isinstance(part.space, Surface)),
+        skins=tuple(picture_skin(part, layout) for part in parts if isinstance(part.space, Surface)),
         markers=tuple(draft.markers),
         coordinates=tuple((p.name, layout.first[p.name], layout.first[p.name] + p.reference.size) for p in parts),
         components=(),
         x0=q0,
         v0=initial_velocity(layout, parts, initial or {}),
+        unit=np.concatenate([part.constant for part in parts]),
         scale=float(np.linalg.norm(q0)) or 1.0,
     )
+
+
+def springs(parts: list[Body], dim: int) -> csr_array:
+    """Constant stiffness of all bodies, alike in every component."""
+    own = [csr_array(part.mass.shape) if part.stiffness is None else part.stiffness for part in parts]
+    return csr_array(block_diag([kron(matrix, eye_array(dim)) for matrix in own], format="csr"))
+
+
+def gather(part: Body, cells: Cells, layout: Layout) -> Cells:
+    """Cells of a body that read all coordinates q, or the coordinates of its space where frames slave some of them."""
+    if part.spread is None:
+        return replace(cells, nodes=cells.nodes + layout.first[part.name])
+    return replace(cells, spread=widen(part.spread, part, layout))
+
+
+def orthonormal(part: Body, draft: Draft) -> None:
+    """The axes of every frame of a body stay unit vectors at right angles: (e_i . e_j - delta_ij) / (1 + delta_ij) = 0."""
+    dim = part.dim
+    for frame in part.frames:
+        rows = [draft.probes.add(draft.layout.read(f"body '{part.name}'", At(part.name, frame), k + 1)) for k in range(dim)]
+        for i in range(dim):
+            for j in range(i + 1):
+                factor = 0.5 if i == j else 1.0
+                terms = [(factor, -1, rows[i] + c, rows[j] + c) for c in range(dim)] + [(-0.5 * (i == j), -1, -1, -1)]
+                draft.constraints.row(f"{part.name}.{frame}", f"e{j + 1}.e{i + 1}", *terms)
 
 
 def empty_draft(parts: list[Body]) -> tuple[Draft, Layout]:
@@ -151,9 +194,9 @@ def initial_velocity(layout: Layout, parts: list[Body], initial: Mapping[str, Mo
 
 def picture_line(part: Body, layout: Layout) -> Line:
     """Samples of the centre line for pictures and position errors, at the same places on every mesh."""
-    if part.space is None or part.cells is None:
-        rows = csr_array(vstack([np.eye(1), np.zeros((2, 1))]))
-        return Line(part.name, widen(rows, part, layout), part.radius, Curvature.EXACT)
+    if not isinstance(part.space, line.BSpline | line.Hermite) or part.cells is None:
+        rows = csr_array(([1.0], ([0], [0])), shape=(3, len(part.reference)))
+        return Line(part.name, widen(rows, part, layout), part.radius, Law.EXACT)
     breaks = line.breaks(part.space)
     xi = np.linspace(breaks[0], breaks[-1], SAMPLES)
     value, first, second = (line.sample(part.space, xi, k) for k in range(3))
@@ -161,7 +204,37 @@ def picture_line(part: Body, layout: Layout) -> Line:
     J = np.linalg.norm(r1, axis=1)
     slope = diags_array(1 / J) @ first
     bend = diags_array(1 / J**2) @ second - diags_array(np.einsum("xc,xc->x", r1, r2) / J**4) @ first
-    return Line(part.name, widen(csr_array(vstack([value, slope, bend])), part, layout), part.radius, part.cells.curvature)
+    return Line(part.name, widen(csr_array(vstack([value, slope, bend])), part, layout), part.radius, part.cells.law)
+
+
+def picture_skin(part: Body, layout: Layout) -> Skin:
+    """Samples of a middle surface for pictures and stresses, FACETS x FACETS quadrilaterals a cell (triangles: degenerate ones)."""
+    shape, cells = part.space, part.cells
+    assert isinstance(shape, Surface)
+    assert cells is not None
+    s = np.linspace(0.0, 1.0, FACETS + 1)
+    a, b = (x.ravel() for x in np.meshgrid(s, s, indexing="ij"))
+    xi = np.column_stack([a, b if shape.parent is surface.Parent.SQUARE else b * (1.0 - a)])
+    count, points = len(shape.nodes), len(xi)
+    values = surface.basis(shape.space, np.repeat(np.arange(count), points), np.tile(xi, (count, 1)))
+    reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
+    local, _, curved = local_table(values.reshape(count, points, 6, -1), np.ones((count, points)), reference[shape.nodes])
+    vectors = laws.vectors(cells.law)
+    tables = np.concatenate([values.reshape(count, points, 6, -1)[:, :, :1], local[:, :, :vectors]], axis=2)
+    tables = tables.transpose(2, 0, 1, 3).reshape((1 + vectors) * count * points, -1)
+    columns = np.tile(np.repeat(shape.nodes, points, axis=0), (1 + vectors, 1))
+    indptr = np.arange(len(tables) + 1) * tables.shape[1]
+    rows = csr_array((tables.ravel(), columns.ravel(), indptr), shape=(len(tables), shape.count))
+    rows = rows if part.spread is None else csr_array(rows @ part.spread)
+    corner = (np.arange(FACETS)[:, None] * (FACETS + 1) + np.arange(FACETS)[None, :]).ravel()
+    facets = corner[:, None] + np.array([0, FACETS + 1, FACETS + 2, 1])
+    facets = (facets[None] + points * np.arange(count)[:, None, None]).reshape(-1, 4)
+    section = np.repeat(cells.section[:, :1].transpose(0, 2, 1), points, axis=2).reshape(len(cells.section), 1, -1)
+    if cells.law is Law.SHELL:
+        section[3:6, 0] = curved.reshape(-1, 3).T
+    thickness = np.repeat(np.broadcast_to(part.thickness, count), points)
+    first = layout.first[part.name]
+    return Skin(part.name, rows, slice(first, first + part.reference.size), facets, thickness, cells.law, section)
 
 
 def widen(rows: csr_array, part: Body, layout: Layout) -> csr_array:

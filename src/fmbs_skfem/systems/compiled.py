@@ -5,16 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import block_array, coo_array, csr_array
+from scipy.sparse import block_array, coo_array, csr_array, kron
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from ..bodies.body import Cells
 from ..core.linalg import as_dense, is_sparse
-from . import kernels
-from .kernels import Arrays, Csr, Diagonals, Forces, Groups, Pairs, Scatter, Terms
-from .system import System
+from . import gathers, kernels, sparse
+from .kernels import Arrays, Csr, Forces, Groups, Operator, Pairs, Scatter, Terms
+from .springs import ANGLE
+from .system import LoadKind, System
 
 DENSE = 48  #: systems of at most this size are always treated as dense
+WIDE = 20_000  #: systems from this size on are sparse without looking for a band
+BAND = 96  #: widest band that is factored as a band
 
 
 @dataclass(frozen=True)
@@ -25,6 +28,7 @@ class Compiled:
     arrays: Arrays
     order: np.ndarray  #: (n,)
     work: int  #: length of a work vector
+    plan: sparse.Plan | None  #: where the iteration matrix is sparse
 
     @property
     def constraints(self) -> int:
@@ -37,32 +41,45 @@ class Compiled:
 
 def compile_system(system: System) -> Compiled:
     """Choose order and storage, and flatten a system."""
-    pattern = coupling(system)
+    cells = gathers.collect(system)
     dense = not is_sparse(system.lift.matrix) or system.size <= DENSE
-    order, width = band_order(pattern) if not dense else (np.arange(system.size), system.size - 1)
-    dense = dense or 3 * width > system.size
-    order = np.arange(system.size) if dense else order
+    order, width = np.arange(system.size), system.size - 1
+    if not dense and system.size < WIDE:
+        order, width = band_order(coupling(system, cells))
+    dense = dense or (3 * width > system.size and system.size <= 4 * BAND)
+    loose = not dense and massless(system, cells)
+    dense = dense or (loose and system.size <= 8 * DENSE)
+    large = not dense and (loose or width > BAND)
+    order = np.arange(system.size) if dense or large else order
     place = np.argsort(order)
-    groups, integers, numbers, scatter, work = flatten(system, place, dense, width)
+
+    def scatter_map(part: Cells) -> gathers.Map:
+        return gathers.scatter_map(part, csr_array(cells.lift.matrix), place, dense, width)
+
+    groups, integers, numbers, scatter, work = gathers.flatten(system.dim, cells, gathers.nowhere if large else scatter_map)
     terms, loads = system.constraints, system.loads
     term_pair, law_pair, pairs = pair_table(system)
     probes = permuted(system.probes.matrix, order)
-    target, factor = pair_targets(probes, pairs)
-    has_cells = any(isinstance(e.gather, Cells) for e in system.elastic)
-    lift = permuted(system.lift.matrix, order) if has_cells else csr_array((0, system.size))
-    store = dense_of if dense else lower_band
+    target, factor = pair_targets(probes, [] if large else pairs)
+    store = no_store if large else dense_of if dense else lower_band
     laws = [[int(law.kind), law.slope, law.position, law.signal, first] for law, first in zip(loads.laws, law_pair, strict=True)]
+
+    def operator(A: csr_array | np.ndarray) -> Operator:
+        return constant(permuted(A, order, True), store(A, place, width), dense, large, system.dim)
+
     arrays = Arrays(
-        groups=Groups(groups, np.array([e.beta for e in system.elastic] or [0.0]), integers, numbers),
+        groups=Groups(
+            groups,
+            np.array([e.beta for e in system.elastic])[cells.owners] if len(cells.groups) else np.zeros(1),
+            integers,
+            numbers,
+        ),
         scatter=Scatter(*scatter),
-        lift=triple(lift),
-        lift_offset=np.ascontiguousarray(system.lift.offset) if has_cells else np.zeros(0),
-        mass=diagonals(permuted(system.mass, order, True)),
-        damping=diagonals(permuted(system.damping, order, True)),
-        stiffness=diagonals(permuted(system.stiffness, order, True)),
-        mass_band=store(system.mass, place, width),
-        damping_band=store(system.damping, place, width),
-        stiffness_band=store(system.stiffness, place, width),
+        lift=triple(permuted(cells.lift.matrix, order)),
+        lift_offset=cells.lift.offset,
+        mass=operator(system.mass),
+        damping=operator(system.damping),
+        stiffness=operator(system.stiffness),
         dense=dense,
         probes=triple(probes),
         probes_offset=np.ascontiguousarray(system.probes.offset),
@@ -78,22 +95,44 @@ def compile_system(system: System) -> Compiled:
         pairs=Pairs(target, factor, len(pairs)),
         load=np.ascontiguousarray(loads.constant[order]),
     )
-    return Compiled(system, arrays, order, work)
+    return Compiled(system, arrays, order, work, sparse.plan(system, cells) if large else None)
+
+
+def massless(system: System, cells: gathers.Collected) -> bool:
+    """Whether unknowns have neither mass nor elastic energy, as axes of thin rigid parts: only joints determine them."""
+    held = np.unique(csr_array(cells.lift.matrix).indices)
+    free = np.setdiff1d(np.arange(system.size), held)
+    heavy = csr_array(system.mass).diagonal()
+    return bool((heavy[free] <= 1e-12 * heavy.max(initial=0.0)).any())
+
+
+def constant(A: csr_array, store: np.ndarray, dense: bool, large: bool, dim: int) -> Operator:
+    """A constant matrix in the storage of its product."""
+    entries = coo_array(A)
+    used = entries.data != 0.0
+    none = triple(csr_array((0, A.shape[1])))
+    if large or dense or not used.any():
+        rows, components = vectorwise(A, dim) if large and used.any() else (none, 1)
+        return Operator(np.zeros(0, np.int64), np.zeros((0, len(store))), rows, components, store, bool(dense and used.any()))
+    i, j = entries.row[used], entries.col[used]
+    offsets, k = np.unique(j.astype(np.int64) - i, return_inverse=True)
+    data = np.zeros((len(offsets), A.shape[0]))
+    np.add.at(data, (k, i), entries.data[used])
+    return Operator(offsets, data, none, 1, store, False)
+
+
+def vectorwise(A: csr_array, dim: int) -> tuple[Csr, int]:
+    """A, or B with A = B (x) I over vectors of `dim` components where it has that form, and the number of components of a row."""
+    if A.shape[0] % dim == 0:
+        B = csr_array(A[::dim, ::dim])
+        if abs(A - csr_array(kron(B, np.eye(dim)))).max() == 0.0:
+            return triple(B), dim
+    return triple(A), 1
 
 
 def triple(A: csr_array) -> Csr:
     A = csr_array(A)
     return Csr(A.indptr.astype(np.int64), A.indices.astype(np.int64), A.data.astype(float))
-
-
-def diagonals(A: csr_array) -> Diagonals:
-    entries = coo_array(A)
-    used = entries.data != 0.0
-    i, j = entries.row[used], entries.col[used]
-    offsets, k = np.unique(j.astype(np.int64) - i, return_inverse=True)
-    data = np.zeros((len(offsets), A.shape[0]))
-    np.add.at(data, (k, i), entries.data[used])
-    return Diagonals(offsets, data)
 
 
 def permuted(A: csr_array | np.ndarray, order: np.ndarray, rows: bool = False) -> csr_array:
@@ -102,30 +141,23 @@ def permuted(A: csr_array | np.ndarray, order: np.ndarray, rows: bool = False) -
     return csr_array(A[order] if rows else A)
 
 
-def coupling(system: System) -> csr_array:
+def coupling(system: System, cells: gathers.Collected) -> csr_array:
     """Pattern of the iteration matrix (n, n)."""
     touched = [abs(csr_array(A)) for A in (system.mass, system.damping, system.stiffness)]
     pattern = touched[0] + touched[1] + touched[2]
-    lift = abs(csr_array(system.lift.matrix))
-    for elastic in system.elastic:
-        if isinstance(elastic.gather, Cells):
-            local = cell_coordinates(elastic.gather)
-            rows = np.repeat(np.arange(local.shape[1])[None, :], local.shape[0], axis=0)
-            incidence = (
-                csr_array((np.ones(local.size), (rows.ravel(), local.ravel())), shape=(local.shape[1], lift.shape[0])) @ lift
-            )
-            pattern = pattern + incidence.T @ incidence
+    lift = abs(csr_array(cells.lift.matrix))
+    for part in cells.cells:
+        local = gathers.cell_coordinates(part)
+        rows = np.repeat(np.arange(local.shape[1])[None, :], local.shape[0], axis=0)
+        shape = (local.shape[1], lift.shape[0])
+        incidence = csr_array((np.ones(local.size), (rows.ravel(), local.ravel())), shape=shape) @ lift
+        pattern = pattern + incidence.T @ incidence
     probes = abs(csr_array(system.probes.matrix))
     for i, j in pair_table(system)[2]:
         pattern = pattern + probes[[i]].T @ probes[[j]]
     pattern = csr_array(pattern + pattern.T)
     pattern.eliminate_zeros()
     return pattern
-
-
-def cell_coordinates(cells: Cells) -> np.ndarray:
-    """Coordinates q of every cell, (b c, e)."""
-    return (cells.nodes[:, None, :] + np.arange(cells.dim)[None, :, None]).reshape(-1, cells.nodes.shape[1])
 
 
 def band_order(pattern: csr_array) -> tuple[np.ndarray, int]:
@@ -149,80 +181,12 @@ def lower_band(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.n
     return band
 
 
+def no_store(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.ndarray:
+    return np.zeros((0, 1))
+
+
 def dense_of(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.ndarray:
     return np.ascontiguousarray(as_dense(A))
-
-
-def flatten(
-    system: System, place: np.ndarray, dense: bool, width: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray], int]:
-    """Tables of all elastic groups behind each other: groups (g, 14), integers, numbers, scatter, length of the work vector."""
-    rows, integers, numbers = [], [np.zeros(0, np.int64)], [np.zeros(0)]
-    scatters = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
-    at_integer = at_number = at_scatter = 0
-    work = 1
-    for elastic in system.elastic:
-        part, section = elastic.gather, elastic.gather.section
-        points, count = section.shape[1], section.shape[2]
-        dim = system.dim
-        row = dict.fromkeys(range(14), 0)
-        row |= {kernels.CURVATURE: int(part.curvature), kernels.COMPONENTS: dim, kernels.POINTS: points, kernels.CELLS: count}
-        jets = 2 * dim * points * count
-        if isinstance(part, Cells):
-            scatter = scatter_map(part, system, place, dense, width)
-            row |= {kernels.BASIS: part.nodes.shape[0], kernels.NODES: at_integer, kernels.TABLE: at_number}
-            row |= {kernels.PAIR: at_scatter, kernels.COUNT: len(scatter[0])}
-            integers.append(part.nodes.ravel())
-            at_integer += part.nodes.size
-            tables = [part.table.ravel()]
-            size = part.nodes.shape[0] * dim
-            work = max(work, 2 * dim * jets, jets + size * count, (size * (size + 1) // 2 + 2) * count)
-            scatters.append(scatter)
-            at_scatter += len(scatter[0])
-        else:
-            row |= {kernels.SAMPLED: 1, kernels.FIRST: part.columns.start, kernels.COUNT: part.columns.stop - part.columns.start}
-            row |= {kernels.TABLE: at_number, kernels.OFFSET: at_number + part.jets.size}
-            row[kernels.TURNED] = at_number + part.jets.size + part.offset.size
-            tables = [part.jets.ravel(), part.offset, part.jets.T.ravel()]
-            work = max(work, 2 * dim * jets, part.jets.size)
-        at_number += sum(len(t) for t in tables)
-        row[kernels.SECTION] = at_number
-        at_number += section.size
-        numbers += [*tables, section.ravel()]
-        rows.append([row[k] for k in range(14)])
-    source, target, factor = (np.concatenate(part) for part in zip(*scatters, strict=True))
-    groups = np.array(rows, dtype=np.int64).reshape(-1, 14)
-    return groups, np.concatenate(integers).astype(np.int64), np.concatenate(numbers), (source, target, factor), work
-
-
-def scatter_map(
-    cells: Cells, system: System, place: np.ndarray, dense: bool, width: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where entries of the cells' lower triangles go in the flat band or dense matrix, W += T^T K_e T."""
-    local = cell_coordinates(cells)
-    size, count = local.shape
-    T = csr_array(system.lift.matrix)
-    deep = int(np.diff(T.indptr).max(initial=1))
-    target, factor = np.full((T.shape[0], deep), -1), np.zeros((T.shape[0], deep))
-    for k in range(deep):
-        has = np.diff(T.indptr) > k
-        target[has, k], factor[has, k] = place[T.indices[T.indptr[:-1][has] + k]], T.data[T.indptr[:-1][has] + k]
-    low, column = np.tril_indices(size)
-    sources, targets, factors = [], [], []
-    for k in range(deep):
-        for m in range(deep):
-            i, j = target[local[low], k], target[local[column], m]
-            value = factor[local[low], k] * factor[local[column], m]
-            source = (low * (low + 1) // 2 + column)[:, None] * count + np.arange(count)[None, :]
-            for a, b, on in ((i, j, np.ones(len(low), bool)), (j, i, low != column)):
-                valid = (i >= 0) & (j >= 0) & on[:, None] & (dense | (a >= b))
-                sources.append(source[valid])
-                flat = a * len(place) + b if dense else b * (width + 1) + a - b
-                targets.append(flat[valid])
-                factors.append(value[valid])
-    source, flat, value = np.concatenate(sources), np.concatenate(targets), np.concatenate(factors)
-    order = np.argsort(source, kind="stable")
-    return source[order].astype(np.int64), flat[order].astype(np.int64), value[order]
 
 
 def pair_table(system: System) -> tuple[np.ndarray, list[int], list[tuple[int, int]]]:
@@ -232,10 +196,15 @@ def pair_table(system: System) -> tuple[np.ndarray, list[int], list[tuple[int, i
     term_pair = np.full(len(terms.row), -1, dtype=np.int64)
     for k in np.flatnonzero(terms.j >= 0):
         term_pair[k] = len(pairs)
-        pairs += [(int(terms.i[k]), int(terms.j[k])), (int(terms.j[k]), int(terms.i[k]))]
+        i, j = int(terms.i[k]), int(terms.j[k])
+        pairs += [(i, i), (i, j), (j, i), (j, j)] if terms.signal[k] == ANGLE else [(i, j), (j, i)]
     law_pair = []
     for law in system.loads.laws:
         law_pair.append(len(pairs))
+        if law.kind is LoadKind.SPRING:
+            arms = [first + c for first in (law.slope, law.position) if first >= 0 for c in range(2)]
+            pairs += [(a, b) for a in arms for b in arms]
+            continue
         first = law.slope if law.position < 0 else law.position
         pairs += [(first + c, law.slope + d) for c in range(system.dim) for d in range(system.dim)]
     return term_pair, law_pair, pairs
@@ -268,10 +237,10 @@ def forces(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0) -> np.
     y, g = np.zeros(len(A.probes_offset)), np.zeros(len(A.probes_offset))
     xc, vc = np.ascontiguousarray(x[model.order]), np.ascontiguousarray(v[model.order])
     kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, xc, vc, body, work, f)
-    kernels.add_diagonals(A.damping, vc, f)
-    kernels.add_diagonals(A.stiffness, xc, f)
+    kernels.add_operator(A.damping, vc, f)
+    kernels.add_operator(A.stiffness, xc, f)
     kernels.affine(A.probes, A.probes_offset, xc, y)
-    kernels.add_loads(A.forces, y, signal_table(model.system, np.array([t]))[0], g)
+    kernels.add_loads(A.forces, A.probes, y, vc, signal_table(model.system, np.array([t]))[0], g)
     kernels.add_transposed(A.probes, -1.0, g, f)
     f -= A.load
     out = np.zeros_like(f)
@@ -298,23 +267,29 @@ def gap(model: Compiled, x: np.ndarray, t: float = 0.0) -> tuple[np.ndarray, np.
 def tangent(model: Compiled, x: np.ndarray, multipliers: np.ndarray, t: float = 0.0, gh: float = 0.0) -> csr_array:
     """d(forces + Phi_x^T lambda)/dx + gh d forces/dv as a sparse array, exact (n, n)."""
     A = model.arrays
-    body, work = model.buffers()
-    W = np.zeros_like(A.mass_band)
-    kernels.add_elastic_tangent(
-        A.groups, A.scatter, A.lift, A.lift_offset, np.ascontiguousarray(x[model.order]), body[0], gh, work, W
-    )
+    K = sparse.tangent(model.plan, x, gh) if model.plan else stored_tangent(model, x, gh)
     signals = signal_table(model.system, np.array([t]))[0]
     H = np.zeros(A.pairs.size)
-    kernels.constraint_slopes(A.terms, signals, multipliers, H)
-    kernels.load_slopes(A.forces, np.asarray(model.system.probes(x)), signals, -1.0, H)
-    inverse = np.argsort(model.order)
-    K = csr_array(W if A.dense else from_lower_band(W))[inverse][:, inverse]
+    y = np.asarray(model.system.probes(x))
+    kernels.constraint_slopes(A.terms, y, signals, multipliers, H)
+    kernels.load_slopes(A.forces, A.probes, y, np.zeros_like(x), signals, -1.0, gh, H)
     K = K + csr_array(model.system.stiffness) + gh * csr_array(model.system.damping)
     if A.pairs.size:
         pairs = np.array(pair_table(model.system)[2])
         P = csr_array(model.system.probes.matrix)
         K = K + P.T @ csr_array((H, (pairs[:, 0], pairs[:, 1])), shape=(P.shape[0], P.shape[0])) @ P
     return csr_array(K)
+
+
+def stored_tangent(model: Compiled, x: np.ndarray, gh: float) -> csr_array:
+    """Elastic tangent of a band or dense system (n, n)."""
+    A = model.arrays
+    body, work = model.buffers()
+    W = np.zeros_like(A.mass.store)
+    at = np.ascontiguousarray(x[model.order])
+    kernels.add_elastic_tangent(A.groups, A.scatter, A.lift, A.lift_offset, at, body[0], gh, work, W)
+    inverse = np.argsort(model.order)
+    return csr_array(W if A.dense else from_lower_band(W))[inverse][:, inverse]
 
 
 def from_lower_band(band: np.ndarray) -> csr_array:

@@ -3,26 +3,49 @@ r"""Joints: probe rows and gap functions.
 Every joint states polynomials in its probe rows y (positions r, slopes t = dr/dS); coefficients may depend on time:
 
     pin, spherical     r_a - r_b = 0                            clamp          r - r0 = 0,  n_i . t = 0  (n_i normal to t0)
-    weld               r_a - r_b = 0,  t_a - R t_b = 0          slider         n_i . (r - r0) = 0        (n_i normal to the line)
-    driven angle       m(theta(t)) . t = 0                      distance       (|r_a - r_b|^2 - l^2) / 2 = 0
+    weld               r_a - r_b = 0,  u_a . n_b = 0            slider         n_i . (r_a - r_b) = s     (n_i normal to the line)
+    driven angle       m(theta(t)) . u = 0                      distance       (|r_a - r_b|^2 - l^2) / 2 = 0
     driven position    r - p(t) = 0
 
-Clamps fix the direction of the slope and leave the stretch free, as the natural boundary condition asks.
+Clamps fix the direction of the slope and leave the stretch free, as the natural boundary condition asks. Joints with axes are in
+`frame_joints`, supports along edges of plates in `edges`; all of them are names of this module.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import singledispatch
 
 import numpy as np
 
 from ..core.errors import InputError, say
+from ..shapes import line
+from .edges import Edge, RimNodes
+from .frame_joints import Cylindrical, Gear, Prismatic, Revolute, Universal
+from .gaps import AXES, basis, carried, coincide, dot, fixed, gap, guided, locked, mark, normals, unit, where
 from .places import At, Draft, Ground, vector
 from .signals import Cosine, Sine
 
-AXES = "xyz"
+__all__ = [
+    "AXES",
+    "gap",
+    "Joint",
+    "Pin",
+    "Spherical",
+    "Clamp",
+    "Weld",
+    "Distance",
+    "Slider",
+    "DrivenAngle",
+    "DrivenPosition",
+    "Revolute",
+    "Universal",
+    "Prismatic",
+    "Cylindrical",
+    "Gear",
+    "Edge",
+    "RimNodes",
+]
 
 
 @dataclass(frozen=True)
@@ -44,15 +67,15 @@ class Clamp:
 
 @dataclass(frozen=True)
 class Weld:
-    """Positions and slopes of two bodies tied together.
+    """Positions and directions of two bodies tied together, or of one to the ground (None).
 
-    Slopes that are parallel in the reference are tied as vectors; others only by their angle, and only in the plane (in space that
-    needs torsion).
+    Slopes of two lines that are parallel in the reference are tied as vectors; others only by their angle, and only in the plane
+    (in space that needs torsion). Frames are held in all directions, slopes against frames in theirs.
     """
 
     name: str
     at: At
-    to: At
+    to: At | None = None
 
 
 @dataclass(frozen=True)
@@ -67,21 +90,26 @@ class Distance:
 
 @dataclass(frozen=True)
 class Slider:
-    """A point stays on a fixed line through its reference position."""
+    """A point stays on a line through its reference position, fixed to the ground or to a place with axes."""
 
     name: str
     at: At
     direction: Ground
+    to: At | None = None
 
 
 @dataclass(frozen=True)
 class DrivenAngle:
-    """The slope is turned by angle(t) [rad] from its reference direction, about z in the plane, about `axis` in space."""
+    """The slope or frame is turned by angle(t) [rad] from its reference, about z in the plane, about `axis` in space.
+
+    Against the place `to`, which carries the axis, or the ground (None).
+    """
 
     name: str
     at: At
     angle: Callable[[np.ndarray], np.ndarray]
     axis: Ground | None = None
+    to: At | None = None
 
 
 @dataclass(frozen=True)
@@ -93,69 +121,35 @@ class DrivenPosition:
     displacement: tuple[Callable[[np.ndarray], np.ndarray], ...]
 
 
-Joint = Pin | Clamp | Weld | Distance | Slider | DrivenAngle | DrivenPosition
+Spherical = Pin
+Joint = (
+    Pin
+    | Clamp
+    | Weld
+    | Distance
+    | Slider
+    | DrivenAngle
+    | DrivenPosition
+    | Revolute
+    | Universal
+    | Prismatic
+    | Cylindrical
+    | Gear
+    | Edge
+    | RimNodes
+)
 
 
-@singledispatch
-def gap(joint: object, draft: Draft) -> None:
-    """Add the joint's probe rows and constraint terms to the draft; the rule for every joint type."""
-    raise InputError(say("joints", "a joint", type(joint).__name__))
-
-
-def where(joint: Joint) -> str:
-    return f"joint '{joint.name}'"
-
-
-def mark(joint: Joint, draft: Draft, kind: str, *ends: At) -> None:
-    """Let pictures show the joint at the given points."""
-    rows: list[int] = []
-    for end in ends:
-        first = draft.sensors.add(draft.layout.read(where(joint), end))
-        rows += range(first, first + draft.layout.dim)
-    draft.markers.append((joint.name, kind, tuple(rows)))
-
-
-def fixed(joint: Joint, draft: Draft, at: At, target: np.ndarray) -> None:
-    """Rows r - target = 0."""
-    first = draft.probes.add(draft.layout.read(where(joint), at))
-    for c in range(draft.layout.dim):
-        draft.constraints.row(joint.name, AXES[c], (1.0, -1, first + c, -1), (-float(target[c]), -1, -1, -1))
-
-
-def joined(joint: Joint, draft: Draft, at: At, to: At) -> None:
-    """Rows r_a - r_b = 0; the places must coincide in the reference."""
-    layout = draft.layout
-    apart = float(np.linalg.norm(layout.reference(where(joint), at) - layout.reference(where(joint), to)))
-    if apart > 1e-8 * max(1.0, float(np.abs(layout.reference(where(joint), at)).max())):
-        raise InputError(
-            say(where(joint), f"{at} and {to} at one point", f"a gap of {apart:.6g} m", "move a body, or use a distance")
-        )
-    first = draft.probes.add(layout.read(where(joint), at) - layout.read(where(joint), to))
-    for c in range(layout.dim):
-        draft.constraints.row(joint.name, AXES[c], (1.0, -1, first + c, -1))
-
-
-def normals(direction: np.ndarray) -> np.ndarray:
-    """Unit vectors normal to a direction, (c - 1, c)."""
-    return np.asarray(np.linalg.svd(direction[None, :])[2][1:])
-
-
-def transverse(joint: Joint, draft: Draft, at: At, derivative: int, direction: np.ndarray, value: np.ndarray) -> None:
-    """Rows n_i . (y - value) = 0 for the normals n_i of a direction."""
-    first = draft.probes.add(draft.layout.read(where(joint), at, derivative))
-    for k, normal in enumerate(normals(direction)):
-        terms = [(float(n), -1, first + c, -1) for c, n in enumerate(normal)]
-        kind = "slope" if derivative else "normal"
-        draft.constraints.row(joint.name, f"{kind} {k + 1}", *terms, (-float(normal @ value), -1, -1, -1))
+def is_line(draft: Draft, name: str, at: At) -> bool:
+    """Whether a place belongs to a line and not to a frame."""
+    part = draft.layout.body(name, at)
+    return isinstance(part.space, line.BSpline | line.Hermite)
 
 
 @gap.register
 def _(joint: Pin, draft: Draft) -> None:
     mark(joint, draft, "spherical" if draft.layout.dim == 3 else "pin", joint.at)
-    if isinstance(joint.to, At):
-        return joined(joint, draft, joint.at, joint.to)
-    reference = draft.layout.reference(where(joint), joint.at)
-    fixed(joint, draft, joint.at, reference if joint.to is None else vector(where(joint), joint.to, draft.layout.dim))
+    coincide(joint, draft, joint.at, joint.to)
 
 
 @gap.register
@@ -163,14 +157,18 @@ def _(joint: Clamp, draft: Draft) -> None:
     mark(joint, draft, "clamp", joint.at)
     fixed(joint, draft, joint.at, draft.layout.reference(where(joint), joint.at))
     slope = draft.layout.reference(where(joint), joint.at, 1)
-    transverse(joint, draft, joint.at, 1, slope, np.zeros_like(slope))
+    first = draft.probes.add(draft.layout.read(where(joint), joint.at, 1))
+    for k, normal in enumerate(normals(slope)):
+        draft.constraints.row(joint.name, f"slope {k + 1}", *dot(first, normal, draft.layout.dim))
 
 
 @gap.register
 def _(joint: Weld, draft: Draft) -> None:
     mark(joint, draft, "clamp", joint.at)
-    joined(joint, draft, joint.at, joint.to)
+    coincide(joint, draft, joint.at, joint.to)
     layout, name = draft.layout, where(joint)
+    if joint.to is None or not (is_line(draft, name, joint.at) and is_line(draft, name, joint.to)):
+        return locked(joint, draft, joint.at, joint.to)
     a, b = layout.reference(name, joint.at, 1), layout.reference(name, joint.to, 1)
     parallel = float(a @ b)
     if abs(abs(parallel) - 1.0) < 1e-9:
@@ -211,29 +209,30 @@ def _(joint: Distance, draft: Draft) -> None:
 @gap.register
 def _(joint: Slider, draft: Draft) -> None:
     mark(joint, draft, "slider", joint.at)
-    direction = vector(where(joint), joint.direction, draft.layout.dim)
-    if not np.linalg.norm(direction) > 0:
-        raise InputError(say(f"{where(joint)}.direction", "a non-zero vector", joint.direction))
-    transverse(joint, draft, joint.at, 0, direction, draft.layout.reference(where(joint), joint.at))
+    direction = unit(f"{where(joint)}.direction", joint.direction, draft.layout.dim)
+    guided(joint, draft, joint.at, joint.to, direction)
 
 
 @gap.register
 def _(joint: DrivenAngle, draft: Draft) -> None:
     mark(joint, draft, "driven", joint.at)
-    slope = draft.layout.reference(where(joint), joint.at, 1)
-    if draft.layout.dim == 2:
-        cosine, sine = np.array([-slope[1], slope[0]]), -slope
+    name, dim = where(joint), draft.layout.dim
+    slope = basis(name, draft.layout, joint.at)[1]
+    if not len(slope):
+        raise InputError(say(name, "a place with a direction", f"{joint.at}, a mere point", "name a rigid frame"))
+    u = slope[0]
+    if dim == 2:
+        cosine, sine = np.array([-u[1], u[0]]), -u
     else:
         if joint.axis is None:
-            raise InputError(say(f"{where(joint)}.axis", "the axis of rotation", "nothing", "give three numbers"))
-        axis = vector(where(joint), joint.axis, 3)
-        axis = axis / np.linalg.norm(axis)
-        cosine, sine = np.cross(axis, slope), np.cross(axis, np.cross(axis, slope))
-    first = draft.probes.add(draft.layout.read(where(joint), joint.at, 1))
+            raise InputError(say(f"{name}.axis", "the axis of rotation", "nothing", "give three numbers"))
+        axis = unit(f"{name}.axis", joint.axis, 3)
+        u = u if len(slope) == 1 else normals(slope @ axis)[0] @ slope
+        cosine, sine = np.cross(axis, u), np.cross(axis, np.cross(axis, u))
+    first = carried(joint, draft, joint.at, u)
     c, s = draft.signal(Cosine(joint.angle)), draft.signal(Sine(joint.angle))
-    terms = [(float(v), c, first + k, -1) for k, v in enumerate(cosine)] + [
-        (float(v), s, first + k, -1) for k, v in enumerate(sine)
-    ]
+    terms = dot(first, carried(joint, draft, joint.to, cosine), dim, 1.0, c)
+    terms += dot(first, carried(joint, draft, joint.to, sine), dim, 1.0, s)
     draft.constraints.row(joint.name, "angle", *terms)
 
 

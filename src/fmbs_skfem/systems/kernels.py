@@ -13,11 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bodies import cable_law
+from ..bodies import laws
 from ..core.jit import jit
+from . import quartic, springs
+from .springs import ANGLE
 
 # columns of `groups`
-SAMPLED, CURVATURE, COMPONENTS, POINTS, CELLS, BASIS, NODES, TABLE, OFFSET, SECTION, FIRST, COUNT, PAIR, TURNED = range(14)
+SAMPLED, LAW, VECTORS, ROWS, POINTS, CELLS, BASIS, COMPONENTS, NODES, TABLE, OFFSET, SECTION, FIRST, COUNT, PAIR, TURNED = range(16)
+SAMPLE, QUARTIC = 1, 2  #: values of SAMPLED: points multiplied out, a polynomial; 0 for cells
 
 
 class Csr(NamedTuple):
@@ -28,17 +31,26 @@ class Csr(NamedTuple):
     data: np.ndarray
 
 
-class Diagonals(NamedTuple):
-    """A square matrix by its diagonals: data[k, i] = A[i, i + offsets[k]]."""
+class Operator(NamedTuple):
+    """A constant symmetric matrix in the storage that its product is fastest in; the other storages are empty.
+
+    diagonals[k, i] = A[i, i + offsets[k]] for bands, `rows` for sparse systems, `store` for dense ones. `rows` holds one row for
+    `components` unknowns where A = rows (x) identity, which reads less memory. `store` is also what the
+    iteration matrix adds: lower band (n, d+1) or dense (n, n); it has no rows for sparse systems.
+    """
 
     offsets: np.ndarray
-    data: np.ndarray
+    diagonals: np.ndarray
+    rows: Csr
+    components: int
+    store: np.ndarray
+    full: bool  #: the product reads `store`
 
 
 class Groups(NamedTuple):
-    """Elastic groups: cells or sampled points, flattened behind each other."""
+    """Elastic groups: cells, sampled points or polynomials, flattened behind each other."""
 
-    table: np.ndarray  #: (g, 14) integers of every group
+    table: np.ndarray  #: (g, 16) integers of every group
     beta: np.ndarray  #: (g,) damping times [s]
     integers: np.ndarray  #: node numbers of cells
     numbers: np.ndarray  #: tables, sampled jets, offsets, sections
@@ -53,7 +65,7 @@ class Scatter(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """Terms of systems.system.Constraints; `pair` is the probe pair (i, j) of a quadratic term, the next one its mirror."""
+    """Terms of systems.system.Constraints; `pair` is the first probe pair of a term with second derivatives."""
 
     row: np.ndarray
     value: np.ndarray
@@ -87,14 +99,11 @@ class Arrays(NamedTuple):
 
     groups: Groups
     scatter: Scatter
-    lift: Csr  #: (q, n); empty when no group has cells
-    lift_offset: np.ndarray  #: (q,)
-    mass: Diagonals
-    damping: Diagonals
-    stiffness: Diagonals
-    mass_band: np.ndarray  #: (n, d+1) or (n, n)
-    damping_band: np.ndarray
-    stiffness_band: np.ndarray
+    lift: Csr  #: coordinates of the cells from the unknowns; empty when no group has cells
+    lift_offset: np.ndarray
+    mass: Operator
+    damping: Operator
+    stiffness: Operator
     dense: bool
     probes: Csr  #: (j, n)
     probes_offset: np.ndarray
@@ -122,14 +131,54 @@ def add_product(A: Csr, factor: float, x: np.ndarray, y: np.ndarray) -> None:
 
 
 @jit
-def add_diagonals(A: Diagonals, x: np.ndarray, y: np.ndarray) -> None:
+def add_pairwise(A: Csr, x: np.ndarray, y: np.ndarray) -> None:
+    """y += (A (x) I) x for vectors of two components."""
+    for i in range(len(A.indptr) - 1):
+        first, second = 0.0, 0.0
+        for k in range(A.indptr[i], A.indptr[i + 1]):
+            j, value = 2 * A.indices[k], A.data[k]
+            first += value * x[j]
+            second += value * x[j + 1]
+        y[2 * i] += first
+        y[2 * i + 1] += second
+
+
+@jit
+def add_triplewise(A: Csr, x: np.ndarray, y: np.ndarray) -> None:
+    """y += (A (x) I) x for vectors of three components."""
+    for i in range(len(A.indptr) - 1):
+        first, second, third = 0.0, 0.0, 0.0
+        for k in range(A.indptr[i], A.indptr[i + 1]):
+            j, value = 3 * A.indices[k], A.data[k]
+            first += value * x[j]
+            second += value * x[j + 1]
+            third += value * x[j + 2]
+        y[3 * i] += first
+        y[3 * i + 1] += second
+        y[3 * i + 2] += third
+
+
+@jit
+def add_operator(A: Operator, x: np.ndarray, y: np.ndarray) -> None:
     """y += A x."""
+    if A.full:
+        add_combination(A.store, x, y)
+        return
+    if len(A.rows.indptr) > 1:
+        if A.components == 2:
+            add_pairwise(A.rows, x, y)
+        elif A.components == 3:
+            add_triplewise(A.rows, x, y)
+        else:
+            add_product(A.rows, 1.0, x, y)
+        return
     n = len(x)
     for k in range(len(A.offsets)):
         shift = A.offsets[k]
         first = max(0, -shift)
         size = n - abs(shift)
-        row, source, target = A.data[k, first : first + size], x[first + shift : first + shift + size], y[first : first + size]
+        row, source = A.diagonals[k, first : first + size], x[first + shift : first + shift + size]
+        target = y[first : first + size]
         for i in range(size):
             target[i] += row[i] * source[i]
 
@@ -176,23 +225,26 @@ def gather_cells(nodes: np.ndarray, table: np.ndarray, q: np.ndarray, local: np.
         for c in range(dim):
             for e in range(cells):
                 local[b, c, e] = q[nodes[b, e] + c]
+    full = basis // 4 * 4
     for k in range(derivatives):
         for c in range(dim):
             for p in range(points):
-                if basis == 4:
-                    for e in range(cells):
-                        u[k * dim + c, p, e] = (
-                            table[k, p, 0, e] * local[0, c, e]
-                            + table[k, p, 1, e] * local[1, c, e]
-                            + table[k, p, 2, e] * local[2, c, e]
-                            + table[k, p, 3, e] * local[3, c, e]
-                        )
-                else:
-                    for e in range(cells):
-                        u[k * dim + c, p, e] = 0.0
-                    for b in range(basis):
+                target = u[k * dim + c, p]
+                if full == 0:
+                    clear(target)
+                for b in range(0, full, 4):
+                    N0, N1, N2, N3 = table[k, p, b], table[k, p, b + 1], table[k, p, b + 2], table[k, p, b + 3]
+                    q0, q1, q2, q3 = local[b, c], local[b + 1, c], local[b + 2, c], local[b + 3, c]
+                    if b == 0:
                         for e in range(cells):
-                            u[k * dim + c, p, e] += table[k, p, b, e] * local[b, c, e]
+                            target[e] = N0[e] * q0[e] + N1[e] * q1[e] + N2[e] * q2[e] + N3[e] * q3[e]
+                    else:
+                        for e in range(cells):
+                            target[e] += N0[e] * q0[e] + N1[e] * q1[e] + N2[e] * q2[e] + N3[e] * q3[e]
+                for b in range(full, basis):
+                    N0, q0 = table[k, p, b], local[b, c]
+                    for e in range(cells):
+                        target[e] += N0[e] * q0[e]
 
 
 @jit
@@ -204,14 +256,17 @@ def scatter_cells(nodes: np.ndarray, table: np.ndarray, S: np.ndarray, local: np
         for c in range(dim):
             for e in range(cells):
                 local[b, c, e] = 0.0
+            target = local[b, c]
             for p in range(points):
                 if derivatives == 2:
+                    N0, N1, S0, S1 = table[0, p, b], table[1, p, b], S[c, p], S[dim + c, p]
                     for e in range(cells):
-                        local[b, c, e] += table[0, p, b, e] * S[c, p, e] + table[1, p, b, e] * S[dim + c, p, e]
+                        target[e] += N0[e] * S0[e] + N1[e] * S1[e]
                 else:
                     for k in range(derivatives):
+                        N0, S0 = table[k, p, b], S[k * dim + c, p]
                         for e in range(cells):
-                            local[b, c, e] += table[k, p, b, e] * S[k * dim + c, p, e]
+                            target[e] += N0[e] * S0[e]
     for e in range(cells):
         for b in range(basis):
             for c in range(dim):
@@ -224,35 +279,42 @@ def cell_views(groups: Groups, g: int) -> tuple[np.ndarray, np.ndarray]:
     row = groups.table[g]
     cells, basis, points = row[CELLS], row[BASIS], row[POINTS]
     nodes = groups.integers[row[NODES] : row[NODES] + basis * cells].reshape(basis, cells)
-    size = 2 * points * basis * cells
-    return nodes, groups.numbers[row[TABLE] : row[TABLE] + size].reshape(2, points, basis, cells)
+    size = row[VECTORS] * points * basis * cells
+    return nodes, groups.numbers[row[TABLE] : row[TABLE] + size].reshape(row[VECTORS], points, basis, cells)
 
 
 @jit
 def sampled_views(groups: Groups, g: int) -> tuple[np.ndarray, np.ndarray]:
-    """Jets (2c p, r) and offset (2c p,) of a group of sampled points."""
+    """Jets (k c p, r) and offset (k c p,) of a group of sampled points."""
     row = groups.table[g]
-    size, modes = 2 * row[COMPONENTS] * row[POINTS] * row[CELLS], row[COUNT]
+    size, modes = row[VECTORS] * row[COMPONENTS] * row[POINTS] * row[CELLS], row[COUNT]
     return groups.numbers[row[TABLE] : row[TABLE] + size * modes].reshape(size, modes), groups.numbers[
         row[OFFSET] : row[OFFSET] + size
     ]
 
 
 @jit
+def coefficients(groups: Groups, g: int) -> np.ndarray:
+    """Coefficients of a group that is a quartic polynomial."""
+    row = groups.table[g]
+    return groups.numbers[row[TABLE] : row[TABLE] + quartic.length(row[COUNT])]
+
+
+@jit
 def section_view(groups: Groups, g: int) -> np.ndarray:
     row = groups.table[g]
-    size = 4 * row[POINTS] * row[CELLS]
-    return groups.numbers[row[SECTION] : row[SECTION] + size].reshape(4, row[POINTS], row[CELLS])
+    size = row[ROWS] * row[POINTS] * row[CELLS]
+    return groups.numbers[row[SECTION] : row[SECTION] + size].reshape(row[ROWS], row[POINTS], row[CELLS])
 
 
 @jit
 def gather(groups: Groups, g: int, x: np.ndarray, q: np.ndarray, fixed: float, work: np.ndarray) -> np.ndarray:
-    """Jets (2c, p, e) of a group, with `fixed` times the offset: 1 for positions, 0 for rates. Uses the front of `work`."""
+    """Jets (k c, p, e) of a group, with `fixed` times the offset: 1 for positions, 0 for rates. Uses the front of `work`."""
     row = groups.table[g]
-    shape = (2 * row[COMPONENTS], row[POINTS], row[CELLS])
+    shape = (row[VECTORS] * row[COMPONENTS], row[POINTS], row[CELLS])
     size = shape[0] * shape[1] * shape[2]
     flat = work[:size]
-    if row[SAMPLED] == 1:
+    if row[SAMPLED] == SAMPLE:
         _, offset = sampled_views(groups, g)
         for i in range(size):
             flat[i] = fixed * offset[i]
@@ -283,11 +345,15 @@ def add_elastic_force(
             add_product(lift, 1.0, v, qv)
     for g in range(len(groups.table)):
         row = groups.table[g]
+        if row[SAMPLED] == QUARTIC:
+            modes = slice(row[FIRST], row[FIRST] + row[COUNT])
+            quartic.add_force(coefficients(groups, g), x[modes], work[0], f[modes])
+            continue
         u = gather(groups, g, x, q, 1.0, work[0])
         rate = gather(groups, g, v, qv, 0.0, work[1]) if groups.beta[g] > 0.0 else u
         S = work[2][: u.size].reshape(u.shape)
-        cable_law.stress(row[CURVATURE], u, rate, groups.beta[g], section_view(groups, g), S)
-        if row[SAMPLED] == 1:
+        laws.stress(row[LAW], u, rate, groups.beta[g], section_view(groups, g), S)
+        if row[SAMPLED] == SAMPLE:
             jets, _ = sampled_views(groups, g)
             add_combination(jets, work[2][: u.size], f[row[FIRST] : row[FIRST] + row[COUNT]])
         else:
@@ -305,19 +371,26 @@ def elastic_energy(groups: Groups, lift: Csr, offset: np.ndarray, x: np.ndarray,
         affine(lift, offset, x, q)
     total = 0.0
     for g in range(len(groups.table)):
-        total += cable_law.energy(groups.table[g, CURVATURE], gather(groups, g, x, q, 1.0, work[0]), section_view(groups, g))
+        row = groups.table[g]
+        if row[SAMPLED] == QUARTIC:
+            total += quartic.energy(coefficients(groups, g), x[row[FIRST] : row[FIRST] + row[COUNT]], work[0])
+            continue
+        total += laws.energy(groups.table[g, LAW], gather(groups, g, x, q, 1.0, work[0]), section_view(groups, g))
     return total
 
 
 @jit
-def add_loads(A: Forces, y: np.ndarray, signals: np.ndarray, g: np.ndarray) -> None:
-    """g += forces on the probe rows (j,)."""
+def add_loads(A: Forces, probes: Csr, y: np.ndarray, v: np.ndarray, signals: np.ndarray, g: np.ndarray) -> None:
+    """g += forces on the probe rows (j,); only dampers read the velocities v (n,)."""
     for k in range(len(A.row)):
         g[A.row[k]] += A.value[k] * (signals[A.signal[k]] if A.signal[k] >= 0 else 1.0)
     for k in range(len(A.laws)):
         slope, position = A.laws[k, 1], A.laws[k, 2]
         s = signals[A.laws[k, 3]] if A.laws[k, 3] >= 0 else 1.0
         a = A.vectors[k]
+        if A.laws[k, 0] == 2:
+            springs.add_spring(probes, A.laws[k], a, y, v, s, g)
+            continue
         square = 0.0
         for c in range(A.dim):
             square += y[slope + c] ** 2
@@ -340,12 +413,17 @@ def add_loads(A: Forces, y: np.ndarray, signals: np.ndarray, g: np.ndarray) -> N
 
 
 @jit
-def load_slopes(A: Forces, y: np.ndarray, signals: np.ndarray, factor: float, H: np.ndarray) -> None:
-    """H[pair] += factor d force / d slope for the point laws; pairs (c, d) of a law in row order."""
+def load_slopes(
+    A: Forces, probes: Csr, y: np.ndarray, v: np.ndarray, signals: np.ndarray, factor: float, gh: float, H: np.ndarray
+) -> None:
+    """H[pair] += factor (d force / dy + gh d force / dy') for the point laws; pairs (c, d) of a law in row order."""
     for k in range(len(A.laws)):
         slope, first = A.laws[k, 1], A.laws[k, 4]
         s = factor * (signals[A.laws[k, 3]] if A.laws[k, 3] >= 0 else 1.0)
         a, dim = A.vectors[k], A.dim
+        if A.laws[k, 0] == 2:
+            springs.spring_slopes(probes, A.laws[k], a, y, v, s, gh, H)
+            continue
         square = 0.0
         for c in range(dim):
             square += y[slope + c] ** 2
@@ -376,7 +454,15 @@ def constrain(A: Terms, y: np.ndarray, signals: np.ndarray, gap: np.ndarray, jac
     for k in range(len(A.row)):
         value = A.value[k] * (signals[A.signal[k]] if A.signal[k] >= 0 else 1.0)
         m, i, j = A.row[k], A.i[k], A.j[k]
-        if i < 0:
+        if A.signal[k] == ANGLE:
+            if i < 0:
+                gap[m] = springs.remainder(gap[m], value)
+                continue
+            gap[m] += value * springs.angle(y, i, j)
+            square = y[i] ** 2 + y[j] ** 2
+            jacobian[m, i] -= value * y[j] / square
+            jacobian[m, j] += value * y[i] / square
+        elif i < 0:
             gap[m] += value
         elif j < 0:
             gap[m] += value * y[i]
@@ -388,11 +474,14 @@ def constrain(A: Terms, y: np.ndarray, signals: np.ndarray, gap: np.ndarray, jac
 
 
 @jit
-def constraint_slopes(A: Terms, signals: np.ndarray, multipliers: np.ndarray, H: np.ndarray) -> None:
+def constraint_slopes(A: Terms, y: np.ndarray, signals: np.ndarray, multipliers: np.ndarray, H: np.ndarray) -> None:
     """H[pair] += d(Phi_y^T lambda)/dy."""
     for k in range(len(A.row)):
         if A.pair[k] >= 0:
             value = A.value[k] * (signals[A.signal[k]] if A.signal[k] >= 0 else 1.0) * multipliers[A.row[k]]
+            if A.signal[k] == ANGLE:
+                springs.add_angle_slopes(y, A.i[k], A.j[k], value, H, A.pair[k])
+                continue
             H[A.pair[k]] += value
             H[A.pair[k] + 1] += value
 
@@ -415,11 +504,15 @@ def add_elastic_tangent(
     flat = W.reshape(-1)
     for g in range(len(groups.table)):
         row = groups.table[g]
+        if row[SAMPLED] == QUARTIC:
+            modes = slice(row[FIRST], row[FIRST] + row[COUNT])
+            quartic.add_tangent(coefficients(groups, g), x[modes], work[0], W[modes, modes])
+            continue
         u = gather(groups, g, x, q, 1.0, work[0])
         rows = u.shape[0]
         D = work[1][: rows * u.size].reshape(rows, rows, u.shape[1], u.shape[2])
-        cable_law.modulus(row[CURVATURE], u, gh * groups.beta[g], section_view(groups, g), D)
-        if row[SAMPLED] == 1:
+        laws.modulus(row[LAW], u, gh * groups.beta[g], section_view(groups, g), D)
+        if row[SAMPLED] == SAMPLE:
             add_sampled_tangent(groups, g, D, work[2], W)
         else:
             cell_matrices(groups, g, D, work[2])
@@ -453,28 +546,42 @@ def add_sampled_tangent(groups: Groups, g: int, D: np.ndarray, work: np.ndarray,
 
 @jit
 def cell_matrices(groups: Groups, g: int, D: np.ndarray, work: np.ndarray) -> None:
-    """Lower triangles of all cell matrices, work[l (l+1)/2 + m, e] with l = (b, c), from the moduli D (2c, 2c, p, e)."""
+    """Lower triangles of all cell matrices, work[l (l+1)/2 + m, e] with l = (b, c), from the moduli D (k c, k c, p, e)."""
     row = groups.table[g]
     _, table = cell_views(groups, g)
     dim, basis, cells, points = row[COMPONENTS], row[BASIS], row[CELLS], row[POINTS]
     size = basis * dim
     count = size * (size + 1) // 2
     matrices = work[: count * cells].reshape(count, cells)
-    DB = work[count * cells : count * cells + 2 * cells].reshape(2, cells)
+    vectors = row[VECTORS]
+    DB = work[count * cells : count * cells + vectors * cells].reshape(vectors, cells)
     clear(work[: count * cells])
     for p in range(points):
         for m in range(size):
             b, c = m // dim, m % dim
             for ci in range(dim):
-                for e in range(cells):
-                    DB[0, e] = D[ci, c, p, e] * table[0, p, b, e] + D[ci, dim + c, p, e] * table[1, p, b, e]
-                    DB[1, e] = D[dim + ci, c, p, e] * table[0, p, b, e] + D[dim + ci, dim + c, p, e] * table[1, p, b, e]
+                modulus_times_basis(D, table, p, b, c, ci, DB)
                 for bi in range(b, basis):
                     line = bi * dim + ci
                     if line >= m:
-                        target = line * (line + 1) // 2 + m
-                        for e in range(cells):
-                            matrices[target, e] += table[0, p, bi, e] * DB[0, e] + table[1, p, bi, e] * DB[1, e]
+                        target = matrices[line * (line + 1) // 2 + m]
+                        for k in range(vectors):
+                            N, entry = table[k, p, bi], DB[k]
+                            for e in range(cells):
+                                target[e] += N[e] * entry[e]
+
+
+@jit
+def modulus_times_basis(D: np.ndarray, table: np.ndarray, p: int, b: int, c: int, ci: int, DB: np.ndarray) -> None:
+    """DB[k, e] = sum_l D[(k, ci), (l, c), p, e] table[l, p, b, e]."""
+    vectors, dim, cells = len(DB), len(D) // len(DB), DB.shape[1]
+    for k in range(vectors):
+        target = DB[k]
+        clear(target)
+        for l in range(vectors):
+            entry, N = D[k * dim + ci, l * dim + c, p], table[l, p, b]
+            for e in range(cells):
+                target[e] += entry[e] * N[e]
 
 
 @jit

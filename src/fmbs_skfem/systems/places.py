@@ -10,12 +10,15 @@ from scipy.sparse import csr_array, kron, vstack
 
 from ..bodies.body import Body, locate, probe
 from ..core.errors import InputError, closest, say
+from ..shapes.surface import Surface
 from .system import Affine, Signal
+
+QUARTER = csr_array(np.array([[0.0, -1.0], [1.0, 0.0]]))  #: turns plane vectors by 90 degrees
 
 
 @dataclass(frozen=True)
 class At:
-    """A point of a body: the name of a point group of its mesh, or an arc length from its start [m]."""
+    """A point of a body: the name of a frame or of a point group of its mesh, or an arc length from its start [m]."""
 
     body: str
     place: str | float
@@ -33,18 +36,19 @@ class Rows:
 
     size: int
     rows: list[csr_array] = field(default_factory=list)
-    offsets: list[float] = field(default_factory=list)
+    offsets: list[np.ndarray] = field(default_factory=list)
     count: int = 0
 
-    def add(self, block: csr_array) -> int:
-        """Append rows (j, q); the number of the first one."""
+    def add(self, block: csr_array, offset: np.ndarray | None = None) -> int:
+        """Append rows (j, q) with constants (j,), 0 by default; the number of the first one."""
         self.rows.append(block)
+        self.offsets.append(np.zeros(block.shape[0]) if offset is None else offset)
         first, self.count = self.count, self.count + block.shape[0]
         return first
 
     def affine(self) -> Affine:
         matrix = csr_array(vstack(self.rows)) if self.rows else csr_array((0, self.size))
-        return Affine(matrix, np.zeros(self.count))
+        return Affine(matrix, np.concatenate([np.zeros(0), *self.offsets]))
 
 
 @dataclass(frozen=True)
@@ -71,12 +75,30 @@ class Layout:
         block = block.tocoo()
         return csr_array((block.data, (block.row, block.col + self.first[at.body])), shape=(self.dim, self.size))
 
+    def vectors(self, where: str, at: At) -> list[csr_array]:
+        """Rows (c, q) of all vectors that a place carries; in the plane a slope also carries its normal."""
+        found = [self.read(where, at, k + 1) for k in range(directions(self.body(where, at), at.place))]
+        return [found[0], csr_array(QUARTER @ found[0])] if len(found) == 1 and self.dim == 2 else found
+
+    def widen(self, where: str, name: str, rows: csr_array) -> csr_array:
+        """Rows (x, b c) on the coordinates of one body as rows (x, q)."""
+        self.body(where, At(name, ""))
+        block = csr_array(rows).tocoo()
+        return csr_array((block.data, (block.row, block.col + self.first[name])), shape=(block.shape[0], self.size))
+
     def reference(self, where: str, at: At | Ground, derivative: int = 0) -> np.ndarray:
         """Reference position or slope (c,) of a place or fixed point."""
         if not isinstance(at, At):
             return vector(where, at, self.dim)
         part = self.body(where, at)
         return np.asarray(probe(part, locate(part, at.place), derivative) @ part.reference)[0]
+
+
+def directions(part: Body, place: str | float) -> int:
+    """Number of vectors at a place: axes of a frame or rigid body, tangents of a surface, slope of a line."""
+    if place in part.frames or (part.space is None and part.frames):
+        return part.dim
+    return 0 if part.space is None else 2 if isinstance(part.space, Surface) else 1
 
 
 def vector(where: str, values: object, size: int) -> np.ndarray:

@@ -5,9 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import singledispatch
 
+import numpy as np
+from scipy.sparse import csr_array, kron
+
+from ..bodies import laws
+from ..bodies.body import locate
+from ..bodies.plate import local_table
 from ..core.errors import InputError, closest, say
-from .joints import AXES
-from .places import At, Draft
+from ..shapes import surface
+from . import edges
+from .gaps import AXES, arm
+from .places import At, Draft, Ground
 from .system import Output
 
 
@@ -33,6 +41,29 @@ class Slope:
 
 
 @dataclass(frozen=True)
+class Angle:
+    """Angle [rad] turned since the reference, about z or, in space, about `axis`: continuous over the stored samples."""
+
+    at: At
+    axis: Ground | None = None
+
+
+@dataclass(frozen=True)
+class AngularVelocity:
+    """Rate [rad/s] of that angle."""
+
+    at: At
+    axis: Ground | None = None
+
+
+@dataclass(frozen=True)
+class Stress:
+    """Von Mises stress [Pa] at a named point of a plate or shell: on the faces at -t/2 and t/2 along its normal."""
+
+    at: At
+
+
+@dataclass(frozen=True)
 class Deflection:
     """Position of `tip` relative to `root`, normal to the root's slope [m]: with its sign in the plane, as a distance in space."""
 
@@ -52,7 +83,7 @@ class Reaction:
     joint: str
 
 
-Probe = Position | Velocity | Slope | Deflection | Energy | Reaction
+Probe = Position | Velocity | Slope | Angle | AngularVelocity | Stress | Deflection | Energy | Reaction
 
 
 @singledispatch
@@ -83,6 +114,45 @@ def _(probe: Velocity, name: str, draft: Draft) -> Output:
 @sense.register
 def _(probe: Slope, name: str, draft: Draft) -> Output:
     return Output("position", rows(draft, name, probe.at, 1), columns(name, draft.layout.dim))
+
+
+@sense.register
+def _(probe: Angle, name: str, draft: Draft) -> Output:
+    return Output("angle", angle_rows(probe, name, draft), (name,))
+
+
+@sense.register
+def _(probe: AngularVelocity, name: str, draft: Draft) -> Output:
+    return Output("angular velocity", angle_rows(probe, name, draft), (name,))
+
+
+def angle_rows(probe: Angle | AngularVelocity, name: str, draft: Draft) -> tuple[int, int]:
+    """Sensor rows whose argument is the angle."""
+    first = draft.sensors.add(arm(f"output '{name}'", draft.layout, probe.at, probe.axis)[0])
+    return first, first + 1
+
+
+@sense.register
+def _(probe: Stress, name: str, draft: Draft) -> Output:
+    where, at = f"output '{name}'", probe.at
+    part, shape = edges.shape_of(where, draft, at.body)
+    place = locate(part, at.place)
+    if not isinstance(place, tuple) or part.cells is None:
+        raise InputError(say(where, "a named point of a plate", at))
+    cell = int(place[0])
+    values = surface.basis(shape.space, np.array([cell]), np.array([place[1:]]))[None]
+    reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
+    local, _, curved = local_table(values, np.ones((1, 1)), reference[shape.nodes[[cell]]])
+    vectors, dim = laws.vectors(part.cells.law), part.dim
+    indptr = np.arange(vectors + 1) * values.shape[3]
+    jets = csr_array((local[0, 0, :vectors].ravel(), np.tile(shape.nodes[cell], vectors), indptr), shape=(vectors, shape.count))
+    first = draft.sensors.add(draft.layout.widen(where, at.body, kron(edges.own(part, jets), np.eye(dim))))
+    section = part.cells.section[:, 0, cell].copy()
+    if dim == 3:
+        section[3:6] = curved[0, 0]
+    thickness = np.broadcast_to(part.thickness, len(shape.nodes))[cell]
+    parameters = (float(part.cells.law), float(thickness), *(float(value) for value in section))
+    return Output("stress", tuple(range(first, first + vectors * dim)), (f"{name}_bottom", f"{name}_top"), parameters=parameters)
 
 
 @sense.register

@@ -21,8 +21,10 @@ from scipy.sparse import csr_array
 from scipy.sparse.linalg import spsolve
 
 from ..bodies.body import Cells
-from ..bodies.cable_law import Curvature
+from ..bodies.laws import Law
+from ..core.errors import InputError, say
 from ..core.linalg import as_dense, is_sparse
+from .quartic import Quartic
 
 Matrix: TypeAlias = csr_array | np.ndarray
 Signal: TypeAlias = Callable[[np.ndarray], np.ndarray]  #: a scalar function of time, vectorised
@@ -41,12 +43,12 @@ class Affine:
 
 @dataclass(frozen=True)
 class Sampled:
-    """Gather multiplied out at chosen points: jets (2c, p) = jets @ x[columns] + offset."""
+    """Gather multiplied out at chosen points: jets (k c, p) = jets @ x[columns] + offset."""
 
-    curvature: Curvature
-    jets: np.ndarray  #: (2c p, r)
-    offset: np.ndarray  #: (2c p,)
-    section: np.ndarray  #: (4, 1, p)
+    law: Law
+    jets: np.ndarray  #: (k c p, r)
+    offset: np.ndarray  #: (k c p,)
+    section: np.ndarray  #: (i, 1, p) rows of the law, the last one the weight of a point
     columns: slice
     cell: np.ndarray  #: (p,) number of the cell of every point
 
@@ -57,12 +59,16 @@ class Elastic:
 
     name: str
     beta: float  #: stiffness-proportional damping time [s]
-    gather: Cells | Sampled  #: cells act on the body coordinates q = lift(x), sampled points on x
+    gather: Cells | Sampled | Quartic  #: cells act on the body coordinates q = lift(x), points and polynomials on x
 
 
 @dataclass(frozen=True)
 class Constraints:
-    """Polynomial constraints in probe rows: Phi_row += coefficient s(t) y_i y_j, with -1 for an absent factor."""
+    """Constraints in probe rows: Phi_row += coefficient s(t) y_i y_j, with -1 for an absent factor.
+
+    Terms with the signal springs.ANGLE are coefficient arg(y_i + i y_j); without i and j the row, as it is then, is reduced to its
+    remainder nearest to zero in units of the coefficient.
+    """
 
     names: tuple[tuple[str, str], ...] = ()  #: (joint, coordinate) of every row
     row: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
@@ -77,6 +83,7 @@ class LoadKind(IntEnum):
 
     MOMENT = 0  #: f = s axis x y / |y|^2 on the slope rows y
     TANGENTIAL = 1  #: f = s (a t + b n) on the position rows, t = y/|y|, n = t turned by 90 degrees (planar)
+    SPRING = 2  #: torque - k (theta - theta0) - d theta' on arg(slope rows) - arg(position rows), two rows each
 
 
 @dataclass(frozen=True)
@@ -87,7 +94,7 @@ class PointLaw:
     slope: int
     position: int
     signal: int  #: index of its history, -1 for a constant
-    vector: np.ndarray  #: (3,) moment [N m] or force in the frame of the slope [N]
+    vector: np.ndarray  #: (3,) moment [N m], force in the frame of the slope [N], or k [N m/rad], d [N m s/rad], theta0 [rad]
 
 
 @dataclass(frozen=True)
@@ -108,7 +115,20 @@ class Line:
     name: str
     samples: csr_array  #: (x c, q): positions, then d/dS, then d2/dS2 stacked, (3 x c, q)
     radius: float  #: [m]
-    curvature: Curvature
+    law: Law
+
+
+@dataclass(frozen=True)
+class Skin:
+    """What a picture needs of a plate or shell: samples of its middle surface, samples @ q[columns].reshape(b, c)."""
+
+    name: str
+    samples: csr_array  #: ((1 + k) x, b): positions, then the vectors of the law in local coordinates
+    columns: slice  #: of the body in q
+    cells: np.ndarray  #: (f, 4) quadrilaterals of samples
+    thickness: np.ndarray  #: (x,) [m]
+    law: Law
+    section: np.ndarray  #: (i, 1, x) rows of the law
 
 
 @dataclass(frozen=True)
@@ -139,11 +159,13 @@ class System:
     sensors: Affine  #: x -> rows read by outputs
     outputs: dict[str, Output]
     lines: tuple[Line, ...]
+    skins: tuple[Skin, ...]
     markers: tuple[tuple[str, str, tuple[int, ...]], ...]  #: joints in pictures: name, kind, sensor rows
     coordinates: tuple[tuple[str, int, int], ...]  #: (body, first, last + 1) in q
     components: tuple[tuple[str, int, int], ...]  #: (component, first, last + 1) in x; empty for full models
     x0: np.ndarray
     v0: np.ndarray
+    unit: np.ndarray  #: (q / c,) coordinates of the field 1 in q
     scale: float  #: norm of q in the reference configuration, to which Newton's tolerance refers
     full: System | None = None  #: the form with all multipliers, from which reactions are recovered
 
@@ -208,6 +230,9 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
     def carry(elastic: Elastic) -> Elastic:
         if is_sparse(V) and isinstance(elastic.gather, Cells):
             return elastic
+        if isinstance(elastic.gather, Quartic):
+            remedy = "reduce the system before its polynomials are made"
+            raise InputError(say(f"body '{elastic.name}'", "cells or sampled points", "a polynomial", remedy))
         return replace(elastic, gather=sampled(elastic.gather, lift, as_dense(V), d))
 
     lift = compose(system.lift)
@@ -237,9 +262,9 @@ def sampled(gather: Cells | Sampled, lift: Affine, V: np.ndarray, d: np.ndarray)
     rows = jet_rows(gather, len(lift.offset))
     jets = np.asarray(rows @ lift.matrix)
     columns = support(jets)
-    section = gather.section.reshape(4, 1, -1)
+    section = gather.section.reshape(len(gather.section), 1, -1)
     cell = np.tile(np.arange(gather.section.shape[2]), gather.section.shape[1])
-    return Sampled(gather.curvature, np.ascontiguousarray(jets[:, columns]), rows @ lift.offset, section, columns, cell)
+    return Sampled(gather.law, np.ascontiguousarray(jets[:, columns]), rows @ lift.offset, section, columns, cell)
 
 
 def support(A: np.ndarray) -> slice:
@@ -249,10 +274,12 @@ def support(A: np.ndarray) -> slice:
 
 
 def jet_rows(cells: Cells, size: int) -> csr_array:
-    """Gather of a cable as a sparse array: rows (k, c, p, e), columns q; `cells.nodes` refers to q."""
+    """Gather of cells as a sparse array: rows (k, c, p, e), columns q."""
     K, P, B, E = cells.table.shape
     dim = cells.dim
     values = np.broadcast_to(cells.table[:, None, :, :, :], (K, dim, P, B, E)).transpose(0, 1, 2, 4, 3)
     columns = np.broadcast_to(cells.nodes.T[None, None, None] + np.arange(dim)[None, :, None, None, None], (K, dim, P, E, B))
     indptr = np.arange(K * dim * P * E + 1) * B
-    return csr_array((values.ravel(), columns.ravel(), indptr), shape=(K * dim * P * E, size))
+    width = size if cells.spread is None else cells.spread.shape[0]
+    rows = csr_array((values.ravel(), columns.ravel(), indptr), shape=(K * dim * P * E, width))
+    return rows if cells.spread is None else csr_array(rows @ cells.spread)

@@ -1,0 +1,92 @@
+r"""Strain, curvature and stress fields of membranes and shells, from jets at any points.
+
+    E_ab = (r,a.r,b - delta_ab)/2,   k_ab = -(n.r,ab - b0_ab),   E(z) = E + z k,   z in [-t/2, t/2] along n
+    N = A C:E,   M = B C:k,   S(z) = N/t + 12 z M/t^3,   sigma_v^2 = S11^2 - S11 S22 + S22^2 + 3 S12^2
+
+S is the second Piola-Kirchhoff stress in the orthonormal reference tangents of the point; sigma_v is the von Mises stress of plane
+stress, which is that of the Cauchy stress where strains are small. Tensors are stored by their components 11, 22, 12.
+
+Arrays: jets `u` (4 or 15, ...) of `laws.Law.MEMBRANE` or `SHELL`, `section` (3 or 7, ...) with the same points in any shape behind.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core.errors import InputError, say
+from .laws import Law, rows, vectors
+
+COMPONENTS = {Law.MEMBRANE: 2, Law.SHELL: 3}  #: c of the laws with fields
+NU = {Law.MEMBRANE: 1, Law.SHELL: 2}  #: row of the section that holds Poisson's ratio
+
+
+@dataclass(frozen=True)
+class Fields:
+    """Fields of a membrane or shell; the last axes are the points."""
+
+    strain: np.ndarray  #: (3, ...) Green-Lagrange strain of the middle surface [-]
+    curvature: np.ndarray  #: (3, ...) change of curvature [1/m]; zero for a membrane
+    stress: np.ndarray  #: (3, 3, ...) second Piola-Kirchhoff stress [Pa]: level z = -t/2, 0, t/2, then component
+    von_mises: np.ndarray  #: (2, ...) von Mises stress [Pa] on the faces z = -t/2 and t/2
+
+
+def recover(law: Law, u: np.ndarray, section: np.ndarray, thickness: float | np.ndarray) -> Fields:
+    """All fields from the jets, the section and the thickness [m] (a number or one for every point)."""
+    check_shapes(law, u, section, thickness)
+    strain, change = strains(u, COMPONENTS[law]), curvatures(law, u, section)
+    levels = stresses(law, strain, change, section, thickness)
+    return Fields(strain, change, levels, von_mises(levels[[0, 2]].swapaxes(0, 1)))
+
+
+def check_shapes(law: Law, u: np.ndarray, section: np.ndarray, thickness: float | np.ndarray) -> None:
+    """Refuse other laws, arrays of other shapes and thicknesses that are not positive."""
+    where = "fields.recover"
+    if law not in COMPONENTS:
+        raise InputError(say(where, "the law MEMBRANE or SHELL", law.name))
+    expected = (vectors(law) * COMPONENTS[law], rows(law))
+    if (len(u), len(section)) != expected or u.shape[1:] != section.shape[1:]:
+        raise InputError(say(where, f"jets and section with {expected} rows at the same points", f"{u.shape}, {section.shape}"))
+    if not np.all(np.asarray(thickness) > 0.0):
+        raise InputError(say(where, "a positive thickness [m]", thickness))
+
+
+def strains(u: np.ndarray, dim: int) -> np.ndarray:
+    """Green-Lagrange strain (3, ...) of the first two vectors of the jets."""
+    a, b = u[:dim], u[dim : 2 * dim]
+    return 0.5 * np.stack([np.sum(a * a, axis=0) - 1.0, np.sum(b * b, axis=0) - 1.0, np.sum(a * b, axis=0)])
+
+
+def normals(u: np.ndarray) -> np.ndarray:
+    """Unit normals (3, ...) of the jets of a shell."""
+    n = np.cross(u[:3], u[3:6], axis=0)
+    return np.asarray(n / np.linalg.norm(n, axis=0))
+
+
+def curvatures(law: Law, u: np.ndarray, section: np.ndarray) -> np.ndarray:
+    """Change of curvature (3, ...) with the sign that stretches the face z = t/2 where it is positive."""
+    if law is not Law.SHELL:
+        return np.zeros((3, *u.shape[1:]))
+    second = u[6:].reshape(3, 3, *u.shape[1:])
+    return section[3:6] - np.einsum("c...,ic...->i...", normals(u), second)
+
+
+def hooke(stiffness: np.ndarray, nu: np.ndarray, e: np.ndarray) -> np.ndarray:
+    """Forces or moments (3, ...) of strains or curvatures in plane stress."""
+    return stiffness * np.stack([e[0] + nu * e[1], e[1] + nu * e[0], (1.0 - nu) * e[2]])
+
+
+def stresses(law: Law, strain: np.ndarray, change: np.ndarray, section: np.ndarray, thickness: float | np.ndarray) -> np.ndarray:
+    """Second Piola-Kirchhoff stress (level, component, ...) at z = -t/2, 0, t/2 [Pa]."""
+    t = np.asarray(thickness)
+    middle = hooke(section[0], section[NU[law]], strain) / t
+    if law is Law.MEMBRANE:
+        return np.stack([middle, middle, middle])
+    bending = 6.0 * hooke(section[1], section[2], change) / t**2
+    return np.stack([middle - bending, middle, middle + bending])
+
+
+def von_mises(stress: np.ndarray) -> np.ndarray:
+    """Von Mises stress (...) of plane stress (3, ...) with the components 11, 22, 12."""
+    return np.asarray(np.sqrt(stress[0] ** 2 - stress[0] * stress[1] + stress[1] ** 2 + 3.0 * stress[2] ** 2))

@@ -1,0 +1,268 @@
+r"""Thin plates and shells: an interpolated surface with the membrane law in the plane, the Kirchhoff-Love law in space.
+
+At every quadrature point the derivatives of the basis are turned into local coordinates s in which the reference tangents are
+orthonormal,  N,i = (A^-1)_ia N,a,   N,ij = (A^-1)_ia (A^-1)_jb N,ab,   A_ai = r0,a . t_i,  so that the laws see a unit metric (the
+term of A's own derivative is tangential and drops out of n . r,ij). The mass m_ij = int rho t N_i N_j dA is constant.
+
+A rim is slaved to a rigid frame (c, e1, e2 [, e3]): positions along named edges follow r = c + X e1 + Y e2 [+ Z e3] exactly, and
+so does the derivative across the edge if that is asked for. The slaved functions are q = spread @ (free functions, frames): no
+multiplier is needed.
+
+NURBS patches with a common edge share its functions; constant springs keep the angle between them (`interfaces.penalty_stiffness`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import singledispatch
+from typing import Any
+
+import numpy as np
+from scipy.linalg import lstsq, qr
+from scipy.sparse import block_array, coo_array, csr_array, diags_array, eye_array, vstack
+
+from ..core.errors import InputError, closest, say
+from ..shapes import ancf_plate, interfaces, nurbs
+from ..shapes import surface as surfaces
+from ..shapes.surface import Surface
+from .body import Body, Cells
+from .laws import Law
+from .sections import Material, positive
+
+SAMPLES = 8  #: points along a cell's side at which functions of an edge are told apart
+NOISE = 1e-12  #: trace of a function that counts as zero
+
+
+@dataclass(frozen=True)
+class Rim:
+    """Edges that move as one rigid frame: names of edge groups, and its origin (the centre of a circle, or the middle).
+
+    With `slopes` the derivative across the edge follows the frame too: the plate is clamped to it, else hinged.
+    """
+
+    edges: tuple[str, ...]
+    center: tuple[float, ...] | None = None
+    slopes: bool = False
+
+
+def plate(
+    name: str,
+    shape: Surface,
+    thickness: float | np.ndarray,
+    material: Material,
+    *,
+    dim: int = 3,
+    rims: Mapping[str, Rim] | None = None,
+    origin: np.ndarray | None = None,
+    rotation: np.ndarray | None = None,
+) -> Body:
+    """Plate or shell of a surface; planar (dim 2) ones carry membrane forces only.
+
+    `thickness` [m] is one number or one a cell; `rims` makes rigid frames of named edges; `origin` (c,) [m] and
+    `rotation` (c, c) place the reference shape, x -> origin + rotation x.
+    """
+    where = f"body '{name}'"
+    positive(where, thickness=float(np.min(thickness)))
+    turned = placed(where, shape.reference, dim, rotation)
+    reference = turned if origin is None else turned + np.outer(shape.unit, np.asarray(origin, dtype=float))
+    table = surfaces.tabulate(shape)
+    local, area, curved = local_table(table.values, table.weights, turned[shape.nodes])
+    spread, free, centers = slaved(where, shape, reference, rims or {})
+    own_reference = np.concatenate([reference[free], *(np.vstack([c, np.eye(dim)]) for c in centers)])
+    zero = np.zeros((dim + 1) * len(centers))
+    zero[:: dim + 1] = 1.0
+    mass = mass_matrix(shape, turned, thickness, material.density)
+    springs = fold_springs(shape, thickness, material) if dim == 3 else None
+    return Body(
+        name=name,
+        reference=own_reference,
+        mass=csr_array(spread.T @ mass @ spread),
+        constant=np.concatenate([shape.unit[free], zero]),
+        places=dict(shape.points),
+        space=shape,
+        cells=cells(shape, local, area, curved, thickness, material, dim),
+        radius=0.5 * float(np.mean(thickness)),
+        frames={rim: len(free) + k * (dim + 1) for k, rim in enumerate(rims or {})},
+        thickness=thickness,
+        spread=spread if rims else None,
+        stiffness=None if springs is None else csr_array(spread.T @ springs @ spread),
+    )
+
+
+def placed(where: str, points: np.ndarray, dim: int, rotation: np.ndarray | None) -> np.ndarray:
+    """Reference coordinates (n, c) in the directions of the scene, about the shape's own origin: far from it digits are lost."""
+    if dim == 2 and points.shape[1] == 3 and np.abs(points[:, 2]).max() > 1e-12 * np.ptp(points):
+        raise InputError(say(where, "a shape in the plane z = 0", f"z up to {np.abs(points[:, 2]).max():.3g} m", "use dimension 3"))
+    wide = np.zeros((len(points), dim))
+    wide[:, : min(dim, points.shape[1])] = points[:, : min(dim, points.shape[1])]
+    return wide if rotation is None else wide @ np.asarray(rotation, dtype=float).T
+
+
+def fold_springs(shape: Surface, thickness: float | np.ndarray, material: Material) -> csr_array | None:
+    """Stiffness (n, n) that keeps the angle between NURBS patches along their common edges; None where there are none."""
+    pairs = interfaces.seams(shape) if isinstance(shape.space, nurbs.Nurbs) else []
+    if not pairs:
+        return None
+    bending = material.young_modulus * np.asarray(thickness) ** 3 / (12.0 * (1.0 - material.poisson_ratio**2))
+    return interfaces.penalty_stiffness(shape, pairs, bending)
+
+
+def local_table(values: np.ndarray, weights: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Derivatives 1, 2, 11, 22, 12 in local coordinates (e, p, 5, b), area weights (e, p) [m2], and n . r0,ij (e, p, 3) [1/m]."""
+    tangents = np.einsum("epkb,ebc->epkc", values[:, :, 1:3], reference)
+    axes, normal = surfaces.local_axes(tangents)
+    inverse = np.linalg.inv(np.einsum("epac,epic->epai", tangents, axes))
+    first = np.einsum("epia,epab->epib", inverse, values[:, :, 1:3])
+    second = values[:, :, [3, 5, 5, 4]].reshape(*values.shape[:2], 2, 2, -1)
+    second = np.einsum("epia,epjd,epadb->epijb", inverse, inverse, second)
+    local = np.concatenate([first, np.stack([second[:, :, 0, 0], second[:, :, 1, 1], second[:, :, 0, 1]], axis=2)], axis=2)
+    bend = (
+        np.einsum("epkb,ebc,epc->epk", local[:, :, 2:], reference, normal)
+        if reference.shape[2] == 3
+        else np.zeros((*weights.shape, 3))
+    )
+    return local, weights / np.abs(np.linalg.det(inverse)), bend
+
+
+def cells(
+    shape: Surface,
+    local: np.ndarray,
+    area: np.ndarray,
+    curved: np.ndarray,
+    thickness: float | np.ndarray,
+    material: Material,
+    dim: int,
+) -> Cells:
+    """Table and section of the membrane (dim 2) or shell law, cell axis last."""
+    t = np.broadcast_to(np.asarray(thickness, dtype=float), len(area))[:, None] + 0 * area
+    nu = material.poisson_ratio
+    A = material.young_modulus * t / (1 - nu**2)
+    if dim == 2:
+        law, rows, table = Law.MEMBRANE, [A, nu + 0 * A, area], local[:, :, :2]
+    else:
+        law, rows, table = Law.SHELL, [A, A * t**2 / 12, nu + 0 * A, *np.moveaxis(curved, 2, 0), area], local
+    return Cells(
+        law,
+        np.ascontiguousarray(table.transpose(2, 1, 3, 0)),
+        np.ascontiguousarray(shape.nodes.T * dim),
+        dim,
+        np.ascontiguousarray(np.stack(rows).transpose(0, 2, 1)),
+    )
+
+
+def mass_matrix(shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, density: float) -> csr_array:
+    """m_ij = int rho t N_i N_j dA over the functions of the surface."""
+    table = surfaces.tabulate(shape, shape.order + 1)
+    _, area, _ = local_table(table.values, table.weights, reference[shape.nodes])
+    heavy = density * np.broadcast_to(np.asarray(thickness, dtype=float), len(area))[:, None] * area
+    blocks = np.einsum("epb,epd,ep->ebd", table.values[:, :, 0], table.values[:, :, 0], heavy, optimize=True)
+    rows = np.repeat(shape.nodes, shape.nodes.shape[1], axis=1).ravel()
+    columns = np.tile(shape.nodes, (1, shape.nodes.shape[1])).ravel()
+    return csr_array(coo_array((blocks.ravel(), (rows, columns)), shape=(shape.count, shape.count)))
+
+
+def edge(where: str, shape: Surface, names: Iterable[str]) -> np.ndarray:
+    """Cells and sides (i, 2) of named edges."""
+    sides = []
+    for name in names:
+        if name not in shape.edges:
+            known = ", ".join(sorted(shape.edges)) or "none"
+            raise InputError(say(where, f"one of its edges ({known})", f"'{name}'") + closest(name, shape.edges))
+        sides.append(shape.edges[name])
+    return np.concatenate(sides)
+
+
+@singledispatch
+def slope_places(space: Any, s: np.ndarray) -> np.ndarray:
+    """Fractions of a side near s at which the slope across it belongs to the side alone: all of them for C1 interpolations."""
+    return s
+
+
+@slope_places.register
+def _(space: ancf_plate.Plate, s: np.ndarray) -> np.ndarray:
+    """Between the ends of a side the slope of an ANCF plate depends on the opposite nodes, and cells do not agree on it."""
+    return np.round(s)
+
+
+def trace(shape: Surface, sides: np.ndarray, normal: bool = False) -> csr_array:
+    """Values of the basis at points along sides (and, if asked, its derivatives across them), (x, n)."""
+    s = 0.5 - 0.5 * np.cos(np.pi * np.arange(SAMPLES) / (SAMPLES - 1))
+    cell, side = np.repeat(sides, SAMPLES, axis=0).T
+    xi = surfaces.side_points(shape.parent, side, np.tile(s, len(sides)))
+    rows = surfaces.sample(shape, cell, xi)
+    if not normal:
+        return csr_array(rows)
+    xi = surfaces.side_points(shape.parent, side, np.tile(slope_places(shape.space, s), len(sides)))
+    parts = [surfaces.sample(shape, cell, xi, k) for k in (1, 2)]
+    tangents = np.stack([part @ shape.reference for part in parts], axis=1)
+    along = np.diff(surfaces.VERTICES[shape.parent][[*range(int(shape.parent)), 0]], axis=0)[side]
+    gram = np.einsum("xac,xbc->xab", tangents, tangents)
+    covariant = np.einsum("xab,xb->xa", gram, along)
+    across = np.stack([-covariant[:, 1], covariant[:, 0]], axis=1)
+    size = np.sqrt(np.einsum("xa,xab,xb->x", across, gram, across))
+    weights = (across / size[:, None]).T
+    return csr_array(vstack([rows, diags_array(weights[0]) @ parts[0] + diags_array(weights[1]) @ parts[1]]))
+
+
+def dependent(A: csr_array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Functions that a trace A q = 0 determines: q[first] + X q[second] = 0; first (i,), second (j,), X (i, j)."""
+    used = np.unique(A.indices[np.abs(A.data) > NOISE])
+    dense = A[:, used].toarray()
+    size = np.abs(dense).max(axis=0)
+    _, R, order = qr(dense / size, mode="economic", pivoting=True)
+    rank = int((np.abs(np.diag(R)) > 1e-9 * abs(R[0, 0])).sum())
+    first, second = np.sort(order[:rank]), np.sort(order[rank:])
+    X = lstsq(dense[:, first], dense[:, second])[0] if len(second) else np.zeros((rank, 0))
+    X[np.abs(X) < NOISE] = 0.0
+    return used[first], used[second], X
+
+
+def middle(ends: np.ndarray) -> np.ndarray:
+    """Centre (c,) of the circle through the ends of sides (i, 2, c), or the middle of a line.
+
+    |x|^2 - 2 x . c = const by least squares of least norm about the mean of the sides.
+    """
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    mean = np.einsum("i,iec->c", length, ends) / (2.0 * length.sum())
+    x = ends.reshape(-1, ends.shape[2]) - mean
+    square = np.sum(x * x, axis=1)
+    A = np.column_stack([2.0 * x, np.ones(len(x))])
+    size = float(np.abs(x).max())
+    return mean + np.asarray(lstsq(A / size, square / size, cond=1e-9)[0])[: ends.shape[2]]
+
+
+def slaved(
+    where: str, shape: Surface, reference: np.ndarray, rims: Mapping[str, Rim]
+) -> tuple[csr_array, np.ndarray, list[np.ndarray]]:
+    """Functions of the surface from free functions and frames: spread (n, b), free functions (i,), centres of the frames."""
+    dim, n = reference.shape[1], shape.count
+    taken = np.zeros(n, dtype=bool)
+    follow, links, centers = [], [], []
+    for name, rim in rims.items():
+        sides = edge(f"{where}, rim '{name}'", shape, rim.edges)
+        A = trace(shape, sides, rim.slopes)
+        first, second, X = dependent(A)
+        if taken[first].any() or taken[second].any():
+            raise InputError(
+                say(f"{where}, rim '{name}'", "edges apart from those of other rims", "a shared cell side", "refine between them")
+            )
+        taken[first] = True
+        ends = np.asarray(A[: len(sides) * SAMPLES] @ reference).reshape(-1, SAMPLES, dim)[:, [0, -1]]
+        center = middle(ends) if rim.center is None else np.asarray(rim.center, dtype=float)
+        rigid = np.column_stack([shape.unit, reference - np.outer(shape.unit, center)])
+        follow.append(np.asarray(rigid[first] + X @ rigid[second]))
+        links.append((first, second, X))
+        centers.append(center)
+    free = np.flatnonzero(~taken)
+    place = np.cumsum(~taken) - 1
+    base = coo_array((np.ones(len(free)), (free, np.arange(len(free)))), shape=(n, len(free)))
+    blocks = [base]
+    for first, second, X in links:
+        i, j = np.nonzero(X)
+        blocks[0] = blocks[0] + coo_array((-X[i, j], (first[i], place[second[j]])), shape=(n, len(free)))
+    for (first, _, _), rows in zip(links, follow, strict=True):
+        i, j = np.nonzero(np.abs(rows) > NOISE * np.abs(rows).max())
+        blocks.append(coo_array((rows[i, j], (first[i], j)), shape=(n, dim + 1)))
+    spread = csr_array(block_array([blocks])) if links else csr_array(eye_array(n))
+    return spread, free, centers

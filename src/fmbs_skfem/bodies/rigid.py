@@ -1,0 +1,157 @@
+r"""Rigid bodies in natural coordinates: the centre of mass c and unit axes e_k, with constant mass.
+
+    r = c + sum_k X_k e_k,    M = [[m, 0], [0, G]],    G_kl = int X_k X_l dm = 1/2 tr(J) delta_kl - J_kl
+
+The axes stay orthonormal by quadratic constraints. In the plane J is one number and G = J/2 for both axes: the product of inertia
+does no work. In space G has no negative directions where J obeys the triangle inequality; laminae and rods have massless axes.
+
+Source: J. Garcia de Jalon, Multibody Syst. Dyn. 18 (2007) 15-33, doi:10.1007/s11044-007-9068-0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.linalg import block_diag
+from scipy.sparse import csr_array
+
+from ..core.errors import InputError, say
+from ..shapes import plate_meshes
+from ..shapes.plate_meshes import PlateMesh
+from .body import Body, placed
+from .sections import positive
+
+Numbers = float | Sequence[float] | Sequence[Sequence[float]] | np.ndarray
+
+
+def rigid(
+    name: str,
+    mass: float,
+    inertia: Numbers,
+    center: Sequence[float] | np.ndarray,
+    *,
+    dim: int = 3,
+    rotation: np.ndarray | None = None,
+    places: Mapping[str, Sequence[float]] | None = None,
+    radius: float = 0.02,
+) -> Body:
+    """A rigid body with the frame `frame`, the place `center` and named places, points (c,) of the scene in the reference [m].
+
+    `inertia` [kg m2] about the centre of mass: a number in the plane, in space 3 principal moments or a 3 x 3 tensor, in the axes
+    e_k = rotation[:, k], by default those of the scene.
+    """
+    where = f"body '{name}'"
+    positive(where, mass=mass)
+    axes = orthonormal(where, np.eye(dim) if rotation is None else np.asarray(rotation, dtype=float), dim)
+    c = point(where, center, dim)
+    spread = second_moments(where, inertia, dim)
+    named = {key: tuple(float(x) for x in (point(where, at, dim) - c) @ axes) for key, at in (places or {}).items()}
+    return Body(
+        name,
+        np.vstack([c, axes.T]),
+        csr_array(block_diag(np.array([[float(mass)]]), spread)),
+        np.array([1.0] + [0.0] * dim),
+        {"center": (0.0,) * dim, **named},
+        radius=radius,
+        frames={"frame": 0},
+    )
+
+
+def rigid_from_mesh(
+    name: str,
+    mesh: PlateMesh | str | Path,
+    thickness: float,
+    density: float,
+    *,
+    dim: int = 3,
+    origin: np.ndarray | None = None,
+    rotation: np.ndarray | None = None,
+) -> Body:
+    """The rigid body that a plate of constant thickness [m] and density [kg/m3] makes; points of the mesh are its places.
+
+    `origin` (c,) [m] and `rotation` (c, c) place the mesh, x -> origin + rotation x.
+    """
+    where = f"body '{name}'"
+    positive(where, thickness=thickness, density=density)
+    mesh = plate_meshes.read(mesh, dim == 2) if isinstance(mesh, (str, Path)) else mesh
+    points = placed(where, mesh.points, dim, origin, rotation)
+    area, center, moments = area_moments(points[mesh.cells])
+    heavy = density * thickness
+    if dim == 3:
+        moments = moments + thickness**2 / 12 * normal_moments(points[mesh.cells])
+    places = {key: points[ids[0]] for key, ids in mesh.point_groups.items() if len(ids) == 1}
+    spread = heavy * moments
+    inertia = np.trace(spread) if dim == 2 else np.trace(spread) * np.eye(3) - spread
+    return rigid(name, heavy * area, inertia, center, dim=dim, places={key: tuple(at) for key, at in places.items()})
+
+
+def triangles(cells: np.ndarray) -> np.ndarray:
+    """Triangles (i, 3, c) that make up the cells (e, 3 or 4, c)."""
+    return cells if cells.shape[1] == 3 else np.concatenate([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]])
+
+
+def areas(corners: np.ndarray) -> np.ndarray:
+    """Areas (i,) of triangles (i, 3, c) [m2]."""
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    gram = np.sum(a * a, axis=1) * np.sum(b * b, axis=1) - np.sum(a * b, axis=1) ** 2
+    return np.asarray(0.5 * np.sqrt(gram))
+
+
+def area_moments(cells: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """Area [m2], centroid (c,) [m] and int (x - centroid) (x - centroid)^T dA (c, c) [m4], exact for flat triangles."""
+    corners = triangles(cells)
+    size = areas(corners)
+    total = float(size.sum())
+    middle = corners.mean(axis=1)
+    center = size @ middle / total
+    apart = corners - center
+    sums = apart.sum(axis=1)
+    moments = np.einsum("i,ivc,ivd->cd", size, apart, apart) + np.einsum("i,ic,id->cd", size, sums, sums)
+    return total, center, moments / 12
+
+
+def normal_moments(cells: np.ndarray) -> np.ndarray:
+    """int n n^T dA (3, 3) [m2] over the cells."""
+    corners = triangles(cells)
+    n = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(np.einsum("ic,id,i->cd", n, n, 0.5 / np.linalg.norm(n, axis=1)))
+
+
+def second_moments(where: str, inertia: Numbers, dim: int) -> np.ndarray:
+    """G (c, c) [kg m2] of an inertia, which must belong to a body of positive mass."""
+    J = np.asarray(inertia, dtype=float)
+    if not np.isfinite(J).all():
+        raise InputError(say(f"{where}.inertia", "finite numbers", inertia))
+    if dim == 2:
+        if J.shape != () or not J > 0:
+            raise InputError(say(f"{where}.inertia", "one positive number in the plane [kg m2]", inertia))
+        return 0.5 * float(J) * np.eye(2)
+    J = np.diag(J) if J.shape == (3,) else J
+    if J.shape != (3, 3) or np.abs(J - J.T).max() > 1e-12 * np.abs(J).max():
+        raise InputError(say(f"{where}.inertia", "3 principal moments or a symmetric 3 x 3 tensor [kg m2]", inertia))
+    G = 0.5 * np.trace(J) * np.eye(3) - 0.5 * (J + J.T)
+    values, vectors = np.linalg.eigh(G)
+    if not values[-1] > 0 or values[0] < -1e-9 * values[-1]:
+        principal = np.round(np.linalg.eigvalsh(J), 12).tolist()
+        remedy = "each principal moment is at most the sum of the others"
+        raise InputError(say(f"{where}.inertia", "moments of a body", f"principal moments {principal}", remedy))
+    values[values < 1e-14 * values[-1]] = 0.0
+    return np.asarray((vectors * values) @ vectors.T)
+
+
+def orthonormal(where: str, rotation: np.ndarray, dim: int) -> np.ndarray:
+    """A rotation matrix, checked."""
+    good = rotation.shape == (dim, dim) and bool(np.isfinite(rotation).all())
+    if not good or np.abs(rotation.T @ rotation - np.eye(dim)).max() > 1e-9 or np.linalg.det(rotation) < 0:
+        raise InputError(say(f"{where}.rotation", f"a {dim} x {dim} rotation matrix", rotation.tolist()))
+    return rotation
+
+
+def point(where: str, values: Sequence[float] | np.ndarray, dim: int) -> np.ndarray:
+    """A point (c,) [m]."""
+    array = np.asarray(values, dtype=float)
+    if array.shape != (dim,) or not np.isfinite(array).all():
+        raise InputError(say(where, f"points with {dim} finite coordinates", values))
+    return array

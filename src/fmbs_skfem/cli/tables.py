@@ -1,0 +1,197 @@
+"""Tables of `fmbs compare`, in the layout of those of doi 10.1016/j.cma.2019.112690, with the published figures beside ours."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib import resources
+from typing import TYPE_CHECKING, Any
+
+from . import common
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from ..reduction.study import Record, Study
+    from ..scenes import Scene
+
+
+@cache
+def published() -> dict[str, Any]:
+    """Figures of the literature, by name of the scene; coarse meshes are compared with those of the scene itself."""
+    text = resources.files(__package__).joinpath("published.json").read_text(encoding="utf-8")
+    return dict(json.loads(text))
+
+
+def tables(scene: Scene, study: Study) -> list[Any]:
+    """An overview, then products, reduced tangents and training as in Tables 1 to 3 of the source; for plates its Table 4."""
+    paper = published().get(scene.name.removesuffix("-coarse"), {})
+    known = paper.get("models", {})
+    if any(record.name.endswith("exact") for record in study.records):
+        shown = [shares(study, known), accuracy(study)]
+    else:
+        shown = [overview(study), products(study, known), tangents(study, known)]
+        if any(record.snnls_s for record in main(study)):
+            shown.append(searches(study, known))
+    return [*shown, f"paper: {paper['source']}"] if paper else shown
+
+
+def shares(study: Study, known: Mapping[str, Any]) -> Table:
+    """Table 4: sizes, CPU time by kind of work and largest error; below every model the paper's figures."""
+    rows = []
+    for record in [record for record in study.records if record.name == record.family or record.family == "step"]:
+        sizes = (joined(record.modes.values()), counts(record.elements), counts(record.points), counts(record.dofs_kept))
+        seconds = (record.force_s, record.solve_s, record.product_s, record.cpu_s)
+        found = joined(record.snnls_s.values(), ".2g")
+        if record.status != "done":
+            rows.append((record.name, str(record.dofs), *sizes, *[""] * 7, record.status))
+            continue
+        trained = f"{record.training_s:.3g}" if record.training_s else ""
+        rows.append((record.name, str(record.dofs), *sizes, *map(clock, seconds), found, trained, tell(record.max_error), ""))
+        if paper := known.get(record.name):
+            rows.append(published_row(paper))
+    seconds_heads = ("force, tangent [s]", "solves [s]", "products [s]", "total [s]")
+    heads = (
+        "model",
+        "dofs",
+        "r modes",
+        "cells",
+        "points",
+        "dofs kept",
+        *seconds_heads,
+        "sNNLS [s]",
+        "training [s]",
+        "max error",
+        "",
+    )
+    return named(common.table("Table 4: CPU time", heads, rows))
+
+
+def published_row(paper: Mapping[str, Any]) -> tuple[str, ...]:
+    """A model of the paper as a row of Table 4."""
+    sizes = (joined(paper.get("r", ())), joined(paper.get("elements", ())), "", joined(paper.get("kept", ())))
+    seconds = (str(paper["force_s"]), str(paper["solve_s"]), str(paper.get("product_s", "")), str(paper["total_s"]))
+    error = f"{paper['max_error']:.2e}" if "max_error" in paper else ""
+    return ("  paper", joined(paper["dofs"]), *sizes, *seconds, joined(paper.get("snnls_s", ())), "", error, "")
+
+
+def accuracy(study: Study) -> Table:
+    """Errors of all kinds beside Newton's tolerance and what is left of the joints."""
+    rows = []
+    for record in [record for record in study.records if record.status == "done" and record.family != "full"]:
+        errors = (record.max_error, record.median_error, record.mean_error, record.position_error)
+        sizes = (str(record.constraints), f"{record.newton:.0e}", str(record.iterations), str(record.factorisations))
+        rows.append((record.name, *map(tell, errors), *sizes))
+    if study.time_error:
+        times = study.time_error
+        rows.append((f"step {times.step:g} s", tell(times.relative), "", "", tell(times.position), *[""] * 4))
+    errors_heads = ("max error", "median error", "mean error", "position error [m]")
+    heads = ("model", *errors_heads, "constraints", "Newton", "iterations", "factors")
+    return named(common.table("Errors against the full model, and of its own step", heads, rows))
+
+
+def clock(seconds: float) -> str:
+    return f"{seconds:.3g}" if math.isfinite(seconds) and seconds > 0 else ""
+
+
+def counts(values: Mapping[str, int]) -> str:
+    """Sizes by component; nothing where none is evaluated."""
+    return joined(values.values()) if any(values.values()) else ""
+
+
+def main(study: Study) -> list[Record]:
+    """The reduced models of the scene's own eps and eta."""
+    return [record for record in study.records if record.name == record.family and record.modes]
+
+
+def overview(study: Study) -> Table:
+    """Time beside error, without the other eps and eta (they are in the figure and in the JSON object)."""
+    rows = []
+    full = study["full"].cpu_s
+    for record in study.records:
+        if record.name != record.family and record.family not in ("coarse", "step"):
+            continue
+        if record.status != "done":
+            rows.append((record.name, record.dofs, *[""] * 6, record.status))
+            continue
+        pays = "" if record.pays_after_runs is None else str(math.ceil(record.pays_after_runs))
+        error = (tell(record.max_error), tell(record.mean_error), tell(record.position_error))
+        rows.append((record.name, record.dofs, f"{record.cpu_s:.3g}", f"{full / record.cpu_s:.1f}", *error, pays, ""))
+    columns = ("model", "dofs", "CPU [s]", "speed-up", "max error", "mean error", "position error [m]", "pays after runs", "")
+    return named(common.table("Time beside error", columns, rows))
+
+
+def named(table: Table) -> Table:
+    """The table with the names in its first column on one line each."""
+    table.columns[0].no_wrap = True
+    return table
+
+
+def tell(error: float) -> str:
+    return f"{error:.2e}" if error else "reference"
+
+
+def products(study: Study, known: Mapping[str, Any]) -> Table:
+    """Table 1: scalar multiplications in the reduced tangent."""
+    rows = []
+    for record in main(study):
+        paper = known.get(record.name, {})
+        kept = record.points if record.family.endswith("points") else record.elements
+        pairs = (
+            (joined(record.modes.values()), joined(paper.get("r", ()))),
+            (joined(kept.values()), joined(paper.get("elements", ()))),
+            (joined(record.dofs_kept.values()), joined(paper.get("dofs", ()))),
+            (str(record.bandwidth), str(paper.get("w", ""))),
+            (f"{1e-6 * record.multiplications:.3f}", f"{1e-6 * paper['p']:.3f}" if paper else ""),
+            (f"{record.speed_up:.2f}", f"{paper['s']:.2f}" if paper else ""),
+        )
+        rows.append((record.name, *pick(pairs, known)))
+    heads = headed(("r modes", "kept", "dofs", "w", "p [1e6]", "s"), known)
+    return named(common.table("Table 1: scalar multiplications for the reduced tangent K_r", ("model", *heads), rows))
+
+
+def tangents(study: Study, known: Mapping[str, Any]) -> Table:
+    """Table 2: CPU time of the reduced tangent."""
+    first, rows = study["system"].kr_us, []
+    for record in main(study):
+        paper = known.get(record.name, {})
+        pairs = (
+            (f"{1e-6 * record.kr_us:.3e}", f"{paper['kr_s']:.3e}" if paper else ""),
+            (f"{first / record.kr_us:.2f}", f"{paper['kr_ratio']:.2f}" if paper else ""),
+        )
+        rows.append((record.name, *pick(pairs, known)))
+    return named(common.table("Table 2: time of one reduced tangent", ("model", *headed(("K_r [s]", "ratio"), known)), rows))
+
+
+def searches(study: Study, known: Mapping[str, Any]) -> Table:
+    """Table 3: CPU time of the sparse non-negative least squares, and of the whole training."""
+    trained = [record for record in main(study) if record.snnls_s]
+    first, rows = sum(trained[0].snnls_s.values()), []
+    for record in trained:
+        paper, own = known.get(record.name, {}), list(record.snnls_s.values())
+        total = f"={sum(own):.3g}" if len(own) > 1 else ""
+        published_total = f"={sum(paper['snnls_s']):.4g}" if len(paper.get("snnls_s", ())) > 1 else ""
+        pairs = (
+            (joined(own, ".2g") + total, joined(paper.get("snnls_s", ())) + published_total),
+            (f"{first / sum(own):.2f}", f"{paper['snnls_ratio']:.2f}" if paper else ""),
+        )
+        rows.append((record.name, *pick(pairs, known), f"{record.training_s:.3g}"))
+    heads = headed(("sNNLS [s]", "ratio"), known)
+    return named(
+        common.table("Table 3: time of the sparse non-negative least squares", ("model", *heads, "whole training [s]"), rows)
+    )
+
+
+def joined(values: Any, form: str = "") -> str:
+    return "+".join(format(value, form) for value in values)
+
+
+def headed(names: Sequence[str], known: Mapping[str, Any]) -> list[str]:
+    """Every heading, followed by that of the paper's column where there is one."""
+    return [text for name in names for text in ((name, "paper") if known else (name,))]
+
+
+def pick(pairs: Sequence[tuple[str, str]], known: Mapping[str, Any]) -> list[str]:
+    return [text for pair in pairs for text in (pair if known else pair[:1])]

@@ -1,0 +1,286 @@
+r"""The time step of large models: sparse factors that serve many steps, turned with the bodies, and small systems for the joints.
+
+With W = c (bh M + gh C + K) at the configuration where it was factored and R the rotation of every body since then,
+
+    W^-1 ~ R W0^-1 R^T.
+
+Joints and configuration-dependent loads touch few unknowns, the interface b: their second derivatives H_b and Jacobian J_b enter
+exactly by a small system with F = (W^-1)_bb,
+
+    [ I + F H_b   F J_b^T ] [ d_b ]   [ y_b ]
+    [ J_b         0       ] [ l   ] = [ g   ],     y = W^-1 r,     d = y - W^-1 E_b (H_b d_b + J_b^T l),
+
+so the factors depend on the bodies alone. Interface unknowns without stiffness and mass (massless frames) get a shift in W that
+H_b takes back. Everything else is the compiled step of `stepping`.
+
+Source (re-use of factors in turning bodies): corotational iteration matrices, e.g. Felippa and Haugen, Comput. Methods Appl. Mech.
+Engrg. 194 (2005) 2285-2335, doi 10.1016/j.cma.2004.07.035.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import lu_factor, lu_solve
+from scipy.sparse import csr_array, diags_array
+from scipy.sparse.linalg import spsolve
+
+from ..bodies.body import Cells
+from ..bodies.laws import Law
+from ..core import direct, krylov
+from ..core.errors import SolverError
+from ..systems import compiled, kernels, sparse
+from ..systems.compiled import Compiled
+from . import stepping
+from .stepping import Method, State, Work
+
+LOOSE = 1e-5  #: relative residual of the multigrid solution, the contraction of the Newton iteration
+EMPTY = 1e-8  #: diagonal of W, relative to the largest, below which an interface unknown counts as massless
+
+
+class Large:
+    """Factors of one model in the course of a run."""
+
+    def __init__(self, model: Compiled) -> None:
+        self.model, system = model, model.system
+        self.dim, self.size = system.dim, system.size
+        self.pairs = np.array(compiled.pair_table(system)[2], dtype=np.int64).reshape(-1, 2)
+        self.turns = whole_vectors(model)
+        self.interface = interface(model, self.turns)
+        self.probes = np.asarray(csr_array(system.probes.matrix)[:, self.interface].toarray())
+        self.bodies = rotation_weights(model) if self.turns else []
+        self.factored = identity_turns(self)
+        self.motions = rigid_motions(model)
+
+    def advance(
+        self,
+        s: State,
+        w: Work,
+        method: Method,
+        signals: np.ndarray,
+        rows: np.ndarray,
+        out: np.ndarray,
+        multipliers: np.ndarray,
+        counters: np.ndarray,
+    ) -> tuple[int, int]:
+        """As `stepping.advance`."""
+        for k in range(len(signals)):
+            stepping.predict(s, w, method)
+            status, last, fresh = stepping.NOT_CONVERGED, 0.0, False
+            for iteration in range(method.iterations):
+                stepping.residual(self.model.arrays, w, method.c, signals[k])
+                if w.kind[0] == 0:
+                    counters[stepping.FACTORISATIONS] += 1
+                    if not self.factorise(w, method):
+                        status = stepping.SINGULAR
+                        break
+                    fresh = True
+                self.solve(w, method, signals[k])
+                norm = stepping.apply(w, method)
+                counters[stepping.ITERATIONS] += 1
+                status = stepping.judge(w, method, iteration, norm, last, fresh)
+                if status != stepping.NOT_CONVERGED:
+                    break
+                last, fresh = norm, fresh and w.kind[0] > 0
+            if status != stepping.DONE:
+                w.kind[0] = 0
+                return status, k
+            stepping.accept(s, w, method)
+            counters[stepping.STEPS] += 1
+            if rows[k] >= 0:
+                stepping.store(s, method.c, rows[k], out, multipliers)
+        return stepping.DONE, len(signals)
+
+    def factorise(self, w: Work, method: Method) -> bool:
+        """Factors of W at the trial state, and the columns of its inverse that belong to the interface."""
+        system, plan = self.model.system, self.model.plan
+        assert plan is not None
+        W = method.bh * csr_array(system.mass) + method.gh * csr_array(system.damping) + csr_array(system.stiffness)
+        W = csr_array(method.c * (W + sparse.tangent(plan, w.x, method.gh)))
+        diagonal = W.diagonal()
+        self.shift = np.where(diagonal[self.interface] < EMPTY * diagonal.max(), np.median(diagonal), 0.0)
+        shift = np.zeros(self.size)
+        shift[self.interface] = self.shift
+        W = csr_array(W + diags_array(shift))
+        try:
+            self.inverse = inverse(W, self.motions)
+        except SolverError:
+            return False
+        self.factored = fitted_turns(self, w.x)
+        columns = np.zeros((len(self.interface), self.size))
+        columns[np.arange(len(self.interface)), self.interface] = 1.0
+        spread = refined(W, self.inverse, columns)
+        self.flexible = np.ascontiguousarray(spread[:, self.interface])
+        self.spread = spread.astype(np.float32)
+        w.kind[0] = 1
+        return True
+
+    def solve(self, w: Work, method: Method, signals: np.ndarray) -> None:
+        """rhs <- KKT^-1 rhs."""
+        n = self.size
+        turns = [now @ then.T for now, then in zip(fitted_turns(self, w.x), self.factored, strict=True)]
+        r = w.rhs[0, :n].copy()
+        turned(self, r, [R.T for R in turns])
+        r = self.inverse.solve(r[None, :])[0]
+        nb, m = len(self.interface), len(w.multipliers)
+        if nb == 0:
+            turned(self, r, turns)
+            w.rhs[0, :n] = r
+            return
+        small = block_turns(self, turns)
+        F = small @ self.flexible @ small.T
+        J = w.Jy @ self.probes
+        H = self.slopes(w, method, signals)
+        A = np.block([[np.eye(nb) + F @ H, F @ J.T], [J, np.zeros((m, m))]])
+        found = lu_solve(
+            lu_factor(A, check_finite=False), np.concatenate([small @ r[self.interface], w.rhs[0, n:]]), check_finite=False
+        )
+        push = H @ found[:nb] + J.T @ found[nb:]
+        r -= (small.T @ push).astype(np.float32) @ self.spread
+        turned(self, r, turns)
+        w.rhs[0, :n] = r
+        w.rhs[0, n:] = found[nb:]
+
+    def slopes(self, w: Work, method: Method, signals: np.ndarray) -> np.ndarray:
+        """Second derivatives of joints and loads on the interface, less the shift."""
+        A = self.model.arrays
+        H = np.zeros(A.pairs.size)
+        kernels.load_slopes(A.forces, A.probes, w.y, w.v, signals, -method.c, method.gh, H)
+        kernels.constraint_slopes(A.terms, w.y, signals, w.multipliers, H)
+        y = np.zeros((len(w.y), len(w.y)))
+        np.add.at(y, (self.pairs[:, 0], self.pairs[:, 1]), H)
+        return np.asarray(self.probes.T @ y @ self.probes - np.diag(self.shift))
+
+
+def whole_vectors(model: Compiled) -> bool:
+    """Whether the unknowns are whole vectors, body by body, so that a rotation can act on them."""
+    lift = csr_array(model.system.lift.matrix)
+    return lift.shape[0] == lift.shape[1] and lift.nnz == lift.shape[0] and bool((lift.diagonal() == 1.0).all())
+
+
+def interface(model: Compiled, whole: bool) -> np.ndarray:
+    """Unknowns read by constraints or by loads that depend on the configuration, in whole vectors where rotations act."""
+    system = model.system
+    terms = system.constraints
+    rows = {int(k) for k in np.concatenate([terms.i, terms.j]) if k >= 0}
+    rows |= {int(k) for pair in compiled.pair_table(system)[2] for k in pair}
+    touched = np.unique(csr_array(system.probes.matrix)[sorted(rows)].indices)
+    if whole:
+        first = np.unique(touched // system.dim) * system.dim
+        touched = (first[:, None] + np.arange(system.dim)).ravel()
+    return touched.astype(np.int64)
+
+
+def rotation_weights(model: Compiled) -> list[tuple[slice, np.ndarray]]:
+    """Coordinates of every surface and G (b, c) = sum w N,k t_k, so that q^T G = sum w r,k t_k^T shows how it has turned."""
+    system, found = model.system, []
+    spans = {name: slice(first, last) for name, first, last in system.coordinates}
+    q, dim = system.lift(system.x0), system.dim
+    for elastic in system.elastic:
+        part = elastic.gather
+        if not isinstance(part, Cells) or part.law not in (Law.MEMBRANE, Law.SHELL):
+            continue
+        p = q if part.spread is None else part.spread @ q
+        nodes, G = part.nodes // dim, np.zeros((len(p) // dim, dim))
+        local = p.reshape(-1, dim)[nodes]
+        for N in part.table[:2]:
+            tangent = np.einsum("pbe,bec->cpe", N, local)
+            np.add.at(G, nodes, np.einsum("pbe,pe,cpe->bec", N, part.section[-1], tangent, optimize=True))
+        G = G if part.spread is None else csr_array(part.spread)[::dim, ::dim].T @ G
+        where = spans[elastic.name]
+        found.append((where, G[where.start // dim : where.stop // dim]))
+    return found
+
+
+def identity_turns(large: Large) -> list[np.ndarray]:
+    return [np.eye(large.dim) for _ in large.bodies]
+
+
+def fitted_turns(large: Large, x: np.ndarray) -> list[np.ndarray]:
+    """Rotation of every body that fits its motion from the reference best (polar decomposition of q^T G)."""
+    found = []
+    for where, G in large.bodies:
+        A = x[where].reshape(-1, large.dim).T @ G
+        if large.dim == 2:
+            c, s = A[0, 0] + A[1, 1], A[1, 0] - A[0, 1]
+            found.append(np.array([[c, -s], [s, c]]) / np.hypot(c, s))
+        else:
+            U, _, V = np.linalg.svd(A)
+            found.append(U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ V))]) @ V)
+    return found
+
+
+def turned(large: Large, r: np.ndarray, turns: list[np.ndarray]) -> None:
+    """r <- R r, vector by vector, in place."""
+    for (where, _), R in zip(large.bodies, turns, strict=True):
+        part = r[where].reshape(-1, large.dim)
+        part[:] = part @ R.T
+
+
+def block_turns(large: Large, turns: list[np.ndarray]) -> np.ndarray:
+    """R on the interface unknowns (nb, nb)."""
+    out = np.eye(len(large.interface))
+    for (where, _), R in zip(large.bodies, turns, strict=True):
+        mine = np.flatnonzero((large.interface >= where.start) & (large.interface < where.stop))
+        if len(mine):
+            out[np.ix_(mine, mine)] = np.kron(np.eye(len(mine) // large.dim), R)
+    return out
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """W^-1 up to a small relative error, and a description for reports."""
+
+    solve: Callable[[np.ndarray], np.ndarray]  #: rows (k, n) -> rows
+    label: str
+
+
+def inverse(W: csr_array, motions: np.ndarray) -> Inverse:
+    """Factors in single precision where they fit into the memory, else conjugate gradients with a multigrid preconditioner."""
+    W.sum_duplicates()
+    tree = direct.analyse(W)
+    if krylov.choose(W.shape[0], direct.entries(tree), krylov.free_memory(), 4.0) == "direct":
+        factors = direct.factor(W, np.float32, tree)
+        label = f"sparse LDL^T with {direct.entries(tree):.3g} numbers in single precision"
+        return Inverse(lambda rows: direct.solve(factors, rows.copy()), label)
+    del tree
+    hierarchy = krylov.multigrid(W, motions, node_size(W))
+    report = hierarchy.report
+    label = f"conjugate gradients, multigrid with {len(report.unknowns)} levels, {report.memory / 2**20:.0f} MiB"
+    return Inverse(lambda rows: np.stack([krylov.solve(hierarchy, row, LOOSE)[0] for row in rows]), label)
+
+
+def node_size(W: csr_array) -> int:
+    """Largest of the sizes 9, 6, 3, 2 in which whole blocks of unknowns share a row pattern; 1 if none."""
+    counts = np.diff(W.indptr)
+    for size in (9, 6, 3, 2):
+        if W.shape[0] % size == 0:
+            first = W.indptr[:-1].reshape(-1, size)
+            same = (counts.reshape(-1, size) == counts[::size, None]).all()
+            if same and all(
+                (W.indices[first[k, 0] :][: counts[size * k]] % size == np.arange(counts[size * k]) % size).all() for k in (0, -1)
+            ):
+                return size
+    return 1
+
+
+def rigid_motions(model: Compiled) -> np.ndarray:
+    """Rigid motions of the whole system in the unknowns (n, 3 or 6), columns of length one."""
+    system = model.system
+    dim, q = system.dim, system.lift(system.x0).reshape(-1, system.dim)
+    fields = [np.outer(system.unit, axis) for axis in np.eye(dim)]
+    spins = [np.cross(axis, np.pad(q, ((0, 0), (0, 3 - dim))))[:, :dim] for axis in np.eye(3)[2 if dim == 2 else 0 :]]
+    B = np.stack([field.ravel() for field in fields + spins], axis=1)
+    lift = csr_array(system.lift.matrix)
+    B = B if lift.shape[0] == lift.shape[1] else spsolve((lift.T @ lift).tocsc(), lift.T @ B)
+    return np.asarray(B / np.linalg.norm(B, axis=0))
+
+
+def refined(W: csr_array, approximate: Inverse, columns: np.ndarray) -> np.ndarray:
+    """W^-1 columns (rows of the array) with three steps of refinement."""
+    x = approximate.solve(columns) if len(columns) else columns
+    for _ in range(3 if len(columns) else 0):
+        x = x + approximate.solve(columns - np.asarray((W @ x.T).T))
+    return x

@@ -1,0 +1,140 @@
+r"""Exact hyper-reduction of planar membranes: the strain energy of all points as one polynomial of the reduced coordinates.
+
+    r,a = J_a x + o_a,   E_ab = (r,a . r,b - delta_ab)/2,   W = sum_p w A/2 (E11^2 + E22^2 + 2 nu E11 E22 + 2 (1 - nu) E12^2)
+
+Strains are quadratic in x, so with z = (1, x) and the products y = (z_a z_b), a <= b, every point contributes three squares:
+
+    W = 1/2 sum_p |s_p . y|^2 = 1/2 y^T P y,    P = sum_p s_p s_p^T
+    s = sqrt(w A (1 + nu)/2) (E11 + E22),   sqrt(w A (1 - nu)/2) (E11 - E22),   sqrt(2 w A (1 - nu)) E12
+
+Entries of P that belong to the same monomial are added (systems.quartic). Nothing is sampled or trained: forces agree with those of
+all points up to round-off, at a cost that depends on the number of modes alone. W is proportional to E and t.
+
+Rotations cancel between monomials, so that the round-off of a force is that of its largest monomials, about 1e-16 A times the norm
+of the modes, however small the strains are: `floor` estimates it.
+Tensors of a polynomial energy: J. Barbic, D. L. James, ACM Trans. Graph. 24 (2005) 982-990, doi 10.1145/1073204.1073300.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import comb
+
+import numpy as np
+from scipy.linalg.blas import dsyrk
+
+from ..bodies.laws import Law
+from ..core.errors import InputError, say
+from ..systems import quartic
+from ..systems.quartic import Quartic
+from ..systems.system import Sampled
+
+BLOCK = 256  #: points whose strains are formed at once
+
+
+def build(sampled: Sampled, beta: float = 0.0, name: str = "membrane") -> Quartic:
+    """The polynomial of all points of a reduced planar membrane; `name` is the body's in messages, `beta` its damping time [s]."""
+    check(sampled, beta, name)
+    return Quartic(fold(energy_matrix(sampled)), sampled.columns)
+
+
+def check(sampled: Sampled, beta: float, name: str) -> None:
+    """Only elastic membranes with two coordinates have a quartic energy."""
+    where = f"exact polynomial of body '{name}'"
+    if sampled.law is not Law.MEMBRANE:
+        raise InputError(say(where, "the planar membrane law", f"the law {sampled.law.name}", "take ECSW"))
+    if beta > 0.0:
+        raise InputError(say(where, "no stiffness-proportional damping", f"beta = {beta:.3g} s", "take ECSW, or beta = 0"))
+    if len(sampled.offset) != 4 * sampled.section.shape[2]:
+        got = f"{len(sampled.offset)} for {sampled.section.shape[2]} points"
+        raise InputError(say(where, "4 rows a point", got, "spatial membranes have 6"))
+    if np.abs(sampled.section[1]).max() >= 1.0 or min(sampled.section[0].min(), sampled.section[2].min()) < 0.0:
+        remedy = "check material and quadrature"
+        raise InputError(say(where, "|nu| < 1, stiffness and weights not negative", "others", remedy))
+
+
+def energy_matrix(sampled: Sampled) -> np.ndarray:
+    """P (m, m), its lower triangle; blocks of points are summed with compensation, so that P is as good as one block."""
+    points = sampled.section.shape[2]
+    fields = np.concatenate([sampled.offset[:, None], sampled.jets], axis=1).reshape(4, points, -1)
+    size = fields.shape[2]
+    P = np.zeros((size * (size + 1) // 2,) * 2, order="F")
+    lost = np.zeros_like(P)
+    for first in range(0, points, BLOCK):
+        part = slice(first, first + BLOCK)
+        lost = dsyrk(1.0, strain_rows(fields[:, part], sampled.section[:, 0, part]).T, beta=-1.0, c=lost, lower=1, overwrite_c=1)
+        total = P + lost
+        lost = (total - P) - lost
+        P = total
+    return P
+
+
+def strain_rows(fields: np.ndarray, section: np.ndarray) -> np.ndarray:
+    """The three rows s of every point (3 p, m) from z -> r,1x r,1y r,2x r,2y (4, p, n) and A, nu, weight (3, p)."""
+    a, b = pairs(fields.shape[2])
+    half = np.where(a == b, 0.5, 1.0)
+
+    def product(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(u z)(v z)/2 as a row in y."""
+        return half * 0.5 * (u[:, a] * v[:, b] + u[:, b] * v[:, a])
+
+    x1, y1, x2, y2 = fields
+    E11, E22, E12 = product(x1, x1) + product(y1, y1), product(x2, x2) + product(y2, y2), product(x1, x2) + product(y1, y2)
+    E11[:, 0] -= 0.5
+    E22[:, 0] -= 0.5
+    A, nu, weight = section
+    scale = weight * A
+    return np.concatenate(
+        [
+            np.sqrt(0.5 * scale * (1.0 + nu))[:, None] * (E11 + E22),
+            np.sqrt(0.5 * scale * (1.0 - nu))[:, None] * (E11 - E22),
+            np.sqrt(2.0 * scale * (1.0 - nu))[:, None] * E12,
+        ]
+    )
+
+
+def pairs(size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Indices a <= b of the products y (m,) of z (size,)."""
+    b, a = np.tril_indices(size)
+    return a, b
+
+
+def fold(P: np.ndarray) -> np.ndarray:
+    """Coefficients of the monomials of y^T P y / 2, from the lower triangle of P (m, m)."""
+    size = (int(np.sqrt(8 * len(P) + 1)) - 1) // 2
+    a, b = pairs(size)
+    place = starts(size)
+    out = quartic.aligned(quartic.length(size - 1))
+    for k in range(len(P)):
+        one = np.broadcast_to([[a[k]], [b[k]]], (2, k + 1))
+        i0, i1, c, d = np.sort(np.concatenate([one, [a[: k + 1], b[: k + 1]]]), axis=0)
+        values = P[k, : k + 1].copy()
+        values[k] *= 0.5
+        np.add.at(out, place[c, d] + i1 * (i1 + 1) // 2 + i0, values)
+    return out
+
+
+def starts(size: int) -> np.ndarray:
+    """Where the row (c, d) of the coefficients starts, (size, size) for c <= d."""
+    width = [int(quartic.padded((c + 1) * (c + 2) // 2)) for c in range(size)]
+    first = np.concatenate([[0], np.cumsum([(size - c) * width[c] for c in range(size)])])
+    return np.array([[first[c] + (d - c) * width[c] for d in range(size)] for c in range(size)])
+
+
+def scaled(polynomial: Quartic, factor: float) -> Quartic:
+    """The polynomial of another Young's modulus or thickness: energies and forces times `factor`."""
+    out = quartic.aligned(len(polynomial.coefficients))
+    out[:] = factor * polynomial.coefficients
+    return replace(polynomial, coefficients=out)
+
+
+def floor(polynomial: Quartic, x: np.ndarray) -> np.ndarray:
+    """Eight roundings (three in z z z, five in a coefficient) of the sum of all magnitudes in the force at x (r,), (r,) [N]."""
+    out, work = np.zeros(polynomial.modes), np.zeros(quartic.work_length(polynomial.modes))
+    quartic.add_force(np.abs(polynomial.coefficients), np.abs(x), work, out)
+    return 4.0 * np.finfo(float).eps * out
+
+
+def multiplications(modes: int) -> int:
+    """Multiplications of a force: two for each monomial, and four passes over the products y."""
+    return 2 * comb(modes + 4, 4) + 4 * comb(modes + 2, 2)

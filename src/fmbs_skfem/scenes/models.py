@@ -1,0 +1,15 @@
+"""What all models of a scene share: they are frozen and refuse unknown keys."""
+
+from __future__ import annotations
+
+from typing import Annotated, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field, StrictInt
+
+Count: TypeAlias = Annotated[StrictInt, Field(ge=1, le=1_000_000)]
+
+
+class Model(BaseModel):
+    """A frozen mapping with known keys."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True, protected_namespaces=())

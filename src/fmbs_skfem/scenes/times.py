@@ -1,0 +1,45 @@
+"""Times of a scene as numbers of steps: states that are kept and states that are snapshots."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..core.errors import InputError, say
+from .plate_fields import Spans
+
+NEAR = 1e-6  #: difference from a whole number of steps, relative to the time, that is round-off
+
+
+def whole(time: float, step: float) -> int | None:
+    """The number of steps that a time lasts; None where it is not a whole number of them."""
+    count = round(time / step)
+    return count if count >= 1 and abs(count * step - time) <= NEAR * time else None
+
+
+def numbers(spans: Spans, step: float, duration: float) -> np.ndarray:
+    """Numbers of the steps, 0 first, at which spans of time ask for a state; the last span lasts to the end."""
+    end = round(duration / step)
+    parts, begin = [np.zeros(1, np.int64)], 0
+    for k, span in enumerate(spans):
+        stride = whole(span.every, step)
+        if stride is None:
+            raise InputError(say("every", f"a multiple of the step {step:g} s", f"{span.every:g} s"))
+        until = end if span.until is None or k == len(spans) - 1 else min(end, round(span.until / step))
+        parts.append(np.arange(begin + stride, until + 1, stride))
+        begin = max(begin, until)
+    return np.concatenate(parts)
+
+
+def kept(every: int | Spans, step: float, duration: float) -> int | np.ndarray:
+    """What `dynamics.integrate` takes as `every`; with spans the last step is always kept."""
+    return every if isinstance(every, int) else np.union1d(numbers(every, step, duration), round(duration / step))
+
+
+def snapshots(interval: float | Spans, step: float, duration: float) -> np.ndarray:
+    """Numbers of the steps, 0 first, whose states are snapshots."""
+    if not isinstance(interval, tuple):
+        stride = whole(interval, step)
+        if stride is None:
+            raise InputError(say("reduction.snapshots", f"a multiple of the step {step:g} s", f"{interval:g} s"))
+        return np.arange(0, round(duration / step) + 1, stride)
+    return numbers(interval, step, duration)

@@ -1,0 +1,256 @@
+r"""Gradient-deficient ANCF plates of 36 coordinates on quads whose edges are straight or circular arcs.
+
+    r(xi) = sum_v Phi_v0 r_v + Phi_v1 r_v,xi + Phi_v2 r_v,eta,        r_v,xi = x_xi r_v,X + y_xi r_v,Y,   likewise eta
+
+with the nodal coordinates r, r_X, r_Y (functions 3 i, 3 i + 1, 3 i + 2 of node i), the tangents (x_xi, y_xi), (x_eta, y_eta) of the
+reference shape at vertex v and the twelve functions Phi of {1, x, y, .., y^3, x^3 y, x y^3} on the parent square (A. Adini,
+R. W. Clough, NSF report G7337, 1961; ANCF: K. Dufva, A. A. Shabana, Proc. IMechE K 219, 2005, doi:10.1243/146441905X50678).
+
+Edges are cubic Hermite lines of their end coordinates, so r is continuous and r = X, r_X = e_x, r_Y = e_y is the curved reference
+shape itself: constant membrane strains are exact on any mesh. Slopes across edges agree at nodes only.
+
+An edge of angle theta on a circle about c has the tangents 4 tan(theta / 4) z x (X_v - c); the radius is exact at both ends and in
+the middle and elsewhere too large by at most 2/27 R sin^6(theta/4) / cos^2(theta/4), 3.3e-8 R at 20 degrees (M. Goldapp, Comput.
+Aided Geom. Des. 8, 1991, doi:10.1016/0167-8396(91)90007-X). Tangents as long as the arc would err by R theta^4 / 384.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.errors import InputError, closest, say
+from . import groups, plate_audit
+from . import surface as surfaces
+from .groups import Groups
+from .surface import DERIVATIVES, VERTICES, Parent, Surface
+from .table import Floats, Ints
+
+ORDER = 3  #: Gauss points a direction; two leave modes without energy
+ON_CIRCLE = 1e-6  #: distance from a circle, relative to its radius, below which a node lies on it [-]
+STRAIGHT = 1e-9  #: width of a set of nodes, relative to its length, below which it is a straight line [-]
+WIDEST = 5.0 / 6.0 * np.pi  #: largest angle of one edge on a circle [rad]
+ROUND = 5.0 / 18.0 * np.pi  #: largest angle of one edge on a circle that is found without being named [rad]
+FLAT = 1e-9  #: sine of the smallest angle between the two tangents at a vertex [-]
+BLOCK = 4096  #: points evaluated together
+
+POWERS = np.array([(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (3, 1), (1, 3)])
+ORDERS = np.array([(0, 0), (1, 0), (0, 1), (2, 0), (0, 2), (1, 1)])
+#: d^n/dx^n x^i = FACTOR[n, i] x^EXPONENT[n, i]
+FACTOR = np.array([[1.0, 1.0, 1.0, 1.0], [0.0, 1.0, 2.0, 3.0], [0.0, 0.0, 2.0, 6.0]])
+EXPONENT = np.maximum(np.arange(4) - np.arange(3)[:, None], 0)
+#: side and end (0 first, 1 last vertex of the side) that give the tangents in xi and eta at every vertex, and their signs
+TANGENT_SIDE = np.array([[0, 3], [0, 1], [2, 1], [2, 3]])
+TANGENT_END = np.array([[0, 1], [1, 0], [0, 1], [1, 0]])
+TANGENT_SIGN = np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
+
+
+@dataclass(frozen=True, eq=False)
+class Plate:
+    """The tangents of the reference shape, which turn nodal gradients into slopes of the parent square."""
+
+    tangents: Floats  #: (e, 4, 2, 2) vertex, direction xi or eta, component [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """Edges on a circle."""
+
+    center: Floats  #: (2,) [m]
+    radius: float  #: [m]
+    edges: Ints  #: (i, 2) node ids
+
+
+def _monomials(xi: Floats) -> Floats:
+    """Derivatives (x, 6, 12) of the monomials x^i y^j of POWERS at the points xi (x, 2)."""
+    powers = np.stack([np.ones_like(xi), xi, xi**2, xi**3], axis=-1)
+    single = FACTOR * powers[..., EXPONENT]
+    i, j = POWERS.T
+    m, n = ORDERS[:, :, None].transpose(1, 0, 2)
+    return np.asarray(single[:, 0, m, i] * single[:, 1, n, j])
+
+
+#: (12 monomials, 12 functions) of the parent square, vertex by vertex Phi_v0, Phi_v1, Phi_v2: whole numbers
+COEFFICIENTS = np.round(np.linalg.inv(_monomials(VERTICES[Parent.SQUARE])[:, :3].reshape(12, 12)))
+
+
+@surfaces.basis.register
+def _(space: Plate, cell: Ints, xi: Floats) -> Floats:
+    values = np.empty((len(cell), DERIVATIVES, 4, 3))
+    for start in range(0, len(cell), BLOCK):
+        part = slice(start, start + BLOCK)
+        parent = (_monomials(xi[part]) @ COEFFICIENTS).reshape(-1, DERIVATIVES, 4, 3)
+        values[part, :, :, 0] = parent[..., 0]
+        slopes = parent[..., 1:].transpose(0, 2, 1, 3) @ space.tangents[cell[part]]
+        values[part, :, :, 1:] = slopes.transpose(0, 2, 1, 3)
+    return values.reshape(len(cell), DERIVATIVES, 12)
+
+
+# ------------------------------------------------------------------------------------------------------------- surfaces
+def surface(
+    points: ArrayLike,
+    quads: ArrayLike,
+    arcs: Iterable[Arc] = (),
+    point_groups: Groups | None = None,
+    edge_groups: Groups | None = None,
+    face_groups: Groups | None = None,
+) -> Surface:
+    """The plate on anticlockwise quads (e, 4) of the points (n, 2) whose edges on `arcs` are curved; groups as in `groups`."""
+    places, cells = groups.flat_mesh("ancf_plate.surface", points, quads, Parent.SQUARE)
+    tangents = _tangents(places, cells, arcs)
+    _check_corners(places, cells, tangents)
+    count = len(places)
+    reference = np.empty((count, 3, 2))
+    reference[:, 0], reference[:, 1:] = places, np.eye(2)
+    result = Surface(
+        Plate(tangents),
+        Parent.SQUARE,
+        (3 * cells[:, :, None] + np.arange(3)).reshape(len(cells), 12),
+        reference.reshape(3 * count, 2),
+        np.tile([1.0, 0.0, 0.0], count),
+        ORDER,
+        *groups.named(cells, point_groups, edge_groups, face_groups),
+    )
+    _check_folds(result, cells)
+    return result
+
+
+# ------------------------------------------------------------------------------------------------------------- tangents
+def _tangents(points: Floats, cells: Ints, arcs: Iterable[Arc]) -> Floats:
+    """Tangents (e, 4, 2, 2) in xi and eta at every vertex: of the chord, or of the arc that the edge lies on."""
+    ends = plate_audit.sides(cells)
+    chords = points[ends[:, :, 1]] - points[ends[:, :, 0]]
+    along = np.stack([chords, chords], axis=2)
+    keys = plate_audit.side_keys(ends, len(points))
+    for arc in arcs:
+        edges = groups.ids("ancf_plate.Arc.edges", arc.edges, len(points), columns=2)
+        wanted = plate_audit.side_keys(edges, len(points))
+        groups.require_sides("ancf_plate.Arc.edges", edges, np.isin(wanted, keys))
+        found = np.isin(keys, wanted)
+        along[found] = _arc_tangents(points, ends[found], arc)
+    return TANGENT_SIGN[..., None] * along[:, TANGENT_SIDE, TANGENT_END]
+
+
+def _angles(radii: Floats) -> Floats:
+    """Signed angle between the radius vectors (i, 2 ends, 2) of edges on a circle."""
+    a, b = radii[:, 0], radii[:, 1]
+    return np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], np.sum(a * b, axis=1))
+
+
+def _arc_tangents(points: Floats, ends: Ints, arc: Arc) -> Floats:
+    """4 tan(theta / 4) z x (X - c) at both ends (i, 2, 2) of edges given by their nodes (i, 2)."""
+    radii = points[ends] - arc.center
+    error = np.abs(np.linalg.norm(radii, axis=2) / arc.radius - 1.0)
+    if error.max() > ON_CIRCLE:
+        node = ends.ravel()[np.argmax(error)]
+        got = f"node {node} at {_place(points[node])}, {error.max():.1e} of the radius away"
+        circle = f"nodes on the circle of radius {arc.radius:g} about {_place(arc.center)}"
+        raise InputError(say("ancf_plate.Arc", circle, got, "fit the circle with circle_through"))
+    angles = _angles(radii)
+    if np.abs(angles).max() > WIDEST:
+        a, b = ends[np.argmax(np.abs(angles))]
+        got = f"{np.degrees(np.abs(angles).max()):.0f} degrees between the nodes {a} and {b}"
+        raise InputError(say("ancf_plate.Arc", f"edges of at most {np.degrees(WIDEST):.0f} degrees", got, "refine the mesh"))
+    turned = np.stack([-radii[..., 1], radii[..., 0]], axis=-1)
+    return np.asarray(4.0 * np.tan(angles / 4.0)[:, None, None] * turned)
+
+
+def _place(point: Floats) -> str:
+    return f"({point[0]:g}, {point[1]:g})"
+
+
+def _sines(tangents: Floats) -> Floats:
+    """Sine (e, 4) of the angle from the tangent in xi to the tangent in eta."""
+    lengths = np.linalg.norm(tangents, axis=3)
+    area = tangents[:, :, 0, 0] * tangents[:, :, 1, 1] - tangents[:, :, 0, 1] * tangents[:, :, 1, 0]
+    return np.asarray(area / np.maximum(lengths.prod(axis=2), np.finfo(float).tiny))
+
+
+def _check_corners(points: Floats, cells: Ints, tangents: Floats) -> None:
+    """Every corner turns left by more than nothing and less than 180 degrees."""
+    wrong = _sines(tangents) <= FLAT
+    if not wrong.any():
+        return
+    bad = np.flatnonzero(wrong.any(axis=1))
+    cell = bad[0]
+    straight = _sines(_tangents(points, cells[[cell]], ()))[0]
+    kinds = (
+        ((straight > FLAT).all(), "too strongly curved", "refine the mesh there; no two edges of a cell may lie on one circle"),
+        ((straight < -FLAT).all(), "clockwise", "reverse its nodes"),
+        ((np.abs(straight) <= FLAT).any(), "degenerate", "its corners need angles between 0 and 180 degrees"),
+        (((straight < 0).sum() == 2), "bow-tie", "order its nodes around the cell"),
+        (True, "concave", "move its nodes"),
+    )
+    kind, remedy = next((kind, remedy) for found, kind, remedy in kinds if found)
+    nodes = ", ".join(f"{node} {_place(points[node])}" for node in cells[cell])
+    got = f"the {kind} cell {cell} with the nodes {nodes}; cells {groups.listed(bad)}"
+    raise InputError(say("ancf_plate.surface: cells", "convex anticlockwise cells", got, remedy))
+
+
+def _check_folds(result: Surface, cells: Ints) -> None:
+    """The area element is positive at every quadrature point."""
+    for start in range(0, len(cells), BLOCK):
+        part = np.arange(start, min(start + BLOCK, len(cells)))
+        xi, _ = surfaces.quadrature(Parent.SQUARE, ORDER)
+        rows = surfaces.basis(result.space, np.repeat(part, len(xi)), np.tile(xi, (len(part), 1)))[:, 1:3]
+        nodal = result.reference[result.nodes[part]].repeat(len(xi), axis=0)
+        folded = (np.linalg.det(rows @ nodal) <= 0.0).reshape(len(part), -1).any(axis=1)
+        if folded.any():
+            cell = part[np.argmax(folded)]
+            got = f"the folded cell {cell} with the nodes {groups.listed(cells[cell])}"
+            raise InputError(say("ancf_plate.arcs", "arcs that leave every cell its area", got, "refine the mesh there"))
+
+
+# -------------------------------------------------------------------------------------------------------------- circles
+def circle_through(points: ArrayLike) -> tuple[Floats, float]:
+    """Center (2,) and radius of the circle through the points (i, 2): least squares of |x|^2 - 2 c.x = R^2 - |c|^2."""
+    where = "ancf_plate.circle_through"
+    places = np.asarray(points, dtype=float)
+    if places.ndim != 2 or places.shape[1] != 2 or len(places) < 3 or not np.isfinite(places).all():
+        raise InputError(say(where, "at least three finite points (i, 2)", f"shape {places.shape}", "give the nodes of an arc"))
+    mean = places.mean(axis=0)
+    size = np.abs(places - mean).max()
+    local = (places - mean) / (size or 1.0)
+    spread = np.linalg.svd(local, compute_uv=False)
+    if spread[1] <= STRAIGHT * spread[0] or size == 0.0:
+        raise InputError(say(where, "points on a circle", "points on a straight line", "leave their edges straight"))
+    (a, b, c), *_ = np.linalg.lstsq(np.column_stack([2.0 * local, np.ones(len(local))]), np.sum(local**2, axis=1))
+    center, radius = mean + size * np.array([a, b]), float(size * np.sqrt(c + a**2 + b**2))
+    distance = np.abs(np.linalg.norm(places - center, axis=1) - radius)
+    if distance.max() > ON_CIRCLE * radius:
+        worst = int(np.argmax(distance))
+        got = f"point {worst} at {_place(places[worst])}, {distance[worst] / radius:.1e} of the radius {radius:g} m away from it"
+        raise InputError(say(where, "points on a circle", got, "name the nodes of one arc only"))
+    return center, radius
+
+
+def arcs_of(points: ArrayLike, edge_groups: Groups, names: Iterable[str] | None = None) -> list[Arc]:
+    """An arc for each named group of edges; without names, for each group whose nodes lie on one circle.
+
+    Without names a group needs at least four nodes and no edge beyond 50 degrees, so that the corners of a rectangle or hexagon,
+    which lie on a circle too, stay corners.
+    """
+    places = np.asarray(points, dtype=float)
+    arcs = []
+    for name in edge_groups if names is None else names:
+        if name not in edge_groups:
+            known = ", ".join(sorted(edge_groups)) or "none"
+            remedy = f"use one of the groups {known}{closest(name, edge_groups)}"
+            raise InputError(say("ancf_plate.arcs_of", "a group of edges", repr(name), remedy))
+        edges = groups.ids(f"edge group {name!r}", edge_groups[name], len(places), columns=2)
+        try:
+            center, radius = circle_through(places[np.unique(edges)])
+        except InputError as error:
+            if names is None:
+                continue
+            raise InputError(f"edge group {name!r}: {error}") from None
+        if names is not None or _is_round(places[edges] - center, len(np.unique(edges))):
+            arcs.append(Arc(center, radius, edges))
+    return arcs
+
+
+def _is_round(radii: Floats, nodes: int) -> bool:
+    return nodes >= 4 and bool(np.abs(_angles(radii)).max() <= ROUND)

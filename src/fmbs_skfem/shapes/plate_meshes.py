@@ -1,0 +1,260 @@
+"""Meshes of plates and shells: read and audited, written, exchanged with scikit-fem.
+
+    read: file -> points (n,3) [m], cells (e,4) or (e,3), groups of points, edges and faces by name
+
+Files are gmsh `.msh` (2.2 or 4.1; groups are its physical groups of points, curves and surfaces, unnamed ones are called `tag_n`)
+or VTK `.vtu` (groups are arrays of zeros and ones, see `vtu`: on points a point group, on line cells an edge group, on triangles or
+quads a face group). What comes out of `read` is one piece of convex cells, all quads or all triangles, that meet side to side and
+turn the same way (`plate_audit`); whatever is dropped or turned on the way is told by a `Notice`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from ..core import errors
+from ..core.notices import notify
+from . import meshes, plate_audit, vtu
+from .msh import Cells, Floats, Ints, Raw
+
+Kind = Literal["point", "edge", "face"]
+
+_NAMES = {3: "triangle", 4: "quad"}  #: nodes of a cell -> meshio's name
+
+
+@dataclass(frozen=True, eq=False)
+class PlateMesh:
+    """Straight-sided cells, all quads or all triangles."""
+
+    points: Floats  #: (n,3) [m]
+    cells: Ints  #: (e,4) or (e,3) node ids, counter-clockwise seen from above
+    point_groups: dict[str, Ints] = field(default_factory=dict)  #: name -> (i,) node ids
+    edge_groups: dict[str, Ints] = field(default_factory=dict)  #: name -> (i,2) node pairs, border ones along their cell
+    face_groups: dict[str, Ints] = field(default_factory=dict)  #: name -> (i,) cell ids
+    path: Path | None = None  #: the file it was read from
+
+
+def read(path: Path | str, planar: bool, face: str | None = None) -> PlateMesh:
+    """The audited mesh in a `.msh` or `.vtu` file, or the part of it that a face group names.
+
+    A planar body asks for a mesh in a plane z = constant. InputError names the file, and the ids and positions of what is wrong.
+    """
+    path = Path(path)
+    where = f"mesh {path}"
+    return _audited(meshes.load(path, where), where, path, planar, face)
+
+
+def write(mesh: PlateMesh, path: Path | str) -> None:
+    """Write a `.msh` file (gmsh 2.2, binary; cells ordered by group) or a `.vtu` file; `read` returns the same mesh."""
+    path = Path(path)
+    where = f"mesh {path}"
+    names = [*mesh.point_groups, *mesh.edge_groups, *mesh.face_groups]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise errors.InputError(errors.say(where, "different names for point, edge and face groups", f"{twice}", "rename one"))
+    meshes.export(path, where, names, {".msh": lambda: _as_msh(mesh), ".vtu": lambda: _as_vtu(mesh)})
+
+
+def from_skfem(mesh: Any, planar: bool = True) -> PlateMesh:
+    """The audited mesh of a scikit-fem MeshQuad or MeshTri: its boundaries are edge groups, its subdomains face groups.
+
+    The order of nodes in scikit-fem says nothing about sides up and down: cells are turned counter-clockwise without a notice.
+    """
+    cells = np.asarray(mesh.t, np.int64).T
+    if cells.shape[1] not in _NAMES or mesh.p.shape[0] != 2:
+        got = f"a {type(mesh).__name__} in {mesh.p.shape[0]} dimensions"
+        raise errors.InputError(errors.say("from_skfem", "a planar MeshQuad or MeshTri of first order", got))
+    points = np.column_stack([mesh.p.T, np.zeros(mesh.p.shape[1])])
+    _, normal = plate_audit.corner_sines(points, cells)
+    cells = np.where(normal[:, 2:] < 0, plate_audit.reversed_cells(cells), cells)
+    edges = {name: mesh.facets[:, np.asarray(ids)].T.astype(np.int64) for name, ids in (mesh.boundaries or {}).items()}
+    faces = {name: np.asarray(ids, np.int64) for name, ids in (mesh.subdomains or {}).items()}
+    return audit(PlateMesh(points, cells, {}, edges, faces), planar)
+
+
+def to_skfem(mesh: PlateMesh) -> Any:
+    """A scikit-fem MeshQuad or MeshTri in x and y with the edge groups as boundaries and the face groups as subdomains.
+
+    scikit-fem has no groups of points.
+    """
+    import skfem
+
+    z = mesh.points[:, 2]
+    if np.ptp(z) > plate_audit.CLOSE * np.ptp(mesh.points, axis=0).max():
+        where, got = f"mesh {mesh.path or 'in memory'}", f"z from {z.min():.6g} to {z.max():.6g}"
+        raise errors.InputError(errors.say(where, "a plane mesh for scikit-fem", got))
+    kind = skfem.MeshQuad if mesh.cells.shape[1] == 4 else skfem.MeshTri
+    out = kind(np.ascontiguousarray(mesh.points[:, :2].T), np.ascontiguousarray(mesh.cells.T))
+    keys = plate_audit.side_keys(out.facets.T, len(mesh.points))
+    order = np.argsort(keys)
+    edges = {
+        name: order[np.searchsorted(keys[order], plate_audit.side_keys(pairs, len(mesh.points)))]
+        for name, pairs in mesh.edge_groups.items()
+    }
+    return out.with_boundaries(edges).with_subdomains(mesh.face_groups)
+
+
+def audit(mesh: PlateMesh, planar: bool) -> PlateMesh:
+    """A mesh made in memory, checked as if it came from a file."""
+    where = f"mesh {mesh.path or 'in memory'}"
+    if mesh.cells.ndim != 2 or mesh.cells.shape[1] not in _NAMES or mesh.points.ndim != 2 or mesh.points.shape[1] != 3:
+        got = f"points {mesh.points.shape}, cells {mesh.cells.shape}"
+        raise errors.InputError(errors.say(where, "points (n, 3) and cells (e, 3) or (e, 4)", got))
+    lines = np.concatenate([np.zeros((0, 2), np.int64), *mesh.edge_groups.values()])
+    ends = np.cumsum([0, *(len(pairs) for pairs in mesh.edge_groups.values())])
+    edges = {name: np.arange(a, b) for name, a, b in zip(mesh.edge_groups, ends, ends[1:], strict=False)}
+    cells = {width: Cells(np.zeros((0, width), np.int64), np.zeros(0, np.int64), {}) for width in _NAMES}
+    cells[mesh.cells.shape[1]] = Cells(mesh.cells, np.arange(len(mesh.cells)), mesh.face_groups)
+    raw = Raw(
+        points=mesh.points,
+        numbers=np.arange(len(mesh.points)),
+        point_groups=mesh.point_groups,
+        lines=Cells(lines, np.arange(len(lines)), edges),
+        triangles=cells[3],
+        quads=cells[4],
+        kinds={_NAMES[width]: len(part.nodes) for width, part in cells.items()},
+    )
+    return _audited(raw, where, mesh.path, planar, None)
+
+
+def _as_msh(mesh: PlateMesh) -> Any:
+    """Physical groups: each cell is written once for every group it belongs to, as gmsh does."""
+    import meshio
+
+    face = _NAMES[mesh.cells.shape[1]]
+    free = np.setdiff1d(np.arange(len(mesh.cells)), np.concatenate([[], *mesh.face_groups.values()]))
+    named = [("vertex", 0, name, ids[:, None]) for name, ids in mesh.point_groups.items()]
+    named += [("line", 1, name, pairs) for name, pairs in mesh.edge_groups.items()]
+    named += [(face, 2, name, mesh.cells[ids]) for name, ids in mesh.face_groups.items()]
+    names = {name: np.array([tag, dimension]) for tag, (_, dimension, name, _) in enumerate(named, 1)}
+    blocks = [(kind, cells, tag) for tag, (kind, _, _, cells) in enumerate(named, 1) if len(cells)]
+    blocks += [(face, mesh.cells[free], 0)] if len(free) else []
+    tags = [np.full(len(cells), tag) for _, cells, tag in blocks]
+    cell_data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
+    return meshio.Mesh(mesh.points, [block[:2] for block in blocks], cell_data=cell_data, field_data=names)
+
+
+def _as_vtu(mesh: PlateMesh) -> Any:
+    """Faces, then each edge of a group once; marks of a face group are zero on lines and the other way round."""
+    import meshio
+
+    pairs = np.concatenate([np.zeros((0, 2), np.int64), *mesh.edge_groups.values()])
+    _, first, same = np.unique(plate_audit.side_keys(pairs, len(mesh.points)), return_index=True, return_inverse=True)
+    ends = np.cumsum([0, *(len(part) for part in mesh.edge_groups.values())])
+    edges = {name: same[a:b] for name, a, b in zip(mesh.edge_groups, ends, ends[1:], strict=False)}
+    on_faces, on_edges = vtu.marks(mesh.face_groups, len(mesh.cells)), vtu.marks(edges, len(first))
+    none = np.zeros(len(mesh.cells), np.uint8), np.zeros(len(first), np.uint8)
+    data = {name: [on_faces.get(name, none[0]), on_edges.get(name, none[1])] for name in [*on_faces, *on_edges]}
+    blocks = [(_NAMES[mesh.cells.shape[1]], mesh.cells), ("line", pairs[first])]
+    return meshio.Mesh(mesh.points, blocks, point_data=vtu.marks(mesh.point_groups, len(mesh.points)), cell_data=data)
+
+
+def group(mesh: PlateMesh, name: str, kind: Kind) -> Ints:
+    """A group: node ids (i,) of points, node pairs (i,2) of edges, cell ids (i,) of faces."""
+    kinds: dict[Kind, dict[str, Ints]] = {"point": mesh.point_groups, "edge": mesh.edge_groups, "face": mesh.face_groups}
+    if name in kinds[kind]:
+        return kinds[kind][name]
+    other = "".join(f", which is a group of {word}s" for word, groups in kinds.items() if name in groups)
+    present = f"{kind} groups present: {', '.join(sorted(kinds[kind])) or 'none'}" + errors.closest(name, kinds[kind])
+    where = f"mesh {mesh.path or 'in memory'}"
+    raise errors.InputError(errors.say(where, f"the name of a group of {kind}s", f"'{name}'{other}", present))
+
+
+def border(mesh: PlateMesh) -> Ints:
+    """Node pairs (i,2) of all sides at the border, each along its cell."""
+    return plate_audit.border(mesh.cells, len(mesh.points))[0]
+
+
+def quality(mesh: PlateMesh) -> Floats:
+    """Least corner sine (e,) of each cell, the scaled Jacobian: 1 for a rectangle, 0.87 for an equilateral triangle."""
+    return np.asarray(plate_audit.corner_sines(mesh.points, mesh.cells)[0].min(axis=1))
+
+
+def area(mesh: PlateMesh) -> Floats:
+    """Areas (e,) [m^2] of the cells: half the length of the sum of x_i x x_{i+1} about the first vertex."""
+    x = mesh.points[mesh.cells] - mesh.points[mesh.cells[:, :1]]
+    return np.asarray(0.5 * np.linalg.norm(np.cross(x[:, 1:-1], x[:, 2:]).sum(axis=1), axis=1))
+
+
+def _audited(raw: Raw, where: str, path: Path | None, planar: bool, face: str | None) -> PlateMesh:
+    """Check what the file says; keep each cell once, and the points that cells use."""
+    part = _faces(raw, where)
+    meshes.check_points(raw, where)
+    cells = meshes.rows(raw, part.nodes, where, "cells", part.numbers)
+    _check_vertices(part, cells, where)
+    kept, faces = meshes.once(raw, part, cells, where)
+    unused = np.setdiff1d(np.arange(len(raw.points)), cells)
+    if len(unused):
+        notify(f"{where}: {len(unused)} points that no cell uses are dropped: {meshes.listed(raw, unused)}")
+    whole = PlateMesh(raw.points, cells[kept], face_groups=faces, path=path)
+    if face is not None:
+        chosen = group(whole, face, "face")
+        faces = {name: np.flatnonzero(np.isin(chosen, ids)) for name, ids in faces.items()}
+        faces, kept = {name: ids for name, ids in faces.items() if len(ids)}, kept[chosen]
+    used, compact = np.unique(cells[kept], return_inverse=True)
+    compact = compact.reshape(len(kept), -1).astype(np.int64)
+    subject = plate_audit.Subject(where, raw.points[used], compact, raw.numbers[used], part.numbers[kept])
+    compact = plate_audit.check(subject, planar)
+    points = {name: np.unique(meshes.rows(raw, ids, where, f"point group '{name}'")) for name, ids in raw.point_groups.items()}
+    points = {name: np.searchsorted(used, ids[np.isin(ids, used)]) for name, ids in points.items()}
+    edges = _edges(raw, where, used, compact, strict=face is None)
+    if face is None:
+        for name in [name for groups in (points, edges, faces) for name, ids in groups.items() if not len(ids)]:
+            notify(f"{where}: group '{name}' is named but has no members in the mesh, and is dropped")
+    points, edges, faces = ({name: ids for name, ids in groups.items() if len(ids)} for groups in (points, edges, faces))
+    return PlateMesh(raw.points[used], compact, points, edges, faces, path)
+
+
+def _faces(raw: Raw, where: str) -> Cells:
+    """The triangles or the quads of a file, whichever there are."""
+    kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(raw.kinds.items()) if count) or "no cells at all"
+    if not len(raw.points):
+        raise errors.InputError(errors.say(where, "points", "none", "export the mesh with its nodes"))
+    if not len(raw.triangles.nodes) + len(raw.quads.nodes):
+        raise errors.InputError(errors.say(where, "cells of type quad or triangle", kinds, "export a surface mesh of first order"))
+    if len(raw.triangles.nodes) and len(raw.quads.nodes):
+        few = min(raw.triangles, raw.quads, key=lambda part: len(part.nodes))
+        got = f"{len(raw.quads.nodes)} quads and {len(raw.triangles.nodes)} triangles, among them cells {few.numbers[:4].tolist()}"
+        raise errors.InputError(errors.say(where, "all quads or all triangles", got, "recombine or split them before export"))
+    others = {kind: count for kind, count in raw.kinds.items() if kind not in ("vertex", "line", *_NAMES.values()) and count}
+    if others:
+        counts = ", ".join(f"{count} {kind} cells" for kind, count in others.items())
+        notify(f"{where}: {counts} ignored, only triangles, quads and their edges are used")
+    part, other = (raw.quads, raw.triangles) if len(raw.quads.nodes) else (raw.triangles, raw.quads)
+    return Cells(part.nodes, part.numbers, other.groups | part.groups)
+
+
+def _check_vertices(part: Cells, cells: Ints, where: str) -> None:
+    ordered = np.sort(cells, axis=1)
+    bad = np.flatnonzero(np.any(ordered[:, 1:] == ordered[:, :-1], axis=1))
+    if len(bad):
+        found = [f"cell {part.numbers[i]} with nodes {part.nodes[i].tolist()}" for i in bad[:3]]
+        got, remedy = meshes.several(found, len(bad)), "remove them, or export them as triangles"
+        raise errors.InputError(errors.say(where, "cells with different vertices", got, remedy))
+
+
+def _edges(raw: Raw, where: str, used: Ints, cells: Ints, strict: bool) -> dict[str, Ints]:
+    """Edge groups as node pairs (i,2), each a side of a cell and once; strict: others are an error, else they are left out."""
+    pairs = meshes.rows(raw, raw.lines.nodes, where, "lines", raw.lines.numbers)
+    local = np.minimum(np.searchsorted(used, pairs), len(used) - 1)
+    sides = plate_audit.sides(cells).reshape(-1, 2)
+    keys, first = np.unique(plate_audit.side_keys(sides, len(used)), return_index=True)
+    wanted = plate_audit.side_keys(local, len(used))
+    at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+    good = np.all(used[local] == pairs, axis=1) & (keys[at] == wanted)
+    grouped = np.unique(np.concatenate([np.zeros(0, np.int64), *raw.lines.groups.values()]))
+    bad = grouped[~good[grouped]]
+    if strict and len(bad):
+        ends = [(meshes.listed(raw, pairs[i, :1]), meshes.listed(raw, pairs[i, 1:])) for i in bad[:3]]
+        found = [f"line {raw.lines.numbers[i]} from {a} to {b}" for i, (a, b) in zip(bad, ends, strict=False)]
+        remedy = "mesh the curve together with the surface"
+        raise errors.InputError(errors.say(where, "edge groups on sides of cells", meshes.several(found, len(bad)), remedy))
+    out = {}
+    for name, ids in raw.lines.groups.items():
+        _, once = np.unique(at[ids[good[ids]]], return_index=True)
+        out[name] = sides[first[at[ids[good[ids]]][np.sort(once)]]]
+    return out

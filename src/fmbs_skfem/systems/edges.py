@@ -1,0 +1,167 @@
+r"""Supports and loads along named edges of plates and over their surface.
+
+    edge         u . e_c = 0,  (u,n) . e_c = 0 along the edge        rim nodes      (|r_i - r_b|^2 - R_i^2) / 2 = 0
+    surface      w_b = int N_b dA                                    edge load      w_b = int N_b ds
+
+u is the displacement and u,n its derivative across the edge. The trace of the interpolation on an edge determines some functions by
+others, q_i + X_ij q_j = 0 for a trace of zero; each such function has one linear row, so that no row is redundant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array, kron
+
+from ..bodies.body import Body
+from ..bodies.plate import dependent, edge, local_table, trace
+from ..core.errors import InputError, say
+from ..shapes import surface
+from ..shapes.surface import Surface
+from .gaps import AXES, gap, where
+from .places import At, Draft, Ground
+
+
+@dataclass(frozen=True)
+class Edge:
+    """Edges of a plate held to the ground: components of the displacement, and of its derivative across the edge.
+
+    For a plate in x, y with an edge along y: clamped is slope "z", hinged none, a plane of symmetry is fixed "x", slope "yz". By
+    default all components of the displacement are held.
+    """
+
+    name: str
+    body: str
+    edges: tuple[str, ...]
+    fixed: str | None = None
+    slope: str = ""
+
+
+@dataclass(frozen=True)
+class RimNodes:
+    """Nodes along edges of a plate keep their distance to a pin: a place of a body or a fixed point."""
+
+    name: str
+    body: str
+    edges: tuple[str, ...]
+    to: At | Ground
+
+
+def shape_of(name: str, draft: Draft, body: str) -> tuple[Body, Surface]:
+    """A body with its surface."""
+    part = draft.layout.body(name, At(body, ""))
+    if not isinstance(part.space, Surface):
+        raise InputError(say(name, "a plate or shell", f"'{body}', which is none"))
+    return part, part.space
+
+
+def components(name: str, letters: str, dim: int) -> list[int]:
+    """Numbers of components by their letters."""
+    if not set(letters) <= set(AXES[:dim]) or len(set(letters)) < len(letters):
+        raise InputError(say(name, f"letters of {AXES[:dim]}, each once", f"'{letters}'"))
+    return [AXES.index(letter) for letter in letters]
+
+
+def own(part: Body, rows: csr_array) -> csr_array:
+    """Rows on the functions of the surface as rows on the functions of the body."""
+    return csr_array(rows) if part.spread is None else csr_array(rows @ part.spread)
+
+
+def held(part: Body, shape: Surface, sides: np.ndarray, position: bool, slope: bool) -> csr_array:
+    """Rows (i, b) whose displacements vanish where those of the edge (and of the derivative across it) do."""
+    A = trace(shape, sides, slope)
+    A = A if position or not slope else csr_array(A[A.shape[0] // 2 :])
+    first, second, X = dependent(A)
+    i, j = np.nonzero(X)
+    values = np.concatenate([np.ones(len(first)), X[i, j]])
+    places = (np.concatenate([np.arange(len(first)), i]), np.concatenate([first, second[j]]))
+    return own(part, csr_array(coo_array((values, places), shape=(len(first), shape.count))))
+
+
+@gap.register
+def _(joint: Edge, draft: Draft) -> None:
+    name, dim = where(joint), draft.layout.dim
+    part, shape = shape_of(name, draft, joint.body)
+    positions = components(f"{name}.fixed", AXES[:dim] if joint.fixed is None else joint.fixed, dim)
+    slopes = components(f"{name}.slope", joint.slope, dim)
+    if not positions and not slopes:
+        raise InputError(say(f"{name}.fixed", "at least one component of displacement or slope", "none"))
+    sides = edge(name, shape, joint.edges)
+    kinds = {(c in positions, c in slopes) for c in range(dim)} - {(False, False)}
+    rows = {kind: held(part, shape, sides, *kind) for kind in kinds}
+    for c in sorted({*positions, *slopes}):
+        mine = rows[c in positions, c in slopes]
+        first = draft.probes.add(draft.layout.widen(name, joint.body, kron(mine, np.eye(dim)[[c]])))
+        for k, value in enumerate(mine @ part.reference[:, c]):
+            draft.constraints.row(joint.name, f"{AXES[c]} {k + 1}", (1.0, -1, first + k, -1), (-float(value), -1, -1, -1))
+
+
+@gap.register
+def _(joint: RimNodes, draft: Draft) -> None:
+    name, layout = where(joint), draft.layout
+    part, shape = shape_of(name, draft, joint.body)
+    cell, side = edge(name, shape, joint.edges).T
+    ends = [surface.side_points(shape.parent, side, np.full(len(side), s)) for s in (0.0, 1.0)]
+    rows = own(part, surface.sample(shape, np.tile(cell, 2), np.concatenate(ends)))
+    center = layout.reference(name, joint.to)
+    apart = np.asarray(rows @ part.reference) - center
+    grid = np.round(apart / (1e-7 * np.ptp(apart, axis=0).max())).astype(np.int64)
+    nodes = np.sort(np.unique(grid, axis=0, return_index=True)[1])
+    block = layout.widen(name, joint.body, kron(rows[nodes], np.eye(layout.dim)))
+    if isinstance(joint.to, At):
+        pin = csr_array(kron(np.ones((len(nodes), 1)), layout.read(name, joint.to)))
+        first = draft.probes.add(csr_array(block - pin))
+    else:
+        first = draft.probes.add(block, -np.tile(center, len(nodes)))
+    for k, node in enumerate(nodes):
+        y = range(first + k * layout.dim, first + (k + 1) * layout.dim)
+        square = float(apart[node] @ apart[node])
+        draft.constraints.row(joint.name, f"node {k + 1}", *((0.5, -1, c, c) for c in y), (-0.5 * square, -1, -1, -1))
+
+
+def surface_weights(part: Body, shape: Surface, cells: np.ndarray, normal: bool) -> np.ndarray:
+    """int N_b dA (b, 1), or int N_b n dA (b, 3) with the unit normal of the reference, over some cells [m2]."""
+    reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
+    table = surface.tabulate(shape)
+    nodes, values = shape.nodes[cells], table.values[cells]
+    _, area, _ = local_table(values, table.weights[cells], reference[nodes])
+    tangents = np.einsum("epkb,ebc->epkc", values[:, :, 1:3], reference[nodes])
+    field = surface.local_axes(tangents)[1] if normal else np.ones((*area.shape, 1))
+    return gathered(part, shape, nodes, np.einsum("epb,epc,ep->ebc", values[:, :, 0], field, area))
+
+
+def edge_weights(part: Body, shape: Surface, sides: np.ndarray) -> np.ndarray:
+    """int N_b ds (b, 1) over sides of cells [m]."""
+    x, w = np.polynomial.legendre.leggauss(shape.order + 1)
+    cell, side = np.repeat(sides, len(x), axis=0).T
+    xi = surface.side_points(shape.parent, side, np.tile(0.5 + 0.5 * x, len(sides)))
+    values = surface.basis(shape.space, cell, xi)
+    corners = surface.VERTICES[shape.parent]
+    along = corners[(side + 1) % int(shape.parent)] - corners[side]
+    reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
+    tangent = np.einsum("xa,xab,xbc->xc", along, values[:, 1:3], reference[shape.nodes[cell]])
+    length = np.linalg.norm(tangent, axis=1) * np.tile(0.5 * w, len(sides))
+    return gathered(part, shape, shape.nodes[cell], (values[:, 0] * length[:, None])[:, :, None])
+
+
+def gathered(part: Body, shape: Surface, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Sum of values (e, b, c) over cells, on the functions of the body (b, c)."""
+    total = np.zeros((shape.count, values.shape[2]))
+    np.add.at(total, nodes, values)
+    return total if part.spread is None else np.asarray(part.spread.T @ total)
+
+
+def one_row(draft: Draft, name: str, body: str, values: np.ndarray) -> int:
+    """The probe row sum_b values[b] . q[b]: its force coefficient is the whole load."""
+    return draft.probes.add(draft.layout.widen(name, body, csr_array(values.reshape(1, -1))))
+
+
+def chosen(name: str, shape: Surface, faces: Iterable[str]) -> np.ndarray:
+    """Cells of named faces; all of them without names."""
+    names = tuple(faces)
+    unknown = [face for face in names if face not in shape.faces]
+    if unknown:
+        raise InputError(say(name, f"one of its faces ({', '.join(sorted(shape.faces)) or 'none'})", f"'{unknown[0]}'"))
+    return np.unique(np.concatenate([shape.faces[face] for face in names])) if names else np.arange(len(shape.nodes))

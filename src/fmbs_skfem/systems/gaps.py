@@ -1,0 +1,212 @@
+r"""What joints are made of: positions, vectors that bodies carry along, and constraint terms on probe rows.
+
+    r_a - r_b = 0            u_a . w_b = 0            n_b . (r_a - r_b) = s
+
+A place carries a vector u as the combination of its own vectors v_k that equals u in the reference: axes e_k of a frame or rigid
+body, the slope t of a line (in the plane also its normal), tangents of a surface. The ground carries every vector.
+"""
+
+from __future__ import annotations
+
+from functools import singledispatch
+from typing import Any, TypeAlias
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..core.errors import InputError, say
+from .places import At, Draft, Ground, Layout, vector
+
+AXES = "xyz"
+Vector: TypeAlias = int | np.ndarray  #: first of c probe rows, or a fixed vector (c,)
+Term: TypeAlias = tuple[float, int, int, int]  #: coefficient, signal, i, j
+End: TypeAlias = At | Ground | None  #: None and fixed points belong to the ground
+ALONG = 1e-9  #: sine of an angle that counts as zero
+
+
+@singledispatch
+def gap(joint: object, draft: Draft) -> None:
+    """Add the joint's probe rows and constraint terms to the draft; the rule for every joint type."""
+    raise InputError(say("joints", "a joint", type(joint).__name__))
+
+
+def where(joint: Any) -> str:
+    return f"joint '{joint.name}'"
+
+
+def mark(joint: Any, draft: Draft, kind: str, *ends: End) -> None:
+    """Let pictures show the joint at the given points."""
+    rows: list[int] = []
+    for end in ends:
+        if isinstance(end, At):
+            first = draft.sensors.add(draft.layout.read(where(joint), end))
+            rows += range(first, first + draft.layout.dim)
+    draft.markers.append((joint.name, kind, tuple(rows)))
+
+
+def fixed(joint: Any, draft: Draft, at: At, target: np.ndarray) -> None:
+    """Rows r - target = 0."""
+    first = draft.probes.add(draft.layout.read(where(joint), at))
+    for c in range(draft.layout.dim):
+        draft.constraints.row(joint.name, AXES[c], (1.0, -1, first + c, -1), (-float(target[c]), -1, -1, -1))
+
+
+def joined(joint: Any, draft: Draft, at: At, to: At) -> None:
+    """Rows r_a - r_b = 0; the places must coincide in the reference."""
+    layout = draft.layout
+    apart = float(np.linalg.norm(layout.reference(where(joint), at) - layout.reference(where(joint), to)))
+    if apart > 1e-8 * max(1.0, float(np.abs(layout.reference(where(joint), at)).max())):
+        raise InputError(
+            say(where(joint), f"{at} and {to} at one point", f"a gap of {apart:.6g} m", "move a body, or use a distance")
+        )
+    first = draft.probes.add(layout.read(where(joint), at) - layout.read(where(joint), to))
+    for c in range(layout.dim):
+        draft.constraints.row(joint.name, AXES[c], (1.0, -1, first + c, -1))
+
+
+def coincide(joint: Any, draft: Draft, at: At, to: End) -> None:
+    """Equal positions; to None: the position in the reference."""
+    if isinstance(to, At):
+        return joined(joint, draft, at, to)
+    reference = draft.layout.reference(where(joint), at)
+    fixed(joint, draft, at, reference if to is None else vector(where(joint), to, draft.layout.dim))
+
+
+def unit(place: str, values: object, size: int) -> np.ndarray:
+    """A direction of length 1."""
+    direction = vector(place, values, size)
+    length = float(np.linalg.norm(direction))
+    if not length > 0:
+        raise InputError(say(place, "a non-zero vector", values))
+    return direction / length
+
+
+def normals(direction: np.ndarray) -> np.ndarray:
+    """Unit vectors normal to a direction, (c - 1, c)."""
+    return np.asarray(np.linalg.svd(direction[None, :])[2][1:])
+
+
+def basis(name: str, layout: Layout, end: At) -> tuple[list[csr_array], np.ndarray]:
+    """Vectors that a place carries: rows (c, q) of each, and their reference values (k, c)."""
+    rows, first, part = layout.vectors(name, end), layout.first[end.body], layout.bodies[end.body]
+    own = [row[:, first : first + part.reference.size] @ part.reference.ravel() for row in rows]
+    return rows, np.array(own).reshape(len(rows), layout.dim)
+
+
+def carries(name: str, layout: Layout, end: End, direction: np.ndarray) -> bool:
+    """Whether a place carries a vector."""
+    if not isinstance(end, At):
+        return True
+    own = basis(name, layout, end)[1]
+    rest = direction - own.T @ np.linalg.lstsq(own.T, direction)[0] if len(own) else direction
+    return bool(np.linalg.norm(rest) <= ALONG * np.linalg.norm(direction))
+
+
+def rows_of(name: str, layout: Layout, end: At, direction: np.ndarray) -> csr_array:
+    """Rows (c, q) of a vector that a place carries."""
+    rows, own = basis(name, layout, end)
+    if not carries(name, layout, end, direction):
+        kind = ("a mere point", "a slope", "two tangents", "three axes")[len(own)]
+        remedy = "name a rigid frame"
+        raise InputError(say(name, f"a place that carries the direction {np.round(direction, 6)}", f"{end} with {kind}", remedy))
+    parts = zip(np.linalg.lstsq(own.T, direction)[0], rows, strict=True)
+    return csr_array(sum(float(factor) * row for factor, row in parts if abs(factor) > 1e-14))
+
+
+def carried(joint: Any, draft: Draft, end: End, direction: np.ndarray) -> Vector:
+    """Probe rows of a vector that is carried along; on the ground the vector itself."""
+    if not isinstance(end, At):
+        return direction
+    return draft.probes.add(rows_of(where(joint), draft.layout, end, direction))
+
+
+def dot(u: Vector, w: Vector, dim: int, factor: float = 1.0, signal: int = -1) -> list[Term]:
+    """Terms of factor s(t) u . w."""
+    if isinstance(u, np.ndarray):
+        if isinstance(w, np.ndarray):
+            return [(factor * float(u @ w), signal, -1, -1)]
+        return [(factor * float(u[c]), signal, w + c, -1) for c in range(dim)]
+    if isinstance(w, np.ndarray):
+        return [(factor * float(w[c]), signal, u + c, -1) for c in range(dim)]
+    return [(factor, signal, u + c, w + c) for c in range(dim)]
+
+
+def sorted_ends(joint: Any, draft: Draft, at: At, to: End) -> tuple[End, End]:
+    """The end that carries every vector, and the other one."""
+    name, layout = where(joint), draft.layout
+    for full, other in ((to, at), (at, to)):
+        if not isinstance(full, At) or np.linalg.matrix_rank(basis(name, layout, full)[1].reshape(-1, layout.dim)) == layout.dim:
+            return full, other
+    raise InputError(say(name, "a rigid frame or the ground at one end", f"{at} and {to}", "name a frame"))
+
+
+def parallel(joint: Any, draft: Draft, at: At, to: End, axis: np.ndarray) -> None:
+    """The axis as one end carries it stays parallel to that of the other; a slope normal to the axis stays normal to it."""
+    name, layout = where(joint), draft.layout
+    full, other = sorted_ends(joint, draft, at, to)
+    if not carries(name, layout, other, axis):
+        own = basis(name, layout, other)[1] if isinstance(other, At) else np.eye(layout.dim)
+        if len(own) == 1 and abs(float(own[0] @ axis)) < ALONG:
+            terms = dot(carried(joint, draft, other, own[0]), carried(joint, draft, full, axis), layout.dim)
+            return draft.constraints.row(joint.name, "axis 1", *terms)
+    u = carried(joint, draft, other, axis)
+    for k, normal in enumerate(normals(axis)):
+        draft.constraints.row(joint.name, f"axis {k + 1}", *dot(u, carried(joint, draft, full, normal), layout.dim))
+
+
+def locked(joint: Any, draft: Draft, at: At, to: End) -> None:
+    """No relative rotation: u . n_i = 0 for a direction u of one end and its normals on the other, and n_1 . n_2 = 0 in space.
+
+    The slope of a line is held in direction only: its stretch is free, and it carries no torsion.
+    """
+    name, layout = where(joint), draft.layout
+    full, other = sorted_ends(joint, draft, at, to)
+    own = basis(name, layout, other)[1] if isinstance(other, At) else np.eye(layout.dim)
+    if not len(own):
+        raise InputError(say(name, "a place with a direction", f"{other}, a mere point", "use a pin"))
+    first = own[0] / np.linalg.norm(own[0])
+    u = carried(joint, draft, other, first)
+    if layout.dim == 2:
+        normal = np.array([-first[1], first[0]])
+        return draft.constraints.row(joint.name, "angle", *dot(u, carried(joint, draft, full, normal), 2))
+    second = normals(first)[0] if len(own) == 1 else own[1] - first * float(first @ own[1])
+    second = second / np.linalg.norm(second)
+    across = [carried(joint, draft, full, n) for n in (second, np.cross(first, second))]
+    for k, n in enumerate(across):
+        draft.constraints.row(joint.name, f"angle {k + 1}", *dot(u, n, 3))
+    if len(own) > 1:
+        draft.constraints.row(joint.name, "angle 3", *dot(carried(joint, draft, other, second), across[1], 3))
+
+
+def guided(joint: Any, draft: Draft, at: At, to: At | None, direction: np.ndarray) -> None:
+    """n_i . (r_a - r_b) keeps its reference value for the normals n_i of a direction, which move with the end `to`."""
+    name, layout = where(joint), draft.layout
+    rows, apart = layout.read(name, at), layout.reference(name, at)
+    if to is not None:
+        rows, apart = rows - layout.read(name, to), apart - layout.reference(name, to)
+    first = draft.probes.add(csr_array(rows))
+    for k, normal in enumerate(normals(direction)):
+        terms = dot(first, carried(joint, draft, to, normal), layout.dim)
+        draft.constraints.row(joint.name, f"normal {k + 1}", *terms, (-float(normal @ apart), -1, -1, -1))
+
+
+def arm(name: str, layout: Layout, at: At, axis: Ground | None) -> tuple[csr_array, np.ndarray, np.ndarray]:
+    """Rows (2, q) whose argument is the angle turned about an axis of the ground, a direction u normal to it, and axis x u.
+
+    In the plane the axis is z; in space u is the first direction normal to the axis that the place carries.
+    """
+    own = basis(name, layout, at)[1]
+    if not len(own):
+        raise InputError(say(name, "a place with a direction", f"{at}, a mere point", "name a rigid frame"))
+    if layout.dim == 2:
+        u = own[0] / np.linalg.norm(own[0])
+        normal = np.array([-u[1], u[0]])
+    else:
+        a = unit(f"{name}, axis", (0.0, 0.0, 0.0) if axis is None else axis, 3)
+        factors = np.array([1.0]) if len(own) == 1 else normals(own @ a)[0]
+        u = factors @ own
+        u = u / np.linalg.norm(u)
+        if abs(float(u @ a)) > ALONG:
+            raise InputError(say(name, "a place with a direction normal to the axis", at, "name a rigid frame"))
+        normal = np.cross(a, u)
+    return csr_array(csr_array(np.stack([u, normal])) @ rows_of(name, layout, at, u)), u, normal

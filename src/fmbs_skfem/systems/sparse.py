@@ -1,0 +1,85 @@
+r"""Assembly of large iteration matrices: the pattern and the place of every cell entry are found once.
+
+    K_p = sum_e B_e^T D_e B_e,    K = T^T K_p T,    p = T x
+
+K_p is kept as the lower triangle of a sparse matrix in the coordinates p of the cells; T (elimination, frames) is applied to it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..bodies import laws
+from ..core.jit import jit
+from . import kernels
+from .gathers import Collected, cell_coordinates, flatten, nowhere
+from .kernels import Groups
+from .system import System
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Pattern of K_p (lower triangle) and the place of every entry of the cells' lower triangles in its data."""
+
+    groups: Groups
+    targets: tuple[np.ndarray, ...]  #: (l (l + 1) / 2, e) of every group
+    indices: np.ndarray
+    indptr: np.ndarray
+    lift: csr_array  #: T
+    offset: np.ndarray
+    plain: bool  #: T is the identity
+    work: int
+
+
+def plan(system: System, collected: Collected) -> Plan:
+    """Pattern and targets of the cells of a system."""
+    locals_ = [cell_coordinates(part) for part in collected.cells]
+    n = len(collected.lift.offset)
+    keys = [entries(local, n) for local in locals_]
+    unique = np.unique(np.concatenate([np.unique(key) for key in keys]))
+    targets = tuple(np.searchsorted(unique, key).astype(np.int32).reshape(key.shape) for key in keys)
+    indptr = np.searchsorted(unique, np.arange(n + 1) * n)
+    groups, integers, numbers, _, work = flatten(system.dim, collected, nowhere)
+    T = csr_array(collected.lift.matrix)
+    plain = T.shape == (n, n) and T.nnz == n and bool((T.diagonal() == 1.0).all())
+    beta = np.array([e.beta for e in system.elastic])[collected.owners]
+    return Plan(Groups(groups, beta, integers, numbers), targets, unique % n, indptr, T, collected.lift.offset, plain, work)
+
+
+def entries(local: np.ndarray, n: int) -> np.ndarray:
+    """Keys row * n + column (row >= column) of the entries of all lower triangles, (l (l + 1) / 2, e)."""
+    low, column = np.tril_indices(len(local))
+    i, j = local[low].astype(np.int64), local[column].astype(np.int64)
+    return np.maximum(i, j) * n + np.minimum(i, j)
+
+
+def tangent(plan: Plan, x: np.ndarray, gh: float = 0.0) -> csr_array:
+    """Elastic tangent K + gh C_elastic (n, n), symmetric."""
+    n = len(plan.offset)
+    q = plan.lift @ x + plan.offset
+    data, work = np.zeros(len(plan.indices)), np.zeros((3, plan.work))
+    for g, target in enumerate(plan.targets):
+        add_group(plan.groups, g, q, gh, work, target, data)
+    low = csr_array((data, plan.indices, plan.indptr), shape=(n, n))
+    above = low.T.tocsr()
+    above.setdiag(0.0)
+    K = csr_array(low + above)
+    return K if plan.plain else csr_array(plan.lift.T @ K @ plan.lift)
+
+
+@jit
+def add_group(groups: Groups, g: int, q: np.ndarray, gh: float, work: np.ndarray, target: np.ndarray, data: np.ndarray) -> None:
+    """data[target] += lower triangles of the matrices of the cells of a group."""
+    row = groups.table[g]
+    u = kernels.gather(groups, g, q, q, 1.0, work[0])
+    size = u.shape[0]
+    D = work[1][: size * u.size].reshape(size, size, u.shape[1], u.shape[2])
+    laws.modulus(row[kernels.LAW], u, gh * groups.beta[g], kernels.section_view(groups, g), D)
+    kernels.cell_matrices(groups, g, D, work[2])
+    matrices = work[2][: target.size].reshape(target.shape)
+    for k in range(target.shape[0]):
+        for e in range(target.shape[1]):
+            data[target[k, e]] += matrices[k, e]
