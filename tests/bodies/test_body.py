@@ -228,7 +228,7 @@ def test_point_mass() -> None:
         ),
         (lambda: locate(cable("beam", straight(2), SECTION), 1.5), "between 0 and 1 m, got 1.5 m"),
         (lambda: locate(cable("beam", straight(2), SECTION), float("nan")), "between 0 and 1 m, got nan m"),
-        (lambda: locate(point_mass("bob", 1.0, np.zeros(3)), 0.0), "'bob': expected its point 'center'"),
+        (lambda: locate(point_mass("bob", 1.0, np.zeros(3)), 0.0), r"'bob': expected one of its points \(center\), got 0\.0"),
         (lambda: locate(point_mass("bob", 1.0, np.zeros(3)), "centre"), "did you mean 'center'"),
         (lambda: probe(point_mass("bob", 1.0, np.zeros(3)), 0.0, 1), "expected a body with a slope"),
         (lambda: point_mass("bob", -1.0, np.zeros(3)), r"'bob'\.mass: expected a positive number"),

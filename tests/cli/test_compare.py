@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmbs_skfem.cli import compare, figures
+from fmbs_skfem.cli import compare, figures, tables
 from tests.cli.calls import EXAMPLES, Call, fmbs, scene
 
 SCENE = EXAMPLES / "double_pendulum.yaml"
@@ -93,7 +93,7 @@ def test_a_scene_without_reduction_is_refused(tmp_path: Path) -> None:
 
 def test_published_products_follow_the_formula() -> None:
     """p = sum N (w r + r^2) of the source's own figures."""
-    for model in compare.published()["double-pendulum"]["models"].values():
+    for model in tables.published()["double-pendulum"]["models"].values():
         assert model["p"] == sum(n * (model["w"] * r + r**2) for n, r in zip(model["dofs"], model["r"], strict=True))
 
 
@@ -103,3 +103,41 @@ def test_wrong_models_do_not_hide_the_others() -> None:
     np.testing.assert_array_equal(shown["full"], first)
     np.testing.assert_array_equal(shown["wrong"], [0.5, 3.9, np.nan])
     np.testing.assert_array_equal(figures.readable(np.array([1e-16, 1e-4, 2e-4, 30.0])), [np.nan, 1e-4, 2e-4, np.nan])
+
+
+@pytest.fixture(scope="module")
+def plates(tmp_path_factory: pytest.TempPathFactory) -> tuple[Call, Call]:
+    """Example 3 on coarse meshes over its first 2 ms, as JSON and as tables."""
+    out = tmp_path_factory.mktemp("plates")
+    words = ("compare", EXAMPLES / "crank_slider_coarse.yaml", "--quick", "--no-picture", "--duration", "0.002", "--out", out)
+    return fmbs(*words, "--json"), fmbs(*words)
+
+
+def test_plates_have_exact_polynomials_and_a_choice(plates: tuple[Call, Call]) -> None:
+    call = plates[0]
+    assert call.code == 0, call.err
+    found = {model["name"]: model for model in call.json["models"]}
+    hyper = {f"{level}+{kind}" for level in ("system", "component") for kind in ("ecsw", "ecsw-points", "exact")}
+    assert set(found) == {"full", *hyper}
+    assert call.json["choice"] in hyper
+    assert call.json["time_error"] is None
+    assert found["full"]["newton"] == 1e-12
+    assert found["component+exact"]["newton"] == pytest.approx(5e-12, rel=1e-12)
+    assert found["component+exact"]["training_s"] > 0
+    assert all(found[name]["max_error"] < 1e-4 for name in hyper)
+
+
+def test_table_4_stands_beside_the_published_one(plates: tuple[Call, Call]) -> None:
+    call = plates[1]
+    assert call.code == 0, call.err
+    for text in ("Table 4", "6819.8", "1681.9", "85.4+1082.2", "6.24e-07", "2.45e-05", "Choice:", "compare.steps"):
+        assert text in call.out, text
+    told = " ".join(call.out.split())
+    assert "the time of one call, measured apart, times the calls counted" in told
+    assert "System against component level at one eps" in told
+
+
+def test_published_totals_hold_their_parts() -> None:
+    """Table 4: force, solves and products are part of the total; coarse meshes are compared with the same figures."""
+    for model in tables.published()["crank-slider"]["models"].values():
+        assert model["force_s"] + model["solve_s"] + model.get("product_s", 0.0) < model["total_s"]

@@ -81,3 +81,22 @@ def test_a_scene_without_reduction_is_refused(tmp_path: Path) -> None:
     call = fmbs("reduce", scene(tmp_path, "{type: dynamic, duration: 0.1 s, step: 1 ms}"), "--out", tmp_path / "model.h5")
     assert call.code == 3
     assert "section 'reduction'" in call.err
+
+
+def test_the_exact_polynomial_of_plates_is_saved_and_runs_alone(tmp_path: Path) -> None:
+    path = tmp_path / "plates.h5"
+    call = fmbs(
+        "reduce", EXAMPLES / "crank_slider_coarse.yaml", "--duration", "0.003", "--sample", "exact", "--out", path, "--json"
+    )
+    assert call.code == 0, call.err
+    assert call.json["hyper_reduction"] == "exact"
+    assert call.json["snnls_s"] == {}
+    assert 0 < call.json["max_error"] < 1e-4
+    motion = study.run_saved(path, 0.001, call.json["step"], call.json["rho_inf"])
+    assert len(motion.times) == 101
+
+
+def test_beams_have_no_exact_polynomial(tmp_path: Path) -> None:
+    call = fmbs("reduce", SCENE, "--duration", "0.1", "--sample", "exact", "--out", tmp_path / "model.h5")
+    assert call.code == 3
+    assert "take ECSW" in call.err

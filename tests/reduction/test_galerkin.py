@@ -220,3 +220,13 @@ def test_snapshots_at_intervals(coarse: Full) -> None:
     for wrong in (0.012, 0.001, 0.0, -0.005):
         with pytest.raises(InputError, match=r"a multiple of the stored interval 0\.005 s"):
             reduction.snapshots(run, wrong)
+
+
+def test_snapshots_at_listed_times(coarse: Full) -> None:
+    run = coarse.run
+    wanted = np.array([0.0, 0.005, 0.02, 2.995, 3.0])
+    found = reduction.snapshots(run, wanted + 1e-12)
+    assert np.array_equal(found.q, lifted(run)[0][[0, 1, 4, 599, 600]])
+    for wrong in (np.array([0.0, 0.0125]), np.array([3.1]), np.array([])):
+        with pytest.raises(InputError, match="times of stored states"):
+            reduction.snapshots(run, wrong)

@@ -145,3 +145,25 @@ def test_several_bodies_in_one_component(coarse: Full) -> None:
 def test_a_full_system_is_refused(coarse: Full) -> None:
     with pytest.raises(InputError, match=r"hyper\.train: expected a reduced system, got a full one; reduce it first"):
         hyper.train(coarse.raw, coarse.data.q)
+
+
+def test_of_very_many_points_those_in_chosen_cells_are_searched(small: Reduced, monkeypatch: pytest.MonkeyPatch) -> None:
+    direct = hyper.train(small.system, small.states, 1e-4, Level.POINTS)
+    cells = hyper.train(small.system, small.states, 1e-4, Level.ELEMENTS)
+    monkeypatch.setattr(hyper, "MANY", 10)
+    staged = hyper.train(small.system, small.states, 1e-4, Level.POINTS)
+    for one, two, whole, elastic in zip(direct, staged, cells, small.system.elastic, strict=True):
+        assert two.sample.residual <= 1e-4
+        assert two.total == one.total
+        assert len(two.sample.indices) < 1.5 * len(one.sample.indices)
+        assert set(hyper.sampled_gather(elastic).cell[two.sample.indices]) <= set(whole.sample.indices)
+
+
+def test_states_are_thinned_evenly_after_the_start() -> None:
+    states = np.arange(1500.0)[:, None]
+    assert hyper.thinned(states, 10) is states
+    few = hyper.thinned(states, 4000)[:, 0]
+    assert len(few) == hyper.LEAST
+    assert np.array_equal(few[: hyper.START], np.arange(hyper.START))
+    assert few[-1] == 1499
+    assert np.ptp(np.diff(few[hyper.START :])) <= 1

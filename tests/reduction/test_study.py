@@ -13,8 +13,9 @@ from fmbs_skfem import reduction
 from fmbs_skfem.bodies import body
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
-from fmbs_skfem.reduction import Level, costs, files, study, training
-from fmbs_skfem.reduction.study import Options, Record, Study
+from fmbs_skfem.reduction import Level, costs, files, runs, study, training
+from fmbs_skfem.reduction.runs import Options
+from fmbs_skfem.reduction.study import Record, Study
 from fmbs_skfem.reduction.training import Plan
 from fmbs_skfem.systems import At, assemble, joints, loads
 from tests import models
@@ -152,12 +153,25 @@ def test_ratios_of_two_records() -> None:
 
 @pytest.mark.parametrize("duration,interval,expected", [(3.0, 5e-3, 2), (0.4, 5e-3, 1), (30.0, 5e-3, 10), (3.0, 3.5e-3, 1)])
 def test_stride_divides_the_interval_and_leaves_samples(duration: float, interval: float, expected: int) -> None:
-    assert study.stride(Options(GeneralizedAlpha(5e-4), duration, interval, Plan(COMPONENTS))) == expected
+    assert runs.stride(Options(GeneralizedAlpha(5e-4), duration, interval, Plan(COMPONENTS))) == expected
 
 
 @pytest.mark.parametrize("number,text", [(1.25e-4, "1.25e-4"), (1e-12, "1e-12"), (0.02, "2e-2"), (5.0, "5e0")])
 def test_short_numbers(number: float, text: str) -> None:
     assert study.short(number) == text
+
+
+def test_listed_snapshots_are_stored_with_the_start() -> None:
+    options = Options(GeneralizedAlpha(1e-5), 0.01, 1e-5 * np.array([0, 30, 60, 500]), Plan(COMPONENTS))
+    assert runs.kept_steps(options).tolist() == [0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 60, 500, 1000]
+    assert runs.stored(2e-5, 1e-5, np.array([0, 3, 6, 30])).tolist() == [0, 3, 15]
+    assert runs.stored(5e-6, 1e-5, np.array([0, 3])).tolist() == [0, 6]
+
+
+def test_reduced_models_iterate_below_their_truncation() -> None:
+    assert training.newton_of_reduced(Newton(1e-10), 1e-18).tolerance == pytest.approx(5e-12, rel=1e-12)
+    assert training.newton_of_reduced(Newton(1e-10), 1e-12).tolerance == 1e-10
+    assert training.newton_of_reduced(Newton(1e-10), 1e-24).tolerance == training.FINEST
 
 
 def test_snapshots_are_sharper_than_the_modes_kept() -> None:

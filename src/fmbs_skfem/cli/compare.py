@@ -7,7 +7,6 @@ stand beside ours.
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -21,11 +20,11 @@ from .common import Result, Session
 from .figures import cloud as cloud
 from .figures import draw as draw
 from .figures import figure_names as figure_names
-
 from .tables import tables as tables
 
 if TYPE_CHECKING:
-    from ..reduction.study import Options, Record, Study
+    from ..reduction.runs import Options
+    from ..reduction.study import Record, Study
     from ..reduction.training import Plan
     from ..scenes import Scene
 
@@ -100,7 +99,7 @@ def options(scene: Scene, plan: Plan, quick: bool = False, expensive: bool = Fal
     An `expensive` full model runs once, and only with those other steps that the scene lists.
     """
     from ..dynamics import GeneralizedAlpha, Newton
-    from ..reduction.study import Options
+    from ..reduction.runs import Options
     from ..scenes import build
 
     analysis, reduction, wanted = scene.analysis, scene.reduction, scene.compare

@@ -12,6 +12,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from ..dynamics import Trajectory
+    from ..reduction.pod import Basis
     from ..reduction.study import Study
     from ..results.speed import Point
     from ..scenes import Scene
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 WRONG = 1.0  #: relative error above which a model has nothing in common with the full one
 SKIPPED = ("energy", "reaction")  #: outputs that are not drawn: reduced models do not know all reactions
 PICTURE = "error.png"
-PICTURED = ("component+ecsw", "component")  #: the reduced model that is pictured: the first of these that ran
+PICTURED = ("component+ecsw", "component", "component+exact")  #: the reduced model that is pictured: the first of these that ran
 
 
 def figure_names(scene: Scene) -> list[str]:
@@ -104,8 +105,7 @@ def spectra(scene: Scene, study: Study, out: Path) -> list[Path]:
     found = {
         name if level == "component" else level: basis
         for level in ("system", "component")
-        if level in study.trained
-        for name, basis in study.trained[level].bases.items()
+        for name, basis in bases(study, level).items()
     }
     if found:
         kept = {name: basis.modes.shape[1] for name, basis in found.items()}
@@ -113,6 +113,11 @@ def spectra(scene: Scene, study: Study, out: Path) -> list[Path]:
         eps = scene.reduction.tolerance if scene.reduction and scene.reduction.modes is None else None
         files.append(plots.singular_values(out / "singular_values.png", values, kept, eps))
     return files
+
+
+def bases(study: Study, level: str) -> Mapping[str, Basis]:
+    """The bases of a level, which all its models share; none where none of them ran."""
+    return next((model.bases for name, model in study.trained.items() if name.split("+")[0] == level), {})
 
 
 def points(study: Study) -> list[Point]:
@@ -131,13 +136,13 @@ def finite(error: float) -> float:
 
 def render(scene: Scene, study: Study, out: Path) -> list[Path]:
     """A reduced model at the scene's instants, coloured by its distance from the full one."""
-    from ..results import frames, pictures
+    from ..results import pictures
     from ..results.pictures import Look
     from . import picture
 
     name = next((name for name in PICTURED if name in study.motions), None)
     if name is None:
         return []
-    lines = frames.with_error(picture.frames(study.motions[name]), picture.frames(study.full))
+    wanted = picture.instants(scene, study.full)
     look = Look("error", title=f"{scene.name}, {name}: error")
-    return [pictures.render(lines, out / PICTURE, picture.instants(scene, study.full), look)]
+    return [pictures.render(picture.errors(study.full, study.motions[name], wanted), out / PICTURE, wanted, look)]

@@ -100,12 +100,12 @@ def chosen(scene: Scene, level: str, tolerance: float | None, modes: int | None,
 def train(session: Session, scene: Scene, plan: Plan) -> tuple[Any, dict[str, Any]]:
     """The reduced system, and its sizes, cost and errors against the full model over the training time."""
     from .. import dynamics, reduction
-    from ..reduction import costs, study, training
+    from ..reduction import costs, runs, training
     from ..scenes import build
     from . import compare
 
     raw, wanted = build.system(scene, allow_outside=session.allow_outside), compare.options(scene, plan)
-    kept = study.kept_steps(wanted)
+    kept = runs.kept_steps(wanted)
     with common.progress("full model") as advance:
         sharp = training.newton_for(wanted.newton, plan.tolerance)
         full = dynamics.integrate(build.chosen_form(scene, raw), wanted.scheme, wanted.duration, sharp, kept, advance)

@@ -25,7 +25,9 @@ SAVED = (".h5", ".hdf5")
 @click.option("--duration", type=float, metavar="SECONDS", help="Replace the duration of a dynamic analysis.")
 @click.option("--step", type=float, metavar="SECONDS", help="Step of a saved reduced model.")
 @click.option("--plots/--no-plots", default=True, help="Draw the outputs into outputs.png (default: yes).")
-@click.option("--picture", is_flag=True, help="Draw a saved reduced model into picture.png, lifted to its centre lines.")
+@click.option(
+    "--picture", is_flag=True, help="Draw a saved reduced model into picture.png, lifted to its centre lines and surfaces."
+)
 def command(session: Session, duration: float | None, step: float | None, plots: bool, picture: bool) -> Result:
     """Solve SCENE: a motion, an equilibrium, or vibration modes, as its `analysis` says.
 
@@ -123,9 +125,9 @@ def saved(session: Session, duration: float | None, step: float | None, picture:
 
 
 def draw(trajectory: Trajectory, out: Path, title: str) -> Path:
-    """Configurations of a reduced model, coloured by curvature."""
+    """Configurations of a reduced model, coloured by stress or curvature."""
     from ..results import pictures
     from . import picture
 
     chosen = picture.frames(trajectory, picture.spread(trajectory, INSTANTS))
-    return pictures.render(chosen, out / PICTURE, None, pictures.Look("curvature", title=title))
+    return pictures.render(chosen, out / PICTURE, None, pictures.Look(picture.usual_color(trajectory.system), title=title))

@@ -92,6 +92,7 @@ def report(session: Session, solved: Solved) -> dict[str, Any]:
         "newton_iterations": statistics.iterations,
         "factorisations": statistics.factorisations,
         "halved_steps": statistics.halved,
+        "solver": statistics.solver,
         "cpu_s": statistics.cpu_s if dynamic else solved.cpu_s,
         "wall_s": statistics.wall_s if dynamic else solved.wall_s,
         "energy_drift": dynamics.energy_drift(trajectory) if dynamic else None,

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from ..reduction.study import Record, Study
     from ..scenes import Scene
 
+PAPER = "  paper"  #: name of the rows with published figures
+
 
 @cache
 def published() -> dict[str, Any]:
@@ -30,7 +32,7 @@ def tables(scene: Scene, study: Study) -> list[Any]:
     paper = published().get(scene.name.removesuffix("-coarse"), {})
     known = paper.get("models", {})
     if any(record.name.endswith("exact") for record in study.records):
-        shown = [shares(study, known), accuracy(study)]
+        shown = [sizes(study, known), shares(study, known), accuracy(study)]
     else:
         shown = [overview(study), products(study, known), tangents(study, known)]
         if any(record.snnls_s for record in main(study)):
@@ -38,43 +40,38 @@ def tables(scene: Scene, study: Study) -> list[Any]:
     return [*shown, f"paper: {paper['source']}"] if paper else shown
 
 
-def shares(study: Study, known: Mapping[str, Any]) -> Table:
-    """Table 4: sizes, CPU time by kind of work and largest error; below every model the paper's figures."""
+def table_4(study: Study) -> list[Record]:
+    """The models of Table 4: the full one, its other steps, and the reduced ones of the scene's eps and eta."""
+    return [record for record in study.records if record.name == record.family or record.family == "step"]
+
+
+def sizes(study: Study, known: Mapping[str, Any]) -> Table:
+    """Table 4, sizes: unknowns, modes, what is left of cells, points and coordinates; below every model the paper's figures."""
     rows = []
-    for record in [record for record in study.records if record.name == record.family or record.family == "step"]:
-        sizes = (joined(record.modes.values()), counts(record.elements), counts(record.points), counts(record.dofs_kept))
-        seconds = (record.force_s, record.solve_s, record.product_s, record.cpu_s)
-        found = joined(record.snnls_s.values(), ".2g")
-        if record.status != "done":
-            rows.append((record.name, str(record.dofs), *sizes, *[""] * 7, record.status))
-            continue
-        trained = f"{record.training_s:.3g}" if record.training_s else ""
-        rows.append((record.name, str(record.dofs), *sizes, *map(clock, seconds), found, trained, tell(record.max_error), ""))
+    for record in table_4(study):
+        kept = (counts(record.elements), counts(record.points), counts(record.dofs_kept))
+        reason = "" if record.status == "done" else record.status
+        rows.append((record.name, str(record.dofs), joined(record.modes.values()), *kept, reason))
         if paper := known.get(record.name):
-            rows.append(published_row(paper))
-    seconds_heads = ("force, tangent [s]", "solves [s]", "products [s]", "total [s]")
-    heads = (
-        "model",
-        "dofs",
-        "r modes",
-        "cells",
-        "points",
-        "dofs kept",
-        *seconds_heads,
-        "sNNLS [s]",
-        "training [s]",
-        "max error",
-        "",
-    )
-    return named(common.table("Table 4: CPU time", heads, rows))
+            kept = (joined(paper.get("elements", ())), "", joined(paper.get("kept", ())))
+            rows.append((PAPER, joined(paper["dofs"]), joined(paper.get("r", ())), *kept, ""))
+    heads = ("model", "dofs", "modes", "cells", "points", "dofs kept", "")
+    return named(common.table("Table 4: sizes", heads, rows))
 
 
-def published_row(paper: Mapping[str, Any]) -> tuple[str, ...]:
-    """A model of the paper as a row of Table 4."""
-    sizes = (joined(paper.get("r", ())), joined(paper.get("elements", ())), "", joined(paper.get("kept", ())))
-    seconds = (str(paper["force_s"]), str(paper["solve_s"]), str(paper.get("product_s", "")), str(paper["total_s"]))
-    error = f"{paper['max_error']:.2e}" if "max_error" in paper else ""
-    return ("  paper", joined(paper["dofs"]), *sizes, *seconds, joined(paper.get("snnls_s", ())), "", error, "")
+def shares(study: Study, known: Mapping[str, Any]) -> Table:
+    """Table 4, CPU seconds by kind of work, training and largest error; below every model the paper's figures."""
+    rows = []
+    for record in [record for record in table_4(study) if record.status == "done"]:
+        seconds = (record.force_s, record.solve_s, record.product_s, record.cpu_s)
+        found, trained = joined(record.snnls_s.values(), ".2g"), clock(record.training_s)
+        rows.append((record.name, *map(clock, seconds), found, trained, tell(record.max_error)))
+        if paper := known.get(record.name):
+            published_seconds = (str(paper.get(key, "")) for key in ("force_s", "solve_s", "product_s", "total_s"))
+            error = f"{paper['max_error']:.2e}" if "max_error" in paper else ""
+            rows.append((PAPER, *published_seconds, joined(paper.get("snnls_s", ())), "", error))
+    heads = ("model", "force+tangent", "solves", "products", "total", "sNNLS", "training", "max error")
+    return named(common.table("Table 4: CPU time [s]", heads, rows))
 
 
 def accuracy(study: Study) -> Table:
@@ -87,8 +84,7 @@ def accuracy(study: Study) -> Table:
     if study.time_error:
         times = study.time_error
         rows.append((f"step {times.step:g} s", tell(times.relative), "", "", tell(times.position), *[""] * 4))
-    errors_heads = ("max error", "median error", "mean error", "position error [m]")
-    heads = ("model", *errors_heads, "constraints", "Newton", "iterations", "factors")
+    heads = ("model", "max error", "median", "mean", "position [m]", "constraints", "Newton", "iterations", "factors")
     return named(common.table("Errors against the full model, and of its own step", heads, rows))
 
 

@@ -2,7 +2,7 @@
 
 from .integration import GeneralizedAlpha, Newton, Statistics, Trajectory, integrate
 from .outputs import energies, energy_drift, outputs, reactions
-from .statics import Modes, solve_statics, vibration_modes
+from .statics import Modes, solve_equilibria, solve_statics, vibration_modes
 
 __all__ = [
     "GeneralizedAlpha",
@@ -11,6 +11,7 @@ __all__ = [
     "Trajectory",
     "integrate",
     "solve_statics",
+    "solve_equilibria",
     "Modes",
     "vibration_modes",
     "outputs",

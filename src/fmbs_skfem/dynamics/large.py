@@ -239,6 +239,7 @@ class Inverse:
 
 def inverse(W: csr_array, motions: np.ndarray) -> Inverse:
     """Factors in single precision where they fit into the memory, else conjugate gradients with a multigrid preconditioner."""
+    W.setdiag(W.diagonal())
     W.sum_duplicates()
     tree = direct.analyse(W)
     if krylov.choose(W.shape[0], direct.entries(tree), krylov.free_memory(), 4.0) == "direct":

@@ -114,7 +114,8 @@ def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 3) -> Sha
     if model.plan is not None:
         factor, solution = sparse_seconds(model, scheme)
         return Shares(calls * force, factored * factor + calls * solution, 0.0)
-    gather, product, tangent = one(GATHER), one(PRODUCT), one(TANGENT)
+    tangent, points = one(TANGENT), any(isinstance(e.gather, Sampled) for e in system.elastic)
+    gather, product = (one(GATHER), one(PRODUCT)) if points else (0.0, 0.0)
     factor, solution = max(one(FACTOR) - tangent, 0.0), one(SOLUTION)
     products = calls * 2 * gather + factored * (gather + product)
     elastic = calls * max(force - 2 * gather, 0.0) + factored * max(tangent - gather - product, 0.0)

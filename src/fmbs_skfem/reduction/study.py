@@ -1,8 +1,6 @@
 r"""Study of a system: the full model once, then every reduced, coarser and larger-step model against it, error beside cost.
 
     e_max = max_t |q - (qbar + U xi)| / |q|   (53),      e_mean   (48),      d = max_t max_S |r - r_full|
-    error of h from halving the step:  e_h = 4/3 |q_h - q_h/2|,   order = log2 |q_h - q_h/2| / |q_h/2 - q_h/4|
-    or from doubling it:  e_h = 1/3 |q_h - q_2h|
     training pays after  (training + its full run) / (full run - reduced run)  runs
 
 Models on other meshes have other coordinates: their e_max and e_mean are those of the centre lines, |r - r_full| / |r_full|.
@@ -33,34 +31,12 @@ from .errors import Errors, common_times, compare
 from .ffrf import reduce_floating
 from .galerkin import Snapshots, snapshots, system_level
 from .hyper import Level, polynomial_bodies
-from .training import Components, Plan, Trained, newton_for, newton_of_reduced, polynomial, reduced, sampled
+from .runs import Options, TimeError, kept_steps, newton_of_full, other_steps, sharp_newton, step_error, stored, timed
+from .training import Components, Trained, newton_of_reduced, polynomial, reduced, sampled
 
-SAMPLES = 2000  #: instants that are compared, at least, where a run has as many steps
-PATIENCE = 1.5  #: runs that cost more are not repeated [s]
-START = 10  #: samples in the first interval between listed snapshots
-NEAR = 1e-6  #: part of a step that is round-off
 MAIN = ("system", "component", "system+ecsw", "component+ecsw", "component+ecsw-points")
 PLANAR = (*MAIN, "system+ecsw-points", "system+exact", "component+exact")  #: where the exact polynomial is possible
 FULL = ("full", "coarse", "step")  #: families of full models
-
-
-@dataclass(frozen=True)
-class Options:
-    """What is run and compared."""
-
-    scheme: GeneralizedAlpha
-    duration: float  #: [s]
-    interval: float | np.ndarray  #: between snapshots, or their times (s,) [s]
-    plan: Plan  #: component level; its eta and eps are those of the main models
-    newton: Newton = field(default_factory=Newton)
-    tolerances: tuple[float, ...] = ()  #: further eps
-    hyper_tolerances: tuple[float, ...] = ()  #: further eta
-    steps: tuple[float, ...] = ()  #: other steps of the full model [s]
-    ffrf_modes: int | None = None
-    repeat: int = 2  #: runs of which the fastest counts
-    order: bool = True  #: observe the order in time by a quarter of the step
-    expensive: bool = False  #: the full model runs once, as sharply as its snapshots need; its step is not halved
-    plain: bool = True  #: also run models without hyper-reduction where there is an exact polynomial
 
 
 @dataclass(frozen=True)
@@ -101,17 +77,6 @@ class Record:
 
 
 @dataclass(frozen=True)
-class TimeError:
-    """Error of the full model's own step, from halving or doubling it."""
-
-    step: float  #: [s]
-    difference: float  #: largest distance of the motions with h and h/2, or h and 2h [m]
-    position: float  #: error of h, 4/3 or 1/3 of it [m]
-    relative: float  #: the same for the coordinates, largest over time
-    order: float | None  #: observed, with h/4
-
-
-@dataclass(frozen=True)
 class Study:
     """All models, and the motions of those that pictures show."""
 
@@ -121,7 +86,6 @@ class Study:
     errors: Mapping[str, Errors]
     trained: Mapping[str, Trained]
     time_error: TimeError | None  #: None where the full model was run with one step only
-    taught_s: float  #: CPU time of the full run that gave the snapshots [s]
 
     def __getitem__(self, name: str) -> Record:
         return next(record for record in self.records if record.name == name)
@@ -169,71 +133,8 @@ def run(
             motions[job.name], found[job.name], trained[job.name] = motion, errors, model
         if progress:
             progress((number + 1) / len(jobs))
-    seconds = taught.statistics.cpu_s
-    return Study(tuple(with_ratios(records, seconds)), full, motions, found, trained, step_error(full, fine, h), seconds)
-
-
-def sharp_newton(options: Options) -> Newton:
-    """Newton's iteration of the run that gives the snapshots."""
-    return newton_for(options.newton, min((options.plan.tolerance, *options.tolerances)))
-
-
-def newton_of_full(options: Options) -> Newton:
-    """Newton's iteration of the full model as it is compared."""
-    return sharp_newton(options) if options.expensive else options.newton
-
-
-def kept_steps(options: Options) -> np.ndarray:
-    """Numbers of the steps whose states are stored: those of the snapshots, or so many that there are enough samples.
-
-    The first interval between listed snapshots is divided further, so that errors in a transient at the start are seen.
-    """
-    steps = round(options.duration / options.scheme.step)
-    if isinstance(options.interval, np.ndarray):
-        numbers = np.round(options.interval / options.scheme.step).astype(np.int64)
-        first = int(numbers[numbers > 0].min(initial=steps))
-        return np.union1d(numbers, [*range(0, first, max(1, first // START)), steps])
-    return np.arange(0, steps + 1, stride(options))
-
-
-def stride(options: Options) -> int:
-    """Steps between stored states: as many as leave enough samples and divide the interval of the snapshots."""
-    between = max(1, round(float(options.interval) / options.scheme.step))
-    steps = options.duration / options.scheme.step
-    return max(d for d in range(1, between + 1) if between % d == 0 and (d == 1 or steps / d >= SAMPLES))
-
-
-def timed(system: System, options: Options, step: float, kept: np.ndarray, newton: Newton | None = None) -> Trajectory:
-    """The motion, with the least CPU and wall time of several runs; `kept` are numbers of steps of the size `step`."""
-    scheme, newton = replace(options.scheme, step=step), newton or options.newton
-    best = integrate(system, scheme, options.duration, newton, kept)
-    for _ in range(options.repeat - 1 if best.statistics.cpu_s < PATIENCE else 0):
-        again = integrate(system, scheme, options.duration, newton, kept).statistics
-        cpu, wall = min(again.cpu_s, best.statistics.cpu_s), min(again.wall_s, best.statistics.wall_s)
-        best = replace(best, statistics=replace(best.statistics, cpu_s=cpu, wall_s=wall))
-    return best
-
-
-def other_steps(system: System, options: Options, kept: np.ndarray) -> dict[float, Trajectory]:
-    """The full model with h/2 and h/4; where that is expensive, with those of the wanted steps that are h/2 or 2h."""
-    h = options.scheme.step
-    ratios = (2.0, 4.0) if options.order else (2.0,)
-    if options.expensive:
-        ratios = tuple(ratio for ratio in (2.0, 0.5) if any(math.isclose(step, h / ratio) for step in options.steps))
-    options, newton = replace(options, repeat=1), newton_of_full(options)
-    return {h / ratio: timed(system, options, h / ratio, stored(h / ratio, h, kept), newton) for ratio in ratios}
-
-
-def step_error(full: Trajectory, others: Mapping[float, Trajectory], step: float) -> TimeError | None:
-    """Error of the step from runs with h/2 and, for the order, h/4; or from a run with 2h."""
-    if not others:
-        return None
-    near, *further = others
-    first, factor = compare(full, others[near]), 4 / 3 if near < step else 1 / 3
-    order = None
-    if further and further[0] < near:
-        order = math.log2(first.position_maximum / compare(others[near], others[further[0]]).position_maximum)
-    return TimeError(step, first.position_maximum, factor * first.position_maximum, factor * first.maximum, order)
+    told = tuple(with_ratios(records, taught.statistics.cpu_s))
+    return Study(told, full, motions, found, trained, step_error(full, fine, h))
 
 
 def reduced_jobs(raw: System, data: Snapshots, options: Options) -> Iterator[Job]:
@@ -336,12 +237,6 @@ def evaluate(
         factorisations=cost.factorisations,
     )
     return record, model, motion, errors
-
-
-def stored(step: float, h: float, kept: np.ndarray) -> np.ndarray:
-    """Numbers of the steps of another size at those instants of the full run's stored states that they reach."""
-    numbers = kept * (h / step)
-    return np.round(numbers[np.abs(numbers - np.round(numbers)) < NEAR]).astype(np.int64)
 
 
 def line_errors(errors: Errors, full: Trajectory, other: Trajectory) -> Errors:

@@ -3,7 +3,7 @@ r"""Training: from the motion of a full model to a reduced model, as one plan sa
     full motion -> snapshots -> bases, eps (14) -> projection (21) -> ECSW, eta (44), or the exact polynomial
 
 The snapshots have to be sharper than the modes that are kept: the Newton tolerance of the training run is at most 1e-6 sqrt(eps),
-relative to the reference coordinates. Above that the smallest modes are noise. Reduced models iterate to 1e-2 sqrt(eps): what they
+relative to the reference coordinates. Above that the smallest modes are noise. Reduced models iterate to 5e-3 sqrt(eps): what they
 leave adds up over the steps, and has to stay below the error of truncation.
 """
 
@@ -25,7 +25,7 @@ Components = Mapping[str, Sequence[str]]
 Modes = int | Mapping[str, int] | None
 
 SHARP = 1e-6  #: Newton tolerance of the training run over sqrt(eps)
-ENOUGH = 1e-2  #: Newton tolerance of a reduced run over sqrt(eps)
+ENOUGH = 5e-3  #: Newton tolerance of a reduced run over sqrt(eps)
 FINEST = 1e-12  #: smallest Newton tolerance asked for
 
 

@@ -39,7 +39,7 @@ def plan(system: System, collected: Collected) -> Plan:
     locals_ = [cell_coordinates(part) for part in collected.cells]
     n = len(collected.lift.offset)
     keys = [entries(local, n) for local in locals_]
-    unique = np.unique(np.concatenate([np.unique(key) for key in keys]))
+    unique = np.unique(np.concatenate([np.zeros(0, np.int64), *(np.unique(key) for key in keys)]))
     targets = tuple(np.searchsorted(unique, key).astype(np.int32).reshape(key.shape) for key in keys)
     indptr = np.searchsorted(unique, np.arange(n + 1) * n)
     groups, integers, numbers, _, work = flatten(system.dim, collected, nowhere)

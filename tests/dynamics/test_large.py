@@ -1,0 +1,102 @@
+"""Large models: the sparse step, direct or with multigrid, gives what the band gives; massless axes are no obstacle."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from fmbs_skfem.bodies import Body, Material
+from fmbs_skfem.bodies.plate import plate
+from fmbs_skfem.bodies.rigid import rigid
+from fmbs_skfem.core import krylov
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, large
+from fmbs_skfem.systems import At, System, assemble, compile_system, compiled, joints, loads
+
+from ..bodies.test_plate import rectangle
+
+SCHEME, TIGHT = GeneralizedAlpha(2e-4), Newton(tolerance=1e-12)
+
+
+def hanging(cells: int = 6) -> System:
+    """A plate in space that hangs on two corners and falls under gravity and a follower force of its third corner."""
+    body = plate("plate", rectangle("ancf", cells, cells), 0.01, Material(2e9, 1000.0, 0.3))
+    pins = [joints.Pin(name, At("plate", name)) for name in ("a", "b")]
+    return assemble([body], pins, [loads.Gravity((0.0, 0.0, -9.81)), loads.PointForce("push", At("plate", "c"), (0.0, 0.0, 5.0))])
+
+
+def run(system: System, steps: int = 40) -> Trajectory:
+    return integrate(system, SCHEME, steps * SCHEME.step, TIGHT)
+
+
+@pytest.fixture
+def sparse(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compiled, "BAND", 20)
+
+
+def test_sparse_and_band_agree(monkeypatch: pytest.MonkeyPatch) -> None:
+    system = hanging()
+    monkeypatch.setattr(compiled, "BAND", 10_000)
+    band = run(system)
+    assert band.statistics.solver.startswith(("band", "dense"))
+    monkeypatch.setattr(compiled, "BAND", 20)
+    found = run(system)
+    assert found.statistics.solver.startswith("sparse LDL^T")
+    assert_allclose(found.x, band.x, atol=1e-10 * system.scale)
+    assert_allclose(found.multipliers[1:], band.multipliers[1:], rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.usefixtures("sparse")
+def test_multigrid_is_taken_where_factors_do_not_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    system = hanging()
+    direct = run(system, 10)
+    monkeypatch.setattr(krylov, "free_memory", lambda: 1e5)
+    found = run(system, 10)
+    assert "multigrid" in found.statistics.solver
+    assert_allclose(found.x, direct.x, atol=1e-9 * system.scale)
+
+
+@pytest.mark.usefixtures("sparse")
+def test_sparse_tangent_is_that_of_the_band(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The assembled tangent of blocks of cells equals the band at a random state, damping included."""
+    system = hanging()
+    x = system.x0 + 1e-3 * np.random.default_rng(0).normal(size=system.size)
+    none = np.zeros(len(system.constraints.names))
+    one = compiled.tangent(compile_system(system), x, none, gh=3.0).toarray()
+    monkeypatch.setattr(compiled, "BAND", 10_000)
+    two = compiled.tangent(compile_system(system), x, none, gh=3.0).toarray()
+    assert_allclose(one, two, atol=1e-12 * np.abs(two).max())
+
+
+def test_rigid_motions_cost_no_energy() -> None:
+    system = assemble(
+        [plate("plate", rectangle("ancf", 3, 3), 0.01, Material(2e9, 1000.0, 0.3), origin=np.array([3.0, 1.0, -2.0]))]
+    )
+    model = compile_system(system)
+    B, K = large.rigid_motions(model), compiled.tangent(model, system.x0, np.zeros(0))
+    assert B.shape == (system.size, 6)
+    assert np.linalg.matrix_rank(B) == 6
+    assert np.abs(K @ B).max() < 1e-10 * abs(K).max()
+
+
+def lamina(name: str, k: int) -> Body:
+    """A thin rectangle in the plane z = 0: its axis e3 has no mass."""
+    ends = {"left": (0.1 * k, 0.0, 0.0), "right": (0.1 * (k + 1), 0.0, 0.0)}
+    return rigid(name, 1.0, np.diag([0.002, 0.003, 0.005]), (0.1 * k + 0.05, 0.0, 0.0), places=ends)
+
+
+@pytest.mark.parametrize("count", [3, 40])
+def test_chain_of_laminae(count: int) -> None:
+    """Massless axes are determined by joints alone; a chain of hinges about y falls and stays in its plane, energy is kept."""
+    bodies = [lamina(f"p{k}", k) for k in range(count)]
+    hinges = [joints.Revolute("h0", At("p0", "left"), axis=(0.0, 1.0, 0.0))]
+    hinges += [
+        joints.Revolute(f"h{k}", At(f"p{k}", "left"), At(f"p{k - 1}", "right"), axis=(0.0, 1.0, 0.0)) for k in range(1, count)
+    ]
+    system = assemble(bodies, hinges, [loads.Gravity((0.0, 0.0, -9.81))])
+    found = integrate(system, GeneralizedAlpha(1e-3, 1.0), 0.05, TIGHT)
+    x, v = found.x[-1], found.v[-1]
+    kinetic = 0.5 * v @ system.mass @ v
+    assert kinetic > 0.01
+    assert kinetic == pytest.approx(system.loads.constant @ (x - system.x0), rel=2e-3)
+    assert np.abs(x.reshape(-1, 4, 3)[:, 0, 1]).max() < 1e-9
