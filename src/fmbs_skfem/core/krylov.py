@@ -22,7 +22,7 @@ from pyamg import smoothed_aggregation_solver
 from scipy.sparse import bsr_array, csr_array, diags_array
 from scipy.sparse.linalg import LinearOperator, cg
 
-from fmbs_skfem.core.errors import InputError, Reason, SolverError, say
+from .errors import InputError, Reason, SolverError, say
 
 SPARE = 0.8  #: share of the free memory that factors may take
 COARSEST = 100  #: nodes of the coarsest level, which is solved densely

@@ -37,6 +37,18 @@ def as_sparse(a: Any) -> csr_array:
     return sparse
 
 
+def is_identity(a: Any) -> bool:
+    """Whether a sparse matrix is the identity to the bit."""
+    return a.shape[0] == a.shape[1] and a.nnz == a.shape[0] and bool((a.diagonal() == 1.0).all())
+
+
+def mirrored(low: csr_array) -> csr_array:
+    """The symmetric matrix of a lower triangle."""
+    above = low.T.tocsr()
+    above.setdiag(0.0)
+    return csr_array(low + above)
+
+
 def block_diag(blocks: Sequence[Array]) -> Array:
     """Blocks along the diagonal: dense where all are dense, sparse otherwise; blocks without rows or without columns count too."""
     if any(is_sparse(block) for block in blocks):

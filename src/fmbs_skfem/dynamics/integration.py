@@ -9,13 +9,13 @@ from functools import partial
 from typing import TypeAlias
 
 import numpy as np
-from scipy.linalg import qr
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 
 from ..bodies.laws import Law
 from ..core import lapack
 from ..core.errors import InputError, Reason, SolverError, say
+from ..core.linalg import independent_rows
 from ..core.notices import notify
 from ..systems import compiled as compilation
 from ..systems.compiled import Compiled, compile_system, signal_table
@@ -358,19 +358,18 @@ def kkt_solver(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.nda
     In a singular position, where rows depend on each other for an instant, independent ones determine a, and l has least norm.
     """
     system, size = model.system, float(abs(M).max()) or 1.0
-    order, regular = pivoted_rows(J)
-    if regular < len(J) and not singular_start(system):
-        names = tuple((".".join(system.constraints.names[k]), 0.0) for k in order[regular:])
+    rows = independent_rows(J)
+    if len(rows) < len(J) and not singular_start(system):
+        names = tuple((".".join(system.constraints.names[k]), 0.0) for k in np.setdiff1d(np.arange(len(J)), rows))
         listed = ", ".join(name for name, _ in names)
         text = f"redundant joints: {listed}; remove one, or let linear ones be eliminated"
         raise SolverError(text, Reason.INCONSISTENT, 0.0, names)
-    rows = np.sort(order[:regular])
     bordered = augmented(model, M / size, J[rows]) if model.plan else splu(compilation.kkt(M / size, J[rows]).tocsc()).solve
 
     def solve(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         z = bordered(np.concatenate([f / size, g[rows]]))
         found = size * z[len(f) :]
-        return z[: len(f)], found if regular == len(J) else np.linalg.lstsq(J.T, J[rows].T @ found, rcond=None)[0]
+        return z[: len(f)], found if len(rows) == len(J) else np.linalg.lstsq(J.T, J[rows].T @ found, rcond=None)[0]
 
     return solve
 
@@ -392,13 +391,3 @@ def augmented(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.ndar
         return np.concatenate([x - multipliers @ spread, scale * multipliers])
 
     return solve
-
-
-def pivoted_rows(J: np.ndarray) -> tuple[np.ndarray, int]:
-    """Rows of J, most independent first, and how many of them are independent."""
-    if not len(J):
-        return np.zeros(0, dtype=np.int64), 0
-    used = np.flatnonzero(np.abs(J).max(axis=0) > 0.0)
-    R, order = qr(J[:, used].T, mode="r", pivoting=True)
-    pivots = np.abs(np.diag(R))
-    return order, int((pivots > 1e-10 * pivots.max(initial=0.0)).sum())

@@ -32,6 +32,7 @@ from ..bodies.body import Cells
 from ..bodies.laws import Law
 from ..core import direct, krylov
 from ..core.errors import SolverError
+from ..core.linalg import is_identity
 from ..systems import compiled, kernels, sparse
 from ..systems.compiled import Compiled
 from . import stepping
@@ -55,7 +56,7 @@ class Large:
         self.probes = np.asarray(csr_array(system.probes.matrix)[:, self.interface].toarray())
         self.bodies = rotation_weights(model) if self.turns else []
         self.rate = 1.0  #: contraction, the largest of late measurements
-        self.factored = identity_turns(self)
+        self.factored: list[np.ndarray] = []  #: rotations of the bodies where W was factored
         self.motions = rigid_motions(model)
 
     def advance(
@@ -169,8 +170,7 @@ class Large:
 
 def whole_vectors(model: Compiled) -> bool:
     """Whether the unknowns are whole vectors, body by body, so that a rotation can act on them."""
-    lift = csr_array(model.system.lift.matrix)
-    return lift.shape[0] == lift.shape[1] and lift.nnz == lift.shape[0] and bool((lift.diagonal() == 1.0).all())
+    return is_identity(csr_array(model.system.lift.matrix))
 
 
 def interface(model: Compiled, whole: bool) -> np.ndarray:
@@ -205,10 +205,6 @@ def rotation_weights(model: Compiled) -> list[tuple[slice, np.ndarray]]:
         where = spans[elastic.name]
         found.append((where, G[where.start // dim : where.stop // dim]))
     return found
-
-
-def identity_turns(large: Large) -> list[np.ndarray]:
-    return [np.eye(large.dim) for _ in large.bodies]
 
 
 def fitted_turns(large: Large, x: np.ndarray) -> list[np.ndarray]:
@@ -296,5 +292,5 @@ def refined(W: csr_array, approximate: Inverse, columns: np.ndarray) -> np.ndarr
     """W^-1 columns (rows of the array) with three steps of refinement."""
     x = approximate.solve(columns) if len(columns) else columns
     for _ in range(3 if len(columns) else 0):
-        x = x + approximate.solve(columns - np.asarray((W @ x.T).T))
+        x = x + approximate.solve(direct.residual(W, x, columns))
     return x

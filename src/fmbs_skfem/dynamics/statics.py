@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import eigh, qr
+from scipy.linalg import eigh
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
 from ..core.errors import InputError, Reason, SolverError, say
-from ..core.linalg import as_dense, independent_rows
+from ..core.linalg import as_dense, independent_rows, null_space, rank
 from ..systems import compiled
 from ..systems.compiled import Compiled, compile_system
 from ..systems.system import LoadKind, System
@@ -192,7 +192,7 @@ def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None
     multipliers = np.zeros(model.constraints) if multipliers is None else multipliers
     J = compiled.gap(model, x)[1]
     K, M = compiled.tangent(model, x, multipliers), csr_array(system.mass)
-    possible = len(x) - np.linalg.matrix_rank(J, tol=1e-10 * max(float(np.abs(J).max(initial=0.0)), 1e-300)) if len(J) else len(x)
+    possible = len(x) - rank(J)
     if not 1 <= count <= possible:
         raise InputError(say("analysis.count", f"1 to {possible} modes", count))
     squares, vectors = (dense_modes if 3 * count + 20 > possible else sparse_modes)(0.5 * (K + K.T), M, J, count)
@@ -201,11 +201,7 @@ def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None
 
 def dense_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues and vectors of (K, M) on the null space of J."""
-    Z = np.eye(K.shape[0])
-    if len(J):
-        Q, R, _ = qr(J.T, pivoting=True)
-        diagonal = np.abs(np.diag(R))
-        Z = Q[:, int((diagonal > 1e-10 * diagonal[0]).sum()) :]
+    Z = null_space(J) if len(J) else np.eye(K.shape[0])
     squares, vectors = eigh(Z.T @ (K @ Z), Z.T @ (M @ Z), subset_by_index=[0, count - 1])
     return squares, Z @ vectors
 

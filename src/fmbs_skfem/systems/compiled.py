@@ -9,7 +9,7 @@ from scipy.sparse import block_array, coo_array, csr_array, kron
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from ..bodies.body import Cells
-from ..core.linalg import as_dense, is_sparse
+from ..core.linalg import as_dense, is_sparse, mirrored
 from . import gathers, kernels, sparse
 from .kernels import Arrays, Csr, Forces, Groups, Operator, Pairs, Scatter, Terms
 from .springs import ANGLE
@@ -56,7 +56,9 @@ def compile_system(system: System) -> Compiled:
     def scatter_map(part: Cells) -> gathers.Map:
         return gathers.scatter_map(part, csr_array(cells.lift.matrix), place, dense, width)
 
-    groups, integers, numbers, scatter, work = gathers.flatten(system.dim, cells, gathers.nowhere if large else scatter_map)
+    table, integers, numbers, scatter, work = gathers.flatten(system.dim, cells, gathers.nowhere if large else scatter_map)
+    beta = np.array([e.beta for e in system.elastic])[cells.owners] if len(cells.groups) else np.zeros(1)
+    groups = Groups(table, beta, integers, numbers)
     terms, loads = system.constraints, system.loads
     term_pair, law_pair, pairs = pair_table(system)
     probes = permuted(system.probes.matrix, order)
@@ -68,12 +70,7 @@ def compile_system(system: System) -> Compiled:
         return constant(permuted(A, order, True), store(A, place, width), dense, large, system.dim)
 
     arrays = Arrays(
-        groups=Groups(
-            groups,
-            np.array([e.beta for e in system.elastic])[cells.owners] if len(cells.groups) else np.zeros(1),
-            integers,
-            numbers,
-        ),
+        groups=groups,
         scatter=Scatter(*scatter),
         lift=triple(permuted(cells.lift.matrix, order)),
         lift_offset=cells.lift.offset,
@@ -95,7 +92,7 @@ def compile_system(system: System) -> Compiled:
         pairs=Pairs(target, factor, len(pairs)),
         load=np.ascontiguousarray(loads.constant[order]),
     )
-    return Compiled(system, arrays, order, work, sparse.plan(system, cells) if large else None)
+    return Compiled(system, arrays, order, work, sparse.plan(cells, groups, work) if large else None)
 
 
 def massless(system: System, cells: gathers.Collected) -> bool:
@@ -298,10 +295,7 @@ def from_lower_band(band: np.ndarray) -> csr_array:
     j = np.repeat(np.arange(n), width)
     i = j + np.tile(np.arange(width), n)
     inside = i < n
-    low = csr_array((band.ravel()[inside], (i[inside], j[inside])), shape=(n, n))
-    upper = low.T.tocsr()
-    upper.setdiag(0.0)
-    return csr_array(low + upper)
+    return mirrored(csr_array((band.ravel()[inside], (i[inside], j[inside])), shape=(n, n)))
 
 
 def kkt(K: csr_array, jacobian: np.ndarray) -> csr_array:

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.linalg import qr
 from scipy.sparse import csr_array
 
+from ..core.linalg import rank
 from ..core.notices import notify
 from . import kernels
 from .compiled import signal_table
@@ -66,14 +67,6 @@ def units(J: np.ndarray) -> np.ndarray:
     """Rows scaled to length 1; rows of zeros stay."""
     length = np.linalg.norm(J, axis=1, keepdims=True)
     return J / np.where(length > 0.0, length, 1.0)
-
-
-def rank(J: np.ndarray, tolerance: float) -> int:
-    """Number of rows that a pivoted factorisation finds independent."""
-    if not J.size:
-        return 0
-    pivots = np.abs(np.diag(qr(units(J).T, mode="r", pivoting=True)[0]))
-    return int((pivots > tolerance).sum())
 
 
 def nearby(rows: Rows, z: np.ndarray) -> list[np.ndarray]:

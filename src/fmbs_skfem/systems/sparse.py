@@ -14,10 +14,10 @@ from scipy.sparse import csr_array
 
 from ..bodies import laws
 from ..core.jit import jit
+from ..core.linalg import is_identity, mirrored
 from . import kernels
-from .gathers import Collected, cell_coordinates, flatten, nowhere
+from .gathers import Collected, cell_coordinates
 from .kernels import Groups
-from .system import System
 
 
 @dataclass(frozen=True)
@@ -34,19 +34,16 @@ class Plan:
     work: int
 
 
-def plan(system: System, collected: Collected) -> Plan:
-    """Pattern and targets of the cells of a system."""
+def plan(collected: Collected, groups: Groups, work: int) -> Plan:
+    """Pattern and targets of the cells that are flattened in `groups`; `work` is the length of a work vector."""
     locals_ = [cell_coordinates(part) for part in collected.cells]
     n = len(collected.lift.offset)
     keys = [entries(local, n) for local in locals_]
     unique = np.unique(np.concatenate([np.zeros(0, np.int64), *(np.unique(key) for key in keys)]))
     targets = tuple(np.searchsorted(unique, key).astype(np.int32).reshape(key.shape) for key in keys)
     indptr = np.searchsorted(unique, np.arange(n + 1) * n)
-    groups, integers, numbers, _, work = flatten(system.dim, collected, nowhere)
     T = csr_array(collected.lift.matrix)
-    plain = T.shape == (n, n) and T.nnz == n and bool((T.diagonal() == 1.0).all())
-    beta = np.array([e.beta for e in system.elastic])[collected.owners]
-    return Plan(Groups(groups, beta, integers, numbers), targets, unique % n, indptr, T, collected.lift.offset, plain, work)
+    return Plan(groups, targets, unique % n, indptr, T, collected.lift.offset, is_identity(T), work)
 
 
 def entries(local: np.ndarray, n: int) -> np.ndarray:
@@ -63,10 +60,7 @@ def tangent(plan: Plan, x: np.ndarray, gh: float = 0.0) -> csr_array:
     data, work = np.zeros(len(plan.indices)), np.zeros((3, plan.work))
     for g, target in enumerate(plan.targets):
         add_group(plan.groups, g, q, gh, work, target, data)
-    low = csr_array((data, plan.indices, plan.indptr), shape=(n, n))
-    above = low.T.tocsr()
-    above.setdiag(0.0)
-    K = csr_array(low + above)
+    K = mirrored(csr_array((data, plan.indices, plan.indptr), shape=(n, n)))
     return K if plan.plain else csr_array(plan.lift.T @ K @ plan.lift)
 
 
