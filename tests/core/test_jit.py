@@ -21,7 +21,7 @@ def package(tmp_path: Path) -> Path:
     folder = tmp_path / "package"
     (folder / "inner").mkdir(parents=True)
     for name in ("a.py", "inner/b.py"):
-        (folder / name).write_text("x = 1  # jit\n")
+        (folder / name).write_text("import numba\n")
         os.utime(folder / name, ns=(10**18, 10**18))
     return folder
 
@@ -31,14 +31,14 @@ def test_stamp_sees_every_change_of_a_module(package: Path) -> None:
     assert stamp(package) == first
     os.utime(inner, ns=(10**18, 10**18 + 1))
     touched = stamp(package)
-    inner.write_text("x = 12  # jit\n")
+    inner.write_text("import numba as n\n")
     os.utime(inner, ns=(10**18, 10**18))
     longer = stamp(package)
     inner.rename(package / "b.py")
     assert len({first, touched, longer, stamp(package)}) == 4
     last = stamp(package)
-    (package / "notes.txt").write_text("not code, though it says jit")
-    (package / "plain.py").write_text("y = 2\n")
+    (package / "notes.txt").write_text("not code: import numba")
+    (package / "plain.py").write_text("jit = 2\n")
     assert stamp(package) == last
 
 

@@ -29,9 +29,12 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
+from numba import carray
 
+from ..core.entries import entry
 from ..core.jit import jit
 
 
@@ -43,6 +46,7 @@ class Curvature(IntEnum):
     EXACT = 3
 
 
+LINES = 4  #: rows of a section
 STRAIGHT = 1e-2  #: square s^2 of the curvature below which a line in space counts as straight in the damping law [1/m2]
 SMALL = 1e-12  #: keeps 1 - kappa0 / kappa finite [1/m2]
 
@@ -277,3 +281,24 @@ def spatial_modulus(n: int, u: np.ndarray, beta: float, section: np.ndarray, D: 
                         mixed = r1 * s2 + r2 * s1
                         D[i, j, p, e] = D[j, i, p, e] = i1 * same + A * r1 * s1 + B * mixed + C * r2 * s2
                         D[dim + i, dim + j, p, e] = D[dim + j, dim + i, p, e] = i3 * same + X * r1 * s1 + Y * mixed + Z * r2 * s2
+
+
+@entry
+def energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+    """`energy` as an entry: W[0]."""
+    carray(W, 1)[0] = energy(law, carray(u, (rows, points, cells)), carray(section, (LINES, points, cells)))
+
+
+@entry
+def stress_at(u: Any, rate: Any, section: Any, S: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+    """`stress` as an entry."""
+    shape = (rows, points, cells)
+    stress(law, carray(u, shape), carray(rate, shape), beta, carray(section, (LINES, points, cells)), carray(S, shape))
+
+
+@entry
+def modulus_at(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+    """`modulus` as an entry."""
+    modulus(
+        law, carray(u, (rows, points, cells)), beta, carray(section, (LINES, points, cells)), carray(D, (rows, rows, points, cells))
+    )

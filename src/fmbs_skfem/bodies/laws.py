@@ -7,15 +7,18 @@ r"""The elastic laws behind one door: strain energy W(u) of jets u (k c, p, e), 
     MEMBRANE                       r,1 r,2                    A, nu, weight                                `membrane_law`
     SHELL                          r,1 r,2 r,11 r,22 r,12     A, B, nu, b0_11, b0_22, b0_12, weight        `shell_law`
 
-The numbers of the cable laws are those of their `Curvature`. `checks.check_law` tests every law.
+The numbers of the cable laws are those of their `Curvature`. Laws are called by address, so that a model compiles only its own.
+`checks.check_law` tests every law.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from enum import IntEnum
 
 import numpy as np
 
+from ..core.entries import call
 from ..core.jit import jit
 from . import cable_law, membrane_law, shell_law
 
@@ -31,8 +34,11 @@ class Law(IntEnum):
 
 
 VECTORS = {Law.QUADRATIC: 2, Law.MATERIAL: 2, Law.EXACT: 2, Law.MEMBRANE: 2, Law.SHELL: 5}  #: derivatives of r that a law reads
-ROWS = {Law.QUADRATIC: 4, Law.MATERIAL: 4, Law.EXACT: 4, Law.MEMBRANE: 3, Law.SHELL: 7}  #: rows of its section
-MEMBRANE, SHELL = int(Law.MEMBRANE), int(Law.SHELL)  #: plain numbers for compiled functions
+ROWS = {
+    **dict.fromkeys((Law.QUADRATIC, Law.MATERIAL, Law.EXACT), cable_law.LINES),
+    Law.MEMBRANE: membrane_law.LINES,
+    Law.SHELL: shell_law.LINES,
+}  #: rows of its section
 
 
 def vectors(law: int) -> int:
@@ -45,33 +51,55 @@ def rows(law: int) -> int:
     return ROWS[Law(law)]
 
 
+KINDS = 3  #: functions of a law
+ENERGY, STRESS, MODULUS = range(KINDS)
+ENTRIES: dict[Law, tuple[Callable[[], int], ...]] = {
+    **dict.fromkeys((Law.QUADRATIC, Law.MATERIAL, Law.EXACT), (cable_law.energy_at, cable_law.stress_at, cable_law.modulus_at)),
+    Law.MEMBRANE: (membrane_law.energy_at, membrane_law.stress_at, membrane_law.modulus_at),
+    Law.SHELL: (shell_law.energy_at, shell_law.stress_at, shell_law.modulus_at),
+}
+
+
+def addresses(used: Iterable[int]) -> np.ndarray:
+    """Where the functions of the laws in use are, (law, kind) flat; zeros for the others, which are not compiled."""
+    table = np.zeros((max(Law) + 1, KINDS), dtype=np.int64)
+    for law in {Law(number) for number in used}:
+        table[law] = [entry() for entry in ENTRIES[law]]
+    return table.ravel()
+
+
 @jit
+def call_energy(calls: np.ndarray, law: int, u: np.ndarray, section: np.ndarray) -> float:
+    """`energy` in compiled code, with the `addresses` of the laws."""
+    W = np.zeros(1)
+    call(calls[KINDS * law + ENERGY], (u, u, section, W), (u.shape[0], u.shape[1], u.shape[2], law), 0.0)
+    return W[0]
+
+
+@jit
+def call_stress(
+    calls: np.ndarray, law: int, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray
+) -> None:
+    """`stress` in compiled code, with the `addresses` of the laws."""
+    call(calls[KINDS * law + STRESS], (u, rate, section, S), (u.shape[0], u.shape[1], u.shape[2], law), beta)
+
+
+@jit
+def call_modulus(calls: np.ndarray, law: int, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
+    """`modulus` in compiled code, with the `addresses` of the laws."""
+    call(calls[KINDS * law + MODULUS], (u, u, section, D), (u.shape[0], u.shape[1], u.shape[2], law), beta)
+
+
 def energy(law: int, u: np.ndarray, section: np.ndarray) -> float:
     """Strain energy [J] summed over all points."""
-    if law == MEMBRANE:
-        return membrane_law.energy(u, section)
-    if law == SHELL:
-        return shell_law.energy(u, section)
-    return cable_law.energy(law, u, section)
+    return float(call_energy(addresses([law]), law, u, section))
 
 
-@jit
 def stress(law: int, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
     """S = weight dW/du (+ damping with time `beta` [s] and jet rates `rate`), shapes (k c, p, e)."""
-    if law == MEMBRANE:
-        membrane_law.stress(u, rate, beta, section, S)
-    elif law == SHELL:
-        shell_law.stress(u, rate, beta, section, S)
-    else:
-        cable_law.stress(law, u, rate, beta, section, S)
+    call_stress(addresses([law]), law, u, rate, beta, section, S)
 
 
-@jit
 def modulus(law: int, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
     """D = weight d2W/du2 + beta (material part), shape (k c, k c, p, e), symmetric; `beta` [-]: damping time times gh."""
-    if law == MEMBRANE:
-        membrane_law.modulus(u, beta, section, D)
-    elif law == SHELL:
-        shell_law.modulus(u, beta, section, D)
-    else:
-        cable_law.modulus(law, u, beta, section, D)
+    call_modulus(addresses([law]), law, u, beta, section, D)

@@ -19,9 +19,15 @@ doi 10.1016/j.cma.2009.08.013.
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
+import numpy as np
+from numba import carray
+
+from ..core.entries import entry
 from ..core.jit import jit
+
+LINES = 3  #: rows of a section
 
 
 @jit
@@ -103,3 +109,22 @@ def modulus(u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> N
             D[1, 3, p, e] = D[3, 1, p, e] = N12 + C * y1 * y2 + G * y2 * y1
             D[0, 3, p, e] = D[3, 0, p, e] = C * x1 * y2 + G * x2 * y1
             D[1, 2, p, e] = D[2, 1, p, e] = C * y1 * x2 + G * y2 * x1
+
+
+@entry
+def energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+    """`energy` as an entry: W[0]."""
+    carray(W, 1)[0] = energy(carray(u, (rows, points, cells)), carray(section, (LINES, points, cells)))
+
+
+@entry
+def stress_at(u: Any, rate: Any, section: Any, S: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+    """`stress` as an entry."""
+    shape = (rows, points, cells)
+    stress(carray(u, shape), carray(rate, shape), beta, carray(section, (LINES, points, cells)), carray(S, shape))
+
+
+@entry
+def modulus_at(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+    """`modulus` as an entry."""
+    modulus(carray(u, (rows, points, cells)), beta, carray(section, (LINES, points, cells)), carray(D, (rows, rows, points, cells)))

@@ -27,14 +27,18 @@ Source (the energy): Kiendl, Bletzinger, Linhard and Wuechner, Comput. Methods A
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
+from numba import carray
 
+from ..core.entries import entry
 from ..core.jit import jit
 from .membrane_law import hooke, quadratic
 
 Vector = tuple[float, float, float]
 
+LINES = 7  #: rows of a section
 WIDTH = 64  #: cells of a block
 DUAL, NORMAL, SECOND = 2, 4, 5  #: first rows of r^1 r^2, n and r,11 r,22 r,12 in a frame
 
@@ -293,3 +297,22 @@ def set_curvature_blocks(p: int, e: int, frame: np.ndarray, force: np.ndarray, C
             for j in range(i + 1):
                 for k in range(3 if j < i else c + 1):
                     D[row, 6 + 3 * j + k, p, e] = D[6 + 3 * j + k, row, p, e] = C[i, j] * n[c] * n[k]
+
+
+@entry
+def energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+    """`energy` as an entry: W[0]."""
+    carray(W, 1)[0] = energy(carray(u, (rows, points, cells)), carray(section, (LINES, points, cells)))
+
+
+@entry
+def stress_at(u: Any, rate: Any, section: Any, S: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+    """`stress` as an entry."""
+    shape = (rows, points, cells)
+    stress(carray(u, shape), carray(rate, shape), beta, carray(section, (LINES, points, cells)), carray(S, shape))
+
+
+@entry
+def modulus_at(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+    """`modulus` as an entry."""
+    modulus(carray(u, (rows, points, cells)), beta, carray(section, (LINES, points, cells)), carray(D, (rows, rows, points, cells)))

@@ -14,6 +14,7 @@ import functools
 import hashlib
 import json
 import math
+import subprocess
 import sys
 import time
 import traceback
@@ -230,14 +231,20 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
         yield advance
 
 
-def announce_compiling() -> bool:
-    """Whether no compiled step is cached; then the first run compiles, which is said on stderr."""
+def announce_compiling(scene: Path | None = None) -> bool:
+    """Whether no compiled step is cached; then the first run compiles, which is said on stderr.
+
+    What a run of `scene` needs after its time steps is compiled by a process beside it.
+    """
     from ..core import jit
 
     folder = jit.cache_folder()
     cold = folder is None or not any(folder.rglob("stepping.advance-*.nbc"))
     if cold:
         click.echo("compiling (first run only)", err=True)
+    if cold and folder is not None and scene is not None:
+        command = [sys.executable, "-m", "fmbs_skfem.cli.warm", str(scene)]
+        subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     return cold
 
 

@@ -46,7 +46,7 @@ def command(session: Session, quick: bool, duration: float | None, picture: bool
     stem = scene.path.stem if scene.path else "scene"
     names = (RECORD, *figure_names(scene), figures.PICTURE)
     out = common.folder(session, f"fmbs-{stem}-compare", names, common.fingerprint(scene), RECORD)
-    common.announce_compiling()
+    common.announce_compiling(scene.path)
     with common.progress("comparing") as advance:
         study = run(scene, quick, session.allow_outside, advance)
     report = report_of(scene, study)

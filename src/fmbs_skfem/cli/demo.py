@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -38,8 +36,7 @@ def command(session: Session) -> Result:
     scene = lean(common.read_scene(replace(session, path=examples() / SCENE, changes={})))
     mark, names = common.fingerprint(scene), (compare.RECORD, *compare.figure_names(scene), *PICTURES, f"{SERIES}.pvd")
     out = common.folder(replace(session, force=session.force or session.out is None), FOLDER, names, mark, compare.RECORD)
-    if common.announce_compiling():
-        compile_aside()
+    common.announce_compiling(scene.path)
     with common.progress("full and reduced models") as advance:
         study = compare.run(scene, True, session.allow_outside, advance)
     report = compare.report_of(scene, study)
@@ -62,12 +59,6 @@ def command(session: Session) -> Result:
     common.write_json(out / compare.RECORD, {**found, "notices": session.notices})
     view = [*compare.tables(scene, study), *compare.words(report), "written: " + ", ".join(map(str, files))]
     return Result(found, view, error)
-
-
-def compile_aside() -> None:
-    """Compile the search of the hyper-reduction on another core while this process compiles the time step; the cache is shared."""
-    search = "import numpy as np; from fmbs_skfem.reduction import ecsw; ecsw.weights(np.eye(2), 0.5)"
-    subprocess.Popen([sys.executable, "-c", search], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 def examples() -> Path:

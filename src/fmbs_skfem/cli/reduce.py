@@ -50,7 +50,7 @@ def command(
 
     scene = common.read_scene(session, duration)
     path = target(session, scene)
-    common.announce_compiling()
+    common.announce_compiling(scene.path)
     system, found = train(session, scene, chosen(scene, level, tolerance, modes, hyper, sample))
     training = dict(scene.parameters)
     files.save(system, path, scene=found["scene"], training=training, report=common.plain(found))

@@ -48,7 +48,7 @@ def solve(session: Session, scene: Scene) -> Solved:
     """Integrate the scene, or follow its loads to equilibrium; a failed solve keeps what it reached."""
     raw = system(session, scene)
     reduced = build.chosen_form(scene, raw)
-    if common.announce_compiling() and scene.analysis.type == "dynamic":
+    if common.announce_compiling(scene.path) and scene.analysis.type == "dynamic":
         step = scene.analysis.step
         with contextlib.suppress(FmbsError):  # the run itself will say what is wrong
             dynamics.integrate(reduced, GeneralizedAlpha(step, scene.analysis.rho_inf), step)

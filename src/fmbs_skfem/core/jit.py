@@ -16,7 +16,7 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -28,6 +28,7 @@ from fmbs_skfem.core.notices import notify
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+MARKS = (b"jit import", b"import numba", b"from numba")  #: texts of modules that compile functions
 KEEP_DAYS = 30.0  #: folders of other versions are removed after so long without use [d]
 
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -37,7 +38,7 @@ def stamp(package: Path = _PACKAGE) -> str:
     """Hash of the numba version and of name, size and time stamp of every module below `package` that compiles functions."""
     parts = [f"numba {numba.__version__}"]
     for path in sorted(package.rglob("*.py")):
-        if b"jit" not in path.read_bytes():
+        if not any(mark in path.read_bytes() for mark in MARKS):
             continue
         status = path.stat()
         parts.append(f"{path.relative_to(package)} {status.st_size} {status.st_mtime_ns}")
@@ -80,17 +81,17 @@ def jit(function: F) -> F:
 
     No `fastmath`: NaN and infinity have to survive until the solver sees them.
     """
-    folder = cache_folder()
-    before = config.CACHE_DIR
+    with caching() as cache:
+        compiled: F = numba.njit(cache=cache, error_model="numpy")(function)
+    return compiled
+
+
+@contextlib.contextmanager
+def caching() -> Iterator[bool]:
+    """Functions decorated inside are cached in the folder of this process; whether there is one."""
+    folder, before = cache_folder(), config.CACHE_DIR
     config.CACHE_DIR = "" if folder is None else str(folder)  # numba fixes the place of the cache at decoration
     try:
-        compiled: F = numba.njit(cache=folder is not None, error_model="numpy")(function)
+        yield folder is not None
     finally:
         config.CACHE_DIR = before
-    return compiled
-
-
-def inlined(function: F) -> F:
-    """Compile `function` into its callers: for large functions that one compiled function calls, which would be optimised twice."""
-    compiled: F = numba.njit(inline="always", error_model="numpy")(function)
-    return compiled

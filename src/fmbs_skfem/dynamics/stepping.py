@@ -21,7 +21,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core import lapack
-from ..core.jit import inlined, jit
+from ..core.entries import borrowed
+from ..core.jit import jit
 from ..systems import kernels
 from ..systems.kernels import Arrays
 
@@ -86,7 +87,7 @@ class Work(NamedTuple):
     kind: np.ndarray  #: (1,) 0 no factors, 1 Cholesky band, 2 general band, 3 dense
 
 
-@inlined
+@jit
 def residual(A: Arrays, w: Work, c: float, signals: np.ndarray) -> None:
     """rhs = (c (M q'' + f) + Phi_q^T lambda, Phi) at the trial state of `w`."""
     n = len(w.x)
@@ -237,7 +238,7 @@ def substitute(L: np.ndarray, x: np.ndarray) -> None:
         x[j] = value * L[j, 0]
 
 
-@inlined
+@jit
 def solve(w: Work) -> None:
     """rhs <- KKT^-1 rhs with the current factors."""
     n, m = len(w.x), len(w.multipliers)
@@ -260,7 +261,7 @@ def solve(w: Work) -> None:
             R[0, i] -= w.spread[k, i] * small[0, k]
 
 
-@inlined
+@jit
 def predict(s: State, w: Work, method: Method) -> None:
     """Trial state from extrapolated q''."""
     order, h = min(s.order[0], s.known[0] - 1), method.h
@@ -284,7 +285,7 @@ def extrapolated(history: np.ndarray, order: int, i: int) -> float:
     return 3.0 * (history[0, i] - history[1, i]) + history[2, i]
 
 
-@inlined
+@jit
 def accept(s: State, w: Work, method: Method) -> None:
     """Take over the converged trial state and choose the predictor of the next step."""
     n = len(s.x)
@@ -309,14 +310,14 @@ def accept(s: State, w: Work, method: Method) -> None:
         s.multipliers[k] = w.multipliers[k]
 
 
-@inlined
+@jit
 def correct(w: Work, method: Method) -> float:
     """One Newton correction from the residual in rhs; the norm of dq."""
     solve(w)
     return apply(w, method)
 
 
-@inlined
+@jit
 def apply(w: Work, method: Method) -> float:
     """Add the correction in rhs to the trial state; the norm of dq."""
     square = 0.0
@@ -331,7 +332,7 @@ def apply(w: Work, method: Method) -> float:
     return np.sqrt(square)
 
 
-@inlined
+@jit
 def judge(w: Work, method: Method, iteration: int, norm: float, last: float, fresh: bool) -> int:
     """Go on, accept or give up after a correction of size `norm`, `last` the one before; a slow iteration discards its factors."""
     rate = norm / last if iteration > 0 and last > 0.0 else 1.0
@@ -364,6 +365,7 @@ def advance(
 
     Returns the status and the number of steps done. On failure `s` stays at the last good step, and `w` keeps the trial state.
     """
+    A, s, w, signals = borrowed(A), borrowed(s), borrowed(w), borrowed(signals)
     for k in range(len(signals)):
         predict(s, w, method)
         status, last, fresh = NOT_CONVERGED, 0.0, False
@@ -391,7 +393,7 @@ def advance(
     return DONE, len(signals)
 
 
-@inlined
+@jit
 def store(s: State, c: float, row: int, out: np.ndarray, multipliers: np.ndarray) -> None:
     """Row of the trajectory; multipliers become physical."""
     for i in range(len(s.x)):

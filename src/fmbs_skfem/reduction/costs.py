@@ -17,20 +17,21 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array
 
+from ..bodies import laws
 from ..bodies.body import Cells
 from ..core.jit import jit
 from ..dynamics import stepping
 from ..dynamics.integration import GeneralizedAlpha, Newton, Trajectory, method_of, workspace
 from ..dynamics.large import Large
 from ..dynamics.stepping import Method, Work
-from ..systems import kernels
+from ..systems import kernels, quartic
 from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.kernels import Arrays
 from ..systems.system import Sampled, System
 
 BURST = 0.01  #: CPU time of one measurement [s]
 STEP = 1e-3  #: of measurements that do not depend on it [s]
-FORCE, TANGENT, FACTOR, SOLUTION, GATHER, PRODUCT = range(6)  #: pieces of the time step
+FORCE, TANGENT, FACTOR, SOLUTION, GATHER, PRODUCT, STRESS, MODULUS = range(8)  #: pieces of the time step
 
 
 def bandwidth(full: System) -> int:
@@ -110,16 +111,15 @@ def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 3) -> Sha
     if not len(system.elastic):
         return Shares(0.0, 0.0, 0.0)
     one = bench(system, scheme, repeat)
-    force = one(FORCE)
     if model.plan is not None:
         factor, solution = sparse_seconds(model, scheme)
-        return Shares(calls * force, factored * factor + calls * solution, 0.0)
-    tangent, points = one(TANGENT), any(isinstance(e.gather, Sampled) for e in system.elastic)
-    gather, product = (one(GATHER), one(PRODUCT)) if points else (0.0, 0.0)
-    factor, solution = max(one(FACTOR) - tangent, 0.0), one(SOLUTION)
-    products = calls * 2 * gather + factored * (gather + product)
-    elastic = calls * max(force - 2 * gather, 0.0) + factored * max(tangent - gather - product, 0.0)
-    return Shares(elastic, calls * solution + factored * factor, products)
+        return Shares(calls * one(FORCE), factored * factor + calls * solution, 0.0)
+    solving = calls * one(SOLUTION) + factored * max(one(FACTOR) - one(TANGENT), 0.0)
+    if not any(isinstance(e.gather, Sampled) for e in system.elastic):
+        return Shares(calls * one(FORCE) + factored * one(TANGENT), solving, 0.0)
+    gather = one(GATHER)
+    products = calls * 2 * gather + factored * (gather + one(PRODUCT))
+    return Shares(calls * one(STRESS) + factored * one(MODULUS), solving, products)
 
 
 def sparse_seconds(model: Compiled, scheme: GeneralizedAlpha, times: int = 5) -> tuple[float, float]:
@@ -150,17 +150,18 @@ def bench(system: System, scheme: GeneralizedAlpha | None = None, repeat: int = 
     work, method, signals = prepared(model, scheme or GeneralizedAlpha(STEP))
     W = np.zeros_like(model.arrays.mass.store)
 
-    def seconds(what: int) -> float:
-        _repeat(what, model.arrays, work, method, signals, W, 1)
+    def burst(what: int, times: int) -> float:
         start = clock.process_time()
-        _repeat(what, model.arrays, work, method, signals, W, 2)
-        times = max(2, int(2 * BURST / max(clock.process_time() - start, 1e-6)))
-        best = np.inf
-        for _ in range(repeat):
-            start = clock.process_time()
+        if what in (STRESS, MODULUS):
+            _repeat_laws(model.arrays, work, W, what == MODULUS, times)
+        else:
             _repeat(what, model.arrays, work, method, signals, W, times)
-            best = min(best, (clock.process_time() - start) / times)
-        return float(best)
+        return clock.process_time() - start
+
+    def seconds(what: int) -> float:
+        burst(what, 1)
+        times = max(2, int(2 * BURST / max(burst(what, 2), 1e-6)))
+        return min(burst(what, times) for _ in range(repeat)) / times
 
     if model.plan is None:
         seconds(FACTOR)  # factors for the solutions
@@ -184,6 +185,29 @@ def _repeat(what: int, A: Arrays, w: Work, method: Method, signals: np.ndarray, 
             stepping.solve(w)
         else:
             _products(A, w, W, what == PRODUCT)
+
+
+@jit
+def _repeat_laws(A: Arrays, w: Work, W: np.ndarray, tangents: bool, times: int) -> None:
+    """Laws at jets that are there, stresses or moduli, and polynomials, again and again."""
+    for g in range(len(A.groups.table)):
+        row = A.groups.table[g]
+        if row[kernels.SAMPLED] == kernels.QUARTIC:
+            x = w.x[row[kernels.FIRST] : row[kernels.FIRST] + row[kernels.COUNT]]
+            for _ in range(times):
+                if tangents:
+                    quartic.call_tangent(A.groups.quartics, kernels.coefficients(A.groups, g), x, w.work[0], row[kernels.FIRST], W)
+                else:
+                    quartic.call_force(A.groups.quartics, kernels.coefficients(A.groups, g), x, w.work[0], w.work[2][: len(x)])
+            continue
+        u, section = kernels.gather(A.groups, g, w.x, w.body[0], 1.0, w.work[0]), kernels.section_view(A.groups, g)
+        S = w.work[2][: u.size].reshape(u.shape)
+        D = w.work[1][: u.shape[0] * u.size].reshape(u.shape[0], u.shape[0], u.shape[1], u.shape[2])
+        for _ in range(times):
+            if tangents:
+                laws.call_modulus(A.groups.laws, row[kernels.LAW], u, 0.0, section, D)
+            else:
+                laws.call_stress(A.groups.laws, row[kernels.LAW], u, u, 0.0, section, S)
 
 
 @jit

@@ -8,10 +8,12 @@ import numpy as np
 from scipy.sparse import block_array, coo_array, csr_array, kron
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from ..bodies import laws as elastic_laws
 from ..bodies.body import Cells
 from ..core.linalg import as_dense, is_sparse, mirrored
-from . import gathers, kernels, sparse
+from . import gathers, kernels, quartic, sparse
 from .kernels import Arrays, Csr, Forces, Groups, Operator, Pairs, Scatter, Terms
+from .quartic import Quartic
 from .springs import ANGLE
 from .system import LoadKind, System
 
@@ -58,7 +60,10 @@ def compile_system(system: System) -> Compiled:
 
     table, integers, numbers, scatter, work = gathers.flatten(system.dim, cells, gathers.nowhere if large else scatter_map)
     beta = np.array([e.beta for e in system.elastic])[cells.owners] if len(cells.groups) else np.zeros(1)
-    groups = Groups(table, beta, integers, numbers)
+    parts = [part for _, part in cells.groups]
+    in_use = elastic_laws.addresses(part.law for part in parts if not isinstance(part, Quartic))
+    polynomials = quartic.addresses(any(isinstance(part, Quartic) for part in parts))
+    groups = Groups(table, beta, integers, numbers, in_use, polynomials)
     terms, loads = system.constraints, system.loads
     term_pair, law_pair, pairs = pair_table(system)
     probes = permuted(system.probes.matrix, order)

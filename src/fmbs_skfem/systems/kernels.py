@@ -54,6 +54,8 @@ class Groups(NamedTuple):
     beta: np.ndarray  #: (g,) damping times [s]
     integers: np.ndarray  #: node numbers of cells
     numbers: np.ndarray  #: tables, sampled jets, offsets, sections
+    laws: np.ndarray  #: addresses of the elastic laws in use
+    quartics: np.ndarray  #: addresses of the functions of polynomials
 
 
 class Scatter(NamedTuple):
@@ -295,9 +297,8 @@ def sampled_views(groups: Groups, g: int) -> tuple[np.ndarray, np.ndarray]:
 
 @jit
 def coefficients(groups: Groups, g: int) -> np.ndarray:
-    """Coefficients of a group that is a quartic polynomial."""
-    row = groups.table[g]
-    return groups.numbers[row[TABLE] : row[TABLE] + quartic.length(row[COUNT])]
+    """Coefficients of a group that is a quartic polynomial, with all that is behind them."""
+    return groups.numbers[groups.table[g, TABLE] :]
 
 
 @jit
@@ -347,12 +348,12 @@ def add_elastic_force(
         row = groups.table[g]
         if row[SAMPLED] == QUARTIC:
             modes = slice(row[FIRST], row[FIRST] + row[COUNT])
-            quartic.add_force(coefficients(groups, g), x[modes], work[0], f[modes])
+            quartic.call_force(groups.quartics, coefficients(groups, g), x[modes], work[0], f[modes])
             continue
         u = gather(groups, g, x, q, 1.0, work[0])
         rate = gather(groups, g, v, qv, 0.0, work[1]) if groups.beta[g] > 0.0 else u
         S = work[2][: u.size].reshape(u.shape)
-        laws.stress(row[LAW], u, rate, groups.beta[g], section_view(groups, g), S)
+        laws.call_stress(groups.laws, row[LAW], u, rate, groups.beta[g], section_view(groups, g), S)
         if row[SAMPLED] == SAMPLE:
             jets, _ = sampled_views(groups, g)
             add_combination(jets, work[2][: u.size], f[row[FIRST] : row[FIRST] + row[COUNT]])
@@ -373,9 +374,9 @@ def elastic_energy(groups: Groups, lift: Csr, offset: np.ndarray, x: np.ndarray,
     for g in range(len(groups.table)):
         row = groups.table[g]
         if row[SAMPLED] == QUARTIC:
-            total += quartic.energy(coefficients(groups, g), x[row[FIRST] : row[FIRST] + row[COUNT]], work[0])
+            total += quartic.call_energy(groups.quartics, coefficients(groups, g), x[row[FIRST] : row[FIRST] + row[COUNT]], work[0])
             continue
-        total += laws.energy(groups.table[g, LAW], gather(groups, g, x, q, 1.0, work[0]), section_view(groups, g))
+        total += laws.call_energy(groups.laws, groups.table[g, LAW], gather(groups, g, x, q, 1.0, work[0]), section_view(groups, g))
     return total
 
 
@@ -506,12 +507,12 @@ def add_elastic_tangent(
         row = groups.table[g]
         if row[SAMPLED] == QUARTIC:
             modes = slice(row[FIRST], row[FIRST] + row[COUNT])
-            quartic.add_tangent(coefficients(groups, g), x[modes], work[0], W[modes, modes])
+            quartic.call_tangent(groups.quartics, coefficients(groups, g), x[modes], work[0], row[FIRST], W)
             continue
         u = gather(groups, g, x, q, 1.0, work[0])
         rows = u.shape[0]
         D = work[1][: rows * u.size].reshape(rows, rows, u.shape[1], u.shape[2])
-        laws.modulus(row[LAW], u, gh * groups.beta[g], section_view(groups, g), D)
+        laws.call_modulus(groups.laws, row[LAW], u, gh * groups.beta[g], section_view(groups, g), D)
         if row[SAMPLED] == SAMPLE:
             add_sampled_tangent(groups, g, D, work[2], W)
         else:

@@ -19,10 +19,13 @@ multiplications each. Coefficients that start at a multiple of 64 bytes are read
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numba
 import numpy as np
+from numba import carray
 
+from ..core.entries import call, entry
 from ..core.jit import jit
 
 LANES = 8  #: numbers of a cache line, to which rows are padded
@@ -241,3 +244,48 @@ def add_tangent(T: np.ndarray, x: np.ndarray, work: np.ndarray, W: np.ndarray) -
             W[b - 1, a - 1] += g[k + a]
             W[a - 1, b - 1] += g[k + a]
         W[b - 1, b - 1] += 2.0 * g[k + b]
+
+
+@entry
+def energy_at(T: Any, x: Any, work: Any, W: Any, modes: int, _: int, __: int, ___: int, beta: float) -> None:
+    """`energy` as an entry: W[0]."""
+    carray(W, 1)[0] = energy(carray(T, length(modes)), carray(x, modes), carray(work, work_length(modes)))
+
+
+@entry
+def force_at(T: Any, x: Any, work: Any, f: Any, modes: int, _: int, __: int, ___: int, beta: float) -> None:
+    """`add_force` as an entry."""
+    add_force(carray(T, length(modes)), carray(x, modes), carray(work, work_length(modes)), carray(f, modes))
+
+
+@entry
+def tangent_at(T: Any, x: Any, work: Any, W: Any, modes: int, first: int, size: int, _: int, beta: float) -> None:
+    """`add_tangent` as an entry, on a block of the matrix W (n, n)."""
+    last = first + modes
+    block = carray(W, (size, size))[first:last, first:last]
+    add_tangent(carray(T, length(modes)), carray(x, modes), carray(work, work_length(modes)), block)
+
+
+def addresses(used: bool) -> np.ndarray:
+    """Where the functions above are, where they are used: otherwise they are not compiled."""
+    return np.array([energy_at(), force_at(), tangent_at()] if used else [0, 0, 0], dtype=np.int64)
+
+
+@jit
+def call_energy(calls: np.ndarray, T: np.ndarray, x: np.ndarray, work: np.ndarray) -> float:
+    """Strain energy [J] by address."""
+    W = np.zeros(1)
+    call(calls[0], (T, x, work, W), (len(x), 0, 0, 0), 0.0)
+    return W[0]
+
+
+@jit
+def call_force(calls: np.ndarray, T: np.ndarray, x: np.ndarray, work: np.ndarray, f: np.ndarray) -> None:
+    """f (r,) += dW/dx by address."""
+    call(calls[1], (T, x, work, f), (len(x), 0, 0, 0), 0.0)
+
+
+@jit
+def call_tangent(calls: np.ndarray, T: np.ndarray, x: np.ndarray, work: np.ndarray, first: int, W: np.ndarray) -> None:
+    """W (n, n) += d2W/dx2 of the unknowns from `first` on, by address."""
+    call(calls[2], (T, x, work, W), (len(x), first, len(W), 0), 0.0)

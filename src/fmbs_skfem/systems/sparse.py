@@ -71,7 +71,7 @@ def add_group(groups: Groups, g: int, q: np.ndarray, gh: float, work: np.ndarray
     u = kernels.gather(groups, g, q, q, 1.0, work[0])
     size = u.shape[0]
     D = work[1][: size * u.size].reshape(size, size, u.shape[1], u.shape[2])
-    laws.modulus(row[kernels.LAW], u, gh * groups.beta[g], kernels.section_view(groups, g), D)
+    laws.call_modulus(groups.laws, row[kernels.LAW], u, gh * groups.beta[g], kernels.section_view(groups, g), D)
     kernels.cell_matrices(groups, g, D, work[2])
     matrices = work[2][: target.size].reshape(target.shape)
     for k in range(target.shape[0]):

@@ -1,0 +1,88 @@
+"""Compiled functions that others call by address, so that only what a model needs is compiled.
+
+    @entry
+    def stress_at(u, rate, section, S, rows, points, cells, law, beta) -> None      four pointers, four integers, one number
+    call(address, (u, rate, section, S), (rows, points, cells, law), beta)          inside compiled code
+
+    s = borrowed(s)             arrays, or a tuple of tuples of arrays, whose slices are not counted
+
+A function that is called by name becomes part of its caller and is compiled again with every caller. One that is called by address
+is compiled once, when its address is asked for. Addresses differ from process to process: they are values, never constants.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import numba
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.errors import TypingError
+from numba.extending import intrinsic
+
+from .errors import say
+from .jit import caching
+
+POINTERS, INTEGERS = 4, 4
+SIGNATURE = types.void(*POINTERS * (types.CPointer(types.float64),), *INTEGERS * (types.int64,), types.float64)
+
+
+def entry(function: Callable[..., None]) -> Callable[[], int]:
+    """The address of `function` as a function of nothing: compiled when it is first asked for, cached on disk."""
+
+    @functools.cache
+    def compiled() -> Any:
+        with caching() as cache:
+            return numba.cfunc(SIGNATURE, cache=cache)(function)
+
+    return lambda: int(compiled().address)
+
+
+@intrinsic
+def call(typing: Any, address: Any, arrays: Any, integers: Any, number: Any) -> Any:
+    """Call the entry at an address with the data of four arrays of float64, four integers and a number."""
+    numbers = [kind for kind in arrays if isinstance(kind, types.Array) and kind.dtype == types.float64 and kind.layout == "C"]
+    if len(numbers) != POINTERS or len(arrays) != POINTERS or len(integers) != INTEGERS:
+        expected = f"{POINTERS} C-contiguous arrays of float64 and {INTEGERS} integers"
+        raise TypingError(say("entries.call", expected, f"{arrays} and {integers}"))
+
+    def code(context: Any, builder: Any, signature: Any, values: Any) -> None:
+        pointers = [
+            builder.bitcast(context.make_array(kind)(context, builder, value).data, ir.DoubleType().as_pointer())
+            for kind, value in zip(arrays, cgutils.unpack_tuple(builder, values[1]), strict=True)
+        ]
+        counts = cgutils.unpack_tuple(builder, values[2])
+        kinds = [value.type for value in (*pointers, *counts, values[3])]
+        target = ir.FunctionType(ir.VoidType(), kinds).as_pointer()
+        builder.call(builder.inttoptr(values[0], target), [*pointers, *counts, values[3]])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, arrays, types.UniTuple(types.int64, INTEGERS), types.float64), code
+
+
+@intrinsic
+def borrowed(typing: Any, value: Any) -> Any:
+    """The same arrays (a tuple, tuples inside) without their reference counts: slices of them cost an addition and no atomic count.
+
+    The caller's arguments keep the memory alive; what is borrowed must not be returned or kept.
+    """
+
+    def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return without_counts(context, builder, value, values[0])
+
+    return value(value), code
+
+
+def without_counts(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    """The value with all its arrays as if nobody had to free them."""
+    if isinstance(kind, types.Array):
+        array = context.make_array(kind)(context, builder, value)
+        array.meminfo = ir.Constant(array.meminfo.type, None)
+        return array._getvalue()
+    if isinstance(kind, types.BaseTuple):
+        parts = zip(kind, cgutils.unpack_tuple(builder, value), strict=True)
+        return context.make_tuple(builder, kind, [without_counts(context, builder, *part) for part in parts])
+    return value
