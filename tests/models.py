@@ -2,35 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from fmbs_skfem.bodies import body, sections
-from fmbs_skfem.shapes.meshes import LineMesh
 from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.verification.beams import polyline, straight
+from fmbs_skfem.verification.integrator import mass_pendulum
+
+__all__ = ["mass_pendulum", "polyline", "straight"]
 
 SECTION = sections.Circular(0.01)  #: section of both examples
 MATERIAL = sections.Material(1e9, 1800.0)  #: material of both examples
 GRAVITY = 9.81  #: [m/s2]
 SPIN_TIME, SPIN_RATE = 1.5, 2 * np.pi  #: Ts [s] and ws [rad/s] of example 1
-
-
-def straight(cells: int, start: Sequence[float] = (0.0, 0.0, 0.0), end: Sequence[float] = (1.0, 0.0, 0.0)) -> LineMesh:
-    """Equal cells from `start` to `end` with the point groups `left` and `right`."""
-    a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    points = a + (b - a) * np.linspace(0.0, 1.0, cells + 1)[:, None]
-    return polyline(points)
-
-
-def polyline(points: np.ndarray) -> LineMesh:
-    """One cell between neighbouring points (n, 3), with the point groups `left` and `right`."""
-    count = len(points) - 1
-    ends = {"left": np.array([0]), "right": np.array([count])}
-    return LineMesh(
-        points=np.asarray(points, dtype=float), cells=np.stack([np.arange(count), np.arange(1, count + 1)], 1), point_groups=ends
-    )
 
 
 def spin_angle(time: np.ndarray) -> np.ndarray:
@@ -98,18 +85,3 @@ def cantilever(
         initial,
     )
     return system if all_multipliers else eliminate(system)
-
-
-def mass_pendulum(
-    position: Sequence[float], velocity: Sequence[float] = (), *, mass: float = 1.0, gravity: float = GRAVITY
-) -> System:
-    """Mass point on a massless rigid link to the origin; gravity along the last axis; output `mass`."""
-    dim = len(position)
-    down = (0.0,) * (dim - 1) + (-gravity,)
-    return assemble(
-        [body.point_mass("mass", mass, np.asarray(position, dtype=float))],
-        [joints.Distance("link", At("mass", "center"), (0.0,) * dim)],
-        [loads.Gravity(down)],
-        outputs={"mass": probes.Position(At("mass", "center"))},
-        initial={"mass": Motion(velocity=tuple(velocity))} if len(velocity) else None,
-    )

@@ -1,9 +1,8 @@
-"""Plates and shells as bodies: mass, rims, patch tests, thickness; and the meshes that tests of plates use."""
+"""Plates and shells as bodies: mass, rims, patch tests, thickness."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -13,59 +12,15 @@ from numpy.testing import assert_allclose
 from fmbs_skfem.bodies import Body, Material
 from fmbs_skfem.bodies.plate import Rim, edge, plate, trace
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.shapes import ancf_plate, nurbs, skfem_surface, surface
+from fmbs_skfem.shapes import nurbs, surface
 from fmbs_skfem.shapes.surface import Surface
 from fmbs_skfem.systems import assemble, check_system, compile_system, compiled
+from fmbs_skfem.verification.plates import KINDS, SIDES, rectangle
+from fmbs_skfem.verification.vibration import ring
 
-KINDS = ("ancf", "nurbs", "bfs", "argyris")
+__all__ = ["KINDS", "rectangle", "ring"]
+
 MATERIAL = Material(young_modulus=7e10, density=2700.0, poisson_ratio=0.3)
-SIDES = {"left": "xi1_min", "right": "xi1_max", "bottom": "xi2_min", "top": "xi2_max"}
-CORNERS = {"a": "corner_00", "b": "corner_10", "c": "corner_11", "d": "corner_01"}
-
-
-Groups = dict[str, np.ndarray]
-
-
-def grid(n1: int, n2: int, length: float, width: float) -> tuple[np.ndarray, np.ndarray, Groups, Groups]:
-    """Points, quads, edge groups and corner groups of a rectangle."""
-    points = np.stack(np.meshgrid(np.linspace(0, length, n1 + 1), np.linspace(0, width, n2 + 1), indexing="ij"), -1)
-    ids = np.arange((n1 + 1) * (n2 + 1)).reshape(n1 + 1, n2 + 1)
-    quads = np.stack([ids[:-1, :-1], ids[1:, :-1], ids[1:, 1:], ids[:-1, 1:]], -1).reshape(-1, 4)
-    rows = {"left": ids[0], "right": ids[-1], "bottom": ids[:, 0], "top": ids[:, -1]}
-    corners = {"a": ids[0, 0], "b": ids[-1, 0], "c": ids[-1, -1], "d": ids[0, -1]}
-    edges = {name: np.column_stack([row[:-1], row[1:]]) for name, row in rows.items()}
-    return points.reshape(-1, 2), quads, edges, {name: np.array([corner]) for name, corner in corners.items()}
-
-
-def rectangle(kind: str, n1: int, n2: int, length: float = 1.0, width: float = 1.0, skew: float = 0.0) -> Surface:
-    """A rectangle with edges `left`, `right`, `bottom`, `top` and corners `a` to `d`; `skew` moves inner nodes at random."""
-    points, quads, edges, corners = grid(n1, n2, length, width)
-    rng = np.random.default_rng(7)
-    if kind == "nurbs":
-        patch, control = nurbs.rectangle(length, width, n1, n2, origin=(0.0, 0.0))
-        control[2:-2, 2:-2] += skew * length / n1 * rng.uniform(-1, 1, control[2:-2, 2:-2].shape)
-        shape = nurbs.surface(patch, control)
-        edges = {name: shape.edges[side] for name, side in SIDES.items()}
-        return replace(shape, edges=edges, points={name: shape.points[corner] for name, corner in CORNERS.items()})
-    inside = np.setdiff1d(np.arange(len(points)), np.concatenate([pairs.ravel() for pairs in edges.values()]))
-    points[inside] += skew * length / n1 * rng.uniform(-1, 1, (len(inside), 2))
-    if kind == "ancf":
-        return ancf_plate.surface(points, quads, (), corners, edges)
-    if kind == "bfs":
-        return skfem_surface.bfs(points, quads, corners, edges)
-    return skfem_surface.argyris(points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]), corners, edges)
-
-
-def ring(inner: float, outer: float, around: int = 24, across: int = 2) -> Surface:
-    """A circular ring of curved ANCF cells with the edges `inner` and `outer`."""
-    radii, angles = np.linspace(inner, outer, across + 1), 2 * np.pi * np.arange(around) / around
-    points = (radii[:, None, None] * np.stack([np.cos(angles), np.sin(angles)], -1)).reshape(-1, 2)
-    ids = np.arange(len(points)).reshape(across + 1, around)
-    after = np.roll(ids, -1, axis=1)
-    quads = np.stack([ids[:-1], ids[1:], after[1:], after[:-1]], -1).reshape(-1, 4)
-    circles = [np.column_stack([ids[k], after[k]]) for k in range(across + 1)]
-    arcs = [ancf_plate.Arc(np.zeros(2), float(r), circle) for r, circle in zip(radii, circles, strict=True)]
-    return ancf_plate.surface(points, quads, arcs, {}, {"inner": circles[0], "outer": circles[-1]})
 
 
 def sheet(shape: Surface, thickness: float | np.ndarray = 0.01, dim: int = 3, **options: object) -> Body:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from fmbs_skfem.core import krylov
 from fmbs_skfem.scenes import json_schema
 
 from .calls import EXAMPLES, fmbs, scene
@@ -86,6 +87,264 @@ def test_check_writes_only_into_out(tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert fmbs("check", path, "--out", out).code == 0
     assert json.loads((out / "check.json").read_text())["dofs"] == 84
+
+
+RIGID = """\
+schema: 1
+name: linkage
+dimension: {dim}
+bodies:
+{bodies}
+joints:
+{joints}
+loads: {{weight: {{type: gravity, acceleration: {down}}}}}
+initial: {{bodies: {initial}}}
+analysis: {analysis}
+"""
+DYNAMIC = "{type: dynamic, duration: 1 s, step: 1 ms}"
+
+
+def rigid_scene(
+    folder: Path, bodies: dict[str, str], joints: dict[str, str], dim: int = 2, analysis: str = DYNAMIC, initial: str = "{}"
+) -> Path:
+    """A scene of rigid links from A to B, given as `ax, ay -> bx, by`, and joints."""
+    lines = []
+    for name, ends in bodies.items():
+        a, b = ([float(x) for x in end.split(",")] for end in ends.split("->"))
+        a, b = ([*end, *[0.0] * (dim - len(end))] for end in (a, b))
+        middle = [0.5 * (x + y) for x, y in zip(a, b, strict=True)]
+        inertia = "0.1" if dim == 2 else "[0.1, 0.1, 0.1]"
+        lines.append(f"  {name}: {{type: rigid, mass: 1, inertia: {inertia}, center: {middle}, points: {{A: {a}, B: {b}}}}}")
+    ties = "\n".join(f"  {name}: {text}" for name, text in joints.items())
+    path = folder / "linkage.yaml"
+    down = [0.0] * (dim - 1) + [-9.81]
+    text = RIGID.format(dim=dim, bodies="\n".join(lines), joints=ties, down=down, analysis=analysis, initial=initial)
+    path.write_text(text if joints else text.replace("joints:\n\n", ""))
+    return path
+
+
+LINKS = {"crank": "0, 0 -> 0.1, 0.2", "coupler": "0.1, 0.2 -> 0.6, 0.4", "rocker": "0.6, 0.4 -> 0.5, 0"}
+
+
+def four_bar(dim: int) -> dict[str, str]:
+    """Hinges of a four-bar linkage, in space with parallel axes."""
+    axis = ", axis: [0, 0, 1]" if dim == 3 else ""
+    ends = {"O": "crank.A", "A": "crank.B, to: coupler.A", "C": "coupler.B, to: rocker.A", "D": "rocker.B"}
+    return {name: f"{{type: revolute, at: {at}{axis}}}" for name, at in ends.items()}
+
+
+@pytest.mark.parametrize(
+    ("name", "motions", "gruebler", "freedom", "left"),
+    [
+        ("spin_up", 3, 1, 1, 0),
+        ("double_pendulum", 10, 4, 4, 4),
+        ("four_bar", 9, 1, 1, 0),
+        ("hanging_mass", 8, 2, 2, 0),
+        ("crank_slider_coarse", 8, 1, 1, 1),
+    ],
+)
+def test_degrees_of_freedom_of_the_examples(name: str, motions: int, gruebler: int, freedom: int, left: int) -> None:
+    """Straight beams in space have 5 rigid motions, mass points 2 or 3; a drive takes the freedom of its hinge."""
+    found = fmbs("check", EXAMPLES / f"{name}.yaml", "--json").json
+    counted = found["mechanism"]
+    assert [counted[key] for key in ("rigid_motions", "gruebler", "degrees_of_freedom", "left_by_drives", "at_start")] == [
+        motions,
+        gruebler,
+        freedom,
+        left,
+        freedom,
+    ]
+    assert (counted["overconstrained"], counted["floating"], found["notices"]) == ([], [], [])
+
+
+def test_gruebler_and_rank_stand_side_by_side(tmp_path: Path) -> None:
+    """A planar four-bar of revolutes in space: 3 * 6 - 4 * 5 = -2 by the formula, 1 by rank, 3 conditions too many."""
+    path = rigid_scene(tmp_path, LINKS, four_bar(3), dim=3)
+    done = fmbs("check", path, "--json")
+    counted = done.json["mechanism"]
+    assert (done.code, counted["gruebler"], counted["degrees_of_freedom"], len(counted["overconstrained"])) == (0, -2, 1, 3)
+    assert len(done.json["redundant"]) == 3
+    shown = fmbs("check", path)
+    assert "conditions too many for rigid bodies     3 (" in shown.out
+    assert fmbs("check", rigid_scene(tmp_path, LINKS, four_bar(2)), "--strict").code == 0
+
+
+def test_bodies_without_a_joint_are_told(tmp_path: Path) -> None:
+    joints = {name: text for name, text in four_bar(2).items() if name in "AC"}
+    path = rigid_scene(tmp_path, {**LINKS, "alone": "2, 0 -> 3, 0"}, joints)
+    done = fmbs("check", path, "--json")
+    assert done.code == 0
+    assert done.json["mechanism"]["floating"] == [["crank", "coupler", "rocker"], ["alone"]]
+    assert len(done.json["notices"]) == 2
+    assert "bodies.crank: 'crank' and 'coupler' and 'rocker' hang on no joint to the ground" in done.json["notices"][0]
+    assert "bodies.alone: 'alone' hangs on no joint to the ground: it moves freely" in done.json["notices"][1]
+    assert fmbs("check", path, "--strict").code == 3
+
+
+def test_rigid_modes_of_a_static_problem_are_refused_by_name(tmp_path: Path) -> None:
+    done = fmbs("check", rigid_scene(tmp_path, LINKS, four_bar(2), analysis=STATIC), "--json")
+    assert done.code == 3
+    message = done.json["message"]
+    assert "analysis: expected bodies that joints and springs hold, got 1 rigid motion that nothing resists" in message
+    assert "crank turns about (0, 0)" in message
+    assert "rocker turns about (0.5, 0)" in message
+
+
+def test_a_static_problem_without_joints_has_all_rigid_motions(tmp_path: Path) -> None:
+    path = scene(tmp_path, STATIC)
+    text = path.read_text()
+    path.write_text(
+        text.replace("joints:\n  clamp: {type: clamp, at: beam.left}\n", "").replace(", joint: clamp", ", at: beam.left")
+    )
+    path.write_text(path.read_text().replace("  clamp: {type: reaction, at: beam.left}\n", ""))
+    done = fmbs("check", path, "--json")
+    assert done.code == 3
+    assert "got 3 rigid motions that nothing resists" in done.json["message"]
+
+
+def test_a_spring_holds_a_static_problem(tmp_path: Path) -> None:
+    path = scene(tmp_path, STATIC)
+    pinned = path.read_text().replace("type: clamp", "type: pin")
+    path.write_text(pinned)
+    assert fmbs("check", path).code == 3
+    path.write_text(pinned.replace("loads:\n", "loads:\n  spring: {type: torsion_spring, at: beam.left, stiffness: 1 N m/rad}\n"))
+    assert fmbs("check", path).code == 0
+
+
+def test_redundant_rows_say_what_they_follow_from(tmp_path: Path) -> None:
+    path = scene(tmp_path, STATIC)
+    path.write_text(path.read_text().replace("joints:\n", "joints:\n  second: {type: pin, at: beam.left}\n"))
+    rows = {one["row"]: one["follows_from"] for one in fmbs("check", path, "--json").json["redundant"]}
+    assert len(rows) == 2
+    pairs = {frozenset((row, *others)) for row, others in rows.items()}
+    assert pairs == {frozenset((f"clamp.{c}", f"second.{c}")) for c in "xy"}
+
+
+def test_contradicting_joints_are_named_in_pairs(tmp_path: Path) -> None:
+    path = scene(tmp_path, STATIC)
+    path.write_text(path.read_text().replace("joints:\n", "joints:\n  second: {type: pin, at: beam.left, to: [0.1, 0]}\n"))
+    done = fmbs("check", path, "--json")
+    assert done.code == 4
+    assert [round(one["residual"], 12) for one in done.json["worst"]] == [0.1]
+    assert "second.x" in done.json["message"]
+    assert "clamp.x" in done.json["message"]
+
+
+def test_mixed_units_are_told_and_strict_stops(tmp_path: Path) -> None:
+    """7.85e-9 is steel in t/mm3."""
+    path = scene(tmp_path, STATIC)
+    path.write_text(path.read_text().replace("1 GPa, density: 1800 kg/m^3", "2.1e11, density: 7.85e-9"))
+    done = fmbs("check", path, "--json")
+    assert done.code == 0
+    notices = "\n".join(done.json["notices"])
+    assert "is it 7850 kg/m3, given in t/mm3?" in notices
+    assert "wave speed" in notices
+    assert "the mass 6.17e-13 kg is outside" in notices
+    assert fmbs("check", path, "--strict").code == 3
+
+
+def test_a_right_angle_without_its_unit_is_told(tmp_path: Path) -> None:
+    path = scene(tmp_path, STATIC)
+    path.write_text(path.read_text().replace("    line: beam\n", "    line: beam\n    rotation: 90\n"))
+    done = fmbs("check", path, "--json")
+    assert done.code == 0
+    assert "write '90 deg' if degrees are meant" in done.json["notices"][0]
+    assert fmbs("check", path, "--strict").code == 3
+
+
+def test_velocities_that_joints_change_are_reported_with_their_size(tmp_path: Path) -> None:
+    """A link on a pin at its end, thrown along y with 1 m/s and inertia 0.1: L = m v l = 0.5 = (0.1 + 0.25) w."""
+    path = rigid_scene(
+        tmp_path, {"bar": "0, 0 -> 1, 0"}, {"pin": "{type: revolute, at: bar.A}"}, initial="{bar: {velocity: [0, 1]}}"
+    )
+    found = fmbs("check", path, "--json").json
+    assert found["initial"]["worst_velocities"] == [{"row": "pin.y", "gap": pytest.approx(1.0, rel=1e-12)}]
+    rate = 0.5 / 0.35
+    left = (0.5 * rate) ** 2 + 0.1 * rate**2
+    assert found["initial"]["energy_lost"] == pytest.approx(1 - left, rel=1e-9)
+    assert "initial velocities are projected onto the joints" in found["notices"][0]
+
+
+def test_velocities_that_joints_stop_are_refused(tmp_path: Path) -> None:
+    path = rigid_scene(
+        tmp_path, {"bar": "0, 0 -> 1, 0"}, {"pin": "{type: revolute, at: bar.A}"}, initial="{bar: {velocity: [1, 0]}}"
+    )
+    done = fmbs("check", path, "--json")
+    assert done.code == 3
+    assert (
+        "initial: expected velocities that the joints permit, got 100 % of their kinetic energy against pin.x by 1 m/s"
+        in done.json["message"]
+    )
+
+
+def test_velocities_that_fit_are_not_changed(tmp_path: Path) -> None:
+    motion = "{bar: {angular_velocity: 2}}"
+    path = rigid_scene(tmp_path, {"bar": "0, 0 -> 1, 0"}, {"pin": "{type: revolute, at: bar.A}"}, initial=motion)
+    found = fmbs("check", path, "--json").json
+    assert found["initial"]["worst_velocities"] == []
+    assert found["initial"]["energy_lost"] < 1e-12
+    assert found["notices"] == []
+
+
+def test_a_linkage_at_its_change_point_is_told(tmp_path: Path) -> None:
+    """A parallelogram folded onto a line can go on as one or as its mirror image: two motions there, one beside it."""
+    links = {"crank": "0, 0 -> 0.3, 0", "coupler": "0.3, 0 -> 1.3, 0", "rocker": "1.3, 0 -> 1, 0"}
+    done = fmbs("check", rigid_scene(tmp_path, links, four_bar(2)), "--json")
+    assert done.json["mechanism"]["at_start"] == 2
+    assert any("2 degrees of freedom there, 1 near it" in notice for notice in done.json["notices"])
+
+
+@pytest.mark.parametrize(
+    ("name", "solver"),
+    [
+        ("double_pendulum", "band of half width 11"),
+        ("crank_slider_coarse", "sparse LDL^T"),
+        ("plate", "sparse LU"),
+    ],
+)
+def test_the_solver_is_named(name: str, solver: str) -> None:
+    found = fmbs("check", EXAMPLES / f"{name}.yaml", "--json").json["estimates"]
+    assert found["solver"].startswith(solver)
+    assert found["solver_memory_mb"] > 0
+    assert found["wall_s"] > 0
+
+
+def test_large_models_go_to_multigrid_where_factors_do_not_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(krylov, "free_memory", lambda: 1e5)
+    found = fmbs("check", EXAMPLES / "crank_slider_coarse.yaml", "--json").json["estimates"]
+    assert found["solver"] == "conjugate gradients with multigrid"
+
+
+def test_modes_of_a_free_body_are_no_error(tmp_path: Path) -> None:
+    path = rigid_scene(tmp_path, {"bar": "0, 0 -> 1, 0"}, {}, analysis="{type: modes, count: 3}")
+    done = fmbs("check", path, "--json")
+    assert (done.code, done.json["estimates"]["modes"], done.json["mechanism"]["degrees_of_freedom"]) == (0, 3, 3)
+    assert "hangs on no joint to the ground" in done.json["notices"][0]
+
+
+def test_a_locked_rigid_linkage_is_told(tmp_path: Path) -> None:
+    """3 * 3 - 4 * 2 - 3 = -2, nothing is left."""
+    joints = {**four_bar(2), "lock": "{type: weld, at: coupler.A, to: ground}"}
+    done = fmbs("check", rigid_scene(tmp_path, LINKS, joints), "--json")
+    assert (done.json["mechanism"]["gruebler"], done.json["mechanism"]["degrees_of_freedom"]) == (-2, 0)
+    assert {one["row"].partition(".")[0] for one in done.json["redundant"]} <= set(joints)
+    assert any("nothing can move" in notice for notice in done.json["notices"])
+
+
+def test_small_systems_are_dense_and_their_trajectory_is_three_arrays(tmp_path: Path) -> None:
+    """1001 states of q, q', q'' with 18 - 8 = 10 unknowns of 8 bytes."""
+    found = fmbs("check", rigid_scene(tmp_path, LINKS, four_bar(2)), "--json").json
+    assert found["estimates"]["solver"] == "dense LU"
+    assert found["unknowns"] == 10
+    assert found["estimates"]["memory_mb"] == pytest.approx(3 * 8e-6 * 1001 * 10, abs=5e-4)
+
+
+def test_the_mesh_of_a_plate_is_measured() -> None:
+    """plate_16x1.msh: rectangles of 10/16 by 1 m."""
+    (plate,) = fmbs("check", EXAMPLES / "plate.yaml", "--json").json["bodies"]
+    assert plate["mesh"]["aspect"] == pytest.approx(1.6, rel=1e-9)
+    assert plate["mesh"]["angle"] == pytest.approx(90.0, rel=1e-9)
+    assert plate["rigid_motions"] == 6
 
 
 def test_schema_is_that_of_the_scenes(tmp_path: Path) -> None:

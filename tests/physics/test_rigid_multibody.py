@@ -1,38 +1,24 @@
-"""Rigid bodies with joints against exact solutions: pendulums, heavy top, slider-crank, gears, springs, a universal joint."""
+"""Rigid bodies with joints against exact solutions: a rod, discs, gears, springs, a universal joint.
+
+Pendulums, tops and the slider-crank are in `verification.rigid`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fmbs_skfem.bodies import Body
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import GeneralizedAlpha, energy_drift, integrate, outputs
-from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs
+from fmbs_skfem.systems import At, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.verification.rigid import rod, run
 
 GRAVITY = 9.81
 Z = (0.0, 0.0, 1.0)
-
-
-def rod(name: str, start: Sequence[float], end: Sequence[float], mass: float, dim: int = 2) -> Body:
-    """Uniform rod with the places `s` and `e`; in space an axis of revolution with a tenth of the moment about the others."""
-    a, b = np.array(start, dtype=float), np.array(end, dtype=float)
-    u, inertia = (b - a) / np.linalg.norm(b - a), mass * float((b - a) @ (b - a)) / 12
-    turn = np.eye(dim)
-    turn[:2, :2] = [[u[0], -u[1]], [u[1], u[0]]]
-    rest = (0.0,) * (dim - 2)
-    moments = inertia if dim == 2 else np.array([0.1 * inertia, inertia, inertia])
-    places = {"s": (*a, *rest), "e": (*b, *rest)}
-    return rigid(name, mass, moments, (*(a + b) / 2, *rest), dim=dim, rotation=turn, places=places)
-
-
-def run(system: System, h: float, duration: float, rho: float = 0.8, every: int = 1) -> dict[str, np.ndarray]:
-    return outputs(integrate(system, GeneralizedAlpha(h, rho), duration, every=every))
 
 
 def order(errors: Callable[[float], float], h: float) -> float:
@@ -60,95 +46,6 @@ def test_period_of_a_rod() -> None:
     assert 1.9 < order(error, 4e-3) < 2.1
     found = run(system, period / 1000, 3 * period, every=250)
     assert_allclose(found["angle"], -np.pi / 2 + np.pi / 2 * np.array([1, 0, -1, 0] * 3 + [1]), atol=1e-3)
-
-
-def test_double_pendulum_of_rods() -> None:
-    """Two rods of 1 kg and 1 m from the horizontal: tips at 0.5 s and 1 s (integration to 1e-12 in minimal coordinates)."""
-    exact = {0.5: (0.433292317695, -0.901253442394, 1.29668853623, -1.40577992319)}
-    exact[1.0] = (-0.934807350144, -0.355155202857, -1.66211513582, -1.04146663719)
-    system = eliminate(
-        assemble(
-            [rod("a", (0, 0), (1, 0), 1.0), rod("b", (1, 0), (2, 0), 1.0)],
-            [joints.Revolute("A", At("a", "s")), joints.Revolute("B", At("a", "e"), At("b", "s"))],
-            [loads.Gravity((0, -GRAVITY))],
-            outputs={"B": probes.Position(At("a", "e")), "C": probes.Position(At("b", "e"))},
-        )
-    )
-
-    def error(h: float) -> float:
-        found = run(system, h, 1.0, every=round(0.5 / h))
-        columns = np.array([found[key] for key in ("B_x", "B_y", "C_x", "C_y")])
-        return float(max(np.abs(columns[:, k + 1] - exact[t]).max() for k, t in enumerate((0.5, 1.0))))
-
-    assert error(5e-4) < 1e-4
-    assert 1.9 < order(error, 2e-3) < 2.1
-
-
-def test_heavy_top() -> None:
-    """Bruls, Cardona, J. Comput. Nonlinear Dyn. 5 (2010) 031002, doi:10.1115/1.4001370: 15 kg, 150 rad/s, centre at 0.2 s."""
-    top = rigid("top", 15.0, (0.234375, 0.46875, 0.234375), (0, 1, 0), places={"foot": (0, 0, 0)})
-    system = eliminate(
-        assemble(
-            [top],
-            [joints.Spherical("foot", At("top", "foot"))],
-            [loads.Gravity((0, 0, -GRAVITY))],
-            outputs={"c": probes.Position(At("top", "center"))},
-            initial={"top": Motion(angular_velocity=(0, 150, -4.61538))},
-        )
-    )
-    exact = np.array([0.605550561377, 0.598957681795, -0.52398302743])
-
-    def error(h: float) -> float:
-        found = run(system, h, 0.2, 0.9)
-        return float(np.linalg.norm([found[f"c_{axis}"][-1] for axis in "xyz"] - exact))
-
-    assert error(2e-4) < 1e-2
-    assert 1.8 < order(error, 4e-4) < 2.2
-
-
-def slider_crank(drive: list[joints.Joint], forces: list[Any], start: float = 0.0, spin: float = 0.0) -> System:
-    """Crank of 0.15 m, rod of 0.3 m, slider of 0.5 kg on the x-axis; outputs x, phi, energy."""
-    pin = 0.15 * np.array([np.cos(start), np.sin(start)])
-    end = np.array([pin[0] + np.sqrt(0.09 - pin[1] ** 2), 0.0])
-    block = rigid("block", 0.5, 1e-3, end, dim=2)
-    rest = {
-        "block": Motion((-0.15 * spin * (np.sin(start) + np.sin(start) * np.cos(start) / np.sqrt(4 - np.sin(start) ** 2)), 0.0))
-    }
-    system = assemble(
-        [rod("crank", (0, 0), pin, 0.4), rod("rod", pin, end, 0.8), block],
-        [
-            joints.Revolute("A", At("crank", "s")),
-            joints.Revolute("B", At("crank", "e"), At("rod", "s")),
-            joints.Revolute("C", At("rod", "e"), At("block", "center")),
-            joints.Prismatic("guide", At("block", "center"), (1, 0)),
-            *drive,
-        ],
-        forces,
-        outputs={"C": probes.Position(At("block", "frame")), "phi": probes.Angle(At("crank", "frame"))},
-        initial=rest if spin else None,
-    )
-    return eliminate(system)
-
-
-def test_driven_slider_crank() -> None:
-    """x = r cos phi + sqrt(l^2 - r^2 sin^2 phi) at every step of two turns at 150 rad/s, through both dead centres."""
-    system = slider_crank([joints.DrivenAngle("drive", At("crank", "frame"), lambda t: 150 * t)], [])
-    with pytest.warns(Notice, match="initial velocities are projected"):
-        found = run(system, 2 * np.pi / 150 / 240, 4 * np.pi / 150)
-    phi = 150 * np.arange(481) * 2 * np.pi / 150 / 240
-    assert_allclose(found["phi"], phi, atol=1e-9)
-    assert_allclose(found["C_x"], 0.15 * np.cos(phi) + np.sqrt(0.09 - 0.0225 * np.sin(phi) ** 2), atol=1e-9)
-
-
-def test_free_slider_crank_passes_dead_centre() -> None:
-    """Torque of 5 N m from rest at dead centre: the work 5 phi is the kinetic energy over several turns."""
-    system = slider_crank([], [loads.Moment("torque", At("crank", "frame"), 5.0)])
-    trajectory = integrate(system, GeneralizedAlpha(1e-4), 0.4)
-    phi = outputs(trajectory)["phi"]
-    kinetic = 0.5 * np.einsum("sn,sn->s", trajectory.v, (system.mass @ trajectory.v.T).T)
-    assert phi[-1] > 6 * np.pi
-    assert np.diff(phi).min() > 0
-    assert_allclose(kinetic, 5.0 * phi, atol=2e-3 * kinetic[-1])
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -226,12 +123,3 @@ def test_universal_joint() -> None:
     exact = np.arctan2(np.sin(found["first"]) * np.cos(bend), np.cos(found["first"]))
     assert_allclose(found["first"], (5e-3 * np.arange(401)) ** 2, atol=1e-9)
     assert_allclose(np.unwrap(exact), found["second"], atol=1e-9)
-
-
-def test_a_top_without_torque_keeps_its_energy() -> None:
-    """A free box that spins about its middle axis, which is unstable: the energy is kept to second order."""
-    box = rigid("box", 1.0, (0.1, 0.2, 0.25), (0, 0, 0))
-    system = assemble([box], initial={"box": Motion(angular_velocity=(0.01, 5.0, 0.0))})
-    drift = [energy_drift(integrate(system, GeneralizedAlpha(h, 0.9), 4.0)) for h in (2e-2, 1e-2)]
-    assert drift[1] < 1e-3 * 2.5
-    assert np.log2(drift[0] / drift[1]) > 1.9

@@ -1,8 +1,8 @@
 """Shells: Scordelis-Lo roof, thin curved shells without membrane locking, snap-through of a hinged roof.
 
-Sources: Scordelis and Lo, ACI J. 61 (1964) 539-561 (roof; 0.3006 for Kirchhoff-Love shells; 0.30059246 and 0.04507416 converged, by
-an independent solver, recomputed); Sabir and Lock, Variational Methods in Engineering, Southampton 1973, and Sze, Liu, Lo, Finite
-Elem. Anal. Des. 40 (2004) 1551-1569, doi 10.1016/j.finel.2003.11.001 (hinged roofs: geometry and material; loads are our own).
+Sources: `verification.statics_shells` (Scordelis-Lo roof); Sabir and Lock, Variational Methods in Engineering, Southampton 1973,
+and Sze, Liu, Lo, Finite Elem. Anal. Des. 40 (2004) 1551-1569, doi 10.1016/j.finel.2003.11.001 (hinged roofs: geometry and
+material; loads are our own).
 """
 
 from __future__ import annotations
@@ -19,45 +19,21 @@ from fmbs_skfem.dynamics import Newton, outputs, solve_statics
 from fmbs_skfem.dynamics.statics import solve_equilibria
 from fmbs_skfem.shapes import nurbs
 from fmbs_skfem.systems import At, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.verification.statics_shells import ROOF_FREE, scordelis_lo
 
 TIGHT = Newton(tolerance=1e-12)
 pytestmark = pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")  # corners belong to two edges
 
 
-def roof(cells: int, degree: int = 3, t: float = 0.25) -> tuple[float, float]:
-    """Downward deflections of the free edge and of the crown in the middle, a quarter of the roof, by a load of 1e-5."""
-    small = 1e-5 * (t / 0.25) ** 2
-    shape = nurbs.surface(*nurbs.cylinder_panel(25.0, 25.0, 0.0, np.radians(40.0), cells, cells, degree))
-    held = [
-        joints.Edge("diaphragm", "roof", ("xi2_min",), "xz"),
-        joints.Edge("crown", "roof", ("xi1_min",), "x", "yz"),
-        joints.Edge("middle", "roof", ("xi2_max",), "y", "xz"),
-    ]
-    weight = loads.SurfaceLoad("weight", "roof", (0.0, 0.0, -90.0 * small))
-    sensed = {name: probes.Position(At("roof", corner)) for name, corner in (("free", "corner_11"), ("crown", "corner_01"))}
-    body = plate("roof", shape, t, Material(4.32e8, 1.0, 0.0))
-    found = outputs(solve_statics(eliminate(assemble([body], held, [weight], outputs=sensed)), 1, TIGHT))
-    free, crown = (float(found[name][0] - found[name][-1]) / small for name in ("free_z", "crown_z"))
-    return free, crown
-
-
-def test_scordelis_lo_roof() -> None:
-    free, crown = roof(16)
-    assert free == pytest.approx(0.3006, rel=5e-4)
-    assert free == pytest.approx(0.30059246, rel=1e-5)
-    assert crown == pytest.approx(-0.04507416, rel=2e-5)
-
-
 def test_refinement_of_the_roof() -> None:
-    """The deflection of the free edge converges at least with order 2 (p - 1); quartics on 8 x 8 cells are right to 3e-6."""
-    coarse, fine = (abs(roof(n)[0] / 0.30059246 - 1) for n in (4, 8))
+    """The deflection of the free edge converges at least with order 2 (p - 1)."""
+    coarse, fine = (abs(scordelis_lo(n)[0] / ROOF_FREE - 1) for n in (4, 8))
     assert np.log2(coarse / fine) > 4
-    assert roof(8, 4)[0] == pytest.approx(0.30059246, rel=3e-6)
 
 
 def test_thin_roof_does_not_lock() -> None:
     """R/t = 1000 in place of 100: cubics on 16 x 16 cells agree with quartics on 24 x 24 to 1 per mille."""
-    assert roof(16, 3, 0.025)[0] == pytest.approx(roof(24, 4, 0.025)[0], rel=1e-3)
+    assert scordelis_lo(16, 3, 0.025)[0] == pytest.approx(scordelis_lo(24, 4, 0.025)[0], rel=1e-3)
 
 
 def hinged(cells: int, t: float, degree: int = 3) -> Body:

@@ -100,7 +100,7 @@ def test_alias_bomb_is_counted_not_expanded() -> None:
 
 def test_too_many_values() -> None:
     with pytest.raises(InputError, match="100000 values"):
-        yamlfile.parse("[" + "1," * 100_001 + "]", "f")
+        yamlfile.parse("[" + "1,\n" * 100_001 + "]", "f")
 
 
 def test_large_file(tmp_path: Path) -> None:

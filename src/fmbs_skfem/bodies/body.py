@@ -190,7 +190,9 @@ def locate(body: Body, place: str | float) -> Place:
     middle = np.linalg.norm(line.sample(body.space, 0.5 * (fine[1:] + fine[:-1]), 1) @ body.reference, axis=1)
     arc = np.append(0.0, np.cumsum(np.diff(fine) * (speed[1:] + 4 * middle + speed[:-1]) / 6))
     if not -1e-9 * arc[-1] <= place <= arc[-1] * (1 + 1e-9):
-        raise InputError(say(f"body '{body.name}'", f"an arc length between 0 and {arc[-1]:.6g} m", f"{place} m"))
+        end = arc[-1] if place > 0.0 else 0.0
+        nearest = f"the nearest point is the end at {end:.6g} m, {abs(place - end):.6g} m away"
+        raise InputError(say(f"body '{body.name}'", f"an arc length between 0 and {arc[-1]:.6g} m", f"{place} m", nearest))
     return float(np.interp(place, arc, fine))
 
 

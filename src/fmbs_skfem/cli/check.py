@@ -3,20 +3,34 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
 
+from ..core.errors import InputError, Reason, SolverError, say
+from ..core.notices import notify
 from . import common
 from .common import Result, Session
 
 if TYPE_CHECKING:
+    from ..bodies.body import Body
     from ..scenes import Scene
+    from ..scenes.plausibility import Figures
     from ..systems import System
+    from ..systems.compiled import Compiled
+    from ..systems.mechanism import Dependence, Mechanism
 
 NAME = "check.json"
-SECONDS_A_STEP, SECONDS_A_CELL = 5e-6, 1.5e-6  #: of a usual computer [s]; for orders of magnitude only
+LOST = 0.5  #: part of the kinetic energy of the given initial motion that joints may take away
+AGREE = 1e-9  #: of the size of the scene: linear rows that miss each other by less agree
+#: orders of magnitude of a usual computer: seconds a number read, solved with, factored, factored by SuperLU, and seconds a call
+FORCE_S, SOLVE_S, FACTOR_S, LU_S, CALL_S = 1.2e-9, 1e-9, 5e-10, 1.5e-7, 2e-6
+ITERATIONS, FACTORED = 2.5, 0.2  #: of a time step
+CYCLES = 150.0  #: products with the matrix in a solution by multigrid
+STATIC_ITERATIONS, LANCZOS = 6.0, 60.0  #: a load step: iterations; modes: solutions
 
 
 @common.command("check")
@@ -24,32 +38,34 @@ SECONDS_A_STEP, SECONDS_A_CELL = 5e-6, 1.5e-6  #: of a usual computer [s]; for o
 def command(session: Session, duration: float | None) -> Result:
     """Read SCENE and its meshes, assemble it in the form it is solved in, check the initial state, and say what it is.
 
-    Nothing is solved; --out writes check.json.
+    Told are: masses, units, slenderness and cells that are hardly meant, joints that are redundant or contradict each other,
+    degrees of freedom, bodies that no joint ties to the ground, initial motion that joints forbid, solver, memory and time. Notices
+    stop nothing unless --strict is given. Nothing is solved; --out writes check.json.
     """
-    from ..dynamics.integration import GeneralizedAlpha, consistent_start
-    from ..scenes import build
-    from ..systems import compile_system
-    from ..systems.redundancy import without_redundant
+    from ..scenes import plausibility
     from . import solving
 
     scene = common.read_scene(session, duration)
-    raw = solving.system(session, scene)
+    raw, parts = solving.system(session, scene), bodies(session, scene)
+    known = plausibility.figures(scene, parts)
+    tell_findings(scene, known)
     common.announce_compiling()
-    form = build.chosen_form(scene, raw)
-    reduced = without_redundant(form)
-    consistent_start(compile_system(reduced), GeneralizedAlpha(getattr(scene.analysis, "step", 1e-3)))
-    parts = bodies(session, scene)
-    eliminated = len(raw.constraints.names) - len(form.constraints.names)
-    dropped = len(form.constraints.names) - len(reduced.constraints.names)
+    redundant = contradictions(raw)
+    counted = mechanism(scene, raw)
+    reduced, model, initial = solved_form(scene, raw)
+    eliminated = raw.size - reduced.size
     found: dict[str, Any] = {
         "status": "ok",
         **solving.heading(scene),
         **solving.sizes(raw, reduced),
-        "redundant_constraints": eliminated - (raw.size - reduced.size) + dropped,
-        "mass": sum(part["mass"] for part in parts),
-        "bodies": parts,
+        "redundant_constraints": len(raw.constraints.names) - eliminated - len(reduced.constraints.names),
+        "redundant": [{"row": dependence.row, "follows_from": dependence.on} for dependence in redundant],
+        "mass": sum(figure.mass for figure in known.values()),
+        "bodies": [described(figure, parts[name], counted) for name, figure in known.items()],
         "joints": dict(Counter(joint for joint, _ in raw.constraints.names)),
-        "estimates": estimates(scene, reduced, sum(part["cells"] for part in parts)),
+        "mechanism": mechanism_report(counted),
+        "initial": initial,
+        "estimates": estimates(scene, reduced, model),
         "outputs": [column for output in raw.outputs.values() for column in output.columns],
         "fingerprint": common.fingerprint(scene),
         "versions": common.versions(),
@@ -60,44 +76,257 @@ def command(session: Session, duration: float | None) -> Result:
     return Result(found, view(found))
 
 
-def bodies(session: Session, scene: Scene) -> list[dict[str, Any]]:
-    """Cells, coordinates and mass [kg] of every body."""
+def bodies(session: Session, scene: Scene) -> dict[str, Body]:
+    """The bodies of the scene by name."""
     from ..scenes import build
 
-    found = []
-    for name, model in scene.bodies.items():
-        part = build.part(model, scene, name, None, session.allow_outside)
-        cells = 0 if part.cells is None else part.cells.section.shape[2]
-        mass = float(part.constant @ (part.mass @ part.constant))
-        found.append({"name": name, "cells": int(cells), "dofs": part.reference.size, "mass": mass})
+    return {name: build.part(model, scene, name, None, session.allow_outside) for name, model in scene.bodies.items()}
+
+
+def tell_findings(scene: Scene, known: Mapping[str, Figures]) -> None:
+    """Notices of what is hardly meant; what was told when the scene was read is only explained."""
+    from ..scenes import consistency, plausibility, where
+
+    told = {keys for keys, _ in consistency.notices(scene)}
+    for finding in plausibility.findings(scene, known):
+        if finding.keys not in told or finding.meant:
+            notify(f"{where(scene, *finding.keys)}: {finding.meant if finding.keys in told else finding}")
+
+
+def contradictions(raw: System) -> tuple[Dependence, ...]:
+    """Redundant rows; linear ones that contradict those they follow from stop the check."""
+    from ..systems import mechanism
+
+    found = mechanism.redundant(raw)
+    wrong = sorted((one for one in found if one.gap > AGREE * raw.scale), key=lambda one: -one.gap)
+    if wrong:
+        listed = ", ".join(f"{one.row} by {one.gap:.3g} m with {' and '.join(one.on)}" for one in wrong)
+        worst = tuple((one.row, one.gap) for one in wrong)
+        raise SolverError(f"joints contradict each other: {listed}; remove or move one", Reason.INCONSISTENT, 0.0, worst)
     return found
 
 
-def estimates(scene: Scene, reduced: System, cells: int) -> dict[str, float]:
-    """Steps, stored states, memory of the trajectory [MB] and order of magnitude of the time [s] of a dynamic analysis."""
+def mechanism(scene: Scene, raw: System) -> Mechanism:
+    """Degrees of freedom; floating bodies are told, and stop a static problem with every motion that nothing resists."""
+    from ..scenes import where
+    from ..systems import free_motions, mechanism
+
+    found = mechanism.analyse(raw)
+    if scene.analysis.type == "static":
+        free, hung = free_motions.unsupported(raw)
+        for motion in hung:
+            notify(f"{where(scene, 'analysis')}: weight alone holds this motion, so that the first iteration is singular: {motion}")
+        if free:
+            listed = "".join(f"\n  {number}. {motion}" for number, motion in enumerate(free, start=1))
+            got = f"{len(free)} rigid motion{'s' if len(free) > 1 else ''} that nothing resists:{listed}"
+            raise InputError(say(where(scene, "analysis"), "bodies that joints and springs hold", got, "\nhold them by joints"))
+    for group in found.floating if scene.analysis.type != "static" else ():
+        named, hang = " and ".join(f"'{name}'" for name in group.bodies), len(group.bodies) > 1
+        text = f"{named} hang{'' if hang else 's'} on no joint to the ground: {'they move' if hang else 'it moves'} freely"
+        notify(f"{where(scene, 'bodies', group.bodies[0])}: {text}")
+    if found.at_start > found.mobility:
+        notify(f"the start is a singular position: {found.at_start} degrees of freedom there, {found.mobility} near it")
+    if scene.analysis.type == "dynamic" and not raw.elastic and not found.mobility:
+        notify("nothing can move: all bodies are rigid, and joints leave no degree of freedom")
+    return found
+
+
+def solved_form(scene: Scene, raw: System) -> tuple[System, Compiled, dict[str, Any]]:
+    """The form the scene is solved in, as arrays, and what its joints make of the initial state."""
+    from ..dynamics.integration import GeneralizedAlpha, consistent_start
+    from ..scenes import build
+    from ..systems import compile_system
+    from ..systems.redundancy import without_redundant
+
+    gaps = velocity_gaps(raw)
+    reduced = without_redundant(build.chosen_form(scene, raw))
+    model = compile_system(reduced)
+    x, v, _, _ = consistent_start(model, GeneralizedAlpha(getattr(scene.analysis, "step", 1e-3)))
+    taken = np.asarray(reduced.lift.matrix @ v)
+    given, left = (float(u @ (raw.mass @ u)) for u in (raw.v0, taken))
+    lost = max(0.0, 1.0 - left / given) if given > 0.0 else 0.0
+    if lost > LOST:
+        from ..scenes import where
+
+        listed = ", ".join(f"{name} by {gap:.3g} m/s" for name, gap in gaps[:3])
+        got = f"{100 * lost:.3g} % of their kinetic energy against {listed}"
+        raise InputError(
+            say(where(scene, "initial"), "velocities that the joints permit", got, "give motions of all joined bodies")
+        )
+    moved = float(np.abs(reduced.lift(x) - raw.x0).max(initial=0.0))
+    return (
+        reduced,
+        model,
+        {
+            "position_change": moved,
+            "velocity_change": float(np.abs(taken - raw.v0).max(initial=0.0)),
+            "energy_lost": lost,
+            "worst_velocities": [{"row": name, "gap": gap} for name, gap in gaps[:5]],
+        },
+    )
+
+
+def velocity_gaps(raw: System) -> list[tuple[str, float]]:
+    """Rows that the given velocities break, Phi_q v + Phi_t, the largest first; Phi_t by differences over 2 us."""
+    from ..systems import mechanism
+    from ..systems.compiled import signal_table
+    from ..systems.redundancy import rows_of
+
+    if not raw.constraints.names:
+        return []
+    (rows, z), used, d = rows_of(raw), mechanism.coordinates_read(raw), 1e-6
+    first, second, third = (replace(rows, signals=signal_table(raw, np.array([k * d]))[0])(z)[0] for k in range(3))
+    gap = np.abs(rows(z)[1] @ raw.v0[used] + (4 * second - 3 * first - third) / (2 * d))
+    bound = 1e-6 * max(1.0, float(np.abs(raw.v0).max(initial=0.0)))
+    return [(".".join(raw.constraints.names[k]), float(gap[k])) for k in np.argsort(-gap) if gap[k] > bound]
+
+
+def described(figure: Figures, part: Body, counted: Mechanism) -> dict[str, Any]:
+    """A body in the report."""
+    cells = figure.cells
+    return {
+        "name": figure.name,
+        "cells": 0 if cells is None else cells.count,
+        "dofs": part.reference.size,
+        "mass": figure.mass,
+        "rigid_motions": counted.bodies[figure.name],
+        "extent": figure.extent,
+        "wave_speed": figure.wave_speed,
+        "slenderness": figure.slenderness,
+        "sag": figure.sag,
+        "weight_strain": figure.weight_strain,
+        "mesh": None if cells is None else asdict(cells),
+    }
+
+
+def mechanism_report(found: Mechanism) -> dict[str, Any]:
+    """Degrees of freedom in the report: by rank and by Gruebler's formula, with every joint."""
+    return {
+        "rigid_motions": sum(found.bodies.values()),
+        "joints": [asdict(joint) for joint in found.joints],
+        "degrees_of_freedom": found.mobility,
+        "gruebler": found.gruebler,
+        "overconstrained": [{"row": one.row, "follows_from": one.on} for one in found.overconstrained],
+        "at_start": found.at_start,
+        "left_by_drives": found.free,
+        "floating": [group.bodies for group in found.floating],
+    }
+
+
+def estimates(scene: Scene, reduced: System, model: Compiled) -> dict[str, Any]:
+    """Solver, steps, memory [MB] and order of magnitude of the time [s] of an analysis, by counts of numbers read and written."""
     from ..scenes import build
 
-    analysis = scene.analysis
-    if analysis.type != "dynamic":
-        return {}
-    steps = round(analysis.duration / analysis.step)
-    every = build.kept_steps(scene)
+    analysis, (label, fill, once, each) = scene.analysis, solver(scene, model)
+    numbers = numbers_read(model)
+    tables = 8e-6 * numbers / max(reduced.dim, 1)
+    found: dict[str, Any] = {"solver": label, "solver_memory_mb": round(fill + tables, 3)}
+    if analysis.type == "static":
+        seconds = analysis.load_steps * STATIC_ITERATIONS * (4 * FORCE_S * numbers + once)
+        return {**found, "load_steps": analysis.load_steps, "wall_s": float(f"{seconds:.1g}")}
+    if analysis.type == "modes":
+        return {**found, "modes": analysis.count, "wall_s": float(f"{4 * FORCE_S * numbers + once + LANCZOS * each:.1g}")}
+    steps, every = round(analysis.duration / analysis.step), build.kept_steps(scene)
     stored = len(every) if isinstance(every, np.ndarray) else steps // every + 1
+    step = ITERATIONS * (FORCE_S * numbers + each + CALL_S) + FACTORED * (4 * FORCE_S * numbers + once)
     return {
+        **found,
         "steps": steps,
         "stored_states": stored,
         "memory_mb": round(3 * 8e-6 * stored * reduced.size, 3),
-        "wall_s": float(f"{steps * (SECONDS_A_STEP + cells * SECONDS_A_CELL):.1g}"),
+        "step_s": float(f"{step:.1g}"),
+        "wall_s": float(f"{steps * step:.1g}"),
     }
+
+
+def numbers_read(model: Compiled) -> float:
+    """Products of a table entry with a coordinate, over all cells, in one evaluation of the forces."""
+    from ..bodies.body import Cells
+
+    found = 0.0
+    for part in model.system.elastic:
+        if isinstance(part.gather, Cells):
+            found += part.gather.table.size * part.gather.dim**2
+    return found
+
+
+def solver(scene: Scene, model: Compiled) -> tuple[str, float, float, float]:
+    """Name, memory [MB], and seconds of a factorisation and of a solution of the linear systems of an analysis."""
+    A, n, m = model.arrays, model.system.size, model.constraints
+    width = 0 if model.plan or A.dense else A.mass.store.shape[1] - 1
+    fill = float(n * width) if width else 0.5 * n**2
+    if model.plan:
+        fill, label, memory, each = sparse_solver(model)
+    elif A.dense:
+        label, memory, each = "dense LU", 16e-6 * (n + m) ** 2, 2 * SOLVE_S * (n + m) ** 2
+    else:
+        label, memory, each = f"band of half width {width}", 32e-6 * n * (width + 1), 4 * SOLVE_S * fill
+    if scene.analysis.type != "dynamic":
+        return "sparse LU", 16e-6 * fill, LU_S * fill, 4 * SOLVE_S * fill
+    once = FACTOR_S * fill * (width or (n if A.dense else np.sqrt(fill / n) * 8))
+    return label, memory, once / (1 if model.plan is None else 20), each
+
+
+def sparse_solver(model: Compiled) -> tuple[float, str, float, float]:
+    """Numbers in the factors of a large model, and name, memory [MB] and seconds a solution of what solves it."""
+    from ..core import direct, krylov
+    from ..systems import sparse
+
+    assert model.plan is not None
+    W = sparse.tangent(model.plan, model.system.x0) + abs(model.system.mass)
+    n, fill = W.shape[0], float(direct.entries(direct.analyse(W)))
+    if krylov.choose(n, fill, krylov.free_memory(), 4.0) == "direct":
+        return fill, f"sparse LDL^T with {fill:.3g} numbers", 1e-6 * (5.2 * fill + krylov.BYTES_PER_UNKNOWN * n), SOLVE_S * fill
+    return fill, "conjugate gradients with multigrid", 36e-6 * W.nnz, CYCLES * SOLVE_S * W.nnz
 
 
 def view(found: dict[str, Any]) -> list[Any]:
     """The tables of a checked scene."""
-    bodies = [tuple(body.values()) for body in found["bodies"]]
+    columns = ("name", "cells", "dofs", "mass", "rigid_motions", "extent", "wave_speed", "slenderness", "sag")
+    titles = ("body", "cells", "dofs", "mass [kg]", "rigid motions", "size [m]", "wave speed [m/s]", "slenderness", "sag / length")
+    rows = [[dash(body[key]) for key in columns] for body in found["bodies"]]
+    keys = ("count", "size_ratio", "aspect", "angle", "jacobian")
+    meshes = [(body["name"], *(body["mesh"][key] for key in keys)) for body in found["bodies"] if body["mesh"]]
+    counted = {joint["name"]: joint for joint in found["mechanism"]["joints"]}
+    joints = [joint_row(name, count, counted.get(name)) for name, count in found["joints"].items()]
     facts = [(key, found[key]) for key in ("dofs", "constraints", "unknowns", "multipliers", "redundant_constraints", "mass")]
-    return [
+    facts += [(f"initial {key}", value) for key, value in found["initial"].items() if isinstance(value, float) and value > 1e-9]
+    parts = [
         f"{found['scene']} ({found['analysis']}): the scene is sound",
-        common.table("Bodies", ("body", "cells", "dofs", "mass [kg]"), bodies),
-        common.table("Joints", ("joint", "constraints"), found["joints"].items()),
+        common.table("Bodies", titles, rows),
+        common.table("Joints", ("joint", "constraints", "rigid motions taken", "ties"), joints),
+        mechanism_table(found["mechanism"]),
         common.table("System", ("", ""), [*facts, *((f"estimated {key}", value) for key, value in found["estimates"].items())]),
     ]
+    redundant = [(one["row"], ", ".join(one["follows_from"])) for one in found["redundant"]]
+    parts += [common.table("Redundant rows", ("row", "follows from"), redundant)] if redundant else []
+    heads = ("mesh of", "cells", "largest / smallest", "aspect", "angle [deg]", "Jacobian ratio")
+    return [*parts[:2], *([common.table("Meshes", heads, meshes)] if meshes else []), *parts[2:]]
+
+
+def dash(value: object) -> object:
+    return "-" if value is None else value
+
+
+def joint_row(name: str, constraints: int, counted: dict[str, Any] | None) -> tuple[object, ...]:
+    """A joint, or the axes of a frame, in the table."""
+    if counted is None:
+        return name, constraints, "-", "axes of a frame"
+    ends = [*counted["bodies"], *(["ground"] if counted["ground"] else [])]
+    return name, constraints, counted["rows"], " - ".join(ends) + (" (driven)" if counted["driven"] else "")
+
+
+def mechanism_table(found: dict[str, Any]) -> Any:
+    """Gruebler's count beside the count by rank."""
+    taken = sum(joint["rows"] for joint in found["joints"] if not joint["driven"])
+    involved = {name.partition(".")[0]: None for one in found["overconstrained"] for name in (one["row"], *one["follows_from"])}
+    excess = f"{len(found['overconstrained'])} ({', '.join(involved)})" if involved else "0"
+    rows = [
+        ("rigid motions of all bodies", found["rigid_motions"]),
+        ("taken by joints, one by one", taken),
+        ("degrees of freedom by Gruebler's count", found["gruebler"]),
+        ("conditions too many for rigid bodies", excess),
+        ("degrees of freedom by rank", found["degrees_of_freedom"]),
+        ("left by drives", found["left_by_drives"]),
+    ]
+    return common.table("Mechanism", ("", ""), rows)

@@ -14,6 +14,8 @@ import functools
 import hashlib
 import json
 import math
+import os
+import platform
 import subprocess
 import sys
 import time
@@ -39,6 +41,16 @@ if TYPE_CHECKING:
 INTERRUPTED = 130
 INTERNAL = 1
 BAD_INPUT = InputError.exit_code
+REASONS = {
+    3: "bad input",
+    5: "failed members",
+    6: "disk full",
+    7: "missing feature",
+    8: "corrupt file",
+    INTERRUPTED: "interrupted",
+    143: "terminated",
+}
+SHARED = ("out", "json", "force", "allow_outside", "repair", "strict", "debug")  #: options that many commands have
 PATIENCE = 2.0  #: work that takes longer shows its progress [s]
 REPORT = "report.json"
 VERSIONS = ("numpy", "scipy", "numba", "scikit-fem")
@@ -54,6 +66,7 @@ class Session:
     changes: Mapping[str, str] = field(default_factory=dict)  #: parameters replaced by --set
     force: bool = False
     allow_outside: bool = False
+    repair: bool = False
     strict: bool = False
     debug: bool = False
     notices: list[str] = field(default_factory=list)
@@ -80,7 +93,7 @@ def command(name: str, scene: bool = True) -> Callable[[Body], click.Command]:
             session = Session(
                 path=values.pop("path", Path()),
                 changes=dict(values.pop("changes", ())),
-                **{key: values.pop(key) for key in ("out", "json", "force", "allow_outside", "strict", "debug") if key in values},
+                **{key: values.pop(key) for key in SHARED if key in values},
             )
             click.get_current_context().exit(perform(function, session, values))
 
@@ -106,6 +119,7 @@ SCENE_OPTIONS = (
         "--set", "changes", metavar="NAME=VALUE", multiple=True, callback=changed, help="Replace a parameter of the scene."
     ),
     click.option("--allow-outside", is_flag=True, help="Permit meshes outside the scene's project folder."),
+    click.option("--repair", is_flag=True, help="Merge nodes of meshes that are at one place."),
 )
 OPTIONS = (
     click.option("--out", metavar="DIR", type=click.Path(path_type=Path, file_okay=True), help="Folder for the results."),
@@ -152,8 +166,7 @@ def reason(error: FmbsError) -> str:
     """What kind of error, as one short text."""
     if isinstance(error, SolverError):
         return error.reason.value
-    kinds = {3: "bad input", 7: "missing feature", 8: "corrupt file"}
-    return kinds.get(error.exit_code, "error")
+    return REASONS.get(error.exit_code, "error")
 
 
 def details(error: FmbsError) -> dict[str, Any]:
@@ -299,11 +312,47 @@ def versions() -> dict[str, str]:
     return {"fmbs_skfem": __version__, "python": sys.version.split()[0], **{name: metadata.version(name) for name in VERSIONS}}
 
 
+def provenance(scene: Scene) -> dict[str, Any]:
+    """All that the numbers of a result depend on: values of the scene, contents of files, libraries, machine, threads, seeds.
+
+    On one machine with one thread, the same provenance gives the same bits.
+    """
+    from threadpoolctl import threadpool_info
+
+    files = {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in scene_files(scene)}
+    return {
+        "scene": scene.model_dump(by_alias=True, exclude_none=True, warnings=False),
+        "file": str(scene.path.absolute()) if scene.path else None,
+        "files": files,
+        "versions": versions(),
+        "machine": {"system": platform.platform(), "processor": processor(), "cores": os.cpu_count()},
+        "threads": {"blas": max((info["num_threads"] for info in threadpool_info() if info["user_api"] == "blas"), default=1)},
+        "seeds": {"solver": 0, **({"training": scene.training.seed} if scene.training else {})},
+    }
+
+
+def scene_files(scene: Scene) -> list[Path]:
+    """The file of a scene and the mesh and surface files it reads, each once."""
+    from ..shapes import meshes
+
+    names = {getattr(body, key) for body in scene.bodies.values() for key in ("mesh", "nurbs") if getattr(body, key, None)}
+    read = [meshes.path(name, scene.folder, allow_outside=True) for name in sorted(names)]
+    return [path.absolute() for path in ([scene.path] if scene.path else []) + read]
+
+
+def processor() -> str:
+    """The name of the processor."""
+    with contextlib.suppress(OSError, StopIteration):
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    return platform.machine()
+
+
 def read_scene(session: Session, duration: float | None = None) -> Scene:
     """The scene of the session with its parameters replaced; `duration` [s] replaces that of a dynamic analysis."""
     from .. import scenes
 
-    scene = scenes.read(session.path, session.changes)
+    scene = scenes.read(session.path, session.changes, session.repair)
     if duration is None:
         return scene
     if scene.analysis.type != "dynamic":
@@ -315,13 +364,9 @@ def read_scene(session: Session, duration: float | None = None) -> Scene:
 
 def fingerprint(scene: Scene) -> str:
     """Hash of the scene with its parameters and of the mesh files it reads; equal for runs that compute the same."""
-    from ..shapes import meshes
-
-    digest = hashlib.sha256(scene.path.read_bytes() if scene.path else b"")
-    digest.update(repr((sorted(scene.parameters.items()), scene.analysis)).encode())
-    for body in scene.bodies.values():
-        if (mesh := getattr(body, "mesh", None)) is not None:
-            digest.update(meshes.path(mesh, scene.folder, allow_outside=True).read_bytes())
+    digest = hashlib.sha256(repr((sorted(scene.parameters.items()), scene.analysis)).encode())
+    for path in scene_files(scene):
+        digest.update(path.read_bytes())
     return digest.hexdigest()
 
 

@@ -56,7 +56,8 @@ def command(session: Session, quick: bool, duration: float | None, picture: bool
     except MissingFeature as error:
         missing = error
         report = {**report, **common.failed(error)}
-    found = {**report, "fingerprint": common.fingerprint(scene), "versions": common.versions(), "files": [out / RECORD, *files]}
+    made = {"fingerprint": common.fingerprint(scene), "versions": common.versions(), "provenance": common.provenance(scene)}
+    found = {**report, **made, "files": [out / RECORD, *files]}
     common.write_json(out / RECORD, {**found, "notices": session.notices})
     return Result(found, [*tables(scene, study), *words(report), "written: " + ", ".join(map(str, found["files"]))], missing)
 

@@ -13,10 +13,15 @@ from ..core.errors import closest
 COMMANDS = {
     "check": "Read a scene and its meshes, assemble it, and say what it is.",
     "run": "Solve a scene, or run a saved reduced model.",
+    "resume": "Go on with a run that was stopped.",
     "reduce": "Train a reduced model of a scene and save it.",
+    "train": "Train a reduced model over the ranges of a scene's parameters.",
+    "rom": "Say what a saved reduced model is, or run it at wanted parameters.",
     "compare": "Full and reduced models of a scene: time beside error.",
+    "sweep": "Run many members of a scene or of a reduced model, on all cores or on a cluster.",
     "render": "Solve a scene and draw pictures (PNG) and an animation (GIF).",
     "export": "Solve a scene and write a VTK series.",
+    "verify": "Hold the solver against published and exact results.",
     "demo": "Example: a flexible double pendulum in full and reduced.",
     "schema": "Print the JSON schema of scene files.",
 }
@@ -51,6 +56,6 @@ def main() -> None:
 
     Every command takes --json (one object on stdout) and --out (a folder).
 
-    Exit codes: 0 done, 2 usage, 3 bad input, 4 solver failed (the partial result is kept), 5 some members of a sweep failed, 7 an
-    optional feature is missing, 8 a result is corrupt, 130 interrupted.
+    Exit codes: 0 done, 2 usage, 3 bad input, 4 solver failed (the partial result is kept), 5 some members of a sweep failed, 6 the
+    disk is full, 7 an optional feature is missing, 8 a result is corrupt, 130 interrupted, 143 terminated.
     """

@@ -53,9 +53,10 @@ def command(
     common.announce_compiling(scene.path)
     system, found = train(session, scene, chosen(scene, level, tolerance, modes, hyper, sample))
     training = dict(scene.parameters)
-    files.save(system, path, scene=found["scene"], training=training, report=common.plain(found))
+    origin = common.plain(common.provenance(scene))
+    files.save(system, path, scene=found["scene"], training=training, report=common.plain(found), provenance=origin)
     view = common.table(f"Reduced model of {found['scene']}", ("", "value"), [(key, told(value)) for key, value in found.items()])
-    return Result({**found, "file": path}, [view, f"written: {path}"])
+    return Result({**found, "file": path, "provenance": origin}, [view, f"written: {path}"])
 
 
 def target(session: Session, scene: Scene) -> Path:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -13,11 +11,9 @@ from . import common
 from .common import Result, Session
 
 if TYPE_CHECKING:
-    from ..dynamics import Trajectory
     from ..scenes import Scene
 
-MODES, PICTURE = "modes.csv", "picture.png"
-INSTANTS = 7  #: configurations of a saved model in its picture
+MODES = "modes.csv"
 SAVED = (".h5", ".hdf5")
 
 
@@ -28,26 +24,52 @@ SAVED = (".h5", ".hdf5")
 @click.option(
     "--picture", is_flag=True, help="Draw a saved reduced model into picture.png, lifted to its centre lines and surfaces."
 )
-def command(session: Session, duration: float | None, step: float | None, plots: bool, picture: bool) -> Result:
+@click.option(
+    "--checkpoint",
+    type=click.FloatRange(0.0),
+    metavar="SECONDS",
+    help="Keep the motion and a checkpoint every so many seconds and at the end (default: every 10, of runs that take longer).",
+)
+def command(
+    session: Session, duration: float | None, step: float | None, plots: bool, picture: bool, checkpoint: float | None
+) -> Result:
     """Solve SCENE: a motion, an equilibrium, or vibration modes, as its `analysis` says.
 
     Writes outputs.csv (time in column t), report.json and outputs.png into --out, or into ./fmbs-NAME where NAME.yaml is the scene.
-    A solve that fails keeps what it reached, and ends with exit code 4. SCENE may also be a reduced model saved by `fmbs reduce`
-    (NAME.h5), with --duration and --step.
+    A solve that fails keeps what it reached, and ends with exit code 4. A motion that takes long is kept in the folder `history`
+    there while it runs: `fmbs resume` goes on with one that was stopped. SCENE may also be a reduced model saved by `fmbs reduce`
+    or `fmbs train` (NAME.h5): that is `fmbs rom run`.
     """
-    from . import solving
+    from . import rom, solving
 
     if session.path.suffix in SAVED:
-        return saved(session, duration, step, picture)
+        if checkpoint is not None:
+            raise InputError(say("--checkpoint", "a scene", f"{session.path}", "a reduced model runs anew in seconds"))
+        return rom.solve(session, duration, step, plots, picture)
     if picture:
         raise InputError(say("--picture", "a saved reduced model (.h5)", f"{session.path}", "draw a scene with fmbs render"))
     if step is not None:
         raise InputError(say("--step", "a saved reduced model (.h5)", f"{session.path}", "a scene has its own step: analysis.step"))
     scene = common.read_scene(session, duration)
-    if scene.analysis.type == "modes":
-        return modes(session, scene)
-    solved = solving.solve(session, scene)
-    _, found = solving.keep(session, solved, plots=plots)
+    dynamic = scene.analysis.type == "dynamic"
+    if checkpoint is not None and not dynamic:
+        raise InputError(say("--checkpoint", "a scene with a dynamic analysis", scene.analysis.type, "leave the option out"))
+    names = (MODES if scene.analysis.type == "modes" else solving.OUTPUTS, common.REPORT)
+    job = {
+        "scene": str(session.path.absolute()),
+        "changes": dict(session.changes),
+        "duration": duration,
+        "allow_outside": session.allow_outside,
+        "repair": session.repair,
+        "checkpoint": checkpoint,
+        "fingerprint": common.fingerprint(scene),
+        "provenance": common.plain(common.provenance(scene)),
+    }
+    with solving.kept(session, scene, names, job, checkpoint) as record:
+        if scene.analysis.type == "modes":
+            return modes(session, scene)
+        solved = solving.solve(session, scene, record if dynamic else None)
+        _, found = solving.keep(session, solved, plots=plots)
     return solving.result(solved, found, [])
 
 
@@ -71,6 +93,7 @@ def modes(session: Session, scene: Scene) -> Result:
         "frequencies_hz": frequencies,
         "fingerprint": common.fingerprint(scene),
         "versions": common.versions(),
+        "provenance": common.provenance(scene),
         "files": [out / MODES, out / common.REPORT],
     }
     numbers = np.arange(1, len(omega) + 1)
@@ -86,48 +109,3 @@ def modes(session: Session, scene: Scene) -> Result:
     rows = zip(numbers.tolist(), frequencies.tolist(), omega.tolist(), strict=True)
     view = common.table(f"{found['scene']}: vibration modes", ("mode", "frequency [Hz]", "omega [rad/s]"), rows)
     return Result(found, [view, "written: " + ", ".join(map(str, found["files"]))])
-
-
-def saved(session: Session, duration: float | None, step: float | None, picture: bool) -> Result:
-    """Run a saved reduced model: outputs.csv, report.json and, if wanted, picture.png."""
-    from .. import dynamics
-    from ..reduction import study
-    from . import solving
-
-    if duration is None or step is None:
-        raise InputError(say(f"{session.path}", "--duration and --step", "none", "give both in seconds"))
-    if session.changes:
-        raise InputError(say("--set", "a scene", "a saved reduced model", "train another one with fmbs reduce --set"))
-    mark = hashlib.sha256(session.path.read_bytes() if session.path.is_file() else b"").hexdigest() + f" {duration} {step}"
-    common.announce_compiling()
-    trajectory = study.run_saved(session.path, duration, step)
-    columns, cost = dynamics.outputs(trajectory), trajectory.statistics
-    names = (solving.OUTPUTS, common.REPORT, *([PICTURE] if picture else []))
-    out = common.folder(session, f"fmbs-{session.path.stem}", names, mark)
-    drawn = [draw(trajectory, out, session.path.stem)] if picture else []
-    found: dict[str, Any] = {
-        "status": "ok",
-        "model": session.path,
-        "dofs": trajectory.system.size,
-        "constraints": len(trajectory.system.constraints.names),
-        "steps": cost.steps,
-        "newton_iterations": cost.iterations,
-        "cpu_s": cost.cpu_s,
-        "wall_s": cost.wall_s,
-        "energy_drift": dynamics.energy_drift(trajectory),
-        "outputs": {name: solving.extremes(values) for name, values in columns.items()},
-        "fingerprint": mark,
-        "versions": common.versions(),
-        "files": [solving.write_outputs(out, trajectory.times, columns), out / common.REPORT, *drawn],
-    }
-    common.write_json(out / common.REPORT, {**found, "notices": session.notices})
-    return Result(found, [solving.table_of_outputs(columns), "written: " + ", ".join(map(str, found["files"]))])
-
-
-def draw(trajectory: Trajectory, out: Path, title: str) -> Path:
-    """Configurations of a reduced model, coloured by stress or curvature."""
-    from ..results import pictures
-    from . import picture
-
-    chosen = picture.frames(trajectory, picture.spread(trajectory, INSTANTS))
-    return pictures.render(chosen, out / PICTURE, None, pictures.Look(picture.usual_color(trajectory.system), title=title))

@@ -1,10 +1,13 @@
-"""From a scene to its solved system: what `run`, `render`, `export` and `demo` share."""
+"""From a scene to its solved system: what `run`, `resume`, `render`, `export` and `demo` share."""
 
 from __future__ import annotations
 
 import contextlib
+import shutil
+import signal
+import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,9 +17,12 @@ import numpy as np
 from .. import dynamics
 from ..core.errors import FmbsError, InputError, SolverError, say
 from ..dynamics import GeneralizedAlpha, Newton, Trajectory
+from ..dynamics.checkpoint import Moment, Record, Resumed
+from ..results import segments
+from ..results.segments import Recorder
 from ..scenes import Scene, build
 from ..systems import System
-from . import common
+from . import common, failure_report
 from .common import Result, Session
 
 if TYPE_CHECKING:
@@ -37,6 +43,15 @@ class Solved:
     cpu_s: float
     wall_s: float
     error: SolverError | None = None
+    segments: int = 0  #: closed on the disk while it ran
+
+
+class Interrupted(FmbsError):
+    """A signal ended a run, which is kept; the exit code is 128 + its number."""
+
+    def __init__(self, number: int, text: str) -> None:
+        super().__init__(text)
+        self.exit_code = 128 + number
 
 
 def system(session: Session, scene: Scene) -> System:
@@ -44,8 +59,11 @@ def system(session: Session, scene: Scene) -> System:
     return build.system(scene, allow_outside=session.allow_outside)
 
 
-def solve(session: Session, scene: Scene) -> Solved:
-    """Integrate the scene, or follow its loads to equilibrium; a failed solve keeps what it reached."""
+def solve(session: Session, scene: Scene, record: Recorder | None = None, resume: Resumed | None = None) -> Solved:
+    """Integrate the scene, or follow its loads to equilibrium; a failed solve keeps what it reached.
+
+    `record` keeps a motion on the disk while it runs; `resume` goes on with one.
+    """
     raw = system(session, scene)
     reduced = build.chosen_form(scene, raw)
     if common.announce_compiling(scene.path) and scene.analysis.type == "dynamic":
@@ -53,29 +71,108 @@ def solve(session: Session, scene: Scene) -> Solved:
         with contextlib.suppress(FmbsError):  # the run itself will say what is wrong
             dynamics.integrate(reduced, GeneralizedAlpha(step, scene.analysis.rho_inf), step)
     cpu, wall = time.process_time(), time.perf_counter()
-    trajectory, error = attempt(scene, reduced)
+    trajectory, error = attempt(scene, reduced, record, resume)
     cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
-    return Solved(scene, raw, trajectory, dynamics.outputs(trajectory), cpu, wall, error)
+    closed = len(record.manifest.segments) if record else 0
+    return Solved(scene, raw, trajectory, dynamics.outputs(trajectory), cpu, wall, error, closed)
 
 
-def attempt(scene: Scene, reduced: System) -> tuple[Trajectory, SolverError | None]:
+def attempt(
+    scene: Scene, reduced: System, record: Recorder | None = None, resume: Resumed | None = None
+) -> tuple[Trajectory, SolverError | None]:
     """The trajectory of a dynamic or static analysis, or the part up to a failure with its error."""
     analysis = scene.analysis
     try:
         if analysis.type == "dynamic":
             scheme = GeneralizedAlpha(analysis.step, analysis.rho_inf)
-            with common.progress("integrating") as advance:
-                newton = Newton(tolerance=analysis.tolerance)
-                return dynamics.integrate(reduced, scheme, analysis.duration, newton, build.kept_steps(scene), advance), None
+            newton, every = Newton(tolerance=analysis.tolerance), build.kept_steps(scene)
+            with common.progress("integrating") as advance, stoppable(record) as watch:
+                return dynamics.integrate(reduced, scheme, analysis.duration, newton, every, advance, watch, resume), None
         if analysis.type == "static":
             with common.progress("loading") as advance:
                 newton = Newton(tolerance=analysis.tolerance)
+                if analysis.method == "arc_length":
+                    control = dynamics.ArcLength(1.0 / analysis.load_steps)
+                    return dynamics.follow_path(reduced, control, newton, progress=advance), None
                 return dynamics.solve_statics(reduced, analysis.load_steps, newton, progress=advance), None
     except SolverError as error:
+        if record is not None:
+            record.fail()
         if error.partial is None:
             raise
         return error.partial, error
     raise InputError(say("analysis.type", "dynamic or static", analysis.type, "use fmbs run for modes"))
+
+
+@contextlib.contextmanager
+def stoppable(record: Recorder | None) -> Iterator[Record | None]:
+    """A record that ends its run at SIGINT and SIGTERM, after a segment and a checkpoint; a second signal acts as usual."""
+    arrived: list[int] = []
+    before: dict[int, Any] = {}
+
+    def restore() -> None:
+        for number, handler in before.items():
+            signal.signal(number, handler or signal.SIG_DFL)
+
+    def note(number: int, frame: Any) -> None:
+        arrived.append(number)
+        restore()
+
+    def watch(moment: Moment) -> None:
+        assert record is not None
+        if not arrived:
+            return record(moment)
+        record.write(moment)
+        text = (
+            f"stopped by {signal.Signals(arrived[0]).name} at t = {moment.time:.6g} s, after {moment.done} of {moment.steps} steps"
+        )
+        raise Interrupted(arrived[0], f"{text}; go on with: fmbs resume {record.folder.parent}")
+
+    if record is None:
+        yield None
+        return
+    if threading.current_thread() is threading.main_thread():
+        before |= {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield watch
+    finally:
+        restore()
+
+
+@contextlib.contextmanager
+def kept(session: Session, scene: Scene, names: tuple[str, ...], job: Mapping[str, Any], every: float | None) -> Iterator[Recorder]:
+    """The output folder of a run for `names`, made and locked, and what keeps the run there.
+
+    A history that ended is removed, and so is any with --force; a run that can go on is not.
+    """
+    new = not default_folder(session, scene).exists()
+    out = output_folder(session, scene, names)
+    try:
+        with segments.locked(out):
+            if (out / segments.FOLDER).exists():
+                clear(session, out, common.fingerprint(scene))
+            yield Recorder(out, job, every)
+    except SolverError as error:
+        failure_report.keep_start(out, error)
+        raise
+    finally:
+        if new:
+            with contextlib.suppress(OSError):  # it is not empty
+                out.rmdir()
+
+
+def clear(session: Session, out: Path, mark: str) -> None:
+    """Remove the history in a folder, unless it is another run's or one that can go on."""
+    if not session.force and segments.exists(out):
+        found = segments.manifest(out)
+        where = f"--out {out}"
+        if found.state is segments.State.RUNNING:
+            got = f"a run that was stopped at t = {found.time:.6g} s"
+            raise InputError(say(where, "an empty folder", got, f"go on with: fmbs resume {out}; or begin anew with --force"))
+        if found.job.get("fingerprint") != mark:
+            got, remedy = "the history of another run", "choose another folder, or --force"
+            raise InputError(say(where, "an empty folder or one of the same run", got, remedy))
+    shutil.rmtree(out / segments.FOLDER)
 
 
 def report(session: Session, solved: Solved) -> dict[str, Any]:
@@ -97,8 +194,10 @@ def report(session: Session, solved: Solved) -> dict[str, Any]:
         "wall_s": statistics.wall_s if dynamic else solved.wall_s,
         "energy_drift": dynamics.energy_drift(trajectory) if dynamic else None,
         "outputs": {name: extremes(values) for name, values in solved.columns.items()},
+        "segments": solved.segments,
         "fingerprint": common.fingerprint(scene),
         "versions": common.versions(),
+        "provenance": common.provenance(scene),
     }
 
 
@@ -165,18 +264,24 @@ def keep(session: Session, solved: Solved, names: tuple[str, ...] = (), plots: b
     plots = plots and bool(solved.columns) and len(solved.trajectory.times) > 1
     written = (OUTPUTS, common.REPORT, *([PLOT] if plots else []))
     out = output_folder(session, solved.scene, (*written, *names))
-    write_outputs(out, solved.trajectory.times, solved.columns)
-    if plots:
-        plot_outputs(out, solved)
     found = {**found, "files": [out / name for name in written]}
-    common.write_json(out / common.REPORT, {**found, "notices": session.notices})
+    with segments.room(out):
+        write_outputs(out, solved.trajectory.times, solved.columns)
+        if plots:
+            plot_outputs(out, solved)
+        found = failure_report.keep(out, found, solved.error, plots)
+        common.write_json(out / common.REPORT, {**found, "notices": session.notices})
     return out, found
 
 
 def output_folder(session: Session, scene: Scene, names: tuple[str, ...]) -> Path:
-    """The folder of a run: --out, or `fmbs-<name of the scene file>` where the command was called."""
-    stem = scene.path.stem if scene.path else "scene"
-    return common.folder(session, f"fmbs-{stem}", names, common.fingerprint(scene))
+    """The folder of a run, made; files of another run in it are kept."""
+    return common.folder(session, default_folder(session, scene), names, common.fingerprint(scene))
+
+
+def default_folder(session: Session, scene: Scene) -> Path:
+    """--out, or `fmbs-<name of the scene file>` where the command was called."""
+    return session.out or Path(f"fmbs-{scene.path.stem if scene.path else 'scene'}")
 
 
 def result(solved: Solved, found: dict[str, Any], files: list[Path], error: FmbsError | None = None) -> Result:
@@ -187,4 +292,5 @@ def result(solved: Solved, found: dict[str, Any], files: list[Path], error: Fmbs
     if failure is not None and solved.error is None:
         found = {**found, **common.failed(failure)}
     tables = [table_of_outputs(solved.columns)] if solved.columns else []
+    tables += failure_report.views(found)
     return Result(found, [summary(found), *tables, "written: " + ", ".join(map(str, listed))], failure)

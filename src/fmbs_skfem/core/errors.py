@@ -20,6 +20,12 @@ class InputError(FmbsError, ValueError):
     exit_code = 3
 
 
+class SweepFailure(FmbsError, RuntimeError):
+    """Some members of a sweep failed; the others are kept."""
+
+    exit_code = 5
+
+
 class MissingFeature(FmbsError, RuntimeError):
     """An optional feature (OpenGL, a video encoder, an extra package) is not there."""
 

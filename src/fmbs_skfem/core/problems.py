@@ -17,6 +17,11 @@ class Problem(InputError):
         return say(where, self.expected, self.got, self.remedy)
 
 
+def printable(text: str) -> str:
+    """A text on one line, whose control characters are written out: names in a file may hold any."""
+    return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text)
+
+
 def shown(value: object, limit: int = 60) -> str:
     """A value as it appears in a message: its repr, cut at `limit` characters."""
     if isinstance(value, dict):

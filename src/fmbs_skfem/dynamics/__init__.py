@@ -1,5 +1,8 @@
 """Time integration, statics and vibration modes."""
 
+from .arclength import ArcLength, at_load_factor, follow_path, limit_points
+from .batch import integrate_many
+from .diagnosis import Diagnosis, explain
 from .integration import GeneralizedAlpha, Newton, Statistics, Trajectory, integrate
 from .outputs import energies, energy_drift, outputs, reactions
 from .statics import Modes, solve_equilibria, solve_statics, vibration_modes
@@ -10,12 +13,19 @@ __all__ = [
     "Statistics",
     "Trajectory",
     "integrate",
+    "integrate_many",
     "solve_statics",
     "solve_equilibria",
+    "ArcLength",
+    "follow_path",
+    "limit_points",
+    "at_load_factor",
     "Modes",
     "vibration_modes",
     "outputs",
     "reactions",
     "energies",
     "energy_drift",
+    "Diagnosis",
+    "explain",
 ]

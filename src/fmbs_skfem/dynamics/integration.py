@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeAlias
 
@@ -22,7 +22,9 @@ from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.quartic import Quartic
 from ..systems.redundancy import singular_start, without_redundant
 from ..systems.system import System
+from . import checkpoint as checkpoints
 from . import large, stepping
+from .checkpoint import Checkpoint, Moment, Record, Resumed, Rows
 from .stepping import Method, State, Work
 
 Advance: TypeAlias = Callable[..., tuple[int, int]]  #: `stepping.advance` after its first argument
@@ -35,6 +37,8 @@ REASONS = {
 }
 PLATES = (Law.MEMBRANE, Law.SHELL)
 HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
+WHOLE = large.REMEASURE  #: steps are taken in multiples of this number, so that a stop between them changes nothing
+PACE = 0.2  #: time between two looks at a run that is watched [s]
 
 
 @dataclass(frozen=True)
@@ -134,6 +138,32 @@ def workspace(model: Compiled) -> Work:
     )
 
 
+@dataclass
+class Run:
+    """A run between two steps; its arrays are filled in place."""
+
+    model: Compiled
+    scheme: GeneralizedAlpha
+    newton: Newton
+    method: Method
+    kept: np.ndarray  #: (s,) numbers of the steps whose states are stored
+    rows: np.ndarray  #: (steps + 1,) row of every step in the trajectory, -1 for none
+    state: State
+    work: Work
+    advance: Advance
+    out: np.ndarray  #: (3, s, n) x, v, q'' in the order of the model
+    multipliers: np.ndarray  #: (s, m)
+    counters: np.ndarray
+    cpu: float  #: process time at the start, less what the run took before it was resumed [s]
+    wall: float
+    done: int = 0  #: steps
+    facts: dict[str, str] = field(default_factory=dict)  #: of model and method, found when they are needed
+
+    @property
+    def steps(self) -> int:
+        return len(self.rows) - 1
+
+
 def integrate(
     system: System,
     scheme: GeneralizedAlpha,
@@ -141,60 +171,136 @@ def integrate(
     newton: Newton | None = None,
     every: int | np.ndarray = 1,
     progress: Callable[[float], None] | None = None,
+    record: Record | None = None,
+    resume: Resumed | None = None,
 ) -> Trajectory:
     """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps, or after the steps listed there.
 
     The number of steps is duration / step, rounded. Initial velocities are projected onto the constraints with a notice. A step
     that fails is halved; SolverError carries reason, time, worst residuals by name and the partial trajectory.
+
+    `record` sees the run a few times a second and may keep its states and a checkpoint; `resume` goes on from those, and ends in
+    the same numbers as a run that was never stopped.
     """
-    newton = newton or Newton()
     steps = round(duration / scheme.step)
     if steps < 1:
         raise InputError(say("analysis.duration", f"at least one step of {scheme.step} s", f"{duration} s"))
-    kept = kept_steps(every, steps)
-    system = without_redundant(system)
+    run = begun(without_redundant(system), scheme, newton or Newton(), kept_steps(every, steps), steps, resume)
+    watched = progress is not None or record is not None
+    chunk = WHOLE if watched else steps
+    while run.done < steps:
+        begin = clock.perf_counter()
+        past = run.done % WHOLE
+        march(run, min(WHOLE - past if past else chunk, steps - run.done))
+        if watched:
+            chunk = paced(chunk, clock.perf_counter() - begin)
+        if progress:
+            progress(run.done / steps)
+        if record:
+            record(moment(run))
+    return trajectory(run)
+
+
+def begun(
+    system: System, scheme: GeneralizedAlpha, newton: Newton, kept: np.ndarray, steps: int, resume: Resumed | None = None
+) -> Run:
+    """A run at its start, or where it was left."""
     model = compile_system(system)
-    start = consistent_start(model, scheme)
     n, m = system.size, model.constraints
+    start = consistent_start(model, scheme) if resume is None else (system.x0, system.v0, np.zeros(n), np.zeros(m))
+    method = method_of(scheme, newton, scheme.step, system.scale)
     rows = np.full(steps + 1, -1)
     rows[kept] = np.arange(len(kept))
+    state, counters = first_state(model, start, method.c), np.zeros(4, np.int64)
     out, multipliers = np.zeros((3, len(kept), n)), np.zeros((len(kept), m))
-    state = first_state(model, start, method_of(scheme, newton, scheme.step, system.scale).c)
     out[:, 0] = state.x, state.v, state.acceleration
     multipliers[0] = start[3]
-    counters, cpu, wall = np.zeros(4, np.int64), clock.process_time(), clock.perf_counter()
-    work, advance = workspace(model), stepper(model)
-    method = method_of(scheme, newton, scheme.step, system.scale)
-    done, chunk = 0, max(1, steps // 50) if progress else steps
-    inverse = np.argsort(model.order)
+    clocks = clock.process_time(), clock.perf_counter()
+    stage = (model, scheme, newton, method, kept, rows, state, workspace(model), stepper(model), out, multipliers, counters)
+    run = Run(*stage, *clocks)
+    if resume is not None:
+        take_up(run, resume)
+    return run
 
-    def trajectory() -> Trajectory:
-        have = int(np.searchsorted(kept, done, side="right"))
-        taken, iterations, factorisations, halved = (int(k) for k in counters)
-        seconds = clock.process_time() - cpu, clock.perf_counter() - wall
-        totals = Statistics(taken, iterations, factorisations, halved, *seconds, solver_of(model, advance))
-        x, v, a = (part[:have] if model.plan else part[:have, inverse] for part in out)
-        return Trajectory(system, scheme.step * kept[:have], x, v, a, multipliers[:have], totals)
 
-    while done < steps:
-        many = min(chunk, steps - done)
-        signals, broken = leading_signals(system, scheme.step * (done + 1 + np.arange(many)))
-        status, taken = advance(state, work, method, signals, rows[done + 1 :], out, multipliers, counters)
-        done += taken
-        if status == stepping.DONE and broken is not None:
-            broken.partial = trajectory()
-            raise broken
-        if status != stepping.DONE:
-            status, reached = halved_step(model, advance, state, work, scheme, newton, done, counters)
-            if status != stepping.DONE:
-                raise failure(model, work, status, reached, trajectory())
-            done += 1
-            if rows[done] >= 0:
-                out[:, rows[done]] = state.x, state.v, state.acceleration
-                multipliers[rows[done]] = state.multipliers / method.c
-        if progress:
-            progress(done / steps)
-    return trajectory()
+def take_up(run: Run, resume: Resumed) -> None:
+    """Put a run where it was left."""
+    held, model = resume.checkpoint, run.model
+    run.facts = checkpoints.facts(model, run.method, run.steps, run.kept)
+    checkpoints.restore(held, run.facts, run.state, run.work, large_of(run), run.method, run.counters)
+    for k, part in enumerate((resume.rows.x, resume.rows.v, resume.rows.a)):
+        run.out[k, : held.kept] = part[: held.kept, model.order]
+    run.multipliers[: held.kept] = resume.rows.multipliers[: held.kept]
+    run.done, run.cpu, run.wall = held.done, run.cpu - held.cpu_s, run.wall - held.wall_s
+
+
+def large_of(run: Run) -> large.Large | None:
+    """The factors of a large model, which are kept outside of the work space."""
+    return run.advance.__self__ if run.model.plan else None  # type: ignore[attr-defined]
+
+
+def paced(chunk: int, seconds: float) -> int:
+    """Steps to take at once, in units of WHOLE, so that they take about PACE seconds; results do not depend on it."""
+    if seconds < 0.5 * PACE:
+        return 2 * chunk
+    return max(WHOLE, chunk // 2 // WHOLE * WHOLE) if seconds > 2.0 * PACE else chunk
+
+
+def march(run: Run, many: int) -> None:
+    """Take some steps, the last one possibly halved; SolverError where it cannot be taken."""
+    model, scheme, newton, done = run.model, run.scheme, run.newton, run.done
+    signals, broken = leading_signals(model.system, scheme.step * (done + 1 + np.arange(many)))
+    status, taken = run.advance(
+        run.state, run.work, run.method, signals, run.rows[done + 1 :], run.out, run.multipliers, run.counters
+    )
+    run.done += taken
+    if status == stepping.DONE and broken is not None:
+        broken.partial = trajectory(run)
+        raise broken
+    if status == stepping.DONE:
+        return
+    status, reached = halved_step(model, run.advance, run.state, run.work, scheme, newton, run.done, run.counters)
+    if status != stepping.DONE:
+        raise failure(model, run.work, status, reached, trajectory(run), scheme, run)
+    run.done += 1
+    row = run.rows[run.done]
+    if row >= 0:
+        run.out[:, row] = run.state.x, run.state.v, run.state.acceleration
+        run.multipliers[row] = run.state.multipliers / run.method.c
+
+
+def stored(run: Run) -> int:
+    """Number of states stored so far."""
+    return int(np.searchsorted(run.kept, run.done, side="right"))
+
+
+def states(run: Run, first: int, last: int) -> Rows:
+    """Stored states from `first` up to `last` in the order of the system's unknowns."""
+    inverse = np.argsort(run.model.order)
+    x, v, a = (part[first:last] if run.model.plan else part[first:last, inverse] for part in run.out)
+    return Rows(run.scheme.step * run.kept[first:last], x, v, a, run.multipliers[first:last])
+
+
+def trajectory(run: Run) -> Trajectory:
+    """The motion so far."""
+    found = states(run, 0, stored(run))
+    taken, iterations, factorisations, halved = (int(k) for k in run.counters)
+    seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
+    totals = Statistics(taken, iterations, factorisations, halved, *seconds, solver_of(run.model, run.advance))
+    return Trajectory(run.model.system, found.times, found.x, found.v, found.a, found.multipliers, totals)
+
+
+def moment(run: Run) -> Moment:
+    """What `record` sees."""
+
+    def checkpoint() -> Checkpoint:
+        run.facts = run.facts or checkpoints.facts(run.model, run.method, run.steps, run.kept)
+        arrays = checkpoints.arrays(run.state, run.work, large_of(run), run.counters)
+        seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
+        return Checkpoint(run.done, stored(run), run.facts, arrays, *seconds)
+
+    size = run.out.itemsize * (3 * run.out.shape[2] + run.multipliers.shape[1])
+    return Moment(run.done, run.steps, run.scheme.step * run.done, stored(run), size, partial(states, run), checkpoint)
 
 
 def kept_steps(every: int | np.ndarray, steps: int) -> np.ndarray:
@@ -278,17 +384,36 @@ def halved_step(
     return status, reached
 
 
-def failure(model: Compiled, work: Work, status: int, time: float, partial: Trajectory) -> SolverError:
-    """The error of a step that failed, with the worst residuals by name."""
+class FailedStep(SolverError):
+    """A step that could not be taken; `run` stands before it, its work space holds the last trial (see `diagnosis.explain`)."""
+
+    def __init__(self, error: SolverError, run: Run) -> None:
+        super().__init__(str(error), error.reason, error.time, error.worst, error.partial)
+        self.run = run
+
+
+def failure(
+    model: Compiled,
+    work: Work,
+    status: int,
+    time: float,
+    partial: Trajectory,
+    scheme: GeneralizedAlpha,
+    run: Run | None = None,
+) -> SolverError:
+    """The error of a step that failed, with the worst residuals by name: forces [N] and gaps."""
     reason, n = REASONS[status], model.system.size
-    stepping.residual(model.arrays, work, 1.0, finite_signals(model.system, np.array([time]))[0])
+    c = method_of(scheme, Newton(), scheme.step / 2**HALVINGS, model.system.scale).c
+    stepping.residual(model.arrays, work, c, finite_signals(model.system, np.array([time]))[0])
+    work.rhs[0, :n] /= c
     values = np.abs(np.nan_to_num(work.rhs[0], nan=np.inf))
     names = coordinate_names(model.system)
     labels = [names[k] for k in model.order] + [f"joint {joint}.{label}" for joint, label in model.system.constraints.names]
     worst = tuple((labels[k], float(values[k])) for k in np.argsort(values)[::-1][:5])
     listed = ", ".join(f"{name}: {value:.3g}" for name, value in worst)
     text = f"{reason.value} at t = {time:.6g} s, also with the step divided by {2**HALVINGS}; largest residuals: {listed}"
-    return SolverError(f"{text}; try a smaller step, or look at loads and joints there (n = {n})", reason, time, worst, partial)
+    error = SolverError(f"{text}; try a smaller step, or look at loads and joints there (n = {n})", reason, time, worst, partial)
+    return FailedStep(error, run) if run else error
 
 
 def coordinate_names(system: System) -> list[str]:
@@ -364,7 +489,10 @@ def kkt_solver(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.nda
         listed = ", ".join(name for name, _ in names)
         text = f"redundant joints: {listed}; remove one, or let linear ones be eliminated"
         raise SolverError(text, Reason.INCONSISTENT, 0.0, names)
-    bordered = augmented(model, M / size, J[rows]) if model.plan else splu(compilation.kkt(M / size, J[rows]).tocsc()).solve
+    try:
+        bordered = augmented(model, M / size, J[rows]) if model.plan else splu(compilation.kkt(M / size, J[rows]).tocsc()).solve
+    except RuntimeError as error:  # SuperLU: exactly singular
+        raise weightless(system, M) from error
 
     def solve(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         z = bordered(np.concatenate([f / size, g[rows]]))
@@ -372,6 +500,15 @@ def kkt_solver(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.nda
         return z[: len(f)], found if len(rows) == len(J) else np.linalg.lstsq(J.T, J[rows].T @ found, rcond=None)[0]
 
     return solve
+
+
+def weightless(system: System, M: csr_array) -> SolverError:
+    """The error of a start whose accelerations are not determined: unknowns without mass that no joint holds."""
+    m = M.diagonal()
+    names = [coordinate_names(system)[k] for k in np.flatnonzero(m <= 1e-12 * m.max(initial=0.0))]
+    listed, remedy = ", ".join(names[:5]), "give the body a density or a mass, or hold it by joints"
+    text = f"neither joints nor a mass determine the motion of {listed}; {remedy}"
+    return SolverError(text, Reason.SINGULAR_TANGENT, 0.0, tuple((name, 0.0) for name in names[:5]))
 
 
 def augmented(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:

@@ -56,7 +56,8 @@ class Large:
         self.probes = np.asarray(csr_array(system.probes.matrix)[:, self.interface].toarray())
         self.bodies = rotation_weights(model) if self.turns else []
         self.rate = 1.0  #: contraction, the largest of late measurements
-        self.factored: list[np.ndarray] = []  #: rotations of the bodies where W was factored
+        self.place = model.system.x0  #: configuration where W was factored
+        self.factored: list[np.ndarray] = []  #: rotations of the bodies there
         self.motions = rigid_motions(model)
 
     def advance(
@@ -122,7 +123,7 @@ class Large:
             self.inverse = inverse(W, self.motions)
         except SolverError:
             return False
-        self.rate, self.factored = 1.0, fitted_turns(self, w.x)
+        self.rate, self.place, self.factored = 1.0, w.x.copy(), fitted_turns(self, w.x)
         columns = np.zeros((len(self.interface), self.size))
         columns[np.arange(len(self.interface)), self.interface] = 1.0
         spread = refined(W, self.inverse, columns)

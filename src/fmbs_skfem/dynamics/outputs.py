@@ -235,6 +235,7 @@ def reaction_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate:
 
 RULES: dict[str, Rule] = {
     "position": position_output,
+    "slope": position_output,
     "velocity": velocity_output,
     "angle": angle_output,
     "angular velocity": angular_velocity_output,

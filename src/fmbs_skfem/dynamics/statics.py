@@ -9,18 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import csr_array, diags_array, vstack
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
 from ..core.errors import InputError, Reason, SolverError, say
-from ..core.linalg import as_dense, independent_rows, null_space, rank
+from ..core.linalg import as_dense, independent_rows, is_sparse, null_space, rank
 from ..systems import compiled
 from ..systems.compiled import Compiled, compile_system
-from ..systems.system import LoadKind, System
+from ..systems.system import Affine, LoadKind, Signal, System
 from .integration import Newton, Statistics, Trajectory, coordinate_names
 
 SHORTER = 0.55  #: factor of a load step that failed; not 1/2, which would come back to the same load factor
@@ -39,12 +40,35 @@ class Equilibrium:
     iterations: int
 
 
-def scaled(model: Compiled, factor: float) -> Compiled:
-    """All loads times a factor; springs stay as they are."""
-    A = model.arrays
-    spring = A.forces.laws[:, :1] == int(LoadKind.SPRING)
-    forces = A.forces._replace(value=factor * A.forces.value, vectors=np.where(spring, 1.0, factor) * A.forces.vectors)
-    return replace(model, arrays=A._replace(forces=forces, load=factor * A.load))
+def ramped(system: System, time: float = 0.0) -> System:
+    """The system with its loads times s(t) = t, histories of loads and joints taken at `time`; linear springs do not grow.
+
+    The constant part of the force is Q0 - (the springs' part of a change of coordinates), Q0 = constant - K x0: they are at rest in
+    the reference. It stays, and Q0 (t - 1) is added to it.
+    """
+    held = compiled.signal_table(system, np.array([time]))[0]
+    signals: tuple[Signal, ...] = (*(partial(np.full_like, fill_value=value) for value in held), np.positive, partial(np.add, -1.0))
+    loads, grow, value = system.loads, len(held), np.append(held, 1.0)  # the last one is that of the signal -1: none
+    own = loads.constant - system.stiffness @ system.x0
+    grown = replace(
+        loads,
+        row=np.append(loads.row, len(system.probes.offset)),
+        coefficient=np.append(loads.coefficient * value[loads.signal], 1.0),
+        signal=np.append(np.full(len(loads.row), grow), grow + 1),
+        laws=tuple(
+            law if law.kind is LoadKind.SPRING else replace(law, signal=grow, vector=value[law.signal] * law.vector)
+            for law in loads.laws
+        ),
+    )
+    P = system.probes.matrix
+    rows = csr_array(vstack([P, csr_array(own[None, :])])) if is_sparse(P) else np.concatenate([P, own[None, :]])
+    return replace(
+        system,
+        probes=Affine(rows, np.append(system.probes.offset, 0.0)),
+        loads=grown,
+        signals=signals,
+        full=None if system.full is None else ramped(replace(system.full, full=None), time),
+    )
 
 
 def solve_statics(
@@ -61,10 +85,11 @@ def solve_statics(
     newton = newton or Newton()
     if steps < 1:
         raise InputError(say("analysis.load_steps", "at least one", steps))
+    system = ramped(system, time)
     model = compile_system(system)
 
     def solve(factor: float, last: Equilibrium) -> Equilibrium:
-        return newton_statics(scaled(model, factor), last, newton, time, ("load factor", factor))
+        return newton_statics(model, last, newton, factor, "load factor")
 
     start = Equilibrium(0.0, system.x0, np.zeros(model.constraints), 0)
     found = [start]
@@ -91,7 +116,7 @@ def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = 
         raise InputError(say("analysis.times", "increasing times", times))
 
     def solve(time: float, last: Equilibrium) -> Equilibrium:
-        return newton_statics(model, last, newton, time, ("time [s]", time))
+        return newton_statics(model, last, newton, time, "time [s]")
 
     found: list[Equilibrium] = []
     try:
@@ -127,8 +152,12 @@ def path(system: System, found: list[Equilibrium]) -> Trajectory:
     return Trajectory(system, np.array([s.at for s in found]), x, np.zeros_like(x), np.zeros_like(x), multipliers, statistics)
 
 
-def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: float, place: tuple[str, float]) -> Equilibrium:
-    """Full Newton iteration with the exact tangent; corrections are shortened where they would leave the basin of attraction."""
+def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: float, unit: str) -> Equilibrium:
+    """Full Newton iteration with the exact tangent; corrections are shortened where they would leave the basin of attraction.
+
+    `unit` says what `time` is, for messages.
+    """
+    place = unit, time
     x, multipliers, n, still = start.x, start.multipliers, len(start.x), np.zeros(len(start.x))
     last, norm = np.inf, np.inf
     for iteration in range(4 * newton.iterations):
@@ -144,12 +173,15 @@ def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: fl
         x, multipliers = x - short * step[:n], multipliers - short * step[n:]
         floor = 1e-13 * model.system.scale
         if norm <= max(newton.tolerance * model.system.scale * min(1.0, last / max(norm, 1e-300) * 1e-2), floor):
-            return Equilibrium(place[1], x, multipliers, iteration + 1)
+            return Equilibrium(time, x, multipliers, iteration + 1)
     raise static_failure(model, Reason.NOT_CONVERGED, place, R)
 
 
 def balanced_solve(K: csr_array, R: np.ndarray) -> np.ndarray | None:
-    """K^-1 R with rows and columns of K scaled to ones; None where a pivot is lost in round-off, as for a body free to move."""
+    """K^-1 R (n,) or (n, i), with rows and columns of K scaled to ones.
+
+    None where a pivot is lost in round-off, as for a body free to move.
+    """
     size = 1.0 / np.sqrt(np.maximum(np.asarray(abs(K).max(axis=1).todense()).ravel(), 1e-300))
     scaled = diags_array(size) @ K @ diags_array(size)
     try:
@@ -158,7 +190,7 @@ def balanced_solve(K: csr_array, R: np.ndarray) -> np.ndarray | None:
     except RuntimeError:
         return None
     pivots = np.abs(factors.U.diagonal())
-    step = size * factors.solve(size * R)
+    step = (size * factors.solve((size * R.T).T).T).T
     return step if np.isfinite(step).all() and pivots.min() > SINGULAR * pivots.max() else None
 
 

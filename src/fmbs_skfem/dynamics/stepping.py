@@ -159,7 +159,10 @@ def factors(w: Work) -> int:
     n, m = len(w.x), len(w.multipliers)
     if w.kind[0] == 3:
         bordered(w.W, w.J, w.kkt)
-        return lapack.getrf(w.addresses, w.kkt, w.pivots)
+        info = lapack.getrf(w.addresses, w.kkt, w.pivots)
+        for i in range(n + m):
+            w.kkt[i, i] = 1.0 / w.kkt[i, i]
+        return info
     if w.kind[0] == 1:
         info = lapack.pbtrf(w.addresses, w.W)
         for i in range(n):
@@ -184,11 +187,11 @@ def factors(w: Work) -> int:
 
 @jit
 def bordered(W: np.ndarray, J: np.ndarray, kkt: np.ndarray) -> None:
-    """kkt = [[W, J^T], [J, 0]]."""
+    """kkt = [[W, J^T], [J, 0]]^T: LAPACK counts along columns."""
     n, m = len(W), len(J)
     for i in range(n):
         for j in range(n):
-            kkt[i, j] = W[i, j]
+            kkt[j, i] = W[i, j]
     for k in range(m):
         for i in range(n):
             kkt[i, n + k] = kkt[n + k, i] = J[k, i]
@@ -220,6 +223,27 @@ def solve_band(w: Work, rhs: np.ndarray) -> None:
 
 
 @jit
+def substitute_dense(LU: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
+    """x <- K^-1 x with the factors P K = L U by columns, the diagonal of U inverted; faster than LAPACK's getrs for one vector.
+
+    Slices that begin at the first entry in use let the compiler take all lanes.
+    """
+    n = len(x)
+    for j in range(n):
+        other = pivots[j] - 1
+        x[j], x[other] = x[other], x[j]
+    for j in range(n - 1):
+        value, rest, column = x[j], x[j + 1 :], LU[j, j + 1 :]
+        for i in range(len(rest)):
+            rest[i] -= column[i] * value
+    for j in range(n - 1, -1, -1):
+        value, rest, column = x[j] * LU[j, j], x[:j], LU[j, :j]
+        x[j] = value
+        for i in range(len(rest)):
+            rest[i] -= column[i] * value
+
+
+@jit
 def substitute(L: np.ndarray, x: np.ndarray) -> None:
     """x <- (L L^T)^-1 x with the band factor (n, d+1), its diagonal inverted; twice as fast as LAPACK's pbtrs for narrow bands.
 
@@ -243,7 +267,7 @@ def solve(w: Work) -> None:
     """rhs <- KKT^-1 rhs with the current factors."""
     n, m = len(w.x), len(w.multipliers)
     if w.kind[0] == 3:
-        lapack.getrs(w.addresses, w.kkt, w.pivots, w.rhs, lapack.T)
+        substitute_dense(w.kkt, w.pivots, w.rhs[0])
         return
     R = w.rhs[0, :n].reshape(1, n)
     solve_band(w, R)

@@ -1,10 +1,12 @@
-"""Model reduction: snapshots, bases, Galerkin projection, hyper-reduction, comparators, errors and indicators, files."""
+"""Model reduction: snapshots, bases, Galerkin projection, hyper-reduction, comparators, errors and indicators, files; families."""
 
-from . import ecsw, errors, ffrf, files, galerkin, hyper, pivots, pod
+from . import affine, calibration, ecsw, errors, ffrf, files, galerkin, greedy, hyper, kriging, parameters, pivots, pod, product
+from .cases import Case, Family
 from .errors import Errors, Norms, compare, residual_norms
 from .ffrf import reduce_floating
 from .galerkin import Snapshots, bases, body_level, reduce_system, snapshots, system_level
 from .hyper import Level
+from .parameters import Parameter, Scale
 
 __all__ = [
     "Snapshots",
@@ -27,4 +29,14 @@ __all__ = [
     "Norms",
     "residual_norms",
     "files",
+    "Parameter",
+    "Scale",
+    "parameters",
+    "Case",
+    "Family",
+    "affine",
+    "kriging",
+    "greedy",
+    "calibration",
+    "product",
 ]

@@ -11,17 +11,20 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.integrate import trapezoid
+from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
 from ..dynamics.integration import GeneralizedAlpha, Trajectory
 from ..dynamics.outputs import distances, lifted, residual_samples
-from ..systems import compiled
-from ..systems.compiled import compile_system
-from ..systems.system import System
+from ..systems import compiled, kernels
+from ..systems.compiled import Compiled, compile_system, signal_table
+from ..systems.system import System, is_linear
+
+BLOCK = 4_000_000  #: numbers in a block of residuals
 
 
 @dataclass(frozen=True)
@@ -75,27 +78,77 @@ class Norms:
 
 
 def mask(full: System, reduced: System) -> np.ndarray:
-    """g (q,): 0 for the rows touched by constraints whose multipliers the reduced model has dropped."""
-    dropped = [k for k, name in enumerate(full.constraints.names) if name not in reduced.constraints.names]
-    J = compiled.gap(compile_system(full), full.x0)[1]
-    return np.where(np.abs(J[dropped]).max(axis=0, initial=0.0) > 0, 0.0, 1.0)
+    """g (q,): 0 for the rows touched by constraints whose multipliers the reduced model does not know.
+
+    These are the constraints it has dropped. Where nonlinear or driven ones are among them, because they depend on others in the
+    reduced space, the multipliers of all that are left stand for theirs, too: then every row that a constraint touches is masked.
+    """
+    names = set(reduced.constraints.names)
+    dropped = np.array([name not in names for name in full.constraints.names], dtype=bool)
+    if np.any(dropped & ~is_linear(full.constraints)):
+        dropped[:] = True
+    return np.where(touched(full, np.flatnonzero(dropped)), 0.0, 1.0)
+
+
+def touched(full: System, rows: np.ndarray) -> np.ndarray:
+    """Whether the constraints `rows` depend on the unknowns, in any position (n,)."""
+    terms = full.constraints
+    mine = np.isin(terms.row, rows)
+    read = np.unique(np.concatenate([terms.i[mine], terms.j[mine]]))
+    entries = csr_array(full.probes.matrix)[read[read >= 0]]
+    return np.asarray(abs(entries).sum(axis=0)).ravel() > 0.0
 
 
 def residual_norms(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -> Norms:
     """Norms of R for a motion of a reduced system; `full` is the form with all multipliers."""
-    model, reduced = compile_system(full), motion.system
-    q, v, a = lifted(motion)
-    c = scheme.step**2 * scheme.coefficients[3]
-    R = residual_samples(model, motion.times, q, v, a)
-    known = [full.constraints.names.index(name) for name in reduced.constraints.names if name in full.constraints.names]
-    dropped = np.setdiff1d(np.arange(len(full.constraints.names)), known)
-    constraint = np.zeros(len(q))
-    for s, t in enumerate(motion.times):
-        J = compiled.gap(model, q[s], t)[1]
-        R[s] += motion.multipliers[s, : len(known)] @ J[known]
-        if len(dropped):
-            used = np.flatnonzero(np.abs(J[dropped]).max(axis=0))
-            unknown = np.linalg.lstsq(J[np.ix_(dropped, used)].T, -R[s, used], rcond=None)[0]
-            constraint[s] = np.linalg.norm(J[dropped].T @ unknown)
-    gappy = c * np.linalg.norm(R * mask(full, reduced), axis=1)
+    model, c = compile_system(full), scaling(scheme)
+    R = full_residual(model, motion)
+    names = motion.system.constraints.names
+    dropped = np.array([k for k, name in enumerate(full.constraints.names) if name not in names], dtype=np.int64)
+    constraint, q = np.zeros(len(R)), lifted(motion)[0]
+    for s, t in enumerate(motion.times if len(dropped) else []):
+        J = compiled.gap(model, q[s], t)[1][dropped]
+        used = np.flatnonzero(np.abs(J).max(axis=0))
+        unknown = np.linalg.lstsq(J[:, used].T, -R[s, used], rcond=None)[0]
+        constraint[s] = np.linalg.norm(J.T @ unknown)
+    gappy = c * np.linalg.norm(R * mask(full, motion.system), axis=1)
     return Norms(motion.times, c * np.linalg.norm(R, axis=1), c * constraint, gappy, float(trapezoid(gappy, motion.times)))
+
+
+def indicator(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -> float:
+    """I of equation (49) for a motion of a reduced system, over its stored states; `full` is the form with all multipliers."""
+    model, g = compile_system(full), mask(full, motion.system)
+    block = max(1, BLOCK // len(g))
+    norms = [
+        np.linalg.norm(full_residual(model, part(motion, slice(first, first + block))) * g, axis=1)
+        for first in range(0, len(motion.times), block)
+    ]
+    return float(scaling(scheme) * trapezoid(np.concatenate(norms), motion.times))
+
+
+def part(motion: Trajectory, samples: slice) -> Trajectory:
+    """Some stored states of a motion."""
+    arrays = {name: getattr(motion, name)[samples] for name in ("times", "x", "v", "a", "multipliers")}
+    return replace(motion, **arrays)
+
+
+def scaling(scheme: GeneralizedAlpha) -> float:
+    """c = h^2 beta."""
+    return scheme.step**2 * scheme.coefficients[3]
+
+
+def full_residual(model: Compiled, motion: Trajectory) -> np.ndarray:
+    """M q'' + F + Q + Phi_q^T lambda of a full system on a reduced motion (s, q), with the multipliers that the motion has."""
+    q, v, a = lifted(motion)
+    R, P = residual_samples(model, motion.times, q, v, a), model.system.probes
+    place = {name: k for k, name in enumerate(model.system.constraints.names)}
+    pairs = [(k, place[name]) for k, name in enumerate(motion.system.constraints.names) if name in place]
+    if not pairs:
+        return R
+    here, there = np.array(pairs).T
+    y, signals = np.asarray(P.matrix @ q.T).T + P.offset, signal_table(model.system, motion.times)
+    gap, jacobian, forces = np.zeros(model.constraints), np.zeros((model.constraints, len(P.offset))), np.zeros(y.shape)
+    for s in range(len(y)):
+        kernels.constrain(model.arrays.terms, y[s], signals[s], gap, jacobian)
+        forces[s] = motion.multipliers[s, here] @ jacobian[there]
+    return R + np.asarray(P.matrix.T @ forces.T).T

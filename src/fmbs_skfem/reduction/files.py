@@ -5,7 +5,7 @@
 
 Nothing is read before size and checksum have been found right. Only the types listed in `TYPES` are ever made from a file, and no
 text of a file is executed: functions of time are postfix programs of core.expressions. Other programs read the file as HDF5 with a
-user block.
+user block. `write` and `contents` serve other kinds of files too, each with a first line of its own.
 """
 
 from __future__ import annotations
@@ -29,23 +29,28 @@ from ..core.errors import CorruptFile, InputError, closest, say
 from ..core.expressions import Expression
 from ..core.linalg import is_sparse
 from ..core.notices import notify
+from ..dynamics.integration import GeneralizedAlpha, Newton
 from ..systems import quartic
 from ..systems.quartic import Quartic
 from ..systems.signals import Cosine, Sine
 from ..systems.system import Affine, Constraints, Elastic, Line, LoadKind, Loads, Output, PointLaw, Sampled, Skin, System
+from .affine import Order, ParametricCase, Varying
+from .cases import Case
 from .ecsw import Sample
 from .hyper import Level, Selection
+from .parameters import Parameter, Scale
 
 FORMAT = "fmbs_skfem reduced model"
 VERSION = 1
 HEADER = 512  #: size of the text in front, a user block of HDF5 [bytes]
 DAMAGE = (OSError, LookupError, MemoryError, RuntimeError, ValueError, TypeError, AttributeError)  #: what reading a bad file raises
-ENUMS: dict[str, type[Enum]] = {kind.__name__: kind for kind in (Law, LoadKind, Level)}
+ENUMS: dict[str, type[Enum]] = {kind.__name__: kind for kind in (Law, LoadKind, Level, Scale)}
 TYPES: dict[str, type] = {
     kind.__name__: kind
     for kind in (
         *(System, Affine, Cells, Sampled, Quartic, Elastic, Constraints, PointLaw, Loads, Line, Skin, Output),
         *(Expression, Cosine, Sine, Selection, Sample),
+        *(Case, GeneralizedAlpha, Newton, Parameter, Order, Varying, ParametricCase),
     )
 }
 
@@ -65,28 +70,33 @@ def save(system: System, path: str | Path, **notes: Any) -> Path:
 
     The form with all multipliers, `system.full`, is left out. The file appears under its name when it is complete.
     """
+    return write(path, FORMAT, system=replace(system, full=None), notes=notes)
+
+
+def write(path: str | Path, kind: str, **parts: Any) -> Path:
+    """A file of a kind, its first line, with named parts."""
     target, arrays = Path(path), list[np.ndarray]()
-    tree = {"system": encode(replace(system, full=None), arrays, "system"), "notes": encode(notes, arrays, "notes")}
-    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    tree = {name: encode(part, arrays, name) for name, part in parts.items()}
+    temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
-        with h5py.File(part, "w", userblock_size=HEADER) as file:
+        with h5py.File(temporary, "w", userblock_size=HEADER) as file:
             file["tree"] = np.frombuffer(json.dumps(tree).encode(), dtype=np.uint8)
             group = file.create_group("arrays")
             for number, array in enumerate(arrays):
                 group[str(number)] = array
-        with part.open("r+b") as raw:
-            raw.write(header(part.read_bytes()[HEADER:]))
-        os.replace(part, target)
+        with temporary.open("r+b") as raw:
+            raw.write(header(temporary.read_bytes()[HEADER:], kind))
+        os.replace(temporary, target)
     except OSError as problem:
         raise InputError(say(str(target), "a place that can be written", problem)) from problem
     finally:
-        part.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
     return target
 
 
-def header(body: bytes) -> bytes:
+def header(body: bytes, kind: str = FORMAT) -> bytes:
     """The text in front of a body."""
-    text = f"{FORMAT}\nversion {VERSION}\nbytes {len(body)}\nsha256 {hashlib.sha256(body).hexdigest()}\n"
+    text = f"{kind}\nversion {VERSION}\nbytes {len(body)}\nsha256 {hashlib.sha256(body).hexdigest()}\n"
     return text.encode().ljust(HEADER)
 
 
@@ -97,28 +107,41 @@ def load(path: str | Path) -> System:
 
 def read(path: str | Path) -> Saved:
     """The system of a file and its notes; CorruptFile names what is wrong with a file that is not as it was written."""
+    return Saved(**contents(path, FORMAT, system=System, notes=dict))
+
+
+def contents(path: str | Path, kind: str, **types: type) -> dict[str, Any]:
+    """The named parts of a file of a kind, each of the given type."""
     place = str(path)
     if not Path(path).is_file():
-        raise InputError(say(place, "a file of a reduced model", "no file", "save one with reduction.files.save"))
-    check_header(Path(path).read_bytes(), place)
+        raise InputError(say(place, "a file of a reduced model", "no file", "save one first"))
+    check_header(Path(path).read_bytes(), place, kind)
     try:
         with h5py.File(path, "r") as file:
-            text = file["tree"][()].tobytes()
-            arrays = [np.asarray(file[f"arrays/{number}"][()]) for number in range(len(file["arrays"]))]
+            text = stored_array(file["tree"]).tobytes()
+            arrays = [stored_array(file[f"arrays/{number}"]) for number in range(len(file["arrays"]))]
         tree = json.loads(text)
-        system, notes = (decode(tree[name], arrays, name) for name in ("system", "notes"))
+        parts = {name: decode(tree[name], arrays, name) for name in types}
     except DAMAGE as problem:
         raise corrupt(place, f"content of version {VERSION}", str(problem).strip("'\"") or type(problem).__name__) from problem
-    if not isinstance(system, System) or not isinstance(notes, dict):
-        raise corrupt(place, "a System and its notes", f"{type(system).__name__} and {type(notes).__name__}")
-    return Saved(system, notes)
+    for name, part in parts.items():
+        if not isinstance(part, types[name]):
+            raise corrupt(place, f"{types[name].__name__} under '{name}'", type(part).__name__)
+    return parts
 
 
-def check_header(data: bytes, place: str) -> None:
-    """Format, version, size and checksum of a file's bytes."""
+def stored_array(item: h5py.Dataset) -> np.ndarray:
+    """The numbers of a dataset whose every byte is in the file: none is made from a shape that the file merely claims."""
+    if item.dtype.kind not in "biuf" or item.id.get_storage_size() != item.nbytes:
+        raise ValueError(f"{item.name} of {item.nbytes} bytes of {item.dtype}, of which {item.id.get_storage_size()} are stored")
+    return np.asarray(item[()])
+
+
+def check_header(data: bytes, place: str, kind: str = FORMAT) -> None:
+    """Kind, version, size and checksum of a file's bytes."""
     lines = data[:HEADER].decode("ascii", "replace").split("\n")
-    if lines[0] != FORMAT:
-        raise corrupt(place, f"'{FORMAT}' in its first line", f"{lines[0][:40]!r}")
+    if lines[0] != kind:
+        raise corrupt(place, f"'{kind}' in its first line", f"{lines[0][:40]!r}")
     facts = dict(line.split(" ", 1) for line in lines[1:] if line.count(" ") == 1)
     version = facts.get("version", "")
     if version.isdigit() and int(version) > VERSION:

@@ -12,9 +12,10 @@ Source: Farhat, Avery, Chapman, Cortial, Int. J. Numer. Meth. Engng 98 (2014) 62
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -25,13 +26,16 @@ from ..core.errors import InputError, say
 from ..systems.quartic import Quartic
 from ..systems.system import Elastic, Sampled, System
 from . import ecsw, polynomial
-from .ecsw import Sample
+from .ecsw import Gram, Sample
 
 WORK = 400_000  #: training states times points: more states than that are thinned out, down to LEAST
 LEAST = 120
 START = 20  #: first training states, of the transient, which are never left out
 BLOCK = 20_000_000  #: numbers in a block of training forces
 MANY = 6000  #: points above which the cells are searched first, and then the points of the cells that were found
+
+
+Run: TypeAlias = tuple[list[Elastic], np.ndarray]  #: bodies of a component with their parameters, states (s, n)
 
 
 class Level(Enum):
@@ -58,13 +62,24 @@ def train(system: System, states: np.ndarray, tolerance: float = 1e-3, level: Le
 
     `states` (s, n) are training states in the reduced unknowns: the projected snapshots.
     """
-    if not system.components:
-        raise InputError(say("hyper.train", "a reduced system", "a full one", "reduce it first"))
+    return train_over([(system, states)], tolerance, level)
+
+
+def train_over(
+    runs: Sequence[tuple[System, np.ndarray]], tolerance: float = 1e-3, level: Level = Level.ELEMENTS
+) -> tuple[Selection, ...]:
+    """The same over several runs of one reduced model, each a system with its own parameters and its states.
+
+    The rows of a run are divided by the norm of its part of b, so that runs of stiff and of soft systems count alike.
+    """
+    if not runs or not all(system.components for system, _ in runs):
+        raise InputError(say("hyper.train", "a reduced system", "a full one" if runs else "none", "reduce it first"))
     found = []
-    for name, first, last in system.components:
-        members = [e for e in system.elastic if owned(e, first, last)]
+    for name, first, last in runs[0][0].components:
+        mine = [([e for e in system.elastic if owned(e, first, last)], states[:, first:last]) for system, states in runs]
+        members = mine[0][0]
         if members:
-            sample, training, search = solve(members, states[:, first:last], first, tolerance, level)
+            sample, training, search = solve(mine, first, tolerance, level)
             found.append(Selection(name, level, sample, sum(count(e, level) for e in members), training, search))
     return tuple(found)
 
@@ -86,37 +101,59 @@ def sampled_gather(elastic: Elastic) -> Sampled:
     return elastic.gather
 
 
-def solve(members: list[Elastic], states: np.ndarray, start: int, tolerance: float, level: Level) -> tuple[Sample, float, float]:
-    """Weights of one component, CPU seconds of training and search; states (s, n) of its own unknowns, which begin at `start`.
+def solve(runs: Sequence[Run], start: int, tolerance: float, level: Level) -> tuple[Sample, float, float]:
+    """Weights of one component, CPU seconds of training and search; a run is its bodies and states (s, n) of its own unknowns.
+
+    The unknowns of the component begin at `start`.
 
     Of very many points only those in the cells of the solution by cells are searched: it is a solution by points, too.
     """
     ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)  # compiled before the clock starts
-    states = thinned(states, sum(count(e, Level.POINTS) for e in members))
-    if level is Level.ELEMENTS or sum(count(e, level) for e in members) <= MANY:
-        return search(training_blocks(members, states, start, level), None, tolerance)
+    points = sum(count(e, Level.POINTS) for e in runs[0][0])
+    runs = [(members, thinned(states, len(runs) * points)) for members, states in runs]
+    if level is Level.ELEMENTS or points <= MANY:
+        return search([(training_blocks(*run, start, level), None) for run in runs], tolerance)
     begun = clock.process_time()
-    by_cell = list(training_blocks(members, states, start, Level.ELEMENTS))
-    forces_of_all = np.concatenate([block.sum(axis=1) for block in by_cell])
+    by_cell = [list(training_blocks(*run, start, Level.ELEMENTS)) for run in runs]
+    totals = [np.concatenate([block.sum(axis=1) for block in blocks]) for blocks in by_cell]
     training = clock.process_time() - begun
-    cells, *first = search(by_cell, None, tolerance)
-    few, numbers = points_in(members, cells.indices)
-    sample, *second = search(training_blocks(few, states, start, level), forces_of_all, tolerance)
-    return replace(sample, indices=numbers[sample.indices]), training + first[0] + second[0], first[1] + second[1]
+    cells, *first = search([(blocks, None) for blocks in by_cell], tolerance)
+    few = [(*points_in(members, cells.indices), states) for members, states in runs]
+    blocks_of_few = (training_blocks(members, states, start, level) for members, _, states in few)
+    sample, *second = search(list(zip(blocks_of_few, totals, strict=True)), tolerance)
+    return replace(sample, indices=few[0][1][sample.indices]), training + first[0] + second[0], first[1] + second[1]
 
 
-def search(blocks: Iterable[np.ndarray], b: np.ndarray | None, tolerance: float) -> tuple[Sample, float, float]:
-    """Weights from blocks of rows of G, with the CPU seconds of the normal equations and of the search."""
+def search(runs: Sequence[tuple[Iterable[np.ndarray], np.ndarray | None]], tolerance: float) -> tuple[Sample, float, float]:
+    """Weights from blocks of rows of G and b of every run, with the CPU seconds of the normal equations and of the search."""
     begun = clock.process_time()
     if tolerance < ecsw.GRAM_FLOOR:
-        R, y = ecsw.compress(blocks, b)
+        R, y = joined([ecsw.compress(blocks, b) for blocks, b in runs])
         middle = clock.process_time()
         sample = ecsw.weights(R, tolerance, b=y)
     else:
-        normal = ecsw.gram(blocks, b)
+        normal = added([ecsw.gram(blocks, b) for blocks, b in runs])
         middle = clock.process_time()
         sample = ecsw.weights_from_gram(normal, tolerance)
     return sample, middle - begun, clock.process_time() - middle
+
+
+def joined(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    """The compressed form of several, each divided by the norm of its b; those without forces are left out."""
+    if len(parts) == 1:
+        return parts[0]
+    sizes = [float(np.linalg.norm(y)) for _, y in parts]
+    scaled = [(R / size, y / size) for (R, y), size in zip(parts, sizes, strict=True) if size > 0.0]
+    return ecsw.compress(np.vstack([R for R, _ in scaled]), np.concatenate([y for _, y in scaled])) if scaled else parts[0]
+
+
+def added(parts: Sequence[Gram]) -> Gram:
+    """The normal equations of several, each divided by the norm of its b; those without forces are left out."""
+    loaded = [part for part in parts if part.bb > 0.0]
+    if len(parts) == 1 or not loaded:
+        return parts[0]
+    A, c = (sum(getattr(part, name) / part.bb for part in loaded) for name in ("A", "c"))
+    return Gram(np.asarray(A), np.asarray(c), float(len(loaded)))
 
 
 def thinned(states: np.ndarray, points: int) -> np.ndarray:

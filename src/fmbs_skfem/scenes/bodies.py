@@ -39,7 +39,7 @@ class Material(Model):
 
     young_modulus: fields.Pressure
     density: fields.Density
-    poisson_ratio: Annotated[fields.Number, Field(gt=-1.0, le=0.5)] = 0.3
+    poisson_ratio: Annotated[fields.Number, Field(gt=-1.0, lt=0.5)] = 0.3
 
 
 class Cable(Model):

@@ -156,6 +156,9 @@ def _check_functions(scene: schema.Scene) -> None:
     analysis = scene.analysis
     if not isinstance(analysis, schema.Dynamic):
         return
+    if analysis.duration > times.STEPS * analysis.step:
+        got = f"{analysis.duration:g} s in steps of {analysis.step:g} s"
+        raise InputError(say("duration", f"at most {times.STEPS} steps", got, "shorten it, or lengthen the step"))
     instants = np.minimum(np.arange(int(np.ceil(analysis.duration / analysis.step)) + 1) * analysis.step, analysis.duration)
     for name, model in scene.loads.items():
         history = getattr(model, "history", None)

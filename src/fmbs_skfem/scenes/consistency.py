@@ -8,12 +8,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterator
-from typing import TypeAlias
 
 from ..core.errors import closest
 from ..core.problems import Problem, shown
 from . import times
 from .fields import Place
+from .models import Found
 from .plate_fields import Spans
 from .schema import (
     AngleOutput,
@@ -40,8 +40,6 @@ from .schema import (
     TorsionSpring,
 )
 
-Found: TypeAlias = tuple[tuple[str | int, ...], Problem]
-
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 PLACES = ("at", "to", "tip", "root", "carrier")  #: keys of joints, loads and outputs that may hold a place
 TURNING = (DrivenAngle, Revolute, Gear, TorsionSpring, AngleOutput)  #: what turns, in space about an axis that has to be given
@@ -59,11 +57,16 @@ def problems(scene: Scene) -> Iterator[Found]:
     yield from _references(scene)
     yield from _times(scene)
     yield from _components(scene)
+    yield from _training(scene)
     yield from _comparisons(scene)
 
 
 def notices(scene: Scene) -> Iterator[tuple[tuple[str, ...], str]]:
     """Values that are allowed but hardly meant: paths of keys and what is odd about them."""
+    for name, limits in scene.ranges.items():
+        if not limits.low <= scene.parameters[name] <= limits.high:
+            text = f"the value {scene.parameters[name]:g} {limits.unit}".strip()
+            yield ("parameters", name), f"{text} is outside the range of {limits}, where reduced models are trained"
     for name, body in scene.bodies.items():
         material, rotation = getattr(body, "material", None), getattr(body, "rotation", None)
         if material is not None:
@@ -236,6 +239,9 @@ def _times(scene: Scene) -> Iterator[Found]:
             ("analysis", "step"),
             Problem(f"a step of at most the duration {analysis.duration:g} s", f"{analysis.step:g} s"),
         )
+    if analysis.duration > times.STEPS * analysis.step:
+        got = f"{analysis.step:g} s for {analysis.duration:g} s"
+        yield ("analysis", "step"), Problem(f"at most {times.STEPS} steps", got, "shorten the duration, or lengthen the step")
     if isinstance(analysis.every, tuple):
         yield from _spans(("analysis", "every"), analysis.every, analysis.step)
     if scene.reduction is not None and isinstance(scene.reduction.snapshots, tuple):
@@ -272,6 +278,18 @@ def _components(scene: Scene) -> Iterator[Found]:
         for name in reduction.modes:
             if name not in known:
                 yield ("reduction", "modes", name), _unknown("component", "components", name, known)
+
+
+def _training(scene: Scene) -> Iterator[Found]:
+    """Training needs ranges to train over, snapshots and a motion."""
+    if scene.training is None:
+        return
+    if not scene.ranges:
+        remedy = "give one a range, for instance 'E: {value: 70 GPa, range: [40 GPa, 70 GPa]}'"
+        yield ("training",), Problem("parameters with ranges to train over", "none", remedy)
+    if scene.reduction is None or not isinstance(scene.analysis, Dynamic):
+        got = f"analysis {scene.analysis.type}" if scene.reduction else "none"
+        yield ("training",), Problem("a section 'reduction' and a dynamic analysis", got, "add them")
 
 
 def _comparisons(scene: Scene) -> Iterator[Found]:

@@ -16,6 +16,8 @@ from ..core import expressions
 from ..core.expressions import Expression
 from ..core.problems import Problem, shown
 from . import units
+from .parameters import SCHEMA as PARAMETER
+from .parameters import Range
 
 Vector: TypeAlias = tuple[float, ...]
 
@@ -26,6 +28,7 @@ class Context:
 
     dimension: int = 3
     parameters: Mapping[str, units.Quantity] = field(default_factory=dict)
+    ranges: Mapping[str, Range] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -230,6 +233,7 @@ Rate = Annotated[float, *_quantity(units.RATE, ">= 0")]
 Delay = Annotated[float, *_quantity(units.TIME, ">= 0")]
 Tolerance = Annotated[float, *_quantity(units.NUMBER, "> 0")]
 Number = Annotated[float, *_quantity(units.NUMBER)]
+Parameter = Annotated[float, WithJsonSchema(PARAMETER)]
 
 TorsionalStiffness = Annotated[float, *_quantity(units.TORSIONAL_STIFFNESS, ">= 0")]
 TorsionalDamping = Annotated[float, *_quantity(units.TORSIONAL_DAMPING, ">= 0")]

@@ -1,4 +1,4 @@
-"""What all models of a scene share: they are frozen and refuse unknown keys."""
+"""What all models of a scene share: they are frozen and refuse unknown keys; what is wrong stands with its path of keys."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ from typing import Annotated, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, StrictInt
 
+from ..core.problems import Problem
+
 Count: TypeAlias = Annotated[StrictInt, Field(ge=1, le=1_000_000)]
+Found: TypeAlias = tuple[tuple[str | int, ...], Problem]
 
 
 class Model(BaseModel):

@@ -28,7 +28,7 @@ def part(model: object, scene: schema.Scene, name: str, cells: int | None, allow
 
 @part.register
 def _(model: schema.Cable, scene: schema.Scene, name: str, cells: int | None, allow_outside: bool) -> Body:
-    mesh = meshes.read(meshes.path(model.mesh, scene.folder, allow_outside))
+    mesh = meshes.read(meshes.path(model.mesh, scene.folder, allow_outside), scene.repair)
     if cells is not None or model.refine > 1:
         mesh = remeshed(mesh, model.line, cells, model.refine)
         group = None
@@ -70,7 +70,8 @@ def _(model: schema.Rigid, scene: schema.Scene, name: str, cells: int | None, al
 
 @part.register
 def _(model: schema.RigidPlate, scene: schema.Scene, name: str, cells: int | None, allow_outside: bool) -> Body:
-    mesh = plate_meshes.read(meshes.path(model.mesh, scene.folder, allow_outside), scene.dimension == 2)
+    path = meshes.path(model.mesh, scene.folder, allow_outside)
+    mesh = plate_meshes.read(path, scene.dimension == 2, repair=scene.repair)
     return rigid.rigid_from_mesh(
         name,
         mesh,
@@ -85,7 +86,7 @@ def _(model: schema.RigidPlate, scene: schema.Scene, name: str, cells: int | Non
 @part.register(schema.Plate)
 @part.register(schema.Shell)
 def _(model: schema.Plate | schema.Shell, scene: schema.Scene, name: str, cells: int | None, allow_outside: bool) -> Body:
-    shape = surfaces.shape(model, scene.folder, allow_outside)
+    shape = surfaces.shape(model, scene.folder, allow_outside, scene.repair)
     return plates.plate(
         name,
         shape,

@@ -3,49 +3,68 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from pydantic import ValidationError
 
-from ..core import expressions
-from ..core.errors import InputError, closest
+from ..core.errors import InputError, closest, say
 from ..core.notices import notify
-from ..core.problems import Problem, shown
-from . import consistency, schema, units, yamlfile
-from .consistency import Found
+from ..core.problems import Problem, printable, shown
+from . import consistency, parameters, schema, yamlfile
 from .fields import Context
+from .models import Found
+from .parameters import Changes
 
 Keys: TypeAlias = tuple[str | int, ...]
-Parameters: TypeAlias = Mapping[str, float | str]
+
+MOST = 50  #: problems that one message tells
 
 
-def read(path: Path | str, parameters: Parameters | None = None) -> schema.Scene:
-    """The scene in a file; `parameters` replace values of the scene's own parameters (a sweep changes nothing else)."""
+def read(path: Path | str, parameters: Changes | None = None, repair: bool = False) -> schema.Scene:
+    """The scene in a file; `parameters` replace values of the scene's own parameters (a sweep changes nothing else).
+
+    With `repair`, nodes of its meshes that are at one place are merged.
+    """
     path = Path(path)
-    return _scene(yamlfile.read(path), str(path), path, path.parent, parameters or {})
+    return _told(_scene(yamlfile.read(path), str(path), path, path.parent, parameters or {}, repair))
 
 
-def loads(text: str, folder: Path | str = ".", parameters: Parameters | None = None) -> schema.Scene:
+def loads(text: str, folder: Path | str = ".", parameters: Changes | None = None) -> schema.Scene:
     """The scene in a text; mesh paths are relative to `folder`."""
-    return _scene(yamlfile.parse(text, "scene"), "scene", None, Path(folder), parameters or {})
+    return _told(_scene(yamlfile.parse(text, "scene"), "scene", None, Path(folder), parameters or {}))
 
 
-def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, changed: Parameters) -> schema.Scene:
+def again(scene: schema.Scene, changed: Changes) -> schema.Scene:
+    """The same scene with other values of parameters, on top of those it was read with; notices are not repeated."""
+    if scene._node is None:
+        raise InputError(say("scene", "one that was read from a file or a text", "one made in Python"))
+    known = {**scene._changed, **changed}
+    return _scene(scene._node, str(scene.path or "scene"), scene.path, scene.folder, known, scene.repair)
+
+
+def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, changed: Changes, repair: bool = False) -> schema.Scene:
     data = yamlfile.plain(node)
     _stop(name, node, _version(data))
-    values, found = _parameters(data, changed)
-    _stop(name, node, found)
-    context = Context(2 if data.get("dimension") == 2 else 3, values)
-    data = data | ({"parameters": {key: value.value for key, value in values.items()}} if values else {})
+    known = parameters.resolve(data.get("parameters"), changed)
+    _stop(name, node, known.found)
+    values = {key: value.value for key, value in known.values.items()}
+    context = Context(2 if data.get("dimension") == 2 else 3, known.values, known.ranges)
+    data = data | ({"parameters": values} if values else {})
     try:
         scene = schema.Scene.model_validate(data, context=context)
     except ValidationError as error:
         _stop(name, node, [_found(dict(item), data) for item in error.errors(include_url=False)])
         raise
+    scene._path, scene._folder, scene._node, scene._ranges, scene._changed = path, folder, node, known.ranges, dict(changed)
+    scene._repair = repair
     _stop(name, node, consistency.problems(scene))
-    scene._path, scene._folder, scene._node = path, folder, node
+    return scene
+
+
+def _told(scene: schema.Scene) -> schema.Scene:
+    """The scene, after notices of what is hardly meant."""
     for keys, text in consistency.notices(scene):
         notify(f"{schema.where(scene, *keys)}: {text}")
     return scene
@@ -55,7 +74,9 @@ def _stop(name: str, node: yamlfile.Node, found: Iterable[Found]) -> None:
     """Raise one InputError for all problems, in the order of their lines."""
     listed = sorted(found, key=lambda item: yamlfile.line(node, item[0]))
     if listed:
-        raise InputError("\n".join(problem.at(schema.location(name, node, keys)) for keys, problem in listed))
+        more = [f"{name}: and {len(listed) - MOST} more problems"] if len(listed) > MOST else []
+        told = [printable(problem.at(schema.location(name, node, keys))) for keys, problem in listed[:MOST]]
+        raise InputError("\n".join(told + more))
 
 
 def _version(data: Any) -> list[Found]:
@@ -75,40 +96,6 @@ def _version(data: Any) -> list[Found]:
             (("schema",), Problem(supported, shown(version), "install a newer fmbs_skfem, or write the scene for this version"))
         ]
     return []
-
-
-def _parameters(data: dict[str, Any], changed: Parameters) -> tuple[dict[str, units.Quantity], list[Found]]:
-    """Parameters in file order; each may use those before it."""
-    raw = data.get("parameters")
-    raw = {} if raw is None else raw
-    if not isinstance(raw, dict):
-        return {}, [(("parameters",), Problem("a mapping of names and quantities", shown(raw)))]
-    values: dict[str, units.Quantity] = {}
-    found: list[Found] = []
-    for name, text in raw.items():
-        try:
-            if not name.isascii() or not name.isidentifier() or name in expressions.RESERVED:
-                taken = ", ".join(sorted(expressions.RESERVED))
-                raise Problem(f"a name of letters, digits and _ that is not taken ({taken})", shown(name))
-            own = units.read(text, values)
-            values[name] = _changed(own, changed[name], values) if name in changed else own
-        except Problem as problem:
-            found.append((("parameters", name), problem))
-    for name in changed:
-        if name not in raw:
-            got = f"{shown(name)}{closest(name, raw)}"
-            found.append((("parameters",), Problem(f"one of the parameters {', '.join(raw) or '(there are none)'}", got)))
-    return values, found
-
-
-def _changed(own: units.Quantity, text: float | str, values: Mapping[str, units.Quantity]) -> units.Quantity:
-    """A new value of a parameter; a plain number has the dimension of the old one."""
-    new = units.read(text, values)
-    if new.exponents == units.NUMBER.exponents:
-        return units.Quantity(new.value, own.exponents)
-    if units.NUMBER.exponents != own.exponents != new.exponents:
-        raise Problem(f"a value of the dimension of the parameter ({units.describe(own.exponents)})", shown(text))
-    return new
 
 
 def _found(error: dict[str, Any], data: Any) -> Found:
@@ -145,6 +132,7 @@ _EXPECTED = {
     "int_type": "a whole number",
     "greater_than": "a number > {gt:g}",
     "greater_than_equal": "a number >= {ge:g}",
+    "less_than": "a number < {lt:g}",
     "less_than_equal": "a number <= {le:g}",
     "too_short": "at least {min_length}",
 }

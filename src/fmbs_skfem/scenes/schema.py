@@ -1,6 +1,6 @@
 """The models of a scene: what may stand in a scene file, in SI units once read.
 
-    Scene = bodies + joints + loads + damping + initial motion + analysis + outputs (+ reduction, compare, pictures)
+    Scene = bodies + joints + loads + damping + initial motion + analysis + outputs (+ reduction, training, compare, pictures)
 
 Every model is frozen and refuses unknown keys. Models know their own fields only; what ties them together (names that must exist)
 is checked in `consistency`.
@@ -43,6 +43,8 @@ from .links import (
     Weld,
 )
 from .models import Count, Model
+from .parameters import Range
+from .training import Training
 
 __all__ = [
     "Model",
@@ -99,6 +101,7 @@ __all__ = [
     "ReactionOutput",
     "HyperReduction",
     "Reduction",
+    "Training",
     "Compare",
     "Pictures",
     "Scene",
@@ -146,9 +149,10 @@ class Dynamic(Model):
 
 
 class Static(Model):
-    """Equilibrium by load stepping."""
+    """Equilibrium by load steps, or by arc length along a path through limit points, its first step 1/load_steps."""
 
     type: Literal["static"]
+    method: Literal["load_steps", "arc_length"] = "load_steps"
     constraints: Literal["eliminate", "multipliers"] | None = None
     load_steps: Count = 10
     tolerance: fields.Tolerance = 1e-10
@@ -256,7 +260,7 @@ class Scene(Model):
     description: StrictStr = ""
     units: Literal["SI"] = "SI"
     dimension: Literal[2, 3] = 3
-    parameters: dict[str, fields.Number] = Field(default_factory=dict)
+    parameters: dict[str, fields.Parameter] = Field(default_factory=dict)
     bodies: dict[str, Body] = Field(min_length=1)
     joints: dict[str, Joint] = Field(default_factory=dict)
     loads: dict[str, Load] = Field(default_factory=dict)
@@ -265,12 +269,16 @@ class Scene(Model):
     analysis: Analysis
     outputs: dict[str, Output] = Field(default_factory=dict)
     reduction: Reduction | None = None
+    training: Training | None = None
     compare: Compare | None = None
     pictures: Pictures | None = None
 
     _path: Path | None = PrivateAttr(default=None)
     _folder: Path = PrivateAttr(default_factory=Path)
     _node: yamlfile.Node | None = PrivateAttr(default=None)
+    _ranges: dict[str, Range] = PrivateAttr(default_factory=dict)
+    _changed: dict[str, float | str] = PrivateAttr(default_factory=dict)
+    _repair: bool = PrivateAttr(default=False)
 
     @property
     def path(self) -> Path | None:
@@ -281,6 +289,16 @@ class Scene(Model):
     def folder(self) -> Path:
         """The folder that mesh paths are relative to."""
         return self._folder
+
+    @property
+    def repair(self) -> bool:
+        """Whether nodes of meshes that are at one place are merged."""
+        return self._repair
+
+    @property
+    def ranges(self) -> dict[str, Range]:
+        """The parameters that have a range, in the order of the file."""
+        return self._ranges
 
 
 def where(scene: Scene, *keys: str | int) -> str:

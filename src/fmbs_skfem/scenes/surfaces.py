@@ -19,14 +19,14 @@ FLAT = 1e-12  #: height of a mesh over the plane z = 0, relative to its extent, 
 
 
 @singledispatch
-def shape(model: object, folder: Path, allow_outside: bool = False) -> Surface:
-    """The surface of a model whose files are relative to `folder`."""
+def shape(model: object, folder: Path, allow_outside: bool = False, repair: bool = False) -> Surface:
+    """The surface of a model whose files are relative to `folder`; `repair` merges nodes of a mesh that are at one place."""
     raise InputError(say("body", "a plate or shell", type(model).__name__))
 
 
 @shape.register
-def _(model: schema.Plate, folder: Path, allow_outside: bool = False) -> Surface:
-    mesh = plate_meshes.read(meshes.path(model.mesh, folder, allow_outside), True, model.face)
+def _(model: schema.Plate, folder: Path, allow_outside: bool = False, repair: bool = False) -> Surface:
+    mesh = plate_meshes.read(meshes.path(model.mesh, folder, allow_outside), True, model.face, repair)
     height = float(np.abs(mesh.points[:, 2]).max())
     if height > FLAT * float(np.ptp(mesh.points, axis=0).max()):
         raise InputError(say(f"mesh {mesh.path}", "a plate in the plane z = 0", f"z = {height:.6g} m", "place it with 'origin'"))
@@ -39,7 +39,7 @@ def _(model: schema.Plate, folder: Path, allow_outside: bool = False) -> Surface
 
 
 @shape.register
-def _(model: schema.Shell, folder: Path, allow_outside: bool = False) -> Surface:
+def _(model: schema.Shell, folder: Path, allow_outside: bool = False, repair: bool = False) -> Surface:
     path = meshes.path(model.nurbs, folder, allow_outside)
     return ordered(nurbs_file.read(path, cells=model.cells, degree=model.degree, scale=model.unit), model.order)
 

@@ -7,12 +7,13 @@ import numpy as np
 from ..core.errors import InputError, say
 from .plate_fields import Spans
 
+STEPS = 10_000_000  #: most steps of an analysis
 NEAR = 1e-6  #: difference from a whole number of steps, relative to the time, that is round-off
 
 
 def whole(time: float, step: float) -> int | None:
     """The number of steps that a time lasts; None where it is not a whole number of them."""
-    count = round(time / step)
+    count = round(min(time / step, 1.0 / NEAR**2))
     return count if count >= 1 and abs(count * step - time) <= NEAR * time else None
 
 

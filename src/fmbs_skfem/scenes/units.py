@@ -97,6 +97,7 @@ UNITS: dict[str, tuple[Fraction, Exponents]] = {
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[A-Za-zµμ]|1\s*/).*)?\s*", re.ASCII | re.DOTALL)
 _FACTOR = re.compile(r"\s*([*·/]?)\s*([A-Za-zµμ]+|1(?=\s*/))\s*(?:(?:\^|\*\*)\s*([-+]?\d))?\s*", re.ASCII)
 LENGTH_LIMIT = 200  #: longest unit text [characters]
+EXPONENT = 12  #: largest power of a base unit
 
 
 def convert(value: object, dimension: Dimension, parameters: Mapping[str, Quantity] | None = None) -> float:
@@ -126,6 +127,12 @@ def describe(exponents: Exponents) -> str:
     names = [dimension.name for dimension in DIMENSIONS if dimension.exponents == exponents]
     factors = [f"{unit}^{power}" for unit, power in zip(("kg", "m", "s", "rad"), exponents, strict=True) if power]
     return names[0] if names else " ".join(factors)
+
+
+def unit(exponents: Exponents) -> str:
+    """The SI unit of a dimension, as in headers of tables; empty for numbers."""
+    named = [dimension.unit for dimension in DIMENSIONS if dimension.exponents == exponents]
+    return named[0] if named else describe(exponents)
 
 
 def _advice(dimension: Dimension) -> str:
@@ -162,7 +169,7 @@ def _unit(text: str, whole: str) -> tuple[Fraction, Exponents]:
         factor, own = UNITS[match[2]]
         scale, exponents = scale * factor**power, tuple(n + power * m for n, m in zip(exponents, own, strict=True))
         position = match.end()
-        if abs(max(exponents, key=abs)) > 12:
+        if abs(max(exponents, key=abs)) > EXPONENT:
             raise Problem("a unit with small powers", shown(whole))
     return scale, exponents
 
@@ -174,6 +181,8 @@ def _evaluate(text: str, parameters: Mapping[str, Quantity]) -> Quantity:
         result: Quantity = expressions.evaluate(program, names, _ALGEBRA, lambda number: Quantity(number, NUMBER.exponents))
     except (ArithmeticError, ValueError) as error:
         raise error if isinstance(error, Problem) else Problem("a quantity", f"{shown(text)} ({error})") from error
+    if abs(max(result.exponents, key=abs)) > EXPONENT:
+        raise Problem("a quantity whose unit has small powers", shown(text))
     return Quantity(_finite(result.value, text), result.exponents)
 
 
@@ -213,8 +222,8 @@ def _power(a: Quantity, b: Quantity) -> Quantity:
     if any(b.exponents):
         raise Problem("a number as exponent of '**'", describe(b.exponents))
     power = Fraction(b.value).limit_denominator(12) if math.isfinite(b.value) and any(a.exponents) else Fraction(0)
-    if abs(power) > 12:
-        raise Problem("an exponent of a quantity of at most 12", str(b.value))
+    if abs(power) > EXPONENT:
+        raise Problem(f"an exponent of a quantity of at most {EXPONENT}", str(b.value))
     return Quantity(math.pow(a.value, b.value), tuple(n * power for n in a.exponents))
 
 

@@ -18,12 +18,15 @@ from ruamel.yaml.events import AliasEvent, DocumentStartEvent, MappingEndEvent, 
 from ruamel.yaml.events import SequenceStartEvent as ListStartEvent
 
 from ..core.errors import InputError, say
+from ..core.problems import printable
 
 BYTES = 16 * 1024 * 1024  #: largest file
+WIDTH = 100_000  #: longest line [characters]; a parser in Python would take seconds for longer ones
 LEVELS = 64  #: deepest nesting
 NODES = 100_000  #: most values, aliases counted as expanded
 
 Scalar: TypeAlias = str | int | float | bool | None
+_DEEP = re.compile(rf"(?:[\[{{][ \t]{{0,3}}){{{LEVELS + 1}}}")  #: brackets that the parser would look through again and again
 _INTEGER = re.compile(r"[-+]?\d{1,300}", re.ASCII)
 _FLOAT = re.compile(r"[-+]?(\.\d+|\d+(\.\d*)?)([eE][-+]?\d+)?", re.ASCII)
 _WORDS: dict[str, Scalar] = {"": None, "~": None}
@@ -67,6 +70,14 @@ def parse(text: str, name: str) -> Node:
         raise InputError(
             say(name, f"a text of at most {BYTES // 2**20} MB", f"{len(text) / 2**20:.1f} MB", "meshes belong into mesh files")
         )
+    for number, part in enumerate(text.splitlines(), 1):
+        if len(part) > WIDTH:
+            raise InputError(
+                say(f"{name}:{number}", f"lines of at most {WIDTH} characters", f"{len(part)}", "break it into several")
+            )
+    if (deep := _DEEP.search(text)) is not None:
+        place = f"{name}:{text.count(chr(10), 0, deep.start()) + 1}"
+        raise InputError(say(place, f"at most {LEVELS} nested levels", "more brackets in a row"))
     events = _events(text, name)
     builder = _Builder(name, events, {})
     root: Node | None = None
@@ -134,7 +145,7 @@ def _events(text: str, name: str) -> Iterator[Any]:
 
 
 def _refuse(name: str, event: Any, expected: str, got: str, remedy: str = "") -> InputError:
-    return InputError(say(f"{name}:{event.start_mark.line + 1}", expected[:200], got[:200], remedy))
+    return InputError(printable(say(f"{name}:{event.start_mark.line + 1}", expected[:200], got[:200], remedy)))
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from ..core import errors
 from ..core.notices import notify
 from . import msh, vtu
 from .msh import Cells, Floats, Ints, Raw
+from .repair import merged
 
 MAX_FILE = 256 * 2**20  #: bytes of a mesh file
 
@@ -65,14 +66,17 @@ def path(text: str, folder: Path, allow_outside: bool = False) -> Path:
     return target
 
 
-def read(path: Path | str) -> LineMesh:
-    """The audited mesh in a `.msh` or `.vtu` file; InputError names the file, and the ids and positions of what is wrong."""
+def read(path: Path | str, repair: bool = False) -> LineMesh:
+    """The audited mesh in a `.msh` or `.vtu` file; InputError names the file, and the ids and positions of what is wrong.
+
+    `repair` merges nodes at one place, see `repair`.
+    """
     path = Path(path)
     where = f"mesh {path}"
-    return _audit(load(path, where), where, path)
+    return _audit(load(path, where, repair), where, path)
 
 
-def load(path: Path, where: str) -> Raw:
+def load(path: Path, where: str, repair: bool = False) -> Raw:
     """What a `.msh` or `.vtu` file says, before any audit; `where` opens every error message."""
     try:
         reader = _READERS.get(path.suffix.lower())
@@ -86,7 +90,8 @@ def load(path: Path, where: str) -> Raw:
         if not 0 < size <= MAX_FILE:
             got = f"{size} bytes" if size else "an empty file"
             raise errors.InputError(errors.say(where, f"a file of at most {MAX_FILE} bytes", got))
-        return reader(path, where)
+        raw = reader(path, where)
+        return merged(raw, where) if repair else raw
     except OSError as error:
         raise errors.InputError(errors.say(where, "a readable file", error.strerror or str(error))) from None
 
@@ -159,6 +164,7 @@ def _audit(raw: Raw, where: str, path: Path) -> LineMesh:
         kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(raw.kinds.items())) or "no cells at all"
         raise errors.InputError(errors.say(where, "cells of type line", kinds, "export a mesh of two-node lines"))
     others = {kind: count for kind, count in raw.kinds.items() if kind not in ("line", "vertex") and count}
+    refuse_curved(others, "line", where)
     if others:
         notify(f"{where}: {', '.join(f'{count} {kind} cells' for kind, count in others.items())} ignored, only lines are used")
     check_points(raw, where)
@@ -181,6 +187,14 @@ def _audit(raw: Raw, where: str, path: Path) -> LineMesh:
         line_groups={name: ids for name, ids in line_groups.items() if len(ids)},
         path=path,
     )
+
+
+def refuse_curved(others: dict[str, int], kind: str, where: str) -> None:
+    """Refuse a file whose cells of a kind are of first order in a part of it only: the others would be lost."""
+    lost = [f"{count} {name}" for name, count in others.items() if name.startswith(kind)]
+    if lost:
+        got = ", ".join(lost) + " among them"
+        raise errors.InputError(errors.say(where, f"all cells of type {kind}, of first order", got, "export a mesh of first order"))
 
 
 def several(texts: list[str], count: int) -> str:

@@ -11,6 +11,7 @@ Format: gmsh reference manual, section "MSH file format"; C. Geuzaine, J.-F. Rem
 from __future__ import annotations
 
 import mmap
+import re
 import shlex
 import warnings
 from dataclasses import dataclass, field
@@ -21,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import errors
+from ..core.problems import printable
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -28,6 +30,7 @@ Array = NDArray[Any]
 
 MAX_COUNT = 1_000_000  #: nodes or cells of one file
 
+_SECTION = re.compile(r"\$\w{1,80}", re.ASCII)
 _NONE: Ints = np.zeros(0, np.int64)
 
 #: element code of gmsh -> (name, nodes)
@@ -158,8 +161,8 @@ def read(path: Path, where: str) -> Raw:
             line = cursor.line()
             if not line:
                 continue
-            if not line.startswith("$"):
-                raise _bad(where, "a section that opens with $", repr(line[:40]))
+            if not _SECTION.fullmatch(line):
+                raise _bad(where, "a section that opens with $ and its name", repr(line[:40]))
             _section(cursor, content, version, line[1:])
     return _raw(content)
 
@@ -229,7 +232,7 @@ def _physical_names(cursor: _Cursor, content: _Content) -> None:
         line = cursor.line()
         try:
             dimension, tag, name = shlex.split(line)
-            content.names[int(dimension), int(tag)] = name
+            content.names[int(dimension), int(tag)] = printable(name)
         except ValueError:
             raise _bad(cursor.where, 'lines <dimension> <tag> "<name>" in $PhysicalNames', repr(line[:60])) from None
 

@@ -26,7 +26,7 @@ import numpy as np
 
 from ..core.errors import InputError, MissingFeature, closest, say
 from ..core.problems import shown
-from . import line, nurbs
+from . import line, nurbs, plate_audit
 from .surface import Surface
 from .table import Floats, Ints
 
@@ -75,6 +75,8 @@ def _surface(path: Path, content: _Content, cells: int, degree: int | None, scal
     if not (np.isfinite(scale) and scale > 0.0):
         raise InputError(say("nurbs_file.read, scale", "a positive length [m]", scale, "0.001 for millimetres"))
     _check_size(path, content, cells, degree)
+    for name, (patch, control) in content.patches.items():
+        plate_audit.check_regular(f"{path}: " + (f"patch '{name}'" if name else "patch"), nurbs.surface(patch, control, join=False))
     try:
         shapes = {}
         for name, (patch, control) in content.patches.items():

@@ -18,12 +18,16 @@ from scipy.spatial import cKDTree
 
 from ..core import errors
 from ..core.notices import notify
+from . import surface
 from .meshes import position, several
 from .msh import Floats, Ints
+from .surface import Surface
 
 CLOSE = 1e-9  #: of the extent: nodes nearer than this are at one place, and a planar mesh is flat to this
 FLAT = 1e-8  #: sine of an angle that counts as 0 or 180 degrees
 ON_SIDE = 1e-6  #: of the length of a side: a node nearer than this lies on it
+LARGEST = 1e100  #: coordinates whose products are far from overflow [m]
+BLOCK = 1024  #: cells of a surface looked at together
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +105,7 @@ def _check_extent(mesh: Subject, planar: bool) -> float:
     """The extent of the mesh, which is finite and, for a planar body, in a plane z = constant."""
     with np.errstate(over="ignore"):
         size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
-    if not np.isfinite(size) or np.abs(mesh.points).max() > 1e100:
+    if not np.isfinite(size) or np.abs(mesh.points).max() > LARGEST:
         raise mesh.bad("coordinates in metres", f"an extent of {np.abs(mesh.points).max():.3g}", "check the unit of the export")
     if planar:
         z = mesh.points[:, 2]
@@ -219,3 +223,50 @@ def _check_one_piece(mesh: Subject) -> None:
         texts = [f"{counts[i]} cells from {mesh.cell(first[i])}" for i in range(min(parts, 3))]
         remedy = "read the face group of one body, or merge nodes that should be one"
         raise mesh.bad("one piece", f"{parts} parts: {several(texts, parts)}", remedy)
+
+
+def check_regular(where: str, shape: Surface) -> None:
+    """Refuse curved cells whose area element r,1 x r,2 vanishes at a Gauss point, or turns back from one to the next in a cell.
+
+    A named edge that is a point, the pole of a sphere, is refused too: there the surface has no tangents.
+    """
+    largest = float(np.abs(shape.reference).max())
+    if not largest <= LARGEST:
+        raise errors.InputError(errors.say(where, "coordinates in metres", f"{largest:.3g}", "check the unit of the export"))
+    xi, _ = surface.quadrature(shape.parent, shape.order + 1)
+    for start in range(0, len(shape.nodes), BLOCK):
+        part = np.arange(start, min(start + BLOCK, len(shape.nodes)))
+        rows = surface.basis(shape.space, np.repeat(part, len(xi)), np.tile(xi, (len(part), 1)))[:, :3]
+        x, one, two = np.einsum("xkb,xbc->kxc", rows, shape.reference[shape.nodes[part]].repeat(len(xi), axis=0))
+        flat, folded = _irregular(one, two, len(part))
+        for expected, wrong in (("cells with an area", flat), ("cells that do not fold back over themselves", folded)):
+            if wrong.any():
+                middle = x.reshape(len(part), len(xi), -1).mean(axis=1)
+                texts = [f"cell {part[e]} about {position(middle[e])}" for e in np.flatnonzero(wrong)[:3]]
+                got, remedy = several(texts, int(wrong.sum())), "move its control points apart"
+                raise errors.InputError(errors.say(where, expected, got, remedy))
+    _check_edges(where, shape)
+
+
+def _irregular(one: Floats, two: Floats, cells: int) -> tuple[np.ndarray, np.ndarray]:
+    """Cells (e,) without area at a Gauss point, and cells that fold, by tangents (e p p, c) at a square of Gauss points a cell."""
+    flat_too = ((0, 0), (0, 3 - one.shape[1]))
+    normal = np.cross(np.pad(one, flat_too), np.pad(two, flat_too))
+    order = int(np.sqrt(len(one) // cells))
+    grid = normal.reshape(cells, order, order, -1)
+    turns = [np.einsum("eijc,eijc->eij", a, b) for a, b in ((grid[:, 1:], grid[:, :-1]), (grid[:, :, 1:], grid[:, :, :-1]))]
+    size = np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1)
+    flat = (np.linalg.norm(normal, axis=1) <= FLAT * size).reshape(cells, -1).any(axis=1)
+    return flat, np.any([(turn <= 0.0).any(axis=(1, 2)) for turn in turns], axis=0)
+
+
+def _check_edges(where: str, shape: Surface) -> None:
+    """Refuse named edges that are points."""
+    extent = np.ptp(shape.reference, axis=0).max()
+    for name, edge in shape.edges.items():
+        cell, side = np.repeat(edge, 2, axis=0).T
+        xi = surface.side_points(shape.parent, side, np.tile([0.25, 0.75], len(edge)))
+        places = surface.sample(shape, cell, xi) @ shape.reference
+        if np.ptp(places, axis=0).max() <= CLOSE * extent:
+            got, remedy = f"{name}, which is the point {position(places[0])}", "cut a small hole there, or take another patch"
+            raise errors.InputError(errors.say(where, "sides longer than zero", got, remedy))

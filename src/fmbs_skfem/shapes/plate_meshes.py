@@ -38,14 +38,15 @@ class PlateMesh:
     path: Path | None = None  #: the file it was read from
 
 
-def read(path: Path | str, planar: bool, face: str | None = None) -> PlateMesh:
+def read(path: Path | str, planar: bool, face: str | None = None, repair: bool = False) -> PlateMesh:
     """The audited mesh in a `.msh` or `.vtu` file, or the part of it that a face group names.
 
     A planar body asks for a mesh in a plane z = constant. InputError names the file, and the ids and positions of what is wrong.
+    `repair` merges nodes at one place, see `repair`.
     """
     path = Path(path)
     where = f"mesh {path}"
-    return _audited(meshes.load(path, where), where, path, planar, face)
+    return _audited(meshes.load(path, where, repair), where, path, planar, face)
 
 
 def write(mesh: PlateMesh, path: Path | str) -> None:
@@ -221,6 +222,8 @@ def _faces(raw: Raw, where: str) -> Cells:
         got = f"{len(raw.quads.nodes)} quads and {len(raw.triangles.nodes)} triangles, among them cells {few.numbers[:4].tolist()}"
         raise errors.InputError(errors.say(where, "all quads or all triangles", got, "recombine or split them before export"))
     others = {kind: count for kind, count in raw.kinds.items() if kind not in ("vertex", "line", *_NAMES.values()) and count}
+    for kind in _NAMES.values():
+        meshes.refuse_curved(others, kind, where)
     if others:
         counts = ", ".join(f"{count} {kind} cells" for kind, count in others.items())
         notify(f"{where}: {counts} ignored, only triangles, quads and their edges are used")

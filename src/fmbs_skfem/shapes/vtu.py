@@ -21,6 +21,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..core import errors
+from ..core.problems import printable
 from .msh import MAX_COUNT, Array, Cells, Ints, Raw
 
 MAX_BYTES = 64 * 2**20  #: unpacked size of one array
@@ -150,7 +151,7 @@ def _groups(file: _File, parent: ElementTree.Element | None, count: int) -> dict
     """The arrays of zeros and ones, one number a point or cell."""
     found = {}
     for array in () if parent is None else parent.iter("DataArray"):
-        name = array.get("Name", "")
+        name = printable(array.get("Name", ""))
         whole = array.get("type", "").startswith(("Int", "UInt")) and array.get("NumberOfComponents", "1") in ("", "1")
         if whole and name and not name.startswith("vtk"):
             values = _array(file, array, count, f"array '{name}'")

@@ -113,7 +113,7 @@ def _(probe: Velocity, name: str, draft: Draft) -> Output:
 
 @sense.register
 def _(probe: Slope, name: str, draft: Draft) -> Output:
-    return Output("position", rows(draft, name, probe.at, 1), columns(name, draft.layout.dim))
+    return Output("slope", rows(draft, name, probe.at, 1), columns(name, draft.layout.dim))
 
 
 @sense.register

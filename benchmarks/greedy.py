@@ -1,0 +1,202 @@
+"""Greedy training over parameters: full runs, reduced runs and errors at hold-out points, beside the published counts.
+
+    python benchmarks/greedy.py [spin_up] [young] [torque] [two] [three]      all of them by default
+
+Example 1 over Young's modulus; example 3 on coarse meshes over Young's modulus and torque, runs (a) and (b) of the source; example
+2 over two and three parameters with the tolerance 1e-4. Writes greedy.md and greedy.json into benchmarks/results; those of earlier
+calls stay for the trainings that are not run. Errors are those of equation (48); times are CPU seconds with one thread.
+
+Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from fmbs_skfem import scenes
+from fmbs_skfem.reduction import Level, campaign, greedy, holdout
+from fmbs_skfem.reduction import parameters as boxes
+from fmbs_skfem.reduction.full_runs import Setting
+from fmbs_skfem.reduction.parameters import Parameter
+from fmbs_skfem.reduction.training import Plan
+from fmbs_skfem.scenes import build
+
+ROOT = Path(__file__).resolve().parents[1]
+RESULTS = ROOT / "benchmarks" / "results"
+HELD = {1: 26, 2: 64, 3: 64}  #: hold-out points by number of parameters
+PUBLISHED = {"young": "2, 12, 2", "torque": "2, 21, 2"}  #: full runs, reduced runs, sparse least-squares problems
+TOLERANCE = 1e-4
+
+
+@dataclass(frozen=True)
+class Task:
+    """A training and where it is checked."""
+
+    setting: Setting
+    search: campaign.Search
+    options: greedy.Options
+    tolerance: float | None = None
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table."""
+
+    name: str
+    parameters: str
+    candidates: int
+    tolerance: float | None
+    full_runs: int
+    reduced_runs: int
+    problems: int  #: times that the sparse least-squares problems were solved
+    published: str
+    modes: dict[str, int]
+    points: dict[str, int]  #: quadrature points or cells kept
+    eps: float
+    eta: float | None
+    held: int  #: hold-out points
+    max_error: float
+    mean_error: float
+    predicted: float  #: largest error over the candidates
+    inside: float  #: part of the hold-out points inside the predicted band
+    reached: bool  #: whether the largest error keeps the tolerance, where one was asked for
+    full_cpu_s: float
+    model_cpu_s: float
+    training_cpu_s: float  #: all of it
+    reduced_cpu_s: float  #: a run, median
+    stop: str
+
+
+def setting(name: str, plan: Plan, changes: Mapping[str, str] | None = None) -> tuple[Setting, tuple[Parameter, ...]]:
+    """The setting of an example's scene, some of its text replaced."""
+    path = ROOT / "examples" / f"{name}.yaml"
+    text = path.read_text(encoding="utf-8")
+    for old, new in (changes or {}).items():
+        text = text.replace(old, new)
+    scene = scenes.loads(text, path.parent) if changes else scenes.read(path)
+    known, family = scenes.family(scene)
+    interval = build.dynamic(scene).step * build.snapshot_steps(scene)
+    return Setting(family, known, plan, interval, functools.partial(build.chosen_form, scene)), known
+
+
+def one(found: tuple[Setting, tuple[Parameter, ...]], samples: list[float] | None, first: float | None) -> Task:
+    """A training over one parameter with 101 candidates."""
+    made, known = found
+    rows = boxes.grid(known, 5) if samples is None else boxes.listed(known, samples)
+    return Task(made, campaign.search(known, boxes.grid(known, 101), rows, first), greedy.Options(iterations=4, max_samples=15))
+
+
+def several(names: tuple[str, ...]) -> Task:
+    """Example 2 over some of its parameters, with a tolerance."""
+    made, known = setting("pendulum_family", Plan({"first": ("I",), "second": ("II",)}, hyper_tolerance=1e-3, level=Level.POINTS))
+    chosen = tuple(parameter for parameter in known if parameter.name in names)
+    made = Setting(made.family, chosen, made.plan, made.interval, made.form)
+    search = campaign.search(chosen, boxes.sobol(chosen, 256), boxes.sobol(chosen, 4 * len(chosen), seed=1))
+    return Task(made, search, greedy.Options(iterations=12, max_samples=24), TOLERANCE)
+
+
+def tasks() -> dict[str, Callable[[], Task]]:
+    """All trainings by name."""
+    spin = {
+        "parameters:\n": "parameters:\n  E: {value: 1 GPa, range: [0.7 GPa, 1.3 GPa]}\n",
+        "young_modulus: 1 GPa": "young_modulus: E",
+    }
+    plates = Plan({"crank": ("crank",), "linkage": ("linkage", "slider")}, 1e-15, hyper_tolerance=1e-5, level=Level.POINTS)
+    gpa = [40e9, 47.5e9, 55e9, 62.5e9, 70e9]
+    return {
+        "spin_up": lambda: one(setting("spin_up", Plan({"beam": ("beam",)}, hyper_tolerance=1e-3), spin), None, None),
+        "young": lambda: one(setting("crank_slider_young", plates), gpa, 55e9),
+        "torque": lambda: one(setting("crank_slider_torque", plates), [5.0, 7.5, 10.0, 12.5, 15.0], 10.5),
+        "two": lambda: several(("E", "d")),
+        "three": lambda: several(("E", "d", "g")),
+    }
+
+
+def measure(name: str, task: Task) -> Row:
+    """Train, check, and tell."""
+    known, begun = task.setting.parameters, time.process_time()
+    with tempfile.TemporaryDirectory() as folder:
+        found = campaign.train(task.setting, task.search, task.options, folder, task.tolerance)
+    spent = time.process_time() - begun
+    count = HELD[len(known)]
+    points = boxes.grid(known, count) if len(known) == 1 else boxes.latin_hypercube(known, count, seed=7)
+    checked = holdout.holdout(found, holdout.truths(found.setting, points))
+    return Row(
+        name,
+        ", ".join(f"{p.name} {p.low:g} to {p.high:g} {p.unit}" for p in known),
+        len(task.search.candidates),
+        task.tolerance,
+        len(found.runs),
+        found.reduced_runs,
+        sum(model.problems > 0 for model in found.models) + found.lowered,
+        PUBLISHED.get(name, ""),
+        dict(found.model.modes),
+        {selection.component: len(selection.sample.indices) for selection in found.model.selections},
+        found.model_plan.tolerance,
+        found.model_plan.hyper_tolerance,
+        count,
+        checked.largest,
+        float(checked.errors.mean()),
+        found.predicted[0],
+        checked.inside,
+        task.tolerance is None or checked.largest <= task.tolerance,
+        sum(run.cpu_s for run in found.runs),
+        sum(model.training_s for model in found.models),
+        spent,
+        float(np.median(checked.run_s)),
+        found.outcome.stop.value,
+    )
+
+
+def page(rows: list[Row]) -> str:
+    """The figures as Markdown."""
+    head = ["training", "parameters", "tolerance", "full, reduced runs, sNNLS", "paper", "modes", "kept", "eps, eta", "hold-out"]
+    head += ["max error", "mean error", "in the band", "full runs [s]", "models [s]", "all [s]", "a reduced run [s]"]
+    lines = ["# Greedy training over parameters", "", f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
+    for r in rows:
+        cells = [
+            r.name,
+            r.parameters,
+            f"{r.tolerance:.0e}" if r.tolerance else "",
+            f"{r.full_runs}, {r.reduced_runs}, {r.problems}",
+        ]
+        cells += [r.published, " + ".join(map(str, r.modes.values())), " + ".join(map(str, r.points.values()))]
+        cells += [
+            f"{r.eps:.1e}, {r.eta:.0e}" if r.eta else f"{r.eps:.1e}",
+            str(r.held),
+            f"{r.max_error:.2e}",
+            f"{r.mean_error:.2e}",
+        ]
+        cells += [f"{100 * r.inside:.0f} %", f"{r.full_cpu_s:.1f}", f"{r.model_cpu_s:.1f}", f"{r.training_cpu_s:.1f}"]
+        lines.append(f"| {' | '.join([*cells, f'{r.reduced_cpu_s:.3g}'])} |")
+    ends = [f"{r.name}: {r.stop}." for r in rows]
+    return "\n".join([*lines, "", "Errors are those of equation (48), times are CPU seconds with one thread.", "", *ends, ""])
+
+
+def main(*names: str) -> list[Row]:
+    """Measure the trainings of these names, all by default, and write greedy.json and greedy.md into benchmarks/results."""
+    path, known = RESULTS / "greedy.json", tasks()
+    rows = {row["name"]: Row(**row) for row in json.loads(path.read_text(encoding="utf-8"))} if path.is_file() else {}
+    RESULTS.mkdir(parents=True, exist_ok=True)
+    with threadpool_limits(limits=1):
+        for name in names or known:
+            rows[name] = measure(name, known[name]())
+            kept = [rows[key] for key in known if key in rows]
+            path.write_text(json.dumps([asdict(row) for row in kept], indent=2) + "\n", encoding="utf-8")
+            (RESULTS / "greedy.md").write_text(page(kept), encoding="utf-8")
+    print(page([rows[key] for key in known if key in rows]))
+    return list(rows.values())
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,210 @@
+"""Hold-out points of a training: true errors of the model after every full run and of comparators, beside the predicted ones.
+
+The full runs at hold-out points are stored with the training, so that another call has them. Figures 13 and 14 of
+doi 10.1016/j.cma.2019.112690 are `errors.png`.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import itertools
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..core.errors import FmbsError
+from ..core.notices import notify
+from ..reduction import comparators, family_model, full_runs, parameters, prediction
+from ..reduction import training_store as store
+from ..reduction.comparators import Comparator, Full, Row
+from . import common
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from ..reduction.campaign import Campaign
+    from ..reduction.full_runs import FullRun
+    from ..reduction.greedy import Iteration
+    from ..reduction.prediction import Prediction
+    from ..reduction.product import Product
+    from ..results.training_plots import Panel
+    from .train import Job
+
+SURROGATE, ERRORS, PREDICTED = "surrogate.png", "errors.png", "predicted.png"
+CORNERS = 3  #: parameters up to which local bases are made at all corners of the box
+
+
+@dataclass(frozen=True)
+class Checked:
+    """Hold-out points with what was found there."""
+
+    points: np.ndarray  #: (k, d)
+    rows: tuple[Row, ...]  #: the models after every full run, then comparators
+    models: int  #: how many of the rows are models of this training
+    predictions: tuple[Prediction, ...]  #: of the last model
+
+    @property
+    def true(self) -> np.ndarray:
+        """Errors (k,) of the last model."""
+        return np.array([trial.error for trial in self.rows[self.models - 1].trials])
+
+    @property
+    def inside(self) -> float:
+        """Part of the points whose true error lies in the predicted band."""
+        return float(np.mean([p.low <= error <= p.high for p, error in zip(self.predictions, self.true, strict=True)]))
+
+
+def check(job: Job, found: Campaign, model: Product, out: Path, compare: bool) -> Checked:
+    """All hold-out points; comparators are trained where they are wanted."""
+    setting, points = found.setting, job.points.holdout
+    full, predict = stored(found, out), prediction.predictor(model)
+    everyone = [*stages(found), *(others(job, found, full) if compare else ())]
+    trials: list[list[comparators.Trial]] = [[] for _ in everyone]
+    with common.progress("hold-out points") as advance:
+        for number, row in enumerate(points):
+            truth = full(parameters.named(setting.parameters, row))
+            raw = setting.family(truth.values).system
+            for kept, comparator in zip(trials, everyone, strict=True):
+                kept.append(comparators.trial(setting, comparator, raw, truth))
+            advance((number + 1) / len(points))
+    rows = tuple(comparators.row_of(comparator, kept) for comparator, kept in zip(everyone, trials, strict=True))
+    predictions = tuple(predict(parameters.named(setting.parameters, row)) for row in points) if predict else ()
+    return Checked(points, rows, len(found.models), predictions)
+
+
+def stored(found: Campaign, out: Path) -> Full:
+    """Full runs that are read from the training's folder where they are there, and kept there."""
+    folder = out / "training"
+
+    def full(values: Mapping[str, float]) -> FullRun:
+        for run in found.runs:
+            if run.values == values:
+                return run
+        text = repr((sorted(values.items()), found.setting.plan.tolerance, found.setting.plan.modes))
+        path = folder / f"full-{hashlib.sha256(text.encode()).hexdigest()[:16]}.h5"
+        if path.is_file():
+            return store.run_of(store.read_tree(path), path)
+        run = full_runs.full_run(found.setting, values)
+        store.write_tree(path, asdict(run))
+        return run
+
+    return full
+
+
+def stages(found: Campaign) -> Iterator[Comparator]:
+    """The model after every full run."""
+    for k, model in enumerate(found.models, start=1):
+        offline = sum(run.cpu_s for run in found.runs[:k]) + sum(one.training_s for one in found.models[:k])
+        evaluated = sum(len(iteration.samples) for iteration in found.outcome.iterations[:k])
+        family = functools.partial(family_model.reduced_case, model)
+        yield Comparator(f"greedy {k}", family, k, offline, evaluated)
+
+
+def others(job: Job, found: Campaign, full: Full) -> Iterator[Comparator]:
+    """The comparators; one that cannot be trained is told and left out."""
+    setting, d = found.setting, len(found.setting.parameters)
+    counts = (max(2, len(found.runs)),) if d == 1 else (2,) * d
+    makers: dict[str, Callable[[], Comparator]] = {
+        "fast to slow": lambda: comparators.fast_to_slow(setting, full, fastest(found)),
+        "uniform grid": lambda: comparators.uniform(setting, full, counts),
+        "nearest basis": lambda: comparators.nearest(setting, full, counts),
+        "Grassmann": lambda: comparators.interpolated(setting, full, counts),
+        "greedy, system level": lambda: comparators.greedy(
+            comparators.at_system_level(setting), job.search, job.options, "greedy, system level"
+        ),
+    }
+    for name, make in makers.items():
+        if d > CORNERS and name in ("uniform grid", "nearest basis", "Grassmann"):
+            continue
+        try:
+            with common.progress(name):
+                yield make()
+        except FmbsError as error:
+            notify(f"comparator '{name}': {error}")
+
+
+def fastest(found: Campaign) -> dict[str, float]:
+    """The corner of the box at which the reduced model moves fastest."""
+    from ..dynamics.outputs import lifted
+
+    known = found.setting.parameters
+    speeds: list[tuple[float, dict[str, float]]] = []
+    for ends in itertools.product(*((p.low, p.high) for p in known)):
+        values = parameters.named(known, ends)
+        motion = family_model.reduced_run(found.setting, family_model.reduced_case(found.model, values))
+        speeds.append((float(np.linalg.norm(lifted(motion)[1], axis=1).max()), values))
+    return max(speeds, key=lambda pair: pair[0])[1]
+
+
+def report_of(checked: Checked) -> dict[str, Any]:
+    """Hold-out points in the report."""
+    return {
+        "points": checked.points,
+        "true": checked.true,
+        "predicted": [asdict(prediction) for prediction in checked.predictions],
+        "inside": checked.inside if checked.predictions else None,
+        "max_error": float(checked.true.max()),
+        "rows": [
+            {**{key: value for key, value in asdict(row).items() if key != "trials"}, "errors": [one.error for one in row.trials]}
+            for row in checked.rows
+        ],
+    }
+
+
+def table(checked: Checked) -> Table:
+    """Every model with its full and reduced runs, sizes, errors at the hold-out points and CPU times."""
+    inside = f", {100 * checked.inside:.0f} % of true errors inside the predicted band" if checked.predictions else ""
+    runs, costs = ("model", "full", "reduced", "modes", "elements", "points"), ("offline [s]", "prepare [ms]", "run [s]")
+    rows = [
+        (
+            row.name,
+            row.full_runs,
+            row.reduced_runs,
+            " + ".join(str(count) for count in row.modes.values()),
+            row.elements or "-",
+            row.points or "-",
+            f"{row.max_error:.2e}",
+            f"{row.mean_error:.2e}",
+            f"{row.offline_s:.3g}",
+            f"{1e3 * row.prepare_s:.3g}",
+            f"{row.run_s:.3g}",
+        )
+        for row in checked.rows
+    ]
+    title = f"Errors (48) at {len(checked.points)} hold-out points{inside}"
+    return common.table(title, (*runs, "max error", "mean error", *costs), rows)
+
+
+def draw(job: Job, found: Campaign, checked: Checked | None, out: Path) -> list[Path]:
+    """surrogate.png; with hold-out points errors.png and predicted.png."""
+    from ..results import training_plots as plots
+
+    known = found.setting.parameters
+    labels = [f"{p.name} [{p.unit}]" if p.unit else p.name for p in known]
+    columns = {label: found.search.candidates[:, k] for k, label in enumerate(labels)}
+    panels = [panel(iteration, found.outcome.points[: iteration.number]) for iteration in found.outcome.iterations]
+    files = [plots.surrogate(out / SURROGATE, columns, panels, "indicator (49)")]
+    if checked is None:
+        return files
+    errors = {row.name: np.array([trial.error for trial in row.trials]) for row in checked.rows}
+    places, label = checked.points[:, 0], labels[0]
+    if len(known) > 1:
+        places, label = np.argsort(np.argsort(checked.true)) + 1.0, "hold-out point, by its error"
+    files.append(plots.errors_over(out / ERRORS, places, errors, label, "relative error (48)", job.tolerance))
+    if checked.predictions:
+        predicted, low, high = np.array([(p.error, p.low, p.high) for p in checked.predictions]).T
+        files.append(plots.predicted(out / PREDICTED, checked.true, predicted, low, high, job.tolerance, "error (48)"))
+    return files
+
+
+def panel(iteration: Iteration, runs: tuple[int, ...]) -> Panel:
+    """The surrogate after an iteration as a figure shows it."""
+    from ..results.training_plots import Panel
+
+    title = f"{iteration.number} full run{'s' if iteration.number > 1 else ''}"
+    samples, indicators = np.array(iteration.samples), np.array(iteration.indicators)
+    return Panel(title, iteration.mean, iteration.std, samples, indicators, iteration.next, runs)

@@ -1,0 +1,121 @@
+"""What is kept and shown of a solve that failed: failure.json, a picture of the last good state, and two short tables."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..core.errors import FmbsError, SolverError
+from ..core.notices import notify
+from . import common
+
+if TYPE_CHECKING:
+    from ..dynamics import Trajectory
+    from ..dynamics.diagnosis import Diagnosis
+
+FAILURE, PICTURE = "failure.json", "failure.png"
+NAMES = (FAILURE, PICTURE)
+SHORT = 3  #: entries of a list that a table shows
+
+
+def keep(out: Path, found: Mapping[str, Any], error: SolverError | None, picture: bool = True) -> dict[str, Any]:
+    """The report of a run with its `failure`, which is also written into its folder; files of an earlier failure are removed."""
+    own = cleared(out)
+    if error is None:
+        return dict(found)
+    facts = explained(error)
+    files = [common.write_json(out / FAILURE, facts)] if own else []
+    if own and picture and error.partial is not None:
+        files += draw(out / PICTURE, error.partial)
+    return {**found, "failure": facts, "files": [*found.get("files", ()), *files]}
+
+
+def cleared(out: Path) -> bool:
+    """Remove the files of an earlier failure; False with a notice where the names are taken by files of other origin."""
+    taken = [name for name in NAMES if (out / name).exists()]
+    if not taken:
+        return True
+    with contextlib.suppress(OSError, ValueError):
+        if "causes" in json.loads((out / FAILURE).read_text(encoding="utf-8")):
+            for name in taken:
+                (out / name).unlink()
+            return True
+    notify(f"{out}: {', '.join(taken)} did not come from here and are kept")
+    return False
+
+
+def keep_start(out: Path, error: SolverError) -> None:
+    """What is known of a solve that never started, into its folder and on stderr."""
+    found = keep(out, {}, error)
+    for cause in found["failure"]["causes"]:
+        click.echo(f"likely cause: {cause['what']}; {cause['remedy']}", err=True)
+    for path in found["files"]:
+        click.echo(f"written: {path}", err=True)
+
+
+def explained(error: SolverError) -> dict[str, Any]:
+    """The diagnosis as a JSON object."""
+    from ..dynamics import diagnosis
+
+    return plain(diagnosis.explain(error))
+
+
+def plain(found: Diagnosis) -> dict[str, Any]:
+    """A diagnosis whose reasons are texts and whose pairs are objects."""
+    facts = asdict(found)
+    for name in ("residuals", "by_body", "multipliers", "null"):
+        facts[name] = [{"name": label, "value": value} for label, value in facts[name]]
+    for attempt in facts["attempts"]:
+        attempt["outcome"] = attempt["outcome"].value if attempt["outcome"] else "taken"
+    return {**facts, "reason": found.reason.value}
+
+
+def draw(path: Path, trajectory: Trajectory) -> list[Path]:
+    """The last good state, bodies in their colours; nothing where no picture can be drawn."""
+    import numpy as np
+
+    from ..results import pictures
+    from ..results.pictures import Look
+    from . import picture
+
+    last = len(trajectory.times) - 1
+    try:
+        frames = picture.frames(trajectory, np.array([last]), ())
+        return [pictures.render(frames, path, look=Look(title=f"last good state, {trajectory.times[last]:.6g}"))]
+    except FmbsError as error:
+        notify(f"no picture of the last good state: {error}")
+        return []
+
+
+def views(found: Mapping[str, Any]) -> list[Any]:
+    """The failure in a report as tables: its facts, and causes with what to try."""
+    if "failure" not in found:
+        return []
+    facts = found["failure"]
+    causes = [(cause["name"], cause["what"], cause["remedy"]) for cause in facts["causes"]]
+    return [
+        common.table("Failure", ("", "value"), rows(facts)),
+        common.table("Likely causes", ("cause", "what", "try"), causes),
+    ]
+
+
+def rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """The facts of a failure that fit into a table."""
+    found = [("reason", facts["reason"]), (f"not reached [{facts['unit']}]", f"{facts['at']:.9g}")]
+    if facts["good"] is not None:
+        found.append((f"last good state [{facts['unit']}]", f"{facts['good']:.9g}"))
+    if facts["step"] is not None:
+        found.append(("step", str(facts["step"])))
+    for name, label in (("residuals", "worst residuals"), ("multipliers", "largest reactions"), ("null", "weakest direction")):
+        if facts[name]:
+            found.append((label, ", ".join(f"{one['name']}: {one['value']:.3g}" for one in facts[name][:SHORT])))
+    for attempt in facts["attempts"][:1] + facts["attempts"][-1:]:
+        course = " ".join(f"{value:.1e}" for value in attempt["residuals"][:5])
+        found.append((f"residuals with step {attempt['step']:.3g} s", f"{course} ({attempt['outcome']})"))
+    return found

@@ -1,0 +1,318 @@
+"""`fmbs rom`: what a saved reduced model is, and its motion at wanted parameters; `fmbs run` of such a file is the same.
+
+Two kinds of files: models at one set of parameters (`fmbs reduce`), and models of a whole box of parameters (`fmbs train`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..core.errors import InputError, say
+from ..core.notices import notify
+from ..core.problems import Problem, shown
+from . import common
+from .common import Result, Session
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from ..dynamics import Trajectory
+    from ..reduction.cases import Case
+    from ..reduction.parameters import Parameter
+    from ..reduction.product import Product
+
+PICTURE, PLOT = "picture.png", "outputs.png"
+INSTANTS = 7  #: configurations in a picture
+SHORT = 12  #: entries of a list that a table shows
+
+FILE = click.argument("path", metavar="FILE", type=click.Path(path_type=Path))
+SET = click.option(
+    "--set",
+    "changes",
+    metavar="NAME=VALUE",
+    multiple=True,
+    callback=common.changed,
+    help="Value of a parameter, in SI units or with its unit; without it the nominal one.",
+)
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """What is run of a file, and what is known of it."""
+
+    case: Case
+    facts: dict[str, Any]
+
+
+@click.group("rom", epilog="Both take --json and, for what they write, --out DIR.")
+def command() -> None:
+    """Saved reduced models: what one is, and its motion at wanted parameters, without meshes and full model."""
+
+
+@common.command("info", scene=False)
+@FILE
+def info(session: Session) -> Result:
+    """Say what the reduced model in FILE is: parameters with their ranges, sizes, training, errors; --out writes info.json."""
+    found = {
+        "status": "ok",
+        "model": session.path,
+        **(described(session.path) if parametric(session.path) else noted(session.path)),
+    }
+    if session.out is not None:
+        out = common.folder(session, session.out, ["info.json"], mark(session.path), record="info.json")
+        common.write_json(out / "info.json", {**found, "fingerprint": mark(session.path)})
+    return Result(found, views(found))
+
+
+@common.command("run", scene=False)
+@FILE
+@SET
+@click.option("--duration", type=float, metavar="SECONDS", help="Instead of the duration of the training.")
+@click.option("--step", type=float, metavar="SECONDS", help="Instead of the step of the training.")
+@click.option("--plots/--no-plots", default=True, help="Draw the outputs into outputs.png (default: yes).")
+@click.option("--picture", is_flag=True, help="Draw the bodies into picture.png, lifted to their centre lines and surfaces.")
+def run(session: Session, duration: float | None, step: float | None, plots: bool, picture: bool) -> Result:
+    """Run the reduced model in FILE at values of its parameters and state the error predicted there.
+
+    Writes outputs.csv (time in column t), report.json and outputs.png into --out, or into ./fmbs-NAME where NAME.h5 is the file.
+    """
+    return solve(session, duration, step, plots, picture)
+
+
+command.add_command(info)
+command.add_command(run)
+
+
+def described(path: Path) -> dict[str, Any]:
+    """A model of a box of parameters."""
+    from ..reduction import prediction, product
+
+    rom = product.load(path)
+    found = product.summary(rom)
+    notes = {key: value for key, value in found.pop("notes").items() if key != prediction.KEY}
+    return {"kind": "a box of parameters", **found, "predicted_error": predicted(rom, {}), "notes": notes}
+
+
+def noted(path: Path) -> dict[str, Any]:
+    """A model at one set of parameters."""
+    from ..reduction import files
+
+    saved = files.read(path)
+    system = saved.system
+    return {
+        "kind": "one set of parameters",
+        "parameters": saved.notes.get("training", {}),
+        "unknowns": system.size,
+        "components": {name: last - first for name, first, last in system.components},
+        "constraints": len(system.constraints.names),
+        "outputs": list(system.outputs),
+        "notes": {key: value for key, value in saved.notes.items() if key not in ("training", "provenance")},
+    }
+
+
+def views(found: Mapping[str, Any]) -> list[Any]:
+    """A model as tables: its parameters, then its facts, then the notes on its training."""
+    ranged = {name: facts for name, facts in found["parameters"].items() if isinstance(facts, dict)}
+    columns = ("parameter", "from", "to", "nominal", "scale", "degree")
+    rows = [
+        (
+            f"{name} [{facts['unit']}]" if facts["unit"] else name,
+            *(facts[key] for key in ("low", "high", "nominal", "scale", "degree")),
+        )
+        for name, facts in ranged.items()
+    ] or [(name, "", "", value, "", "") for name, value in found["parameters"].items()]
+    facts = [(key, told(found[key])) for key in found if key not in ("status", "parameters", "notes")]
+    notes = [(key, told(value)) for key, value in flat(found["notes"])]
+    tables = [common.table("Parameters", columns, rows), common.table("Model", ("", "value"), facts)]
+    return [*tables, *([common.table("Training", ("", "value"), notes)] if notes else [])]
+
+
+def flat(notes: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
+    """Notes with nested names joined, `training full_runs`; long lists are left to --json."""
+    found: list[tuple[str, Any]] = []
+    for key, value in notes.items():
+        name = f"{before} {key}".strip()
+        if isinstance(value, Mapping):
+            found += flat(value, name)
+        elif not hasattr(value, "__len__") or isinstance(value, str) or len(value) <= SHORT:
+            found.append((name, value))
+    return found
+
+
+def told(value: Any) -> str:
+    """A value of a table as text."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {common.number_text(item)}" for name, item in value.items()) or "-"
+    if isinstance(value, list | tuple):
+        return "; ".join(told(item) for item in value) or "-"
+    return "-" if value is None else common.number_text(value)
+
+
+def solve(session: Session, duration: float | None, step: float | None, plots: bool, picture: bool) -> Result:
+    """Run a saved reduced model: outputs.csv, report.json and, if wanted, outputs.png and picture.png."""
+    from .. import dynamics
+    from . import solving
+
+    chosen = (at_values if parametric(session.path) else alone)(session, duration, step)
+    identity = f"{mark(session.path)} {chosen.facts.get('parameters', '')} {chosen.case.duration} {chosen.case.scheme.step}"
+    common.announce_compiling()
+    with common.progress("reduced model") as advance:
+        motion = dynamics.integrate(
+            chosen.case.system, chosen.case.scheme, chosen.case.duration, chosen.case.newton, progress=advance
+        )
+    columns, cost = dynamics.outputs(motion), motion.statistics
+    names = (solving.OUTPUTS, common.REPORT, *([PLOT] if plots and columns else []), *([PICTURE] if picture else []))
+    out = common.folder(session, f"fmbs-{session.path.stem}", names, identity)
+    solving.write_outputs(out, motion.times, columns)
+    if PLOT in names:
+        plot(out, motion.times, columns, session.path.stem)
+    if picture:
+        draw(motion, out, session.path.stem)
+    found: dict[str, Any] = {
+        "status": "ok",
+        "model": session.path,
+        **chosen.facts,
+        "dofs": motion.system.size,
+        "constraints": len(motion.system.constraints.names),
+        "end": float(motion.times[-1]),
+        "steps": cost.steps,
+        "newton_iterations": cost.iterations,
+        "cpu_s": cost.cpu_s,
+        "wall_s": cost.wall_s,
+        "energy_drift": dynamics.energy_drift(motion),
+        "outputs": {name: solving.extremes(values) for name, values in columns.items()},
+        "fingerprint": identity,
+        "versions": common.versions(),
+        "files": [out / name for name in names],
+    }
+    common.write_json(out / common.REPORT, {**found, "notices": session.notices})
+    tables = [solving.table_of_outputs(columns)] if columns else []
+    return Result(found, [*words(found), *tables, "written: " + ", ".join(map(str, found["files"]))])
+
+
+def parametric(path: Path) -> bool:
+    """Whether a file holds a model of a whole box of parameters; its first line says so."""
+    from ..reduction import product
+
+    if not path.is_file():
+        raise InputError(say(f"{path}", "a file of a reduced model", "no file", "make one with fmbs reduce or fmbs train"))
+    with path.open("rb") as file:
+        return file.readline(100).decode("ascii", "replace").rstrip("\n") == product.FORMAT
+
+
+def mark(path: Path) -> str:
+    """The identity of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def at_values(session: Session, duration: float | None, step: float | None) -> Chosen:
+    """The case of a parametric model at the wanted values, with the error predicted there."""
+    from ..reduction import parameters, product
+
+    rom = product.load(session.path)
+    known = rom.model.parameters
+    point = parameters.completed(known, values(known, session.changes))
+    case = product.case_of(rom, point)
+    if duration is not None and duration > case.duration * (1 + 1e-9):
+        notify(f"the reduced model runs for {duration:g} s, trained for {case.duration:g} s; check its error against a full run")
+    facts = {
+        "parameters": point,
+        "outside": list(parameters.outside(known, point)),
+        "predicted_error": predicted(rom, point),
+    }
+    return Chosen(timed(session.path, case, duration, step), facts)
+
+
+def predicted(rom: Product, point: Mapping[str, float]) -> dict[str, float] | None:
+    """The error that the model predicts for itself; none outside of its trained ranges."""
+    from ..reduction import prediction
+
+    found = prediction.predicted_error(rom, **point)
+    return None if found is None or math.isnan(found.error) else asdict(found)
+
+
+def alone(session: Session, duration: float | None, step: float | None) -> Chosen:
+    """The case of a model at one set of parameters; times not given are those of its training."""
+    from ..dynamics import GeneralizedAlpha
+    from ..reduction import files
+    from ..reduction.cases import Case
+
+    if session.changes:
+        remedy = "train one with fmbs train, or another one with fmbs reduce --set"
+        raise InputError(say("--set", "a model of a whole range of parameters", f"'{session.path}', which has none", remedy))
+    saved = files.read(session.path)
+    report = saved.notes.get("report", {})
+    duration, step = duration or report.get("duration"), step or report.get("step")
+    if duration is None or step is None:
+        raise InputError(say(f"{session.path}", "--duration and --step", "none", "give both in seconds"))
+    case = Case(saved.system, GeneralizedAlpha(float(step), float(report.get("rho_inf", 0.8))), float(duration))
+    return Chosen(timed(session.path, case, duration, step), {})
+
+
+def timed(path: Path, case: Case, duration: float | None, step: float | None) -> Case:
+    """The case with another duration or step."""
+    step = case.scheme.step if step is None else step
+    duration = case.duration if duration is None else duration
+    if not duration >= step > 0:
+        raise InputError(say(f"{path}", "a positive step and a duration of at least one step", f"{step} s and {duration} s"))
+    return replace(case, duration=duration, scheme=replace(case.scheme, step=step))
+
+
+def values(known: Sequence[Parameter], changes: Mapping[str, str]) -> dict[str, float]:
+    """Values of --set in SI units; names that are no parameters are refused, and units of another dimension."""
+    from ..reduction import parameters
+
+    parameters.known(known, changes)
+    return {parameter.name: value(parameter, changes[parameter.name]) for parameter in known if parameter.name in changes}
+
+
+def value(parameter: Parameter, text: str) -> float:
+    """A number in SI units, or a quantity of the parameter's dimension."""
+    from ..scenes import units
+
+    try:
+        found = units.read(text)
+        own = units.read(f"1 {parameter.unit}".strip()).exponents
+        if found.exponents not in (own, units.NUMBER.exponents):
+            got = f"{shown(text)} ({units.describe(found.exponents)})"
+            raise Problem(f"a value of the dimension of the parameter ({units.describe(own)})", got)
+    except Problem as problem:
+        raise InputError(problem.at(f"--set {parameter.name}")) from problem
+    return found.value
+
+
+def words(found: Mapping[str, Any]) -> list[str]:
+    """The run and the error predicted for it, in a line each."""
+    point = ", ".join(f"{name} = {value:.6g}" for name, value in found.get("parameters", {}).items())
+    text = f"{found['model']}: {point + ', ' if point else ''}{found['dofs']} unknowns, {found['steps']} steps, "
+    text += f"{found['newton_iterations']} Newton iterations, {found['cpu_s']:.3g} s CPU, {found['wall_s']:.3g} s wall"
+    return [text, *([error_words(found["predicted_error"])] if found.get("predicted_error") else [])]
+
+
+def error_words(predicted: Mapping[str, float]) -> str:
+    """A predicted error with its band."""
+    return f"Predicted error (48): {predicted['error']:.2g}, with its spread {predicted['low']:.2g} to {predicted['high']:.2g}."
+
+
+def plot(out: Path, times: np.ndarray, columns: Mapping[str, np.ndarray], title: str) -> Path:
+    """outputs.png: all outputs over time."""
+    from ..results import plots
+
+    found = {name: {title: values} for name, values in columns.items()}
+    return plots.history_grid(out / PLOT, times, found, columns=2 if len(found) > 3 else 1, title=title)
+
+
+def draw(motion: Trajectory, out: Path, title: str) -> Path:
+    """Configurations of a reduced model, coloured by stress or curvature."""
+    from ..results import pictures
+    from . import picture
+
+    chosen = picture.frames(motion, picture.spread(motion, INSTANTS))
+    return pictures.render(chosen, out / PICTURE, None, pictures.Look(picture.usual_color(motion.system), title=title))

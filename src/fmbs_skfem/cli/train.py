@@ -1,0 +1,232 @@
+"""`fmbs train`: one reduced model for whole ranges of a scene's parameters, by the greedy algorithm with Kriging.
+
+The work is in `reduction.campaign`; here a scene becomes its input, and what it found becomes files, tables and figures.
+"""
+
+from __future__ import annotations
+
+import functools
+import shutil
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..core.errors import InputError, say
+from . import common
+from .common import Result, Session
+
+if TYPE_CHECKING:
+    from ..reduction.campaign import Campaign, Search
+    from ..reduction.full_runs import Setting
+    from ..reduction.greedy import Options
+    from ..reduction.product import Product
+    from ..scenes import Scene
+    from ..scenes.points import Points
+
+MODEL, STORE = "model.h5", "training"
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is trained, and where hold-out runs are made."""
+
+    scene: Scene
+    setting: Setting
+    search: Search
+    options: Options
+    points: Points
+    tolerance: float | None
+
+
+@common.command("train")
+@click.option("--tolerance", type=float, metavar="ERROR", help="Wanted relative error: chooses eps and eta, and ends the training.")
+@click.option("--iterations", type=click.IntRange(1), metavar="N", help="Largest number of full runs, instead of the scene's.")
+@click.option(
+    "--holdout", type=click.IntRange(0), metavar="N", help="Number of hold-out points, instead of the scene's; 0 for none."
+)
+@click.option("--compare", is_flag=True, help="Also train the comparators, and check all of them at the hold-out points.")
+@click.option("--resume", is_flag=True, help="Insist that the folder holds an interrupted training to go on with.")
+@click.option("--duration", type=float, metavar="SECONDS", help="Replace the duration of the analysis.")
+@click.option("--plots/--no-plots", default=True, help="Draw the figures (default: yes).")
+def command(
+    session: Session,
+    tolerance: float | None,
+    iterations: int | None,
+    holdout: int | None,
+    compare: bool,
+    resume: bool,
+    duration: float | None,
+    plots: bool,
+) -> Result:
+    """Train a reduced model over the ranges of SCENE's parameters, as its sections `training` and `reduction` say.
+
+    Writes model.h5 (run it with fmbs rom run), report.json and figures into --out, or into ./fmbs-NAME-train where NAME.yaml is the
+    scene, and every run and iteration into the folder `training` there: the same call again goes on where it was interrupted, and
+    computes nothing twice.
+    """
+    from ..reduction import comparators
+    from . import checking
+
+    scene = common.read_scene(session, duration)
+    job = prepared(session, scene, duration, tolerance, iterations, holdout)
+    if compare and not len(job.points.holdout):
+        raise InputError(say("--compare", "hold-out points", "none", "give --holdout N, or training.holdout in the scene"))
+    out = folder(session, scene, resume)
+    if common.announce_compiling(scene.path):
+        comparators.warm(job.setting)
+    with common.progress("training") as advance:
+        found = trained(job, out, advance)
+    model = save(job, found, out)
+    checked = checking.check(job, found, model, out, compare) if len(job.points.holdout) else None
+    drawn = checking.draw(job, found, checked, out) if plots else []
+    report = {
+        **told(job, found),
+        **({} if checked is None else {"holdout": checking.report_of(checked)}),
+        "fingerprint": common.fingerprint(scene),
+        "versions": common.versions(),
+        "files": [out / MODEL, out / common.REPORT, *drawn],
+    }
+    common.write_json(out / common.REPORT, {**report, "notices": session.notices})
+    tables = [] if checked is None else [checking.table(checked)]
+    return Result(report, [*words(report), *tables, "written: " + ", ".join(map(str, report["files"]))])
+
+
+def prepared(
+    session: Session, scene: Scene, duration: float | None, tolerance: float | None, iterations: int | None, holdout: int | None
+) -> Job:
+    """The input of a training from a scene and the options that replace its values."""
+    from .. import scenes
+    from ..reduction import campaign, greedy
+    from ..reduction.full_runs import Setting
+    from ..scenes import build, points
+    from . import compare
+
+    section = points.section(scene)
+    plan, analysis = compare.plan(scene), build.dynamic(scene)
+    known, family = scenes.family(scene, allow_outside=session.allow_outside, duration=duration)
+    chosen = points.of(section, known, holdout)
+    snapshots = scene.reduction.snapshots if scene.reduction else 0.0
+    interval = analysis.step * build.snapshot_steps(scene) if isinstance(snapshots, tuple) else snapshots
+    setting = Setting(family, known, plan, interval, functools.partial(build.chosen_form, scene))
+    search = campaign.search(known, chosen.candidates, chosen.samples, chosen.first)
+    most = max(section.max_samples, len(search.samples))
+    options = greedy.Options(iterations=iterations or section.iterations, max_samples=most, seed=section.seed)
+    wanted = section.tolerance if tolerance is None else tolerance
+    if wanted is not None and not 0.0 < wanted < 1.0:
+        raise InputError(say("--tolerance", "a relative error between 0 and 1", wanted, "1e-4 for instance"))
+    return Job(scene, setting, search, options, chosen, wanted)
+
+
+def folder(session: Session, scene: Scene, resume: bool) -> Path:
+    """The output folder; with --force without the runs of an earlier training."""
+    stem = scene.path.stem if scene.path else "scene"
+    out = session.out or Path(f"fmbs-{stem}-train")
+    if resume and not (out / STORE).is_dir():
+        raise InputError(say("--resume", f"a training in '{out}'", "none", "leave the option out to begin one"))
+    if session.force and (out / STORE).is_dir():
+        shutil.rmtree(out / STORE)
+    return common.folder(session, out, (MODEL, common.REPORT), common.fingerprint(scene))
+
+
+def trained(job: Job, out: Path, advance: Callable[[float], None]) -> Campaign:
+    """The training, stored in the folder."""
+    from ..reduction import campaign
+
+    return campaign.train(job.setting, job.search, job.options, out / STORE, job.tolerance, advance)
+
+
+def save(job: Job, found: Campaign, out: Path) -> Product:
+    """The model as a file, with what it needs to predict its own error and a record of its training."""
+    from ..reduction import prediction, product
+
+    scene = job.scene
+    notes = {
+        "scene": title(scene),
+        "hashes": product.hashes(common.scene_files(scene)),
+        "fixed": {name: value for name, value in scene.parameters.items() if name not in scene.ranges},
+        "training": common.plain(record(found, job.tolerance)),
+        prediction.KEY: prediction.record(found),
+    }
+    made = product.Product(found.model.parametric, notes)
+    product.save(made, out / MODEL)
+    return made
+
+
+def record(found: Campaign, tolerance: float | None) -> dict[str, Any]:
+    """What was run, chosen and reached."""
+    from ..reduction import parameters
+
+    plan, known = found.setting.plan, found.setting.parameters
+    candidates = found.search.candidates
+    return {
+        "full_runs": len(found.runs),
+        "reduced_runs": found.reduced_runs,
+        "hyper_reductions": sum(bool(model.selections) for model in found.models),
+        "stop": found.outcome.stop.value,
+        "points": [run.values for run in found.runs],
+        "failed": [
+            {"point": parameters.named(known, candidates[number]), "reason": reason} for number, reason in found.outcome.failed
+        ],
+        "modes": dict(found.model.modes),
+        "kept": {selection.component: len(selection.sample.indices) for selection in found.model.selections},
+        "tolerance": tolerance,
+        "eps": plan.tolerance if plan.modes is None else None,
+        "eta": None if plan.exact else plan.hyper_tolerance,
+        "level": "exact" if plan.exact else plan.level.value,
+        "budget": None if found.choice is None else {**asdict(found.choice), "statement": found.choice.statement},
+        "largest_indicator": found.outcome.iterations[-1].largest,
+        "predicted_error": dict(zip(("error", "low", "high"), found.predicted, strict=True)),
+        "cpu_s_full_runs": sum(run.cpu_s for run in found.runs),
+        "cpu_s_models": sum(model.training_s for model in found.models),
+    }
+
+
+def told(job: Job, found: Campaign) -> dict[str, Any]:
+    """The report without hold-out points."""
+    ranges = {
+        p.name: {"low": p.low, "high": p.high, "scale": p.scale.value, "unit": p.unit, "nominal": p.nominal}
+        for p in job.setting.parameters
+    }
+    return {
+        "status": "ok",
+        "scene": title(job.scene),
+        "file": job.scene.path,
+        "parameters": ranges,
+        "candidates": len(job.search.candidates),
+        **record(found, job.tolerance),
+        "iterations": [
+            {
+                "point": found.runs[k].values,
+                "samples": len(iteration.samples),
+                "largest_indicator": iteration.largest,
+                "modes": dict(found.models[k].modes),
+            }
+            for k, iteration in enumerate(found.outcome.iterations)
+        ],
+    }
+
+
+def words(report: Mapping[str, Any]) -> list[str]:
+    """What was run and chosen, what error is predicted, and why the training ended."""
+    modes = " + ".join(str(count) for count in report["modes"].values())
+    kept = " + ".join(str(count) for count in report["kept"].values())
+    text = f"{report['scene']}: full runs: {report['full_runs']}, reduced runs: {report['reduced_runs']}, "
+    text += f"sNNLS: {report['hyper_reductions']}; {modes} modes" + (f", {kept} {report['level']} kept; " if kept else "; ")
+    text += f"{report['cpu_s_full_runs']:.3g} s CPU in full runs, {report['cpu_s_models']:.3g} s in bases and hyper-reduction."
+    points = "; ".join(", ".join(f"{name} = {value:.6g}" for name, value in point.items()) for point in report["points"])
+    if report["budget"] is not None:
+        budget = f"Error budget {report['budget']['statement']}."
+    else:
+        budget = f"eps = {report['eps']}, eta = {report['eta']}, as the scene says; --tolerance chooses them for a wanted error."
+    error = report["predicted_error"]
+    spread = f"with its spread {error['low']:.2g} to {error['high']:.2g}"
+    largest = f"Largest predicted error (48) over the candidates: {error['error']:.2g}, {spread}."
+    failed = [f"{len(report['failed'])} full runs failed, the first: {report['failed'][0]['reason']}"] if report["failed"] else []
+    return [text, f"Full runs at {points}.", f"The training ended because {report['stop']}.", *failed, budget, largest]
+
+
+def title(scene: Scene) -> str:
+    return scene.name or (scene.path.stem if scene.path else "")

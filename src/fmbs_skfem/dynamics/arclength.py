@@ -1,0 +1,241 @@
+r"""Paths of equilibria through limit points of the load, by arc length.
+
+    G(z) = [f(x) - s Q(x) + Phi_x^T lambda, Phi(x)] = 0,  z = (x, lambda, s);    t . M (x - x_0) = ds,  t . M t = 1
+
+The load factor s is an unknown beside the coordinates; what is prescribed is the length ds along the unit tangent t of the path at
+its last point (Riks' normal plane). Lengths are measured by the mass matrix M, so that they depend neither on the mesh nor on the
+choice of coordinates. G and the plane are solved together: their matrix is regular at limit points, where that of G_x is singular
+and its determinant changes sign. The same matrix gives the next tangent, t_old . M t > 0. Limit points are the zeros of its load
+component.
+
+Sources: Riks, Int. J. Solids Struct. 15 (1979) 529-551, doi 10.1016/0020-7683(79)90081-7; Keller, in: Applications of Bifurcation
+Theory, Academic Press 1977, 359-384 (bordering); Ramm, in: Nonlinear Finite Element Analysis in Structural Mechanics, Springer
+1981, 63-89, doi 10.1007/978-3-642-81589-8_5 (control of the length by the number of iterations).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.sparse import block_array, csr_array
+
+from ..core.errors import InputError, Reason, SolverError, say
+from ..systems import compiled
+from ..systems.compiled import Compiled, compile_system
+from ..systems.system import System
+from .integration import Newton, Trajectory
+from .statics import Equilibrium, balanced_solve, march, newton_statics, path, ramped, static_failure
+
+UNIT = "load factor"
+SHORTER = 0.5  #: factor of a length that failed
+SMALLEST = 1e-4  #: part of the first length below which the path is given up
+STILL = 1e-12  #: displacement over the size of the system that is none
+FLAT = 1e-6  #: part of a length to which a limit point is found; the error of its load is of second order
+
+
+@dataclass(frozen=True)
+class ArcLength:
+    """Steps along a path: the first one is a load increment, then the length follows the number of iterations."""
+
+    first: float = 0.1  #: first increment of the load factor
+    points: int = 500  #: most steps along the path
+    wanted: int = 5  #: Newton iterations a step
+    turn: float = 0.4  #: largest angle between the tangents of neighbouring points [rad]
+
+    def __post_init__(self) -> None:
+        if not 0 < self.first <= 1:
+            raise InputError(say("arc length, first", "a load increment above 0 and up to 1", self.first))
+        if self.points < 1 or self.wanted < 2:
+            raise InputError(say("arc length", "at least one point and two iterations", f"{self.points} and {self.wanted}"))
+        if not 0 < self.turn < np.pi / 2:
+            raise InputError(say("arc length, turn", "an angle between 0 and pi/2", self.turn))
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What all points of a path share."""
+
+    model: Compiled
+    newton: Newton
+    control: ArcLength
+
+    def measure(self, a: np.ndarray, b: np.ndarray) -> float:
+        """Product of two displacements in the metric of the mass matrix."""
+        return float(a @ (self.model.system.mass @ b))
+
+    def size(self, a: np.ndarray) -> float:
+        """Length of a displacement."""
+        return float(np.sqrt(max(self.measure(a, a), 0.0)))
+
+
+@dataclass(frozen=True)
+class Point:
+    """An equilibrium and the unit tangent of the path there."""
+
+    at: Equilibrium
+    x: np.ndarray  #: (n,) tangent
+    multipliers: np.ndarray  #: (m,) tangent
+    load: float  #: tangent: d s / d length
+
+
+def follow_path(
+    system: System,
+    control: ArcLength | None = None,
+    newton: Newton | None = None,
+    time: float = 0.0,
+    progress: Callable[[float], None] | None = None,
+) -> Trajectory:
+    """Equilibria from no load along their path until the load factor is 1 or -1, as a Trajectory whose times are load factors.
+
+    Load factors fall behind a limit point; every limit point is a point of the result (`limit_points`). Histories are taken at
+    `time`. Where the path cannot be followed to its end, SolverError carries the part that was found.
+    """
+    system = ramped(system, time)
+    problem = Problem(compile_system(system), newton or Newton(), control or ArcLength())
+    found = [Equilibrium(0.0, system.x0, np.zeros(problem.model.constraints), 0)]
+    try:
+        follow(problem, found, progress or (lambda fraction: None))
+    except SolverError as error:
+        error.partial = path(system, found)
+        raise
+    return path(system, found)
+
+
+def limit_points(trajectory: Trajectory) -> np.ndarray:
+    """Numbers of the points of a load path where its load factor turns."""
+    rises = np.diff(trajectory.times) > 0
+    return np.flatnonzero(rises[1:] != rises[:-1]) + 1
+
+
+def at_load_factor(trajectory: Trajectory, factor: float, newton: Newton | None = None) -> Trajectory:
+    """The equilibria at one load factor on all branches of a load path, in the order of the path."""
+    model, newton, times = compile_system(trajectory.system), newton or Newton(), trajectory.times
+    states = [Equilibrium(*one, 0) for one in zip(map(float, times), trajectory.x, trajectory.multipliers, strict=True)]
+    found = [states[0]] if states[0].at == factor else []
+    for a, b in pairwise(states):
+        if b.at == factor:
+            found.append(b)
+        elif (a.at - factor) * (b.at - factor) < 0.0:
+            found.append(newton_statics(model, between(a, b, factor), newton, factor, UNIT))
+    if not found:
+        raise InputError(say("load factor", f"one from {times.min():.6g} to {times.max():.6g}, which the path passes", factor))
+    return path(trajectory.system, found)
+
+
+def follow(problem: Problem, found: list[Equilibrium], progress: Callable[[float], None]) -> None:
+    """Append the points of the path to its first one."""
+    last = begin(problem, found[0])
+    found.append(last.at)
+    first = length = problem.size(last.at.x - found[0].x)
+    steps = 0
+    while abs(found[-1].at) < 1.0:
+        progress(max(0.0, found[-1].at))
+        if steps == problem.control.points:
+            text = f"load factor {found[-1].at:.4g} after {steps} points of the path; allow more points, or more iterations a step"
+            raise SolverError(text, Reason.NOT_CONVERGED, found[-1].at)
+        try:
+            after = [*turning(problem, last, length, point := advance(problem, last, length)), point]
+            found.extend(landed(problem, [last, *after]))
+        except SolverError:
+            length *= SHORTER
+            if length < SMALLEST * first:
+                raise
+            continue
+        last, steps = point, steps + 1
+        length *= float(np.clip(np.sqrt(problem.control.wanted / point.at.iterations), SHORTER, 2.0))
+
+
+def begin(problem: Problem, start: Equilibrium) -> Point:
+    """The first equilibrium under load, found at a given load factor, with the tangent that leads on from there."""
+
+    def solve(factor: float, last: Equilibrium) -> Equilibrium:
+        return newton_statics(problem.model, last, problem.newton, factor, UNIT)
+
+    state = next(march(solve, start, 1.0, problem.control.first))
+    ahead = state.x - start.x
+    if not problem.size(ahead) > STILL * problem.size(state.x):
+        raise InputError(say("loads", "loads that move a mass", "none", "an arc length needs a load, and bodies with mass"))
+    _, ray, _ = linearised(problem, state, ahead, 0.0)
+    return tangent(problem, state, ray)
+
+
+def advance(problem: Problem, last: Point, length: float) -> Point:
+    """The point at a length along the tangent, by Newton iteration in the plane normal to it."""
+    n, scale = len(last.x), problem.model.system.scale
+    at = last.at
+    x, multipliers, s = at.x + length * last.x, at.multipliers + length * last.multipliers, at.at + length * last.load
+    before = norm = np.inf
+    for iteration in range(3 * problem.control.wanted):
+        rest = length - problem.measure(last.x, x - at.x)
+        step, ray, R = linearised(problem, Equilibrium(s, x, multipliers, 0), last.x, rest)
+        before, norm = norm, float(np.linalg.norm(step[:n]))
+        if iteration > 1 and not norm < max(before, 1e-6 * scale):
+            raise static_failure(problem.model, Reason.DIVERGED, (UNIT, s), R)
+        x, multipliers, s = x + step[:n], multipliers + step[n:-1], s + step[-1]
+        close = problem.newton.tolerance * scale * min(1.0, 1e-2 * before / max(norm, 1e-300))
+        if norm <= max(close, 1e-13 * scale):
+            found = tangent(problem, Equilibrium(float(s), x, multipliers, iteration + 1), ray)
+            if problem.measure(last.x, found.x) > np.cos(problem.control.turn):
+                return found
+            break
+    raise static_failure(problem.model, Reason.NOT_CONVERGED, (UNIT, s), R)
+
+
+def linearised(problem: Problem, at: Equilibrium, ahead: np.ndarray, rest: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Correction of (x, lambda, s) with the rest of the length along `ahead` (n,), direction of the path with 1 along it, and G."""
+    model, still = problem.model, np.zeros(len(at.x))
+    phi, J = compiled.gap(model, at.x)
+    unloaded, full = (compiled.forces(model, at.x, still, factor) for factor in (0.0, 1.0))
+    Q = np.concatenate([unloaded - full, np.zeros(len(phi))])
+    R = np.concatenate([unloaded + J.T @ at.multipliers, phi]) - at.at * Q
+    plane = np.concatenate([problem.model.system.mass @ ahead, np.zeros(len(phi))])
+    size = np.abs(Q).max() / np.abs(plane).max()
+    K = compiled.kkt(compiled.tangent(model, at.x, at.multipliers, at.at), J)
+    bordered = csr_array(block_array([[K, csr_array(-Q[:, None])], [csr_array(size * plane[None, :]), None]]))
+    last = np.zeros(len(R) + 1)
+    last[-1] = size
+    solved = balanced_solve(bordered, np.column_stack([np.append(-R, size * rest), last]))
+    if solved is None:
+        raise static_failure(model, Reason.SINGULAR_TANGENT, (UNIT, at.at), R)
+    return solved[:, 0], solved[:, 1], R
+
+
+def tangent(problem: Problem, at: Equilibrium, ray: np.ndarray) -> Point:
+    """The point with the unit tangent along a direction of the path."""
+    n = len(at.x)
+    unit = ray / problem.size(ray[:n])
+    return Point(at, unit[:n], unit[n:-1], float(unit[-1]))
+
+
+def turning(problem: Problem, last: Point, length: float, after: Point) -> list[Point]:
+    """The limit point between two neighbouring points, if there is one."""
+    if np.sign(last.load) == np.sign(after.load):
+        return []
+    at = brentq(lambda part: advance(problem, last, part).load if part > 0.0 else last.load, 0.0, length, xtol=FLAT * length)
+    return [advance(problem, last, at)] if 0.0 < at < length else []
+
+
+def landed(problem: Problem, points: list[Point]) -> list[Equilibrium]:
+    """Equilibria after the first of some neighbouring points, cut off where the load factor is 1 or -1."""
+    kept: list[Equilibrium] = []
+    for a, b in pairwise(points):
+        if abs(b.at.at) < 1.0:
+            kept.append(b.at)
+            continue
+        end = float(np.copysign(1.0, b.at.at))
+        mixed = between(a.at, b.at, end)
+        state = newton_statics(problem.model, mixed, problem.newton, end, UNIT)
+        if problem.size(state.x - mixed.x) > 0.5 * problem.size(b.at.x - a.at.x):
+            raise SolverError(f"another branch at {UNIT} {end:.4g}", Reason.NOT_CONVERGED, end)
+        return [*kept, state]
+    return kept
+
+
+def between(a: Equilibrium, b: Equilibrium, factor: float) -> Equilibrium:
+    """What lies between two equilibria at a load factor, on the straight line."""
+    share = (factor - a.at) / (b.at - a.at)
+    return Equilibrium(factor, a.x + share * (b.x - a.x), a.multipliers + share * (b.multipliers - a.multipliers), 0)

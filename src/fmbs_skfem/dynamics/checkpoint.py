@@ -1,0 +1,164 @@
+r"""All that the next step reads, taken between two steps and put back bit for bit.
+
+    (x, v, a, q'', lambda, earlier q'', order of the predictor, factors)_n  ->  the same at n + 1
+
+Factors serve many steps, so they are part of it: a run that is taken up again with other factors would stop its iterations at
+other digits. Band and dense factors are kept as they are. Sparse factors of large models are made again at the configuration where
+they were made, which gives the same numbers. What has to be equal for that, the model and the method, is kept as facts, and a
+difference is named.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ..core.errors import CorruptFile, say
+from ..systems.compiled import Compiled, signal_table
+from .large import Large
+from .stepping import Method, State, Work
+
+FACTORS = {
+    0: (),
+    1: ("W", "schur", "schur_pivots", "spread", "J"),
+    2: ("general", "pivots", "schur", "schur_pivots", "spread", "J"),
+    3: ("kkt", "pivots"),
+}  #: what `stepping.solve` reads, by the kind of the factors
+ADDRESSES = ("laws", "quartics")  #: arrays of a model that differ from process to process
+INSTANTS = 65  #: at which the signals of two models are compared
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Stored states of a run, in the unknowns of its system."""
+
+    times: np.ndarray  #: (s,) [s]
+    x: np.ndarray  #: (s, n)
+    v: np.ndarray  #: (s, n)
+    a: np.ndarray  #: (s, n)
+    multipliers: np.ndarray  #: (s, m), physical
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A run between two steps."""
+
+    done: int  #: steps
+    kept: int  #: states stored so far
+    facts: dict[str, str]  #: what the model and the method are
+    arrays: dict[str, np.ndarray]
+    cpu_s: float  #: up to here [s]
+    wall_s: float
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What a run shows after some steps to who keeps it; rows and checkpoint are made when they are called for."""
+
+    done: int  #: steps
+    steps: int  #: of the whole run
+    time: float  #: [s]
+    kept: int  #: states stored so far
+    bytes_a_state: int
+    rows: Callable[[int, int], Rows]  #: stored states from the first up to the second number
+    checkpoint: Callable[[], Checkpoint]
+
+
+@dataclass(frozen=True)
+class Resumed:
+    """Where a run goes on, with the states stored before."""
+
+    checkpoint: Checkpoint
+    rows: Rows
+
+
+Record: TypeAlias = Callable[[Moment], None]
+
+
+def facts(model: Compiled, method: Method, steps: int, kept: np.ndarray) -> dict[str, str]:
+    """Model and method in names and texts; numbers are written so that different ones read differently."""
+    times = method.h * np.linspace(0.0, steps, INSTANTS)
+    return {
+        "unknowns": str(model.system.size),
+        "multipliers": str(model.constraints),
+        "step": repr(method.h),
+        "gamma (by rho_inf)": repr(method.gamma),
+        "tolerance of Newton's iteration [m]": repr(method.tolerance),
+        "iterations at most": str(method.iterations),
+        "contraction for new factors": repr(method.slow),
+        "steps": str(steps),
+        "states to keep": f"{len(kept)}, {digest(kept)[:16]}",
+        "arrays of the model": digest(model.arrays)[:16],
+        "signals of joints and loads": digest(signal_table(model.system, times))[:16],
+    }
+
+
+def digest(value: Any) -> str:
+    """SHA-256 of an array, a number, or a named tuple of such; addresses are left out."""
+    found = hashlib.sha256()
+    if hasattr(value, "_asdict"):
+        for name, part in value._asdict().items():
+            if name not in ADDRESSES:
+                found.update(f"{name} {digest(part)}".encode())
+    else:
+        array = np.ascontiguousarray(value)
+        found.update(f"{array.dtype.str} {array.shape}".encode())
+        found.update(array.data if array.size else b"")
+    return found.hexdigest()
+
+
+def differences(then: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
+    """`name: then ..., now ...` for every fact that is not the same."""
+    names = [*then, *(name for name in now if name not in then)]
+    return [f"{k}: {then.get(k, 'nothing')} then, {now.get(k, 'nothing')} now" for k in names if then.get(k) != now.get(k)]
+
+
+def arrays(state: State, work: Work, large: Large | None, counters: np.ndarray) -> dict[str, np.ndarray]:
+    """Copies of motion, counters and factors, by name."""
+    kind = int(work.kind[0])
+    found = {f"state {name}": array.copy() for name, array in state._asdict().items()}
+    found |= {"counters": counters.copy(), "kind": np.array([kind])}
+    if large is None:
+        return found | {f"factors {name}": getattr(work, name).copy() for name in FACTORS[kind]}
+    return found | ({"factored at": large.place.copy(), "contraction": np.array([large.rate])} if kind else {})
+
+
+def restore(
+    checkpoint: Checkpoint,
+    now: Mapping[str, str],
+    state: State,
+    work: Work,
+    large: Large | None,
+    method: Method,
+    counters: np.ndarray,
+) -> None:
+    """Put a checkpoint back into the arrays of a run whose facts are `now`."""
+    other = differences(checkpoint.facts, now)
+    if other:
+        remedy = "run the scene anew, or restore what has changed"
+        raise CorruptFile(say("checkpoint", "the model and the method it was taken of", "; ".join(other), remedy))
+    held = checkpoint.arrays
+    kind = int(held["kind"][0])
+    targets = {f"state {name}": array for name, array in state._asdict().items()} | {"counters": counters}
+    if large is None:
+        targets |= {f"factors {name}": getattr(work, name) for name in FACTORS[kind]}
+    for name, target in targets.items():
+        target[:] = fitting(held, name, target)
+    if large is not None and kind:
+        work.x[:] = fitting(held, "factored at", work.x)
+        large.factorise(work, method)
+        large.rate = float(held["contraction"][0])
+    work.kind[0] = kind
+
+
+def fitting(held: Mapping[str, np.ndarray], name: str, target: np.ndarray) -> np.ndarray:
+    """The array of a name, which has the shape and kind of numbers of its target."""
+    found = held.get(name)
+    if found is None or found.shape != target.shape or found.dtype != target.dtype:
+        got = "none" if found is None else f"{found.dtype} {found.shape}"
+        raise CorruptFile(say(f"checkpoint: {name}", f"{target.dtype} {target.shape}", got, "run the scene anew"))
+    return found

@@ -1,0 +1,272 @@
+r"""Why a solve failed: measured facts by the names of the model, likely causes, and what to try.
+
+    SolverError -> Stop (`evidence`), `attempts` -> facts -> rules -> Diagnosis
+
+Every rule looks at facts only and gives a sentence with their numbers, or nothing. The rules stand in the order of how sure they
+are: a signal that is no number explains everything that follows from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..core.errors import Reason, SolverError
+from ..core.linalg import is_sparse
+from . import evidence
+from .attempts import Attempt, attempts
+from .evidence import Stop
+from .integration import FailedStep, Trajectory, coordinate_names
+from .outputs import reactions
+
+LISTED = 5  #: names in a list
+WIDE_TURN = 0.5  #: turn in one step that is too much to predict [rad]
+LARGE = 0.5  #: strain beyond which thin-beam and plate laws mean nothing [-]
+SQUEEZED = 0.02  #: strain of a reduced model that beams and plates would have avoided by bending [-]
+CLOSE = 0.02  #: smallest singular value of unit rows near a dead centre, relative to the start
+WEAK = 1e-12  #: relative singular value of a matrix that counts as singular
+SOFT = 0.05  #: part of the smallest eigenvalue that is left near a bifurcation
+WHOLE = 0.3  #: way that a load moves its place in one step, in sizes of the system
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A likely cause and what to try."""
+
+    name: str  #: of the rule
+    what: str
+    remedy: str
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """A failed solve in facts and likely causes. Lists of pairs (name, value) begin with the largest."""
+
+    reason: Reason
+    message: str
+    at: float  #: time [s] or load factor that was not reached
+    good: float | None = None  #: of the last good state
+    unit: str = "s"  #: of both; "load factor" in statics
+    step: int | None = None  #: number of the step
+    residuals: tuple[tuple[str, float], ...] = ()  #: by coordinate or mode [N], joint rows [m]
+    by_body: tuple[tuple[str, float], ...] = ()  #: norm of the force residual by body, component and joint
+    multipliers: tuple[tuple[str, float], ...] = ()  #: reactions of joints in the last good state [N, N m]
+    attempts: tuple[Attempt, ...] = ()  #: residual histories of the step sizes that were tried
+    weakness: float | None = None  #: smallest singular value of the balanced matrix of the iteration, relative
+    null: tuple[tuple[str, float], ...] = ()  #: share of the weakest direction by body, component and joint
+    null_at: str = ""  #: coordinate or mode that it moves most
+    negative: int | None = None  #: negative eigenvalues of the matrix of the whole step on the joints' null space
+    lowest: tuple[float, float] | None = None  #: lowest eigenvalue there, at the start and in the last good state
+    strains: dict[str, tuple[float, float]] = field(default_factory=dict)  #: smallest and largest in the last good state [-]
+    stiffest: float | None = None  #: h omega of the stiffest wave
+    turns: dict[str, float] = field(default_factory=dict)  #: in one step by body [rad]
+    singular: tuple[float, float] | None = None  #: smallest singular value of the joints' unit rows, at the start and now
+    causes: tuple[Cause, ...] = ()
+
+
+def explain(error: SolverError) -> Diagnosis:
+    """The diagnosis of a failed time step, static solution or start."""
+    found = Diagnosis(error.reason, str(error), float(error.time), residuals=error.worst)
+    stop = evidence.stop_of(error)
+    if stop is None:
+        return replace(found, causes=(at_start(found),))
+    with np.errstate(all="ignore"):
+        found = measured(stop, error, found)
+        causes = tuple(cause for rule in RULES if (cause := rule(stop, found)))
+    return replace(found, causes=causes or (UNKNOWN,))
+
+
+def measured(stop: Stop, error: SolverError, found: Diagnosis) -> Diagnosis:
+    """All facts."""
+    system = stop.system
+    names = evidence.owners(system)
+    labels = coordinate_names(system) + [f"joint {joint}.{row}" for joint, row in system.constraints.names]
+    sizes = {name: float(np.linalg.norm(stop.residual[[k for k in range(len(names)) if names[k] == name]])) for name in set(names)}
+    weak = evidence.weakest(stop)
+    now = evidence.eigenvalues(stop, stop.x, stop.multipliers, stop.good)
+    start = evidence.eigenvalues(stop, system.x0, 0.0 * stop.multipliers, 0.0)
+    joints = len(system.constraints.names) > 0
+    return replace(
+        found,
+        good=stop.good,
+        unit="s" if stop.h else "load factor",
+        step=error.run.done + 1 if isinstance(error, FailedStep) else None,
+        residuals=largest(dict(zip(labels, np.abs(stop.residual), strict=True))) if np.isfinite(stop.residual).any() else (),
+        by_body=largest(sizes),
+        multipliers=held(error),
+        attempts=attempts(error.run) if isinstance(error, FailedStep) else (),
+        weakness=weak[0] if weak else None,
+        null=largest(evidence.shares(names, weak[1])) if weak else (),
+        null_at=labels[int(np.abs(weak[1]).argmax())] if weak else "",
+        negative=None if now is None else int((now < -WEAK).sum()),
+        lowest=None if now is None or start is None else (float(start[0]), float(now[0])),
+        strains=evidence.strains(system, stop.x),
+        stiffest=evidence.stiffest(stop) if stop.h else None,
+        turns={name: stop.h * rate for name, rate in evidence.turns(system, stop.x, stop.v).items()},
+        singular=(evidence.closeness(stop, system.x0)[0], nearest(stop)[0]) if joints else None,
+    )
+
+
+def largest(values: dict[str, float]) -> tuple[tuple[str, float], ...]:
+    """The largest few of some values, those that are no numbers first."""
+    size = {name: abs(value) if np.isfinite(value) else np.inf for name, value in values.items()}
+    return tuple((name, float(values[name])) for name in sorted(size, key=lambda name: -size[name])[:LISTED])
+
+
+def held(error: SolverError) -> tuple[tuple[str, float], ...]:
+    """The largest reactions of the last stored state; of a reduced model those that it knows."""
+    whole: Trajectory = error.partial
+    last = {name: getattr(whole, name)[-1:] for name in ("times", "x", "v", "a", "multipliers")}
+    return largest({f"joint {joint}.{row}": float(force[0]) for (joint, row), force in reactions(replace(whole, **last)).items()})
+
+
+def nearest(stop: Stop) -> tuple[float, np.ndarray]:
+    """The position of the two at the failure that is nearer to a dead centre."""
+    return min((evidence.closeness(stop, x) for x in (stop.x, stop.trial)), key=lambda found: found[0])
+
+
+def at_start(found: Diagnosis) -> Cause:
+    """A solve that never started: joints contradict each other or the initial state, or something has no mass."""
+    listed = ", ".join(name for name, _ in found.residuals[:LISTED]) or "the joints"
+    if found.reason is Reason.SINGULAR_TANGENT:
+        return Cause(
+            "massless", f"nothing holds or weighs down {listed}", "give the body a density or a mass, or hold it by joints"
+        )
+    if found.residuals and found.residuals[0][1] > 0.0:
+        what = f"the initial state misses {listed}, the worst by {found.residuals[0][1]:.3g}"
+        return Cause("closure", what, "move the bodies or the joint's places until they meet; fmbs check names lengths and places")
+    return Cause("redundant", f"rows that follow from others: {listed}", "remove one of the joints, or the drive against them")
+
+
+def broken_signal(stop: Stop, found: Diagnosis) -> Cause | None:
+    """A history that is no number."""
+    names = evidence.broken_signals(stop)
+    if not names:
+        return None
+    what = f"the history of {', '.join(names)} is no finite number at t = {stop.at:.6g} s"
+    return Cause("signal", what, "correct its expression there: a division by zero, the root of a negative number, an overflow")
+
+
+def free_body(stop: Stop, found: Diagnosis) -> Cause | None:
+    """In statics: a direction without any stiffness, also at the start."""
+    if stop.h or found.weakness is None or found.lowest is None or found.weakness > WEAK or abs(found.lowest[0]) > 1e-9:
+        return None
+    return Cause(
+        "free", f"{named(found.null)} can move freely (most: {found.null_at})", "hold it by joints or springs, or use dynamics"
+    )
+
+
+def buckling(stop: Stop, found: Diagnosis) -> Cause | None:
+    """In statics: the lowest eigenvalue of the tangent has nearly gone, or has changed its sign."""
+    if stop.h or found.lowest is None or found.lowest[0] <= 1e-9 or found.lowest[1] > SOFT * found.lowest[0]:
+        return None
+    what = f"the structure buckles or snaps near load factor {stop.good:.4g}: the lowest eigenvalue of its tangent fell from "
+    what += f"{found.lowest[0]:.3g} to {found.lowest[1]:.3g}; {named(found.null)} gives way (most: {found.null_at})"
+    remedy = "follow the path by arc length (dynamics.follow_path), prescribe the displacement, or use dynamics"
+    return Cause("buckling", what, remedy)
+
+
+def dead_centre(stop: Stop, found: Diagnosis) -> Cause | None:
+    """Rows of the joints become dependent although they were not at the start: a locked or singular position."""
+    if found.singular is None or found.singular[1] > CLOSE * max(found.singular[0], 1e-300) or found.singular[0] < 1e-8:
+        return None
+    names = evidence.owners(stop.system)[stop.system.size :]
+    joints = largest(evidence.shares(names, nearest(stop)[1]))
+    what = f"the joints are at a dead centre or at the end of their reach: their rows are dependent to {found.singular[1]:.2g} "
+    what += f"(start: {found.singular[0]:.2g}), above all {named(joints)}"
+    remedy = "drive another joint, shorten the driven motion, or let a body bend; through a dead centre start with some speed"
+    return Cause("dead centre", what, remedy)
+
+
+def load_jump(stop: Stop, found: Diagnosis) -> Cause | None:
+    """A load or drive that jumps in the failed step."""
+    listed = evidence.jumps(stop)
+    if not listed:
+        return None
+    what = "; ".join(f"{name} jumps from {before:.4g} to {after:.4g}" for name, before, after in listed[:LISTED])
+    return Cause("jump", f"between t = {stop.good:.6g} and {stop.good + stop.h:.6g} s {what}", "let it rise over some ten steps")
+
+
+def huge_load(stop: Stop, found: Diagnosis) -> Cause | None:
+    """A load that would move its place far within one step."""
+    free = not stop.h and found.lowest is not None and found.lowest[0] <= 1e-9
+    if free or evidence.broken_signals(stop):
+        return None
+    name, way = evidence.push(stop)
+    size = evidence.extent(stop.system)
+    if way <= WHOLE * size:
+        return None
+    what = f"loads on {name} would move it by {way:.3g} m in a step (size of the system: {size:.3g} m)"
+    return Cause("huge load", what, "look at the unit and the history of the load; if it is meant, take shorter steps")
+
+
+def large_step(stop: Stop, found: Diagnosis) -> Cause | None:
+    """A turn in one step that no predictor meets."""
+    if not found.turns or not stop.h:
+        return None
+    name, turn = max(found.turns.items(), key=lambda item: item[1])
+    if turn <= WIDE_TURN:
+        return None
+    what = f"{name} turns by {turn:.3g} rad in a step of {stop.h:.3g} s (stiffest wave: h omega = {found.stiffest:.3g})"
+    return Cause("large step", what, f"try a step of {stop.h * 0.1 / turn:.1g} s, a turn of 0.1 rad")
+
+
+def squeezed(stop: Stop, found: Diagnosis) -> Cause | None:
+    """A reduced model that stretches or compresses where the full one would bend: outside of its training."""
+    if is_sparse(stop.system.lift.matrix) or not found.strains:
+        return None
+    name, (low, high) = max(found.strains.items(), key=lambda item: max(-item[1][0], item[1][1]))
+    if max(-low, high) <= SQUEEZED:
+        return None
+    what = f"the reduced model strains {name} from {low:.2g} to {high:.2g}: its modes do not hold this motion"
+    if found.negative:
+        what += f", and {found.negative} eigenvalues of its matrix are negative"
+    remedy = (
+        "train it on such a motion, keep the initial state in the basis, keep more modes (a smaller eps), or run the full model"
+    )
+    return Cause("outside training", what, remedy)
+
+
+def large_strain(stop: Stop, found: Diagnosis) -> Cause | None:
+    """Strains beyond what the laws mean."""
+    bad = {name: max(-low, high) for name, (low, high) in found.strains.items() if not max(-low, high) <= LARGE}
+    if not bad:
+        return None
+    listed = ", ".join(f"{name} {100 * found.strains[name][0]:.3g} to {100 * found.strains[name][1]:.3g} %" for name in bad)
+    remedy = "check units of load, stiffness and section: thin beams and plates bear a few per cent"
+    return Cause("large strain", f"strains beyond {100 * LARGE:.0f} %: {listed}", remedy)
+
+
+def indefinite(stop: Stop, found: Diagnosis) -> Cause | None:
+    """Negative eigenvalues of the iteration matrix: compressed bodies at this step."""
+    if not found.negative or not stop.h or not found.strains:
+        return None
+    low, name = min((low, name) for name, (low, _) in found.strains.items())
+    what = f"the last good state is unstable for a step of {stop.h:.3g} s ({found.negative} negative eigenvalues of its matrix): "
+    what += f"{name} is compressed by {100 * max(0.0, -low):.3g} %"
+    return Cause("indefinite", what, "begin without compression (see the initial state), or with a step ten times shorter")
+
+
+UNKNOWN = Cause(
+    "unknown", "no rule explains it", "try a step ten times shorter or more load steps, and look at what happens before"
+)
+Rule = Callable[[Stop, Diagnosis], Cause | None]
+RULES: tuple[Rule, ...] = (
+    broken_signal,
+    free_body,
+    buckling,
+    dead_centre,
+    load_jump,
+    huge_load,
+    large_step,
+    squeezed,
+    large_strain,
+    indefinite,
+)
+
+
+def named(listed: tuple[tuple[str, float], ...]) -> str:
+    """Names with a share above a tenth."""
+    return ", ".join(name for name, share in listed if share > 0.1) or "nothing in particular"

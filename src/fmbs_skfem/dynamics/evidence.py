@@ -1,0 +1,317 @@
+r"""What can be measured where a solve stopped, without knowing why.
+
+    A = D [[W, J^T], [J, 0]] D,  W = bh M + gh C + K (dynamics) or K (statics),  J = Phi_x,  D: rows of size 1
+    weakest direction    min |A y| / |A|, |y| = 1, by inverse iteration on A^T A
+    inertia              eigenvalues of D W D on the null space of J D: negative ones where the equilibrium is unstable or the step
+                         is too long for an indefinite start
+    dead centre          smallest singular value of the unit rows of J, beside that of the start
+    stiffest wave        h omega >= h max_i sqrt(K_ii / M_ii)      (Rayleigh quotients of unit vectors)
+
+Source of the inverse iteration: Golub and Van Loan, Matrix Computations, 4th ed., Johns Hopkins 2013, section 8.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.linalg import eigvalsh
+from scipy.sparse import csr_array, diags_array
+from scipy.sparse.linalg import norm, splu
+
+from ..bodies.body import Cells
+from ..bodies.fields import COMPONENTS
+from ..bodies.fields import strains as plane_strains
+from ..core.errors import SolverError
+from ..core.linalg import as_dense, null_space
+from ..systems import compiled
+from ..systems.compiled import Compiled, compile_system, signal_table
+from ..systems.quartic import Quartic
+from ..systems.redundancy import units
+from ..systems.system import Elastic, System, jet_rows
+from . import stepping
+from .integration import HALVINGS, FailedStep, Run, method_of
+
+SHIFT = 1e-13  #: of the balanced matrix, so that its factors exist where it is singular
+SPARSE = 20_000  #: unknowns up to which the weakest direction is found
+DENSE = 1_500  #: unknowns up to which eigenvalues are found
+WINDOW = 32  #: steps before the failure to which a change of a signal is compared
+FINE = 4096  #: parts of a step in which a jump of a signal is looked for
+SHORTEST = 1e-9  #: step where none is known [s]
+SIZE = 1e-12  #: relative size below which a mass is none
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Last good state and the trial state beyond it, in the order of the system's unknowns."""
+
+    model: Compiled
+    good: float  #: time [s] or load factor of the last good state
+    at: float  #: time or load factor that was not reached
+    h: float  #: step [s]; 0 in statics
+    x: np.ndarray  #: (n,)
+    v: np.ndarray
+    multipliers: np.ndarray  #: (m,) physical
+    trial: np.ndarray  #: (n,) last trial state; the last good one where that is not finite
+    residual: np.ndarray  #: (n + m,) forces [N] and gaps of the trial state
+    short: tuple[float, float]  #: bh and gh of the shortest step that was tried; 0 in statics
+    whole: tuple[float, float]  #: of the whole step
+
+    @property
+    def system(self) -> System:
+        return self.model.system
+
+    @cached_property
+    def matrix(self) -> csr_array:
+        """W at the trial state (n, n)."""
+        at = self.at if self.h else self.good
+        bh, gh = self.short
+        return csr_array(compiled.tangent(self.model, self.trial, self.multipliers, at, gh) + bh * csr_array(self.system.mass))
+
+    @cached_property
+    def jacobian(self) -> np.ndarray:
+        """J at the trial state (m, n)."""
+        return compiled.gap(self.model, self.trial, self.at)[1]
+
+
+def stop_of(error: SolverError) -> Stop | None:
+    """Where a solve stopped; None where it never started."""
+    if isinstance(error, FailedStep):
+        return stop_of_run(error.run, error.time)
+    if error.partial is None:
+        return None
+    last, static = error.partial, error.partial.statistics.solver == ""
+    model, x = compile_system(last.system), last.x[-1]
+    multipliers = last.multipliers[-1]
+    residual = np.full(len(x) + len(multipliers), np.nan)
+    if np.isfinite(signal_table(last.system, np.array([error.time]))).all():
+        phi, J = compiled.gap(model, x, error.time)
+        residual = np.concatenate([compiled.forces(model, x, last.v[-1], error.time) + J.T @ multipliers, phi])
+    h = 0.0 if static else max(float(error.time - last.times[-1]), float(np.diff(last.times[-2:]).max(initial=SHORTEST)))
+    return Stop(model, float(last.times[-1]), error.time, h, x, last.v[-1], multipliers, x, residual, (0.0, 0.0), (0.0, 0.0))
+
+
+def stop_of_run(run: Run, time: float) -> Stop:
+    """The same for a step that was halved in vain."""
+    model, back = run.model, np.argsort(run.model.order)
+    method = method_of(run.scheme, run.newton, run.scheme.step / 2**HALVINGS, model.system.scale)
+    stepping.residual(model.arrays, run.work, method.c, signal_table(model.system, np.array([time]))[0])
+    rest, n = run.work.rhs[0].copy(), model.system.size
+    rest[:n] = rest[:n][back] / method.c
+    x, trial = run.state.x[back], run.work.x[back]
+    return Stop(
+        model,
+        run.scheme.step * run.done,
+        time,
+        run.scheme.step,
+        x,
+        run.state.v[back],
+        run.state.multipliers / run.method.c,
+        trial if np.isfinite(trial).all() else x,
+        rest,
+        (method.bh, method.gh),
+        (run.method.bh, run.method.gh),
+    )
+
+
+def owners(system: System) -> list[str]:
+    """The body or component of every unknown, and the joint of every constraint row."""
+    if system.components:
+        names = [name for name, first, last in system.components for _ in range(last - first)]
+    else:
+        lead = csr_array(system.lift.matrix).tocsc()
+        bodies = [name for name, first, last in system.coordinates for _ in range(last - first)]
+        names = [bodies[lead.indices[lead.indptr[j]]] for j in range(system.size)]
+    return names + [f"joint {joint}" for joint, _ in system.constraints.names]
+
+
+def shares(names: Sequence[str], values: np.ndarray) -> dict[str, float]:
+    """Part of the square of a vector that belongs to every name, largest first."""
+    total: dict[str, float] = {}
+    for name, value in zip(names, values**2 / max(float(values @ values), 1e-300), strict=True):
+        total[name] = total.get(name, 0.0) + float(value)
+    return dict(sorted(total.items(), key=lambda item: -item[1]))
+
+
+def balanced(W: csr_array) -> tuple[csr_array, np.ndarray]:
+    """D W D with rows of largest entry 1, and the diagonal of D."""
+    size = 1.0 / np.sqrt(np.maximum(np.asarray(abs(W).max(axis=1).todense()).ravel(), 1e-300))
+    return csr_array(diags_array(size) @ W @ diags_array(size)), size
+
+
+def bordered(stop: Stop) -> tuple[csr_array, np.ndarray]:
+    """The balanced A (n + m, n + m), whose joint rows have length 1, and its scales."""
+    W, size = balanced(stop.matrix)
+    J = stop.jacobian * size
+    length = np.linalg.norm(J, axis=1)
+    scale = 1.0 / np.where(length > 0.0, length, 1.0)
+    return compiled.kkt(W, J * scale[:, None]), np.append(size, scale)
+
+
+def factored(A: csr_array) -> Any:
+    """Factors of A, shifted so that they exist where it is singular; None where they do not."""
+    try:
+        return splu((A + SHIFT * diags_array(np.ones(A.shape[0]))).tocsc())
+    except RuntimeError:
+        return None
+
+
+def weakest(stop: Stop) -> tuple[float, np.ndarray] | None:
+    """Smallest singular value of A relative to |A|, and the right vector (n + m,) in balanced unknowns."""
+    if stop.system.size > SPARSE or not np.isfinite(stop.matrix.data).all():
+        return None
+    A = bordered(stop)[0]
+    factors = factored(A)
+    if factors is None:
+        return None
+    y = np.cos(np.arange(A.shape[0]))
+    for _ in range(4):
+        y = factors.solve(factors.solve(y, trans="T"))
+        y = y / np.linalg.norm(y)
+    return (float(np.linalg.norm(A @ y) / norm(A, 1)), y) if np.isfinite(y).all() else None
+
+
+def eigenvalues(stop: Stop, x: np.ndarray, multipliers: np.ndarray, t: float) -> np.ndarray | None:
+    """Eigenvalues of the balanced W of the whole step on the null space of the joints, at x (n,) and a time, ascending."""
+    if stop.system.size > DENSE:
+        return None
+    bh, gh = stop.whole
+    K = compiled.tangent(stop.model, x, multipliers, t, gh) + bh * csr_array(stop.system.mass)
+    if not np.isfinite(K.data).all():
+        return None
+    A, size = balanced(csr_array(0.5 * (K + K.T)))
+    J = compiled.gap(stop.model, x, t)[1] * size
+    Z = null_space(J) if len(J) else np.eye(len(size))
+    return np.asarray(eigvalsh(Z.T @ (A @ Z))) if Z.shape[1] else None
+
+
+def strains(system: System, x: np.ndarray) -> dict[str, tuple[float, float]]:
+    """Smallest and largest axial or principal strain of every elastic body, at its quadrature points."""
+    q, found = system.lift(x), {}
+    for elastic in system.elastic:
+        if not isinstance(elastic.gather, Quartic):
+            e = point_strains(elastic, q, x, system.dim)
+            found[elastic.name] = (float(e.min()), float(e.max()))
+    return found
+
+
+def point_strains(elastic: Elastic, q: np.ndarray, x: np.ndarray, dim: int) -> np.ndarray:
+    """Axial strains (r'.r' - 1)/2 of a line, both principal strains of a surface, at all points."""
+    gather = elastic.gather
+    assert not isinstance(gather, Quartic)
+    u = jet_rows(gather, len(q)) @ q if isinstance(gather, Cells) else gather.jets @ x[gather.columns] + gather.offset
+    points = gather.section[0].size
+    jets = np.asarray(u).reshape(-1, points)
+    if gather.law not in COMPONENTS:
+        return np.asarray(0.5 * (np.sum(jets[:dim] ** 2, axis=0) - 1.0))
+    a, b, c = plane_strains(jets, dim)
+    radius = np.hypot(0.5 * (a - b), c)
+    return np.concatenate([0.5 * (a + b) - radius, 0.5 * (a + b) + radius])
+
+
+def turns(system: System, x: np.ndarray, v: np.ndarray) -> dict[str, float]:
+    """Fastest turn of a slope of every line or surface [rad/s]."""
+    lift, found = system.lift, {}
+    q, rate = lift(x), np.asarray(lift.matrix @ v)
+    for line in system.lines:
+        slope, change = ((line.samples @ part).reshape(3, -1, system.dim)[1] for part in (q, rate))
+        found[line.name] = turn_rate(slope, change)
+    for skin in system.skins:
+        slope, change = (
+            (skin.samples @ part[skin.columns].reshape(-1, system.dim)).reshape(-1, len(skin.thickness), system.dim)[1]
+            for part in (q, rate)
+        )
+        found[skin.name] = turn_rate(slope, change)
+    return {name: value for name, value in found.items() if value > 0.0}
+
+
+def turn_rate(slope: np.ndarray, change: np.ndarray) -> float:
+    """Largest |t'| normal to t over |t|, rows (x, c)."""
+    square = np.sum(slope**2, axis=1)
+    used = square > 0.0
+    slope, change, square = slope[used], change[used], square[used]
+    along = np.sum(slope * change, axis=1) / square
+    return float((np.linalg.norm(change - along[:, None] * slope, axis=1) / np.sqrt(square)).max(initial=0.0))
+
+
+def stiffest(stop: Stop) -> float:
+    """h omega of the stiffest wave, a lower bound."""
+    system = stop.system
+    m = csr_array(system.mass).diagonal()
+    k = compiled.tangent(stop.model, stop.x, stop.multipliers, stop.good).diagonal()
+    heavy = m > SIZE * m.max(initial=0.0)
+    return float(stop.h * np.sqrt(np.maximum(k[heavy] / m[heavy], 0.0).max(initial=0.0)))
+
+
+def closeness(stop: Stop, x: np.ndarray) -> tuple[float, np.ndarray]:
+    """Smallest singular value of the unit rows of J at x, and the combination of rows (m,) that nearly vanishes."""
+    J = compiled.gap(stop.model, x, stop.at)[1]
+    values, vectors = np.linalg.eigh(units(J) @ units(J).T)
+    return float(np.sqrt(max(values[0], 0.0))), vectors[:, 0]
+
+
+def signal_names(system: System) -> list[str]:
+    """What every signal drives: joints by name, loads by the body that they act on."""
+    names: list[list[str]] = [[] for _ in system.signals]
+    for row, signal in zip(system.constraints.row, system.constraints.signal, strict=True):
+        if 0 <= signal < len(names):
+            names[signal].append(f"joint {system.constraints.names[row][0]}")
+    mine = owners(system)
+    probes = csr_array(system.probes.matrix)
+    pushed = [*zip(system.loads.signal, system.loads.row, strict=True), *((law.signal, law.slope) for law in system.loads.laws)]
+    for signal, row in pushed:
+        if 0 <= signal < len(names):
+            weights = np.abs(as_dense(probes[[int(row)]])[0])
+            names[signal].append(f"a load on {mine[int(weights.argmax())]}" if weights.any() else "a load")
+    return [", ".join(dict.fromkeys(found)) or f"signal {k}" for k, found in enumerate(names)]
+
+
+def broken_signals(stop: Stop) -> list[str]:
+    """Signals that are no finite number where the solve stopped."""
+    values = signal_table(stop.system, np.array([stop.at]))[0]
+    return [name for name, value in zip(signal_names(stop.system), values, strict=True) if not np.isfinite(value)]
+
+
+def jumps(stop: Stop) -> list[tuple[str, float, float]]:
+    """Signals that jump in the failed step: name, value before and after.
+
+    A jump is a change far beyond those of the steps before, more than half of it within a small part of the step.
+    """
+    if stop.h <= 0.0 or not stop.system.signals:
+        return []
+    past = signal_table(stop.system, np.maximum(stop.good + stop.h * np.arange(-WINDOW, 1), 0.0))
+    inside = signal_table(stop.system, stop.good + stop.h * np.linspace(0.0, 1.0, FINE + 1))
+    change, usual = np.abs(inside[-1] - inside[0]), np.abs(np.diff(past, axis=0)).max(axis=0)
+    sudden = np.abs(np.diff(inside, axis=0)).max(axis=0)
+    with np.errstate(invalid="ignore"):
+        found = np.flatnonzero((change > 20 * usual) & (sudden > 0.5 * change))
+    names = signal_names(stop.system)
+    return [(names[k], float(inside[0, k]), float(inside[-1, k])) for k in found]
+
+
+def extent(system: System) -> float:
+    """Size of the system [m]: root mean square of the distances of positions from their middle in the reference."""
+    q = system.lift(system.x0).reshape(-1, system.dim)[system.unit > 0.5]
+    return float(np.sqrt(np.mean(np.sum((q - q.mean(axis=0)) ** 2, axis=1)))) or 1.0
+
+
+def push(stop: Stop) -> tuple[str, float]:
+    """Owner that the loads move furthest, and the way [m].
+
+    In a step of dynamics |dQ_i| h^2 / M_ii by the change dQ of loads since the start, in statics by the tangent, K^-1 R.
+    """
+    names, n = owners(stop.system), stop.system.size
+    if not stop.h:
+        A, size = bordered(stop)
+        factors = factored(A)
+        way = np.full(n, np.inf) if factors is None else np.abs(size * factors.solve(size * stop.residual))[:n]
+    else:
+        m = csr_array(stop.system.mass).diagonal()
+        now, then = (compiled.forces(stop.model, stop.x, 0.0 * stop.v, t) for t in (stop.at, 0.0))
+        heavy = m > SIZE * m.max(initial=0.0)
+        way = np.where(heavy, np.abs(now - then), 0.0) * stop.h**2 / np.where(heavy, m, 1.0)
+    k = int(np.nan_to_num(way, nan=np.inf).argmax())
+    return names[k], float(way[k])

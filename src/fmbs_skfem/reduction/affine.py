@@ -1,0 +1,331 @@
+r"""Cases whose numbers are polynomials of the parameters: a new value of a parameter assembles nothing.
+
+    a(mu) = sum_t P_t(mu) a(mu_t),    P_t(mu) = prod_p l_{t_p}(mu_p),    l_j(x) = prod_{k != j} (x - x_k) / (x_j - x_k)
+
+for every array and every number of a case that depends on parameters, each with degrees of its own: Young's modulus, density and
+loads are degree 1, the diameter of a beam 2 and 4, Poisson's ratio is smooth. mu_t is the tensor grid of these degrees. The nodes
+of a parameter are the nominal value x_0, then Leja points, each of which maximises prod_k |u - u_k| over the range on its scale:
+degree n takes the first n + 1 of them, so that arrays of different degrees share samples. Numbers that do not change are those of
+the nominal case to the bit; of the a(mu_t) only as many are stored as are independent. A parameter on a logarithmic scale enters
+as mu, or as log mu where that needs a lower degree.
+
+Degrees are found along the axes through the nominal case and verified at hold-out points. An error counts relative to the number
+itself, down to the round-off of its row. Leja points: A. Chkifa, A. Cohen, C. Schwab, Found. Comput. Math. 14 (2014) 601-633,
+doi 10.1007/s10208-013-9154-z.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+from scipy.sparse import csr_array
+
+from ..core.errors import InputError, say
+from . import cases
+from . import parameters as boxes
+from .cases import Case, Family, Leaf, Place, Sample
+from .parameters import Parameter, Scale
+
+ROUND = 32 * np.finfo(float).eps  #: round-off of a sampled number, relative to the largest in its row
+CHECKS = 2  #: nodes beyond those of a degree at which it is checked
+FINE = 2000  #: candidates for a Leja point
+HARD = "keep it out of the parameters, or take a smaller range"
+
+
+@dataclass(frozen=True)
+class Order:
+    """How one leaf depends on the parameters."""
+
+    degrees: tuple[int, ...]  #: by parameter
+    logarithmic: tuple[bool, ...]  #: whether the polynomial is one of log mu
+
+
+@dataclass(frozen=True)
+class Varying:
+    """The numbers of one leaf that depend on parameters."""
+
+    place: Place
+    order: Order
+    positions: np.ndarray  #: (n,) in the order of the memory
+    values: np.ndarray  #: (q, n) at some nodes of the grid
+    mixture: np.ndarray  #: (t, q), the values at all nodes, of which the last parameter changes first, are mixture @ values
+
+
+@dataclass(frozen=True)
+class ParametricCase:
+    """A case as a function of parameters."""
+
+    parameters: tuple[Parameter, ...]
+    nominal: Case  #: sparse arrays with all places that any sample fills
+    nodes: tuple[np.ndarray, ...]  #: by parameter
+    varying: tuple[Varying, ...]
+    evaluations: int  #: cases that were made
+    error: float  #: at the hold-out points, the largest of a number relative to the largest in its row
+
+
+@dataclass(frozen=True)
+class Samples:
+    """A family with what is known of it."""
+
+    family: Family
+    parameters: tuple[Parameter, ...]
+    nominal: Case
+    nodes: tuple[np.ndarray, ...]
+    found: dict[tuple[float, ...], Sample]
+
+
+def at(model: ParametricCase, values: Mapping[str, float]) -> Case:
+    """The case of a value for every parameter; outside of the ranges the polynomials go on."""
+    row = boxes.row_of(model.parameters, values)
+    weights: dict[Order, np.ndarray] = {}
+    tree: dict[str | int, Any] = {}
+    for part in model.varying:
+        if part.order not in weights:
+            weights[part.order] = lagrange(model.nodes, part.order, row)
+        numbers = weights[part.order] @ part.mixture @ part.values
+        cases.insert(tree, part.place, cases.filled(cases.leaf_at(model.nominal, part.place), part.positions, numbers))
+    case: Case = cases.rebuilt(model.nominal, tree)
+    return case
+
+
+def degrees(model: ParametricCase) -> dict[str, int]:
+    """The highest degree of any number in every parameter."""
+    highest = [max((part.order.degrees[p] for part in model.varying), default=0) for p in range(len(model.parameters))]
+    return {parameter.name: degree for parameter, degree in zip(model.parameters, highest, strict=True)}
+
+
+def fit(family: Family, parameters: Sequence[Parameter], tolerance: float = 1e-11, max_degree: int = 12) -> ParametricCase:
+    """The polynomials of a family; InputError names the parameter where a dependence is not smooth or the structure changes.
+
+    Where the hold-out points show what the axes through the nominal case do not, degrees are looked for through those points too.
+    """
+    boxes.check(parameters)
+    parameters = tuple(parameters)
+    row = np.array([parameter.nominal for parameter in parameters])
+    nominal = cases.plain(family(boxes.named(parameters, row)))
+    nodes = tuple(nodes_of(parameter, max_degree + 1 + CHECKS) for parameter in parameters)
+    known = Samples(family, parameters, nominal, nodes, {tuple(row.tolist()): {}})
+    orders = scans(known, row, tolerance, max_degree)
+    holdout = holdout_points(parameters)
+    while True:
+        place, point, excess, error = worst_error(known, orders, holdout, tolerance)
+        if excess <= 1.0:
+            return tabulated(known, orders, error)
+        wider = widened(orders, scans(known, holdout[point], tolerance, max_degree))
+        if wider == orders:
+            values = ", ".join(f"{name} = {value:g}" for name, value in boxes.named(parameters, holdout[point]).items())
+            expected = f"polynomials that hold to {tolerance:.0e}"
+            raise InputError(say(f"{cases.label(place)} at {values}", expected, f"{excess * tolerance:.1e}", HARD))
+        orders = wider
+
+
+def nodes_of(parameter: Parameter, count: int) -> np.ndarray:
+    """The nominal value and Leja points after it (j,)."""
+    fine = 0.5 - 0.5 * np.cos(np.pi * np.linspace(0.0, 1.0, FINE + 1))
+    unit = [float(boxes.to_box((parameter,), [[parameter.nominal]])[0, 0])]
+    product = np.abs(fine - unit[0])
+    for _ in range(count - 1):
+        unit.append(float(fine[product.argmax()]))
+        product *= np.abs(fine - unit[-1])
+    nodes = boxes.from_box((parameter,), np.array(unit)[:, None])[:, 0]
+    nodes[0] = parameter.nominal
+    return nodes
+
+
+def holdout_points(parameters: Sequence[Parameter]) -> np.ndarray:
+    """Both corners of the box, for the relative accuracy over wide ranges, and random points (k, d)."""
+    corners = [[parameter.low for parameter in parameters], [parameter.high for parameter in parameters]]
+    return np.concatenate([boxes.latin_hypercube(parameters, len(parameters) + 1, seed=1), corners])
+
+
+def sample(known: Samples, row: np.ndarray) -> Sample:
+    """The leaves of the case at (d,) values that differ from the nominal ones."""
+    key = tuple(row.tolist())
+    if key not in known.found:
+        values = boxes.named(known.parameters, row)
+        found: Sample = {}
+        try:
+            cases.collect(known.nominal, cases.plain(known.family(values)), (), found)
+        except cases.Change as change:
+            moved = [p for p in known.parameters if values[p.name] != p.nominal]
+            where = "parameter " + ", ".join(f"'{p.name}' = {values[p.name]:g}" for p in moved)
+            raise InputError(
+                say(where, "a case with other numbers, but of the same structure", f"another {change}", HARD)
+            ) from None
+        known.found[key] = found
+    return known.found[key]
+
+
+def stacked(known: Samples, place: Place, rows: np.ndarray) -> tuple[Leaf, np.ndarray]:
+    """The nominal leaf, of the pattern of all samples, and the leaf's numbers (k, n) at values (k, d)."""
+    base: Leaf = cases.leaf_at(known.nominal, place)
+    leaves = [sample(known, row).get(place, base) for row in rows]
+    if isinstance(base, csr_array) and not all(cases.same_pattern(base, leaf) for leaf in leaves):
+        keys = [csr_array((np.ones(leaf.nnz), leaf.indices, leaf.indptr), shape=leaf.shape) for leaf in (base, *leaves)]
+        pattern = csr_array(sum(keys[1:], keys[0]))
+        pattern.sum_duplicates()
+        leaves = [cases.spread_over(leaf, pattern) for leaf in leaves]
+        base = cases.spread_over(base, pattern)
+    return base, np.stack([cases.numbers_of(leaf, base) for leaf in leaves])
+
+
+def sizes_of(base: Leaf, values: np.ndarray) -> np.ndarray:
+    """The largest magnitude (k, n) in the row in which every number stands; vectors and sparse arrays are one row."""
+    rows = (base.T if cases.by_columns(base) else base).shape[0] if isinstance(base, np.ndarray) and base.ndim > 1 else 1
+    size = np.abs(values).reshape(len(values), rows, -1).max(axis=2, initial=0.0)
+    return np.repeat(size, values.shape[1] // max(rows, 1), axis=1)
+
+
+def misfit(
+    weights: np.ndarray, values: np.ndarray, sizes: np.ndarray, got: np.ndarray, size: np.ndarray, tolerance: float
+) -> tuple[float, float]:
+    """Largest error of weights @ values against the sampled numbers `got`: over what is allowed, and over the size of the row."""
+    error = np.abs(weights @ values - got)
+    allowed = tolerance * np.abs(got) + ROUND * (np.abs(weights) @ sizes + size)
+    wrong = ~((error == 0.0) | np.isnan(got) & np.isnan(values).all(axis=0))
+    if not wrong.any():
+        return 0.0, 0.0
+    excess, relative = error[wrong] / allowed[wrong], error[wrong] / np.maximum(size[wrong], np.finfo(float).tiny)
+    return float(np.nan_to_num(excess, nan=np.inf).max()), float(np.nan_to_num(relative, nan=np.inf).max())
+
+
+def basis(nodes: np.ndarray, x: float, logarithmic: bool) -> np.ndarray:
+    """l_j(x) of all nodes (j,)."""
+    if logarithmic:
+        nodes, x = np.log(nodes), float(np.log(x))
+    apart = nodes[:, None] - nodes[None, :]
+    ratio = np.divide(x - nodes[None, :], apart, out=np.ones_like(apart), where=~np.eye(len(nodes), dtype=bool))
+    return np.asarray(ratio.prod(axis=1))
+
+
+def lagrange(nodes: Sequence[np.ndarray], order: Order, row: np.ndarray) -> np.ndarray:
+    """P_t at values (d,), for all nodes of the grid (t,)."""
+    weights = np.ones(1)
+    for points, degree, logarithmic, x in zip(nodes, order.degrees, order.logarithmic, row, strict=True):
+        if degree:
+            weights = np.kron(weights, basis(points[: degree + 1], float(x), logarithmic))
+    return weights
+
+
+def grid_of(known: Samples, order: Order) -> np.ndarray:
+    """Values (t, d) at the nodes of a tensor grid; the first are the nominal ones."""
+    axes = [nodes[: degree + 1] for nodes, degree in zip(known.nodes, order.degrees, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+
+
+def scans(known: Samples, row: np.ndarray, tolerance: float, max_degree: int) -> dict[Place, Order]:
+    """Degrees of all leaves along the axes through values (d,)."""
+    found: dict[Place, list[tuple[int, bool]]] = {}
+    for p in range(len(known.parameters)):
+        for place, axis in scan(known, p, row, tolerance, max_degree).items():
+            found.setdefault(place, [(0, False)] * len(known.parameters))[p] = axis
+    return {place: Order(*map(tuple, zip(*axes, strict=True))) for place, axes in found.items()}
+
+
+def scan(known: Samples, p: int, row: np.ndarray, tolerance: float, max_degree: int) -> dict[Place, tuple[int, bool]]:
+    """Degree in parameter p, and whether in its logarithm, of all leaves that depend on it along its axis through values (d,)."""
+    rows = np.tile(row, (len(known.nodes[p]), 1))
+    rows[:, p] = known.nodes[p]
+    variables = (False, True) if known.parameters[p].scale is Scale.LOG else (False,)
+    axes: dict[Place, tuple[int, bool] | None] = {}
+    for count in range(1 + CHECKS, max_degree + 2 + CHECKS):
+        seen = [sample(known, point) for point in rows[:count]]
+        places = list(dict.fromkeys(place for leaves in seen for place in leaves))
+        axes = {place: axis_of(known, p, place, rows[:count], variables, tolerance) for place in places}
+        if None not in axes.values():
+            return {place: axis for place, axis in axes.items() if axis is not None and axis[0] > 0}
+    open_ = ", ".join(cases.label(place) for place, axis in axes.items() if axis is None)
+    expected = f"numbers that are polynomials of it of degree {max_degree} or less, to {tolerance:.0e}"
+    raise InputError(say(f"parameter '{known.parameters[p].name}'", expected, f"others ({open_})", HARD))
+
+
+def axis_of(
+    known: Samples, p: int, place: Place, rows: np.ndarray, variables: Sequence[bool], tolerance: float
+) -> tuple[int, bool] | None:
+    """The lowest degree of a leaf in parameter p that holds at all further points of an axis (k, d), at two at least."""
+    base, values = stacked(known, place, rows)
+    sizes, moving = sizes_of(base, values), (values != values[0]).any(axis=0)
+    values, sizes, nodes = values[:, moving], sizes[:, moving], rows[:, p]
+    for degree in range(len(rows) - CHECKS):
+        used = slice(degree + 1)
+        for logarithmic in variables if degree else (False,):
+            weights = (basis(nodes[used], float(x), logarithmic) for x in nodes[degree + 1 :])
+            further = zip(weights, values[degree + 1 :], sizes[degree + 1 :], strict=True)
+            if all(misfit(w, values[used], sizes[used], got, size, tolerance)[0] <= 1.0 for w, got, size in further):
+                return degree, logarithmic
+    return None
+
+
+def widened(one: Mapping[Place, Order], two: Mapping[Place, Order]) -> dict[Place, Order]:
+    """The higher degree in every parameter, with its variable."""
+    merged = dict(one)
+    for place, order in two.items():
+        axes = list(zip(order.degrees, order.logarithmic, strict=True))
+        if place in one:
+            axes = list(map(max, axes, zip(one[place].degrees, one[place].logarithmic, strict=True)))
+        merged[place] = Order(*map(tuple, zip(*axes, strict=True)))
+    return merged
+
+
+def worst_error(
+    known: Samples, orders: Mapping[Place, Order], holdout: np.ndarray, tolerance: float
+) -> tuple[Place, int, float, float]:
+    """Leaf and hold-out point with the largest error, over what is allowed, and the largest error of all over the size of a row."""
+    constant = Order((0,) * len(known.parameters), (False,) * len(known.parameters))
+    worst: tuple[Place, int, float] = ((), 0, 0.0)
+    largest = 0.0
+    for row in (*holdout, *(node for order in orders.values() for node in grid_of(known, order))):
+        sample(known, row)
+    for place in dict.fromkeys(place for leaves in known.found.values() for place in leaves):
+        order = orders.get(place, constant)
+        base, values = stacked(known, place, np.concatenate([grid_of(known, order), holdout]))
+        sizes, first = sizes_of(base, values), len(values) - len(holdout)
+        for k, row in enumerate(holdout):
+            weights = lagrange(known.nodes, order, row)
+            excess, relative = misfit(weights, values[:first], sizes[:first], values[first + k], sizes[first + k], tolerance)
+            largest = max(largest, relative)
+            worst = max(worst, (place, k, excess), key=lambda found: found[2])
+    return *worst, largest
+
+
+def independent(values: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows j of values (t, n), the first among them, and X (t, q) with values = X values[j] to round-off.
+
+    Interpolative decomposition: H. Cheng, Z. Gimbutas, P. Martinsson, V. Rokhlin, SIAM J. Sci. Comput. 26 (2005) 1389-1404,
+    doi 10.1137/030602678.
+    """
+    count, scale = len(values), sizes.max(axis=0)
+    R = np.asarray(np.linalg.qr((values / np.where(scale > 0.0, scale, 1.0)).T, mode="r"))
+    length = np.linalg.norm(R, axis=0)
+    length[length == 0.0] = 1.0
+    R = R / length
+    order = scipy.linalg.qr(R - np.outer(R[:, 0], R[:, 0] @ R), mode="r", pivoting=True)[1]
+    order = np.concatenate([[0], order[order != 0]])
+    for q in range(1, count):
+        rows = order[:q]
+        mixture = np.linalg.lstsq(R[:, rows], R, rcond=None)[0].T * (length[:, None] / length[rows])
+        mixture[rows] = np.eye(q)
+        found = zip(mixture, values, sizes, strict=True)
+        if all(misfit(weights, values[rows], 0.0 * sizes[rows], got, size, 0.0)[0] <= 1.0 for weights, got, size in found):
+            return rows, mixture
+    return np.arange(count), np.eye(count)
+
+
+def tabulated(known: Samples, orders: Mapping[Place, Order], error: float) -> ParametricCase:
+    """The polynomials of all leaves that depend on parameters."""
+    tree: dict[str | int, Any] = {}
+    varying = []
+    for place, order in orders.items():
+        base, values = stacked(known, place, grid_of(known, order))
+        positions = np.flatnonzero((values != values[0]).any(axis=0))
+        rows, mixture = independent(values[:, positions], sizes_of(base, values)[:, positions])
+        cases.insert(tree, place, base)
+        varying.append(Varying(place, order, positions, values[np.ix_(rows, positions)], mixture))
+    highest = [max((order.degrees[p] for order in orders.values()), default=0) for p in range(len(known.parameters))]
+    nodes = tuple(points[: degree + 1] for points, degree in zip(known.nodes, highest, strict=True))
+    nominal: Case = cases.rebuilt(known.nominal, tree)
+    return ParametricCase(known.parameters, nominal, nodes, tuple(varying), len(known.found), error)

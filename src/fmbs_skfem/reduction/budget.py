@@ -1,0 +1,129 @@
+r"""How sharp a reduced model has to be for a wanted error: eps of truncation and eta of hyper-reduction, tried on one full run.
+
+    e <= e(eps) + (e(eps, eta) - e(eps)),     e(eps) <= T tolerance,     e(eps, eta) <= (T + H) tolerance
+
+The rest of the tolerance is left for parameters between the full runs. Errors (48) fall about as sqrt(eps), by a factor that
+differs from system to system: it is measured, and eps is tightened until the reduced model at the parameters of the run keeps its
+share. The error of the step belongs to full and reduced model alike and is stated beside the others.
+
+Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (14), (45), (48), doi 10.1016/j.cma.2019.112690.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from ..core.errors import FmbsError, InputError, say
+from ..systems.system import System
+from . import full_runs
+from .family_model import member, reduced_run, trained
+from .full_runs import FullRun, Setting
+from .training import Plan
+
+TRUNCATION, HYPER = 0.1, 0.1  #: shares of the tolerance
+LARGEST_EPS, SMALLEST_EPS = 1e-6, 1e-24
+LARGEST_ETA, SMALLEST_ETA = 1e-2, 1e-6
+TRIALS = 8  #: of eps, and of eta
+UNSTABLE = 1e-3  #: factor to eps where the reduced run fails
+SAFE = 0.5  #: of the eps that just keeps its share
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What was chosen for a tolerance, with the errors (48) found at one full run."""
+
+    tolerance: float
+    eps: float
+    eta: float | None  #: None where nothing is sampled
+    truncation: float
+    hyper_reduction: float  #: what sampling adds
+    step: float | None  #: error of the full model's own step, None where it was not measured
+
+    @property
+    def statement(self) -> str:
+        """The error budget in words."""
+        sampled = f"eta = {self.eta:.1g}, " if self.eta is not None else ""
+        text = (
+            f"for an error of {self.tolerance:.1g}: eps = {self.eps:.1g}, {sampled}chosen at the first full run; there truncation "
+        )
+        text += f"makes {self.truncation:.1g}"
+        text += f" and hyper-reduction adds {self.hyper_reduction:.1g}" if self.eta is not None else ""
+        if self.step is None:
+            return text
+        text += f"; the time step itself makes {self.step:.1g} in full and reduced models alike"
+        return text + (", more than the tolerance: a smaller step comes first" if self.step > self.tolerance else "")
+
+
+def choose(setting: Setting, run: FullRun, tolerance: float, step: float | None = None) -> Choice:
+    """eps and eta with which the reduced model of one run keeps its shares of the tolerance at the parameters of that run.
+
+    `step` is the error of the full model's own step, where it is known.
+    """
+    if not 0.0 < tolerance < 1.0:
+        raise InputError(say("tolerance", "a relative error between 0 and 1", tolerance, "1e-4 for instance"))
+    eps, truncation = choose_eps(setting, run, tolerance)
+    eta, whole = choose_eta(setting, run, tolerance, eps, truncation)
+    return Choice(tolerance, eps, eta, truncation, max(0.0, whole - truncation), step)
+
+
+def first_eps(tolerance: float) -> float:
+    """The eps tried first: the square of the share."""
+    return limited((TRUNCATION * tolerance) ** 2, SMALLEST_EPS, LARGEST_EPS)
+
+
+def choose_eps(setting: Setting, run: FullRun, tolerance: float) -> tuple[float, float]:
+    """The eps that keeps its share, and the error it makes without hyper-reduction."""
+    eps, share = first_eps(tolerance), TRUNCATION * tolerance
+    found: dict[float, float] = {}
+    for _ in range(TRIALS):
+        found[eps] = error_at(setting, run, replace(setting.plan, tolerance=eps, modes=None, hyper_tolerance=None))
+        if found[eps] <= share or eps <= SMALLEST_EPS:
+            break
+        factor = SAFE * (share / found[eps]) ** 2 if math.isfinite(found[eps]) else UNSTABLE
+        eps = limited(eps * max(factor, UNSTABLE), SMALLEST_EPS, LARGEST_EPS)
+    best = min(found, key=lambda eps: found[eps])
+    if not found[best] <= tolerance:
+        remedy = "the reduced model cannot be as good as that: take a larger tolerance, or sharper Newton iterations"
+        raise InputError(say("tolerance", f"an error that truncation can reach, above {found[best]:.1g}", tolerance, remedy))
+    return best, found[best]
+
+
+def choose_eta(setting: Setting, run: FullRun, tolerance: float, eps: float, truncation: float) -> tuple[float | None, float]:
+    """The largest eta whose whole error keeps the share of truncation and hyper-reduction, and that error."""
+    if setting.plan.exact or setting.plan.hyper_tolerance is None:
+        return None, truncation
+    eta, share = limited(setting.plan.hyper_tolerance, SMALLEST_ETA, LARGEST_ETA), HYPER * tolerance + truncation
+    found: dict[float, float] = {}
+    for _ in range(TRIALS):
+        found[eta] = error_at(setting, run, replace(setting.plan, tolerance=eps, modes=None, hyper_tolerance=eta))
+        if found[eta] <= share or eta <= SMALLEST_ETA:
+            break
+        eta = limited(0.1 * eta, SMALLEST_ETA, LARGEST_ETA)
+    best = min(found, key=lambda eta: found[eta])
+    return best, found[best]
+
+
+def error_at(setting: Setting, run: FullRun, plan: Plan) -> float:
+    """Error (48) of the reduced model of one run at its own parameters; infinite where it fails."""
+    with_plan = replace(setting, plan=plan)
+    try:
+        case = member(with_plan, trained(with_plan, [run]), run.values)
+        return full_runs.error(setting, raw_of(setting, run.values), run, reduced_run(with_plan, case))
+    except FmbsError:
+        return math.inf
+
+
+def raw_of(setting: Setting, values: Mapping[str, float]) -> System:
+    """The full system at some parameters."""
+    return setting.family(values).system
+
+
+def limited(x: float, low: float, high: float) -> float:
+    return min(max(x, low), high)
+
+
+def with_choice(plan: Plan, choice: Choice) -> Plan:
+    """The plan with the chosen tolerances."""
+    return replace(plan, tolerance=choice.eps, modes=None, hyper_tolerance=choice.eta)

@@ -1,0 +1,160 @@
+"""Cases: a system with the way it is integrated; families: cases as functions of parameters; the numbers of a case, its leaves.
+
+A case is a struct of structs, tuples and dicts. Its leaves are arrays, sparse arrays and floating-point numbers; every leaf has a
+place, the fields, keys and positions on the way to it. Two cases of one structure differ in leaves only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import Any, TypeAlias
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..core.expressions import Expression
+from ..core.linalg import is_sparse
+from ..dynamics.integration import GeneralizedAlpha, Newton
+from ..systems import quartic
+from ..systems.system import System
+
+Place: TypeAlias = tuple[str | int, ...]
+Leaf: TypeAlias = float | np.ndarray | csr_array
+Sample: TypeAlias = dict[Place, Leaf]  #: leaves that differ from those of another case
+
+
+@dataclass(frozen=True)
+class Case:
+    """One member of a family."""
+
+    system: System  #: full, with all multipliers, or reduced
+    scheme: GeneralizedAlpha
+    duration: float  #: [s]
+    newton: Newton = field(default_factory=Newton)
+
+
+Family: TypeAlias = Callable[[Mapping[str, float]], Case]  #: the case of a value for every parameter
+
+
+class Change(Exception):
+    """Two cases differ by more than numbers."""
+
+
+def plain(case: Case) -> Case:
+    """The case with its times as floating-point numbers."""
+    return replace(case, duration=float(case.duration), scheme=replace(case.scheme, step=float(case.scheme.step)))
+
+
+def collect(base: Any, other: Any, place: Place, found: Sample) -> None:
+    """Add the leaves of `other` that differ from those of `base`; raise Change where there is more than numbers."""
+    if base is other:
+        return
+    if is_number(base) and is_number(other) and (isinstance(base, float) or isinstance(other, float)):
+        if base != other:
+            found[place] = float(other)
+    elif type(base) is not type(other):
+        raise Change(label(place))
+    elif isinstance(base, np.ndarray | csr_array):
+        collect_array(base, other, place, found)
+    elif is_dataclass(base) or isinstance(base, dict | list | tuple):
+        one, two = dict(items(base)), dict(items(other))
+        if list(one) != list(two):
+            raise Change(label(place))
+        for key, value in one.items():
+            collect(value, two[key], (*place, key), found)
+    elif base != other:
+        raise Change(label(place))
+
+
+def collect_array(base: Any, other: Any, place: Place, found: Sample) -> None:
+    if base.shape != other.shape or base.dtype != other.dtype:
+        raise Change(label(place))
+    if is_sparse(base):
+        if not (same_pattern(base, other) and np.array_equal(base.data, other.data, equal_nan=True)):
+            found[place] = other
+    elif base.dtype.kind != "f":
+        if not np.array_equal(base, other):
+            raise Change(label(place))
+    elif not np.array_equal(base, other, equal_nan=True):
+        found[place] = other
+
+
+def is_number(value: Any) -> bool:
+    return type(value) in (float, int) or isinstance(value, np.floating)
+
+
+def items(value: Any) -> Iterator[tuple[str | int, Any]]:
+    """Parts of a struct by field, key or position; the text of an expression is only what its program is called."""
+    if is_dataclass(value):
+        named_text = isinstance(value, Expression)
+        yield from ((part.name, getattr(value, part.name)) for part in fields(value) if not (named_text and part.name == "text"))
+    elif isinstance(value, dict):
+        yield from value.items()
+    else:
+        yield from enumerate(value)
+
+
+def label(place: Place) -> str:
+    """A place as a text, `system.elastic[0].gather.section`."""
+    return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in place).lstrip(".") or "case"
+
+
+def leaf_at(value: Any, place: Place) -> Any:
+    for key in place:
+        value = getattr(value, str(key)) if is_dataclass(value) else value[key]
+    return value
+
+
+def insert(tree: dict[str | int, Any], place: Place, leaf: Leaf) -> None:
+    """Add a leaf to nested dicts of changes."""
+    for key in place[:-1]:
+        tree = tree.setdefault(key, {})
+    tree[place[-1]] = leaf
+
+
+def rebuilt(value: Any, tree: Any) -> Any:
+    """The struct with some leaves changed; all other parts are the same objects."""
+    if not isinstance(tree, dict):
+        return tree
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{str(key): rebuilt(getattr(value, str(key)), part) for key, part in tree.items()})
+    if isinstance(value, dict):
+        return {key: rebuilt(part, tree.get(key, part)) if key in tree else part for key, part in value.items()}
+    return type(value)(rebuilt(part, tree[key]) if key in tree else part for key, part in enumerate(value))
+
+
+def same_pattern(a: csr_array, b: csr_array) -> bool:
+    return np.array_equal(a.indptr, b.indptr) and np.array_equal(a.indices, b.indices)
+
+
+def spread_over(matrix: csr_array, pattern: csr_array) -> csr_array:
+    """The same matrix with a number, zero perhaps, for every place of a sorted pattern that contains its own."""
+    rows, width = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr)), matrix.shape[1]
+    keys = np.repeat(np.arange(matrix.shape[0]), np.diff(pattern.indptr)) * width + pattern.indices
+    data = np.zeros(len(keys))
+    np.add.at(data, np.searchsorted(keys, rows * width + matrix.indices), matrix.data)
+    return csr_array((data, pattern.indices, pattern.indptr), shape=matrix.shape)
+
+
+def numbers_of(leaf: Leaf, base: Leaf) -> np.ndarray:
+    """All numbers of a leaf (n,), in the memory order of `base`."""
+    if isinstance(leaf, np.ndarray) and isinstance(base, np.ndarray):
+        return leaf.T.ravel() if by_columns(base) else leaf.ravel()
+    return np.array([leaf], dtype=float) if isinstance(leaf, float) else np.asarray(leaf.data)
+
+
+def by_columns(array: np.ndarray) -> bool:
+    return array.ndim > 1 and array.flags.f_contiguous and not array.flags.c_contiguous
+
+
+def filled(leaf: Leaf, positions: np.ndarray, numbers: np.ndarray) -> Leaf:
+    """The leaf with other numbers at some positions; vectors start at a whole cache line, where polynomials are read fastest."""
+    if isinstance(leaf, float):
+        return float(numbers[0])
+    if isinstance(leaf, csr_array):
+        return csr_array((filled(leaf.data, positions, numbers), leaf.indices, leaf.indptr), shape=leaf.shape)
+    out = quartic.aligned(len(leaf)) if leaf.ndim == 1 and leaf.dtype == np.float64 else np.empty_like(leaf, order="K")
+    out[...] = leaf
+    (out.T if by_columns(out) else out).reshape(-1)[positions] = numbers
+    return out

@@ -1,0 +1,264 @@
+r"""Comparators: the known ways to a reduced model of a whole family, each a row of full runs, modes, cost and errors.
+
+    q(t; mu) = q0(mu) + V(mu) xi(t)                q0: initial state of the member,   X_j = q(t_s; mu_j) - q0(mu_j)
+    fast to slow     V = POD of X at the fastest parameter
+    uniform grid     V = POD of [X_1, X_2, ...]
+    greedy           the same, mu_j where the indicator (49) is largest                                   (`campaign`)
+    nearest basis    V = POD of X_j,   j = argmin |mu - mu_j| in the unit box
+    Grassmann        span V(mu) = exp_V0( sum_j l_j(mu) log_V0 span V_j )                                 (`grassmann`)
+
+A comparator is a family of reduced cases. The initial state is the origin of every basis and all modes keep the linear constraints
+inside their component at every parameter, so that neither is interpolated. Sampled weights belong to one basis: a basis that is
+interpolated runs with all cells, or with the exact polynomial where the plan asks for it, and is projected anew for every
+parameter. The others are polynomials of the parameters (`affine`) where the members are.
+
+Sources: K. Luo, H. Hu, C. Liu, Q. Tian, CMAME 324 (2017) 573-594, doi 10.1016/j.cma.2017.06.029 (fast to slow); D. Amsallem,
+C. Farhat, AIAA J. 46 (2008) 1803-1813, doi 10.2514/1.35374; Y. Hou, C. Liu, H. Hu, CMAME 361 (2020) 112690,
+doi 10.1016/j.cma.2019.112690, Figs. 13 and 14, error (48).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import math
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from ..core.errors import FmbsError, InputError, say
+from ..systems.system import System
+from . import affine, campaign, costs, family_model, full_runs, galerkin, grassmann, parameters
+from .campaign import Search
+from .cases import Case, Family
+from .family_model import Members, Polynomials
+from .full_runs import FullRun, Setting
+from .greedy import Options
+from .pod import Basis
+
+Full: TypeAlias = Callable[[Mapping[str, float]], FullRun]
+
+
+@dataclass(frozen=True)
+class Comparator:
+    """A family of reduced cases and what it took to make it."""
+
+    name: str
+    family: Family
+    full_runs: int
+    offline_s: float  #: CPU time of the training with its full runs [s]
+    reduced_runs: int = 0  #: in the training
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A reduced run beside its full run; one that fails has the error infinity and a reason."""
+
+    error: float = math.inf  #: eq. (48)
+    modes: Mapping[str, int] = field(default_factory=dict)  #: by component
+    elements: int = 0  #: cells in use; 0 for the exact polynomial
+    points: int = 0  #: quadrature points in use
+    prepare_s: float = math.nan  #: CPU time from parameters to the reduced system [s]
+    run_s: float = math.nan  #: CPU time of the reduced run [s]
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A comparator at the hold-out points: sizes of its largest member, medians of its times."""
+
+    name: str
+    full_runs: int
+    reduced_runs: int
+    modes: Mapping[str, int]
+    elements: int
+    points: int
+    max_error: float
+    mean_error: float
+    offline_s: float
+    prepare_s: float
+    run_s: float
+    trials: tuple[Trial, ...]
+
+
+def shared(setting: Setting) -> Full:
+    """Full runs that are made once however often they are asked for; a comparator is charged for all that it uses."""
+    cached = functools.cache(lambda row: full_runs.full_run(setting, parameters.named(setting.parameters, row)))
+    return lambda values: cached(tuple(parameters.row_of(setting.parameters, values).tolist()))
+
+
+def warm(setting: Setting) -> None:
+    """Compile what training and runs call, so that no comparator is charged for it."""
+    values = parameters.completed(setting.parameters, {})
+    case = setting.family(values)
+    short = replace(case, duration=3 * case.scheme.step)
+    few = replace(setting, family=lambda _: short, interval=case.scheme.step)
+    with contextlib.suppress(FmbsError):  # what fails here is told by the comparators themselves
+        model = family_model.model_of(few, [full_runs.full_run(few, values)])
+        motion = family_model.reduced_run(few, family_model.reduced_case(model, values))
+        family_model.indicator(few, motion, values)
+
+
+def fast_to_slow(setting: Setting, full: Full, fastest: Mapping[str, float]) -> Comparator:
+    """The basis of one full run at the parameters of the fastest motion, for all others."""
+    return fixed(setting, "fast to slow", [full(fastest)])
+
+
+def uniform(setting: Setting, full: Full, counts: Sequence[int]) -> Comparator:
+    """One basis from all runs of a uniform grid of the box, both ends included."""
+    return fixed(setting, f"uniform grid {shape(counts)}", at_nodes(setting, full, counts)[1])
+
+
+def fixed(setting: Setting, name: str, given: Sequence[FullRun]) -> Comparator:
+    """One basis from several full runs."""
+    begun = clock.process_time()
+    family: Family = functools.partial(family_model.member, setting, family_model.trained(setting, given))
+    with contextlib.suppress(InputError):  # what is no polynomial of the parameters is projected anew for each of them
+        family = functools.partial(affine.at, affine.fit(family, setting.parameters))
+    return Comparator(name, family, len(given), clock.process_time() - begun + sum(run.cpu_s for run in given))
+
+
+def nearest(setting: Setting, full: Full, counts: Sequence[int]) -> Comparator:
+    """Of the bases of single runs on a uniform grid the one nearest to the parameters."""
+    places, given = at_nodes(setting, full, counts)
+    local = [fixed(setting, "", [run]) for run in given]
+
+    def family(values: Mapping[str, float]) -> Case:
+        return local[closest(places, in_box(setting, values))].family(values)
+
+    return Comparator(f"nearest basis {shape(counts)}", family, len(given), sum(part.offline_s for part in local))
+
+
+def interpolated(setting: Setting, full: Full, counts: Sequence[int]) -> Comparator:
+    """Local bases of a uniform grid interpolated on the Grassmann manifold, all with as many modes as the largest needs."""
+    places, given = at_nodes(setting, full, counts)
+    begun = clock.process_time()
+    systems = [setting.family(run.values).system for run in given]
+    local = local_bases(setting, systems, given)
+    axes = [np.unique(column.round(12)) for column in places.T]
+    charts = {name: grassmann.chart(axes, [basis[name].modes for basis in local]) for name in setting.plan.components}
+    rows = [
+        family_model.kept_rows(setting, [system], [run], basis) for system, run, basis in zip(systems, given, local, strict=True)
+    ]
+    offline = clock.process_time() - begun + sum(run.cpu_s for run in given)
+
+    def family(values: Mapping[str, float]) -> Case:
+        here = in_box(setting, values)
+        found = {name: about_start(grassmann.interpolate(chart, here)) for name, chart in charts.items()}
+        polynomials = Polynomials() if setting.plan.exact else None
+        return family_model.member(setting, Members(found, rows[closest(places, here)], (), polynomials), values)
+
+    return Comparator(f"Grassmann {shape(counts)}", family, len(given), offline)
+
+
+def local_bases(setting: Setting, systems: Sequence[System], given: Sequence[FullRun]) -> list[dict[str, Basis]]:
+    """The basis of every run alone, all with as many modes as the largest needs, by component."""
+    own = [family_model.bases(setting, system, [run]) for system, run in zip(systems, given, strict=True)]
+    sizes = {name: max(basis[name].modes.shape[1] for basis in own) for name in setting.plan.components}
+    equal = replace(setting, plan=replace(setting.plan, modes=sizes))
+    return [family_model.bases(equal, system, [run]) for system, run in zip(systems, given, strict=True)]
+
+
+def about_start(modes: np.ndarray) -> Basis:
+    """Modes whose origin is the initial state of the member."""
+    return Basis(np.ascontiguousarray(modes), np.zeros(len(modes)), np.zeros(0))
+
+
+def greedy(setting: Setting, search: Search, options: Options | None = None, name: str = "greedy") -> Comparator:
+    """Algorithm 1, by component or, with the setting `at_system_level`, for the system as a whole; it makes its own full runs."""
+    begun = clock.process_time()
+    found = campaign.train(setting, search, options)
+    family = functools.partial(family_model.reduced_case, found.model)
+    return Comparator(name, family, len(found.runs), clock.process_time() - begun, found.reduced_runs)
+
+
+def at_system_level(setting: Setting) -> Setting:
+    """The same with all bodies in one component."""
+    raw, plan = setting.family(parameters.completed(setting.parameters, {})).system, setting.plan
+    modes = None if isinstance(plan.modes, Mapping) else plan.modes
+    return replace(setting, plan=replace(plan, components=galerkin.system_level(raw), modes=modes))
+
+
+def compare(setting: Setting, comparators: Sequence[Comparator], full: Full, points: np.ndarray) -> tuple[Row, ...]:
+    """Every comparator at the hold-out points (k, d), values in the order of the parameters."""
+    rows = parameters.table(setting.parameters, points)
+    if len(rows) == 0 or len(comparators) == 0:
+        raise InputError(say("comparators.compare", "comparators and hold-out points", f"{len(comparators)} and {len(rows)}"))
+    tried: list[list[Trial]] = [[] for _ in comparators]
+    for row in rows:
+        truth = full(parameters.named(setting.parameters, row))
+        raw = setting.family(truth.values).system
+        for trials, comparator in zip(tried, comparators, strict=True):
+            trials.append(trial(setting, comparator, raw, truth))
+    return tuple(row_of(comparator, trials) for comparator, trials in zip(comparators, tried, strict=True))
+
+
+def trial(setting: Setting, comparator: Comparator, raw: System, truth: FullRun) -> Trial:
+    """The reduced member against a full run, of which `raw` is the system."""
+    begun, made = clock.process_time(), Trial()
+    try:
+        case = comparator.family(truth.values)
+        made = replace(measured(case.system), prepare_s=clock.process_time() - begun)
+        motion = family_model.reduced_run(setting, case)
+    except FmbsError as error:
+        return replace(made, reason=str(error))
+    return replace(made, error=full_runs.error(setting, raw, truth, motion), run_s=motion.statistics.cpu_s)
+
+
+def measured(system: System) -> Trial:
+    """Modes, cells and points of a reduced system."""
+    return Trial(
+        modes={name: last - first for name, first, last in system.components},
+        elements=sum(len(cells) for cells in costs.kept_cells(system).values()),
+        points=sum(costs.kept_points(system).values()),
+    )
+
+
+def row_of(comparator: Comparator, trials: Sequence[Trial]) -> Row:
+    """All trials of a comparator in one row."""
+    names = dict.fromkeys(name for one in trials for name in one.modes)
+    found = np.array([one.error for one in trials])
+    return Row(
+        comparator.name,
+        comparator.full_runs,
+        comparator.reduced_runs,
+        {name: max(one.modes.get(name, 0) for one in trials) for name in names},
+        max(one.elements for one in trials),
+        max(one.points for one in trials),
+        float(found.max()),
+        float(found.mean()),
+        comparator.offline_s,
+        median([one.prepare_s for one in trials]),
+        median([one.run_s for one in trials]),
+        tuple(trials),
+    )
+
+
+def median(seconds: Sequence[float]) -> float:
+    """Median of the times that were taken; NaN where none was."""
+    taken = [value for value in seconds if math.isfinite(value)]
+    return float(np.median(taken)) if taken else math.nan
+
+
+def at_nodes(setting: Setting, full: Full, counts: Sequence[int]) -> tuple[np.ndarray, list[FullRun]]:
+    """Points (j, d) of a uniform grid of the unit box, the last parameter fastest, and the full runs there."""
+    rows = parameters.grid(setting.parameters, counts)
+    runs = [full(parameters.named(setting.parameters, row)) for row in rows]
+    return parameters.to_box(setting.parameters, rows), runs
+
+
+def closest(places: np.ndarray, here: np.ndarray) -> int:
+    """Number of the place (j, d) nearest to a point (d,) of the unit box."""
+    return int(np.argmin(np.linalg.norm(places - here, axis=1)))
+
+
+def in_box(setting: Setting, values: Mapping[str, float]) -> np.ndarray:
+    """Values as a point (d,) of the unit box."""
+    return np.asarray(parameters.to_box(setting.parameters, parameters.row_of(setting.parameters, values)[None])[0])
+
+
+def shape(counts: Sequence[int]) -> str:
+    return " x ".join(str(count) for count in counts)

@@ -1,0 +1,219 @@
+r"""The reduced model of a family: one basis a component for all parameters, trained on several full runs.
+
+    U^b = left singular vectors of [U_1 S_1, U_2 S_2, ...],   truncated to eps                                            (50), (14)
+    G = [G_1 / |b_1|; G_2 / |b_2|; ...],   G_k: forces of the system at mu_k on the states of run k                           (45)
+
+Which constraint rows are dropped is decided once for all parameters. The reduced systems of all parameters are polynomials of them
+(`affine`), so that a new value neither assembles nor projects anything.
+
+Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, section 4, doi 10.1016/j.cma.2019.112690.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from ..core.errors import InputError
+from ..dynamics.integration import Trajectory, integrate
+from ..systems import compiled
+from ..systems.compiled import compile_system
+from ..systems.quartic import Quartic
+from ..systems.system import Elastic, Sampled, System, keep_constraints
+from . import affine, errors, hyper, pivots, pod, polynomial
+from .affine import ParametricCase
+from .cases import Case
+from .full_runs import FullRun, Setting, states, steps
+from .galerkin import FEW, inner_constraints, projected, reduce_system, rows_of, satisfying
+from .hyper import Selection, sampled_gather
+from .pod import Basis
+from .training import newton_of_reduced
+
+Modes = Mapping[str, Basis]
+Names = frozenset[tuple[str, str]]
+
+KEEPS = 1e-10  #: modes that violate a linear constraint by less keep it to round-off
+
+
+@dataclass(frozen=True)
+class FamilyModel:
+    """A reduced model for all parameters, and what it took to make it."""
+
+    parametric: ParametricCase
+    modes: Mapping[str, int]  #: by component
+    selections: tuple[Selection, ...] = ()
+    training_s: float = 0.0  #: CPU time of bases, projection, hyper-reduction and polynomials [s]
+    bases: Modes = field(default_factory=dict)  #: about the initial state; empty where the model was read from a file
+
+    @property
+    def problems(self) -> int:
+        """Sparse least-squares problems that were solved, one a component."""
+        return len(self.selections)
+
+
+def quick(setting: Setting) -> Setting:
+    """The setting with a family that assembles nothing, where its full systems are polynomials of the parameters."""
+    try:
+        fitted = affine.fit(setting.family, setting.parameters)
+    except InputError:
+        return setting
+    return replace(setting, family=partial(affine.at, fitted))
+
+
+def model_of(setting: Setting, runs: Sequence[FullRun]) -> FamilyModel:
+    """The reduced model of all runs, as the setting's plan says."""
+    begun = clock.process_time()
+    members = trained(setting, runs)
+    parametric = affine.fit(partial(member, setting, members), setting.parameters)
+    sizes = {name: basis.modes.shape[1] for name, basis in members.bases.items()}
+    return FamilyModel(parametric, sizes, members.selections, clock.process_time() - begun, members.bases)
+
+
+class Polynomials:
+    """Exact polynomials of reduced membranes; those whose energies differ by a factor are made once."""
+
+    def __init__(self) -> None:
+        self.known: list[tuple[tuple[Elastic, ...], System]] = []
+
+    def of(self, system: System) -> System:
+        for elastic, made in self.known:
+            factors = [ratio(old, new) for old, new in zip(elastic, system.elastic, strict=True)]
+            if None not in factors and len(set(factors)) == 1:
+                return replace(system, elastic=tuple(scaled(part, factors[0]) for part in made.elastic))
+        made = hyper.exact(system)
+        self.known.append((system.elastic, made))
+        return made
+
+
+@dataclass(frozen=True)
+class Members:
+    """What makes a reduced system of the full system at any parameters."""
+
+    bases: Modes
+    rows: Names  #: constraint rows that are kept
+    selections: tuple[Selection, ...] = ()
+    polynomials: Polynomials | None = None
+
+
+def trained(setting: Setting, runs: Sequence[FullRun]) -> Members:
+    """Bases, constraint rows and hyper-reduction of all runs."""
+    plan, systems = setting.plan, [setting.family(run.values).system for run in runs]
+    found = bases(setting, systems[0], runs)
+    members = Members(found, kept_rows(setting, systems, runs, found))
+    if plan.exact:
+        return replace(members, polynomials=Polynomials())
+    if plan.hyper_tolerance is None:
+        return members
+    pairs = training_pairs(setting, systems, runs, members)
+    return replace(members, selections=hyper.train_over(pairs, plan.hyper_tolerance, plan.level))
+
+
+def bases(setting: Setting, raw: System, runs: Sequence[FullRun]) -> dict[str, Basis]:
+    """Modes of every component from the factors of all runs, about the initial state."""
+    plan, found = setting.plan, {}
+    for name, members in plan.components.items():
+        rows = rows_of(raw, members)
+        A, a = inner_constraints(raw, rows)
+        wanted = plan.modes.get(name) if isinstance(plan.modes, Mapping) else plan.modes
+        known = [(run.factors[name].modes, run.factors[name].values) for run in runs]
+        basis = pod.update(known, np.zeros(len(rows)), plan.tolerance if wanted is None else None, wanted)
+        found[name] = replace(basis, modes=np.ascontiguousarray(satisfying(basis.modes.T, A, 0 * a).T))
+    return found
+
+
+def about_start(setting: Setting, raw: System, found: Modes) -> dict[str, Basis]:
+    """The bases of one member: its own initial state, and modes that keep its linear constraints inside components."""
+    mine, start = {}, raw.lift(raw.x0)
+    for name, members in setting.plan.components.items():
+        rows, modes = rows_of(raw, members), found[name].modes
+        A, a = inner_constraints(raw, rows)
+        if len(a) and np.abs(A @ modes).max() > KEEPS * np.abs(A).max():
+            modes = np.ascontiguousarray(satisfying(modes.T, A, 0 * a).T)
+        mine[name] = replace(found[name], modes=modes, mean=start[rows])
+    return mine
+
+
+def projection(setting: Setting, found: Modes, rows: Names | None, raw: System) -> System:
+    """The reduced system of a full one, with the constraint rows of these names where they are given."""
+    plan = setting.plan
+    system = reduce_system(raw, plan.components, about_start(setting, raw, found), plan.eliminate)
+    if rows is None:
+        return system
+    kept = [k for k, name in enumerate(system.constraints.names) if name in rows]
+    return keep_constraints(system, np.array(kept, dtype=np.int64))
+
+
+def kept_rows(setting: Setting, systems: Sequence[System], runs: Sequence[FullRun], found: Modes) -> Names:
+    """Names of the constraint rows that are independent in the reduced space, at states of all runs."""
+    jacobians: list[np.ndarray] = []
+    names: tuple[tuple[str, str], ...] = ()
+    for raw, run in zip(systems, runs, strict=True):
+        reduced = projection(setting, found, None, raw)
+        names = reduced.constraints.names
+        few = np.unique(np.linspace(0, len(run.times) - 1, FEW).round().astype(np.int64))
+        model, q = compile_system(reduced), states(setting, raw, run, few)
+        jacobians += [compiled.gap(model, x, t)[1] for x, t in zip(projected(reduced, q), run.times[few], strict=True)]
+    return frozenset(names[k] for k in pivots.independent_rows(jacobians)) if names else frozenset()
+
+
+def training_pairs(
+    setting: Setting, systems: Sequence[System], runs: Sequence[FullRun], members: Members
+) -> list[tuple[System, np.ndarray]]:
+    """The reduced system of every run with the projected states of it."""
+    pairs = []
+    for raw, run in zip(systems, runs, strict=True):
+        reduced = projection(setting, members.bases, members.rows, raw)
+        points = sum(len(sampled_gather(e).cell) for e in reduced.elastic)
+        few = hyper.thinned(np.arange(len(run.times)), points * len(runs))
+        pairs.append((reduced, projected(reduced, states(setting, raw, run, few))))
+    return pairs
+
+
+def member(setting: Setting, members: Members, values: Mapping[str, float]) -> Case:
+    """The reduced case at some parameters, made from the full one."""
+    case = setting.family(values)
+    system = projection(setting, members.bases, members.rows, case.system)
+    if members.polynomials:
+        system = members.polynomials.of(system)
+    elif members.selections:
+        system = hyper.apply(system, members.selections)
+    return replace(case, system=system, newton=newton_of_reduced(case.newton, setting.plan.tolerance))
+
+
+def scaled(elastic: Elastic, factor: float | None) -> Elastic:
+    """A polynomial body with its energy times a factor."""
+    if not isinstance(elastic.gather, Quartic) or factor in (None, 1.0):
+        return elastic
+    return replace(elastic, gather=polynomial.scaled(elastic.gather, float(factor or 1.0)))
+
+
+def ratio(old: Elastic, new: Elastic) -> float | None:
+    """Factor between the energies of one sampled membrane at two parameters, None where there is none."""
+    a, b = old.gather, new.gather
+    if not (isinstance(a, Sampled) and isinstance(b, Sampled)):
+        return None
+    same = np.array_equal(a.jets, b.jets) and np.array_equal(a.offset, b.offset) and np.array_equal(a.section[1], b.section[1])
+    before, now = (gather.section[0] * gather.section[-1] for gather in (a, b))
+    factors = now / before
+    middle = float(np.median(factors))
+    return middle if same and np.abs(factors - middle).max() <= 1e-14 * abs(middle) else None
+
+
+def reduced_case(model: FamilyModel, values: Mapping[str, float]) -> Case:
+    """The reduced case at some parameters, in milliseconds."""
+    return affine.at(model.parametric, values)
+
+
+def reduced_run(setting: Setting, case: Case) -> Trajectory:
+    """The motion of a reduced case, stored at the snapshots."""
+    return integrate(case.system, case.scheme, case.duration, case.newton, steps(case, setting.interval))
+
+
+def indicator(setting: Setting, motion: Trajectory, values: Mapping[str, float]) -> float:
+    """I of equation (49) of a reduced motion; `setting.family` gives the full system whose residual is taken."""
+    case = setting.family(values)
+    return errors.indicator(case.system, motion, case.scheme)

@@ -1,0 +1,148 @@
+r"""Full runs of a family and their truncated factors, from which bases and training states are made.
+
+    q(t; mu) = q0(mu) + X,   X = U S W^T,   what is kept of a run is U, S and S W^T                                            (50)
+
+q0(mu) is the initial state of the member itself, so that every member starts in its reduced space, also where its shape depends on
+parameters. X satisfies the linear constraints inside a component without their constant parts. Factors are truncated far below the
+modes that a reduced model keeps.
+
+Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (48), (50), doi 10.1016/j.cma.2019.112690.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.integrate import trapezoid
+
+from ..core.errors import InputError, say
+from ..dynamics.integration import Trajectory, integrate
+from ..dynamics.outputs import lifted
+from ..systems.assembly import eliminate
+from ..systems.system import System
+from . import parameters as boxes
+from . import pod
+from .cases import Case, Family
+from .errors import BLOCK, part
+from .galerkin import inner_constraints, rows_of, satisfying
+from .parameters import Parameter
+from .training import Plan, newton_for
+
+FINER = 1e-4  #: eps of the factors over that of the bases
+ALL = 1e-20  #: eps of the factors where bases have a given number of modes
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What every run of a training over parameters is given."""
+
+    family: Family  #: full systems with all multipliers
+    parameters: tuple[Parameter, ...]
+    plan: Plan
+    interval: float | np.ndarray  #: between snapshots, or their times (s,) [s]
+    form: Callable[[System], System] = eliminate  #: of the full system that is run
+
+
+@dataclass(frozen=True)
+class Factor:
+    """Deviations of one component from its initial state, modes @ coefficients."""
+
+    modes: np.ndarray  #: (n, r) U, orthonormal
+    values: np.ndarray  #: (r,) S
+    coefficients: np.ndarray  #: (r, s) S W^T
+
+
+@dataclass(frozen=True)
+class FullRun:
+    """The full model at one point."""
+
+    values: dict[str, float]
+    times: np.ndarray  #: (s,) [s]
+    factors: dict[str, Factor]
+    cpu_s: float
+
+
+def full_run(setting: Setting, values: Mapping[str, float]) -> FullRun:
+    """The full model at a point, sharp enough for its snapshots."""
+    case = setting.family(values)
+    return factored(setting, values, case.system, moved(setting, case))
+
+
+def moved(setting: Setting, case: Case) -> Trajectory:
+    """The motion of a full case, stored at the snapshots."""
+    newton = newton_for(case.newton, setting.plan.tolerance)
+    return integrate(setting.form(case.system), case.scheme, case.duration, newton, steps(case, setting.interval))
+
+
+def factored(setting: Setting, values: Mapping[str, float], raw: System, motion: Trajectory) -> FullRun:
+    """What is kept of a motion of the full system `raw`."""
+    q = lifted(motion)[0]
+    found = {name: factor(setting.plan, raw, q, members) for name, members in setting.plan.components.items()}
+    return FullRun(dict(values), motion.times, found, motion.statistics.cpu_s)
+
+
+def factor(plan: Plan, raw: System, q: np.ndarray, members: Sequence[str]) -> Factor:
+    """Truncated factors of a component's deviations from its initial state, for snapshots q (s, q)."""
+    rows = rows_of(raw, members)
+    A, a = inner_constraints(raw, rows)
+    X = satisfying(q[:, rows] - raw.lift(raw.x0)[rows], A, 0 * a).T
+    eps = ALL if plan.modes is not None else FINER * plan.tolerance
+    basis = pod.basis(X, eps, mean=np.zeros(len(rows)))
+    return Factor(basis.modes, basis.singular_values[: basis.modes.shape[1]], basis.modes.T @ X)
+
+
+def steps(case: Case, interval: float | np.ndarray) -> np.ndarray:
+    """Numbers of the steps whose states are snapshots, 0 first; the last step is one where an interval reaches it."""
+    last, h = round(case.duration / case.scheme.step), case.scheme.step
+    if isinstance(interval, np.ndarray):
+        numbers = np.round(interval / h).astype(np.int64)
+        numbers = np.union1d(0, numbers[(numbers >= 0) & (numbers <= last)])
+    else:
+        numbers = np.arange(0, last + 1, max(1, round(interval / h)))
+    if len(numbers) < 2:
+        raise InputError(say("snapshots", f"times within the duration of {case.duration:g} s", interval, "store more states"))
+    return numbers
+
+
+def states(setting: Setting, raw: System, run: FullRun, samples: slice | np.ndarray = slice(None)) -> np.ndarray:
+    """Body coordinates (s, q) of some samples of a run; `raw` is the full system at its parameters."""
+    start = raw.lift(raw.x0)
+    q = np.tile(start, (len(run.times[samples]), 1))
+    for name, members in setting.plan.components.items():
+        known = run.factors[name]
+        q[:, rows_of(raw, members)] += (known.modes @ known.coefficients[:, samples]).T
+    return q
+
+
+def error(setting: Setting, raw: System, run: FullRun, motion: Trajectory) -> float:
+    """Error (48) of a reduced motion at the samples of a full run."""
+    if len(motion.times) != len(run.times) or np.abs(motion.times - run.times).max() > 1e-9 * run.times[-1]:
+        got = f"{len(motion.times)} and {len(run.times)} samples"
+        raise InputError(say("error of a reduced run", "the times of the full run", got, "take the same snapshots and step"))
+    block, apart, size = max(1, BLOCK // raw.size), [], []
+    for first in range(0, len(run.times), block):
+        samples = slice(first, first + block)
+        q = states(setting, raw, run, samples)
+        apart.append(np.linalg.norm(q - lifted(part(motion, samples))[0], axis=1))
+        size.append(np.linalg.norm(q, axis=1))
+    return float(trapezoid(np.concatenate(apart), run.times) / trapezoid(np.concatenate(size), run.times))
+
+
+def step_error(setting: Setting, values: Mapping[str, float], run: FullRun) -> float:
+    """Error (48) of the full model's own step, |q_h - q_2h| / 3 for a method of second order."""
+    case = setting.family(values)
+    doubled = replace(case, scheme=replace(case.scheme, step=2.0 * case.scheme.step))
+    mine = np.round(run.times / case.scheme.step).astype(np.int64)
+    even = np.flatnonzero((mine % 2 == 0) & (mine <= 2 * (round(case.duration / case.scheme.step) // 2)))
+    rough = integrate(setting.form(case.system), doubled.scheme, doubled.duration, case.newton, mine[even] // 2)
+    q, other = states(setting, case.system, run, even), lifted(rough)[0]
+    times = run.times[even]
+    return float(trapezoid(np.linalg.norm(q - other, axis=1), times) / trapezoid(np.linalg.norm(q, axis=1), times)) / 3.0
+
+
+def described(setting: Setting, run: FullRun) -> str:
+    """The point of a run as text."""
+    row = boxes.row_of(setting.parameters, run.values)
+    return ", ".join(f"{p.name} = {value:g} {p.unit}".strip() for p, value in zip(setting.parameters, row, strict=True))

@@ -1,0 +1,76 @@
+"""Hold-out points: full runs that no training has seen, beside what the reduced model and its calibration say there.
+
+The error is that of equation (48), doi 10.1016/j.cma.2019.112690; predicted from the indicator (49) of the reduced run itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.errors import InputError, SolverError, say
+from . import calibration, full_runs
+from . import parameters as boxes
+from .campaign import Campaign
+from .family_model import FamilyModel, indicator, quick, reduced_case, reduced_run
+from .full_runs import FullRun, Setting, full_run
+
+
+@dataclass(frozen=True)
+class Holdout:
+    """True and predicted errors of a reduced model; infinite where the reduced run fails."""
+
+    points: np.ndarray  #: (k, d) values of the parameters
+    indicators: np.ndarray  #: (k,)
+    errors: np.ndarray  #: (k,)
+    predicted: np.ndarray  #: (k,)
+    low: np.ndarray  #: (k,) ends of the band
+    high: np.ndarray  #: (k,)
+    run_s: np.ndarray  #: (k,) CPU time of the reduced runs [s]
+
+    @property
+    def largest(self) -> float:
+        """Largest true error."""
+        return float(self.errors.max())
+
+    @property
+    def inside(self) -> float:
+        """Part of the points whose true error lies in the band."""
+        return float(np.mean((self.low <= self.errors) & (self.errors <= self.high)))
+
+
+def truths(setting: Setting, points: ArrayLike, progress: Callable[[float], None] | None = None) -> tuple[FullRun, ...]:
+    """Full runs at points (k, d)."""
+    found, rows = [], boxes.table(setting.parameters, points)
+    for number, row in enumerate(rows):
+        found.append(full_run(setting, boxes.named(setting.parameters, row)))
+        if progress:
+            progress((number + 1) / len(rows))
+    return tuple(found)
+
+
+def holdout(campaign: Campaign, runs: Sequence[FullRun], model: FamilyModel | None = None) -> Holdout:
+    """The last model of a training, or another one of it, at full runs."""
+    if not runs:
+        raise InputError(say("holdout", "at least one full run", "none", "make them with holdout.truths"))
+    setting = quick(campaign.setting)
+    found = np.array([measured(setting, model or campaign.model, run) for run in runs])
+    bands = np.array([calibration.predict(campaign.calibration, value) for value in found[:, 0]])
+    points = np.array([boxes.row_of(setting.parameters, run.values) for run in runs])
+    predicted, low, high = bands.T
+    return Holdout(points, found[:, 0], found[:, 1], predicted, low, high, found[:, 2])
+
+
+def measured(setting: Setting, model: FamilyModel, run: FullRun) -> tuple[float, float, float]:
+    """Indicator, error and CPU time of a reduced model at a full run."""
+    try:
+        motion = reduced_run(setting, reduced_case(model, run.values))
+    except SolverError:
+        return math.inf, math.inf, math.nan
+    raw = setting.family(run.values).system
+    error = full_runs.error(setting, raw, run, motion)
+    return indicator(setting, motion, run.values), error, motion.statistics.cpu_s

@@ -1,0 +1,190 @@
+r"""Parameters with their ranges, and sets of points in the box that they span.
+
+    linear    mu = (1 - u) low + u high          u in [0, 1]
+    log       mu = low^(1 - u) high^u
+
+Points are arrays (k, d) of values in SI units with a column for every parameter, in their order.
+
+Sets: full grids, Latin hypercubes (M. McKay, R. Beckman, W. Conover, Technometrics 21, 1979, doi 10.1080/00401706.1979.10489755)
+and scrambled Sobol sequences (A. Owen, J. Complexity 14, 1998, doi 10.1006/jcom.1998.0487), both by scipy.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.errors import InputError, closest, say
+
+NEAR = 1e-9  #: part of the box that is round-off
+
+
+class Scale(Enum):
+    """How a range is divided."""
+
+    LINEAR = "linear"
+    LOG = "log"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number of a case with its range in SI units."""
+
+    name: str
+    low: float
+    high: float
+    scale: Scale = Scale.LINEAR
+    unit: str = ""  #: for the headers of tables, "Pa"
+    value: float | None = None  #: nominal; None for the middle of the range on its scale
+
+    def __post_init__(self) -> None:
+        where, ends = f"parameter '{self.name}'", f"{self.low:g} to {self.high:g}"
+        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
+            raise InputError(say(where, "a finite range, its lower end first", ends))
+        if self.scale is Scale.LOG and self.low <= 0.0:
+            raise InputError(say(where, "a positive range on a logarithmic scale", ends, "take a linear scale"))
+        if self.value is not None and not self.low <= self.value <= self.high:
+            raise InputError(say(where, f"a nominal value from {ends}", f"{self.value:g}"))
+
+    @property
+    def nominal(self) -> float:
+        """The value where no other is given."""
+        return float(from_box((self,), np.array([[0.5]]))[0, 0]) if self.value is None else float(self.value)
+
+
+def check(parameters: Sequence[Parameter]) -> None:
+    """At least one parameter, every name once."""
+    names = [parameter.name for parameter in parameters]
+    if not names or len(set(names)) < len(names):
+        raise InputError(say("parameters", "one or more, every name once", ", ".join(names) or "none"))
+
+
+def to_box(parameters: Sequence[Parameter], points: ArrayLike) -> np.ndarray:
+    """Points (k, d) in the unit box; those outside of the ranges lie outside of it."""
+    columns = []
+    for parameter, column in zip(parameters, table(parameters, points).T, strict=True):
+        if parameter.scale is Scale.LOG:
+            columns.append(np.log(column / parameter.low) / math.log(parameter.high / parameter.low))
+        else:
+            columns.append((column - parameter.low) / (parameter.high - parameter.low))
+    return np.stack(columns, axis=1)
+
+
+def from_box(parameters: Sequence[Parameter], unit: ArrayLike) -> np.ndarray:
+    """Values (k, d) of points in the unit box; its faces are the ends of the ranges to the bit."""
+    columns = []
+    for parameter, u in zip(parameters, table(parameters, unit).T, strict=True):
+        if parameter.scale is Scale.LOG:
+            columns.append(parameter.low ** (1.0 - u) * parameter.high**u)
+        else:
+            columns.append((1.0 - u) * parameter.low + u * parameter.high)
+    return np.stack(columns, axis=1)
+
+
+def table(parameters: Sequence[Parameter], points: ArrayLike) -> np.ndarray:
+    """Points as a finite array (k, d)."""
+    check(parameters)
+    array, d = np.asarray(points, dtype=float), len(parameters)
+    if array.ndim != 2 or array.shape[1] != d or not np.isfinite(array).all():
+        names = ", ".join(parameter.name for parameter in parameters)
+        raise InputError(say("points", f"finite numbers in {d} column(s) ({names})", f"an array {array.shape}"))
+    return array
+
+
+def grid(parameters: Sequence[Parameter], counts: int | Sequence[int] | Mapping[str, int]) -> np.ndarray:
+    """All combinations of equally spaced values, ends included (one value: the middle); the last parameter changes first."""
+    check(parameters)
+    if isinstance(counts, Mapping):
+        known(parameters, counts, complete=True)
+        counts = [counts[parameter.name] for parameter in parameters]
+    numbers = [counts] * len(parameters) if isinstance(counts, int) else list(counts)
+    if len(numbers) != len(parameters) or min(numbers) < 1:
+        raise InputError(say("grid", f"{len(parameters)} number(s) of values from 1 on", numbers))
+    axes = [np.linspace(0.0, 1.0, n) if n > 1 else np.array([0.5]) for n in numbers]
+    return from_box(parameters, np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes)))
+
+
+def latin_hypercube(parameters: Sequence[Parameter], count: int, seed: int = 0) -> np.ndarray:
+    """Random points, one in each of `count` slices of every range."""
+    from scipy.stats import qmc
+
+    check(parameters)
+    return from_box(parameters, qmc.LatinHypercube(len(parameters), rng=seed).random(whole("latin_hypercube", count)))
+
+
+def sobol(parameters: Sequence[Parameter], count: int, seed: int = 0) -> np.ndarray:
+    """The first points of a scrambled Sobol sequence; a larger count of the same seed begins with the same points."""
+    from scipy.stats import qmc
+
+    check(parameters)
+    power = (whole("sobol", count) - 1).bit_length()
+    return from_box(parameters, qmc.Sobol(len(parameters), scramble=True, rng=seed).random_base2(power)[:count])
+
+
+def whole(where: str, count: int) -> int:
+    """A number of points."""
+    if count < 1:
+        raise InputError(say(where, "a number of points from 1 on", count))
+    return count
+
+
+def listed(parameters: Sequence[Parameter], rows: Iterable[object]) -> np.ndarray:
+    """Points given one by one: mappings of names, sequences in the order of the parameters, or plain numbers of one parameter."""
+    found = []
+    for row in rows:
+        values = row_of(parameters, row) if isinstance(row, Mapping) else np.atleast_1d(np.asarray(row, dtype=float))
+        if values.shape != (len(parameters),):
+            raise InputError(say("points", f"{len(parameters)} value(s) in every row", f"{row}"))
+        found.append(values)
+    return table(parameters, np.reshape(found, (-1, len(parameters))))
+
+
+def named(parameters: Sequence[Parameter], row: ArrayLike) -> dict[str, float]:
+    """Values of one point by name."""
+    values = table(parameters, np.atleast_2d(np.asarray(row, dtype=float)))[0]
+    return {parameter.name: float(value) for parameter, value in zip(parameters, values, strict=True)}
+
+
+def row_of(parameters: Sequence[Parameter], values: Mapping[str, float]) -> np.ndarray:
+    """Values (d,) in the order of the parameters; every parameter is named once and nothing else is."""
+    check(parameters)
+    known(parameters, values, complete=True)
+    for parameter in parameters:
+        value: Any = values[parameter.name]
+        if (
+            not isinstance(value, int | float | np.number)
+            or not math.isfinite(value)
+            or (parameter.scale is Scale.LOG and value <= 0.0)
+        ):
+            expected = "a positive number" if parameter.scale is Scale.LOG else "a finite number"
+            raise InputError(say(f"parameter '{parameter.name}'", expected, repr(value)))
+    return np.array([float(values[parameter.name]) for parameter in parameters])
+
+
+def completed(parameters: Sequence[Parameter], values: Mapping[str, float]) -> dict[str, float]:
+    """Values of all parameters: the given ones, and nominal ones where none is given."""
+    known(parameters, values)
+    return {parameter.name: parameter.nominal for parameter in parameters} | dict(values)
+
+
+def known(parameters: Sequence[Parameter], names: Iterable[str], complete: bool = False) -> None:
+    """Refuse names that are no parameters; with `complete` also parameters without a name."""
+    names, mine = list(names), [parameter.name for parameter in parameters]
+    for name in names:
+        if name not in mine:
+            raise InputError(say("parameters", f"one of {', '.join(mine)}", f"'{name}'{closest(name, mine)}"))
+    missing = [name for name in mine if name not in names]
+    if complete and missing:
+        raise InputError(say("parameters", f"a value for each of {', '.join(mine)}", f"none for {', '.join(missing)}"))
+
+
+def outside(parameters: Sequence[Parameter], values: Mapping[str, float]) -> tuple[str, ...]:
+    """Names of the parameters whose value lies outside of their range."""
+    unit = to_box(parameters, [row_of(parameters, values)])[0]
+    return tuple(p.name for p, u in zip(parameters, unit, strict=True) if not -NEAR <= u <= 1.0 + NEAR)

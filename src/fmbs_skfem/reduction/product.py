@@ -1,0 +1,119 @@
+r"""The reduced model of a whole parameter range as one file.
+
+    rom = product.load("crank_slider.rom")
+    motion = product.run(rom, E=55e9)
+    table = dynamics.outputs(motion)
+
+The file holds the polynomials of `affine` and notes on how they came about: name and hashes of the scene and its meshes, versions,
+training, calibration. It runs without mesh and full model, and is written and checked as all files of `reduction.files`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import InputError, say
+from ..core.notices import notify
+from ..dynamics.integration import Trajectory, integrate
+from . import affine, files
+from . import parameters as boxes
+from .affine import ParametricCase
+from .cases import Case
+
+FORMAT = "fmbs_skfem parametric model"
+LIBRARIES = ("fmbs_skfem", "numpy", "scipy", "numba")
+
+
+@dataclass(frozen=True)
+class Product:
+    """A parametric model and what is known of it."""
+
+    model: ParametricCase
+    notes: dict[str, Any] = field(default_factory=dict)
+
+
+def save(product: Product, path: str | Path) -> Path:
+    """Write a parametric model; versions of the libraries are noted, the form with all multipliers is left out."""
+    model = product.model
+    nominal = replace(model.nominal, system=replace(model.nominal.system, full=None))
+    varying = tuple(part for part in model.varying if part.place[:2] != ("system", "full"))
+    notes = {"versions": {name: version(name) for name in LIBRARIES}} | product.notes
+    return files.write(path, FORMAT, model=replace(model, nominal=nominal, varying=varying), notes=notes)
+
+
+def load(path: str | Path) -> Product:
+    """The parametric model of a file; CorruptFile where it is not as it was written."""
+    product = Product(**files.contents(path, FORMAT, model=ParametricCase, notes=dict))
+    try:
+        affine.at(product.model, boxes.completed(product.model.parameters, {}))
+    except files.DAMAGE as problem:
+        raise files.corrupt(str(path), "numbers that fit their places", problem) from problem
+    return product
+
+
+def run(product: Product, every: int | np.ndarray = 1, /, **values: float) -> Trajectory:
+    """The motion at values of the parameters, nominal where none is given; `every` as in `dynamics.integrate`.
+
+    A name that is no parameter is refused; values outside of the trained ranges are run with a notice.
+    """
+    case = case_of(product, values)
+    return integrate(case.system, case.scheme, case.duration, case.newton, every)
+
+
+def case_of(product: Product, values: Mapping[str, float]) -> Case:
+    """The case at values of the parameters, nominal where none is given, with a notice outside of the trained ranges."""
+    model = product.model
+    point = boxes.completed(model.parameters, values)
+    found = affine.at(model, point)
+    far = boxes.outside(model.parameters, point)
+    if far:
+        listed = [f"{p.name} = {point[p.name]:g}, trained from {p.low:g} to {p.high:g}" for p in model.parameters if p.name in far]
+        notify(f"the reduced model runs outside its training: {'; '.join(listed)}; check its error against a full run")
+    return found
+
+
+def hashes(paths: Iterable[str | Path]) -> dict[str, str]:
+    """SHA-256 of files by their names, for the notes."""
+    found = {}
+    for path in map(Path, paths):
+        try:
+            found[path.name] = hashlib.sha256(path.read_bytes()).hexdigest()
+        except OSError as problem:
+            raise InputError(say(str(path), "a file that can be read", problem)) from problem
+    return found
+
+
+def summary(product: Product) -> dict[str, Any]:
+    """What a model is, as plain numbers and texts: parameters, sizes, polynomials, notes."""
+    model, degree = product.model, affine.degrees(product.model)
+    system = model.nominal.system
+    parameters = {
+        p.name: {
+            "low": p.low,
+            "high": p.high,
+            "nominal": p.nominal,
+            "unit": p.unit,
+            "scale": p.scale.value,
+            "degree": degree[p.name],
+        }
+        for p in model.parameters
+    }
+    return {
+        "parameters": parameters,
+        "unknowns": system.size,
+        "components": {name: last - first for name, first, last in system.components},
+        "constraints": len(system.constraints.names),
+        "outputs": list(system.outputs),
+        "steps": math.floor(model.nominal.duration / model.nominal.scheme.step + 0.5),
+        "varying_numbers": sum(len(part.positions) for part in model.varying),
+        "interpolation_error": model.error,
+        "notes": product.notes,
+    }

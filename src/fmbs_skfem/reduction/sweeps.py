@@ -1,0 +1,334 @@
+r"""Sweeps: many members of a family computed by worker processes, which may fail, hang or die without hurting the others.
+
+    points (k, d) -> batches -> workers -> records, one a member, as they finish
+
+A task is prepared once in every worker and then runs members. Workers are processes of dask.distributed: a cluster of this machine
+that lives as long as the sweep, or one that is given by its address. Every worker has one batch at a time, long enough that sending
+it costs next to nothing. A worker that ends takes its batch with it: its members are tried again one by one, and the member with
+which a worker ends again is listed as killed. A member that takes longer than the time limit ends its worker by a timer outside of
+the interpreter (so that compiled code cannot hold it up) and is listed as timeout.
+
+M. Rocklin, Dask: parallel computation with blocked algorithms and task scheduling, Proc. 14th Python in Science Conf. (2015)
+126-132, doi 10.25080/Majora-7b98e3ed-013.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import signal
+import threading
+import time as clock
+import uuid
+from collections import Counter, deque
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.errors import FmbsError, InputError, Reason, SolverError, say
+from ..core.notices import notify
+from . import members
+from .members import Member, Record, Result, Status, Task, Work
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+__all__ = ["Task", "Work", "Member", "Result", "Record", "Status", "Options", "Outcome", "run"]
+
+BATCH = 1.0  #: time that a batch should take [s]
+SHORTEST = 1e-4  #: time of a member, at least [s]
+CONNECT = 10.0  #: longest wait for a given cluster to answer [s]
+TICK = 0.5  #: longest time between two looks at the workers [s]
+GRACE = 2.0  #: after which a batch on a worker that the scheduler does not know is taken for lost [s]
+PATIENCE = 60.0  #: after which a sweep without any worker is given up [s]
+ATTEMPTS = 3  #: workers in a row that may end while they prepare
+ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+Keep: TypeAlias = Callable[[Record], object]
+
+
+@dataclass(frozen=True)
+class Options:
+    """Where a sweep runs and how long it waits."""
+
+    workers: int | None = None  #: processes on this machine; None for one a core
+    scheduler: str | None = None  #: address of a cluster, tcp://host:port, instead of processes on this machine
+    timeout: float | None = None  #: longest time of one member [s]
+    batch: float = BATCH  #: [s]
+    first_alone: bool = False  #: one worker prepares before the others, which find its compiled code
+
+    def __post_init__(self) -> None:
+        if self.workers is not None and (self.workers < 1 or self.scheduler):
+            expected = "none for a given cluster" if self.scheduler else "at least 1"
+            raise InputError(say("sweep: workers", expected, self.workers))
+        for name, value in (("timeout", self.timeout), ("batch", self.batch)):
+            if value is not None and not 0 < value < math.inf:
+                raise InputError(say(f"sweep: {name}", "a positive time [s]", value))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a sweep went."""
+
+    counts: dict[Status, int]  #: members of this run
+    workers: int
+    start_s: float  #: wall time until the first member began [s]
+    wall_s: float  #: [s]
+    busy_s: float  #: wall time of all members [s]
+    cpu_s: float  #: CPU time of all members [s]
+    deaths: int  #: workers that ended before their batch
+
+    @property
+    def overhead(self) -> float:
+        """Part of the workers' time, after the start, that was spent on no member."""
+        there = self.workers * (self.wall_s - self.start_s)
+        return 1.0 - self.busy_s / there if there > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Members that go to a worker together, and how often they were with one that ended. A batch without members prepares."""
+
+    members: tuple[Member, ...] = ()
+    deaths: int = 0
+
+
+@dataclass(frozen=True)
+class Sent:
+    """A batch at a worker."""
+
+    batch: Batch
+    worker: str
+    since: float  #: [s]
+
+
+@dataclass
+class Desk:
+    """A sweep on its way."""
+
+    client: Client
+    task: Task
+    options: Options
+    queue: deque[Member]
+    keep: Keep
+    alone: deque[Batch] = field(default_factory=deque)  #: members of lost batches, one by one
+    token: str = field(default_factory=lambda: uuid.uuid4().hex)
+    busy: dict[Future, Sent] = field(default_factory=dict)
+    ready: set[str] = field(default_factory=set)  #: workers that have prepared the task
+    counts: Counter[Status] = field(default_factory=Counter)
+    told: set[str] = field(default_factory=set)  #: notices of members, each given once
+    most: int = 0  #: workers at a time
+    deaths: int = 0
+    unprepared: int = 0  #: workers in a row that ended while they prepared
+    busy_s: float = 0.0
+    cpu_s: float = 0.0
+    began: float | None = None  #: when the first member was sent [s]
+    seen: float = field(default_factory=clock.monotonic)  #: when there was a worker [s]
+
+
+def run(
+    task: Task,
+    names: Sequence[str],
+    points: ArrayLike,
+    keep: Keep,
+    options: Options | None = None,
+    skip: Collection[int] = (),
+    progress: Callable[[float], None] | None = None,
+) -> Outcome:
+    """Run the members at `points` (k, d), whose columns are `names`, except the numbers in `skip`; each record goes to `keep`.
+
+    Records come in any order. An error of `keep` (a full disk) ends the sweep, as does a task that cannot be prepared; whatever
+    happens to a member does not. Scripts that call this with processes of this machine need `if __name__ == "__main__":`.
+    """
+    options, table = options or Options(), np.asarray(points, dtype=float)
+    if table.ndim != 2 or table.shape[1] != len(names):
+        raise InputError(say("sweep: points", f"an array (k, {len(names)})", f"shape {table.shape}"))
+    todo = [Member(k, dict(zip(names, row.tolist(), strict=True))) for k, row in enumerate(table) if k not in set(skip)]
+    start = clock.monotonic()
+    if not todo:
+        return Outcome({}, 0, 0.0, 0.0, 0.0, 0.0, 0)
+    with interrupts() as asked, cluster(options, len(todo)) as client:
+        desk = Desk(client, task, options, deque(todo), keep)
+        try:
+            serve(desk, len(todo), asked, progress)
+        finally:
+            client.cancel(list(desk.busy))
+    end = clock.monotonic()
+    begun = (desk.began or end) - start
+    return Outcome(dict(desk.counts), desk.most, begun, end - start, desk.busy_s, desk.cpu_s, desk.deaths)
+
+
+@contextlib.contextmanager
+def interrupts() -> Iterator[list[int]]:
+    """SIGINT goes into a list, from which `serve` takes it: raised inside of a callback, as dask has many, it would be lost."""
+    asked: list[int] = []
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or before in (signal.SIG_IGN, None):
+        yield asked
+        return
+    signal.signal(signal.SIGINT, lambda number, frame: asked.append(number))
+    try:
+        yield asked
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def serve(desk: Desk, total: int, asked: Sequence[int], progress: Callable[[float], None] | None) -> None:
+    """Send batches and take their records until all members are settled, or until someone asks for an end."""
+    from distributed import wait
+
+    while sum(desk.counts.values()) < total:
+        if asked:
+            raise KeyboardInterrupt
+        look(desk)
+        send(desk)
+        with contextlib.suppress(TimeoutError):
+            wait(list(desk.busy), timeout=TICK, return_when="FIRST_COMPLETED") if desk.busy else clock.sleep(0.05)
+        for future in [future for future in desk.busy if future.done()]:
+            settle(desk, future, desk.busy.pop(future))
+        if progress:
+            progress(sum(desk.counts.values()) / total)
+
+
+@contextlib.contextmanager
+def cluster(options: Options, members: int) -> Iterator[Client]:
+    """A client of the given cluster, or of processes of this machine."""
+    import logging
+
+    import dask
+    from dask.system import CPU_COUNT
+    from distributed import Client, LocalCluster
+
+    if options.scheduler:
+        try:
+            client = Client(options.scheduler, timeout=CONNECT, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise InputError(say(f"scheduler {options.scheduler}", "the address of a running scheduler", error)) from error
+        with client, client.as_current():
+            yield client
+        return
+    settings = {
+        "distributed.scheduler.allowed-failures": 0,  # a batch whose worker ends comes back at once
+        "distributed.scheduler.worker-ttl": None,  # compiled code may leave no time for signs of life
+        "distributed.nanny.pre-spawn-environ": dict.fromkeys(ONE_THREAD, "1"),
+    }
+    closed = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}  # health checks, on a free port of this machine
+    count, quiet = min(options.workers or CPU_COUNT, members), logging.CRITICAL
+    with (
+        dask.config.set(settings),
+        LocalCluster(count, threads_per_worker=1, processes=True, silence_logs=quiet, scheduler_kwargs=closed) as local,
+        Client(local, set_as_default=False) as client,
+        client.as_current(),
+    ):
+        yield client
+
+
+def look(desk: Desk) -> None:
+    """Workers that came prepare the task; batches of workers that went are given up."""
+    now, there = clock.monotonic(), set(desk.client.nthreads())
+    desk.ready &= there
+    for future, sent in list(desk.busy.items()):
+        if sent.worker not in there and now - sent.since > GRACE and not future.done():
+            del desk.busy[future]
+            future.cancel()
+            bury(desk, sent)
+    occupied = {sent.worker for sent in desk.busy.values()}
+    new = sorted(there - desk.ready - occupied)
+    if desk.options.first_alone and not desk.most:
+        new = new[: 0 if occupied else 1]
+    for worker in new:
+        post(desk, Batch(), worker)
+    desk.seen = now if there else desk.seen
+    if now - desk.seen > PATIENCE:
+        raise InputError(say("sweep", "a worker", f"none for {PATIENCE:g} s", "start workers; the records so far are kept"))
+
+
+def send(desk: Desk) -> None:
+    """A batch for every worker that is free."""
+    for worker in desk.ready - {sent.worker for sent in desk.busy.values()}:
+        if desk.alone:
+            post(desk, desk.alone.popleft(), worker)
+        elif desk.queue:
+            post(desk, Batch(tuple(desk.queue.popleft() for _ in range(length(desk)))), worker)
+    desk.most = max(desk.most, len(desk.ready))
+
+
+def length(desk: Desk) -> int:
+    """Members of the next batch: one at first, then as many whole blocks as take the wanted time, fewer towards the end."""
+    settled, block = desk.counts[Status.OK] + desk.counts[Status.FAILED], desk.task.block
+    mean = max(desk.busy_s / settled, SHORTEST) if settled else math.inf
+    wanted = block * max(1, round(desk.options.batch / (mean * block))) if settled else 1
+    return max(1, min(wanted, math.ceil(len(desk.queue) / (2 * len(desk.ready)))))
+
+
+def post(desk: Desk, batch: Batch, worker: str) -> None:
+    """Send a batch to a worker, and nowhere else."""
+    call: tuple[Any, ...] = (members.prepare, desk.token, desk.task)
+    if batch.members:
+        desk.began = desk.began or clock.monotonic()
+        call = (members.work, desk.token, batch.members, desk.options.timeout)
+    future = desk.client.submit(*call, workers=[worker], allow_other_workers=False, pure=False)
+    desk.busy[future] = Sent(batch, worker, clock.monotonic())
+
+
+def settle(desk: Desk, future: Future, sent: Sent) -> None:
+    """Take what a worker gives back."""
+    from distributed import CancelledError, KilledWorker
+
+    try:
+        found = future.result()
+    except (KilledWorker, CancelledError):
+        bury(desk, sent)
+        return
+    if sent.batch.members:
+        for record in found:
+            enter(desk, record)
+    elif found is None:
+        desk.ready.add(sent.worker)
+        desk.unprepared = 0
+    else:
+        raise refusal(*found)
+
+
+def refusal(kind: type[FmbsError], message: str, reason: Reason | None) -> FmbsError:
+    """The error with which a task could not be prepared."""
+    return kind(message) if reason is None else SolverError(message, reason)
+
+
+def enter(desk: Desk, record: Record) -> None:
+    """A member is settled."""
+    for text in set(record.notices) - desk.told:
+        desk.told.add(text)
+        notify(text)
+    desk.keep(record)
+    desk.counts[record.status] += 1
+    desk.busy_s += record.wall_s
+    desk.cpu_s += record.cpu_s
+
+
+def bury(desk: Desk, sent: Sent) -> None:
+    """A worker ended: its members are tried alone; one that was alone and has ended a worker before is listed."""
+    batch, took = sent.batch, clock.monotonic() - sent.since
+    desk.ready.discard(sent.worker)
+    if not batch.members:
+        desk.unprepared += 1
+        if desk.unprepared >= ATTEMPTS:
+            got = f"{ATTEMPTS} that ended while they prepared it"
+            raise InputError(say("sweep", "workers that can run the task", got, "run one member with fmbs run to see why"))
+        return
+    desk.deaths += 1
+    single, limit = len(batch.members) == 1, desk.options.timeout
+    if single and limit is not None and took >= limit:
+        enter(desk, lost(batch.members[0], Status.TIMEOUT, f"took longer than {limit:g} s", took))
+    elif single and batch.deaths:
+        enter(desk, lost(batch.members[0], Status.KILLED, "its worker process ended twice: crash, kill or lack of memory", took))
+    else:
+        desk.alone.extend(Batch((member,), batch.deaths + 1) for member in batch.members)
+
+
+def lost(member: Member, status: Status, message: str, wall_s: float) -> Record:
+    """The record of a member whose worker ended."""
+    return Record(member.number, member.values, status, status.value, message, wall_s=wall_s)

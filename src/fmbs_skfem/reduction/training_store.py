@@ -1,0 +1,240 @@
+"""The folder of a training: closed files that a later session reads, so that nothing in it is computed again.
+
+    training.json        what is trained, as a fingerprint
+    run-001.h5           factors of the first full run
+    model-001.h5         the reduced model of one run, as a file of `product`; there is none where a file cannot hold it
+    notes-001.json       pairs of indicator and error known with this model, the choice of eps and eta
+    indicators-001.json  its indicators, as far as they are known
+    iteration-001.h5     the first iteration of the greedy loop, complete
+
+Every file is written under another name, flushed to the disk and renamed into its place: it is there completely or not at all.
+A folder of another training is refused. A fingerprint is made of the numbers of the family at both corners of the box, to nine
+digits, of plan, snapshots, candidates and options.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import math
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, fields, is_dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import CorruptFile, InputError, say
+from ..core.linalg import is_sparse
+from . import files, greedy, product
+from .budget import Choice
+from .family_model import FamilyModel
+from .full_runs import Factor, FullRun, Setting
+from .product import Product
+
+FORMAT = "fmbs_skfem training"
+TITLE = "training.json"
+DIGITS = 9  #: of numbers in a fingerprint
+TIMES = np.linspace(0.0, 1.0, 17)  #: where functions of time are sampled for a fingerprint [s]
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A reduced run beside its full run."""
+
+    run: int  #: number of the full run, from 0
+    bases: int  #: number of full runs in the bases of the reduced model
+    indicator: float
+    error: float  #: (48)
+
+
+@dataclass(frozen=True)
+class Notes:
+    """What is known of a training beside its runs, models and iterations."""
+
+    pairs: tuple[Pair, ...] = ()
+    choice: Choice | None = None
+    lowered: int = 0
+    discarded: int = 0
+
+
+@dataclass(frozen=True)
+class Stored:
+    """What a folder holds."""
+
+    runs: tuple[FullRun, ...]
+    points: tuple[int, ...]  #: candidates of the runs
+    iterations: tuple[greedy.Iteration, ...]
+    indicators: dict[int, float]  #: of the model of all runs
+
+
+def opened(folder: Path | str, fingerprint: str) -> Path:
+    """The folder, made where there is none; that of another training is refused."""
+    place = Path(folder)
+    place.mkdir(parents=True, exist_ok=True)
+    title = place / TITLE
+    if title.is_file():
+        known = json.loads(title.read_text(encoding="utf-8")).get("fingerprint")
+        if known != fingerprint:
+            remedy = "take an empty folder, or train with the family, plan, candidates and options of this one"
+            raise InputError(say(str(place), "a folder of this training", "one of another training", remedy))
+    elif any(place.glob("*-[0-9][0-9][0-9].*")):
+        raise InputError(say(str(place), "an empty folder or one of this training", f"one without {TITLE}", "take an empty folder"))
+    else:
+        write_text(title, json.dumps({"fingerprint": fingerprint}, indent=2) + "\n")
+    return place
+
+
+def read(folder: Path) -> Stored:
+    """All that is complete in a folder, less the models."""
+    runs: list[FullRun] = []
+    points: list[int] = []
+    while (path := folder / f"run-{len(runs) + 1:03d}.h5").is_file():
+        tree = read_tree(path)
+        runs.append(run_of(tree["run"], path))
+        points.append(tree["point"])
+    iterations: list[greedy.Iteration] = []
+    while (path := folder / f"iteration-{len(iterations) + 1:03d}.h5").is_file():
+        iterations.append(greedy.Iteration(**read_tree(path)))
+    path = folder / f"indicators-{len(runs):03d}.json"
+    known = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else []
+    return Stored(tuple(runs), tuple(points), tuple(iterations), {int(k): float(value) for k, value in known})
+
+
+def keep_run(folder: Path, number: int, run: FullRun, point: int) -> None:
+    """Store a full run, from 1."""
+    write_tree(folder / f"run-{number:03d}.h5", {"run": asdict(run), "point": point})
+
+
+def keep_model(folder: Path, number: int, model: FamilyModel, notes: Notes) -> None:
+    """Store the reduced model of the first `number` runs; one that a file cannot hold is made again when training goes on."""
+    parts = {"modes": dict(model.modes), "selections": model.selections, "training_s": model.training_s}
+    path = folder / f"model-{number:03d}.h5"
+    path.unlink(missing_ok=True)
+    with contextlib.suppress(InputError):
+        place_whole(path, lambda part: product.save(Product(model.parametric, {"model": parts}), part))
+    write_text(folder / f"notes-{number:03d}.json", json.dumps(asdict(notes), indent=2) + "\n")
+
+
+def notes_of(folder: Path, number: int) -> Notes | None:
+    """What was known when the model of the first `number` runs was made; None where it was not."""
+    path = folder / f"notes-{number:03d}.json"
+    if not path.is_file():
+        return None
+    tree = json.loads(path.read_text(encoding="utf-8"))
+    choice = None if tree["choice"] is None else Choice(**tree["choice"])
+    return Notes(tuple(Pair(**pair) for pair in tree["pairs"]), choice, tree["lowered"], tree["discarded"])
+
+
+def model(folder: Path, number: int) -> FamilyModel | None:
+    """The stored reduced model of the first `number` runs."""
+    path = folder / f"model-{number:03d}.h5"
+    if not path.is_file():
+        return None
+    found = product.load(path)
+    return FamilyModel(found.model, **found.notes["model"])
+
+
+def forget(folder: Path, number: int) -> None:
+    """Remove the iteration and the indicators of a model that is made again."""
+    for name in (f"iteration-{number:03d}.h5", f"indicators-{number:03d}.json"):
+        (folder / name).unlink(missing_ok=True)
+
+
+def keep_indicators(folder: Path, number: int, indicators: Mapping[int, float]) -> None:
+    """Store the indicators of the model of the first `number` runs."""
+    write_text(folder / f"indicators-{number:03d}.json", json.dumps(list(indicators.items())))
+
+
+def keep_iteration(folder: Path, iteration: greedy.Iteration) -> None:
+    """Store a complete iteration."""
+    tree = {field.name: getattr(iteration, field.name) for field in fields(iteration)}
+    write_tree(folder / f"iteration-{iteration.number:03d}.h5", tree)
+
+
+def run_of(tree: dict[str, Any], path: Path) -> FullRun:
+    try:
+        return FullRun(**{**tree, "factors": {name: Factor(**part) for name, part in tree["factors"].items()}})
+    except (TypeError, LookupError) as problem:
+        raise CorruptFile(say(str(path), "a full run", problem, "delete the file; the run is made again")) from problem
+
+
+def write_tree(path: Path, tree: dict[str, Any]) -> None:
+    """Write numbers, texts, arrays, tuples, lists and dicts to a file with size and checksum in front."""
+    place_whole(path, lambda part: files.write(part, FORMAT, tree=tree))
+
+
+def read_tree(path: Path) -> dict[str, Any]:
+    """What `write_tree` has written."""
+    tree: dict[str, Any] = files.contents(path, FORMAT, tree=dict)["tree"]
+    return tree
+
+
+def write_text(path: Path, text: str) -> None:
+    place_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
+
+
+def place_whole(path: Path, fill: Callable[[Path], object]) -> None:
+    """Write a file under another name, flush it to the disk, and rename it into its place; OSError where that fails."""
+    part = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        fill(part)
+        with part.open("rb+") as raw:
+            os.fsync(raw.fileno())
+        os.replace(part, path)
+    except InputError as problem:
+        raise problem.__cause__ if isinstance(problem.__cause__, OSError) else problem from None
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def fingerprint(setting: Setting, *others: Any) -> str:
+    """What a training is, as a text: the family at both corners of the box, parameters, plan and snapshots, and `others`."""
+    corners = [{p.name: end for p, end in zip(setting.parameters, ends, strict=True)} for ends in corner_values(setting)]
+    digest = hashlib.sha256()
+    for value in (*(setting.family(corner) for corner in corners), setting.parameters, setting.plan, setting.interval, *others):
+        add(value, digest)
+    return digest.hexdigest()
+
+
+def corner_values(setting: Setting) -> tuple[list[float], list[float]]:
+    return [p.low for p in setting.parameters], [p.high for p in setting.parameters]
+
+
+def add(value: Any, digest: Any) -> None:
+    """Add a value to a fingerprint; numbers to some digits, so that another processor gives the same."""
+    if is_sparse(value):
+        value = [value.data, value.indices, value.indptr]
+    if isinstance(value, np.ndarray):
+        return digest.update(f"{value.shape}{value.dtype.kind}{summary(value)}".encode())
+    if isinstance(value, Enum):
+        value = f"{type(value).__name__}.{value.name}"
+    if isinstance(value, float | np.floating):
+        return digest.update(f"{value:.{DIGITS}g};".encode())
+    if is_dataclass(value):
+        value = {field.name: getattr(value, field.name) for field in fields(value)}
+    if isinstance(value, Mapping):
+        value = [item for pair in value.items() for item in pair]
+    if isinstance(value, list | tuple):
+        digest.update(f"[{len(value)}".encode())
+        for item in value:
+            add(item, digest)
+        return None
+    if callable(value):
+        return add(np.broadcast_to(np.asarray(value(TIMES), dtype=float), TIMES.shape), digest)
+    return digest.update(f"{value!r};".encode())
+
+
+def summary(array: np.ndarray) -> str:
+    """A few numbers that tell arrays apart: the size, and a weighted sum relative to it."""
+    if array.dtype.kind not in "biuf":
+        return repr(array.tolist())
+    values = array.ravel().astype(float)
+    unit = float(np.abs(values).max(initial=0.0))
+    if unit == 0.0 or not math.isfinite(unit):
+        return f"{unit}"
+    weights = np.cos(np.arange(len(values)) * math.sqrt(2.0))
+    return f"{unit:.{DIGITS}g};{np.linalg.norm(values / unit):.{DIGITS}g};{weights @ (values / unit) / len(values):.{DIGITS}f}"

@@ -1,0 +1,302 @@
+r"""Files of a sweep: a record for every member, complete or not at all, and one table of all of them.
+
+    members/000017.h5    as soon as the member is settled
+    sweep.csv            a row a member: parameters, smallest, largest and last value of every output, status, cost
+    sweep.h5             parameters (k, d), status, times and histories (k, s)
+
+All are written beside their place, flushed to the disk and renamed.
+Whatever ends a sweep leaves the records so far, so that it can go on with the members that are missing. Arrays carry HDF5's
+Fletcher-32 checksums; a record that cannot be read counts as missing. Headers of the table: `E [Pa]`, `C_z max`, ..., in SI units.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import io
+import json
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from ..core.errors import CorruptFile, InputError, say
+from ..core.notices import notify
+from ..reduction.members import Record, Result, Status
+from ..reduction.parameters import Parameter
+
+MEMBERS = "members"
+CSV, HDF5 = "sweep.csv", "sweep.h5"
+VERSION = 1
+DAMAGE = (OSError, LookupError, RuntimeError, ValueError, TypeError)  #: what reading a damaged record raises
+EXTREMES = ("min", "max", "final")
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """All members of a sweep; numbers of members without result are NaN."""
+
+    parameters: tuple[Parameter, ...]
+    points: np.ndarray  #: (k, d)
+    status: tuple[Status | None, ...]  #: (k,), None for members that are missing
+    reasons: tuple[str, ...]  #: (k,)
+    messages: tuple[str, ...]  #: (k,)
+    cpu_s: np.ndarray  #: (k,)
+    times: np.ndarray  #: (k, s) [s]
+    columns: dict[str, np.ndarray]  #: output -> (k, s)
+    units: dict[str, str]  #: output -> SI unit, where it is known
+    numbers: dict[str, np.ndarray]  #: further results -> (k,)
+
+
+def path(folder: Path, number: int) -> Path:
+    """The file of a member."""
+    return folder / MEMBERS / f"{number:06d}.h5"
+
+
+def write(folder: Path, record: Record) -> Path:
+    """Store the record of a member: complete under its name, or not at all."""
+    return replaced(path(folder, record.number), image(record))
+
+
+def image(record: Record) -> bytes:
+    """A record as the bytes of an HDF5 file."""
+    result = record.result
+    facts = {
+        "version": VERSION,
+        "number": record.number,
+        "values": record.values,
+        "status": record.status.value,
+        "reason": record.reason,
+        "message": record.message,
+        "cpu_s": record.cpu_s,
+        "wall_s": record.wall_s,
+        "notices": record.notices,
+        "outputs": None if result is None else list(result.columns),
+        "units": {} if result is None else result.units,
+        "numbers": {} if result is None else result.numbers,
+    }
+    with h5py.File("record", "w", driver="core", backing_store=False) as file:
+        file.create_dataset("facts", data=np.frombuffer(json.dumps(facts).encode(), dtype=np.uint8), fletcher32=True)
+        if result is not None:
+            file.create_dataset("histories", data=np.stack([result.times, *result.columns.values()]), fletcher32=True)
+        file.flush()
+        found: bytes = file.id.get_file_image()
+    return found
+
+
+def replaced(target: Path, data: bytes) -> Path:
+    """Write a file beside its place, have it on the disk, and rename it."""
+    part = target.with_name(target.name + ".part")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with part.open("wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        return part.replace(target)
+    except OSError as problem:
+        with contextlib.suppress(OSError):
+            part.unlink()
+        remedy = "what is there is kept; make room and go on with --resume"
+        raise InputError(say(str(target), "a place that can be written", problem, remedy)) from problem
+
+
+def read(place: Path) -> Record:
+    """The record in a file; CorruptFile where it is not as it was written."""
+    try:
+        with h5py.File(place, "r") as file:
+            facts: dict[str, Any] = json.loads(file["facts"][()].tobytes())
+            histories = None if facts["outputs"] is None else file["histories"][()]
+        if facts["version"] != VERSION:
+            raise ValueError(f"version {facts['version']}")
+        result = None if histories is None else result_of(facts, histories)
+        return Record(
+            int(facts["number"]),
+            facts["values"],
+            Status(facts["status"]),
+            str(facts["reason"]),
+            str(facts["message"]),
+            float(facts["cpu_s"]),
+            float(facts["wall_s"]),
+            result,
+            tuple(facts["notices"]),
+        )
+    except DAMAGE as problem:
+        raise CorruptFile(
+            say(str(place), f"a record of version {VERSION}", problem, "remove it and go on with --resume")
+        ) from problem
+
+
+def result_of(facts: Mapping[str, Any], histories: np.ndarray) -> Result:
+    """The result of a member that ran."""
+    columns = dict(zip(facts["outputs"], histories[1:], strict=True))
+    return Result(histories[0], columns, facts["units"], facts["numbers"])
+
+
+def settled(folder: Path, points: np.ndarray, names: Sequence[str]) -> dict[int, Record]:
+    """Records of the members at `points` that can be read, by number; others count as missing, with a notice."""
+    found: dict[int, Record] = {}
+    for number, row in enumerate(points):
+        place = path(folder, number)
+        if not place.exists():
+            continue
+        try:
+            record = read(place)
+        except CorruptFile as problem:
+            notify(f"{problem}; the member counts as missing")
+            continue
+        if record.values == dict(zip(names, row.tolist(), strict=True)):
+            found[number] = record
+        else:
+            notify(f"{place}: a record of another member; the member counts as missing")
+    return found
+
+
+def forget(folder: Path) -> None:
+    """Remove the records of an earlier sweep."""
+    for place in (folder / MEMBERS).glob("*.h5*"):
+        if place.name.split(".")[0].isdigit():
+            place.unlink()
+
+
+def collect(parameters: Sequence[Parameter], points: np.ndarray, records: Mapping[int, Record]) -> Sweep:
+    """All members side by side."""
+    count, results = len(points), {k: record.result for k, record in records.items() if record.result is not None}
+    samples = max((len(result.times) for result in results.values()), default=0)
+    names = dict.fromkeys(name for result in results.values() for name in result.columns)
+    extra = dict.fromkeys(name for result in results.values() for name in result.numbers)
+    times, columns = np.full((count, samples), np.nan), {name: np.full((count, samples), np.nan) for name in names}
+    numbers = {name: np.full(count, np.nan) for name in extra}
+    for k, result in results.items():
+        times[k, : len(result.times)] = result.times
+        for name, values in result.columns.items():
+            columns[name][k, : len(values)] = values
+        for name, value in result.numbers.items():
+            numbers[name][k] = value
+    known = [records.get(k) for k in range(count)]
+    return Sweep(
+        tuple(parameters),
+        points,
+        tuple(record.status if record else None for record in known),
+        tuple(record.reason if record else "" for record in known),
+        tuple(record.message if record else "" for record in known),
+        np.array([record.cpu_s if record else np.nan for record in known]),
+        times,
+        columns,
+        {name: unit for result in results.values() for name, unit in result.units.items()},
+        numbers,
+    )
+
+
+def extremes(values: np.ndarray) -> dict[str, np.ndarray]:
+    """Smallest, largest and last value (k,) of histories (k, s); NaN where there is none."""
+    if not values.shape[1]:
+        return dict.fromkeys(EXTREMES, np.full(len(values), np.nan))
+    there = np.isfinite(values)
+    last = values.shape[1] - 1 - there[:, ::-1].argmax(axis=1)
+    final = values[np.arange(len(values)), last]
+    low, high = np.where(there, values, np.inf).min(axis=1), np.where(there, values, -np.inf).max(axis=1)
+    return {"min": np.where(there.any(axis=1), low, np.nan), "max": np.where(there.any(axis=1), high, np.nan), "final": final}
+
+
+def headed(name: str, unit: str) -> str:
+    """`E [Pa]`; a name alone where there is no unit."""
+    return f"{name} [{unit}]" if unit else name
+
+
+def table(sweep: Sweep) -> dict[str, Sequence[Any] | np.ndarray]:
+    """The columns of sweep.csv by their headers."""
+    found: dict[str, Sequence[Any] | np.ndarray] = {"member": range(len(sweep.points))}
+    found |= {headed(p.name, p.unit): sweep.points[:, k] for k, p in enumerate(sweep.parameters)}
+    for name, values in sweep.columns.items():
+        unit = sweep.units.get(name, "")
+        found |= {headed(f"{name} {kind}", unit): column for kind, column in extremes(values).items()}
+    found |= sweep.numbers
+    found |= {"status": [status.value if status else "missing" for status in sweep.status], "reason": sweep.reasons}
+    return found | {"message": sweep.messages, "cpu_s [s]": sweep.cpu_s}
+
+
+def write_csv(sweep: Sweep, target: Path) -> Path:
+    """The table; cells without number are empty."""
+    columns, text = table(sweep), io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*([cell(value) for value in column] for column in columns.values()), strict=True))
+    return replaced(target, text.getvalue().encode())
+
+
+def cell(value: Any) -> str:
+    """A value of the table; one line, no number where there is none."""
+    if isinstance(value, float):
+        return f"{value:.15g}" if np.isfinite(value) else ""
+    return " ".join(str(value).split())
+
+
+def write_hdf5(sweep: Sweep, target: Path) -> Path:
+    """The table with the histories."""
+    with h5py.File("sweep", "w", driver="core", backing_store=False) as file:
+        file.attrs["format"], file.attrs["version"] = "fmbs_skfem sweep", VERSION
+        points = file.create_dataset("parameters", data=sweep.points)
+        points.attrs["names"] = [p.name for p in sweep.parameters]
+        points.attrs["units"] = [p.unit for p in sweep.parameters]
+        texts = {"status": [status.value if status else "missing" for status in sweep.status]}
+        for name, values in (texts | {"reason": sweep.reasons, "message": sweep.messages}).items():
+            file.create_dataset(name, data=list(values), dtype=h5py.string_dtype())
+        file["cpu_s"] = sweep.cpu_s
+        for name, column in sweep.numbers.items():
+            file[f"numbers/{name}"] = column
+        stored(file, "times", shared_times(sweep.times), "s")
+        file.create_group("histories")
+        for name, column in sweep.columns.items():
+            stored(file, f"histories/{name}", column, sweep.units.get(name, ""))
+        file.flush()
+        data = file.id.get_file_image()
+    return replaced(target, data)
+
+
+def stored(file: h5py.File, name: str, values: np.ndarray, unit: str) -> None:
+    """Histories, checked and packed."""
+    options = {"compression": "lzf", "shuffle": True, "fletcher32": True} if values.size else {}
+    file.create_dataset(name, data=values, **options).attrs["unit"] = unit
+
+
+def shared_times(times: np.ndarray) -> np.ndarray:
+    """Times (s,) where all members have the same, otherwise (k, s)."""
+    there = times[np.isfinite(times).any(axis=1)]
+    return there[0] if len(there) and np.array_equal(there, np.broadcast_to(there[0], there.shape), equal_nan=True) else times
+
+
+def read_points(place: Path, names: Iterable[str], factor: Any) -> list[dict[str, float]]:
+    """Rows of a CSV file whose header names parameters, with units where the numbers are not SI: `E [GPa]`.
+
+    `factor(text)` is the size of a unit. Columns of other names, such as those of a table of results, are left out.
+    """
+    wanted = list(names)
+    try:
+        with place.open(newline="", encoding="utf-8-sig") as file:
+            rows = [row for row in csv.reader(file) if any(text.strip() for text in row)]
+    except (OSError, UnicodeDecodeError, csv.Error) as problem:
+        raise InputError(say(str(place), "a CSV file of points", problem)) from problem
+    heads = [head.strip() for head in rows[0]] if rows else []
+    found: dict[str, tuple[int, float]] = {}
+    for column, head in enumerate(heads):
+        name, _, unit = head.partition("[")
+        if name.strip() in wanted:
+            found[name.strip()] = column, factor(unit.rstrip("] ").strip()) if unit else 1.0
+    missing = [name for name in wanted if name not in found]
+    if missing or len(rows) < 2:
+        got = f"{', '.join(heads) or 'no header'} and {max(len(rows) - 1, 0)} rows"
+        raise InputError(say(str(place), f"a header with {', '.join(wanted)} and a row a member", got))
+    return [numbers(f"{place}: row {k}", row, found) for k, row in enumerate(rows[1:], start=2)]
+
+
+def numbers(where: str, row: Sequence[str], columns: Mapping[str, tuple[int, float]]) -> dict[str, float]:
+    """The parameters in a row."""
+    try:
+        return {name: float(row[column]) * factor for name, (column, factor) in columns.items()}
+    except (ValueError, IndexError) as problem:
+        raise InputError(say(where, f"numbers for {', '.join(columns)}", ", ".join(row))) from problem

@@ -1,0 +1,134 @@
+"""Figures of a sweep: the response over each parameter, a matrix of scatter plots, and histories as a fan of quantiles.
+
+Only members that ran are drawn as points; where members failed, crosses mark their parameters in the matrix.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..core.errors import InputError, closest, say
+from ..reduction.members import Status
+from ..reduction.parameters import Parameter, Scale
+from . import palette
+from .frames import Array
+from .plots import _figure, _legend_below, _save
+from .sweep_files import Sweep, extremes, headed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+GRID = "#E4E4E4"
+MOST_OUTPUTS = 6  #: outputs in one figure, unless they are named
+MOST_ROWS = 4  #: outputs over the parameters, unless they are named
+MOST_SIDES = 6  #: parameters and outputs in a matrix, unless the outputs are named
+BINS = 24  #: of the histograms in the matrix
+BANDS = ((0.0, 1.0, "all", 0.14), (0.05, 0.95, "5 to 95 %", 0.26), (0.25, 0.75, "25 to 75 %", 0.42))  #: low, high, name, alpha
+KINDS = {"max": (palette.VERMILLION, "^"), "final": (palette.BLACK, "."), "min": (palette.BLUE, "v")}
+
+
+def response(path: Path | str, sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Path:
+    """Largest, last and smallest value of outputs over every parameter: a row an output, a column a parameter."""
+    chosen = named(sweep, outputs, MOST_ROWS)
+    figure = _figure(3.1 * len(sweep.parameters) + 1.2, 2.2 * len(chosen) + 0.8, title)
+    grid = figure.subplots(len(chosen), len(sweep.parameters), squeeze=False, sharex="col", sharey="row")
+    for row, output in zip(grid, chosen, strict=True):
+        values = extremes(sweep.columns[output])
+        for axes, parameter, points in zip(row, sweep.parameters, sweep.points.T, strict=True):
+            for kind, (tint, marker) in KINDS.items():
+                axes.scatter(points, values[kind], s=9, c=tint, marker=marker, alpha=0.55, linewidths=0, label=kind)
+            scaled(axes, parameter)
+        row[0].set_ylabel(headed(output, sweep.units.get(output, "")))
+    for axes, parameter in zip(grid[-1], sweep.parameters, strict=True):
+        axes.set_xlabel(headed(parameter.name, parameter.unit))
+    _legend_below(figure, tuple(KINDS), [grid[0, 0]])
+    return _save(figure, path)
+
+
+def scatter_matrix(path: Path | str, sweep: Sweep, outputs: Sequence[str] = (), kind: str = "final", title: str = "") -> Path:
+    """Every parameter and output against those before it, with histograms on the diagonal; outputs by one of `extremes`."""
+    if kind not in KINDS:
+        raise InputError(say("scatter matrix: kind", f"one of {', '.join(KINDS)}", f"'{kind}'{closest(kind, KINDS)}"))
+    chosen = named(sweep, outputs, max(1, MOST_SIDES - len(sweep.parameters)))
+    sides = [(headed(p.name, p.unit), sweep.points[:, k]) for k, p in enumerate(sweep.parameters)]
+    sides += [(headed(f"{name} {kind}", sweep.units.get(name, "")), extremes(sweep.columns[name])[kind]) for name in chosen]
+    good = np.array([status is Status.OK for status in sweep.status])
+    bad = np.array([status not in (Status.OK, None) for status in sweep.status])
+    figure = _figure(1.9 * len(sides) + 0.8, 1.8 * len(sides) + 0.8, title)
+    grid = figure.subplots(len(sides), len(sides), squeeze=False, sharex="col")
+    for i, (below, y) in enumerate(sides):
+        for j, (left, x) in enumerate(sides):
+            axes = grid[i, j]
+            if i < j:
+                axes.set_axis_off()
+            elif i == j:
+                axes.hist(x[good & np.isfinite(x)], bins=BINS, color=palette.SKY)
+            else:
+                axes.scatter(x[good], y[good], s=5, c=palette.BLUE, alpha=0.5, linewidths=0)
+                axes.scatter(x[bad], y[bad], s=22, c=palette.VERMILLION, marker="x", label="failed")
+            axes.tick_params(labelsize=7, labelbottom=i == len(sides) - 1, labelleft=j == 0 and i > 0)
+            axes.set_xlabel(left if i == len(sides) - 1 else "", fontsize=8)
+            axes.set_ylabel(below if j == 0 else "", fontsize=8)
+    return _save(figure, path)
+
+
+def fan(path: Path | str, sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Path:
+    """Histories of outputs over all members: the median, and bands that hold half, nine tenths and all of them."""
+    chosen = named(sweep, outputs, MOST_OUTPUTS)
+    columns = 2 if len(chosen) > 3 else 1
+    rows = -(-len(chosen) // columns)
+    figure = _figure(7.2 if columns == 1 else 10.0, 2.5 * rows + 0.9, title)
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True)
+    for axes, output in zip(grid.flat, chosen, strict=False):
+        times, values = aligned(sweep.times, sweep.columns[output])
+        for low, high, name, alpha in BANDS:
+            edges = np.quantile(values, [low, high], axis=0)
+            axes.fill_between(times, *edges, color=palette.BLUE, alpha=alpha, linewidth=0, label=name)
+        axes.plot(times, np.quantile(values, 0.5, axis=0), color=palette.BLACK, lw=1.2, label="median")
+        axes.set_ylabel(headed(output, sweep.units.get(output, "")))
+        axes.grid(True, color=GRID, lw=0.6)
+        axes.margins(x=0.0)
+    for axes in grid.flat[len(chosen) :]:
+        axes.set_axis_off()
+    for axes in grid[-1]:
+        axes.set_xlabel("time [s]")
+    _legend_below(figure, [name for _, _, name, _ in BANDS] + ["median"], [grid[0, 0]])
+    return _save(figure, path)
+
+
+def aligned(times: Array, values: Array) -> tuple[Array, Array]:
+    """Histories (k, s) of all members that ran at the same instants, up to the end of the shortest."""
+    there = np.isfinite(times).any(axis=1) & np.isfinite(values).any(axis=1)
+    clocks, found = times[there], values[there]
+    if np.array_equal(clocks, np.broadcast_to(clocks[0], clocks.shape)):
+        return clocks[0], found
+    end = np.nanmax(clocks, axis=1).min()
+    common = np.linspace(0.0, end, clocks.shape[1])
+    each = [np.interp(common, own[np.isfinite(own)], line[np.isfinite(own)]) for own, line in zip(clocks, found, strict=True)]
+    return common, np.array(each)
+
+
+def named(sweep: Sweep, outputs: Sequence[str], most: int) -> list[str]:
+    """The outputs to draw: those that are wanted, or the first ones that every member which ran has."""
+    ran = np.array([status is Status.OK for status in sweep.status])
+    for name in outputs:
+        if name not in sweep.columns:
+            known = ", ".join(sweep.columns) or "(there are none)"
+            raise InputError(say("plots of a sweep", f"outputs among {known}", f"'{name}'{closest(name, sweep.columns)}"))
+    whole = [name for name, values in sweep.columns.items() if np.isfinite(values[ran]).any(axis=1).all()]
+    found = list(outputs) or whole[:most]
+    if not found or not ran.any():
+        raise InputError(say("plots of a sweep", "members that ran, with an output", f"{ran.sum()} with {len(whole)} outputs"))
+    return found
+
+
+def scaled(axes: Axes, parameter: Parameter) -> None:
+    """The axis of a parameter."""
+    if parameter.scale is Scale.LOG:
+        axes.set_xscale("log")
+    axes.grid(True, color=GRID, lw=0.6)
+    axes.set_axisbelow(True)

@@ -1,0 +1,224 @@
+"""Figures of a greedy training: the surrogate of the indicator with its samples, errors over the parameters, predicted errors.
+
+Arrays in, one file out; letters: c candidates, k samples or hold-out points. Figures 13 and 14 of doi 10.1016/j.cma.2019.112690
+have the form of `errors_over`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..core.errors import InputError, say
+from . import palette
+from .frames import Array
+from .plots import DASHES, MARKERS, _figure, _legend_below, _positive, _save
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+GRID = "#E4E4E4"
+LEVELS = 14  #: colours of a surface
+LABELS = ("surrogate", "two standard deviations", "reduced runs", "reduced runs at full runs", "next full run")
+
+
+@dataclass(frozen=True)
+class Panel:
+    """The surrogate of one iteration over the candidates, as log10 of the indicator, and the samples it was fitted to."""
+
+    title: str
+    mean: Array  #: (c,)
+    std: Array  #: (c,)
+    samples: Array  #: (k,) numbers of candidates
+    indicators: Array  #: (k,)
+    chosen: int | None = None  #: candidate of the next full run
+    runs: tuple[int, ...] = ()  #: candidates with a full run, where the surrogate is not fitted
+
+
+def surrogate(path: Path | str, candidates: Mapping[str, Array], panels: Sequence[Panel], label: str = "indicator") -> Path:
+    """The surrogate over one parameter (a curve an iteration), two (a surface an iteration) or more (the last, pair by pair).
+
+    `candidates` holds the values (c,) of every parameter by its name with unit.
+    """
+    if not panels or not candidates:
+        raise InputError(say("plots: surrogate", "candidates and at least one iteration", f"{len(panels)} iterations"))
+    if len(candidates) > 2:
+        return _pairs(path, candidates, panels[-1], label)
+    columns = min(len(panels), 3)
+    rows = math.ceil(len(panels) / columns)
+    figure = _figure(max(4.4 * columns, 6.4), 3.6 * rows + 0.4)
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    draw = _curve if len(candidates) == 1 else _surface
+    limits = _limits(panels)
+    for axes, panel in zip(grid.flat, panels, strict=False):
+        draw(axes, list(candidates.values()), panel, limits)
+        axes.set_title(panel.title, fontsize=10)
+    for axes in grid.flat[len(panels) :]:
+        axes.set_axis_off()
+    names = list(candidates)
+    for axes in grid[-1]:
+        axes.set_xlabel(names[0])
+    for axes in grid[:, 0]:
+        axes.set_ylabel(label if len(names) == 1 else names[1])
+    if len(names) == 2:
+        _bar(figure, list(grid.flat[: len(panels)]), limits, label)
+    _legend_below(figure, LABELS, list(grid.flat[: len(panels)]))
+    return _save(figure, path)
+
+
+def errors_over(
+    path: Path | str,
+    values: Array,
+    models: Mapping[str, Array],
+    parameter: str,
+    label: str = "relative error",
+    goal: float | None = None,
+) -> Path:
+    """Errors (k,) of several models at hold-out points over a parameter's values (k,), log scale, as Figs 13 and 14."""
+    if not models:
+        raise InputError(say("plots: errors", "at least one model", "none"))
+    order = np.argsort(values, kind="stable")
+    figure = _figure(7.2, 4.6)
+    axes = figure.subplots()
+    for number, (name, errors) in enumerate(models.items()):
+        if np.shape(errors) != np.shape(values):
+            raise InputError(say(f"plots: errors of '{name}'", f"{np.size(values)} values", f"shape {np.shape(errors)}"))
+        axes.plot(
+            np.asarray(values)[order],
+            _positive(np.asarray(errors)[order]),
+            color=palette.colour(number),
+            ls=DASHES[number % len(DASHES)],
+            lw=1.2,
+            marker=MARKERS[number % len(MARKERS)],
+            ms=4.5,
+            label=name,
+        )
+    _goal(axes, goal)
+    axes.set(yscale="log", xlabel=parameter, ylabel=label)
+    axes.grid(True, color=GRID, lw=0.6)
+    _legend_below(figure, (*models, "tolerance"), [axes])
+    return _save(figure, path)
+
+
+def predicted(
+    path: Path | str, true: Array, prediction: Array, low: Array, high: Array, goal: float | None = None, label: str = "mean error"
+) -> Path:
+    """True errors (k,) of hold-out points against predicted ones with their bands, log scales; points outside are told apart."""
+    true, prediction, low, high = (np.asarray(values, float) for values in (true, prediction, low, high))
+    usable = np.isfinite(true) & np.isfinite(prediction) & (true > 0) & (prediction > 0)
+    if not usable.any():
+        raise InputError(say("plots: predicted errors", "at least one point with errors above zero", f"{len(true)} points"))
+    true, prediction, low, high = true[usable], prediction[usable], low[usable], high[usable]
+    inside = (low <= true) & (true <= high)
+    figure = _figure(6.2, 5.6)
+    axes = figure.subplots()
+    for chosen, tint, marker, text in ((inside, palette.BLUE, "o", "inside"), (~inside, palette.VERMILLION, "D", "outside")):
+        if chosen.any():
+            bars = np.array([true[chosen], true[chosen]])
+            spans = np.clip(np.array([prediction - low, high - prediction])[:, chosen], 0.0, None)
+            axes.errorbar(
+                bars[0], prediction[chosen], yerr=spans, fmt=marker, ms=5, color=tint, ecolor=tint, elinewidth=0.7, capsize=2,
+                label=f"{text} the stated band ({int(chosen.sum())} of {len(true)})",
+            )  # fmt: skip
+    ends = np.array([min(true.min(), prediction.min()), max(true.max(), prediction.max())]) * [0.5, 2.0]
+    axes.plot(ends, ends, color=palette.BLACK, lw=1.0, label="predicted = true")
+    _goal(axes, goal)
+    axes.set(xscale="log", yscale="log", xlabel=f"true {label}", ylabel=f"predicted {label}")
+    axes.grid(True, color=GRID, lw=0.6)
+    axes.legend(fontsize=9, frameon=False)
+    return _save(figure, path)
+
+
+def _limits(panels: Sequence[Panel]) -> tuple[float, float]:
+    """Lowest and highest mean of all iterations, apart."""
+    low, high = min(float(panel.mean.min()) for panel in panels), max(float(panel.mean.max()) for panel in panels)
+    return (low, high) if high > low else (low - 0.5, high + 0.5)
+
+
+def _curve(axes: Axes, values: Sequence[Array], panel: Panel, limits: tuple[float, float]) -> None:
+    order = np.argsort(values[0], kind="stable")
+    x, mean, std = np.asarray(values[0])[order], panel.mean[order], panel.std[order]
+    band = (10 ** (mean - 2 * std), 10 ** (mean + 2 * std))
+    axes.fill_between(x, *band, color=palette.SKY, alpha=0.35, lw=0, label="two standard deviations")
+    axes.plot(x, 10**mean, color=palette.BLUE, lw=1.4, label="surrogate")
+    found = np.isfinite(panel.indicators) & (panel.indicators > 0)
+    there = np.isin(panel.samples, panel.runs)
+    for mask, fill, text in (
+        (found & ~there, palette.BLACK, "reduced runs"),
+        (found & there, "white", "reduced runs at full runs"),
+    ):
+        if mask.any():
+            x = values[0][np.asarray(panel.samples)[mask]]
+            axes.plot(x, panel.indicators[mask], "o", mec=palette.BLACK, mfc=fill, ms=5, label=text)
+    if panel.chosen is not None:
+        axes.axvline(values[0][panel.chosen], color=palette.VERMILLION, lw=1.3, ls=DASHES[1], label="next full run")
+    if np.ptp(np.concatenate(band)) == 0.0:
+        axes.set_ylim(10 ** limits[0], 10 ** limits[1])
+    axes.set_yscale("log")
+    axes.grid(True, color=GRID, lw=0.6)
+
+
+def _surface(axes: Axes, values: Sequence[Array], panel: Panel, limits: tuple[float, float]) -> None:
+    x, y = values
+    levels = np.linspace(*limits, LEVELS + 1)
+    if _spreads(x, y):
+        axes.tricontourf(x, y, panel.mean, levels=levels, cmap="viridis", extend="both")
+    else:
+        axes.scatter(x, y, c=panel.mean, vmin=limits[0], vmax=limits[1], cmap="viridis", s=14)
+    axes.plot(x[panel.samples], y[panel.samples], "o", mfc="white", mec=palette.BLACK, ms=5, label="reduced runs")
+    if panel.chosen is not None:
+        axes.plot(x[[panel.chosen]], y[[panel.chosen]], "*", color=palette.VERMILLION, ms=15, mec="white", label="next full run")
+
+
+def _spreads(x: Array, y: Array) -> bool:
+    """Whether points span an area, so that they can be joined to triangles."""
+    return len(x) >= 3 and np.linalg.matrix_rank(np.column_stack([x / np.ptp(x), y / np.ptp(y), np.ones(len(x))])) == 3
+
+
+def _pairs(path: Path | str, candidates: Mapping[str, Array], panel: Panel, label: str) -> Path:
+    """Every pair of parameters: candidates coloured by the surrogate, samples and the next full run marked."""
+    names = list(candidates)
+    size = len(names) - 1
+    figure = _figure(3.0 * size + 1.2, 2.7 * size + 0.6, panel.title)
+    grid = figure.subplots(size, size, squeeze=False, sharex="col", sharey="row")
+    limits = _limits([panel])
+    order = np.argsort(panel.mean, kind="stable")
+    for (i, first), (j, second) in itertools.product(enumerate(names[:-1]), enumerate(names[1:])):
+        axes = grid[j, i]
+        if j < i:
+            axes.set_axis_off()
+            continue
+        x, y = candidates[first], candidates[second]
+        axes.scatter(x[order], y[order], c=panel.mean[order], vmin=limits[0], vmax=limits[1], cmap="viridis", s=12)
+        axes.plot(x[panel.samples], y[panel.samples], "o", mfc="none", mec=palette.BLACK, ms=6, label="reduced runs")
+        if panel.chosen is not None:
+            axes.plot(
+                x[[panel.chosen]], y[[panel.chosen]], "*", color=palette.VERMILLION, ms=13, mec="white", label="next full run"
+            )
+        if i == 0:
+            axes.set_ylabel(second)
+        if j == size - 1:
+            axes.set_xlabel(first)
+    _bar(figure, list(grid.flat), limits, label)
+    _legend_below(figure, ("reduced runs", "next full run"), [grid[-1, 0]])
+    return _save(figure, path)
+
+
+def _bar(figure: Figure, many: list[Axes], limits: tuple[float, float], label: str) -> None:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    colours: Any = ScalarMappable(Normalize(*limits), cmap="viridis")
+    figure.colorbar(colours, ax=many, label=f"log10 of the {label}", shrink=0.9)
+
+
+def _goal(axes: Axes, goal: float | None) -> None:
+    if goal is not None:
+        axes.axhline(goal, color=palette.GREY, lw=1.1, ls=(0, (1, 1.5)), label="tolerance")

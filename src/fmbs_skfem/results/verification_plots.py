@@ -1,0 +1,76 @@
+"""One picture a group of verification cases: the difference of every quantity, and the errors of convergence studies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..core.errors import InputError, say
+from . import palette
+from .plots import MARKERS, _figure, _save
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COLUMNS = 3  #: axes a row
+FLOOR = 1e-16  #: a smaller difference is drawn here
+
+Dots = Sequence[tuple[float, float]]  #: (difference, tolerance), both relative
+Curve = Sequence[tuple[float, float]]  #: (mesh size or step, error)
+
+
+def group(path: Path | str, title: str, differences: Mapping[str, Dots], curves: Mapping[str, Mapping[str, Curve]]) -> Path:
+    """Differences of every case, then one log-log axes for every case with curves, with the observed orders in its key."""
+    if not differences:
+        raise InputError(say("verification plots", "at least one case", "none"))
+    shown = {name: found for name, found in curves.items() if found}
+    rows, top = math.ceil(len(shown) / COLUMNS), 0.27 * len(differences) + 0.9
+    figure = _figure(12.0, top + 3.1 * rows + 0.4, title)
+    grid = figure.add_gridspec(1 + rows, COLUMNS, height_ratios=[top, *[3.1] * rows])
+    _differences(figure.add_subplot(grid[0, :]), differences)
+    for number, (name, found) in enumerate(shown.items()):
+        _orders(figure.add_subplot(grid[1 + number // COLUMNS, number % COLUMNS]), name, found)
+    return _save(figure, path)
+
+
+def _differences(axes: Axes, differences: Mapping[str, Dots]) -> None:
+    """A row for every case: a dot for the difference of every quantity, a bar for its tolerance."""
+    for row, dots in enumerate(differences.values()):
+        inside = [(max(gap, FLOOR), limit) for gap, limit in dots if math.isfinite(gap)]
+        for gap, limit in inside:
+            good = gap <= limit
+            axes.plot([limit], [row], marker="|", ms=9, color=palette.GREY, zorder=2)
+            axes.plot([gap], [row], marker="o" if good else "X", ms=5, color=palette.BLUE if good else palette.VERMILLION, zorder=3)
+    axes.set_yticks(range(len(differences)), list(differences), fontsize=9)
+    axes.set_ylim(len(differences) - 0.4, -0.6)
+    axes.set_xscale("log")
+    axes.set_xlim(FLOOR / 2, 2.0)
+    axes.set_xlabel("relative difference (dot) and tolerance (bar)")
+    axes.grid(True, axis="both", color="#E4E4E4", lw=0.6)
+
+
+def _plain(axes: Axes, sizes: Sequence[float]) -> None:
+    """Whole decades of the error, and the sizes themselves (every other one where they are many) on the other axis."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(10.0 ** math.floor(math.log10(low)), 10.0 ** math.ceil(math.log10(high)))
+    axes.margins(x=0.2)
+    axes.set_xticks(sizes[:: 1 + len(sizes) // 5], [f"{size:.3g}" for size in sizes[:: 1 + len(sizes) // 5]])
+    axes.minorticks_off()
+    axes.tick_params(labelsize=8)
+
+
+def _orders(axes: Axes, name: str, curves: Mapping[str, Curve]) -> None:
+    """Errors over mesh size or step, log-log; the key tells the observed order."""
+    for number, (label, curve) in enumerate(curves.items()):
+        sizes, errors = [size for size, _ in curve], [error for _, error in curve]
+        observed = math.log(errors[-2] / errors[-1]) / math.log(sizes[-2] / sizes[-1])
+        key = f"{label}: {observed:.2f}"
+        axes.loglog(sizes, errors, color=palette.colour(number), marker=MARKERS[number % len(MARKERS)], ms=4, lw=1.2, label=key)
+    axes.set_title(name, fontsize=10)
+    axes.set_xlabel("mesh size or step", fontsize=9)
+    axes.set_ylabel("error", fontsize=9)
+    _plain(axes, sorted({size for curve in curves.values() for size, _ in curve}))
+    axes.legend(fontsize=7, frameon=True, framealpha=0.85)
+    axes.grid(True, which="major", color="#E4E4E4", lw=0.6)

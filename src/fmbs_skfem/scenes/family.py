@@ -1,0 +1,67 @@
+"""From a Scene to a family: its parameters with ranges, and the function from their values to a case.
+
+    mu -> (system with all multipliers, scheme, duration, Newton)      by reading the scene again with other values
+
+Whatever the scene writes with a parameter depends on it: materials, sections, loads, drives, the step, the duration.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from . import reading, schema
+
+if TYPE_CHECKING:
+    from ..reduction.cases import Case, Family
+    from ..reduction.parameters import Parameter
+
+
+def family(
+    scene: schema.Scene, *, cells: int | None = None, allow_outside: bool = False, duration: float | None = None
+) -> tuple[tuple[Parameter, ...], Family]:
+    """The parameters of a scene that have a range, and the function from values of its parameters to a case.
+
+    The function takes any of the scene's parameters; those not given keep the values of `scene`. `cells` remeshes cables with that
+    many cells, `allow_outside` permits meshes outside the scene's project folder, `duration` [s] replaces the scene's.
+    """
+    return parameters(scene), functools.partial(member, scene=scene, cells=cells, allow_outside=allow_outside, duration=duration)
+
+
+def parameters(scene: schema.Scene) -> tuple[Parameter, ...]:
+    """The parameters of a scene that have a range, in the order of the file.
+
+    Their nominal values are the scene's, or the middle of the range where the scene's value is outside.
+    """
+    from ..reduction.parameters import Parameter, Scale
+
+    found = []
+    for name, limits in scene.ranges.items():
+        value = scene.parameters[name]
+        nominal = value if limits.low <= value <= limits.high else None
+        scale = Scale.LOG if limits.log else Scale.LINEAR
+        found.append(Parameter(name, limits.low, limits.high, scale, limits.unit, nominal))
+    return tuple(found)
+
+
+def member(
+    values: Mapping[str, float],
+    scene: schema.Scene,
+    cells: int | None = None,
+    allow_outside: bool = False,
+    duration: float | None = None,
+) -> Case:
+    """The case of a scene with these values of its parameters."""
+    from ..dynamics import GeneralizedAlpha, Newton
+    from ..reduction.cases import Case
+    from . import build
+
+    found = reading.again(scene, {name: float(value) for name, value in values.items()})
+    analysis = build.dynamic(found)
+    return Case(
+        build.system(found, cells, allow_outside),
+        GeneralizedAlpha(analysis.step, analysis.rho_inf),
+        analysis.duration if duration is None else duration,
+        Newton(tolerance=analysis.tolerance),
+    )

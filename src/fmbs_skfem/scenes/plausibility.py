@@ -1,0 +1,280 @@
+r"""Numbers of a scene that are allowed but hardly meant: units, sizes, masses, slenderness, sag under weight, shapes of cells.
+
+    wave speed     sqrt(E / rho),  of given sections sqrt(EA / rhoA)             50 to 20 000 m/s: rubber to diamond
+    slenderness    L / i,  i = sqrt(EI / EA);   sqrt(area) / t of plates         thin enough for laws without shear
+    sag            w L^4 / (8 EI) of the cantilever of that length, strain w L / EA under its weight (W. C. Young, R. G. Budynas,
+                   Roark's Formulas for Stress and Strain, 7th ed., McGraw-Hill 2002, table 8.1)
+    cells          aspect s_1 / s_2 and angle asin(s_1 s_2 / (|a_1| |a_2|)) of the tangents A = [a_1 a_2] with singular values s_k,
+                   J_min / J_max in a cell, largest over smallest cell (P. M. Knupp, SIAM J. Sci. Comput. 23 (2001) 193-218,
+                   doi:10.1137/S1064827500371499)
+
+A slip of units changes these by factors of 1e3 to 1e12; the bounds are far from what is built. Nothing here stops a scene.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import singledispatch
+from typing import Any
+
+import numpy as np
+
+from ..bodies import sections
+from ..bodies.body import Body
+from ..shapes import surface
+from ..shapes.surface import Parent, Surface
+from . import schema
+from .parts import section
+
+WAVE_SPEEDS = (50.0, 2e4)  #: [m/s]
+DENSITIES = (0.5, 3e4)  #: aerogel to osmium [kg/m3]
+MASSES = (1e-9, 1e7)  #: of a body [kg]
+LENGTHS = (1e-6, 1e3)  #: of a body [m]
+THIN = (15.0, 4e6)  #: L / i of a line; a circular section has i = d / 4
+PLATE_THIN = (5.0, 1e5)  #: sqrt(area) / thickness
+STRAIN, SAG = 0.01, 1e4  #: under the own weight; sag over length
+WEIGHT = 500.0  #: largest plausible gravity [m/s2]
+ASPECT, ANGLE, JACOBIAN, SIZES = 20.0, 15.0, 0.1, 1e3  #: of cells: largest, smallest [deg], smallest, largest
+RATIO = 1e4  #: of the largest body over the smallest
+TONNES = 1e12  #: 1 t/mm3 in kg/m3
+USUAL = (300.0, 1.5e4)  #: wave speeds of most solids [m/s]
+SLIPS = {  #: what may have been meant, and the factor it puts on E / rho
+    "Young's modulus given in MPa": 1e6,
+    "Young's modulus given in GPa": 1e9,
+    "the density given in g/cm3": 1e-3,
+    "the density given in t/mm3": 1e-12,
+    "the scene given in t, mm and MPa": 1e-6,
+}
+IDEAL = {  #: from the parent to a square or an equilateral triangle
+    Parent.SQUARE: np.eye(2),
+    Parent.TRIANGLE: np.array([[1.0, -1.0 / math.sqrt(3.0)], [0.0, 2.0 / math.sqrt(3.0)]]),
+}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something hardly meant, at a path of keys of the scene."""
+
+    keys: tuple[str, ...]
+    text: str
+    meant: str = ""  #: a question that names what would explain it
+
+    def __str__(self) -> str:
+        return f"{self.text}: {self.meant}" if self.meant else self.text
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Shape of the cells of a body: the worst of each kind, and where the worst angle or aspect is."""
+
+    count: int
+    size_ratio: float  #: length or area of the largest cell over that of the smallest
+    aspect: float = 1.0
+    angle: float = 90.0  #: smallest [deg]
+    jacobian: float = 1.0  #: smallest ratio J_min / J_max in a cell
+    worst: int = 0  #: number of the cell of the largest aspect
+    place: tuple[float, ...] = ()  #: its middle [m]
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What a body is, in numbers that an engineer knows; None where it does not apply."""
+
+    name: str
+    mass: float  #: [kg]
+    extent: float  #: diagonal of the box around its positions [m]
+    wave_speed: float | None = None  #: [m/s]
+    slenderness: float | None = None
+    sag: float | None = None  #: of the cantilever of its length under gravity, over that length
+    weight_strain: float | None = None
+    cells: Cells | None = None
+
+
+def figures(scene: schema.Scene, parts: Mapping[str, Body]) -> dict[str, Figures]:
+    """The figures of every body of a scene, with the bodies made of it."""
+    gravity = float(np.linalg.norm(sum((np.array(load.acceleration) for load in weights(scene).values()), np.zeros(1))))
+    return {name: of_body(model, parts[name], gravity) for name, model in scene.bodies.items()}
+
+
+def weights(scene: schema.Scene) -> dict[str, schema.Gravity]:
+    """The gravity loads of a scene."""
+    return {name: load for name, load in scene.loads.items() if isinstance(load, schema.Gravity)}
+
+
+def mass_of(part: Body) -> float:
+    return float(part.constant @ (part.mass @ part.constant))
+
+
+def extent_of(part: Body) -> float:
+    """Diagonal of the box around the positions among the coordinates of a body, or around its places in its own axes [m]."""
+    rigid = part.space is None and bool(part.frames)
+    points = np.array(list(part.places.values())) if rigid else part.reference[part.constant > 0.5]
+    return float(np.linalg.norm(np.ptp(points, axis=0)))
+
+
+@singledispatch
+def of_body(model: Any, part: Body, gravity: float) -> Figures:
+    """The figures of a body under gravity [m/s2]; rigid bodies and mass points have a mass and a size."""
+    return Figures(part.name, mass_of(part), extent_of(part))
+
+
+@of_body.register
+def _(model: schema.Cable, part: Body, gravity: float) -> Figures:
+    data = sections.stiffness(
+        section(model.section),
+        None if model.material is None else sections.Material(model.material.young_modulus, model.material.density),
+    )
+    lengths = line_cells(part)
+    length, weight = float(lengths.sum()), data.rhoA * gravity
+    return Figures(
+        part.name,
+        mass_of(part),
+        extent_of(part),
+        math.sqrt(data.EA / data.rhoA),
+        length / math.sqrt(data.EI / data.EA),
+        weight * length**3 / (8 * data.EI) if gravity else None,
+        weight * length / data.EA if gravity else None,
+        Cells(len(lengths), float(lengths.max() / lengths.min()), worst=int(np.argmin(lengths))),
+    )
+
+
+@of_body.register(schema.Plate)
+@of_body.register(schema.Shell)
+def _(model: schema.Plate | schema.Shell, part: Body, gravity: float) -> Figures:
+    speed = math.sqrt(model.material.young_modulus / model.material.density)
+    cells, area = plate_cells(part)
+    length, t = math.sqrt(float(area.sum())), float(np.mean(part.thickness))
+    sag = 1.5 * length**3 / (speed**2 * t**2)
+    bent = gravity and part.dim == 3
+    return Figures(
+        part.name,
+        mass_of(part),
+        extent_of(part),
+        speed,
+        length / t if part.dim == 3 else None,
+        sag * gravity if bent else None,
+        gravity * length / speed**2 if gravity else None,
+        cells,
+    )
+
+
+def line_cells(part: Body) -> np.ndarray:
+    """Lengths (e,) of the cells of a line [m]."""
+    assert part.cells is not None
+    return np.asarray(part.cells.section[-1].sum(axis=0))
+
+
+def plate_cells(part: Body) -> tuple[Cells, np.ndarray]:
+    """Shape of the cells of a plate at Gauss points of its reference surface, and their areas (e,) [m2]."""
+    shape = part.space
+    assert isinstance(shape, Surface)
+    table = surface.tabulate(shape)
+    reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
+    points, *tangents = np.einsum("epkb,ebc->kepc", table.values[:, :, :3], reference[shape.nodes], optimize=True)
+    sides = [*tangents, tangents[1] - tangents[0]] if shape.parent is Parent.TRIANGLE else tangents
+    gram = np.einsum("kepc,lepc->epkl", tangents, tangents)
+    J = np.sqrt(np.maximum(np.linalg.det(gram), 0.0))
+    cosines = [np.abs(np.einsum("epc,epc->ep", a, b)) for k, a in enumerate(sides) for b in sides[k + 1 :]]
+    strong = np.linalg.eigvalsh(IDEAL[shape.parent].T @ gram @ IDEAL[shape.parent])
+    aspect = np.sqrt(strong[:, :, 1] / np.maximum(strong[:, :, 0], 1e-300)).max(axis=1)
+    area, worst = np.einsum("ep,ep->e", table.weights, J), int(np.argmax(aspect))
+    return (
+        Cells(
+            len(aspect),
+            float(area.max() / area.min()),
+            float(aspect[worst]),
+            float(np.degrees(np.arctan2(J, np.max(cosines, axis=0))).min()),
+            float((J.min(axis=1) / J.max(axis=1)).min()),
+            worst,
+            tuple(points[worst].mean(axis=0).tolist()),
+        ),
+        area,
+    )
+
+
+def findings(scene: schema.Scene, known: Mapping[str, Figures]) -> Iterator[Finding]:
+    """What is hardly meant, in the order of the scene."""
+    waves = scene.analysis.type != "static" or bool(weights(scene))
+    for name, own in known.items():
+        yield from _material(scene.bodies[name], name, own, waves)
+        yield from _sizes(name, own)
+        yield from _cells(name, own.cells)
+    large, small = (pick((own.extent, name) for name, own in known.items() if own.extent > 0.0) for pick in (_largest, _smallest))
+    if large[0] > RATIO * small[0] > 0.0:
+        text = f"'{large[1]}' is {large[0] / small[0]:.3g} times as large as '{small[1]}': are both meshes in metres?"
+        yield Finding(("bodies", small[1]), text)
+    for name, load in weights(scene).items():
+        size = float(np.linalg.norm(load.acceleration))
+        if size > WEIGHT:
+            yield Finding(("loads", name, "acceleration"), f"gravity of {size:.4g} m/s2: write '{size:.4g} mm/s^2' if mm are meant")
+    for name, spring in scene.loads.items():
+        if isinstance(spring, schema.TorsionSpring) and abs(spring.rest_angle) > 2 * math.pi * (1 + 1e-12):
+            angle = f"{spring.rest_angle:g}"
+            text = f"an angle of {angle} rad is more than one turn: write '{angle} deg' if degrees are meant"
+            yield Finding(("loads", name, "rest_angle"), text)
+
+
+def _largest(pairs: Iterator[tuple[float, str]]) -> tuple[float, str]:
+    return max(pairs, default=(0.0, ""))
+
+
+def _smallest(pairs: Iterator[tuple[float, str]]) -> tuple[float, str]:
+    return min(pairs, default=(0.0, ""))
+
+
+def _material(model: Any, name: str, own: Figures, waves: bool) -> Iterator[Finding]:
+    """Density, and the wave speed where masses count, with the unit that would explain them."""
+    material = getattr(model, "material", None)
+    density = getattr(material or model, "density", None)
+    if density is not None and not DENSITIES[0] <= density <= DENSITIES[1]:
+        heavy = density * TONNES
+        meant = f"is it {heavy:.4g} kg/m3, given in t/mm3?" if DENSITIES[0] <= heavy <= DENSITIES[1] else ""
+        text = f"{density:.4g} kg/m3 is outside {DENSITIES[0]:g} to {DENSITIES[1]:g} kg/m3"
+        yield Finding(("bodies", name, *(["material"] if material else []), "density"), text, meant)
+    if waves and own.wave_speed is not None and not WAVE_SPEEDS[0] <= own.wave_speed <= WAVE_SPEEDS[1]:
+        text = f"the wave speed sqrt(E / rho) = {own.wave_speed:.3g} m/s is outside {WAVE_SPEEDS[0]:g} to {WAVE_SPEEDS[1]:g} m/s"
+        slips = [unit for unit, factor in SLIPS.items() if USUAL[0] <= own.wave_speed * math.sqrt(factor) <= USUAL[1]]
+        meant = f"is {' or '.join(slips)}?" if slips else "are Young's modulus and density in SI units?"
+        yield Finding(("bodies", name, "material" if material else "section"), text, meant)
+
+
+def _sizes(name: str, own: Figures) -> Iterator[Finding]:
+    """Mass, length, slenderness, strain and sag under the own weight."""
+    key = ("bodies", name)
+    if not MASSES[0] <= own.mass <= MASSES[1]:
+        yield Finding(
+            key, f"the mass {own.mass:.3g} kg is outside {MASSES[0]:g} to {MASSES[1]:g} kg: are density and lengths in SI units?"
+        )
+    if own.extent > 0.0 and not LENGTHS[0] <= own.extent <= LENGTHS[1]:
+        yield Finding(key, f"the size {own.extent:.3g} m is outside {LENGTHS[0]:g} to {LENGTHS[1]:g} m", "is the mesh in metres?")
+    if own.slenderness is not None:
+        low, high = PLATE_THIN if own.cells is not None and own.cells.place else THIN
+        what = "sqrt(area) / thickness" if own.cells is not None and own.cells.place else "length / radius of gyration"
+        if own.slenderness < low:
+            yield Finding(key, f"{what} = {own.slenderness:.3g} is below {low:g}: so thick a body shears, which its law leaves out")
+        if own.slenderness > high:
+            yield Finding(key, f"{what} = {own.slenderness:.3g} is above {high:g}", "are section and mesh in metres?")
+    if own.weight_strain is not None and own.weight_strain > STRAIN:
+        yield Finding(
+            key, f"its own weight strains it by {100 * own.weight_strain:.3g} %: are Young's modulus and density in SI units?"
+        )
+    elif own.sag is not None and own.sag > SAG:
+        yield Finding(key, f"as a cantilever it would sag by {own.sag:.3g} times its length: it has hardly any bending stiffness")
+
+
+def _cells(name: str, cells: Cells | None) -> Iterator[Finding]:
+    """Cells too long, too sharp, too crooked or too different in size."""
+    if cells is None:
+        return
+    where = f" (cell {cells.worst} at {tuple(round(x, 6) for x in cells.place)})" if cells.place else f" (cell {cells.worst})"
+    wrong = [
+        (cells.aspect > ASPECT, f"an aspect ratio of {cells.aspect:.3g}, above {ASPECT:g}{where}"),
+        (cells.angle < ANGLE, f"an angle of {cells.angle:.3g} deg, below {ANGLE:g} deg"),
+        (cells.jacobian < JACOBIAN, f"a ratio of Jacobians in one cell of {cells.jacobian:.3g}, below {JACOBIAN:g}"),
+        (cells.size_ratio > SIZES, f"sizes that differ by {cells.size_ratio:.3g}, above {SIZES:g}"),
+    ]
+    for found, text in wrong:
+        if found:
+            yield Finding(("bodies", name), f"the mesh has {text}: mesh it more evenly for full accuracy")

@@ -1,0 +1,71 @@
+"""The points of a training: candidates, first samples, the first full run and hold-out points over the ranges of a scene.
+
+rows (k, d) of values in SI units, a column for every parameter with a range, in the order of the file
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..core.errors import InputError, say
+from ..reduction import parameters as sets
+from ..reduction.parameters import Parameter
+from . import schema
+from .training import Design, Grid, Listed, Spread, Training
+
+
+@dataclass(frozen=True)
+class Points:
+    """What a training runs over."""
+
+    candidates: np.ndarray  #: (c, d)
+    samples: np.ndarray  #: (k, d) first reduced runs of every iteration
+    first: np.ndarray | None  #: (d,) first full run; None for the candidate nearest to the middle
+    holdout: np.ndarray  #: (k, d)
+
+
+def section(scene: schema.Scene) -> Training:
+    """The section `training`, or its defaults; a scene without ranges is refused."""
+    if not scene.ranges:
+        remedy = "give one a range, for instance 'E: {value: 70 GPa, range: [40 GPa, 70 GPa]}'"
+        raise InputError(say(f"{scene.path or 'scene'}: parameters", "parameters with ranges", "none", remedy))
+    return scene.training or Training()
+
+
+def of(training: Training, parameters: Sequence[Parameter], holdout: int | None = None) -> Points:
+    """The points of a training; `holdout` replaces the number of its hold-out points.
+
+    Plain numbers of samples are spread evenly over one parameter, over several as a Latin hypercube, and moved to the nearest
+    candidates. Hold-out points over several parameters have a seed of their own: they are not those that trained.
+    """
+    candidates = spread(training.candidates, parameters, training.seed, "sobol")
+    samples = spread(training.samples, parameters, training.seed, "latin_hypercube")
+    if not isinstance(training.samples, Listed):
+        samples = candidates[list(nearest(parameters, candidates, samples))]
+    first = None if training.first is None else sets.listed(parameters, [training.first])[0]
+    checked = training.holdout if holdout is None else Spread(holdout) if holdout else None
+    if checked is None:
+        return Points(candidates, samples, first, np.empty((0, len(parameters))))
+    return Points(candidates, samples, first, spread(checked, parameters, training.seed + 1, "latin_hypercube"))
+
+
+def spread(design: Design, parameters: Sequence[Parameter], seed: int, several: str) -> np.ndarray:
+    """The points (k, d) of a design; with several parameters a plain number of points is spread by the design `several`."""
+    if isinstance(design, Listed):
+        return sets.listed(parameters, design.rows)
+    if isinstance(design, Grid):
+        return sets.grid(parameters, design.counts)
+    if not design.design and len(parameters) == 1:
+        return sets.grid(parameters, design.count)
+    chosen = {"sobol": sets.sobol, "latin_hypercube": sets.latin_hypercube}[design.design or several]
+    return chosen(parameters, design.count, seed)
+
+
+def nearest(parameters: Sequence[Parameter], candidates: np.ndarray, points: np.ndarray) -> tuple[int, ...]:
+    """Numbers of the candidates nearest to points, in the unit box; each once."""
+    _, found = cKDTree(sets.to_box(parameters, candidates)).query(sets.to_box(parameters, points))
+    return tuple(dict.fromkeys(int(number) for number in found))

@@ -1,0 +1,183 @@
+"""The section `training` of a scene: over which points of the parameters' ranges a reduced model is trained, and how far.
+
+candidates: 101                                      evenly spaced with one parameter, Sobol points with several
+candidates: {E: 21, d: 11}                           a grid
+candidates: {design: latin_hypercube, count: 200}    grid, sobol or latin_hypercube
+candidates: [40 GPa, 55 GPa]                         points; with several parameters [{E: 40 GPa, d: 8 mm}, ...]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeAlias
+
+from pydantic import Field, PlainValidator, StrictInt, ValidationInfo, WithJsonSchema
+
+from ..core.errors import closest
+from ..core.problems import Problem, shown
+from . import fields, units
+from .fields import Context
+from .models import Count, Model
+
+Row: TypeAlias = tuple[float, ...]
+
+DESIGNS = ("sobol", "latin_hypercube")
+LARGEST = 1_000_000  #: most points of a design
+
+
+@dataclass(frozen=True)
+class Spread:
+    """So many points: evenly spaced with one parameter, by `design` with several, a default where that is empty."""
+
+    count: int
+    design: str = ""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """So many values a parameter, in the order of the scene's ranges, and all their combinations."""
+
+    counts: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Listed:
+    """Points one by one, their values in the order of the scene's ranges."""
+
+    rows: tuple[Row, ...]
+
+
+Design: TypeAlias = Spread | Grid | Listed
+
+
+def design(value: object, context: Context) -> Design:
+    """Points over the ranges: a number of them, a grid, a named design, or a list."""
+    if isinstance(value, Spread | Grid | Listed):
+        return value
+    _need_ranges(context)
+    if isinstance(value, list):
+        return Listed(tuple(point(entry, context) for entry in value)) if value else _refuse(value)
+    if isinstance(value, dict):
+        return _named(value, context) if "design" in value and "design" not in context.ranges else _grid(value, context)
+    return Spread(_count(value))
+
+
+def point(value: object, context: Context) -> Row:
+    """One point over the ranges: a quantity with one parameter, or a mapping of names and quantities."""
+    names = list(context.ranges)
+    if isinstance(value, tuple):
+        return value
+    _need_ranges(context)
+    if not isinstance(value, dict):
+        if len(names) > 1:
+            raise Problem(f"a mapping of {', '.join(names)} and their values", shown(value))
+        value = {names[0]: value}
+    _same_names(value, names)
+    row = tuple(_value(name, value[name], context) for name in names)
+    for name, entry in zip(names, row, strict=True):
+        limits = context.ranges[name]
+        if not limits.low <= entry <= limits.high:
+            raise Problem(f"{name} within its range of {limits}", shown(value[name]))
+    return row
+
+
+def _value(name: str, value: object, context: Context) -> float:
+    """A value of a parameter, of its dimension."""
+    quantity, own = units.read(value, context.parameters), context.parameters[name].exponents
+    if quantity.exponents not in (own, units.NUMBER.exponents):
+        got = f"{shown(value)} ({units.describe(quantity.exponents)})"
+        raise Problem(f"a value of the dimension of {name} ({units.describe(own)})", got)
+    return quantity.value
+
+
+def _need_ranges(context: Context) -> None:
+    if not context.ranges:
+        remedy = "give one a range, for instance 'E: {value: 70 GPa, range: [40 GPa, 70 GPa]}'"
+        raise Problem("parameters with ranges to train over", "none", remedy)
+
+
+def _same_names(value: Mapping[Any, Any], names: list[str]) -> None:
+    for name in value:
+        if name not in names:
+            raise Problem(f"the parameters with ranges {', '.join(names)}", f"{shown(name)}{closest(str(name), names)}")
+    missing = [name for name in names if name not in value]
+    if missing:
+        raise Problem(f"all parameters with ranges ({', '.join(names)})", f"none for {', '.join(missing)}")
+
+
+def _grid(value: dict[str, Any], context: Context) -> Grid:
+    _same_names(value, list(context.ranges))
+    return Grid(tuple(_count(value[name]) for name in context.ranges))
+
+
+def _named(value: dict[str, Any], context: Context) -> Spread:
+    if set(value) != {"design", "count"}:
+        raise Problem("the keys design and count", ", ".join(map(str, value)))
+    if value["design"] not in DESIGNS:
+        got = f"{shown(value['design'])}{closest(str(value['design']), DESIGNS)}"
+        raise Problem(f"one of the designs {', '.join(DESIGNS)}", got)
+    return Spread(_count(value["count"]), value["design"])
+
+
+def _count(value: object) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= LARGEST:
+        raise Problem(f"a number of points from 1 to {LARGEST}", shown(value))
+    return value
+
+
+def _refuse(value: object) -> Listed:
+    raise Problem("a number of points, a grid, a design or a list of points", shown(value))
+
+
+def _design(value: object, info: ValidationInfo) -> Design:
+    return design(value, info.context if isinstance(info.context, Context) else Context())
+
+
+def _default(count: int) -> Any:
+    return Field(default_factory=lambda: Spread(count))
+
+
+_COUNT = {"type": "integer", "minimum": 1, "maximum": LARGEST}
+_VALUE = {"anyOf": [{"type": "number"}, {"type": "string"}]}
+_POINT: dict[str, Any] = {"anyOf": [*_VALUE["anyOf"], {"type": "object", "additionalProperties": _VALUE}]}
+_DESIGN: dict[str, Any] = {
+    "anyOf": [
+        _COUNT,
+        {"type": "array", "items": _POINT, "minItems": 1},
+        {
+            "type": "object",
+            "properties": {"design": {"enum": list(DESIGNS)}, "count": _COUNT},
+            "required": ["design", "count"],
+            "additionalProperties": False,
+        },
+        {"type": "object", "additionalProperties": _COUNT},
+    ],
+    "description": "a number of points, counts by parameter, {design: ..., count: ...}, or a list of points",
+}
+
+Points = Annotated[Design, PlainValidator(_design), WithJsonSchema(_DESIGN)]
+Point = Annotated[
+    tuple[float, ...],
+    fields.plain(point),
+    WithJsonSchema(_POINT | {"description": "a value, or a mapping of parameters and values"}),
+]
+
+
+class Training(Model):
+    """Greedy training over the ranges of the parameters.
+
+    Full runs are made at `first` (by default the candidate in the middle) and where the error indicator over the `candidates` is
+    largest, at most `iterations` of them; the surrogate of the indicator starts from `samples` and takes at most `max_samples` an
+    iteration. A `tolerance` is the wanted relative error: eps and eta are chosen for it, instead of those of `reduction`, and
+    training ends when the predicted error is below it. Errors are checked at the points `holdout`.
+    """
+
+    candidates: Points = _default(101)
+    samples: Points = _default(5)
+    first: Point | None = None
+    iterations: Count = 5
+    max_samples: Count = 15
+    tolerance: Annotated[fields.Tolerance, Field(lt=1.0)] | None = None
+    holdout: Points | None = None
+    seed: Annotated[StrictInt, Field(ge=0, le=2**31 - 1)] = 0

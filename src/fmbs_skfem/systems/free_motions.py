@@ -1,0 +1,131 @@
+r"""Rigid motions that make a static problem singular: no joint, no spring resists them.
+
+    Phi_q B z = 0,   z^T B^T K_s B z = 0          held by weight alone:  dV = 0,  d2V > 0,   V = - Q^T q along Phi = 0
+
+K_s is the stiffness of springs and of loads that turn with a body. Where the potential V of constant loads has a minimum, as for a
+chain that hangs, there is an equilibrium, but the first iteration of a load path from rest has a singular matrix. V is differenced
+along finite rigid motions.
+
+Source: M. Geradin, D. Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, ch. 2 (rigid modes and their geometric stiffness).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import null_space, qr
+from scipy.sparse import block_diag
+
+from .compiled import compile_system, tangent
+from .mechanism import FLAT, RIGID, center, coordinates_read, extent, idle, least, motions, moved, on_motions
+from .redundancy import ITERATIONS, Rows, rows_of, units
+from .system import System
+
+STEP = 1e-3  #: of the size of the system, over which the potential is differenced
+
+
+@dataclass(frozen=True)
+class Motion:
+    """One free rigid motion: velocity [m/s] of the middle of every body that moves, and its turning [rad/s]."""
+
+    bodies: dict[str, tuple[np.ndarray, np.ndarray]]
+    places: dict[str, np.ndarray]  #: middles of these bodies [m]
+
+    def __str__(self) -> str:
+        return "; ".join(said(name, v, w, self.places[name]) for name, (v, w) in self.bodies.items())
+
+
+def unsupported(system: System) -> tuple[tuple[Motion, ...], tuple[Motion, ...]]:
+    """Rigid motions at the start that neither joints nor springs resist: those that nothing holds, and those that weight holds."""
+    rows = rows_of(system)[0] if system.constraints.names else None
+    A, blocks = on_motions(system, rows, system.x0), motions(system, system.x0)
+    A = np.concatenate([A, block_diag([idle(B) for B in blocks]).toarray()])
+    length = np.linalg.norm(A, axis=0)
+    length[length == 0.0] = 1.0
+    Z = null_space(units(A / length), RIGID) / length[:, None]
+    if not Z.shape[1]:
+        return (), ()
+    Z = np.linalg.qr(Z)[0]
+    K = tangent(compile_system(replace(system, elastic=())), system.x0, np.zeros(len(system.constraints.names)))
+    Y = block_diag(blocks) @ Z
+    stiff = np.asarray(Y.T @ (K @ Y)) / max(float(abs(K).max() * np.max(np.sum(Y * Y, axis=0))), 1e-300)
+    if np.linalg.norm(stiff) > FLAT:
+        Z = Z @ null_space(stiff, FLAT)
+    free, hung = by_weight(system, rows, Z)
+    return tuple(motion(system, z) for z in sparse_basis(free)), tuple(motion(system, z) for z in sparse_basis(hung))
+
+
+def by_weight(system: System, rows: Rows | None, Z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Motions Z (z, f) parted into those that constant loads push or leave alone, and those that they hold."""
+    count = Z.shape[1]
+    force = block_diag(motions(system, system.x0)).T @ system.loads.constant
+    size = float(np.linalg.norm(force))
+    if not count or size == 0.0 or np.linalg.norm(Z.T @ force) > RIGID * size:
+        return Z, Z[:, :0]
+    step = STEP * extent(system)
+
+    def potential(a: np.ndarray) -> float:
+        return -float(system.loads.constant @ (reached(system, rows, Z @ (step * a)) - system.x0))
+
+    axes = np.eye(count)
+    H = np.diag([potential(e) + potential(-e) for e in axes])
+    for i in range(count):
+        for j in range(i):
+            both = axes[i] + axes[j]
+            H[i, j] = H[j, i] = 0.5 * (potential(both) + potential(-both) - H[i, i] - H[j, j])
+    values, vectors = np.linalg.eigh(H / (step**2 * size / extent(system)))
+    held = values > RIGID
+    return Z @ vectors[:, ~held], Z @ vectors[:, held]
+
+
+def reached(system: System, rows: Rows | None, z: np.ndarray) -> np.ndarray:
+    """The state after the rigid motions z, moved back onto the joints by steps of least norm."""
+    q = moved(system, system.x0, z)
+    if rows is None:
+        return q
+    used = coordinates_read(system)
+    for _ in range(ITERATIONS):
+        phi = rows(q[used])[0]
+        if np.abs(phi).max() < 1e-14 * max(1.0, float(np.abs(q).max())):
+            break
+        A = on_motions(system, rows, q)
+        q = moved(system, q, -least(A, phi, len(A)))
+    return q
+
+
+def sparse_basis(Z: np.ndarray) -> np.ndarray:
+    """Rows that span the columns of Z (n, f), each with as few bodies as an echelon form gives."""
+    if not Z.shape[1]:
+        return Z.T
+    order = qr(Z.T, mode="r", pivoting=True)[1][: Z.shape[1]]
+    found = np.linalg.solve(Z[order].T, Z.T)
+    found[np.abs(found) < RIGID * np.abs(found).max()] = 0.0
+    return np.asarray(found / np.abs(found).max(axis=1, keepdims=True))
+
+
+def motion(system: System, z: np.ndarray) -> Motion:
+    """The motion z (z,) by bodies."""
+    dim, size = system.dim, extent(system)
+    moving, places = {}, {}
+    for (name, first, last), own in zip(system.coordinates, z.reshape(len(system.coordinates), -1), strict=True):
+        if np.abs(own).max() > RIGID:
+            moving[name], places[name] = (own[:dim], own[dim:] / size), center(system, first, last)
+    return Motion(moving, places)
+
+
+def said(name: str, v: np.ndarray, w: np.ndarray, place: np.ndarray) -> str:
+    """`beam turns about (0, 0)` or `mass moves along (1, 0)`."""
+    rate = float(np.linalg.norm(w))
+    if rate * float(np.linalg.norm(v) + 1.0) <= RIGID or rate <= RIGID * np.linalg.norm(v):
+        return f"{name} moves along {listed(v / np.linalg.norm(v))}"
+    spin = w if len(w) == 3 else np.array([0.0, 0.0, w[0]])
+    spin, wide = np.sign(spin[np.argmax(np.abs(spin))]) * np.stack([spin, np.pad(v, (0, 3 - len(v)))])
+    at = np.pad(place, (0, 3 - len(place))) + np.cross(spin, wide) / rate**2
+    axis = "" if len(v) == 2 else f"the axis {listed(spin / rate)} through "
+    slide = " and moves along it" if abs(float(spin @ wide)) > RIGID * rate else ""
+    return f"{name} turns about {axis}{listed(at[: len(v)])}{slide}"
+
+
+def listed(values: np.ndarray) -> str:
+    return "(" + ", ".join(f"{value + 0.0:.4g}" for value in np.round(values, 6)) + ")"

@@ -1,0 +1,27 @@
+"""Verification: cases held against published and exact results; `registry` says what a case is."""
+
+from . import beams, dynamics, integrator, plates, rigid, statics, statics_shells, vibration
+from .registry import CASES, GROUPS, OUTSIDE, Case, Outcome, Quantity, case, farthest, find, order, run, slope
+
+__all__ = [
+    "GROUPS",
+    "Quantity",
+    "Case",
+    "Outcome",
+    "CASES",
+    "OUTSIDE",
+    "case",
+    "find",
+    "run",
+    "farthest",
+    "order",
+    "slope",
+    "statics",
+    "statics_shells",
+    "vibration",
+    "dynamics",
+    "rigid",
+    "integrator",
+    "beams",
+    "plates",
+]

@@ -1,0 +1,187 @@
+"""Cases held against published or exact numbers.
+
+    difference = |value - reference| / max(|reference|, scale),    a quantity holds where difference <= tolerance
+
+    @case("rollup", group="statics", source="Sze, Liu, Lo (2004), doi 10.1016/j.finel.2003.11.001, 3.2")
+    def rollup() -> list[Quantity]:
+        'A strip is rolled up into a circle by an end moment.'        its first line is the case's line in the page
+
+A case is a function without arguments. Where it takes several meshes or steps, the errors give the observed order p of e ~ C h^p,
+the slope of log e over log h.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.errors import FmbsError, InputError, closest, say
+from ..core.notices import Notice
+
+GROUPS = ("statics", "vibration", "dynamics", "rigid", "integrator", "manufactured")
+
+Curve = tuple[tuple[float, float], ...]  #: (mesh size or step, error), largest first
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One number of a case beside its reference."""
+
+    name: str
+    reference: float
+    value: float
+    tolerance: float  #: relative, asserted
+    unit: str = ""
+    order: float | None = None  #: observed order of convergence
+    kind: Literal["external", "own"] = "external"  #: published or exact number | stored figure of this package
+    scale: float = 0.0  #: size that the difference is relative to where the reference is smaller, in its unit
+    curve: Curve = ()
+
+    @property
+    def difference(self) -> float:
+        """|value - reference| / max(|reference|, scale); inf where it is no number."""
+        size = max(abs(self.reference), self.scale)
+        gap = abs(self.value - self.reference)
+        ratio = gap / size if size else gap
+        return ratio if math.isfinite(ratio) else math.inf
+
+    @property
+    def holds(self) -> bool:
+        return self.difference <= self.tolerance
+
+
+Function = Callable[[], list[Quantity]]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A problem with a source."""
+
+    name: str
+    group: str
+    source: str
+    about: str  #: one line
+    solve: Function
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a case gave."""
+
+    case: Case
+    quantities: tuple[Quantity, ...]
+    seconds: float  #: CPU
+    error: str = ""  #: why it gave nothing
+
+    @property
+    def holds(self) -> bool:
+        return not self.error and all(quantity.holds for quantity in self.quantities)
+
+
+CASES: dict[str, Case] = {}
+
+#: published cases that this formulation does not cover: case, source, reason
+OUTSIDE = (
+    (
+        "Cantilever bend of 45 degrees",
+        "Bathe, Bolourchi, Int. J. Numer. Meth. Engng 14 (1979) 961-986, doi 10.1002/nme.1620140703",
+        "it twists; cables carry no torsion",
+    ),
+    (
+        "Princeton beam experiment",
+        "Dowell, Traybar, Hodges, J. Sound Vib. 50 (1977) 533-544, doi 10.1016/0022-460X(77)90501-6",
+        "bending in two directions couples with torsion; sections here have one bending stiffness and no torsion",
+    ),
+    (
+        "Flying rod with rotary inertia",
+        "Simo, Vu-Quoc, J. Appl. Mech. 53 (1986) 855-863, doi 10.1115/1.3171871",
+        "transverse shear and rotary inertia of 10 kg m; the case flying-rod is the same rod without them",
+    ),
+    (
+        "Timoshenko beams and Reissner-Mindlin shells",
+        "Sze, Liu, Lo, Finite Elem. Anal. Des. 40 (2004) 1551-1569, doi 10.1016/j.finel.2003.11.001 (figures with shear)",
+        "no transverse shear: cases are held against the thin limit",
+    ),
+)
+
+
+def case(name: str, *, group: str, source: str) -> Callable[[Function], Function]:
+    """Register a function as the case `name`; the first line of its docstring says what the problem is."""
+    where = f"case '{name}'"
+    if group not in GROUPS:
+        raise InputError(say(where, f"one of the groups {', '.join(GROUPS)}", repr(group)))
+    if name in CASES:
+        raise InputError(say(where, "a name that no other case has", "a second one", "rename it"))
+
+    def register(function: Function) -> Function:
+        about = (function.__doc__ or "").strip().split("\n")[0]
+        if not about:
+            raise InputError(say(where, "a docstring whose first line states the problem", "none"))
+        CASES[name] = Case(name, group, source, about, function)
+        return function
+
+    return register
+
+
+def find(names: Sequence[str] = (), groups: Sequence[str] = ()) -> list[Case]:
+    """Cases of these names and of these groups, all where both are empty; group by group."""
+    for name in names:
+        if name not in CASES:
+            raise InputError(say("case", "one of the names that `fmbs verify --list` prints", f"'{name}'" + closest(name, CASES)))
+    for group in groups:
+        if group not in GROUPS:
+            raise InputError(say("group", f"one of {', '.join(GROUPS)}", f"'{group}'" + closest(group, GROUPS)))
+    wanted = [found for found in CASES.values() if found.name in names or found.group in groups or not (names or groups)]
+    return sorted(wanted, key=lambda found: GROUPS.index(found.group))
+
+
+def run(found: Case) -> Outcome:
+    """Solve a case; a solver that fails is an outcome. Notices (a corner belongs to two edges) say nothing new about a case."""
+    start = time.process_time()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Notice)
+        try:
+            quantities = tuple(found.solve())
+        except FmbsError as error:
+            return Outcome(found, (), time.process_time() - start, str(error))
+    return Outcome(found, quantities, time.process_time() - start)
+
+
+def slope(curve: Curve) -> float:
+    """Observed order: d log e / d log h between the two finest of a convergence study."""
+    (h0, e0), (h1, e1) = curve[-2:]
+    return math.log(e0 / e1) / math.log(h0 / h1)
+
+
+def order(name: str, sizes: Sequence[float], errors: Sequence[float] | np.ndarray, expected: float, tolerance: float) -> Quantity:
+    """The observed order beside the expected one, with the errors it comes from; sizes fall."""
+    curve = tuple((float(h), float(e)) for h, e in zip(sizes, errors, strict=True))
+    observed = slope(curve)
+    return Quantity(name, expected, observed, tolerance, "", observed, curve=curve)
+
+
+def farthest(
+    name: str,
+    references: ArrayLike,
+    values: ArrayLike,
+    tolerance: float,
+    unit: str = "",
+    kind: Literal["external", "own"] = "external",
+    order: float | None = None,
+    curve: Curve = (),
+    each: bool = False,
+) -> Quantity:
+    """The entry of a table that is farthest from its reference, relative to the table's largest, or with `each` to its own."""
+    wanted, found = np.broadcast_arrays(np.asarray(references, dtype=float), np.asarray(values, dtype=float))
+    size = np.abs(wanted) if each else np.full(wanted.shape, float(np.abs(wanted).max()))
+    gap = np.abs(found - wanted) / size
+    worst = int(np.argmax(np.where(np.isnan(gap), np.inf, gap)))
+    scale = float(size.flat[worst])
+    return Quantity(name, float(wanted.flat[worst]), float(found.flat[worst]), tolerance, unit, order, kind, scale, curve)

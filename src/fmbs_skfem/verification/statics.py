@@ -1,0 +1,227 @@
+"""Large static deflections of beams: closed forms, published numbers, load paths through limit points.
+
+    roll-up       theta' = M/EI, no stretch (material curvature);  l^2 = 1 + 2 M^2/(EA EI), theta' = M l^2/EI (exact curvature)
+    elastica      EI theta'' = -P cos theta under a dead force, EI theta'' = -P cos(theta(L) - theta) under one that follows
+    truss         P = EA (H - w)(2 H w - w^2)/L^3,   largest at w = H (1 - 1/sqrt 3)
+
+Cantilevers have L = EI = 1 unless stated. Sources: Mattiasson, Int. J. Numer. Meth. Engng 17 (1981) 145-153,
+doi 10.1002/nme.1620170113; Gerstmayr and Irschik, J. Sound Vib. 318 (2008) 461-487, doi 10.1016/j.jsv.2008.04.019; Lee, Manuel and
+Rossow, J. Engng Mech. Div. ASCE 94 (1968) 521-548. More digits than these print: elliptic integrals, shooting for the rod with the
+strain |r'| - 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from ..bodies import body, sections
+from ..bodies.cable_law import Curvature
+from ..dynamics import ArcLength, Newton, Trajectory, at_load_factor, follow_path, limit_points, outputs, solve_statics
+from ..systems import At, System, assemble, eliminate, joints, loads, probes
+from .beams import straight
+from .registry import Quantity, case, farthest, order
+
+TIGHT = Newton(tolerance=1e-12)
+FINE: dict[str, Any] = {"degree": 5, "continuity": 2}
+TURNS = (0.25, 0.5, 1.0, 2.0)  #: end moments over 2 pi EI/L
+ELASTICA = {  #: P L^2/EI: shortening and transverse displacement over L
+    0.2: (0.002646548341, 0.06636448214),
+    1.0: (0.05643323628, 0.3017207738),
+    2.0: (0.1606417208, 0.4934574804),
+    5.0: (0.3876283607, 0.7137915236),
+    10.0: (0.5549955978, 0.8106090249),
+    20.0: (0.6838855676, 0.8686958983),
+}
+FOLLOWER = {  #: P L^2/EI: shortening and transverse displacement over L
+    1.0: (0.0643543305, 0.320641995),
+    4.0: (0.657254214, 0.786168426),
+    10.0: (1.09212318, 0.546983265),
+    20.0: (0.724289877, 0.33015766),
+}
+GERSTMAYR_IRSCHIK = (-0.5085373043259, -1.2072398545498)  #: displacement of the tip [m]
+LEE_LIMITS = ((1.855673, 48.736987), (-0.9414442, 58.213344))  #: load P and deflection v below it, at the limit loads
+LEE_TURNS = ((61.002978, 1.1944075), (50.746251, -0.43804916))  #: v and P where v turns
+LEE_PATH = (  #: P, u, v on all branches
+    (0.57557108, 0.433294, 4.5500215),
+    (1.2755918, 4.3134658, 17.695707),
+    (1.7531833, 16.067772, 38.223244),
+    (1.6842063, 43.265004, 57.505716),
+    (0.64805995, 73.198993, 58.569156),
+    (0.12853856, 89.294108, 86.563421),
+    (1.772758, 85.920044, 92.444491),
+)
+
+
+def tip(system: System, steps: int = 4) -> np.ndarray:
+    """Position of the tip in x and y under the full load, (2,)."""
+    found = outputs(solve_statics(system, steps, TIGHT))
+    return np.array([found["tip_x"][-1], found["tip_y"][-1]])
+
+
+def cantilever(cells: int, load: Callable[[At], Any], section: object, length: float = 1.0, dim: int = 2, **options: Any) -> System:
+    """A beam along x, clamped at its start, with a load on its end; outputs `tip` and `clamp`, the reaction."""
+    beam, end = body.cable("beam", straight(cells, end=(length, 0.0, 0.0)), section, dim=dim, **options), At("beam", "right")
+    sensed: dict[str, probes.Probe] = {"tip": probes.Position(end), "clamp": probes.Reaction("clamp")}
+    return eliminate(assemble([beam], [joints.Clamp("clamp", At("beam", "left"))], [load(end)], outputs=sensed))
+
+
+def rolled(turns: float, dim: int, curvature: Curvature, stiffness: float = 1e4, cells: int = 24, **options: Any) -> np.ndarray:
+    """Tip (2,) under the end moment 2 pi turns; EA = `stiffness`."""
+    moment = 2 * np.pi * turns
+    section = sections.Given(stiffness, 1.0, 1.0)
+    options = {**(options or FINE), "curvature": curvature}
+    value = moment if dim == 2 else (0.0, 0.0, moment)
+    return tip(cantilever(cells, lambda end: loads.Moment("M", end, value), section, dim=dim, **options), max(3, round(10 * turns)))
+
+
+def circle(turns: float, stiffness: float = np.inf) -> np.ndarray:
+    """Tip (2,) of the beam rolled up with EA = `stiffness` and the exact curvature; with infinite EA that of material curvature."""
+    moment = 2 * np.pi * turns
+    square = 1 + 2 * moment**2 / stiffness
+    k = moment * square
+    return np.asarray(np.sqrt(square) / k * np.array([np.sin(k), 1 - np.cos(k)]))
+
+
+def pushed(alpha: float, cells: int = 40, stiffness: float = 1e8, dim: int = 2, **options: Any) -> np.ndarray:
+    """Tip (2,) under a dead transverse force alpha."""
+    force = (0.0, alpha, 0.0)[:dim]
+    section = sections.Given(stiffness, 1.0, 1.0)
+    return tip(cantilever(cells, lambda end: loads.PointForce("P", end, force), section, dim=dim, **options))
+
+
+def followed(alpha: float, cells: int = 40) -> np.ndarray:
+    """Tip (2,) under a transverse force alpha that turns with the end."""
+    section = sections.Given(1e8, 1.0, 1.0)
+    return tip(cantilever(cells, lambda end: loads.Follower("P", end, (0.0, alpha)), section, **FINE), 10)
+
+
+def gerstmayr_irschik(cells: int, **options: Any) -> np.ndarray:
+    """Displacement (2,) of the tip of the extensible cantilever L = 2 m, 0.1 m x 0.1 m, E = 2.07e11 Pa, F = 3 EI/L^2."""
+    length, modulus = 2.0, 2.07e11
+    force = 3 * modulus * 0.1**4 / 12 / length**2
+    options |= {"material": sections.Material(modulus, 7800.0)}
+    push = loads.PointForce("F", At("beam", "right"), (0.0, -force))
+    return tip(cantilever(cells, lambda end: push, sections.Rectangular(0.1, 0.1), length, **options)) - [length, 0.0]
+
+
+def lee_frame(cells: int = 20, load: float = 2.0, all_multipliers: bool = False) -> System:
+    """Lee's frame: two legs of 120 cm with a rigid corner, hinged at both ends, a force down at 24 cm from the corner."""
+    section = sections.Given(720.0 * 6.0, 720.0 * 2.0, 1.0)
+    options: dict[str, Any] = {**FINE, "dim": 2, "curvature": Curvature.MATERIAL}
+    beam = straight(cells, (0.0, 120.0, 0.0), (120.0, 120.0, 0.0))
+    beam = replace(beam, point_groups={**beam.point_groups, "loaded": np.array([cells // 5])})
+    parts = [
+        body.cable("column", straight(cells, end=(0.0, 120.0, 0.0)), section, **options),
+        body.cable("beam", beam, section, **options),
+    ]
+    held: list[joints.Joint] = [
+        joints.Pin("foot", At("column", "left")),
+        joints.Pin("end", At("beam", "right")),
+        joints.Weld("corner", At("column", "right"), At("beam", "left")),
+    ]
+    at = At("beam", "loaded")
+    sensed: dict[str, probes.Probe] = {
+        "loaded": probes.Position(at),
+        "foot": probes.Reaction("foot"),
+        "end": probes.Reaction("end"),
+    }
+    system = assemble(parts, held, [loads.PointForce("P", at, (0.0, -load))], outputs=sensed)
+    return system if all_multipliers else eliminate(system)
+
+
+def lee_path(trajectory: Trajectory, load: float = 2.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """P, u and v of the loaded point along a path, (s,) each."""
+    found = outputs(trajectory)
+    return load * trajectory.times, found["loaded_x"] - 24.0, 120.0 - found["loaded_y"]
+
+
+def truss(height: float = 0.1, stiffness: float = 1e4, load: float = 8.0) -> System:
+    """Two bars from (-1, 0) and (1, 0), hinged to each other at (0, height), under a force down there; they do not buckle."""
+    apex, section = (0.0, height, 0.0), sections.Given(stiffness, 100.0, 1.0)
+    bars = [body.cable(name, straight(1, (x, 0.0, 0.0), apex), section, dim=2) for name, x in (("a", -1.0), ("b", 1.0))]
+    top = At("a", "right")
+    held = [joints.Pin("foot a", At("a", "left")), joints.Pin("foot b", At("b", "left")), joints.Pin("apex", top, At("b", "right"))]
+    force = loads.PointForce("P", top, (0.0, -load))
+    return eliminate(assemble(bars, held, [force], outputs={"apex": probes.Position(top)}))
+
+
+def truss_load(w: np.ndarray, height: float = 0.1, stiffness: float = 1e4) -> np.ndarray:
+    """P for deflections w of the truss."""
+    return np.asarray(stiffness * (height - w) * (2 * height * w - w**2) / (1 + height**2) ** 1.5)
+
+
+@case("roll-up", group="statics", source="closed form; Mattiasson (1981), doi 10.1002/nme.1620170113")
+def roll_up() -> list[Quantity]:
+    """A cantilever is rolled up, once and twice, by an end moment."""
+    material = [rolled(turns, 2, Curvature.MATERIAL) for turns in TURNS]
+    exact = [rolled(turns, 3, Curvature.EXACT) for turns in TURNS]
+    cells = (8, 16, 32)
+    errors = [float(np.linalg.norm(rolled(0.5, 2, Curvature.MATERIAL, cells=n, degree=3) - circle(0.5))) for n in cells]
+    return [
+        farthest("tip, material curvature", [circle(turns) for turns in TURNS], material, 3e-8, "L"),
+        farthest("tip, exact curvature, in space", [circle(turns, 1e4) for turns in TURNS], exact, 3e-8, "L"),
+        order("order of cubics, half a turn", [1 / n for n in cells], errors, 4.0, 0.05),
+    ]
+
+
+@case("elastica", group="statics", source="elliptic integrals; Mattiasson (1981), doi 10.1002/nme.1620170113")
+def elastica() -> list[Quantity]:
+    """A cantilever under a dead transverse force, P L^2/EI = 0.2 to 20."""
+    wanted = [(1 - u, v) for u, v in ELASTICA.values()]
+    return [farthest("tip", wanted, [pushed(alpha, **FINE) for alpha in ELASTICA], 3e-7, "L")]
+
+
+@case("follower-force", group="statics", source="initial value problem of the inextensible rod")
+def follower_force() -> list[Quantity]:
+    """A cantilever under a transverse force that turns with its end, P L^2/EI = 1 to 20."""
+    wanted = [(1 - u, v) for u, v in FOLLOWER.values()]
+    return [farthest("tip", wanted, [followed(alpha) for alpha in FOLLOWER], 1e-6, "L")]
+
+
+@case("gerstmayr-irschik", group="statics", source="Gerstmayr and Irschik (2008), doi 10.1016/j.jsv.2008.04.019, converged")
+def extensible_cantilever() -> list[Quantity]:
+    """A thick cantilever whose stretch counts; its strain |r'| - 1 and ours, (r'.r' - 1)/2, differ by 2e-7."""
+    found = gerstmayr_irschik(64, curvature=Curvature.MATERIAL)
+    return [Quantity(f"tip, {c}", GERSTMAYR_IRSCHIK[k], float(found[k]), 1e-6, "m") for k, c in enumerate("xy")]
+
+
+@case("lee-frame", group="statics", source="Lee, Manuel, Rossow, J. Engng Mech. Div. ASCE 94 (1968) 521; recomputed by shooting")
+def lee() -> list[Quantity]:
+    """A hinged frame snaps through and back: the path of its equilibria, by arc length."""
+    path = follow_path(lee_frame(), ArcLength(0.05), TIGHT)
+    P, u, v = lee_path(path)
+    limits = limit_points(path)
+    spline = CubicSpline(np.append(0.0, np.cumsum(np.linalg.norm(np.diff(np.stack([u, v])), axis=0))), np.stack([v, P], 1))
+    turns = spline(np.sort(spline.derivative().roots(extrapolate=False)[0]))[:2]
+    rows = []
+    for load, *wanted in LEE_PATH:
+        _, at_u, at_v = lee_path(at_load_factor(path, load / 2.0, TIGHT))
+        rows.append(np.array([at_u, at_v])[:, np.argmin(np.hypot(at_u - wanted[0], at_v - wanted[1]))])
+    return [
+        Quantity("first limit load", LEE_LIMITS[0][0], float(P[limits[0]]), 1e-6, "N"),
+        Quantity("second limit load", LEE_LIMITS[1][0], float(P[limits[1]]), 3e-6, "N"),
+        farthest("deflections at the limit loads", [v for _, v in LEE_LIMITS], v[limits], 1e-4, "cm"),
+        farthest("deflections where they turn, interpolated", [v for v, _ in LEE_TURNS], turns[:, 0], 1e-4, "cm"),
+        farthest("loads there, interpolated", [P for _, P in LEE_TURNS], turns[:, 1], 3e-3, "N"),
+        farthest("both displacements along the path", [row[1:] for row in LEE_PATH], rows, 1e-5, "cm"),
+    ]
+
+
+@case("von-mises-truss", group="statics", source="closed form; von Mises, ZAMM 3 (1923) 406-422, doi 10.1002/zamm.19230030602")
+def von_mises_truss() -> list[Quantity]:
+    """Two shallow bars snap through: the whole path has a closed form."""
+    height, load = 0.1, 8.0
+    path = follow_path(truss(height, load=load), ArcLength(0.1), TIGHT)
+    w = height - outputs(path)["apex_y"]
+    summit = height * (1 - np.array([1, -1]) / np.sqrt(3))
+    limits = limit_points(path)
+    return [
+        farthest("limit loads", truss_load(summit, height), load * path.times[limits], 1e-9, "N"),
+        farthest("deflections there", summit, w[limits], 1e-5, "m"),
+        farthest("loads along the path", truss_load(w, height), load * path.times, 1e-9, "N"),
+    ]

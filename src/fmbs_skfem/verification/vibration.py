@@ -1,0 +1,313 @@
+r"""Natural frequencies of beams, plates, and of a beam that rotates.
+
+beams     omega = (beta L)^2 sqrt(EI/(rhoA L^4))           plates    omega a^2 sqrt(rho t/D),  D = E t^3/(12 (1 - nu^2))
+rotating  M z'' + K(x_s) z = 0 about the stretched state x_s in the rotating frame, f(x_s) = Omega^2 M P x_s,
+          P the plane of rotation; in the plane omega_lag^2 = omega_flap^2 - Omega^2 for an axis through the root
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_array, diags_array
+
+from ..bodies import Material, body, sections
+from ..bodies.plate import plate
+from ..dynamics import solve_statics, vibration_modes
+from ..shapes import ancf_plate
+from ..shapes.surface import Surface
+from ..systems import At, System, assemble, eliminate, joints
+from .beams import TIGHT, straight
+from .plates import rectangle
+from .registry import Quantity, case, farthest, order
+
+# ------------------------------------------------------------------------------------------------------------- beams
+ROOTS = {  # beta L
+    "clamped-free": (1.8751040687, 4.694091133, 7.8547574382, 10.995540735, 14.137168391, 17.278759532, 20.420352251, 23.561944902),
+    "free-free": (4.7300407449, 7.8532046241, 10.995607838, 14.137165491, 17.278759657, 20.420352246, 23.561944902, 26.703537556),
+    "clamped-clamped": (
+        4.7300407449,
+        7.8532046241,
+        10.995607838,
+        14.137165491,
+        17.278759657,
+        20.420352246,
+        23.561944902,
+        26.703537556,
+    ),
+    "pinned-pinned": (
+        3.1415926536,
+        6.2831853072,
+        9.4247779608,
+        12.566370614,
+        15.707963268,
+        18.849555922,
+        21.991148575,
+        25.132741229,
+    ),
+    "clamped-pinned": (
+        3.926602312,
+        7.0685827456,
+        10.210176123,
+        13.351768778,
+        16.493361431,
+        19.634954085,
+        22.776546739,
+        25.918139392,
+    ),
+    "free-pinned": (3.926602312, 7.0685827456, 10.210176123, 13.351768778, 16.493361431, 19.634954085, 22.776546739, 25.918139392),
+    "clamped-guided": (
+        2.3650203724,
+        5.497803919,
+        8.6393798287,
+        11.780972451,
+        14.922565105,
+        18.064157758,
+        21.205750412,
+        24.347343065,
+    ),
+}
+RIGID = {"free-free": 3, "free-pinned": 1}  #: rigid motions in the plane
+ENDS: dict[str, Callable[[str], list[joints.Joint]]] = {
+    "clamped": lambda end: [joints.Clamp(end, At("beam", end))],
+    "pinned": lambda end: [joints.Pin(end, At("beam", end))],
+    "guided": lambda end: [joints.DrivenAngle(end, At("beam", end), np.zeros_like)],
+    "free": lambda end: [],
+}
+BLEVINS = "Blevins, Formulas for Natural Frequency and Mode Shape (1979), ISBN 978-0442207106, table 8-1 (roots recomputed)"
+
+
+def beam(supports: str, cells: int, dim: int = 2, EA: float = 1e6, **options: Any) -> System:
+    """Beam with EI = rhoA = L = 1; its axial frequencies are above the bending ones of the table."""
+    part = body.cable("beam", straight(cells), sections.Given(EA=EA, EI=1.0, rhoA=1.0), dim=dim, **options)
+    kinds = zip(supports.split("-"), ("left", "right"), strict=True)
+    return assemble([part], [joint for kind, end in kinds for joint in ENDS[kind](end)])
+
+
+def frequencies(supports: str, cells: int, count: int = 5, **options: Any) -> np.ndarray:
+    """The first elastic angular frequencies in the plane."""
+    rigid = RIGID.get(supports, 0)
+    return vibration_modes(beam(supports, cells, **options), count + rigid).frequencies[rigid:]
+
+
+@case("beam-frequencies", group="vibration", source=BLEVINS)
+def beam_frequencies() -> list[Quantity]:
+    """Eight bending frequencies of beams with all pairs of supports, quintic cells."""
+    return [
+        farthest(supports, np.square(roots), frequencies(supports, 24, 8, degree=5), 1e-6, "rad/s", each=True)
+        for supports, roots in ROOTS.items()
+    ]
+
+
+@case("beam-frequency-error", group="vibration", source=BLEVINS + "; (beta h)^4/1440: Strang and Fix (1973), sect. 6.3")
+def beam_frequency_error() -> list[Quantity]:
+    """The excess of cubic cells is (beta h)^4/1440, for C1 splines and ANCF alike: third mode, 20 cells."""
+    root = ROOTS["clamped-free"][2]
+    return [
+        Quantity(name, (root / 20) ** 4 / 1440, float(frequencies("clamped-free", 20, **options)[2] / root**2 - 1), 0.1)
+        for name, options in (("C1 cubic", {}), ("ANCF", {"ancf": True}))
+    ]
+
+
+@case(
+    "beam-frequency-order",
+    group="vibration",
+    source="order 2 (p - 1): Strang and Fix, An Analysis of the Finite Element Method (1973)",
+)
+def beam_frequency_order() -> list[Quantity]:
+    """The third frequency of a cantilever converges with order 2 (p - 1)."""
+    found, exact = [], ROOTS["clamped-free"][2] ** 2
+    rows: tuple[tuple[str, dict[str, Any], int], ...] = (
+        ("C1 cubic", {}, 4),
+        ("C2 cubic", {"continuity": 2}, 4),
+        ("ANCF", {"ancf": True}, 4),
+        ("C1 quartic", {"degree": 4}, 6),
+        ("C1 quintic", {"degree": 5}, 8),
+    )
+    for name, options, expected in rows:
+        meshes = (8, 16) if expected == 4 else (6, 12)
+        errors = [frequencies("clamped-free", n, **options)[2] / exact - 1 for n in meshes]
+        found.append(order(name, [1 / n for n in meshes], errors, expected, 0.08))
+    return found
+
+
+@case("beam-frequencies-space", group="vibration", source=BLEVINS)
+def beam_frequencies_space() -> list[Quantity]:
+    """In space the bending frequencies of a cantilever come in pairs; the first axial one is pi/2 sqrt(EA/rhoA)/L."""
+    found = vibration_modes(beam("clamped-free", 20, dim=3, degree=5), 6).frequencies
+    axial = body.cable("bar", straight(10), sections.Given(EA=1.0, EI=1e3, rhoA=1.0), dim=2)
+    system = assemble([axial], [joints.Clamp("clamp", At("bar", "left"))])
+    exact = np.repeat(np.square(ROOTS["clamped-free"][:3]), 2)
+    return [
+        farthest("pairs", exact, found, 1e-7, "rad/s", each=True),
+        Quantity("axial", np.pi / 2, float(vibration_modes(system, 1).frequencies[0]), 1e-6, "rad/s"),
+    ]
+
+
+# --------------------------------------------------------------------------------------------------------- rotating
+WRIGHT = {  # Omega sqrt(rhoA L^4/EI): first three flapping frequencies, hub radius 0
+    0: (3.5160, 22.0345, 61.6972),
+    1: (3.6817, 22.1810, 61.8418),
+    2: (4.1373, 22.6149, 62.2732),
+    3: (4.7973, 23.3203, 62.9850),
+    4: (5.5850, 24.2733, 63.9668),
+    5: (6.4495, 25.4461, 65.2050),
+    6: (7.3604, 26.8091, 66.6839),
+    8: (9.2568, 29.9954, 70.2930),
+    10: (11.2023, 33.6404, 74.6493),
+}
+
+
+def rotating(spin: float, count: int = 8) -> np.ndarray:
+    """Frequencies of a cantilever (EA = 1e9, EI = rhoA = L = 1) along x that rotates about z; (flap or lag, mode)."""
+    system = eliminate(beam("clamped-free", 16, dim=3, EA=1e9, degree=5))
+    plane = diags_array(np.tile([1.0, 1.0, 0.0], len(system.lift.offset) // 3))
+    lift = csr_array(system.lift.matrix)
+    whole = beam("clamped-free", 16, dim=3, EA=1e9, degree=5).mass
+    pull = csr_array(-(spin**2) * (lift.T @ plane @ whole @ lift))
+    held = -(spin**2) * np.asarray(lift.T @ (plane @ (whole @ system.lift.offset)))
+    turning = replace(system, stiffness=pull, loads=replace(system.loads, constant=system.loads.constant - held))
+    x = stretched(turning)
+    modes = vibration_modes(turning, count, x)
+    share = np.abs((lift @ modes.shapes).reshape(-1, 3, count)).max(axis=0)
+    flap = share[2] > share[1]
+    return np.stack([modes.frequencies[flap][:3], modes.frequencies[~flap][:3]])
+
+
+def stretched(turning: System) -> np.ndarray:
+    """The state at rest in the rotating frame."""
+    return solve_statics(turning, 1, TIGHT).x[-1]
+
+
+@case(
+    "rotating-beam",
+    group="vibration",
+    source="Wright, Smith, Thresher, Wang, J. Appl. Mech. 49 (1982) 197-202, doi 10.1115/1.3161966, table 1 (hub radius 0)",
+)
+def rotating_beam() -> list[Quantity]:
+    """Flapping and lagging frequencies of a cantilever that rotates about its root (centrifugal stiffening)."""
+    found = []
+    for spin, exact in WRIGHT.items():
+        flap, lag = rotating(float(spin))
+        found.append(farthest(f"flap, Omega = {spin}", exact, flap, 3e-5, each=True))
+        if spin in (2, 10):
+            exact_lag = np.sqrt(flap**2 - spin**2)
+            found.append(farthest(f"lag, Omega = {spin}", exact_lag, lag, 1e-6, each=True))
+    return found
+
+
+# ------------------------------------------------------------------------------------------------------------ plates
+PLATES = {  # omega a^2 sqrt(rho t/D), nu = 0.3
+    "FFFF": (13.468197, 19.596137, 24.270201, 34.800889, 34.800891, 61.093234),
+    "CCCC": (35.985191, 73.393846, 73.393846, 108.2165, 131.58077, 132.20479),
+    "CFFF": (3.471005, 8.506202, 21.28392, 27.19869, 30.95424),
+    "SSSS": tuple(np.pi**2 * np.array([2.0, 5.0, 5.0, 8.0, 10.0, 10.0])),
+    "SSFF": (9.6313852, 16.134777, 36.725642, 38.944959, 46.738147, 70.740108),
+    "SSCC": (28.95085, 54.74307, 69.32701, 94.58528, 102.2162, 129.0955),
+    "CSFF": (15.19169, 20.58259, 39.73389, 49.44653, 56.27489, 77.32268),
+    "CCFF": (22.16566, 26.40266, 43.59128, 61.1704, 67.16693, 79.81304),
+    "SFSF": (3.367049, 17.31635, 19.29292, 38.21122, 51.03535, 53.48671),
+}
+SIDES = ("left", "right", "bottom", "top")  #: of the letters F free, S hinged, C clamped
+REGULAR = {"ancf": 24, "nurbs": 12, "bfs": 12, "argyris": 6}  #: cells a side
+THIN = 1e-3  #: t/a, at which rotary inertia and membrane motions play no part
+LEISSA = "Leissa, J. Sound Vib. 31 (1973) 257-293, doi 10.1016/S0022-460X(73)80371-2 (Ritz series continued to 7 digits)"
+
+
+def plate_frequencies(kind: str, cells: int, letters: str, count: int, width: float = 1.0, t: float = THIN) -> np.ndarray:
+    """omega a^2 sqrt(rho t/D) of a plate a = 1 along x by `width`, without rigid motions."""
+    across = max(2, round(cells * width))
+    part = plate("plate", rectangle(kind, cells, across, 1.0, width), t, Material(1.0, 1.0, 0.3))
+    held = [side for side, letter in zip(SIDES, letters, strict=True) if letter != "F"]
+    clamped = [side for side, letter in zip(SIDES, letters, strict=True) if letter == "C"]
+    edges = [joints.Edge(side, "plate", (side,), slope="z" if side in clamped else "") for side in held]
+    rigid = {"FFFF": 6, "SFFF": 1}.get(letters, 0)
+    found = vibration_modes(eliminate(assemble([part], edges)), count + rigid).frequencies[rigid:]
+    return found * np.sqrt(12 * (1 - 0.3**2)) / t
+
+
+@case("plate-frequencies", group="vibration", source=LEISSA)
+def square_plates() -> list[Quantity]:
+    """Square plates with free (F), hinged (S) and clamped (C) sides x = 0, x = a, y = 0, y = a, four interpolations."""
+    found = []
+    for letters, exact in PLATES.items():
+        kinds = REGULAR if letters in ("FFFF", "CCCC", "CFFF", "SSSS") else {"nurbs": 12}
+        for kind, cells in kinds.items():
+            ours = plate_frequencies(kind, cells, letters, len(exact))
+            tolerance = 6e-3 if kind == "ancf" else 1e-3
+            found.append(farthest(f"{letters}, {kind}", exact, ours, tolerance, each=True))
+    return found
+
+
+ASPECTS = {  # (sides, a/b): omega a^2 sqrt(rho t/D)
+    ("FFFF", 0.4): (3.432631, 5.27824, 9.540597, 11.32851),
+    ("FFFF", 1.5): (20.09554, 21.41326, 46.34697, 49.90994),
+    ("CFFF", 0.4): (3.49754, 4.76739, 8.06711, 13.8035, 21.52),
+    ("CFFF", 2.5): (3.42802, 17.9622, 21.3961, 57.2173, 60.1226),
+}
+
+
+@case("plate-frequencies-rectangles", group="vibration", source=LEISSA)
+def rectangular_plates() -> list[Quantity]:
+    """Free and cantilever rectangles a by b."""
+    found = []
+    for (letters, aspect), exact in ASPECTS.items():
+        ours = plate_frequencies("nurbs", 12, letters, len(exact), 1 / aspect)
+        found.append(farthest(f"{letters}, a/b = {aspect}", exact, ours, 1e-3, each=True))
+    return found
+
+
+@case("plate-frequency-order", group="vibration", source=LEISSA + "; order 2 (p - 1), 2 for slopes that agree at nodes only")
+def plate_frequency_order() -> list[Quantity]:
+    """The third frequency of the free square."""
+    found = []
+    for kind, cells, expected in (("ancf", 8, 2), ("nurbs", 6, 4), ("bfs", 4, 4)):
+        meshes = (cells, 2 * cells)
+        errors = [plate_frequencies(kind, n, "FFFF", 3)[2] / PLATES["FFFF"][2] - 1 for n in meshes]
+        found.append(order(kind, [1 / n for n in meshes], errors, expected, 0.1))
+    return found
+
+
+@case("plate-thickness", group="vibration", source="omega ~ t of Kirchhoff's plate, Timoshenko and Woinowsky-Krieger (1959)")
+def thickness() -> list[Quantity]:
+    """The scaled frequency of a cantilever does not change from t/a = 1e-2 to 1e-4: no locking."""
+    found = []
+    for kind, cells in REGULAR.items():
+        thick, thin = (plate_frequencies(kind, cells, "CFFF", 2, t=t) for t in (1e-2, 1e-4))
+        found.append(farthest(kind, np.ones(2), thin / thick, 1e-6))
+    return found
+
+
+def ring(inner: float, outer: float, around: int = 24, across: int = 2) -> Surface:
+    """A circular ring of curved ANCF cells with the edges `inner` and `outer`."""
+    radii, angles = np.linspace(inner, outer, across + 1), 2 * np.pi * np.arange(around) / around
+    points = (radii[:, None, None] * np.stack([np.cos(angles), np.sin(angles)], -1)).reshape(-1, 2)
+    ids = np.arange(len(points)).reshape(across + 1, around)
+    after = np.roll(ids, -1, axis=1)
+    quads = np.stack([ids[:-1], ids[1:], after[1:], after[:-1]], -1).reshape(-1, 4)
+    circles = [np.column_stack([ids[k], after[k]]) for k in range(across + 1)]
+    arcs = [ancf_plate.Arc(np.zeros(2), float(r), circle) for r, circle in zip(radii, circles, strict=True)]
+    return ancf_plate.surface(points, quads, arcs, {}, {"inner": circles[0], "outer": circles[-1]})
+
+
+def breathing(cells: int) -> float:
+    """Frequency [rad/s] of the mode of a thin free ring in which its radius changes."""
+    t, width, E, rho = 0.01, 0.01, 70e9, 2700.0
+    part = plate("ring", ring(1.0 - width / 2, 1.0 + width / 2, cells, 1), t, Material(E, rho, 0.0), dim=2)
+    found = vibration_modes(assemble([part]), 40)
+    x = part.reference[::3] / np.linalg.norm(part.reference[::3], axis=1, keepdims=True)
+    radial = np.einsum("nc,ncr->r", x, found.shapes.reshape(-1, 3, 2, 40)[:, 0])
+    return float(found.frequencies[np.argmax(np.abs(radial))])
+
+
+@case(
+    "breathing-ring",
+    group="vibration",
+    source="Love, Mathematical Theory of Elasticity, 4th ed. 1927, sect. 293, ISBN 978-0486601748",
+)
+def breathing_ring() -> list[Quantity]:
+    """A thin ring of curved ANCF cells breathes with omega = sqrt(E/rho)/R, up to (width/R)^2/12."""
+    return [Quantity("omega", float(np.sqrt(70e9 / 2700.0)), breathing(48), 2e-5, "rad/s")]

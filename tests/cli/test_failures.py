@@ -1,0 +1,117 @@
+"""What `fmbs run` keeps and shows of a solve that failed: failure.json, a picture, tables, causes on stderr."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmbs_skfem.core.errors import MissingFeature
+from fmbs_skfem.results import pictures
+
+from .calls import CANTILEVER, Call, fmbs, scene
+
+SHORT = "{type: dynamic, duration: 10 ms, step: 1 ms}"
+JUMP = "where(t < 0.0055, 1, 1e12)"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("failure")
+
+
+@pytest.fixture(scope="module")
+def call(folder: Path) -> Call:
+    return fmbs("run", scene(folder, SHORT, JUMP), "--json", "--out", folder / "out")
+
+
+def test_failure_json_holds_the_facts(call: Call, folder: Path) -> None:
+    assert call.code == 4
+    found = json.loads((folder / "out" / "failure.json").read_text())
+    assert found == call.json["failure"]
+    assert found["causes"][0]["name"] == "jump"
+    assert found["step"] == 6
+    assert found["good"] == pytest.approx(0.005)
+    assert [attempt["step"] for attempt in found["attempts"]] == pytest.approx([1e-3 / 2**k for k in range(7)])
+    assert {one["name"] for one in found["multipliers"]} == {"joint clamp.x", "joint clamp.y", "joint clamp.slope 1"}
+    assert found["residuals"][0]["name"].startswith("beam coordinate")
+
+
+def test_the_last_good_state_is_drawn(call: Call, folder: Path) -> None:
+    assert (folder / "out" / "failure.png").read_bytes().startswith(b"\x89PNG")
+    assert str(folder / "out" / "failure.png") in call.json["files"]
+
+
+def test_tables_without_json(tmp_path: Path) -> None:
+    done = fmbs("run", scene(tmp_path, SHORT, JUMP), "--out", tmp_path / "out", "--no-plots")
+    assert all(text in done.out for text in ("Likely causes", "jumps from 1 to 1e+12", "last good state", "residuals with step"))
+    assert not (tmp_path / "out" / "failure.png").exists()
+
+
+def test_a_run_that_succeeds_removes_the_failure_of_the_one_before(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert fmbs("run", scene(tmp_path, SHORT, JUMP), "--out", out, "--no-plots").code == 4
+    assert fmbs("run", scene(tmp_path, SHORT), "--out", out, "--no-plots", "--force").code == 0
+    assert not (out / "failure.json").exists()
+
+
+def test_a_file_of_the_user_is_kept(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "failure.json").write_text("mine")
+    done = fmbs("run", scene(tmp_path, SHORT, JUMP), "--out", out, "--no-plots")
+    assert done.code == 4
+    assert "failure.json did not come from here" in done.err
+    assert (out / "failure.json").read_text() == "mine"
+
+
+def test_without_opengl_the_facts_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(*_: object, **__: object) -> Path:
+        raise MissingFeature("no OpenGL")
+
+    monkeypatch.setattr(pictures, "render", missing)
+    done = fmbs("run", scene(tmp_path, SHORT, JUMP), "--out", tmp_path / "out")
+    assert done.code == 4
+    assert "no picture of the last good state: no OpenGL" in done.err
+    assert (tmp_path / "out" / "failure.json").is_file()
+
+
+def test_a_solve_that_never_starts_is_explained(tmp_path: Path) -> None:
+    """A second clamp of the same end, 0.1 m away."""
+    text = CANTILEVER.replace(
+        "clamp: {{type: clamp, at: beam.left}}",
+        "clamp: {{type: clamp, at: beam.left}}\n  other: {{type: pin, at: beam.left, to: [0, 0.1]}}",
+    )
+    done = fmbs("run", scene(tmp_path, SHORT, text=text), "--out", tmp_path / "out")
+    assert done.code == 4
+    assert "likely cause: the initial state misses" in done.err
+    found = json.loads((tmp_path / "out" / "failure.json").read_text())
+    assert found["causes"][0]["name"] == "closure"
+    assert found["residuals"][0]["value"] == pytest.approx(0.1)
+    assert found["good"] is None
+
+
+def test_a_static_failure_names_its_load_factor(tmp_path: Path) -> None:
+    """A follower force of 10 GN on a rod of EA = 79 kN."""
+    text = CANTILEVER.replace(
+        "type: point_force, at: beam.right, force: [0, load]", "type: follower, at: beam.right, force: [0, load]"
+    )
+    out = tmp_path / "out"
+    done = fmbs(
+        "run",
+        scene(tmp_path, "{type: static, load_steps: 4}", text=text),
+        "--json",
+        "--out",
+        out,
+        "--set",
+        "load=1e10 N",
+        "--no-plots",
+    )
+    assert done.code == 4
+    found = done.json["failure"]
+    assert found["unit"] == "load factor"
+    assert 0.0 <= found["good"] < found["at"] <= 1.0
+    assert "huge load" in {one["name"] for one in found["causes"]}
+    assert np.isfinite([value for pair in found["strains"].values() for value in pair]).all()

@@ -1,0 +1,126 @@
+"""`fmbs rom`: a trained model is described, run at wanted values, and refused where it is damaged or asked for what it has not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmbs_skfem import dynamics
+from fmbs_skfem.reduction import product
+
+from .calls import fmbs
+from .test_train import REDUCTION, written
+
+TRAINING = "training: {candidates: 11, samples: 3, iterations: 1, max_samples: 4}"
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("rom")
+    done = fmbs("train", written(folder, REDUCTION + TRAINING), "--no-plots", "--out", folder / "out")
+    assert done.code == 0, done.err
+    return folder / "out" / "model.h5"
+
+
+def test_info(model: Path, tmp_path: Path) -> None:
+    done = fmbs("rom", "info", model, "--json", "--out", tmp_path)
+    assert done.code == 0, done.err
+    found = done.json
+    assert found["parameters"]["E"]["low"] == 0.5e9
+    assert (found["parameters"]["E"]["unit"], found["parameters"]["E"]["degree"]) == ("Pa", 1)
+    assert found["steps"] == 200
+    assert found["notes"]["training"]["full_runs"] == 1
+    assert found["notes"]["scene"] == "beam"
+    assert (tmp_path / "info.json").is_file()
+    table = fmbs("rom", "info", model)
+    assert "E [Pa]" in table.out
+    assert "full_runs" in table.out
+
+
+def test_run_at_a_value_with_its_unit(model: Path, tmp_path: Path) -> None:
+    """outputs.csv holds what the three lines of Python give; the predicted error stands in the report."""
+    done = fmbs("rom", "run", model, "--set", "E=1.2 GPa", "--out", tmp_path / "out", "--json")
+    assert done.code == 0, done.err
+    found = done.json
+    assert found["parameters"] == {"E": 1.2e9}
+    assert found["outside"] == []
+    error = found["predicted_error"]
+    assert 0 < error["low"] < error["error"] < error["high"]
+    columns = dynamics.outputs(product.run(product.load(model), E=1.2e9))
+    table = np.genfromtxt(tmp_path / "out" / "outputs.csv", delimiter=",", names=True)
+    np.testing.assert_allclose(table["tip_y"], columns["tip_y"], rtol=1e-13, atol=1e-15)
+    assert (tmp_path / "out" / "outputs.png").is_file()
+
+
+def test_run_and_rom_run_are_one(model: Path, tmp_path: Path) -> None:
+    options = (model, "--set", "E=7e8", "--duration", "0.1", "--no-plots", "--json")
+    reports = [fmbs(*words, *options, "--out", tmp_path / words[0]).json for words in (("run",), ("rom", "run"))]
+    keys = ("parameters", "predicted_error", "outputs", "steps", "end", "fingerprint")
+    assert {key: reports[0][key] for key in keys} == {key: reports[1][key] for key in keys}
+    assert (reports[0]["steps"], reports[0]["end"]) == (100, pytest.approx(0.1))
+
+
+def test_without_values_the_nominal_ones_run(model: Path, tmp_path: Path) -> None:
+    done = fmbs("rom", "run", model, "--no-plots", "--out", tmp_path / "out")
+    assert done.code == 0, done.err
+    assert "E = 1e+09" in done.out
+    assert "Predicted error (48):" in done.out
+
+
+def test_outside_the_box_there_is_a_notice_and_no_prediction(model: Path, tmp_path: Path) -> None:
+    done = fmbs("rom", "run", model, "--set", "E=1.6e9", "--no-plots", "--out", tmp_path / "out", "--json")
+    assert done.code == 0, done.err
+    assert done.json["outside"] == ["E"]
+    assert done.json["predicted_error"] is None
+    assert any("outside its training: E = 1.6e+09, trained from 5e+08 to 1.5e+09" in text for text in done.json["notices"])
+    longer = fmbs("rom", "run", model, "--duration", "0.3", "--no-plots", "--out", tmp_path / "longer", "--json")
+    assert any("runs for 0.3 s, trained for 0.2 s" in text for text in longer.json["notices"])
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--set", "e=1e9"), "expected one of E, got 'e'"),
+        (("--set", "EE=1e9"), "got 'EE'; did you mean 'E'?"),
+        (("--set", "E=3 mm"), "--set E: expected a value of the dimension of the parameter (pressure), got '3 mm' (length)"),
+        (("--set", "E=many"), "--set E: expected"),
+        (("--duration", "-1"), "expected a positive step and a duration of at least one step"),
+    ],
+)
+def test_refused(model: Path, options: tuple[str, ...], told: str, tmp_path: Path) -> None:
+    done = fmbs("rom", "run", model, *options, "--out", tmp_path / "out")
+    assert done.code == 3
+    assert told in done.err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("place", [3, 700, -5])
+def test_a_damaged_file_is_corrupt(model: Path, place: int, tmp_path: Path) -> None:
+    data = bytearray(model.read_bytes())
+    data[place] ^= 1
+    damaged = tmp_path / "damaged.h5"
+    damaged.write_bytes(bytes(data))
+    for words in (("rom", "info"), ("rom", "run"), ("run",)):
+        assert fmbs(*words, damaged, "--out", tmp_path / "out").code == 8
+
+
+def test_a_file_that_is_not_there() -> None:
+    done = fmbs("rom", "info", "nothing.h5")
+    assert done.code == 3
+    assert "fmbs train" in done.err
+
+
+def test_a_model_at_one_set_of_parameters(tmp_path: Path) -> None:
+    """`fmbs reduce` notes duration and step, so that its files run without them; they have no parameters."""
+    model = tmp_path / "single.h5"
+    trained = fmbs("reduce", written(tmp_path, REDUCTION), "--out", model, "--json")
+    assert trained.code == 0, trained.err
+    done = fmbs("rom", "run", model, "--no-plots", "--out", tmp_path / "out", "--json")
+    assert done.code == 0, done.err
+    assert (done.json["steps"], done.json["dofs"]) == (200, trained.json["dofs"])
+    assert fmbs("rom", "info", model, "--json").json["parameters"] == {"E": 1e9, "spin": 3.0}
+    refused = fmbs("rom", "run", model, "--set", "E=1e9", "--out", tmp_path / "other")
+    assert refused.code == 3
+    assert "train one with fmbs train" in refused.err

@@ -1,0 +1,219 @@
+"""`fmbs sweep`: members of a scene and of a saved model, designs, folders, members that fail, sweeps that go on."""
+
+from __future__ import annotations
+
+import csv
+import functools
+import json
+import logging
+from collections.abc import Iterator
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from distributed import LocalCluster
+
+from fmbs_skfem import dynamics, reduction, scenes, systems
+from fmbs_skfem.reduction import affine, prediction, product, sweeps
+from fmbs_skfem.reduction.product import Product
+
+from .calls import EXAMPLES, ROOT, fmbs
+from .test_examples import script
+
+PENDULUM = """\
+schema: 1
+name: pendulum
+dimension: 2
+parameters:
+  E: {value: 1 GPa, range: [0.7 GPa, 1.3 GPa]}
+  d: 10 mm
+  k: 2
+bodies:
+  beam:
+    type: cable
+    mesh: beam_20.msh
+    line: beam
+    section: {shape: circular, diameter: d}
+    material: {young_modulus: E, density: 1800 kg/m^3}
+joints:
+  hinge: {type: revolute, at: beam.left, to: ground}
+loads:
+  weight: {type: gravity, acceleration: [0, -9.81 m/s^2]}
+analysis: {type: dynamic, duration: 20 ms, step: 1 ms}
+outputs:
+  tip: {type: position, at: beam.right}
+  energy: {type: energy}
+"""
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """A cluster of two processes for all tests."""
+    with LocalCluster(2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL) as cluster:
+        yield cluster.scheduler_address
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("scene")
+    (folder / "beam_20.msh").write_bytes((ROOT / "meshes" / "beam_20.msh").read_bytes())
+    path = folder / "pendulum.yaml"
+    path.write_text(PENDULUM)
+    return path
+
+
+@pytest.fixture(scope="module")
+def model(scene: Path) -> Path:
+    """The family of the scene as one file."""
+    parameters, family = scenes.family(scenes.read(scene), cells=4)
+    return product.save(Product(affine.fit(family, parameters)), scene.with_name("pendulum.h5"))
+
+
+def rows(out: Path) -> tuple[list[str], list[dict[str, str]]]:
+    with (out / "sweep.csv").open(newline="") as file:
+        reader = csv.DictReader(file)
+        return list(reader.fieldnames or ()), list(reader)
+
+
+def test_members_are_the_runs_of_the_scene(scene: Path, address: str, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    call = ("sweep", scene, "--samples", "3x2", "--design", "grid", "--range", "d=8 mm:12 mm:log", "--scheduler", address)
+    done = fmbs(*call, "--out", out, "--json")
+    assert done.code == 0, done.err
+    found = done.json
+    assert (found["status"], found["members"], found["ok"], found["computed"]) == ("ok", 6, 6, 6)
+    assert found["parameters"]["d"] == {"low": 8e-3, "high": 12e-3, "unit": "m", "scale": "log"}
+    assert json.loads((out / "report.json").read_text())["outputs"] == found["outputs"]
+    head, table = rows(out)
+    assert head[:6] == ["member", "E [Pa]", "d [m]", "tip_x min [m]", "tip_x max [m]", "tip_x final [m]"]
+    assert [(float(row["E [Pa]"]), float(row["d [m]"])) for row in table] == [
+        (E, pytest.approx(d)) for E in (0.7e9, 1e9, 1.3e9) for d in (8e-3, 12e-3)
+    ]
+    changes = ("--set", "E=1.3e9", "--set", f"d={table[5]['d [m]']}")
+    single = fmbs("run", scene, *changes, "--json", "--no-plots", "--out", tmp_path / "one").json["outputs"]
+    for name in ("tip_x", "tip_y"):
+        assert float(table[5][f"{name} final [m]"]) == pytest.approx(single[name]["final"], rel=1e-13)
+    assert float(table[5]["energy_kinetic max [J]"]) == pytest.approx(single["energy_kinetic"]["max"], rel=1e-10)
+    with h5py.File(out / "sweep.h5") as file:
+        np.testing.assert_allclose(file["times"], np.arange(21) * 1e-3, atol=1e-15)
+        assert file["histories/tip_y"].shape == (6, 21)
+    for name in ("response.png", "scatter.png", "histories.png"):
+        assert (out / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_member_that_fails_is_listed(scene: Path, address: str, tmp_path: Path) -> None:
+    """Exit code 5; the others are there."""
+    points, out = tmp_path / "points.csv", tmp_path / "out"
+    points.write_text("E [GPa]\n1\n-1\n1.2\n")
+    call = ("sweep", scene, "--list", points, "--scheduler", address, "--out", out)
+    done = fmbs(*call, "--json")
+    assert done.code == 5
+    found = done.json
+    assert (found["status"], found["reason"], found["ok"]) == ("error", "failed members", 2)
+    (failed,) = found["failed"]
+    assert (failed["member"], failed["values"], failed["status"], failed["reason"]) == (1, {"E": -1e9}, "failed", "bad input")
+    assert "young_modulus" in failed["message"]
+    assert "1 of 3 members failed" in done.err
+    assert [row["status"] for row in rows(out)[1]] == ["ok", "failed", "ok"]
+    again = fmbs(*call, "--resume")
+    assert again.code == 5
+    assert "0 computed" in again.out
+    assert "bad input" in again.out
+
+
+def test_a_sweep_goes_on_and_another_one_is_refused(scene: Path, address: str, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    call = ("sweep", scene, "--samples", "4", "--scheduler", address, "--out", out, "--no-plots", "--json")
+    assert fmbs(*call).json["computed"] == 4
+    first = (out / "members" / "000000.h5").read_bytes()
+    refused = fmbs(*call)
+    assert (refused.code, "--resume" in refused.err) == (3, True)
+    (out / "members" / "000002.h5").unlink()
+    (out / "members" / "000003.h5").write_bytes(first[:1000])
+    resumed = fmbs(*call, "--resume")
+    assert (resumed.code, resumed.json["computed"], resumed.json["ok"]) == (0, 2, 4)
+    assert "000003.h5" in resumed.err
+    assert (out / "members" / "000000.h5").read_bytes() == first
+    for other in (("--seed", "1"), ("--range", "E=0.8 GPa:1 GPa"), ("--duration", "0.01"), ("--instants", "5"), ("--set", "k=3")):
+        assert fmbs(*call, *other, "--resume").code == 3, other
+    assert (out / "members" / "000000.h5").read_bytes() == first
+    assert fmbs(*call, "--force", "--seed", "1").json["computed"] == 4
+    assert (out / "members" / "000000.h5").read_bytes() != first
+
+
+def test_members_of_a_saved_model(model: Path, tmp_path: Path) -> None:
+    """On processes of this machine, with fewer instants than steps."""
+    out = tmp_path / "out"
+    done = fmbs("sweep", model, "--samples", "5", "--design", "lhs", "--instants", "11", "--workers", "1", "--out", out, "--json")
+    assert done.code == 0, done.err
+    rom = product.load(model)
+    _, table = rows(out)
+    assert len(table) == 5
+    with h5py.File(out / "sweep.h5") as file:
+        for k, row in enumerate(table):
+            motion = product.run(rom, E=float(row["E [Pa]"]))
+            found = dynamics.outputs(motion)
+            np.testing.assert_allclose(file["times"], motion.times[::2])
+            for name in ("tip_x", "tip_y"):
+                np.testing.assert_allclose(file[f"histories/{name}"][k], found[name][::2], rtol=1e-9)
+
+
+def test_ranges_of_a_saved_model(model: Path, address: str, tmp_path: Path) -> None:
+    call = ("sweep", model, "--samples", "2", "--design", "grid", "--scheduler", address, "--no-plots", "--json", "--out")
+    inside = fmbs(*call, tmp_path / "a", "--range", "E=0.9 GPa:1.1 GPa")
+    assert inside.code == 0, inside.err
+    assert inside.json["notices"] == []
+    assert [float(row["E [Pa]"]) for row in rows(tmp_path / "a")[1]] == [0.9e9, 1.1e9]
+    outside = fmbs(*call, tmp_path / "b", "--range", "E=0.9 GPa:2 GPa")
+    assert outside.code == 0
+    assert "outside its training: E = 2 GPa" in outside.err
+    for wrong in (("--range", "F=1:2"), ("--set", "F=1"), ("--range", "E=1 mm:2 mm"), ("--duration", "1"), ("--set", "E=1 GPa")):
+        assert fmbs(*call, tmp_path / "c", *wrong).code == 3, wrong
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "text"),
+    [
+        ((), 3, "--samples: expected a number of members"),
+        (("--samples", "0"), 3, "--samples"),
+        (("--samples", "3x2"), 3, "--design grid"),
+        (("--samples", "3x2", "--design", "grid"), 3, "1 number(s) of values"),
+        (("--samples", "5", "--design", "grid", "--range", "d=8 mm:9 mm"), 3, "the power 2 of a whole number"),
+        (("--samples", "4", "--range", "E=2 GPa:1 GPa"), 3, "--range E"),
+        (("--samples", "4", "--range", "E=1 mm:2 mm"), 3, "--range E"),
+        (("--samples", "4", "--range", "d=0:1 mm:log"), 3, "--range d"),
+        (("--samples", "4", "--range", "dd=1:2"), 3, "did you mean 'd'"),
+        (("--samples", "4", "--range", "E=1"), 2, "NAME=LOW:HIGH"),
+        (("--samples", "4", "--set", "E=1 GPa"), 3, "a parameter with a range"),
+        (("--samples", "4", "--design", "list"), 3, "--list"),
+        (("--samples", "4", "--timeout", "0"), 3, "timeout"),
+        (("--samples", "4", "--workers", "2", "--scheduler", "tcp://127.0.0.1:9"), 3, "workers"),
+        (("--samples", "4", "--design", "halton"), 2, "halton"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(arguments: tuple[str, ...], code: int, text: str, scene: Path, tmp_path: Path) -> None:
+    done = fmbs("sweep", scene, *arguments, "--out", tmp_path / "out")
+    assert (done.code, text in done.err) == (code, True), done.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_example_is_as_accurate_as_it_predicts_and_goes_on(address: str, tmp_path: Path) -> None:
+    """Coarse and short, with three full runs. Errors (48) at the members against full runs at their own parameters."""
+    options = sweeps.Options(scheduler=address)
+    call = functools.partial(script("sweep_pendulum"), tmp_path, duration=0.05, cells=8, full_runs=3, options=options)
+    assert call(count=4)["members"] == 4
+    rom = product.load(tmp_path / "pendulum.h5")
+    _, family = scenes.family(scenes.read(EXAMPLES / "pendulum_family.yaml"), cells=8, duration=0.05)
+    with h5py.File(tmp_path / "sweep.h5") as file:
+        before, points = file["histories/C_z"][()], file["parameters"][()]
+    for (E, d), history in zip(points, before, strict=True):
+        case, motion = family({"E": E, "d": d}), product.run(rom, E=E, d=d)
+        np.testing.assert_allclose(history, dynamics.outputs(motion)["C_z"], atol=1e-12)
+        full = dynamics.integrate(systems.eliminate(case.system), case.scheme, case.duration, dynamics.Newton(tolerance=1e-12))
+        predicted = prediction.predicted_error(rom, E=E, d=d)
+        assert predicted is not None
+        assert predicted.low <= reduction.compare(full, motion).mean <= predicted.high
+    assert call(count=6)["members"] == 6
+    with h5py.File(tmp_path / "sweep.h5") as file:
+        np.testing.assert_array_equal(file["histories/C_z"][:4], before)

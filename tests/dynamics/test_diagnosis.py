@@ -1,0 +1,269 @@
+"""A failed solve says why: ten ways to fail, each with the cause that was built in and the facts that show it."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.sparse import csr_array
+
+from fmbs_skfem import reduction
+from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.bodies.plate import plate
+from fmbs_skfem.core.errors import Reason, SolverError
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, diagnosis, evidence, integrate, solve_statics
+from fmbs_skfem.dynamics.diagnosis import Diagnosis
+from fmbs_skfem.dynamics.integration import HALVINGS, FailedStep
+from fmbs_skfem.shapes import nurbs
+from fmbs_skfem.systems import At, System, assemble, compile_system, eliminate, joints, loads
+from fmbs_skfem.systems import compiled as compilation
+from fmbs_skfem.verification.statics import truss
+
+from .. import models
+
+END, STEP = At("beam", "left"), GeneralizedAlpha(1e-3)
+History = Callable[[np.ndarray], np.ndarray]
+
+
+def beam() -> body.Body:
+    return body.cable("beam", models.straight(8), models.SECTION, models.MATERIAL, dim=2)
+
+
+def pushed(history: History) -> System:
+    """Cantilever under a transverse force of 1 N times `history` at its tip."""
+    force = loads.PointForce("push", At("beam", "right"), (0.0, 1.0), history)
+    return eliminate(assemble([beam()], [joints.Clamp("clamp", END)], [force]))
+
+
+def huge_load() -> object:
+    """The force grows e-fold every 17 ms."""
+    return integrate(pushed(lambda t: np.exp(60 * t)), STEP, 1.0)
+
+
+def jump() -> object:
+    return integrate(pushed(lambda t: np.where(t < 0.0055, 1.0, 1e12)), STEP, 0.01)
+
+
+def large_step() -> object:
+    """Example 2 falls through 2 rad in a step."""
+    return integrate(models.double_pendulum(8), GeneralizedAlpha(0.2), 3.0)
+
+
+def signal() -> object:
+    return integrate(pushed(lambda t: np.where(t > 0.1005, np.nan, 1.0)), STEP, 1.0)
+
+
+def redundant() -> object:
+    """A drive that turns a clamped end."""
+    held: list[joints.Joint] = [joints.Clamp("clamp", END), joints.DrivenAngle("drive", END, lambda t: t)]
+    return integrate(eliminate(assemble([beam()], held)), STEP, 0.01)
+
+
+def locked() -> object:
+    """Two rigid links of 1 m to the origin, whose far end is pulled from 1 m outwards at 1 m/s: stretched out after 1 s."""
+    bodies = [
+        body.point_mass("A", 1.0, np.array([1.0, 0.0])),
+        body.point_mass("B", 1.0, np.array([0.5, np.sqrt(0.75)])),
+    ]
+    A, B = At("A", "center"), At("B", "center")
+    held: list[joints.Joint] = [
+        joints.DrivenPosition("pull", A, (lambda t: t, lambda t: 0.0 * t)),
+        joints.Distance("first", B, (0.0, 0.0)),
+        joints.Distance("second", A, B),
+    ]
+    return integrate(assemble(bodies, held), STEP, 2.0)
+
+
+def buckling() -> object:
+    """The truss of von Mises under load control with few iterations: the limit load is 0.475 of the load."""
+    return solve_statics(truss(load=8.0), 20, Newton(iterations=3))
+
+
+@functools.cache
+def trained() -> System:
+    """Example 2 over 1 s in the modes of its own motion."""
+    full = models.double_pendulum(8, all_multipliers=True)
+    data = reduction.snapshots(integrate(eliminate(full), GeneralizedAlpha(1e-3), 1.0, Newton(1e-12), 5))
+    parts = reduction.body_level(full)
+    return reduction.reduce_system(full, parts, reduction.bases(full, data, parts, 1e-10))
+
+
+def outside() -> object:
+    """Gravity turned round and 300 times as strong."""
+    model = trained()
+    return integrate(replace(model, loads=replace(model.loads, constant=-300 * model.loads.constant)), GeneralizedAlpha(2e-3), 1.0)
+
+
+def indefinite() -> object:
+    """A beam that begins at 0.4 of its length."""
+    model = pushed(lambda t: 0.0 * t)
+    return integrate(replace(model, x0=0.4 * model.x0), GeneralizedAlpha(5e-3), 0.1)
+
+
+def massless() -> object:
+    """A free point without mass beside a beam."""
+    ghost = body.point_mass("ghost", 1.0, np.array([0.0, 1.0]))
+    model = assemble([ghost, beam()], [joints.Clamp("clamp", END)], [loads.Gravity((0.0, -9.81))])
+    mass = model.mass.tolil()
+    mass[0, 0] = mass[1, 1] = 0.0
+    return integrate(eliminate(replace(model, mass=csr_array(mass))), STEP, 0.1)
+
+
+def closure() -> object:
+    far = joints.DrivenPosition("drive", END, (lambda t: 0.2 + 0 * t, lambda t: 0 * t))
+    return integrate(assemble([beam()], [far]), STEP, 0.01)
+
+
+def free() -> object:
+    return solve_statics(assemble([beam()], [], [loads.Gravity((0.0, -9.81))]))
+
+
+WAYS: dict[str, tuple[Callable[[], object], Reason | None]] = {
+    "huge load": (huge_load, None),
+    "jump": (jump, None),
+    "large step": (large_step, Reason.DIVERGED),
+    "signal": (signal, Reason.NOT_FINITE),
+    "redundant": (redundant, Reason.INCONSISTENT),
+    "dead centre": (locked, None),
+    "buckling": (buckling, Reason.NOT_CONVERGED),
+    "outside training": (outside, None),
+    "indefinite": (indefinite, None),
+    "massless": (massless, Reason.SINGULAR_TANGENT),
+    "closure": (closure, Reason.INCONSISTENT),
+    "free": (free, Reason.SINGULAR_TANGENT),
+}
+
+
+@functools.cache
+def failed(way: str) -> tuple[SolverError, Diagnosis]:
+    with pytest.raises(SolverError) as caught:
+        WAYS[way][0]()
+    return caught.value, diagnosis.explain(caught.value)
+
+
+def cause(way: str) -> diagnosis.Cause:
+    return {one.name: one for one in failed(way)[1].causes}[way]
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_every_way_to_fail_is_told(way: str) -> None:
+    error, found = failed(way)
+    assert cause(way).remedy
+    assert found.reason is error.reason
+    assert WAYS[way][1] in (None, error.reason)
+    assert found.at == error.time
+    assert found.message == str(error)
+    assert (found.good is None) == (error.partial is None)
+
+
+@pytest.mark.parametrize("way", [way for way in WAYS if way not in ("outside training", "dead centre")])
+def test_the_first_cause_is_the_one_built_in(way: str) -> None:
+    assert failed(way)[1].causes[0].name == way
+
+
+@pytest.mark.parametrize(
+    "way,texts",
+    [
+        ("huge load", ["loads on beam"]),
+        ("jump", ["between t = 0.005 and 0.006 s", "a load on beam jumps from 1 to 1e+12"]),
+        ("large step", ["II turns by 1.9", "step of 0.2 s"]),
+        ("signal", ["a load on beam is no finite number at t = 0.101 s"]),
+        ("redundant", ["drive.angle"]),
+        ("dead centre", ["joint second", "joint first", "joint pull"]),
+        ("buckling", ["near load factor 0.47"]),
+        ("outside training", ["strains I"]),
+        ("indefinite", ["beam is compressed by 42 %"]),
+        ("massless", ["ghost coordinate 0", "ghost coordinate 1"]),
+        ("closure", ["drive.x", "by 0.2"]),
+        ("free", ["beam can move freely"]),
+    ],
+)
+def test_causes_hold_names_and_numbers(way: str, texts: list[str]) -> None:
+    """(1 - 0.4^2)/2 = 42 %; sqrt(3) of the limit point and the other figures as they were built in."""
+    assert all(text in cause(way).what for text in texts)
+
+
+def test_the_locked_links_stop_when_they_are_stretched_out() -> None:
+    """Unit rows (1, 0), (1, 0), (1, 0, -1, 0)/sqrt 2 depend on each other with weights 1 : 1 : sqrt 2."""
+    found = failed("dead centre")[1]
+    assert found.at == pytest.approx(1.0, abs=1e-3)
+    assert found.singular is not None
+    assert found.singular[1] < 1e-3 * found.singular[0]
+    assert dict(found.null) == pytest.approx(
+        {"joint second": 0.5, "joint first": 0.25, "joint pull": 0.25, "A": 0.0, "B": 0.0}, abs=1e-4
+    )
+    assert {name for name, _ in found.multipliers} == {"joint second.length", "joint first.length", "joint pull.x", "joint pull.y"}
+
+
+def test_an_attempt_repeats_the_iteration() -> None:
+    """All step lengths; the last correction of an iteration that went too far is the largest of its end."""
+    error, found = failed("large step")
+    assert isinstance(error, FailedStep)
+    assert [attempt.step for attempt in found.attempts] == [0.2 / 2**k for k in range(HALVINGS + 1)]
+    assert found.step == error.run.done + 1
+    for attempt in found.attempts:
+        assert len(attempt.corrections) == len(attempt.residuals)
+        assert found.good is not None
+        assert found.good < attempt.time <= found.good + 0.2 + 1e-12
+    whole = found.attempts[0]
+    assert whole.outcome is Reason.DIVERGED
+    assert whole.corrections[-1] > 2 * whole.corrections[-2]
+    again = diagnosis.explain(error)
+    assert again.attempts == found.attempts
+    assert again.residuals == found.residuals
+
+
+def test_a_large_model_is_explained_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sparse factors: the same rules, and the first and the last of the step lengths."""
+    monkeypatch.setattr(compilation, "BAND", 20)
+    shape = nurbs.surface(*nurbs.rectangle(1.0, 0.5, 6, 4, 2))
+    sheet = plate("sheet", replace(shape, points={"c": nurbs.place(shape, 1.0, 0.5)}), 1e-3, sections.Material(1e9, 1000.0, 0.3))
+    push = loads.PointForce("push", At("sheet", "c"), (0.0, 0.0, 1.0), lambda t: np.where(t < 0.0055, 0.0, 1e12))
+    with pytest.raises(SolverError) as caught:
+        integrate(assemble([sheet], [], [push]), STEP, 0.01)
+    found = diagnosis.explain(caught.value)
+    assert caught.value.partial.statistics.solver.startswith("sparse")
+    assert found.causes[0].what == "between t = 0.005 and 0.006 s a load on sheet jumps from 0 to 1e+12"
+    assert [attempt.step for attempt in found.attempts] == [1e-3, 1e-3 / 2**HALVINGS]
+    assert all(attempt.corrections for attempt in found.attempts)
+
+
+def test_residuals_are_forces_in_newtons() -> None:
+    """Multipliers count in full: the largest residual by name is that of the message, in both lists."""
+    error, found = failed("dead centre")
+    assert found.residuals[0][0] == error.worst[0][0]
+    assert found.residuals[0][1] == pytest.approx(error.worst[0][1], rel=1e-6)
+
+
+def test_strains_of_a_stretched_beam() -> None:
+    """(1.2^2 - 1)/2 everywhere."""
+    model = pushed(lambda t: 0.0 * t)
+    assert evidence.strains(model, 1.2 * model.x0)["beam"] == pytest.approx((0.22, 0.22), abs=1e-12)
+
+
+def test_turns_of_a_spinning_beam() -> None:
+    """Every slope of a straight beam turns at the same rate."""
+    model = assemble([beam()], [])
+    spun = model.x0.reshape(-1, 2) @ np.array([[0.0, 3.0], [-3.0, 0.0]])
+    assert evidence.turns(model, model.x0, spun.ravel()) == {"beam": pytest.approx(3.0, rel=1e-12)}
+
+
+def test_the_stiffest_wave_is_bounded_by_the_longest_cell() -> None:
+    """A Rayleigh quotient lies between the lowest and the highest of all frequencies."""
+    model = compile_system(pushed(lambda t: 0.0 * t))
+    n, none = model.system.size, np.zeros(0)
+    x = model.system.x0
+    stop = evidence.Stop(model, 0.0, 0.0, 1.0, x, 0 * x, none, x, np.zeros(n), (0.0, 0.0), (0.0, 0.0))
+    squares = eigh(compilation.tangent(model, x, none).toarray(), model.system.mass.toarray(), eigvals_only=True)
+    assert 0.1 * np.sqrt(squares[-1]) < evidence.stiffest(stop) <= np.sqrt(squares[-1])
+
+
+def test_a_smooth_signal_is_no_jump() -> None:
+    model = compile_system(pushed(lambda t: np.exp(60 * t)))
+    x, none = model.system.x0, np.zeros(0)
+    stop = evidence.Stop(model, 0.1, 0.101, 1e-3, x, 0 * x, none, x, 0 * x, (0.0, 0.0), (0.0, 0.0))
+    assert evidence.jumps(stop) == []

@@ -1,0 +1,516 @@
+"""Training over parameters: factors and bases of several runs, reduced families, indicators, stored and interrupted trainings."""
+
+from __future__ import annotations
+
+import dataclasses
+import resource
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.linalg import subspace_angles
+
+from fmbs_skfem import reduction, scenes
+from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.core import expressions
+from fmbs_skfem.core.errors import CorruptFile, InputError, Reason, SolverError
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
+from fmbs_skfem.dynamics.outputs import lifted
+from fmbs_skfem.reduction import (
+    budget,
+    calibration,
+    campaign,
+    errors,
+    family_model,
+    full_runs,
+    galerkin,
+    greedy,
+    holdout,
+    hyper,
+    pod,
+)
+from fmbs_skfem.reduction import parameters as boxes
+from fmbs_skfem.reduction import training_store as store
+from fmbs_skfem.reduction.campaign import Search
+from fmbs_skfem.reduction.cases import Case
+from fmbs_skfem.reduction.full_runs import FullRun, Setting
+from fmbs_skfem.reduction.hyper import Level
+from fmbs_skfem.reduction.parameters import Parameter
+from fmbs_skfem.reduction.training import Plan
+from fmbs_skfem.scenes import build
+from fmbs_skfem.systems import At, System, assemble, joints, loads
+from fmbs_skfem.systems.quartic import Quartic
+from tests import models
+
+SPIN = expressions.of_time("4*(t - sin(pi*t)/pi)")  #: a driven angle that starts smoothly [rad]
+YOUNG = Parameter("E", 0.7e9, 1.3e9, unit="Pa")
+LENGTH = Parameter("L", 0.8, 1.2, unit="m")
+PLAN = Plan({"beam": ("beam",)}, 1e-10, hyper_tolerance=1e-3)
+INTERVAL = 5e-3
+
+
+def spun(values: Mapping[str, float]) -> Case:
+    """A beam on a driven hinge over 0.5 s: Young's modulus E and length L."""
+    material = sections.Material(values.get("E", 1e9), 1800.0)
+    mesh = models.straight(10, end=(values.get("L", 1.0), 0.0, 0.0))
+    root = At("beam", "left")
+    drives = [joints.Pin("hinge", root), joints.DrivenAngle("drive", root, SPIN)]
+    return Case(assemble([body.cable("beam", mesh, models.SECTION, material, dim=2)], drives), GeneralizedAlpha(1e-3), 0.5)
+
+
+def falling(values: Mapping[str, float]) -> Case:
+    """Two beams, the second one hinged to the first, over 0.3 s under gravity g; the constraint between them is linear."""
+    one = body.cable("I", models.straight(6), models.SECTION, models.MATERIAL)
+    two = body.cable("II", models.straight(6, (1, 0, 0), (1, 1, 0)), models.SECTION, models.MATERIAL)
+    pins = [joints.Pin("A", At("I", "left")), joints.Pin("B", At("I", "right"), At("II", "left"))]
+    return Case(assemble([one, two], pins, [loads.Gravity((0, 0, -values["g"]))]), GeneralizedAlpha(1e-3), 0.3)
+
+
+def setting_of(family: Callable[[Mapping[str, float]], Case], parameter: Parameter, plan: Plan = PLAN) -> Setting:
+    return Setting(family, (parameter,), plan, INTERVAL)
+
+
+@pytest.fixture(scope="module")
+def spin() -> Setting:
+    return setting_of(spun, YOUNG)
+
+
+@pytest.fixture(scope="module")
+def two(spin: Setting) -> tuple[FullRun, ...]:
+    return tuple(full_runs.full_run(spin, {"E": E}) for E in (0.7e9, 1.3e9))
+
+
+def snapshots(setting: Setting, values: Mapping[str, float]) -> tuple[System, Trajectory]:
+    case = setting.family(values)
+    return case.system, full_runs.moved(setting, case)
+
+
+def places(setting: Setting) -> Search:
+    return campaign.search(setting.parameters, boxes.grid(setting.parameters, 21), boxes.grid(setting.parameters, 3))
+
+
+# Factors and bases
+
+
+def test_factors_hold_the_snapshots(spin: Setting) -> None:
+    """What is cut is FINER of what the bases leave, and nothing of the initial state."""
+    raw, motion = snapshots(spin, {"E": 1e9})
+    run = full_runs.factored(spin, {"E": 1e9}, raw, motion)
+    q = full_runs.states(spin, raw, run)
+    X = lifted(motion)[0] - raw.lift(raw.x0)
+    assert np.linalg.norm(q - lifted(motion)[0]) <= np.sqrt(full_runs.FINER * spin.plan.tolerance) * np.linalg.norm(X)
+    np.testing.assert_array_equal(q[0], raw.x0)
+    assert np.array_equal(run.times, motion.times)
+    few = np.array([3, 7])
+    assert np.array_equal(full_runs.states(spin, raw, run, few), q[few])
+
+
+def test_bases_of_factors_are_those_of_all_snapshots(spin: Setting, two: tuple[FullRun, ...]) -> None:
+    """Equation (50): the SVD of [U_1 S_1, U_2 S_2] gives the modes and singular values of all snapshots together."""
+    raw = spun({"E": 1e9}).system
+    every = np.hstack([lifted(snapshots(spin, run.values)[1])[0].T for run in two]) - raw.x0[:, None]
+    direct = pod.basis(every, spin.plan.tolerance, mean=np.zeros(len(every)))
+    found = family_model.bases(spin, raw, two)["beam"]
+    r = found.modes.shape[1]
+    assert r == direct.modes.shape[1]
+    np.testing.assert_allclose(found.singular_values[:r], direct.singular_values[:r], rtol=1e-6)
+    assert subspace_angles(found.modes, direct.modes).max() < 1e-5
+
+
+def test_modes_keep_the_inner_constraints(spin: Setting, two: tuple[FullRun, ...]) -> None:
+    raw = spun({"E": 1e9}).system
+    A, _ = galerkin.inner_constraints(raw, np.arange(raw.size))
+    assert len(A) == 2
+    assert np.abs(A @ family_model.bases(spin, raw, two)["beam"].modes).max() < 1e-14
+
+
+def test_snapshots_follow_a_step_that_depends_on_parameters() -> None:
+    case = spun({"E": 1e9})
+    assert full_runs.steps(case, 5e-3).tolist() == list(range(0, 501, 5))
+    finer = dataclasses.replace(case, scheme=GeneralizedAlpha(5e-4))
+    assert full_runs.steps(finer, 5e-3).tolist() == list(range(0, 1001, 10))
+    assert full_runs.steps(case, np.array([0.001, 0.25, 0.7])).tolist() == [0, 1, 250]
+    with pytest.raises(InputError, match=r"snapshots: expected times within the duration of 0\.5 s"):
+        full_runs.steps(case, 2.0)
+
+
+def test_the_step_has_an_error_of_its_own(spin: Setting) -> None:
+    """|q_h - q_2h| / 3 against the distance to a step of h / 8."""
+    values = {"E": 1e9}
+    run = full_runs.full_run(spin, values)
+    case = spun(values)
+    fine = integrate(case.system, GeneralizedAlpha(1.25e-4), 0.5, Newton(1e-12), np.arange(0, 4001, 40))
+    own = full_runs.error(spin, case.system, run, fine) * 64 / 63
+    assert full_runs.step_error(spin, values, run) == pytest.approx(own, rel=0.1)
+
+
+# Reduced families
+
+
+@pytest.mark.parametrize(
+    ("family", "parameter", "plan"),
+    [
+        (spun, YOUNG, PLAN),
+        (spun, YOUNG, dataclasses.replace(PLAN, level=Level.POINTS, hyper_tolerance=1e-7)),
+        (falling, Parameter("g", 5.0, 12.0), Plan({"one": ("I",), "two": ("II",)}, 1e-10)),
+        (falling, Parameter("g", 5.0, 12.0), Plan({"one": ("I",), "two": ("II",)}, 1e-10, eliminate=True)),
+        (falling, Parameter("g", 5.0, 12.0), Plan({"all": ("I", "II")}, modes=8, hyper_tolerance=1e-3)),
+    ],
+    ids=["E", "E points", "g", "g eliminated", "g system"],
+)
+def test_a_reduced_family_is_the_reduction_of_every_member(
+    family: Callable[[Mapping[str, float]], Case], parameter: Parameter, plan: Plan
+) -> None:
+    setting = setting_of(family, parameter, plan)
+    runs = [full_runs.full_run(setting, {parameter.name: value}) for value in (parameter.low, parameter.high)]
+    model = family_model.model_of(family_model.quick(setting), runs)
+    members = family_model.trained(setting, runs)
+    assert model.problems == (0 if plan.hyper_tolerance is None else 1)
+    for value in np.linspace(parameter.low, parameter.high, 4):
+        values = {parameter.name: float(value)}
+        here, there = family_model.reduced_case(model, values), family_model.member(setting, members, values)
+        assert here.system.constraints.names == there.system.constraints.names
+        one, other = (lifted(family_model.reduced_run(setting, case))[0] for case in (here, there))
+        assert np.abs(one - other).max() < 1e-7
+        raw = family(values).system
+        np.testing.assert_allclose(here.system.lift(here.system.x0), raw.x0, rtol=0, atol=1e-12)
+
+
+def test_members_of_other_shapes_start_in_their_reduced_space() -> None:
+    """The length of the beam is the parameter: modes are deviations from the initial state of each member itself."""
+    setting = setting_of(spun, LENGTH)
+    runs = [full_runs.full_run(setting, {"L": L}) for L in (0.8, 1.2)]
+    members = family_model.trained(setting, runs)
+    for L in (0.8, 0.9, 1.2):
+        case, raw = family_model.member(setting, members, {"L": L}), spun({"L": L}).system
+        np.testing.assert_allclose(case.system.lift(case.system.x0), raw.x0, rtol=0, atol=1e-14)
+        motion = family_model.reduced_run(setting, case)
+        assert full_runs.error(setting, raw, full_runs.full_run(setting, {"L": L}), motion) < 1e-3
+
+
+def test_the_reduced_model_is_good_between_its_runs(spin: Setting, two: tuple[FullRun, ...]) -> None:
+    """Truncation alone makes sqrt(eps) = 1e-5 of the motion; its dynamics and the parameters between the runs make more."""
+    model = family_model.model_of(spin, two)
+    middle = full_runs.full_run(spin, {"E": 1e9})
+    for run in (*two, middle):
+        motion = family_model.reduced_run(spin, family_model.reduced_case(model, run.values))
+        raw = spun(run.values).system
+        found = full_runs.error(spin, raw, run, motion)
+        assert found < 3e-4
+        direct = errors.compare(full_runs.moved(spin, spun(run.values)), motion).mean
+        assert found == pytest.approx(direct, rel=1e-2)
+
+
+def test_one_training_run_is_trained_as_ever(spin: Setting, two: tuple[FullRun, ...]) -> None:
+    (system, states), _ = pairs(spin, two)
+    for one, other in zip(hyper.train(system, states), hyper.train_over([(system, states)]), strict=True):
+        assert np.array_equal(one.sample.indices, other.sample.indices)
+        assert np.array_equal(one.sample.weights, other.sample.weights)
+
+
+def pairs(setting: Setting, runs: tuple[FullRun, ...]) -> list[tuple[System, np.ndarray]]:
+    systems = [setting.family(run.values).system for run in runs]
+    members = family_model.trained(setting, runs)
+    return family_model.training_pairs(setting, systems, runs, members)
+
+
+@pytest.mark.parametrize("eta", [1e-3, 1e-7])
+def test_soft_and_stiff_runs_count_alike(spin: Setting, two: tuple[FullRun, ...], eta: float) -> None:
+    """A second run with all forces times 1000 and the same states changes nothing: rows are divided by the norm of their run."""
+    (system, states), _ = pairs(spin, two)
+    stiff = dataclasses.replace(system, elastic=tuple(stiffer(e) for e in system.elastic))
+    (alone,), (both,) = hyper.train_over([(system, states)], eta), hyper.train_over([(system, states), (stiff, states)], eta)
+    assert np.array_equal(alone.sample.indices, both.sample.indices)
+    np.testing.assert_allclose(alone.sample.weights, both.sample.weights, rtol=1e-4)
+
+
+def stiffer(elastic: hyper.Elastic) -> hyper.Elastic:
+    section = hyper.sampled_gather(elastic).section.copy()
+    section[-1] *= 1000.0
+    return dataclasses.replace(elastic, gather=dataclasses.replace(elastic.gather, section=section))
+
+
+@pytest.mark.parametrize("level", list(Level))
+@pytest.mark.parametrize("eta", [1e-3, 1e-7])
+def test_every_run_keeps_eta(spin: Setting, two: tuple[FullRun, ...], level: Level, eta: float) -> None:
+    """The residual of a run is at most eta sqrt(runs) of its own forces."""
+    known = pairs(spin, two)
+    (selection,) = hyper.train_over(known, eta, level)
+    w = np.zeros(selection.total)
+    w[selection.sample.indices] = selection.sample.weights
+    for system, states in known:
+        G = np.vstack(list(hyper.training_blocks(list(system.elastic), states, 0, level)))
+        assert np.linalg.norm(G @ w - G.sum(axis=1)) <= eta * np.sqrt(2.0) * np.linalg.norm(G.sum(axis=1)) * (1 + 1e-6)
+
+
+def test_polynomials_that_differ_by_a_factor_are_made_once() -> None:
+    """The exact polynomial is proportional to Young's modulus."""
+    scene = scenes.read(Path(__file__).resolve().parents[2] / "examples" / "crank_slider_coarse.yaml")
+    raw = build.system(scene)
+    rng = np.random.default_rng(0)
+    rows = {name: galerkin.rows_of(raw, members) for name, members in {"c": ["crank"], "l": ["linkage", "slider"]}.items()}
+    found = {name: pod.Basis(np.linalg.qr(rng.normal(size=(len(r), 4)))[0], raw.x0[r], np.ones(4)) for name, r in rows.items()}
+    system = galerkin.reduce_system(raw, {"c": ["crank"], "l": ["linkage", "slider"]}, found)
+    softer = dataclasses.replace(system, elastic=tuple(scaled_modulus(e, 0.6) for e in system.elastic))
+    mixed = dataclasses.replace(system, elastic=(system.elastic[0], scaled_modulus(system.elastic[1], 0.6)))
+    known = family_model.Polynomials()
+    known.of(system)
+    for other, made in ((softer, 1), (mixed, 2)):
+        direct, memo = hyper.exact(other), known.of(other)
+        assert len(known.known) == made
+        for one, two in zip(direct.elastic, memo.elastic, strict=True):
+            assert isinstance(one.gather, Quartic)
+            assert isinstance(two.gather, Quartic)
+            size = np.abs(one.gather.coefficients).max()
+            assert np.abs(one.gather.coefficients - two.gather.coefficients).max() < 1e-13 * size
+
+
+def scaled_modulus(elastic: hyper.Elastic, factor: float) -> hyper.Elastic:
+    section = hyper.sampled_gather(elastic).section.copy()
+    section[0] *= factor
+    return dataclasses.replace(elastic, gather=dataclasses.replace(elastic.gather, section=section))
+
+
+# Indicators
+
+
+def test_the_indicator_is_that_of_the_residual_norms(spin: Setting, two: tuple[FullRun, ...]) -> None:
+    model, values = family_model.model_of(spin, two[:1]), two[0].values
+    motion = family_model.reduced_run(spin, family_model.reduced_case(model, values))
+    case = spun(values)
+    norms = reduction.residual_norms(case.system, motion, case.scheme)
+    assert family_model.indicator(spin, motion, values) == pytest.approx(norms.indicator, rel=1e-12)
+
+
+def test_residuals_in_blocks_are_the_same(spin: Setting, two: tuple[FullRun, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    model = family_model.model_of(spin, two)
+    motion = family_model.reduced_run(spin, family_model.reduced_case(model, {"E": 1e9}))
+    whole = family_model.indicator(spin, motion, {"E": 1e9})
+    apart = full_runs.error(spin, spun(two[0].values).system, two[0], motion)
+    for module in (errors, full_runs):
+        monkeypatch.setattr(module, "BLOCK", 500)
+    assert family_model.indicator(spin, motion, {"E": 1e9}) == pytest.approx(whole, rel=1e-12)
+    assert full_runs.error(spin, spun(two[0].values).system, two[0], motion) == pytest.approx(apart, rel=1e-12)
+
+
+def test_constraints_are_touched_in_every_position() -> None:
+    """A driven angle reads both components of the slope, although its Jacobian is zero for one of them at the start."""
+    raw = spun({"E": 1e9}).system
+    drive = [k for k, name in enumerate(raw.constraints.names) if name[0] == "drive"]
+    assert np.flatnonzero(errors.touched(raw, np.array(drive))).tolist() == [0, 1, 2, 3]
+    hinge = [k for k, name in enumerate(raw.constraints.names) if name[0] == "hinge"]
+    assert np.flatnonzero(errors.touched(raw, np.array(hinge))).tolist() == [0, 1]
+
+
+def test_multipliers_that_stand_for_others_are_masked() -> None:
+    """Where a driven row is dropped because it depends on others, the multipliers of those are not their own."""
+    raw = spun({"E": 1e9}).system
+    hinge, drive = ([name for name in raw.constraints.names if name[0] == joint] for joint in ("hinge", "drive"))
+    without = {
+        name: dataclasses.replace(raw, constraints=dataclasses.replace(raw.constraints, names=tuple(kept)))
+        for name, kept in (("hinge", drive), ("drive", hinge))
+    }
+    assert np.flatnonzero(errors.mask(raw, without["hinge"]) == 0.0).tolist() == [0, 1]
+    assert np.flatnonzero(errors.mask(raw, without["drive"]) == 0.0).tolist() == [0, 1, 2, 3]
+
+
+# Trainings
+
+
+class Counted:
+    """A family of full systems that counts how often it is asked for each point, and may fail."""
+
+    def __init__(self, fails: Callable[[float], bool] = lambda E: False) -> None:
+        self.fails = fails
+        self.full: list[float] = []
+
+    def form(self, system: System) -> System:
+        E = float(system.elastic[0].gather.section.ravel()[0] / models_area())
+        self.full.append(round(E, -3))
+        if self.fails(E):
+            raise SolverError("a full run fails", Reason.NOT_CONVERGED)
+        return full_runs.eliminate(system)
+
+
+def models_area() -> float:
+    return float(np.pi * 0.01**2 / 4)
+
+
+def counted(fails: Callable[[float], bool] = lambda E: False) -> tuple[Setting, Counted]:
+    count = Counted(fails)
+    return Setting(spun, (YOUNG,), PLAN, INTERVAL, count.form), count
+
+
+OPTIONS = greedy.Options(iterations=3, max_samples=6)
+
+
+def test_two_full_runs_are_enough_for_a_tolerance(tmp_path: Path) -> None:
+    setting, count = counted()
+    found = campaign.train(setting, places(setting), OPTIONS, tolerance=1e-3)
+    assert len(found.runs) == len(count.full) - 1 <= 2  # and one with twice the step
+    assert found.predicted[2] <= 1e-3
+    assert found.choice is not None
+    assert found.choice.truncation <= budget.TRUNCATION * 1e-3
+    assert found.choice.hyper_reduction <= budget.HYPER * 1e-3
+    assert found.model_plan.tolerance == found.choice.eps
+    assert "eps = " in found.choice.statement
+    assert "time step" in found.choice.statement
+    checked = holdout.holdout(found, holdout.truths(found.setting, boxes.grid((YOUNG,), 7)))
+    assert checked.largest < 1e-3
+    assert checked.inside >= 0.9
+
+
+def test_smaller_tolerances_choose_smaller_eps() -> None:
+    setting, _ = counted()
+    run = full_runs.full_run(dataclasses.replace(setting, plan=dataclasses.replace(PLAN, tolerance=1e-16)), {"E": 1e9})
+    rough, fine = (budget.choose(setting, run, tolerance) for tolerance in (1e-2, 1e-4))
+    assert fine.eps < rough.eps
+    assert (fine.truncation, rough.truncation) < (budget.TRUNCATION * 1e-4, budget.TRUNCATION * 1e-2)
+    with pytest.raises(InputError, match="a relative error between 0 and 1"):
+        budget.choose(setting, run, 0.0)
+
+
+def test_pairs_tell_the_error_before_and_after(tmp_path: Path) -> None:
+    setting, _ = counted()
+    found = campaign.train(setting, places(setting), dataclasses.replace(OPTIONS, iterations=2))
+    table = {(pair.run, pair.bases): pair for pair in found.pairs}
+    assert set(table) == {(0, 1), (1, 1), (0, 2), (1, 2)}
+    assert table[1, 2].error < 0.5 * table[1, 1].error
+    assert table[1, 2].indicator < 0.5 * table[1, 1].indicator
+    assert found.calibration == calibration.fit([p.indicator for p in found.pairs], [p.error for p in found.pairs])
+
+
+class Interrupted(Exception):
+    """Stands for a process that is killed."""
+
+
+@pytest.mark.parametrize("after", [1, 2, 4, 6])
+def test_an_interrupted_training_goes_on(after: int, tmp_path: Path) -> None:
+    """Stopped anywhere, nothing complete is run again, and the result is that of a training in one go."""
+    whole, count = counted()
+    straight = campaign.train(whole, places(whole), OPTIONS, tmp_path / "straight")
+    setting, again = counted()
+    seen: list[float] = []
+
+    def stop(fraction: float) -> None:
+        seen.append(fraction)
+        if len(seen) == after:
+            raise Interrupted
+
+    with pytest.raises(Interrupted):
+        campaign.train(setting, places(setting), OPTIONS, tmp_path / "parts", progress=stop)
+    early = len(again.full)
+    assert early >= 1
+    found = campaign.train(setting, places(setting), OPTIONS, tmp_path / "parts")
+    assert again.full == count.full
+    assert found.outcome.stop is straight.outcome.stop
+    for one, other in zip(found.outcome.iterations, straight.outcome.iterations, strict=True):
+        assert (one.point, one.samples) == (other.point, other.samples)
+        np.testing.assert_allclose(one.indicators, other.indicators, rtol=1e-6)
+    assert found.reduced_runs == straight.reduced_runs
+    for pair, same in zip(found.pairs, straight.pairs, strict=True):
+        assert (pair.run, pair.bases) == (same.run, same.bases)
+        assert pair.error == pytest.approx(same.error, rel=1e-6)
+    third = campaign.train(setting, places(setting), OPTIONS, tmp_path / "parts")
+    assert again.full == count.full
+    assert third.calibration == found.calibration
+
+
+def test_a_training_with_a_tolerance_goes_on(tmp_path: Path) -> None:
+    setting, count = counted()
+    one = campaign.train(setting, places(setting), OPTIONS, tmp_path, tolerance=1e-3)
+    made = list(count.full)
+    other = campaign.train(setting, places(setting), OPTIONS, tmp_path, tolerance=1e-3)
+    assert count.full == made
+    assert other.choice == one.choice
+    assert other.outcome.stop is one.outcome.stop is greedy.Stop.TOLERANCE
+    assert other.model_plan == one.model_plan
+
+
+def test_the_folder_of_another_training_is_refused(tmp_path: Path) -> None:
+    setting, _ = counted()
+    campaign.train(setting, places(setting), dataclasses.replace(OPTIONS, iterations=1), tmp_path)
+    wider = dataclasses.replace(setting, parameters=(dataclasses.replace(YOUNG, high=1.4e9),))
+    finer = dataclasses.replace(setting, plan=dataclasses.replace(PLAN, tolerance=1e-11))
+    longer = dataclasses.replace(setting, family=lambda values: dataclasses.replace(spun(values), duration=0.6))
+    for other in (wider, finer, longer):
+        with pytest.raises(
+            InputError, match="expected a folder of this training, got one of another training; take an empty folder"
+        ):
+            campaign.train(other, places(setting), dataclasses.replace(OPTIONS, iterations=1), tmp_path)
+    with pytest.raises(InputError, match="one of another training"):
+        campaign.train(setting, places(setting), OPTIONS, tmp_path)
+    (tmp_path / store.TITLE).unlink()
+    with pytest.raises(InputError, match=r"one without training\.json"):
+        campaign.train(setting, places(setting), OPTIONS, tmp_path)
+
+
+def test_a_damaged_run_is_told(tmp_path: Path) -> None:
+    setting, _ = counted()
+    once = dataclasses.replace(OPTIONS, iterations=1)
+    campaign.train(setting, places(setting), once, tmp_path)
+    path = tmp_path / "run-001.h5"
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    with pytest.raises(CorruptFile, match=r"run-001\.h5: expected sha256"):
+        campaign.train(setting, places(setting), once, tmp_path)
+
+
+def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
+    """The largest size of a file stands for the room that is left; what was complete before is not run again."""
+    setting, count = counted()
+    seen: list[int] = []
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def fill(fraction: float) -> None:
+        seen.append(len(count.full))
+        if len(seen) == 2:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (100, hard))
+
+    try:
+        with pytest.raises(InputError, match=r"(?s)a folder that can be written.*make room, then train again"):
+            campaign.train(setting, places(setting), OPTIONS, tmp_path, progress=fill)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+    made = len(count.full)
+    found = campaign.train(setting, places(setting), OPTIONS, tmp_path)
+    assert len(count.full) - made == len(found.runs) - 1
+
+
+def test_a_full_run_that_fails_in_a_corner_is_left_out() -> None:
+    setting, _ = counted(lambda E: E > 1.29e9)
+    found = campaign.train(setting, places(setting), OPTIONS)
+    assert dict(found.outcome.failed) == {20: "a full run fails"}
+    assert len(found.runs) >= 2
+    assert all(run.values["E"] < 1.29e9 for run in found.runs)
+
+
+def test_a_reduced_run_that_fails_is_infinite(spin: Setting, two: tuple[FullRun, ...]) -> None:
+    """A negative modulus has no motion."""
+    work = campaign.Work(spin, spin, Search(np.array([[1e9], [-1e9]]), (0,), 0), None, None)
+    work.models = [family_model.model_of(spin, two)]
+    assert 0.0 < campaign.evaluated(work, 0) < np.inf
+    assert campaign.evaluated(work, 1) == np.inf
+
+
+def test_a_family_that_never_runs_is_told() -> None:
+    setting, _ = counted(lambda E: True)
+    with pytest.raises(InputError, match="a first full run that succeeds"):
+        campaign.train(setting, places(setting), OPTIONS)
+
+
+# Searches
+
+
+def test_samples_and_first_point_are_candidates() -> None:
+    known = (YOUNG, Parameter("g", 5.0, 12.0))
+    grid = boxes.grid(known, 3)
+    found = campaign.search(known, grid, grid[[0, 4]], grid[8])
+    assert (found.samples, found.first) == ((0, 4), 8)
+    assert campaign.search(known, grid, grid[:1]).first == 4
+    other = campaign.search(known, grid, [[0.8e9, 6.0]], [0.9e9, 7.0])
+    np.testing.assert_array_equal(other.candidates[9:], [[0.8e9, 6.0], [0.9e9, 7.0]])
+    assert (other.samples, other.first) == ((9,), 10)

@@ -1,0 +1,90 @@
+"""DEIM: its rows and error bound (Chaturantabut and Sorensen 2010, doi 10.1137/090766498), its limit, and its instability."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fmbs_skfem import reduction
+from fmbs_skfem.core.errors import InputError, SolverError
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate
+from fmbs_skfem.reduction import deim
+from fmbs_skfem.systems import compile_system, compiled
+
+from .conftest import Full, Reduced, hyper_reduced
+
+SCHEME, NEWTON = GeneralizedAlpha(5e-4), Newton(1e-10)
+
+
+def modes() -> np.ndarray:
+    return np.linalg.qr(np.random.default_rng(1).normal(size=(40, 7)))[0]
+
+
+def test_rows_follow_algorithm_1() -> None:
+    """The largest entry first; every further one is where the residual of interpolation is largest, so no row comes twice."""
+    Z = modes()
+    found = deim.interpolation(Z)
+    assert found.rows[0] == np.abs(Z[:, 0]).argmax()
+    assert len(set(found.rows)) == 7
+    for k in range(1, 7):
+        c = np.linalg.solve(Z[found.rows[:k], :k], Z[found.rows[:k], k])
+        assert found.rows[k] == np.abs(Z[:, k] - Z[:, :k] @ c).argmax()
+
+
+def test_what_lies_in_the_modes_is_interpolated_exactly() -> None:
+    found = deim.interpolation(modes())
+    f = found.modes @ np.arange(1.0, 8.0)
+    np.testing.assert_allclose(found(f[found.rows]), f, atol=1e-12)
+
+
+def test_the_error_stays_below_its_bound() -> None:
+    """Lemma 3.2: |f - f'| <= ||(P^T Z)^-1|| |(I - Z Z^T) f|, and f' agrees with f in the rows."""
+    found, random = deim.interpolation(modes()), np.random.default_rng(2)
+    for f in random.normal(size=(20, 40)):
+        near = found(f[found.rows])
+        best = np.linalg.norm(f - found.modes @ (found.modes.T @ f))
+        assert best <= np.linalg.norm(f - near) <= found.amplification * best
+        np.testing.assert_allclose(near[found.rows], f[found.rows], atol=1e-12)
+
+
+def test_the_tangent_is_the_derivative_of_the_force_and_not_symmetric(coarse: Full, small: Reduced) -> None:
+    model = deim.train(coarse.raw, small.system, small.components, coarse.data, 1e-12)
+    x, d = small.states[200], np.random.default_rng(3).normal(size=small.system.size)
+    K, e = model.tangent(x), 1e-6
+    np.testing.assert_allclose(
+        K @ d, (model.force(x + e * d) - model.force(x - e * d)) / (2 * e), rtol=1e-5, atol=1e-5 * np.abs(K).max()
+    )
+    assert np.abs(K - K.T).max() > 1e-3 * np.abs(K).max()
+
+
+def test_all_modes_give_the_projected_force(coarse: Full, small: Reduced) -> None:
+    model = deim.train(coarse.raw, small.system, small.components, coarse.data, 1e-24)
+    built, x = compile_system(small.system), small.states[300]
+    load = np.asarray(small.system.loads.constant)
+    exact = compiled.forces(built, x, 0 * x) + load
+    np.testing.assert_allclose(model.force(x), exact, rtol=0, atol=1e-7 * np.abs(exact).max())
+
+
+def test_deim_is_unstable_where_ecsw_is_not(coarse: Full, small: Reduced) -> None:
+    """Of 102 + 102 rows DEIM reads 42 + 41 and breaks down within 0.3 s; ECSW of 16 + 16 cells keeps its energy."""
+    model = deim.train(coarse.raw, small.system, small.components, coarse.data, 1e-8)
+    assert [len(part.rows) for part in model.parts.values()] == [42, 41]
+    with pytest.raises(SolverError) as caught:
+        deim.integrate(model, SCHEME, 0.5, NEWTON, 10)
+    assert 0.1 < caught.value.time < 0.3
+    sampled, _ = hyper_reduced(small)
+    found = energies(integrate(sampled, SCHEME, 0.5, NEWTON, 10))[:, 3]
+    assert np.abs(found - found[0]).max() < 1e-4
+
+
+def test_with_nearly_all_rows_it_moves_as_the_reduced_model(coarse: Full, small: Reduced) -> None:
+    """Force modes to round-off: both integrate the same equations."""
+    model = deim.train(coarse.raw, small.system, small.components, coarse.data, 1e-24)
+    found = deim.integrate(model, SCHEME, 0.2, NEWTON, 10)
+    wanted = integrate(small.system, SCHEME, 0.2, NEWTON, 10)
+    assert reduction.compare(wanted, found).maximum < 1e-6
+
+
+def test_what_makes_no_sense_is_refused(coarse: Full, small: Reduced) -> None:
+    with pytest.raises(InputError, match=r"deim\.train: expected a reduced system"):
+        deim.train(coarse.raw, coarse.raw, small.components, coarse.data)

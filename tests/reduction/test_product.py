@@ -1,0 +1,179 @@
+"""The reduced model of a parameter range as a file: the same bits back, in three lines, and damage of every kind."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmbs_skfem import dynamics
+from fmbs_skfem.bodies import sections
+from fmbs_skfem.core.errors import CorruptFile, InputError
+from fmbs_skfem.core.expressions import of_time
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
+from fmbs_skfem.reduction import affine, files, galerkin, product
+from fmbs_skfem.reduction.cases import Case
+from fmbs_skfem.reduction.parameters import Parameter, Scale
+from fmbs_skfem.reduction.product import Product
+from fmbs_skfem.systems import At, System, loads
+from tests import models
+from tests.reduction.test_files import same
+
+SCHEME, DURATION = GeneralizedAlpha(2e-3), 0.1
+BOX = (Parameter("E", 5e8, 2e9, Scale.LOG, "Pa", 1e9), Parameter("force", -1.0, 1.0, unit="N", value=0.5))
+
+
+def raw(values: Mapping[str, float]) -> System:
+    """A cantilever with a force at its tip that rises in time."""
+    history = of_time("1 - exp(-t / 0.02)")
+    material = sections.Material(values["E"], 1800.0)
+    force = (0.0, values["force"])
+
+    def pull(tip: At) -> list[loads.PointForce]:
+        return [loads.PointForce("tip", tip, force, history)]
+
+    system = models.cantilever(4, pull, section=models.SECTION, material=material, all_multipliers=True)
+    return replace(system, outputs={"tip": system.outputs["tip"]})
+
+
+@pytest.fixture(scope="module")
+def rom() -> Product:
+    full = raw({"E": 1e9, "force": 1.0})
+    data = galerkin.snapshots(integrate(full, SCHEME, DURATION, Newton(1e-12)))
+    components = galerkin.system_level(full)
+    bases = galerkin.bases(full, data, components, 1e-10)
+    model = affine.fit(lambda values: Case(galerkin.reduce_system(raw(values), components, bases), SCHEME, DURATION), BOX)
+    return Product(model, {"scene": "cantilever", "training": {"E": (1e9,), "force": (1.0,)}, "errors": [1e-5, 2e-5]})
+
+
+@pytest.fixture
+def saved(rom: Product, tmp_path: Path) -> Path:
+    return product.save(rom, tmp_path / "cantilever.rom")
+
+
+def test_three_lines(rom: Product, saved: Path) -> None:
+    loaded = product.load(saved)
+    motion = product.run(loaded, E=5.5e8)
+    found = dynamics.outputs(motion)
+    case = affine.at(rom.model, {"E": 5.5e8, "force": 0.5})
+    expected = dynamics.outputs(integrate(case.system, SCHEME, DURATION))
+    assert len(motion.times) == 51
+    assert abs(found["tip_y"][-1] - found["tip_y"][0]) > 1e-2
+    assert same(found, expected)
+    assert np.array_equal(product.run(loaded, 10, E=5.5e8).x, motion.x[::10])
+
+
+def test_everything_comes_back(rom: Product, saved: Path) -> None:
+    loaded = product.load(saved)
+    assert same(loaded.model, rom.model)
+    versions = loaded.notes.pop("versions")
+    assert set(versions) == set(product.LIBRARIES)
+    assert same(loaded.notes, rom.notes)
+    for values in ({"E": 6e8, "force": -0.3}, {"E": 2e9, "force": 1.0}):
+        assert same(affine.at(loaded.model, values), affine.at(rom.model, values))
+
+
+def test_the_form_with_all_multipliers_is_left_out(tmp_path: Path) -> None:
+    def eliminated(values: Mapping[str, float]) -> Case:
+        material = sections.Material(values["E"], 1800.0)
+        return Case(models.cantilever(3, section=models.SECTION, material=material), SCHEME, DURATION)
+
+    model = affine.fit(eliminated, BOX[:1])
+    assert model.nominal.system.full is not None
+    loaded = product.load(product.save(Product(model), tmp_path / "full.rom"))
+    assert loaded.model.nominal.system.full is None
+    one, two = product.run(loaded, E=7e8), product.run(Product(model), E=7e8)
+    assert np.array_equal(one.x, two.x)
+
+
+def test_unknown_parameters_are_refused(saved: Path) -> None:
+    loaded = product.load(saved)
+    with pytest.raises(InputError, match=r"one of E, force, got 'forse'; did you mean 'force'\?") as caught:
+        product.run(loaded, forse=1.0)
+    assert caught.value.exit_code == 3
+    with pytest.raises(InputError, match="parameter 'E': expected a positive number, got -1"):
+        product.run(loaded, E=-1)
+
+
+def test_a_notice_outside_of_the_training(saved: Path) -> None:
+    loaded = product.load(saved)
+    with pytest.warns(Notice, match=r"runs outside its training: E = 4e\+08, trained from 5e\+08 to 2e\+09; check its error"):
+        product.run(loaded, E=4e8)
+
+
+def test_any_damage_is_found(saved: Path) -> None:
+    data = saved.read_bytes()
+    for place in [0, 40, 60, 90, *range(files.HEADER, len(data), len(data) // 40), len(data) - 1]:
+        damaged = bytearray(data)
+        damaged[place] ^= 1
+        saved.write_bytes(damaged)
+        with pytest.raises(CorruptFile) as caught:
+            product.load(saved)
+        assert caught.value.exit_code == 8
+    for length in (0, 100, files.HEADER, len(data) // 2, len(data) - 1):
+        saved.write_bytes(data[:length])
+        with pytest.raises(CorruptFile):
+            product.load(saved)
+
+
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        (b'"type": "Varying"', b'"type": "Popen00"'),
+        (b'"mixture"', b'"mixtuna"'),
+        (b'"gather", "section"', b'"gather", "sextion"'),
+        (b'"low": 500000000.0', b'"low": 5000000000 '),
+    ],
+)
+def test_content_that_does_not_fit_is_found(saved: Path, old: bytes, new: bytes) -> None:
+    # changed on purpose, with a checksum that fits
+    data = saved.read_bytes()
+    assert old in data
+    body = data[files.HEADER :].replace(old, new, 1)
+    saved.write_bytes(files.header(body, product.FORMAT) + body)
+    with pytest.raises(CorruptFile):
+        product.load(saved)
+
+
+def test_kinds_of_files_are_told_apart(rom: Product, saved: Path, tmp_path: Path) -> None:
+    plain = files.save(rom.model.nominal.system, tmp_path / "plain.rom")
+    with pytest.raises(CorruptFile, match="'fmbs_skfem parametric model' in its first line, got 'fmbs_skfem reduced model'"):
+        product.load(plain)
+    with pytest.raises(CorruptFile, match="'fmbs_skfem reduced model' in its first line, got 'fmbs_skfem parametric model'"):
+        files.load(saved)
+    saved.write_bytes(saved.read_bytes().replace(b"version 1\n", b"version 2\n", 1))
+    with pytest.raises(CorruptFile, match="expected version 1 of the format, got version 2"):
+        product.load(saved)
+    with pytest.raises(InputError, match="a file of a reduced model, got no file"):
+        product.load(tmp_path / "absent.rom")
+
+
+def test_python_functions_are_refused(rom: Product, tmp_path: Path) -> None:
+    nominal = rom.model.nominal
+    bad = replace(rom.model, nominal=replace(nominal, system=replace(nominal.system, signals=(np.sin,))), varying=())
+    with pytest.raises(InputError, match=r"model\.nominal\.system\.signals\[0\].*a function of time that a file can hold"):
+        product.save(Product(bad), tmp_path / "bad.rom")
+    assert not list(tmp_path.iterdir())
+
+
+def test_hashes_of_files(tmp_path: Path) -> None:
+    path = tmp_path / "beam.msh"
+    path.write_bytes(b"mesh")
+    assert product.hashes([path]) == {"beam.msh": hashlib.sha256(b"mesh").hexdigest()}
+    with pytest.raises(InputError, match="a file that can be read"):
+        product.hashes([tmp_path / "absent.msh"])
+
+
+def test_summary(rom: Product) -> None:
+    found = product.summary(rom)
+    expected = {"low": 5e8, "high": 2e9, "nominal": 1e9, "unit": "Pa", "scale": "log", "degree": 1}
+    assert found["parameters"]["E"] == expected
+    assert found["parameters"]["force"]["degree"] == 1
+    assert (found["steps"], found["unknowns"]) == (50, rom.model.nominal.system.size)
+    assert found["outputs"] == ["tip"]
+    assert found["notes"]["scene"] == "cantilever"

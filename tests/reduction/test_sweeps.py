@@ -1,0 +1,211 @@
+"""Sweeps: every member is settled, whatever the others do; what is lost, listed and tried again."""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+import signal
+import warnings
+import weakref
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from distributed import LocalCluster
+
+from fmbs_skfem.core.errors import InputError, Reason, SolverError
+from fmbs_skfem.core.notices import Notice, notify
+from fmbs_skfem.reduction import sweeps
+from fmbs_skfem.reduction.sweeps import Options, Outcome, Record, Result, Status
+
+TIMES = np.linspace(0.0, 1.0, 5)
+
+
+@dataclass(frozen=True)
+class Squares:
+    """Member x gives x^2 t, unless it is among those that misbehave."""
+
+    kills: tuple[float, ...] = ()
+    hangs: tuple[float, ...] = ()
+    diverges: tuple[float, ...] = ()
+    breaks: tuple[float, ...] = ()
+    exits: tuple[float, ...] = ()
+    notices: tuple[float, ...] = ()
+    once: Path | None = None  #: the first member to see that this file is missing makes it and kills its worker
+    unprepared: str = ""  #: what happens when it is prepared
+    block: int = 1
+
+    def prepare(self) -> sweeps.Work:
+        if self.unprepared == "refuses":
+            raise InputError("mesh: expected a file, got none")
+        if self.unprepared == "dies":
+            os.kill(os.getpid(), signal.SIGKILL)
+        return lambda several: [self.square(values["x"]) for values in several]
+
+    def square(self, x: float) -> Result:
+        if x in self.kills:
+            os.kill(os.getpid(), signal.SIGKILL)
+        if self.once is not None and not self.once.exists():
+            self.once.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        if x in self.hangs:
+            re.match(r"(a+)+$", "a" * 60 + "b")  # holds the interpreter lock for ages
+        if x in self.diverges:
+            raise SolverError("t = 0.5: expected convergence, got none", Reason.DIVERGED, 0.5)
+        if x in self.breaks:
+            raise ZeroDivisionError("x")
+        if x in self.exits:
+            raise SystemExit(1)
+        if x in self.notices:
+            notify("outside the trained box")
+        return Result(TIMES, {"y": x**2 * TIMES}, {"y": "m"}, {"predicted error": 1e-3 * x})
+
+
+def points(count: int) -> np.ndarray:
+    return np.arange(float(count))[:, None]
+
+
+def swept(task: Squares, count: int, options: Options, skip: Sequence[int] = ()) -> tuple[dict[int, Record], Outcome]:
+    """Records by number; no member is settled twice."""
+    found: list[Record] = []
+    outcome = sweeps.run(task, ("x",), points(count), found.append, options, skip)
+    records = {record.number: record for record in found}
+    assert len(records) == len(found)
+    return records, outcome
+
+
+def check_squares(records: Mapping[int, Record], numbers: Sequence[int]) -> None:
+    """These members are right to the bit."""
+    for k in numbers:
+        record = records[k]
+        assert (record.status, record.values) == (Status.OK, {"x": float(k)})
+        assert record.result is not None
+        np.testing.assert_array_equal(record.result.columns["y"], float(k) ** 2 * TIMES)
+        assert record.result.numbers == {"predicted error": 1e-3 * k}
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """A cluster that was there before, with the usual settings of dask."""
+    with LocalCluster(2, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL) as cluster:
+        yield cluster.scheduler_address
+
+
+def test_guilty_members_are_listed_and_the_rest_finishes() -> None:
+    """Killed, hanging, diverging, broken and exiting members among 60, on processes of this machine."""
+    task = Squares(kills=(20.0,), hangs=(41.0,), diverges=(5.0,), breaks=(6.0,), exits=(7.0,), notices=(8.0, 9.0))
+    with pytest.warns(Notice, match="outside the trained box") as given:
+        records, outcome = swept(task, 60, Options(workers=2, timeout=1.0))
+    assert sorted(records) == list(range(60))
+    check_squares(records, [k for k in range(60) if k not in (5, 6, 7, 20, 41)])
+    ends = {k: (records[k].status, records[k].reason) for k in (5, 6, 7, 20, 41)}
+    assert ends == {
+        5: (Status.FAILED, "diverged"),
+        6: (Status.FAILED, "ZeroDivisionError"),
+        7: (Status.FAILED, "SystemExit"),
+        20: (Status.KILLED, "killed"),
+        41: (Status.TIMEOUT, "timeout"),
+    }
+    assert records[5].message == "t = 0.5: expected convergence, got none"
+    assert records[20].values == {"x": 20.0}
+    assert records[41].wall_s >= 1.0
+    assert outcome.counts == {Status.OK: 55, Status.FAILED: 3, Status.KILLED: 1, Status.TIMEOUT: 1}
+    assert outcome.deaths >= 3
+    assert len([warning for warning in given if issubclass(warning.category, Notice)]) == 1
+
+
+def test_a_given_cluster_is_used_and_left_running(address: str) -> None:
+    for _ in range(2):
+        records, outcome = swept(Squares(), 200, Options(scheduler=address))
+        check_squares(records, range(200))
+        assert outcome.counts == {Status.OK: 200}
+
+
+def test_a_given_cluster_that_loses_workers(address: str, tmp_path: Path) -> None:
+    """One member kills its worker always, another one's worker dies once: that one is no member's fault."""
+    records, outcome = swept(Squares(kills=(3.0,)), 12, Options(scheduler=address))
+    assert records[3].status is Status.KILLED
+    check_squares(records, [k for k in range(12) if k != 3])
+    records, outcome = swept(Squares(once=tmp_path / "died"), 12, Options(scheduler=address))
+    check_squares(records, range(12))
+    assert outcome.deaths == 1
+
+
+def test_members_that_are_there_are_skipped(address: str) -> None:
+    records, outcome = swept(Squares(kills=(0.0, 2.0)), 6, Options(scheduler=address), skip=[0, 2, 5])
+    check_squares(records, [1, 3, 4])
+    assert outcome.counts == {Status.OK: 3}
+    records, outcome = swept(Squares(), 3, Options(scheduler=address), skip=range(3))
+    assert (records, outcome.counts) == ({}, {})
+
+
+def test_members_that_advance_together(address: str) -> None:
+    """One that fails in a block does so alone."""
+    records, _ = swept(Squares(diverges=(4.0,), block=4), 10, Options(scheduler=address))
+    check_squares(records, [k for k in range(10) if k != 4])
+    assert records[4].reason == "diverged"
+
+
+@pytest.mark.parametrize(("how", "match"), [("refuses", "mesh: expected a file"), ("dies", "ended while they prepared")])
+def test_a_task_that_cannot_be_prepared_ends_the_sweep(address: str, how: str, match: str) -> None:
+    with pytest.raises(InputError, match=match):
+        swept(Squares(unprepared=how), 4, Options(scheduler=address))
+
+
+def test_an_error_of_the_keeper_ends_the_sweep(address: str) -> None:
+    def full(record: Record) -> None:
+        raise OSError(28, "No space left on device")
+
+    with pytest.raises(OSError, match="No space left"):
+        sweeps.run(Squares(), ("x",), points(40), full, Options(scheduler=address))
+
+
+def test_an_interrupt_ends_the_sweep_wherever_it_arrives(address: str) -> None:
+    """Python loses a KeyboardInterrupt that is raised inside of a weak reference's callback; the records so far are kept."""
+    found: list[Record] = []
+
+    def keep(record: Record) -> None:
+        found.append(record)
+        if len(found) == 3:
+            thing = Squares()
+            watch = weakref.ref(thing, lambda gone: os.kill(os.getpid(), signal.SIGINT))
+            del thing
+            assert watch() is None
+
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        sweeps.run(Squares(), ("x",), points(500), keep, Options(scheduler=address))
+    assert 3 <= len(found) < 500
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_progress_ends_at_one(address: str) -> None:
+    told: list[float] = []
+    sweeps.run(Squares(), ("x",), points(9), lambda record: None, Options(scheduler=address), progress=told.append)
+    assert told[-1] == 1.0
+    assert told == sorted(told)
+
+
+def test_options_and_points_are_checked() -> None:
+    for bad in (
+        {"workers": 0},
+        {"workers": 2, "scheduler": "tcp://x:1"},
+        {"timeout": 0.0},
+        {"timeout": float("inf")},
+        {"batch": -1.0},
+    ):
+        with pytest.raises(InputError, match="sweep: "):
+            Options(**bad)
+    with pytest.raises(InputError, match="points"):
+        sweeps.run(Squares(), ("x", "y"), points(3), print)
+
+
+def test_an_address_without_a_scheduler_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sweeps, "CONNECT", 0.5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of dask, which goes on trying for a moment
+        with pytest.raises(InputError, match="the address of a running scheduler"):
+            swept(Squares(), 2, Options(scheduler="tcp://127.0.0.1:9"))

@@ -1,0 +1,256 @@
+"""Histories on the disk: what is closed survives kills and full disks, and every byte of it is verified."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import resource
+import signal
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from fmbs_skfem.core.errors import CorruptFile, InputError
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, integrate, integration
+from fmbs_skfem.dynamics.checkpoint import Moment
+from fmbs_skfem.results import segments
+from fmbs_skfem.results.segments import Recorder, State
+
+from .. import models
+
+SCHEME, STEPS, EVERY = GeneralizedAlpha(5e-4), 20_000, 20
+KILLS = 50
+SYSTEM = models.spin_up(3)
+JOB = {"scene": "spin-up", "changes": {"E": "2 GPa"}}
+
+
+@pytest.fixture(autouse=True)
+def often(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs are looked at every few milliseconds."""
+    monkeypatch.setattr(integration, "PACE", 2e-3)
+
+
+@pytest.fixture(scope="module")
+def unbroken() -> Trajectory:
+    return integrate(SYSTEM, SCHEME, STEPS * SCHEME.step, every=EVERY)
+
+
+def go_on(folder: Path, every: float = 0.0) -> Trajectory:
+    """The run in a folder from where it is to its end; a segment whenever it is looked at."""
+    if segments.exists(folder):
+        found = segments.manifest(folder)
+        record, resume = Recorder(folder, JOB, every, found), segments.read(folder, found)
+    else:
+        record, resume = Recorder(folder, JOB, every), None
+    return integrate(SYSTEM, SCHEME, STEPS * SCHEME.step, every=EVERY, record=record, resume=resume)
+
+
+def child(work: Callable[[], object]) -> int:
+    """A process with all that this one has imported and compiled, which does `work` and ends with 0; its number."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # other threads of the test runner do not matter there
+        number = os.fork()
+    if number:
+        return number
+    code = 99
+    try:
+        work()
+        code = 0
+    except segments.NoRoom as error:
+        code = error.exit_code
+    finally:
+        os._exit(code)
+
+
+def ended(number: int) -> int:
+    """How a child ended: its exit code, or minus the signal that killed it."""
+    return os.waitstatus_to_exitcode(os.waitpid(number, 0)[1])
+
+
+def done(folder: Path) -> int:
+    return segments.manifest(folder).done if segments.exists(folder) else 0
+
+
+def same(one: Trajectory, other: Trajectory) -> bool:
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("times", "x", "v", "a", "multipliers"))
+
+
+def closed(folder: Path, whole: Trajectory) -> int:
+    """Steps in the closed segments of a folder, which are verified and have the bits of the whole run."""
+    found = segments.read(folder)
+    for name in segments.COLUMNS:
+        np.testing.assert_array_equal(getattr(found.rows, name), getattr(whole, name)[: found.checkpoint.kept])
+    return found.checkpoint.done
+
+
+def test_kills_lose_the_open_segment_at_most(tmp_path: Path, unbroken: Trajectory) -> None:
+    """A child is killed at a random moment of its second or third segment, the next one goes on; in the end nothing is missing."""
+    random, folders = np.random.default_rng(5), (tmp_path / str(k) for k in itertools.count())
+    folder, finished = next(folders), list[Path]()
+    folder.mkdir()
+    for _ in range(KILLS):
+        before, begin = done(folder), time.monotonic()
+        number = child(lambda where=folder: go_on(where))
+        while done(folder) == before and time.monotonic() - begin < 60.0:
+            time.sleep(1e-3)
+        time.sleep(random.uniform(0.0, 0.02))
+        seen = done(folder)
+        os.kill(number, signal.SIGKILL)
+        assert ended(number) in (-signal.SIGKILL, 0)
+        assert before < seen <= closed(folder, unbroken)
+        if done(folder) == STEPS:
+            finished.append(folder)
+            folder = next(folders)
+            folder.mkdir()
+    for where in (folder, *finished):
+        assert same(go_on(where), unbroken)
+        assert segments.manifest(where).state is State.DONE
+        assert [path.name for path in (where / "history").glob("*.part")] == []
+        assert len(list((where / "history").glob("checkpoint-*"))) == 1
+
+
+def test_a_full_disk_ends_the_run_and_leaves_what_was_closed(
+    tmp_path: Path, unbroken: Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Files of more than 40 kB are refused by the system; segments grow up to that and beyond."""
+    monkeypatch.setattr(integration, "PACE", 10.0)
+
+    def limited() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, resource.RLIM_INFINITY))
+        go_on(tmp_path)
+
+    assert ended(child(limited)) == 6
+    files = list((tmp_path / "history").iterdir())
+    assert all(path.suffix != ".part" and path.stat().st_size <= 40_000 for path in files)
+    assert 0 < closed(tmp_path, unbroken) < STEPS
+    assert same(go_on(tmp_path), unbroken)
+
+
+def test_a_full_disk_says_so() -> None:
+    with (
+        pytest.raises(segments.NoRoom, match=r"/dev/full: expected room on the disk.*fmbs resume") as caught,
+        segments.room(Path("/dev/full")),
+    ):
+        Path("/dev/full").write_bytes(b"x")
+    assert caught.value.exit_code == 6
+    with pytest.raises(FileNotFoundError), segments.room(Path("nowhere")):
+        Path("/nowhere/file").write_bytes(b"x")
+
+
+def test_segments_are_plain_hdf5(written: Path) -> None:
+    found = segments.manifest(written)
+    assert found.job == JOB
+    assert (found.state, found.done, found.steps) == (State.DONE, 400, 400)
+    assert found.time == pytest.approx(0.2)
+    whole, rows = integrate(SYSTEM, SCHEME, 0.2), list[np.ndarray]()
+    for entry in found.segments:
+        with h5py.File(written / "history" / entry.name) as file:
+            rows.append(file["x"][()])
+            np.testing.assert_array_equal(file["times"][()], whole.times[entry.first : entry.last])
+    np.testing.assert_array_equal(np.concatenate(rows), whole.x)
+
+
+def test_short_runs_write_nothing(tmp_path: Path) -> None:
+    integrate(SYSTEM, SCHEME, 0.05, record=Recorder(tmp_path, JOB))
+    assert list(tmp_path.iterdir()) == []
+    integrate(SYSTEM, SCHEME, 0.05, record=Recorder(tmp_path, JOB, every=1000.0))
+    assert len(segments.manifest(tmp_path).segments) == 1
+
+
+def test_a_segment_is_due_by_time_by_size_and_at_the_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def moment(done: int, kept: int) -> Moment:
+        return Moment(done, 100, 0.0, kept, 1000, NotImplemented, NotImplemented)
+
+    record = Recorder(tmp_path, JOB)
+    assert not record.due(moment(8, 8))
+    assert not record.due(moment(100, 100))
+    assert record.due(moment(8, segments.LARGEST // 1000 + 1))
+    record.last -= segments.EVERY
+    assert record.due(moment(8, 8))
+    record.took = 1.0  # s for the last one: the next may not take more than a fiftieth of the time
+    assert not record.due(moment(8, 8))
+    record.last -= 50.0
+    assert record.due(moment(8, 8))
+    assert Recorder(tmp_path, JOB, every=0.0).due(moment(8, 8))
+    assert Recorder(tmp_path, JOB, every=60.0).due(moment(100, 100))
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A history of three segments and more."""
+    folder = tmp_path_factory.mktemp("written")
+    pace, integration.PACE = integration.PACE, 2e-3
+    integrate(SYSTEM, SCHEME, 0.2, record=Recorder(folder, JOB, 0.0))
+    integration.PACE = pace
+    assert len(segments.manifest(folder).segments) >= 3
+    return folder
+
+
+@pytest.mark.parametrize("name", ["segment-00001.h5", "segment-00003.h5", "checkpoint-*.h5", "manifest.json"])
+def test_every_flipped_byte_is_found(name: str, written: Path) -> None:
+    """One bit in the first, the last and some random bytes of a file; and a file that is cut off, and one that is gone."""
+    (path,) = (written / "history").glob(name)
+    whole = path.read_bytes()
+    places = {0, len(whole) - 1, *np.random.default_rng(1).integers(len(whole), size=12).tolist()}
+    damaged = [whole[:k] + bytes([whole[k] ^ 1]) + whole[k + 1 :] for k in places]
+    try:
+        for data in (*damaged, whole[:-1], b""):
+            path.write_bytes(data)
+            with pytest.raises(CorruptFile, match=path.name) as caught:
+                segments.read(written)
+            assert caught.value.exit_code == 8
+        path.unlink()
+        with pytest.raises((CorruptFile, InputError), match=path.name):
+            segments.read(written)
+    finally:
+        path.write_bytes(whole)
+    assert segments.read(written).checkpoint.done == 400
+
+
+def test_a_history_of_another_version_is_refused(written: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(segments, "VERSION", 2)
+    with pytest.raises(CorruptFile, match="expected version 2 of the format, got version 1"):
+        segments.manifest(written)
+
+
+def test_python_objects_cannot_be_written() -> None:
+    """Files hold plain numbers, so that nothing in them could ever be made to run."""
+    with pytest.raises(TypeError, match="Object dtype"):
+        segments.image({"x": np.array([object()])})
+
+
+def test_a_folder_belongs_to_one_run(tmp_path: Path) -> None:
+    with segments.locked(tmp_path):
+        with pytest.raises(InputError, match=f"expected a folder no other run writes into, got process {os.getpid()}"):
+            segments.locked(tmp_path).__enter__()
+        number = child(lambda: segments.locked(tmp_path).__enter__())
+        assert ended(number) == 99
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_lock_of_a_killed_run_is_taken_over_with_a_notice(tmp_path: Path) -> None:
+    def hold() -> None:
+        with segments.locked(tmp_path):
+            time.sleep(60.0)
+
+    number = child(hold)
+    begin = time.monotonic()
+    while not (tmp_path / segments.LOCK).is_file() or not (tmp_path / segments.LOCK).read_text():
+        assert time.monotonic() - begin < 30.0
+        time.sleep(1e-3)
+    os.kill(number, signal.SIGKILL)
+    assert ended(number) == -signal.SIGKILL
+    with pytest.warns(Notice, match=f"the lock of process {number}, which is gone, is taken over"), segments.locked(tmp_path):
+        assert (tmp_path / segments.LOCK).read_text() == f"process {os.getpid()}\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_without_a_history(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"a folder with history/manifest\.json, got none"):
+        segments.read(tmp_path)

@@ -1,0 +1,85 @@
+"""Plots of a sweep: real files with the points, bands and crosses in them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.reduction.members import Status
+from fmbs_skfem.reduction.parameters import Parameter, Scale
+from fmbs_skfem.results import palette, sweep_plots
+from fmbs_skfem.results.sweep_files import Sweep
+
+from .test_plots import count
+
+TIMES = np.linspace(0.0, 2.0, 81)
+U = np.linspace(0.0, 1.0, 60)
+SWEEP = Sweep(
+    (Parameter("E", 1e8, 1e10, Scale.LOG, "Pa"), Parameter("d", 8e-3, 12e-3, unit="m")),
+    np.column_stack([1e8 * 100**U, 8e-3 + 4e-3 * (0.5 + 0.5 * np.sin(40 * U))]),
+    (Status.OK,) * 60,
+    ("",) * 60,
+    ("",) * 60,
+    np.full(60, 0.1),
+    np.tile(TIMES, (60, 1)),
+    {"C_z": np.sin(3 * TIMES) * (1 + U[:, None]), "speed": np.cos(TIMES) + U[:, None]},
+    {"speed": "m/s"},
+    {},
+)
+
+
+def some_failed() -> Sweep:
+    """Every sixth member failed."""
+    bad = np.arange(60) % 6 == 0
+    columns = {name: np.where(bad[:, None], np.nan, values) for name, values in SWEEP.columns.items()}
+    status = tuple(Status.KILLED if failed else Status.OK for failed in bad)
+    return replace(SWEEP, columns=columns, status=status, times=np.where(bad[:, None], np.nan, SWEEP.times))
+
+
+def test_the_response_shows_extremes_over_each_parameter(tmp_path: Path) -> None:
+    path = sweep_plots.response(tmp_path / "new" / "response.png", SWEEP, title="pendulum")
+    assert count(path, palette.BLACK) > 200
+    tinted = sweep_plots.response(tmp_path / "one.pdf", SWEEP, outputs=["speed"])
+    assert tinted.read_bytes().startswith(b"%PDF")
+
+
+def test_the_matrix_marks_parameters_of_members_that_failed(tmp_path: Path) -> None:
+    whole = sweep_plots.scatter_matrix(tmp_path / "whole.png", SWEEP)
+    parts = sweep_plots.scatter_matrix(tmp_path / "parts.png", some_failed())
+    assert count(whole, palette.VERMILLION) == 0
+    assert count(parts, palette.VERMILLION) > 50
+    assert count(whole, palette.SKY) > 1000
+
+
+def test_the_fan_has_a_median_between_its_bands(tmp_path: Path) -> None:
+    for number, table in enumerate((SWEEP, some_failed())):
+        path = sweep_plots.fan(tmp_path / f"fan{number}.png", table)
+        assert count(path, palette.BLACK) > 500
+
+
+def test_histories_of_other_durations_are_drawn_up_to_the_shortest() -> None:
+    """Members are linear in time, so that they can be interpolated exactly."""
+    times = np.array([[0.0, 1.0, 2.0], [0.0, 2.0, 4.0], [0.0, 1.5, np.nan], [np.nan] * 3])
+    common, values = sweep_plots.aligned(times, 3 * times)
+    np.testing.assert_allclose(common, [0.0, 0.75, 1.5])
+    np.testing.assert_allclose(values, np.tile(3 * common, (3, 1)))
+    same, all_values = sweep_plots.aligned(SWEEP.times, SWEEP.columns["speed"])
+    assert same is SWEEP.times[0] or np.array_equal(same, TIMES)
+    np.testing.assert_array_equal(all_values, SWEEP.columns["speed"])
+
+
+def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="did you mean 'speed'"):
+        sweep_plots.fan(tmp_path / "a.png", SWEEP, outputs=["sped"])
+    with pytest.raises(InputError, match="did you mean 'final'"):
+        sweep_plots.scatter_matrix(tmp_path / "a.png", SWEEP, kind="finale")
+    nothing = replace(SWEEP, status=(Status.FAILED,) * 60)
+    for rule in (sweep_plots.response, sweep_plots.scatter_matrix, sweep_plots.fan):
+        with pytest.raises(InputError, match="members that ran"):
+            rule(tmp_path / "a.png", nothing)
+    with pytest.raises(InputError, match=r"\.png"):
+        sweep_plots.fan(tmp_path / "a.gif", SWEEP)

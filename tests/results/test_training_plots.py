@@ -1,0 +1,84 @@
+"""Figures of a training: real files with their samples, curves and bands in them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.results import palette, training_plots
+from fmbs_skfem.results.training_plots import Panel
+
+from .test_plots import count
+
+X = np.linspace(40.0, 70.0, 101)
+
+
+def panel(d: int, chosen: int | None = 100) -> tuple[dict[str, np.ndarray], Panel]:
+    """A surrogate of I = 10^(-6 + |u|^2) over d parameters of the unit box, exact at its samples."""
+    rng = np.random.default_rng(1)
+    unit = np.linspace(0.0, 1.0, 101)[:, None] if d == 1 else rng.random((101, d))
+    mean = -6.0 + (unit**2).sum(axis=1)
+    samples = np.array([0, 25, 50, 75, 100])
+    names = ("E [GPa]", "d [mm]", "g [m/s^2]", "t [s]")[:d]
+    columns = {name: 40.0 + 30.0 * unit[:, k] for k, name in enumerate(names)}
+    return columns, Panel("after 1 full run", mean, np.full(101, 0.1), samples, 10 ** mean[samples], chosen)
+
+
+@pytest.mark.parametrize("d", [1, 2, 3, 4])
+def test_surrogate_shows_the_next_full_run(d: int, tmp_path: Path) -> None:
+    columns, found = panel(d)
+    path = training_plots.surrogate(tmp_path / "next.png", columns, [found, found])
+    without = training_plots.surrogate(tmp_path / "none.png", columns, [panel(d, None)[1]])
+    assert count(path, palette.VERMILLION) > 40
+    assert count(without, palette.VERMILLION) == 0
+
+
+def test_a_curve_stays_one_where_the_surrogate_is_constant_and_a_run_failed(tmp_path: Path) -> None:
+    columns, found = panel(1)
+    flat = Panel("flat", np.full(101, -5.0), np.zeros(101), found.samples, np.array([1e-5, 1e-5, np.inf, 0.0, 1e-5]))
+    assert count(training_plots.surrogate(tmp_path / "flat.png", columns, [flat]), palette.BLUE) > 300
+
+
+def test_candidates_on_a_line_have_a_surface_without_triangles(tmp_path: Path) -> None:
+    _, found = panel(2)
+    line = {"E [GPa]": X, "d [mm]": X - 30.0}
+    assert count(training_plots.surrogate(tmp_path / "line.png", line, [found]), palette.VERMILLION) > 40
+
+
+def test_errors_over_a_parameter_are_sorted_by_it(tmp_path: Path) -> None:
+    """Values in any order give the same picture."""
+    errors = 1e-6 * (1 + ((X - 55) / 5) ** 2)
+    models = {"2 full runs": errors, "fast to slow": 30 * errors}
+    path = training_plots.errors_over(tmp_path / "a.png", X, models, "E [GPa]", goal=1e-5)
+    mixed = np.random.default_rng(0).permutation(101)
+    shuffled = {name: values[mixed] for name, values in models.items()}
+    other = training_plots.errors_over(tmp_path / "b.png", X[mixed], shuffled, "E [GPa]", goal=1e-5)
+    assert path.read_bytes() == other.read_bytes()
+    assert count(path, palette.BLUE) > 300
+    assert count(path, palette.VERMILLION) > 300
+
+
+def test_points_outside_the_band_are_told_apart(tmp_path: Path) -> None:
+    true = np.geomspace(1e-7, 1e-4, 20)
+    inside = training_plots.predicted(tmp_path / "in.png", true, true * 1.2, true / 2, true * 2, goal=1e-4)
+    predicted = true * np.where(np.arange(20) == 4, 5.0, 1.2)
+    outside = training_plots.predicted(tmp_path / "out.png", true, predicted, predicted / 2, predicted * 2)
+    assert count(inside, palette.BLUE) > 300
+    assert count(inside, palette.VERMILLION) == 0
+    assert count(outside, palette.VERMILLION) > 30
+
+
+def test_refused(tmp_path: Path) -> None:
+    path = tmp_path / "no.png"
+    with pytest.raises(InputError, match="candidates and at least one iteration"):
+        training_plots.surrogate(path, panel(1)[0], [])
+    with pytest.raises(InputError, match="at least one model"):
+        training_plots.errors_over(path, X, {}, "E")
+    with pytest.raises(InputError, match="errors of 'a': expected 101 values"):
+        training_plots.errors_over(path, X, {"a": np.ones(3)}, "E")
+    with pytest.raises(InputError, match="at least one point with errors above zero"):
+        training_plots.predicted(path, np.zeros(3), np.ones(3), np.ones(3), np.ones(3))
+    assert not path.exists()
