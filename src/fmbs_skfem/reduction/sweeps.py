@@ -180,9 +180,7 @@ def serve(desk: Desk, total: int, asked: Sequence[int], progress: Callable[[floa
     """Send batches and take their records until all members are settled, or until someone asks for an end."""
     from distributed import wait
 
-    while sum(desk.counts.values()) < total:
-        if asked:
-            raise KeyboardInterrupt
+    while sum(desk.counts.values()) < total and not asked:
         look(desk)
         send(desk)
         with contextlib.suppress(TimeoutError):
@@ -191,6 +189,8 @@ def serve(desk: Desk, total: int, asked: Sequence[int], progress: Callable[[floa
             settle(desk, future, desk.busy.pop(future))
         if progress:
             progress(sum(desk.counts.values()) / total)
+    if asked:
+        raise KeyboardInterrupt
 
 
 @contextlib.contextmanager
