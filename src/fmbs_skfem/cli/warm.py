@@ -1,4 +1,4 @@
-"""Compile what a first run needs after its time steps, in a process beside it: outputs, reactions, measurements, training.
+"""Compile what a first run needs after its time steps, in a process beside it: training, outputs, reactions, measurements.
 
     python -m fmbs_skfem.cli.warm SCENE
 
@@ -21,6 +21,8 @@ from ..scenes import build
 
 def main(path: str) -> None:
     """Compile for the scene in a file."""
+    ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)
+    ecsw.weights(np.eye(2), 0.5)
     with contextlib.suppress(FmbsError):
         scene = scenes.read(path)
         system = build.chosen_form(scene, build.system(scene, allow_outside=True))
@@ -30,8 +32,6 @@ def main(path: str) -> None:
         dynamics.outputs(still)
         dynamics.energy_drift(still)
         dynamics.reactions(still)
-        ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)
-        ecsw.weights(np.eye(2), 0.5)
 
 
 if __name__ == "__main__":
