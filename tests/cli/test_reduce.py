@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from fmbs_skfem.reduction import files, study
+from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
+from fmbs_skfem.reduction import files
 from tests.cli.calls import EXAMPLES, Call, fmbs, scene
 from tests.cli.test_picture import opengl
 
@@ -38,7 +39,7 @@ def test_the_file_runs_alone(call: Call, path: Path) -> None:
     saved = files.read(path)
     assert saved.system.size == call.json["dofs"]
     assert saved.notes["training"]["d"] == pytest.approx(0.01)
-    motion = study.run_saved(path, 0.1, call.json["step"], call.json["rho_inf"])
+    motion = integrate(files.load(path), GeneralizedAlpha(call.json["step"], call.json["rho_inf"]), 0.1)
     assert len(motion.times) == 201
 
 
@@ -92,7 +93,7 @@ def test_the_exact_polynomial_of_plates_is_saved_and_runs_alone(tmp_path: Path) 
     assert call.json["hyper_reduction"] == "exact"
     assert call.json["snnls_s"] == {}
     assert 0 < call.json["max_error"] < 1e-4
-    motion = study.run_saved(path, 0.001, call.json["step"], call.json["rho_inf"])
+    motion = integrate(files.load(path), GeneralizedAlpha(call.json["step"], call.json["rho_inf"]), 0.001)
     assert len(motion.times) == 101
 
 

@@ -192,10 +192,10 @@ def test_example_2_at_component_level(example_2: Full, level: Level, kept: tuple
 def test_a_saved_model_runs_alone(small: Study, tmp_path: Path) -> None:
     model = small.trained["component+ecsw-points"].system
     path = files.save(model, tmp_path / "model.h5")
-    alone, here = study.run_saved(path, 0.1, 5e-4), integrate(model, SCHEME, 0.1)
+    alone, here = integrate(files.load(path), SCHEME, 0.1), integrate(model, SCHEME, 0.1)
     np.testing.assert_array_equal(alone.x, here.x)
     with pytest.raises(InputError, match="at least one step"):
-        study.run_saved(path, 1e-4, 1e-3)
+        integrate(files.load(path), GeneralizedAlpha(1e-3), 1e-4)
 
 
 def test_system_level_counts_every_body(example_2: Full) -> None:

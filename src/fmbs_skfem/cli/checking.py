@@ -63,15 +63,8 @@ def check(job: Job, found: Campaign, model: Product, out: Path, compare: bool) -
     setting, points = found.setting, job.points.holdout
     full, predict = stored(found, out), prediction.predictor(model)
     everyone = [*stages(found), *(others(job, found, full) if compare else ())]
-    trials: list[list[comparators.Trial]] = [[] for _ in everyone]
     with common.progress("hold-out points") as advance:
-        for number, row in enumerate(points):
-            truth = full(parameters.named(setting.parameters, row))
-            raw = setting.family(truth.values).system
-            for kept, comparator in zip(trials, everyone, strict=True):
-                kept.append(comparators.trial(setting, comparator, raw, truth))
-            advance((number + 1) / len(points))
-    rows = tuple(comparators.row_of(comparator, kept) for comparator, kept in zip(everyone, trials, strict=True))
+        rows = comparators.compare(setting, everyone, full, points, advance)
     predictions = tuple(predict(parameters.named(setting.parameters, row)) for row in points) if predict else ()
     return Checked(points, rows, len(found.models), predictions)
 

@@ -362,6 +362,16 @@ def read_scene(session: Session, duration: float | None = None) -> Scene:
     return scene.model_copy(update={"analysis": scene.analysis.model_copy(update={"duration": duration})})
 
 
+def stem(scene: Scene) -> str:
+    """The name of the file of a scene, for the files made from it."""
+    return scene.path.stem if scene.path else "scene"
+
+
+def title(scene: Scene) -> str:
+    """The name of a scene, or that of its file."""
+    return scene.name or (scene.path.stem if scene.path else "")
+
+
 def fingerprint(scene: Scene) -> str:
     """Hash of the scene with its parameters and of the mesh files it reads; equal for runs that compute the same."""
     digest = hashlib.sha256(repr((sorted(scene.parameters.items()), scene.analysis)).encode())

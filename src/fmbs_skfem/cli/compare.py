@@ -43,9 +43,8 @@ def command(session: Session, quick: bool, duration: float | None, picture: bool
     Writes compare.json and figures into --out, or into ./fmbs-NAME-compare where NAME.yaml is the scene.
     """
     scene = common.read_scene(session, duration)
-    stem = scene.path.stem if scene.path else "scene"
     names = (RECORD, *figure_names(scene), figures.PICTURE)
-    out = common.folder(session, f"fmbs-{stem}-compare", names, common.fingerprint(scene), RECORD)
+    out = common.folder(session, f"fmbs-{common.stem(scene)}-compare", names, common.fingerprint(scene), RECORD)
     common.announce_compiling(scene.path)
     with common.progress("comparing") as advance:
         study = run(scene, quick, session.allow_outside, advance)
@@ -131,7 +130,7 @@ def report_of(scene: Scene, study: Study) -> dict[str, Any]:
     best, chosen = cheapest(study), choice(study)
     return {
         "status": "ok",
-        "scene": scene.name or (scene.path.stem if scene.path else ""),
+        "scene": common.title(scene),
         "models": [dataclasses.asdict(record) for record in study.records],
         "time_error": dataclasses.asdict(study.time_error) if study.time_error else None,
         "front": speed.front_in_words(figures.points(study)),

@@ -61,7 +61,7 @@ def command(
 
 def target(session: Session, scene: Scene) -> Path:
     """The file to write; one that exists is kept unless --force is given."""
-    stem = scene.path.stem if scene.path else "scene"
+    stem = common.stem(scene)
     given = session.out or Path(f"{stem}.h5")
     path = given if given.suffix in SUFFIXES else given / f"{stem}.h5"
     if path.exists() and not session.force:
@@ -118,7 +118,7 @@ def train(session: Session, scene: Scene, plan: Plan) -> tuple[Any, dict[str, An
     cells = {name: len(numbers) for name, numbers in costs.kept_cells(model.system).items()}
     return model.system, {
         "status": "ok",
-        "scene": scene.name or (scene.path.stem if scene.path else ""),
+        "scene": common.title(scene),
         "dofs_full": raw.size,
         "dofs": model.system.size,
         "modes": {name: basis.modes.shape[1] for name, basis in model.bases.items()},

@@ -204,7 +204,7 @@ def report(session: Session, solved: Solved) -> dict[str, Any]:
 def heading(scene: Scene) -> dict[str, Any]:
     """Which scene, with which parameters, and what is done with it."""
     return {
-        "scene": scene.name or (scene.path.stem if scene.path else ""),
+        "scene": common.title(scene),
         "file": scene.path,
         "parameters": dict(scene.parameters),
         "analysis": scene.analysis.type,
@@ -281,7 +281,7 @@ def output_folder(session: Session, scene: Scene, names: tuple[str, ...]) -> Pat
 
 def default_folder(session: Session, scene: Scene) -> Path:
     """--out, or `fmbs-<name of the scene file>` where the command was called."""
-    return session.out or Path(f"fmbs-{scene.path.stem if scene.path else 'scene'}")
+    return session.out or Path(f"fmbs-{common.stem(scene)}")
 
 
 def result(solved: Solved, found: dict[str, Any], files: list[Path], error: FmbsError | None = None) -> Result:

@@ -122,8 +122,7 @@ def prepared(
 
 def folder(session: Session, scene: Scene, resume: bool) -> Path:
     """The output folder; with --force without the runs of an earlier training."""
-    stem = scene.path.stem if scene.path else "scene"
-    out = session.out or Path(f"fmbs-{stem}-train")
+    out = session.out or Path(f"fmbs-{common.stem(scene)}-train")
     if resume and not (out / STORE).is_dir():
         raise InputError(say("--resume", f"a training in '{out}'", "none", "leave the option out to begin one"))
     if session.force and (out / STORE).is_dir():
@@ -144,7 +143,7 @@ def save(job: Job, found: Campaign, out: Path) -> Product:
 
     scene = job.scene
     notes = {
-        "scene": title(scene),
+        "scene": common.title(scene),
         "hashes": product.hashes(common.scene_files(scene)),
         "fixed": {name: value for name, value in scene.parameters.items() if name not in scene.ranges},
         "training": common.plain(record(found, job.tolerance)),
@@ -192,7 +191,7 @@ def told(job: Job, found: Campaign) -> dict[str, Any]:
     }
     return {
         "status": "ok",
-        "scene": title(job.scene),
+        "scene": common.title(job.scene),
         "file": job.scene.path,
         "parameters": ranges,
         "candidates": len(job.search.candidates),
@@ -226,7 +225,3 @@ def words(report: Mapping[str, Any]) -> list[str]:
     largest = f"Largest predicted error (48) over the candidates: {error['error']:.2g}, {spread}."
     failed = [f"{len(report['failed'])} full runs failed, the first: {report['failed'][0]['reason']}"] if report["failed"] else []
     return [text, f"Full runs at {points}.", f"The training ended because {report['stop']}.", *failed, budget, largest]
-
-
-def title(scene: Scene) -> str:
-    return scene.name or (scene.path.stem if scene.path else "")

@@ -182,17 +182,25 @@ def at_system_level(setting: Setting) -> Setting:
     return replace(setting, plan=replace(plan, components=galerkin.system_level(raw), modes=modes))
 
 
-def compare(setting: Setting, comparators: Sequence[Comparator], full: Full, points: np.ndarray) -> tuple[Row, ...]:
+def compare(
+    setting: Setting,
+    comparators: Sequence[Comparator],
+    full: Full,
+    points: np.ndarray,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Row, ...]:
     """Every comparator at the hold-out points (k, d), values in the order of the parameters."""
     rows = parameters.table(setting.parameters, points)
     if len(rows) == 0 or len(comparators) == 0:
         raise InputError(say("comparators.compare", "comparators and hold-out points", f"{len(comparators)} and {len(rows)}"))
     tried: list[list[Trial]] = [[] for _ in comparators]
-    for row in rows:
+    for number, row in enumerate(rows):
         truth = full(parameters.named(setting.parameters, row))
         raw = setting.family(truth.values).system
         for trials, comparator in zip(tried, comparators, strict=True):
             trials.append(trial(setting, comparator, raw, truth))
+        if progress:
+            progress((number + 1) / len(rows))
     return tuple(row_of(comparator, trials) for comparator, trials in zip(comparators, tried, strict=True))
 
 

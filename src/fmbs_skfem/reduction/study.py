@@ -16,17 +16,16 @@ import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 from scipy.integrate import trapezoid
 
-from ..core.errors import FmbsError, InputError, say
-from ..dynamics.integration import GeneralizedAlpha, Newton, Trajectory, integrate
+from ..core.errors import FmbsError
+from ..dynamics.integration import Trajectory, integrate
 from ..dynamics.outputs import centre_lines, lifted
 from ..systems.assembly import eliminate
 from ..systems.system import System
-from . import costs, files
+from . import costs
 from .errors import Errors, common_times, compare
 from .ffrf import reduce_floating
 from .galerkin import Snapshots, snapshots, system_level
@@ -293,12 +292,3 @@ def short(x: float) -> str:
     """A number as `1.25e-4`."""
     mantissa, exponent = f"{x:.3e}".split("e")
     return f"{mantissa.rstrip('0').rstrip('.')}e{int(exponent)}"
-
-
-def run_saved(
-    path: Path | str, duration: float, step: float, rho_inf: float = 0.8, newton: Newton | None = None, every: int = 1
-) -> Trajectory:
-    """The motion of a reduced model that was saved; neither mesh nor full model is needed."""
-    if not duration >= step > 0:
-        raise InputError(say(f"{path}", "a positive step and a duration of at least one step", f"{step} s and {duration} s"))
-    return integrate(files.load(path), GeneralizedAlpha(step, rho_inf), duration, newton or Newton(), every)
