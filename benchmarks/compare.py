@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from fmbs_skfem import scenes
-from fmbs_skfem.cli import common, compare
+from fmbs_skfem.cli import common, compare, reports
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
@@ -22,18 +22,18 @@ SCENES = ("spin_up", "double_pendulum")
 
 def main(names: list[str]) -> dict[str, dict[str, Any]]:
     """Run the studies and write compare_*.json, compare_*.md and the picture of speed against error; the reports by scene."""
-    reports = {}
+    written = {}
     RESULTS.mkdir(parents=True, exist_ok=True)
     for name in names:
         scene = scenes.read(ROOT / "examples" / f"{name}.yaml")
         with common.one_thread():
             study = compare.run(scene)
-        reports[name] = report = {**compare.report_of(scene, study), "versions": common.versions()}
-        common.write_json(RESULTS / f"compare_{name}.json", report)
+        written[name] = report = {**compare.report_of(scene, study), "versions": reports.versions()}
+        reports.write_json(RESULTS / f"compare_{name}.json", report)
         (RESULTS / f"compare_{name}.md").write_text(page(report), encoding="utf-8")
         compare.cloud(scene, study, RESULTS, f"compare_{name}.png")
         print(page(report))
-    return reports
+    return written
 
 
 def page(report: dict[str, Any]) -> str:

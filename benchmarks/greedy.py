@@ -1,19 +1,22 @@
 """Greedy training over parameters: full runs, reduced runs and errors at hold-out points, beside the published counts.
 
-    python benchmarks/greedy.py [spin_up] [young] [torque] [two] [three]      all of them by default
+    python benchmarks/greedy.py [--folder DIR] [spin_up] [young] [torque] [two] [three]      all of them by default
 
 Example 1 over Young's modulus; example 3 on coarse meshes over Young's modulus and torque, runs (a) and (b) of the source; example
 2 over two and three parameters with the tolerance 1e-4. Writes greedy.md and greedy.json into benchmarks/results; those of earlier
-calls stay for the trainings that are not run. Errors are those of equation (48); times are CPU seconds with one thread.
+calls stay for the trainings that are not run. Of runs (a) and (b) Figs 13 and 14 are drawn: errors after every full run, and of the
+model whose basis is from one full run at the fastest parameter. Errors are those of equation (48); times are CPU seconds with one
+thread. With --folder full runs are kept, so that a benchmark that was stopped goes on: `fmbs train SCENE --compare --out DIR/young`
+makes the same.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
 """
 
 from __future__ import annotations
 
+import argparse
 import functools
 import json
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping
@@ -24,17 +27,23 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmbs_skfem import scenes
-from fmbs_skfem.reduction import Level, campaign, greedy, holdout
+from fmbs_skfem.cli import checking, compare
+from fmbs_skfem.reduction import Level, campaign, comparators, greedy, holdout
 from fmbs_skfem.reduction import parameters as boxes
-from fmbs_skfem.reduction.full_runs import Setting
+from fmbs_skfem.reduction import training_store as store
+from fmbs_skfem.reduction.campaign import Campaign
+from fmbs_skfem.reduction.comparators import Row as Compared
+from fmbs_skfem.reduction.full_runs import FullRun, Setting
 from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.training import Plan
+from fmbs_skfem.results import training_plots
 from fmbs_skfem.scenes import build
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
 HELD = {1: 26, 2: 64, 3: 64}  #: hold-out points by number of parameters
 PUBLISHED = {"young": "2, 12, 2", "torque": "2, 21, 2"}  #: full runs, reduced runs, sparse least-squares problems
+FIGURES = {"young": "fig13_young.png", "torque": "fig14_torque.png"}
 TOLERANCE = 1e-4
 
 
@@ -67,6 +76,7 @@ class Row:
     held: int  #: hold-out points
     max_error: float
     mean_error: float
+    one_run: float | None  #: largest error of the basis of one full run at the fastest parameter
     predicted: float  #: largest error over the candidates
     inside: float  #: part of the hold-out points inside the predicted band
     reached: bool  #: whether the largest error keeps the tolerance, where one was asked for
@@ -77,8 +87,8 @@ class Row:
     stop: str
 
 
-def setting(name: str, plan: Plan, changes: Mapping[str, str] | None = None) -> tuple[Setting, tuple[Parameter, ...]]:
-    """The setting of an example's scene, some of its text replaced."""
+def setting(name: str, plan: Plan | None = None, changes: Mapping[str, str] | None = None) -> tuple[Setting, tuple[Parameter, ...]]:
+    """The setting of an example's scene, some of its text replaced, with another plan where it is given."""
     path = ROOT / "examples" / f"{name}.yaml"
     text = path.read_text(encoding="utf-8")
     for old, new in (changes or {}).items():
@@ -86,7 +96,7 @@ def setting(name: str, plan: Plan, changes: Mapping[str, str] | None = None) -> 
     scene = scenes.loads(text, path.parent) if changes else scenes.read(path)
     known, family = scenes.family(scene)
     interval = build.dynamic(scene).step * build.snapshot_steps(scene)
-    return Setting(family, known, plan, interval, functools.partial(build.chosen_form, scene)), known
+    return Setting(family, known, plan or compare.plan(scene), interval, functools.partial(build.chosen_form, scene)), known
 
 
 def one(found: tuple[Setting, tuple[Parameter, ...]], samples: list[float] | None, first: float | None) -> Task:
@@ -111,26 +121,28 @@ def tasks() -> dict[str, Callable[[], Task]]:
         "parameters:\n": "parameters:\n  E: {value: 1 GPa, range: [0.7 GPa, 1.3 GPa]}\n",
         "young_modulus: 1 GPa": "young_modulus: E",
     }
-    plates = Plan({"crank": ("crank",), "linkage": ("linkage", "slider")}, 1e-15, hyper_tolerance=1e-5, level=Level.POINTS)
     gpa = [40e9, 47.5e9, 55e9, 62.5e9, 70e9]
     return {
         "spin_up": lambda: one(setting("spin_up", Plan({"beam": ("beam",)}, hyper_tolerance=1e-3), spin), None, None),
-        "young": lambda: one(setting("crank_slider_young", plates), gpa, 55e9),
-        "torque": lambda: one(setting("crank_slider_torque", plates), [5.0, 7.5, 10.0, 12.5, 15.0], 10.5),
+        "young": lambda: one(setting("crank_slider_young"), gpa, 55e9),
+        "torque": lambda: one(setting("crank_slider_torque"), [5.0, 7.5, 10.0, 12.5, 15.0], 10.5),
         "two": lambda: several(("E", "d")),
         "three": lambda: several(("E", "d", "g")),
     }
 
 
-def measure(name: str, task: Task) -> Row:
+def measure(name: str, task: Task, folder: Path) -> Row:
     """Train, check, and tell."""
     known, begun = task.setting.parameters, time.process_time()
-    with tempfile.TemporaryDirectory() as folder:
-        found = campaign.train(task.setting, task.search, task.options, folder, task.tolerance)
-    spent = time.process_time() - begun
+    before = sum(run.cpu_s for run in store.read(folder / "training").runs)
+    found = campaign.train(task.setting, task.search, task.options, folder / "training", task.tolerance)
+    spent = time.process_time() - begun + before
     count = HELD[len(known)]
     points = boxes.grid(known, count) if len(known) == 1 else boxes.latin_hypercube(known, count, seed=7)
-    checked = holdout.holdout(found, holdout.truths(found.setting, points))
+    full = checking.stored(found, folder)
+    truths = [full(boxes.named(known, row)) for row in points]
+    checked = holdout.holdout(found, truths)
+    rows = drawn(RESULTS / FIGURES[name], found, full, points) if name in FIGURES else ()
     return Row(
         name,
         ", ".join(f"{p.name} {p.low:g} to {p.high:g} {p.unit}" for p in known),
@@ -147,6 +159,7 @@ def measure(name: str, task: Task) -> Row:
         count,
         checked.largest,
         float(checked.errors.mean()),
+        rows[-1].max_error if rows else None,
         found.predicted[0],
         checked.inside,
         task.tolerance is None or checked.largest <= task.tolerance,
@@ -158,10 +171,29 @@ def measure(name: str, task: Task) -> Row:
     )
 
 
+def drawn(path: Path, found: Campaign, full: Callable[[Mapping[str, float]], FullRun], points: np.ndarray) -> tuple[Compared, ...]:
+    """Fig. 13 or 14: errors after every full run, and of the basis of one run at the fastest parameter, which is the last row."""
+    (own,) = found.setting.parameters
+    others = [*checking.stages(found), comparators.fast_to_slow(found.setting, full, checking.fastest(found))]
+    rows = comparators.compare(found.setting, others, full, points)
+    errors = {row.name: np.array([trial.error for trial in row.trials]) for row in rows}
+    training_plots.errors_over(path, points[:, 0], errors, f"{own.name} [{own.unit}]", "relative error (48)")
+    return rows
+
+
 def page(rows: list[Row]) -> str:
     """The figures as Markdown."""
     head = ["training", "parameters", "tolerance", "full, reduced runs, sNNLS", "paper", "modes", "kept", "eps, eta", "hold-out"]
-    head += ["max error", "mean error", "in the band", "full runs [s]", "models [s]", "all [s]", "a reduced run [s]"]
+    head += [
+        "max error",
+        "mean error",
+        "fast to slow, max",
+        "in the band",
+        "full runs [s]",
+        "models [s]",
+        "all [s]",
+        "a reduced run [s]",
+    ]
     lines = ["# Greedy training over parameters", "", f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
     for r in rows:
         cells = [
@@ -176,6 +208,7 @@ def page(rows: list[Row]) -> str:
             str(r.held),
             f"{r.max_error:.2e}",
             f"{r.mean_error:.2e}",
+            f"{r.one_run:.2e}" if r.one_run else "",
         ]
         cells += [f"{100 * r.inside:.0f} %", f"{r.full_cpu_s:.1f}", f"{r.model_cpu_s:.1f}", f"{r.training_cpu_s:.1f}"]
         lines.append(f"| {' | '.join([*cells, f'{r.reduced_cpu_s:.3g}'])} |")
@@ -183,14 +216,21 @@ def page(rows: list[Row]) -> str:
     return "\n".join([*lines, "", "Errors are those of equation (48), times are CPU seconds with one thread.", "", *ends, ""])
 
 
-def main(*names: str) -> list[Row]:
-    """Measure the trainings of these names, all by default, and write greedy.json and greedy.md into benchmarks/results."""
+def main(*names: str, folder: Path | None = None) -> list[Row]:
+    """Measure the trainings of these names, all by default, and write greedy.json and greedy.md into benchmarks/results.
+
+    Full runs are kept in a folder, where it is given.
+    """
     path, known = RESULTS / "greedy.json", tasks()
-    rows = {row["name"]: Row(**row) for row in json.loads(path.read_text(encoding="utf-8"))} if path.is_file() else {}
+    rows = (
+        {row["name"]: Row(**{"one_run": None, **row}) for row in json.loads(path.read_text(encoding="utf-8"))}
+        if path.is_file()
+        else {}
+    )
     RESULTS.mkdir(parents=True, exist_ok=True)
-    with threadpool_limits(limits=1):
+    with threadpool_limits(limits=1), tempfile.TemporaryDirectory() as scratch:
         for name in names or known:
-            rows[name] = measure(name, known[name]())
+            rows[name] = measure(name, known[name](), (folder or Path(scratch)) / name)
             kept = [rows[key] for key in known if key in rows]
             path.write_text(json.dumps([asdict(row) for row in kept], indent=2) + "\n", encoding="utf-8")
             (RESULTS / "greedy.md").write_text(page(kept), encoding="utf-8")
@@ -199,4 +239,8 @@ def main(*names: str) -> list[Row]:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    arguments = argparse.ArgumentParser(description="Greedy training over parameters.")
+    arguments.add_argument("names", nargs="*")
+    arguments.add_argument("--folder", type=Path)
+    given = arguments.parse_args()
+    main(*given.names, folder=given.folder)

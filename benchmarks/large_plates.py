@@ -1,10 +1,13 @@
 """Large plates: static membrane and bending solves by sparse factors and by multigrid, and time steps of a free plate.
 
-    python benchmarks/large_plates.py [CELLS ...] [--steps CELLS]
+    python benchmarks/large_plates.py [CELLS ...] [--steps CELLS] [--direct]
 
 A square ANCF plate of CELLS x CELLS, clamped along one edge, under a shear force (membrane) and a transverse force (bending) along
 the other. CPU seconds with one BLAS thread, relative residual 1e-10. `--steps 330` takes three time steps of a free plate of a
 million unknowns. Results go to benchmarks/results/large_plates.md.
+
+`--direct` compares factors of this package, of SuperLU (symmetric ordering, no pivoting) and of PARDISO, where the extra `pardiso`
+is installed, in place of all that; to benchmarks/results/direct_solvers.md.
 """
 
 from __future__ import annotations
@@ -12,15 +15,20 @@ from __future__ import annotations
 import argparse
 import resource
 import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array
+from scipy.sparse.linalg import splu
 from threadpoolctl import threadpool_limits
 
 from fmbs_skfem.bodies import Body, Material
 from fmbs_skfem.bodies.plate import plate
-from fmbs_skfem.core import direct, krylov
+from fmbs_skfem.core import direct, krylov, pardiso
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, large
 from fmbs_skfem.shapes import ancf_plate
 from fmbs_skfem.systems import At, assemble, compile_system, compiled, loads
@@ -84,6 +92,43 @@ def statics(cells: int) -> list[str]:
     return rows
 
 
+@dataclass(frozen=True)
+class Solver:
+    """A direct solver: factors of a matrix, numbers in them, solution for rows (k, n)."""
+
+    name: str
+    factor: Callable[[csr_array], Any]
+    numbers: Callable[[Any], int]
+    solve: Callable[[Any, np.ndarray], np.ndarray]
+
+
+def superlu(K: csr_array) -> Any:
+    return splu(K.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+
+
+def direct_solvers(cells: int) -> list[str]:
+    """One row a solver: the better of two runs."""
+    K, _, rhs = clamped(cells)
+    solvers = [
+        Solver("own", direct.factor, lambda f: len(f.lower), lambda f, b: direct.solve(f, b.copy())),
+        Solver("SuperLU", superlu, lambda f: f.L.nnz + f.U.nnz, lambda f, b: f.solve(b.T).T),
+        Solver("PARDISO", pardiso.factor, lambda f: f.numbers, pardiso.solve),
+    ]
+    rows = []
+    for solver in solvers if find_spec("pypardiso") else solvers[:2]:
+        set_up, solve = np.inf, np.inf
+        for _ in range(2):
+            start = time.process_time()
+            factors = solver.factor(K)
+            set_up, start = min(set_up, time.process_time() - start), time.process_time()
+            x = solver.solve(factors, rhs)
+            solve = min(solve, (time.process_time() - start) / len(rhs))
+        left = np.linalg.norm(direct.residual(K, x, rhs)) / np.linalg.norm(rhs)
+        memory = solver.numbers(factors) * 8 / 2**20
+        rows.append(f"| {K.shape[0]} | {solver.name} | {set_up:.2f} | {1e3 * solve:.1f} | {memory:.0f} | {left:.0e} |")
+    return rows
+
+
 def steps(cells: int) -> str:
     """Three time steps of a free plate that a force at its corner starts."""
     start = time.process_time()
@@ -109,9 +154,21 @@ def main(sizes: list[int], moving: int | None) -> str:
     return text
 
 
+def compare_direct(sizes: list[int]) -> str:
+    """The table of direct solvers as Markdown."""
+    head = "| unknowns | solver | order and factors [s] | solve [ms] | numbers of the factors [MiB] | residual |"
+    with threadpool_limits(limits=1):
+        direct_solvers(4)  # compiled before the clock starts
+        lines = [head, "|---|---|---|---|---|---|", *(row for cells in sizes for row in direct_solvers(cells))]
+    text = "\n".join(lines) + "\n"
+    (RESULTS / "direct_solvers.md").write_text(text, encoding="utf-8")
+    return text
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("cells", nargs="*", type=int, default=[20, 40, 80], help="cells along a side")
     parser.add_argument("--steps", type=int, help="cells along a side of a free plate that takes time steps")
+    parser.add_argument("--direct", action="store_true", help="compare direct solvers instead")
     given = parser.parse_args()
-    print(main(given.cells, given.steps))
+    print(compare_direct(given.cells) if given.direct else main(given.cells, given.steps))

@@ -21,7 +21,7 @@ from fmbs_skfem import reduction, scenes
 from fmbs_skfem.core.errors import SolverError
 from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate
-from fmbs_skfem.dynamics.integration import method_of
+from fmbs_skfem.dynamics.scheme import method_of
 from fmbs_skfem.reduction import Level, deim, hyper
 from fmbs_skfem.reduction.galerkin import projected
 from fmbs_skfem.scenes import build

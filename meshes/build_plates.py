@@ -1,7 +1,8 @@
 """Build the plate meshes of this folder: scikit-fem makes them (gmsh the unstructured ones), meshio exports them.
 
     links      a ring of cells around each hole, a web between: hole, circular outer end, straight flanks
-    flanks     common external tangents of the ends, cos(phi) = (R1 - R2) / L; phi: polar angle of both points of contact
+    flanks     common external tangents of the ends, cos(phi) = (R1 - R2) / L; phi: polar angle of both points of contact;
+               or lines between the highest points of the ends, phi = 90 degrees
 
 Usage: python meshes/build_plates.py [folder]. Lengths in metres. Without the package gmsh its files are left out.
 """
@@ -38,16 +39,21 @@ class Link:
     """A plate with two holes."""
 
     ends: tuple[End, End]
+    tangent: bool = True  #: flanks touch the ends as tangents, else at their highest points
 
     @property
     def contact(self) -> float:
         """Polar angle of the flank's points of contact with both ends."""
         first, second = self.ends
+        if not self.tangent:
+            return 0.5 * np.pi
         return float(np.arccos((first.outer - second.outer) / (second.x - first.x)))
 
     def flank(self, x: np.ndarray) -> np.ndarray:
         """Height of the upper flank."""
-        first, phi = self.ends[0], self.contact
+        (first, second), phi = self.ends, self.contact
+        if not self.tangent:
+            return np.asarray(first.outer + (second.outer - first.outer) * (x - first.x) / (second.x - first.x))
         return np.asarray((first.outer - (x - first.x) * np.cos(phi)) / np.sin(phi))
 
     def area(self) -> float:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fmbs_skfem import scenes
 from fmbs_skfem.cli import compare, figures, tables
 from tests.cli.calls import EXAMPLES, Call, fmbs, scene
 
@@ -125,6 +126,25 @@ def test_plates_have_exact_polynomials_and_a_choice(plates: tuple[Call, Call]) -
     assert found["component+exact"]["newton"] == pytest.approx(5e-12, rel=1e-12)
     assert found["component+exact"]["training_s"] > 0
     assert all(found[name]["max_error"] < 1e-4 for name in hyper)
+
+
+def test_a_crank_slider_has_figures_11_and_12(plates: tuple[Call, Call]) -> None:
+    """Displacement and speed in one figure, errors over time in another; other scenes have no slider."""
+    files = {Path(name).name: Path(name) for name in plates[0].json["files"]}
+    for name in (figures.SLIDER, "errors.png"):
+        assert files[name].read_bytes().startswith(b"\x89PNG"), name
+    assert figures.slider_columns(scenes.read(EXAMPLES / "crank_slider.yaml")) == ("x", "x_C", "crank_speed")
+    assert figures.slider_columns(scenes.read(SCENE)) is None
+
+
+def test_a_slider_is_followed_along_its_guide(tmp_path: Path) -> None:
+    """A guide along y, a position of all components, and one of another point before it."""
+    text = (EXAMPLES / "crank_slider_coarse.yaml").read_text().replace("direction: [1, 0]", "direction: [0, -1]")
+    outputs = "  b: {type: position, at: linkage.B}\n  c: {type: position, at: slider}\n"
+    text = text.replace("  x_C: {type: position, at: linkage.C, component: x}\n", outputs)
+    assert figures.slider_columns(scenes.loads(text, EXAMPLES)) == ("y", "c_y", "crank_speed")
+    without = text.replace("  c: {type: position, at: slider}\n", "")
+    assert figures.slider_columns(scenes.loads(without, EXAMPLES)) is None
 
 
 def test_table_4_stands_beside_the_published_one(plates: tuple[Call, Call]) -> None:

@@ -10,7 +10,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from fmbs_skfem.cli import common
+from fmbs_skfem.cli import common, screen
 from fmbs_skfem.cli.common import Result, Session
 from fmbs_skfem.cli.main import COMMANDS
 from fmbs_skfem.core.errors import CorruptFile, InputError, MissingFeature, Reason, SolverError
@@ -113,7 +113,7 @@ def test_notices_go_to_stderr_and_json_once_and_stop_a_strict_call() -> None:
 def test_tables_show_brackets_and_numbers_as_they_are(tmp_path: Path) -> None:
     path = tmp_path / "out.txt"
     with path.open("w") as file:
-        common.console(file).print(common.table("Mass [kg]", ("body [-]", "mass [kg]"), [("a[b]", 1 / 3)]))
+        screen.console(file).print(screen.table("Mass [kg]", ("body [-]", "mass [kg]"), [("a[b]", 1 / 3)]))
     text = path.read_text()
     assert all(part in text for part in ("Mass [kg]", "body [-]", "mass [kg]", "a[b]", "0.333333"))
 

@@ -14,8 +14,8 @@ from fmbs_skfem.bodies import plate, sections
 from fmbs_skfem.cli import picture
 from fmbs_skfem.core.errors import InputError, MissingFeature
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory
-from fmbs_skfem.dynamics.integration import Statistics
 from fmbs_skfem.dynamics.outputs import distances
+from fmbs_skfem.dynamics.trajectory import Statistics
 from fmbs_skfem.results import pictures
 from fmbs_skfem.results.frames import Kind, Skins
 from fmbs_skfem.scenes import build

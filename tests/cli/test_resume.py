@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 
-from fmbs_skfem.cli import common
+from fmbs_skfem.cli import reports
 from fmbs_skfem.dynamics import integration
 from fmbs_skfem.dynamics.checkpoint import Moment
 from fmbs_skfem.results import segments
@@ -333,7 +333,7 @@ def test_a_report_says_where_its_numbers_come_from(tmp_path: Path) -> None:
     assert found["threads"] == {"blas": 1}
     assert found["seeds"] == {"solver": 0}
     assert found == json.loads((tmp_path / "out" / "report.json").read_text())["provenance"]
-    assert found == common.plain(found)
+    assert found == reports.plain(found)
 
 
 def test_the_same_input_gives_the_same_bits_in_another_process(tmp_path: Path) -> None:

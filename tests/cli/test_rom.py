@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fmbs_skfem import dynamics
-from fmbs_skfem.reduction import product
+from fmbs_skfem.reduction import files, product
 
 from .calls import fmbs
 from .test_train import REDUCTION, written
@@ -74,7 +75,10 @@ def test_outside_the_box_there_is_a_notice_and_no_prediction(model: Path, tmp_pa
     assert done.code == 0, done.err
     assert done.json["outside"] == ["E"]
     assert done.json["predicted_error"] is None
-    assert any("outside its training: E = 1.6e+09, trained from 5e+08 to 1.5e+09" in text for text in done.json["notices"])
+    assert any(
+        "outside its training: E = 1.6e+09, trained from 5e+08 to 1.5e+09, 10% of that range outside" in text
+        for text in done.json["notices"]
+    )
     longer = fmbs("rom", "run", model, "--duration", "0.3", "--no-plots", "--out", tmp_path / "longer", "--json")
     assert any("runs for 0.3 s, trained for 0.2 s" in text for text in longer.json["notices"])
 
@@ -94,6 +98,39 @@ def test_refused(model: Path, options: tuple[str, ...], told: str, tmp_path: Pat
     assert done.code == 3
     assert told in done.err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_failed_run_is_explained_as_that_of_a_scene_is(model: Path, tmp_path: Path) -> None:
+    """A negative Young's modulus has no motion: the part that was reached is kept, with reason, residuals and what to try."""
+    out = tmp_path / "out"
+    done = fmbs("rom", "run", model, "--set", "E=-1e9", "--out", out, "--json")
+    assert done.code == 4
+    found = done.json
+    assert (found["status"], found["reason"]) == ("error", "Newton iteration diverged")
+    assert 0.0 < found["end"] < found["time"] < 0.2
+    failure = json.loads((out / "failure.json").read_text())
+    assert failure == found["failure"]
+    assert failure["attempts"][0]["residuals"][0] > 0.0
+    assert {"outside training", "indefinite"} <= {cause["name"] for cause in failure["causes"]}
+    assert all(cause["remedy"] for cause in failure["causes"])
+    assert failure["residuals"][0]["name"].startswith("beam mode")
+    table = np.genfromtxt(out / "outputs.csv", delimiter=",", names=True)
+    assert table["t"][-1] == pytest.approx(found["end"])
+    assert (out / "failure.png").is_file()
+    shown = fmbs("rom", "run", model, "--set", "E=-1e9", "--no-plots", "--out", out)
+    assert "Likely causes" in shown.out
+    good = fmbs("rom", "run", model, "--no-plots", "--out", out, "--force")
+    assert good.code == 0
+    assert not (out / "failure.json").exists()
+
+
+def test_a_loose_note_is_corrupt(model: Path, tmp_path: Path) -> None:
+    system = product.load(model).model.nominal.system
+    for wrong in ("fast", float("nan"), None, True):
+        path = files.save(system, tmp_path / "model.h5", report={"duration": 0.01, "step": wrong})
+        done = fmbs("rom", "run", path, "--out", tmp_path / "out")
+        assert done.code == 8
+        assert "notes.report.step: expected a number, got" in done.err
 
 
 @pytest.mark.parametrize("place", [3, 700, -5])

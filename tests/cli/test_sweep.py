@@ -159,6 +159,20 @@ def test_members_of_a_saved_model(model: Path, tmp_path: Path) -> None:
                 np.testing.assert_allclose(file[f"histories/{name}"][k], found[name][::2], rtol=1e-9)
 
 
+def test_a_trained_model_shows_its_surrogate(model: Path, address: str, tmp_path: Path) -> None:
+    """The record of a training in the notes is all that the figure needs; without it there is none."""
+    plain = fmbs("sweep", model, "--samples", "2", "--scheduler", address, "--out", tmp_path / "plain", "--json")
+    assert not [name for name in plain.json["files"] if "surrogate" in name]
+    unit = np.linspace(0.0, 1.0, 5)[:, None]
+    notes = {prediction.KEY: {"samples": unit, "indicators": 1e-9 * 10 ** unit[:, 0], "pairs": np.array([[1e-9, 1e-6]])}}
+    trained = product.save(Product(product.load(model).model, notes), tmp_path / "trained.h5")
+    out = tmp_path / "out"
+    done = fmbs("sweep", trained, "--samples", "2", "--scheduler", address, "--out", out, "--json")
+    assert done.code == 0, done.err
+    assert str(out / "surrogate.png") in done.json["files"]
+    assert (out / "surrogate.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_ranges_of_a_saved_model(model: Path, address: str, tmp_path: Path) -> None:
     call = ("sweep", model, "--samples", "2", "--design", "grid", "--scheduler", address, "--no-plots", "--json", "--out")
     inside = fmbs(*call, tmp_path / "a", "--range", "E=0.9 GPa:1.1 GPa")

@@ -181,3 +181,18 @@ def test_a_scene_without_ranges_is_refused(tmp_path: Path) -> None:
     done = fmbs("train", path, "--out", tmp_path / "out")
     assert done.code == 3
     assert "parameters: expected parameters with ranges, got none; give one a range" in done.err
+
+
+def test_a_model_that_is_no_polynomial_of_its_parameters_has_no_file(tmp_path: Path) -> None:
+    """The beam lies at an angle that is a parameter: every value assembles its own system, hold-out points are checked as ever."""
+    path = written(tmp_path)
+    text = path.read_text().replace("{value: 1 GPa, range: [0.5 GPa, 1.5 GPa]}", "1 GPa")
+    text = text.replace("  spin: 3\n", "  spin: 3\n  phi: {value: 60 deg, range: [0 deg, 170 deg]}\n")
+    path.write_text(text.replace("    line: beam\n", "    line: beam\n    rotation: phi\n"))
+    done = fmbs("train", path, "--iterations", "1", "--no-plots", "--out", tmp_path / "out", "--json")
+    assert done.code == 0, done.err
+    assert "no polynomial of its parameters" in done.err
+    assert not (tmp_path / "out" / "model.h5").exists()
+    assert [Path(name).name for name in done.json["files"]] == ["report.json"]
+    assert np.isfinite(done.json["holdout"]["true"]).all()
+    assert done.json["holdout"]["predicted"] == []

@@ -10,7 +10,17 @@ import pytest
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.core.errors import Reason, SolverError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import GeneralizedAlpha, energies, integrate, outputs, reactions, solve_statics
+from fmbs_skfem.dynamics import (
+    GeneralizedAlpha,
+    energies,
+    explain,
+    follow_path,
+    integrate,
+    outputs,
+    reactions,
+    solve_equilibria,
+    solve_statics,
+)
 from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, loads
 
 from .. import models
@@ -57,12 +67,59 @@ def test_an_infinite_force_ends_the_run() -> None:
 
 @pytest.mark.parametrize("every,rows", [(1, 101), (7, 15)])
 def test_a_load_that_is_no_number_ends_the_run(every: int, rows: int) -> None:
-    with pytest.raises(SolverError, match=r"nan at t = 0\.101 s") as caught:
+    with pytest.raises(SolverError, match=r"load on beam is nan at t = 0\.101 s") as caught:
         integrate(loaded(lambda t: np.where(t > 0.1005, np.nan, 1.0)), STEP, 1.0, every=every)
     assert caught.value.reason is Reason.NOT_FINITE
     assert caught.value.time == pytest.approx(0.101)
     assert len(caught.value.partial.times) == rows
     assert np.abs(caught.value.partial.x[-1] - caught.value.partial.x[0]).max() > 1e-6
+
+
+def driven(angle: Callable[[np.ndarray], np.ndarray]) -> System:
+    """A beam that turns by `angle` about a pin at its end."""
+    return assemble([beam()], [joints.Pin("pin", END), joints.DrivenAngle("drive", END, angle)])
+
+
+@FORMS
+@pytest.mark.parametrize("start", [np.nan, np.inf])
+def test_a_drive_that_is_no_number_at_the_start_is_named(form: Callable[[System], System], start: float) -> None:
+    """The cosine of an infinite angle is no number either."""
+    system = form(driven(lambda t: np.where(t > 0.0, t, start)))
+    with np.errstate(invalid="ignore"), pytest.raises(SolverError, match=r"joint drive is nan at t = 0 s") as caught:
+        integrate(system, STEP, 0.01)
+    error = caught.value
+    assert (error.reason, error.time, error.partial) == (Reason.NOT_FINITE, 0.0, None)
+    assert [name for name, _ in error.worst] == ["joint drive"]
+    (cause,) = explain(error).causes
+    assert cause.name == "signal"
+    assert "joint drive" in cause.what
+
+
+@FORMS
+def test_a_load_that_is_no_number_at_the_start_is_named(form: Callable[[System], System]) -> None:
+    """sin(t) / t without its limit."""
+    push = loads.Moment("twist", At("beam", "right"), 1.0, lambda t: np.sin(t) / t)
+    system = form(assemble([beam()], [joints.Clamp("clamp", END)], [push]))
+    with np.errstate(invalid="ignore"), pytest.raises(SolverError, match="load on beam is nan at t = 0 s") as caught:
+        integrate(system, STEP, 0.01)
+    assert caught.value.reason is Reason.NOT_FINITE
+
+
+def test_a_drive_that_stops_being_a_number_is_named() -> None:
+    with pytest.raises(SolverError, match=r"joint drive is nan at t = 0\.013 s") as caught:
+        integrate(eliminate(driven(lambda t: np.where(t > 0.0125, np.nan, t**2))), STEP, 0.1)
+    assert caught.value.reason is Reason.NOT_FINITE
+    np.testing.assert_allclose(caught.value.partial.times, 1e-3 * np.arange(13))
+
+
+def test_a_load_that_is_no_number_within_a_halved_step_ends_the_run() -> None:
+    """A step that fails is halved down to 1/64; after 7/64 of it the load is no number: the error keeps what was before."""
+    held = loaded(lambda t: np.select([t > 0.0209, t > 0.0201], [1e305, np.nan], 1.0))
+    with pytest.raises(SolverError, match=r"load on beam is nan at t = 0\.0201094 s") as caught:
+        integrate(held, STEP, 0.1)
+    assert caught.value.reason is Reason.NOT_FINITE
+    np.testing.assert_allclose(caught.value.partial.times, 1e-3 * np.arange(21))
+    np.testing.assert_array_equal(caught.value.partial.x, integrate(held, STEP, 0.02).x)
 
 
 def test_a_step_that_fails_is_halved() -> None:
@@ -144,6 +201,13 @@ def test_a_free_body_has_no_equilibrium() -> None:
     with pytest.raises(SolverError, match="hold it by joints") as caught:
         solve_statics(system)
     assert caught.value.reason is Reason.SINGULAR_TANGENT
+
+
+@pytest.mark.parametrize("solve", [solve_statics, follow_path, lambda system: solve_equilibria(system, np.array([0.0, 1.0]))])
+def test_statics_name_a_load_that_is_no_number(solve: Callable[[System], object]) -> None:
+    with pytest.raises(SolverError, match="load on beam is nan at t = 0 s") as caught:
+        solve(loaded(lambda t: np.full_like(t, np.nan)))
+    assert caught.value.reason is Reason.NOT_FINITE
 
 
 def test_statics_keep_the_equilibria_found() -> None:

@@ -44,6 +44,38 @@ def test_one_pair_gives_a_wide_band_that_says_so() -> None:
     assert "wide" not in calibration.statement(many, 1e-7)
 
 
+def test_one_pair_knows_little_of_the_slope() -> None:
+    """Indicators two decades above that of one full run, slopes two standard deviations about 1: at least nine of ten are held."""
+    rng = np.random.default_rng(11)
+    held = []
+    for _ in range(400):
+        slope, x = 1.0 + calibration.SLOPE * rng.standard_normal(), np.array([-11.0, -9.0])
+        e = 10.0 ** (3.0 + slope * x + calibration.PRIOR * rng.standard_normal(2))
+        held.append(calibration.holds(calibration.fit(10.0 ** x[:1], e[:1]), 10.0 ** x[1:], e[1:]))
+    assert np.mean(held) >= 0.9
+    one = calibration.fit([1e-11], [1e-6])
+    widths = [calibration.half_width(one, i) for i in (1e-11, 1e-10, 1e-9)]
+    away = [math.sqrt(2.0 * calibration.PRIOR**2 + (calibration.SLOPE * decades) ** 2) for decades in (0.0, 1.0, 2.0)]
+    assert widths == pytest.approx([t.ppf(0.975, calibration.BELIEF) * s for s in away], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "at_the_run,elsewhere",
+    [
+        ((5.85e-12, 1.91e-6), (1.86e-10, 4.09e-6)),
+        ((5.45e-12, 1.75e-6), (1.88e-10, 6.78e-6)),
+        ((6.47e-12, 1.16e-6), (4.29e-10, 1.82e-5)),
+    ],
+)
+def test_one_full_run_of_example_3_predicts_the_ends_of_its_range(
+    at_the_run: tuple[float, float], elsewhere: tuple[float, float]
+) -> None:
+    """Own figures of Young's modulus 55 -> 40 GPa and of torques 10.5 -> 5 and 15 -> 5 N m on coarse meshes, eps = 1e-15."""
+    one = calibration.fit(at_the_run[:1], at_the_run[1:])
+    _, low, high = calibration.predict(one, elsewhere[0])
+    assert low <= elsewhere[1] <= high
+
+
 def test_the_line_is_that_of_least_squares_and_the_band_that_of_student(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without the expectation of a scatter, band and line are those of the textbook: Draper and Smith (1998), section 1.4."""
     monkeypatch.setattr(calibration, "BELIEF", 0)

@@ -15,6 +15,7 @@ from fmbs_skfem import reduction, scenes
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.core import expressions
 from fmbs_skfem.core.errors import CorruptFile, InputError, Reason, SolverError
+from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.dynamics.outputs import lifted
 from fmbs_skfem.reduction import (
@@ -440,10 +441,77 @@ def test_the_folder_of_another_training_is_refused(tmp_path: Path) -> None:
         ):
             campaign.train(other, places(setting), dataclasses.replace(OPTIONS, iterations=1), tmp_path)
     with pytest.raises(InputError, match="one of another training"):
-        campaign.train(setting, places(setting), OPTIONS, tmp_path)
+        campaign.train(setting, places(setting), dataclasses.replace(OPTIONS, iterations=1, seed=1), tmp_path)
     (tmp_path / store.TITLE).unlink()
     with pytest.raises(InputError, match=r"one without training\.json"):
         campaign.train(setting, places(setting), OPTIONS, tmp_path)
+
+
+def test_a_training_that_ended_goes_on_with_more_iterations(tmp_path: Path) -> None:
+    """Full runs, samples and stop are those of one training with all iterations; fewer iterations read what is there."""
+    setting, count = counted()
+    once = campaign.train(setting, places(setting), dataclasses.replace(OPTIONS, iterations=1), tmp_path / "parts")
+    assert once.outcome.stop is greedy.Stop.ITERATIONS
+    more = campaign.train(setting, places(setting), OPTIONS, tmp_path / "parts")
+    whole, fresh = counted()
+    straight = campaign.train(whole, places(whole), OPTIONS, tmp_path / "straight")
+    assert count.full == fresh.full
+    assert (more.outcome.points, more.outcome.stop) == (straight.outcome.points, straight.outcome.stop)
+    assert [i.samples for i in more.outcome.iterations] == [i.samples for i in straight.outcome.iterations]
+    again = campaign.train(setting, places(setting), dataclasses.replace(OPTIONS, iterations=1), tmp_path / "parts")
+    assert again.outcome.points == more.outcome.points
+    assert count.full == fresh.full
+
+
+def test_few_snapshots_that_are_all_kept_are_no_floor() -> None:
+    """A short run has as many modes as snapshots: the indicator is flat, but more full runs lower it."""
+    setting = dataclasses.replace(counted()[0], interval=0.05, plan=dataclasses.replace(PLAN, tolerance=1e-16))
+    found = campaign.train(setting, places(setting), dataclasses.replace(OPTIONS, iterations=2))
+    run = found.runs[0]
+    assert found.models[0].modes["beam"] == len(run.times) - 1 == len(run.factors["beam"].values)
+    assert len(found.runs) == 2
+
+
+def test_eps_is_lowered_where_it_is_the_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An eps chosen too rough at the first full run: the runs that exist serve once more, and a stored training ends the same."""
+    wanted, rough = 2e-4, 1e-7
+    monkeypatch.setattr(budget, "choose", lambda *_: budget.Choice(wanted, rough, 1e-3, 1e-5, 1e-5, None))
+    setting, count = counted()
+    found = campaign.train(setting, places(setting), OPTIONS, tmp_path, tolerance=wanted)
+    assert 1 <= found.lowered <= campaign.LOWERINGS
+    assert found.model_plan.tolerance == pytest.approx(rough * campaign.LOWER_EPS**found.lowered, rel=1e-12)
+    assert found.model_plan.hyper_tolerance == pytest.approx(1e-3 * campaign.LOWER_ETA**found.lowered, rel=1e-12)
+    assert found.reduced_runs == found.outcome.evaluations + found.discarded
+    assert found.discarded >= 3
+    points = [run.values["E"] for run in found.runs]
+    assert len(set(points)) == len(points)
+    before, after = (
+        family_model.model_of(family_model.quick(dataclasses.replace(found.setting, plan=plan)), found.runs)
+        for plan in (dataclasses.replace(found.model_plan, tolerance=rough, hyper_tolerance=1e-3), found.model_plan)
+    )
+    truths = holdout.truths(found.setting, boxes.grid((YOUNG,), 5))
+    assert holdout.holdout(found, truths, after).largest < 0.3 * holdout.holdout(found, truths, before).largest
+    made = list(count.full)
+    again = campaign.train(setting, places(setting), OPTIONS, tmp_path, tolerance=wanted)
+    assert count.full == made
+    assert (again.lowered, again.discarded, again.choice) == (found.lowered, found.discarded, found.choice)
+
+
+def test_a_family_of_lengths_is_made_member_by_member(tmp_path: Path) -> None:
+    """The modes that keep the constraints are no polynomials of a length; the training goes on all the same."""
+    setting = setting_of(spun, LENGTH)
+    search = campaign.search((LENGTH,), boxes.grid((LENGTH,), 5), boxes.grid((LENGTH,), 3))
+    few = dataclasses.replace(OPTIONS, iterations=2, max_samples=3)
+    with pytest.warns(Notice, match="no polynomial of its parameters"):
+        found = campaign.train(setting, search, few, tmp_path)
+    with pytest.raises(InputError, match="numbers that are polynomials of the parameters"):
+        _ = found.model.parametric
+    checked = holdout.holdout(found, [full_runs.full_run(setting, {"L": 0.9})])
+    assert checked.largest < 1e-3
+    with pytest.warns(Notice):
+        again = campaign.train(setting, search, few, tmp_path)
+    assert again.outcome.points == found.outcome.points
+    assert again.pairs == found.pairs
 
 
 def test_a_damaged_run_is_told(tmp_path: Path) -> None:

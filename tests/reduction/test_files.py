@@ -16,7 +16,6 @@ import pytest
 from fmbs_skfem import reduction
 from fmbs_skfem.core.errors import CorruptFile, InputError
 from fmbs_skfem.core.expressions import of_time
-from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import integrate, outputs
 from fmbs_skfem.dynamics.outputs import centre_lines, lifted
 from fmbs_skfem.reduction import Level, files
@@ -182,15 +181,6 @@ def test_content_of_another_shape_is_named(saved: Path, old: bytes, new: bytes, 
     saved.write_bytes(files.header(body) + body)
     with pytest.raises(CorruptFile, match=message):
         files.load(saved)
-
-
-def test_a_notice_far_from_training() -> None:
-    notes = {"training": {"E": [8e8, 1.2e9], "diameter": 0.01}}
-    with pytest.warns(Notice, match=r"outside its training: E = 5e\+08, trained at 8e\+08 to 1\.2e\+09; check its error"):
-        assert files.check_training(notes, {"E": 5e8, "diameter": 0.0105}) == ("E",)
-    with pytest.warns(Notice, match="diameter = 0.02, trained at 0.01; load = 3, which the training does not name"):
-        assert files.check_training(notes, {"diameter": 0.02, "load": 3.0}) == ("diameter", "load")
-    assert files.check_training(notes, {"E": 1.3e9, "diameter": 0.01}) == ()
 
 
 def test_notes_come_back(saved: Path) -> None:

@@ -130,6 +130,30 @@ def test_the_floor_is_found_where_no_sample_has_a_full_run() -> None:
     assert outcome.stop is Stop.FLOOR
 
 
+def test_the_floor_is_that_of_all_full_runs() -> None:
+    """Example 3 (b): truncation grows with the torque, and of two full runs only the smaller torque is a sample."""
+
+    def formula(mu: np.ndarray, full: np.ndarray) -> float:
+        torque = 5.0 + 10.0 * float(mu[0])
+        return 8e-13 * torque + (2e-10 if len(full) == 1 else 0.0) * abs(torque - 10.5) / 5.5
+
+    model = Model(LINE, formula)
+    outcome = model.run(FIVE, 55, iterations=10)
+    assert (outcome.points, outcome.stop) == ((55, 0), Stop.FLOOR)
+    assert outcome.iterations[1].samples[-1] == 55  # no given sample
+    assert outcome.evaluations <= 21  # as published
+
+
+def test_bases_that_leave_nothing_out_have_no_floor() -> None:
+    """One full run whose few snapshots are all kept: the indicator is as large there as elsewhere, and another run helps."""
+    model = Model(LINE, lambda mu, full: 1e-7 if len(full) == 1 else 1e-9)
+    outcome = greedy.run(
+        model.evaluate, model.extend, LINE, FIVE, 50, Options(iterations=5), truncates=lambda: len(model.points) > 1
+    )
+    assert (outcome.extensions, outcome.stop) == (2, Stop.FLOOR)
+    assert outcome.iterations[-1].largest == 1e-9
+
+
 def test_equal_corners_are_no_floor() -> None:
     """Four corners of a square are equally bad; a full run in one leaves the largest indicator as it was, and the loop goes on."""
     x = np.array([[a, b] for a in np.linspace(0, 1, 11) for b in np.linspace(0, 1, 11)])

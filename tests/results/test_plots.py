@@ -56,7 +56,7 @@ def test_slider_from_rest_and_turns_a_minute(tmp_path: Path, monkeypatch: pytest
     np.testing.assert_allclose(speed_["full"][[0, -1]], [0.0, 6000.0], rtol=1e-14)
     monkeypatch.undo()
     models = {"full": 0.3 * SWING, "system": 0.31 * SWING, "component": 0.32 * SWING}
-    assert count(plots.slider(tmp_path / "fig11.png", TIMES, models, title="Fig. 11"), palette.BLUE) > 500
+    assert count(plots.slider(tmp_path / "fig11.png", TIMES, models, models, title="Fig. 11"), palette.BLUE) > 500
 
 
 @pytest.mark.parametrize("columns", [1, 2])

@@ -6,8 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.reduction import kriging
+from fmbs_skfem.reduction.parameters import Parameter, Scale
 from fmbs_skfem.results import palette, training_plots
 from fmbs_skfem.results.training_plots import Panel
 
@@ -46,6 +49,29 @@ def test_candidates_on_a_line_have_a_surface_without_triangles(tmp_path: Path) -
     _, found = panel(2)
     line = {"E [GPa]": X, "d [mm]": X - 30.0}
     assert count(training_plots.surrogate(tmp_path / "line.png", line, [found]), palette.VERMILLION) > 40
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+def test_slices_of_a_surrogate_have_its_samples(d: int, tmp_path: Path) -> None:
+    """A curve with its band, a surface, or curves and surfaces through the centre; a logarithmic axis among them."""
+    unit = qmc.Sobol(d, rng=1).random(8)
+    known = (Parameter("E", 1e8, 1e10, Scale.LOG, "Pa"), Parameter("d", 8e-3, 12e-3, unit="m"), Parameter("g", 5.0, 12.0))[:d]
+    model = kriging.fit(unit, 10 ** (-6.0 + (unit**2).sum(axis=1)))
+    path = training_plots.slices(tmp_path / "slices.png", known, model, title="pendulum")
+    assert (count(path, palette.BLUE) > 300) == (d != 2)
+    assert (count(path, "#440154") > 50) == (d > 1)  # the lowest colour of the surfaces
+
+
+def test_a_slice_is_the_surrogate_at_the_centre_of_the_others() -> None:
+    unit = qmc.Sobol(3, rng=2).random(8)
+    known = tuple(Parameter(name, 1.0, 3.0) for name in "abc")
+    model = kriging.fit(unit, 10 ** (-6.0 + unit[:, 1]))
+    (values,), found = training_plots._cut(known, model, (1,))
+    line = np.linspace(1.0, 3.0, training_plots.FINE[1])
+    np.testing.assert_allclose(values, np.r_[line, 1.0 + 2.0 * model.points[:, 1]], rtol=1e-12)
+    middle = np.column_stack([np.full(len(line), 0.5), (line - 1.0) / 2.0, np.full(len(line), 0.5)])
+    np.testing.assert_allclose(found.mean, kriging.predict(model, middle)[0], atol=1e-9)
+    np.testing.assert_allclose(values[found.samples], 1.0 + 2.0 * model.points[:, 1], rtol=1e-12)
 
 
 def test_errors_over_a_parameter_are_sorted_by_it(tmp_path: Path) -> None:

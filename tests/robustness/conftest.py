@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.calls import fmbs
+from tests.cli.test_train import REDUCTION, written
 
 from .inputs import BEAM, beam
 
@@ -19,3 +20,13 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
     done = fmbs("reduce", path, "--out", folder / "model.h5")
     assert done.code == 0, done.err
     return folder / "model.h5"
+
+
+@pytest.fixture(scope="session")
+def ranged(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A beam of ten cells for Young's moduli from 0.5 to 1.5 GPa."""
+    folder = tmp_path_factory.mktemp("ranged")
+    training = "training: {candidates: 11, samples: 3, iterations: 1, max_samples: 4}"
+    done = fmbs("train", written(folder, REDUCTION + training), "--no-plots", "--out", folder / "out")
+    assert done.code == 0, done.err
+    return folder / "out" / "model.h5"

@@ -7,19 +7,21 @@ runs, full disks, sweeps) are tests of those commands.
 
 from __future__ import annotations
 
+import json
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fmbs_skfem.core.errors import SolverError
-from fmbs_skfem.reduction import ecsw
+from fmbs_skfem.reduction import ecsw, files, product
 from fmbs_skfem.results import pictures
 from tests.cli import test_check, test_run
 from tests.cli.calls import fmbs
-from tests.dynamics import test_failures
-from tests.reduction import test_ecsw, test_files
+from tests.dynamics import test_diagnosis, test_failures
+from tests.reduction import test_ecsw
 
 from .inputs import BEAM, beam, changed, noticed, refused
 
@@ -226,7 +228,7 @@ def test_rows_12_and_14_numbers(row: str, tmp_path: Path) -> None:
 def test_row_13_units_that_are_mixed(tmp_path: Path) -> None:
     """Steel in tonnes per mm3 and Pa: sqrt(2.1e11 / 7.85e-9) = 5.17e9 m/s."""
     text = changed(changed(BEAM, "1 GPa", "2.1e11"), "1800 kg/m^3", "7.85e-9")
-    noticed(beam(tmp_path, text), "scene.yaml:10: bodies.beam.material: ", "5.17e+09 m/s", "SI units?")
+    noticed(beam(tmp_path, text), "scene.yaml:10: bodies.beam.material: ", "5.17e+09 m/s", "is the density given in t/mm3?")
 
 
 def test_row_15_degrees_for_radians(tmp_path: Path) -> None:
@@ -322,6 +324,20 @@ test_row_35_projected = test_failures.test_initial_velocities_are_projected_alik
 test_row_36_a_failed_solve = test_run.test_a_failed_solve_keeps_what_it_reached
 
 
+def test_row_37_a_singular_tangent_names_the_body_that_moves(tmp_path: Path) -> None:
+    """A beam that nothing holds; its null vector stands in the report as well."""
+    path = beam(tmp_path, changed(FREE, "{type: dynamic, duration: 10 ms, step: 1 ms}", "{type: static, load_steps: 1}"))
+    refused(path, "the tangent is singular", "hold it by joints", code=4, command=("run",))
+    found = json.loads((tmp_path / "fmbs-scene" / "failure.json").read_text())
+    assert found["reason"] == "the tangent is singular"
+    assert found["null"] == [{"name": "beam", "value": 1.0}]
+    assert found["causes"][0]["name"] == "free"
+    assert found["causes"][0]["what"].startswith("beam can move freely")
+
+
+test_row_37_a_locked_pose_names_its_joints = test_diagnosis.test_the_locked_links_stop_when_they_are_stretched_out
+
+
 def test_row_43_nothing_moves(tmp_path: Path) -> None:
     """A beam at rest that no force moves has snapshots that are all the same."""
     text = changed(BEAM, "load: 0.5 N", "load: 0 N") + "reduction: {snapshots: 1 ms}\n"
@@ -364,7 +380,22 @@ def test_row_42_outside_of_the_training_is_told(model: Path) -> None:
     )
 
 
-test_row_42_far_from_training = test_files.test_a_notice_far_from_training
+def test_row_42_outside_of_the_box_with_its_distance(ranged: Path) -> None:
+    """(1.6 - 1.5) / (1.5 - 0.5) GPa = 10 %."""
+    words = ("E = 1.6e+09, trained from 5e+08 to 1.5e+09, 10% of that range outside", "check its error against a full run")
+    for code, options in ((0, ()), (3, ("--strict",))):
+        done = fmbs("rom", "run", ranged, "--set", "E=1.6 GPa", "--no-plots", *options)
+        assert done.code == code, done.err
+        assert all(word in done.err for word in words), done.err
+
+
+def test_row_42_a_basis_of_another_mesh(model: Path, ranged: Path, tmp_path: Path) -> None:
+    """A model of five cells whose basis is that of ten; its checksum is right."""
+    own, other = files.load(model), product.load(ranged).model.nominal.system
+    mixed = files.save(replace(own, lift=other.lift), tmp_path / "mixed.h5", report={"duration": 0.01, "step": 1e-3})
+    found = f"system.lift.matrix: expected an array ({len(other.lift.offset)}, {own.size}) of float64"
+    for command in (("rom", "info"), ("rom", "run"), ("run",)):
+        refused(mixed, found, f"got an array {other.lift.matrix.shape} of float64", code=8, command=command)
 
 
 class Trap:

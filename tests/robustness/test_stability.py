@@ -11,7 +11,7 @@ import pytest
 from fmbs_skfem import reduction
 from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate
-from fmbs_skfem.dynamics.integration import method_of
+from fmbs_skfem.dynamics.scheme import method_of
 from fmbs_skfem.reduction import Level, hyper
 from fmbs_skfem.reduction.galerkin import projected
 from fmbs_skfem.systems import System, compile_system, compiled, eliminate

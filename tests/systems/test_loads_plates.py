@@ -47,7 +47,8 @@ CASES = [pytest.param(dim, load, id=f"{dim}-{load.name}") for dim in (2, 3) for 
 
 def test_every_type_is_tested() -> None:
     tested = {type(load) for load in [*every_load(3), *parts.every_load(3)]}
-    assert tested == set(loads.force.registry) - {object}
+    following = {loads.FollowerPressure, loads.FollowerEdgeLoad}  # `test_loads_that_follow`
+    assert tested | following == set(loads.force.registry) - {object}
 
 
 @pytest.mark.parametrize("dim, load", CASES)
@@ -178,6 +179,11 @@ def test_the_rows_of_an_edge_are_independent() -> None:
         (2, loads.SurfaceLoad("wind", "plate", (1.0, 0.0), faces=("second",)), r"one of its faces \(first\), got 'second'"),
         (2, loads.NormalPressure("pressure", "plate", 1.0), "expected a spatial scene, got a planar one"),
         (3, loads.NormalPressure("pressure", "plate", np.nan), "load 'pressure': expected finite numbers"),
+        (2, loads.FollowerPressure("pressure", "plate", 1.0), "expected a spatial scene, got a planar one"),
+        (3, loads.FollowerPressure("pressure", "plate", np.inf), "load 'pressure': expected a finite number, got inf"),
+        (3, loads.FollowerPressure("pressure", "beam", 1.0), "load 'pressure': expected a plate or shell, got 'beam'"),
+        (3, loads.FollowerEdgeLoad("pull", "plate", ("right",), 1.0), "expected a planar scene, got a spatial one"),
+        (2, loads.FollowerEdgeLoad("pull", "plate", ("rigt",), 1.0), "one of its edges .*did you mean 'right'"),
         (3, loads.Moment("torque", At("plate", "corner"), (1.0, 0.0, 0.0)), "expected a slope or a frame, got plate.corner"),
         (3, loads.Follower("jet", B2, (1.0,)), "load 'jet': expected 3 finite numbers"),
         (2, loads.TorsionSpring("spring", A1, None, -1.0), r"'spring'\.stiffness: expected a number that is not negative"),

@@ -6,9 +6,10 @@ r"""The elastic laws behind one door: strain energy W(u) of jets u (k c, p, e), 
     QUADRATIC, MATERIAL, EXACT     r' r''                     EA, EI, kappa0, weight                       `cable_law`
     MEMBRANE                       r,1 r,2                    A, nu, weight                                `membrane_law`
     SHELL                          r,1 r,2 r,11 r,22 r,12     A, B, nu, b0_11, b0_22, b0_12, weight        `shell_law`
+    PRESSURE, EDGE_PRESSURE        r r,1 r,2 | r r,1          p, v0, weight                                `pressure_law`
 
-The numbers of the cable laws are those of their `Curvature`. Laws are called by address, so that a model compiles only its own.
-`checks.check_law` tests every law.
+The numbers of the cable laws are those of their `Curvature`. The last two are loads that follow a surface, not elastic. Laws are
+called by address, so that a model compiles only its own. `checks.check_law` tests every elastic law.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import numpy as np
 
 from ..core.entries import call
 from ..core.jit import jit
-from . import cable_law, membrane_law, shell_law
+from . import cable_law, membrane_law, pressure_law, shell_law
 
 
 class Law(IntEnum):
@@ -31,13 +32,21 @@ class Law(IntEnum):
     EXACT = 3
     MEMBRANE = 4
     SHELL = 5
+    PRESSURE = 6
+    EDGE_PRESSURE = 7
 
 
-VECTORS = {Law.QUADRATIC: 2, Law.MATERIAL: 2, Law.EXACT: 2, Law.MEMBRANE: 2, Law.SHELL: 5}  #: derivatives of r that a law reads
+LOADS = (Law.PRESSURE, Law.EDGE_PRESSURE)  #: laws of loads on surfaces and edges, which have no strains
+VECTORS = {
+    **dict.fromkeys((Law.QUADRATIC, Law.MATERIAL, Law.EXACT, Law.MEMBRANE, Law.EDGE_PRESSURE), 2),
+    Law.SHELL: 5,
+    Law.PRESSURE: 3,
+}  #: derivatives of r that a law reads
 ROWS = {
     **dict.fromkeys((Law.QUADRATIC, Law.MATERIAL, Law.EXACT), cable_law.LINES),
     Law.MEMBRANE: membrane_law.LINES,
     Law.SHELL: shell_law.LINES,
+    **dict.fromkeys(LOADS, pressure_law.LINES),
 }  #: rows of its section
 
 
@@ -57,6 +66,8 @@ ENTRIES: dict[Law, tuple[Callable[[], int], ...]] = {
     **dict.fromkeys((Law.QUADRATIC, Law.MATERIAL, Law.EXACT), (cable_law.energy_at, cable_law.stress_at, cable_law.modulus_at)),
     Law.MEMBRANE: (membrane_law.energy_at, membrane_law.stress_at, membrane_law.modulus_at),
     Law.SHELL: (shell_law.energy_at, shell_law.stress_at, shell_law.modulus_at),
+    Law.PRESSURE: (pressure_law.energy_at, pressure_law.stress_at, pressure_law.modulus_at),
+    Law.EDGE_PRESSURE: (pressure_law.edge_energy_at, pressure_law.edge_stress_at, pressure_law.edge_modulus_at),
 }
 
 

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import lstsq, qr
 from scipy.sparse import block_array, coo_array, csr_array, diags_array, eye_array, vstack
+from scipy.sparse.linalg import splu
 
 from ..core.errors import InputError, closest, say
 from ..shapes import ancf_plate, interfaces, nurbs
@@ -32,6 +33,7 @@ from .sections import Material, positive
 
 SAMPLES = 8  #: points along a cell's side at which functions of an edge are told apart
 NOISE = 1e-12  #: trace of a function that counts as zero
+CLEAR = 1e-10  #: least pivot of the normal equations, relative to the largest, of columns that are independent without doubt
 
 
 @dataclass(frozen=True)
@@ -206,16 +208,34 @@ def trace(shape: Surface, sides: np.ndarray, normal: bool = False) -> csr_array:
 
 
 def dependent(A: csr_array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Functions that a trace A q = 0 determines: q[first] + X q[second] = 0; first (i,), second (j,), X (i, j)."""
+    """Functions that a trace A q = 0 determines: q[first] + X q[second] = 0; first (i,), second (j,), X (i, j).
+
+    Most traces have independent columns, which the pivots of their sparse normal equations show; the others take a dense QR.
+    """
     used = np.unique(A.indices[np.abs(A.data) > NOISE])
-    dense = A[:, used].toarray()
-    size = np.abs(dense).max(axis=0)
+    columns = csr_array(A[:, used])
+    size = np.asarray(abs(columns).max(axis=0).todense()).ravel()
+    if regular(csr_array(columns @ diags_array(1.0 / size))):
+        return used, used[:0], np.zeros((len(used), 0))
+    dense = columns.toarray()
     _, R, order = qr(dense / size, mode="economic", pivoting=True)
     rank = int((np.abs(np.diag(R)) > 1e-9 * abs(R[0, 0])).sum())
     first, second = np.sort(order[:rank]), np.sort(order[rank:])
     X = lstsq(dense[:, first], dense[:, second])[0] if len(second) else np.zeros((rank, 0))
     X[np.abs(X) < NOISE] = 0.0
     return used[first], used[second], X
+
+
+def regular(columns: csr_array) -> bool:
+    """Whether columns are clearly independent: all pivots of C^T C, squares of distances to columns before, are large."""
+    try:
+        factors = splu(
+            (columns.T @ columns).tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
+    except RuntimeError:
+        return False
+    pivots = factors.U.diagonal()
+    return bool(pivots.min() > CLEAR * pivots.max())
 
 
 def middle(ends: np.ndarray) -> np.ndarray:

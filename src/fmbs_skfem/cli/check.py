@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import notify
-from . import common
+from . import common, reports, screen
 from .common import Result, Session
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def command(session: Session, duration: float | None) -> Result:
     raw, parts = solving.system(session, scene), bodies(session, scene)
     known = plausibility.figures(scene, parts)
     tell_findings(scene, known)
-    common.announce_compiling()
+    screen.announce_compiling()
     redundant = contradictions(raw)
     counted = mechanism(scene, raw)
     reduced, model, initial = solved_form(scene, raw)
@@ -67,12 +67,12 @@ def command(session: Session, duration: float | None) -> Result:
         "initial": initial,
         "estimates": estimates(scene, reduced, model),
         "outputs": [column for output in raw.outputs.values() for column in output.columns],
-        "fingerprint": common.fingerprint(scene),
-        "versions": common.versions(),
+        "fingerprint": reports.fingerprint(scene),
+        "versions": reports.versions(),
     }
     if session.out is not None:
-        out = common.folder(session, session.out, [NAME], found["fingerprint"], record=NAME)
-        common.write_json(out / NAME, {**found, "notices": session.notices})
+        out = reports.folder(session, session.out, [NAME], found["fingerprint"], record=NAME)
+        reports.write_json(out / NAME, {**found, "notices": session.notices})
     return Result(found, view(found))
 
 
@@ -84,13 +84,13 @@ def bodies(session: Session, scene: Scene) -> dict[str, Body]:
 
 
 def tell_findings(scene: Scene, known: Mapping[str, Figures]) -> None:
-    """Notices of what is hardly meant; what was told when the scene was read is only explained."""
+    """Notices of what is hardly meant and was not told when the scene was read."""
     from ..scenes import consistency, plausibility, where
 
     told = {keys for keys, _ in consistency.notices(scene)}
     for finding in plausibility.findings(scene, known):
-        if finding.keys not in told or finding.meant:
-            notify(f"{where(scene, *finding.keys)}: {finding.meant if finding.keys in told else finding}")
+        if finding.keys not in told:
+            notify(f"{where(scene, *finding.keys)}: {finding}")
 
 
 def contradictions(raw: System) -> tuple[Dependence, ...]:
@@ -133,7 +133,8 @@ def mechanism(scene: Scene, raw: System) -> Mechanism:
 
 def solved_form(scene: Scene, raw: System) -> tuple[System, Compiled, dict[str, Any]]:
     """The form the scene is solved in, as arrays, and what its joints make of the initial state."""
-    from ..dynamics.integration import GeneralizedAlpha, consistent_start
+    from ..dynamics.scheme import GeneralizedAlpha
+    from ..dynamics.start import consistent_start
     from ..scenes import build
     from ..systems import compile_system
     from ..systems.redundancy import without_redundant
@@ -293,15 +294,15 @@ def view(found: dict[str, Any]) -> list[Any]:
     facts += [(f"initial {key}", value) for key, value in found["initial"].items() if isinstance(value, float) and value > 1e-9]
     parts = [
         f"{found['scene']} ({found['analysis']}): the scene is sound",
-        common.table("Bodies", titles, rows),
-        common.table("Joints", ("joint", "constraints", "rigid motions taken", "ties"), joints),
+        screen.table("Bodies", titles, rows),
+        screen.table("Joints", ("joint", "constraints", "rigid motions taken", "ties"), joints),
         mechanism_table(found["mechanism"]),
-        common.table("System", ("", ""), [*facts, *((f"estimated {key}", value) for key, value in found["estimates"].items())]),
+        screen.table("System", ("", ""), [*facts, *((f"estimated {key}", value) for key, value in found["estimates"].items())]),
     ]
     redundant = [(one["row"], ", ".join(one["follows_from"])) for one in found["redundant"]]
-    parts += [common.table("Redundant rows", ("row", "follows from"), redundant)] if redundant else []
+    parts += [screen.table("Redundant rows", ("row", "follows from"), redundant)] if redundant else []
     heads = ("mesh of", "cells", "largest / smallest", "aspect", "angle [deg]", "Jacobian ratio")
-    return [*parts[:2], *([common.table("Meshes", heads, meshes)] if meshes else []), *parts[2:]]
+    return [*parts[:2], *([screen.table("Meshes", heads, meshes)] if meshes else []), *parts[2:]]
 
 
 def dash(value: object) -> object:
@@ -329,4 +330,4 @@ def mechanism_table(found: dict[str, Any]) -> Any:
         ("degrees of freedom by rank", found["degrees_of_freedom"]),
         ("left by drives", found["left_by_drives"]),
     ]
-    return common.table("Mechanism", ("", ""), rows)
+    return screen.table("Mechanism", ("", ""), rows)

@@ -21,7 +21,7 @@ from ..core.notices import notify
 from ..reduction import comparators, family_model, full_runs, parameters, prediction
 from ..reduction import training_store as store
 from ..reduction.comparators import Comparator, Full, Row
-from . import common
+from . import screen
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -58,12 +58,12 @@ class Checked:
         return float(np.mean([p.low <= error <= p.high for p, error in zip(self.predictions, self.true, strict=True)]))
 
 
-def check(job: Job, found: Campaign, model: Product, out: Path, compare: bool) -> Checked:
+def check(job: Job, found: Campaign, model: Product | None, out: Path, compare: bool) -> Checked:
     """All hold-out points; comparators are trained where they are wanted."""
     setting, points = found.setting, job.points.holdout
-    full, predict = stored(found, out), prediction.predictor(model)
+    full, predict = stored(found, out), None if model is None else prediction.predictor(model)
     everyone = [*stages(found), *(others(job, found, full) if compare else ())]
-    with common.progress("hold-out points") as advance:
+    with screen.progress("hold-out points") as advance:
         rows = comparators.compare(setting, everyone, full, points, advance)
     predictions = tuple(predict(parameters.named(setting.parameters, row)) for row in points) if predict else ()
     return Checked(points, rows, len(found.models), predictions)
@@ -114,7 +114,7 @@ def others(job: Job, found: Campaign, full: Full) -> Iterator[Comparator]:
         if d > CORNERS and name in ("uniform grid", "nearest basis", "Grassmann"):
             continue
         try:
-            with common.progress(name):
+            with screen.progress(name):
                 yield make()
         except FmbsError as error:
             notify(f"comparator '{name}': {error}")
@@ -169,7 +169,7 @@ def table(checked: Checked) -> Table:
         for row in checked.rows
     ]
     title = f"Errors (48) at {len(checked.points)} hold-out points{inside}"
-    return common.table(title, (*runs, "max error", "mean error", *costs), rows)
+    return screen.table(title, (*runs, "max error", "mean error", *costs), rows)
 
 
 def draw(job: Job, found: Campaign, checked: Checked | None, out: Path) -> list[Path]:

@@ -1,4 +1,4 @@
-"""What all commands share: options, output folders, progress, notices, errors, exit codes.
+"""What all commands share: options, notices, errors, exit codes, the scene that is read.
 
     @common.command("check")
     @click.option(...)
@@ -11,31 +11,22 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import hashlib
-import json
-import math
-import os
-import platform
-import subprocess
 import sys
-import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .. import __version__
 from ..core.errors import FmbsError, InputError, SolverError, say
 from ..core.notices import Notice
+from . import reports, screen
 
 if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
-
     from ..scenes import Scene
 
 INTERRUPTED = 130
@@ -51,9 +42,6 @@ REASONS = {
     143: "terminated",
 }
 SHARED = ("out", "json", "force", "allow_outside", "repair", "strict", "debug")  #: options that many commands have
-PATIENCE = 2.0  #: work that takes longer shows its progress [s]
-REPORT = "report.json"
-VERSIONS = ("numpy", "scipy", "numba", "scikit-fem")
 
 
 @dataclass(frozen=True)
@@ -158,7 +146,7 @@ def refuse(session: Session, message: str, reason: str, code: int, **more: Any) 
         traceback.print_exc()
     click.echo(f"error: {message}", err=True)
     if session.json:
-        click.echo(dumps({"status": "error", "reason": reason, "message": message, **more, "notices": session.notices}))
+        click.echo(reports.dumps({"status": "error", "reason": reason, "message": message, **more, "notices": session.notices}))
     return code
 
 
@@ -185,11 +173,11 @@ def show(session: Session, result: Result) -> None:
     """JSON or tables on stdout, the error of a partial result on stderr."""
     if session.json:
         report = {**result.report, "notices": session.notices} if "status" in result.report else result.report
-        click.echo(dumps(report))
+        click.echo(reports.dumps(report))
     else:
-        screen = console(sys.stdout)
+        terminal = screen.console(sys.stdout)
         for item in result.view:
-            click.echo(item) if isinstance(item, str) else screen.print(item)
+            click.echo(item) if isinstance(item, str) else terminal.print(item)
     if result.error is not None:
         click.echo(f"error: {result.error}", err=True)
 
@@ -224,130 +212,6 @@ def listening(session: Session) -> Iterator[None]:
         yield
 
 
-@contextlib.contextmanager
-def progress(label: str) -> Iterator[Callable[[float], None]]:
-    """A function that takes the finished fraction; on a terminal a bar on stderr after two seconds."""
-    from rich.progress import Progress
-
-    begin, visible = time.perf_counter(), sys.stderr.isatty()
-    with contextlib.ExitStack() as stack:
-        bars: list[Progress] = []
-
-        def advance(fraction: float) -> None:
-            if not visible or (not bars and time.perf_counter() - begin < PATIENCE):
-                return
-            if not bars:
-                bars.append(stack.enter_context(Progress(console=console(sys.stderr), transient=True)))
-                bars[0].add_task(label, total=1.0)
-            bars[0].update(bars[0].task_ids[0], completed=fraction)
-
-        yield advance
-
-
-def announce_compiling(scene: Path | None = None) -> bool:
-    """Whether no compiled step is cached; then the first run compiles, which is said on stderr.
-
-    What a run of `scene` needs after its time steps is compiled by a process beside it.
-    """
-    from ..core import jit
-
-    folder = jit.cache_folder()
-    cold = folder is None or not any(folder.rglob("stepping.advance-*.nbc"))
-    if cold:
-        click.echo("compiling (first run only)", err=True)
-    if cold and folder is not None and scene is not None:
-        command = [sys.executable, "-m", "fmbs_skfem.cli.warm", str(scene)]
-        subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    return cold
-
-
-def console(file: IO[str]) -> Console:
-    """A rich console; as wide as the house's lines where there is no terminal."""
-    from rich.console import Console
-
-    return Console(file=file, width=None if file.isatty() else 132, highlight=False, soft_wrap=False)
-
-
-def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> Table:
-    """A table whose first column is text and whose other columns are numbers."""
-    from rich import box
-    from rich.markup import escape
-    from rich.table import Table
-
-    found = Table(title=escape(title), box=box.SIMPLE_HEAD, title_justify="left", title_style="bold")
-    for number, column in enumerate(columns):
-        found.add_column(escape(column), justify="right" if number else "left")
-    for row in rows:
-        found.add_row(*(escape(number_text(value)) for value in row))
-    return found
-
-
-def number_text(value: object) -> str:
-    """Numbers with six digits, everything else as it is."""
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def plain(value: Any) -> Any:
-    """A value that JSON can hold: arrays as lists, numbers that are not finite as null."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [plain(item) for item in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return str(value) if isinstance(value, Path) else value
-
-
-def dumps(value: Any) -> str:
-    """JSON text."""
-    return json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False)
-
-
-def versions() -> dict[str, str]:
-    """Versions that a result depends on."""
-    from importlib import metadata
-
-    return {"fmbs_skfem": __version__, "python": sys.version.split()[0], **{name: metadata.version(name) for name in VERSIONS}}
-
-
-def provenance(scene: Scene) -> dict[str, Any]:
-    """All that the numbers of a result depend on: values of the scene, contents of files, libraries, machine, threads, seeds.
-
-    On one machine with one thread, the same provenance gives the same bits.
-    """
-    from threadpoolctl import threadpool_info
-
-    files = {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in scene_files(scene)}
-    return {
-        "scene": scene.model_dump(by_alias=True, exclude_none=True, warnings=False),
-        "file": str(scene.path.absolute()) if scene.path else None,
-        "files": files,
-        "versions": versions(),
-        "machine": {"system": platform.platform(), "processor": processor(), "cores": os.cpu_count()},
-        "threads": {"blas": max((info["num_threads"] for info in threadpool_info() if info["user_api"] == "blas"), default=1)},
-        "seeds": {"solver": 0, **({"training": scene.training.seed} if scene.training else {})},
-    }
-
-
-def scene_files(scene: Scene) -> list[Path]:
-    """The file of a scene and the mesh and surface files it reads, each once."""
-    from ..shapes import meshes
-
-    names = {getattr(body, key) for body in scene.bodies.values() for key in ("mesh", "nurbs") if getattr(body, key, None)}
-    read = [meshes.path(name, scene.folder, allow_outside=True) for name in sorted(names)]
-    return [path.absolute() for path in ([scene.path] if scene.path else []) + read]
-
-
-def processor() -> str:
-    """The name of the processor."""
-    with contextlib.suppress(OSError, StopIteration):
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
-    return platform.machine()
-
-
 def read_scene(session: Session, duration: float | None = None) -> Scene:
     """The scene of the session with its parameters replaced; `duration` [s] replaces that of a dynamic analysis."""
     from .. import scenes
@@ -370,43 +234,3 @@ def stem(scene: Scene) -> str:
 def title(scene: Scene) -> str:
     """The name of a scene, or that of its file."""
     return scene.name or (scene.path.stem if scene.path else "")
-
-
-def fingerprint(scene: Scene) -> str:
-    """Hash of the scene with its parameters and of the mesh files it reads; equal for runs that compute the same."""
-    digest = hashlib.sha256(repr((sorted(scene.parameters.items()), scene.analysis)).encode())
-    for path in scene_files(scene):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-def folder(session: Session, default: str | Path, names: Iterable[str], mark: str, record: str = REPORT) -> Path:
-    """The output folder, made; `names` are the files to be written, `mark` the fingerprint of this run.
-
-    Files of another run (whose JSON file `record` has another `fingerprint`, or none) are kept unless --force is given.
-    """
-    out = session.out or Path(default)
-    if out.exists() and not out.is_dir():
-        raise InputError(say(f"--out {out}", "a folder", "a file", "choose another name"))
-    taken = [name for name in names if (out / name).exists()]
-    if taken and not session.force and recorded(out / record) != mark:
-        got = f"another run's {', '.join(taken)}"
-        raise InputError(say(f"--out {out}", "an empty folder or one of the same run", got, "choose another folder, or --force"))
-    out.mkdir(parents=True, exist_ok=True)
-    return out
-
-
-def recorded(path: Path) -> str:
-    """The fingerprint in a JSON file of a run; empty where there is none."""
-    try:
-        return str(json.loads(path.read_text(encoding="utf-8"))["fingerprint"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return ""
-
-
-def write_json(path: Path, report: Mapping[str, Any]) -> Path:
-    """Write a report, complete or not at all."""
-    part = path.with_name(path.name + ".part")
-    part.write_text(dumps(report) + "\n", encoding="utf-8")
-    part.replace(path)
-    return path

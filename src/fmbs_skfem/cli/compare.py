@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..core.errors import InputError, MissingFeature, say
-from . import common, figures
+from . import common, figures, reports, screen
 from .common import Result, Session
 from .figures import cloud as cloud
 from .figures import draw as draw
@@ -44,9 +44,9 @@ def command(session: Session, quick: bool, duration: float | None, picture: bool
     """
     scene = common.read_scene(session, duration)
     names = (RECORD, *figure_names(scene), figures.PICTURE)
-    out = common.folder(session, f"fmbs-{common.stem(scene)}-compare", names, common.fingerprint(scene), RECORD)
-    common.announce_compiling(scene.path)
-    with common.progress("comparing") as advance:
+    out = reports.folder(session, f"fmbs-{common.stem(scene)}-compare", names, reports.fingerprint(scene), RECORD)
+    screen.announce_compiling(scene.path)
+    with screen.progress("comparing") as advance:
         study = run(scene, quick, session.allow_outside, advance)
     report = report_of(scene, study)
     files, missing = draw(scene, study, out), None
@@ -55,9 +55,9 @@ def command(session: Session, quick: bool, duration: float | None, picture: bool
     except MissingFeature as error:
         missing = error
         report = {**report, **common.failed(error)}
-    made = {"fingerprint": common.fingerprint(scene), "versions": common.versions(), "provenance": common.provenance(scene)}
+    made = {"fingerprint": reports.fingerprint(scene), "versions": reports.versions(), "provenance": reports.provenance(scene)}
     found = {**report, **made, "files": [out / RECORD, *files]}
-    common.write_json(out / RECORD, {**found, "notices": session.notices})
+    reports.write_json(out / RECORD, {**found, "notices": session.notices})
     return Result(found, [*tables(scene, study), *words(report), "written: " + ", ".join(map(str, found["files"]))], missing)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..core.errors import MissingFeature
-from . import common
+from . import common, reports, screen
 from .common import Result, Session
 
 if TYPE_CHECKING:
@@ -34,10 +34,10 @@ def command(session: Session) -> Result:
     from . import compare
 
     scene = lean(common.read_scene(replace(session, path=examples() / SCENE, changes={})))
-    mark, names = common.fingerprint(scene), (compare.RECORD, *compare.figure_names(scene), *PICTURES, f"{SERIES}.pvd")
-    out = common.folder(replace(session, force=session.force or session.out is None), FOLDER, names, mark, compare.RECORD)
-    common.announce_compiling(scene.path)
-    with common.progress("full and reduced models") as advance:
+    mark, names = reports.fingerprint(scene), (compare.RECORD, *compare.figure_names(scene), *PICTURES, f"{SERIES}.pvd")
+    out = reports.folder(replace(session, force=session.force or session.out is None), FOLDER, names, mark, compare.RECORD)
+    screen.announce_compiling(scene.path)
+    with screen.progress("full and reduced models") as advance:
         study = compare.run(scene, True, session.allow_outside, advance)
     report = compare.report_of(scene, study)
     with ThreadPoolExecutor(2) as pool:
@@ -52,11 +52,11 @@ def command(session: Session) -> Result:
     found = {
         **report,
         "fingerprint": mark,
-        "versions": common.versions(),
+        "versions": reports.versions(),
         "files": files,
         **({} if error is None else common.failed(error)),
     }
-    common.write_json(out / compare.RECORD, {**found, "notices": session.notices})
+    reports.write_json(out / compare.RECORD, {**found, "notices": session.notices})
     view = [*compare.tables(scene, study), *compare.words(report), "written: " + ", ".join(map(str, files))]
     return Result(found, view, error)
 

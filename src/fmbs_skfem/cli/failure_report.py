@@ -13,7 +13,7 @@ import click
 
 from ..core.errors import FmbsError, SolverError
 from ..core.notices import notify
-from . import common
+from . import reports, screen
 
 if TYPE_CHECKING:
     from ..dynamics import Trajectory
@@ -30,7 +30,7 @@ def keep(out: Path, found: Mapping[str, Any], error: SolverError | None, picture
     if error is None:
         return dict(found)
     facts = explained(error)
-    files = [common.write_json(out / FAILURE, facts)] if own else []
+    files = [reports.write_json(out / FAILURE, facts)] if own else []
     if own and picture and error.partial is not None:
         files += draw(out / PICTURE, error.partial)
     return {**found, "failure": facts, "files": [*found.get("files", ()), *files]}
@@ -100,8 +100,8 @@ def views(found: Mapping[str, Any]) -> list[Any]:
     facts = found["failure"]
     causes = [(cause["name"], cause["what"], cause["remedy"]) for cause in facts["causes"]]
     return [
-        common.table("Failure", ("", "value"), rows(facts)),
-        common.table("Likely causes", ("cause", "what", "try"), causes),
+        screen.table("Failure", ("", "value"), rows(facts)),
+        screen.table("Likely causes", ("cause", "what", "try"), causes),
     ]
 
 

@@ -20,12 +20,14 @@ if TYPE_CHECKING:
 WRONG = 1.0  #: relative error above which a model has nothing in common with the full one
 SKIPPED = ("energy", "reaction")  #: outputs that are not drawn: reduced models do not know all reactions
 PICTURE = "error.png"
+SLIDER = "slider.png"
 PICTURED = ("component+ecsw", "component", "component+exact")  #: the reduced model that is pictured: the first of these that ran
 
 
 def figure_names(scene: Scene) -> list[str]:
     """Files that `draw` writes."""
     drawn = [f"history_{name}.png" for name, output in scene.outputs.items() if output.type not in SKIPPED]
+    drawn += [SLIDER] if slider_columns(scene) else []
     return [*drawn, "errors.png", "norms.png", "singular_values.png", "speed_error.png"]
 
 
@@ -54,17 +56,46 @@ def cloud(scene: Scene, study: Study, out: Path, name: str = "speed_error.png") 
 
 
 def histories(scene: Scene, study: Study, out: Path) -> list[Path]:
-    """One figure an output, all models in it."""
+    """One figure an output, all models in it; of a planar crank-slider also displacement and speed together."""
     from ..results import plots
 
     models = {"full": study.full, **study.motions}
     columns = {name: drawn_outputs(motion) for name, motion in models.items()}
-    files = []
+    files, times = [], study.full.times
+
+    def curves(column: str) -> dict[str, np.ndarray]:
+        return inside({name: columns[name][column] for name in models})
+
     for name, output in study.full.system.outputs.items():
         if output.kind not in SKIPPED:
-            grid = {f"{column} [{unit(output.kind)}]": inside({m: columns[m][column] for m in models}) for column in output.columns}
-            files.append(plots.history_grid(out / f"history_{name}.png", study.full.times, grid, title=scene.name))
+            grid = {f"{column} [{unit(output.kind)}]": curves(column) for column in output.columns}
+            files.append(plots.history_grid(out / f"history_{name}.png", times, grid, title=scene.name))
+    if (known := slider_columns(scene)) is not None:
+        axis, position, speed = known
+        files.append(plots.slider(out / SLIDER, times, curves(position), curves(speed), axis, scene.name))
     return files
+
+
+def slider_columns(scene: Scene) -> tuple[str, str, str] | None:
+    """Axis of the guide of a planar crank-slider, position along it of what slides, and a speed of rotation; None without them."""
+    from ..scenes.links import Pin, Revolute, Slider
+
+    guide = next((joint for joint in scene.joints.values() if isinstance(joint, Slider)), None)
+    if guide is None or scene.dimension != 2:
+        return None
+    axis = "xy"[int(np.argmax(np.abs(guide.direction[:2])))]
+    hinges = [{joint.at, joint.to} for joint in scene.joints.values() if isinstance(joint, Pin | Revolute)]
+    there = {guide.at}.union(*(hinge for hinge in hinges if guide.at in hinge))
+    position = next(
+        (
+            name if output.component else f"{name}_{axis}"
+            for name, output in scene.outputs.items()
+            if output.type == "position" and output.component in (axis, None) and output.at in there
+        ),
+        None,
+    )
+    speed = next((name for name, output in scene.outputs.items() if output.type == "angular_velocity"), None)
+    return None if position is None or speed is None else (axis, position, speed)
 
 
 def drawn_outputs(motion: Trajectory) -> dict[str, np.ndarray]:

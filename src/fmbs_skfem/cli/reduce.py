@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..core.errors import InputError, say
-from . import common
+from . import common, reports, screen
 from .common import Result, Session
 
 if TYPE_CHECKING:
@@ -50,12 +50,12 @@ def command(
 
     scene = common.read_scene(session, duration)
     path = target(session, scene)
-    common.announce_compiling(scene.path)
+    screen.announce_compiling(scene.path)
     system, found = train(session, scene, chosen(scene, level, tolerance, modes, hyper, sample))
     training = dict(scene.parameters)
-    origin = common.plain(common.provenance(scene))
-    files.save(system, path, scene=found["scene"], training=training, report=common.plain(found), provenance=origin)
-    view = common.table(f"Reduced model of {found['scene']}", ("", "value"), [(key, told(value)) for key, value in found.items()])
+    origin = reports.plain(reports.provenance(scene))
+    files.save(system, path, scene=found["scene"], training=training, report=reports.plain(found), provenance=origin)
+    view = screen.table(f"Reduced model of {found['scene']}", ("", "value"), [(key, told(value)) for key, value in found.items()])
     return Result({**found, "file": path, "provenance": origin}, [view, f"written: {path}"])
 
 
@@ -107,11 +107,11 @@ def train(session: Session, scene: Scene, plan: Plan) -> tuple[Any, dict[str, An
 
     raw, wanted = build.system(scene, allow_outside=session.allow_outside), compare.options(scene, plan)
     kept = runs.kept_steps(wanted)
-    with common.progress("full model") as advance:
+    with screen.progress("full model") as advance:
         sharp = training.newton_for(wanted.newton, plan.tolerance)
         full = dynamics.integrate(build.chosen_form(scene, raw), wanted.scheme, wanted.duration, sharp, kept, advance)
     model = training.train(raw, reduction.snapshots(full, wanted.interval), plan)
-    with common.progress("reduced model") as advance:
+    with screen.progress("reduced model") as advance:
         newton = training.newton_of_reduced(wanted.newton, plan.tolerance)
         motion = dynamics.integrate(model.system, wanted.scheme, wanted.duration, newton, kept, advance)
     errors = reduction.compare(full, motion)
@@ -144,5 +144,5 @@ def train(session: Session, scene: Scene, plan: Plan) -> tuple[Any, dict[str, An
 def told(value: object) -> str:
     """A value of the report as text; per-component values as `I 24 + II 23`."""
     if isinstance(value, dict):
-        return " + ".join(f"{name} {common.number_text(item)}" for name, item in value.items()) or "-"
-    return "-" if value is None else common.number_text(value)
+        return " + ".join(f"{name} {screen.number_text(item)}" for name, item in value.items()) or "-"
+    return "-" if value is None else screen.number_text(value)

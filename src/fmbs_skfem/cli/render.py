@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..core.errors import MissingFeature
-from . import common
+from . import common, screen
 from .common import Result, Session
 
 if TYPE_CHECKING:
@@ -54,6 +54,6 @@ def draw(scene: Scene, trajectory: Trajectory, out: Path, count: int) -> list[Pa
     written = [pictures.render(chosen, out / PICTURE, wanted, Look(color, title=scene.name))]
     if count:
         look = Look(color, limits=limits, title=scene.name, size=(800, 600))
-        with common.progress("drawing"):
+        with screen.progress("drawing"):
             written.append(pictures.animate(moving, out / ANIMATION, count=count, look=look))
     return written

@@ -11,7 +11,7 @@ import click
 
 from ..core.errors import CorruptFile, InputError, say
 from ..core.notices import notify
-from . import common
+from . import common, reports
 from .common import Result, Session
 
 
@@ -37,7 +37,7 @@ def command(session: Session, plots: bool) -> Result:
         same = {name: job[name] for name in ("changes", "allow_outside", "repair")}
         own = replace(session, path=Path(job["scene"]), out=out, **same)
         scene = common.read_scene(own, job["duration"])
-        compare(out, job["provenance"], common.plain(common.provenance(scene)))
+        compare(out, job["provenance"], reports.plain(reports.provenance(scene)))
         record = segments.Recorder(out, job, job["checkpoint"], found)
         solved = solving.solve(own, scene, record, segments.read(out, found))
         _, report = solving.keep(own, solved, plots=plots)

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..core.errors import InputError, say
+from ..core.errors import CorruptFile, InputError, SolverError, say
 from ..core.notices import notify
 from ..core.problems import Problem, shown
-from . import common
+from . import common, reports, screen
 from .common import Result, Session
 
 if TYPE_CHECKING:
@@ -66,8 +66,8 @@ def info(session: Session) -> Result:
         **(described(session.path) if parametric(session.path) else noted(session.path)),
     }
     if session.out is not None:
-        out = common.folder(session, session.out, ["info.json"], mark(session.path), record="info.json")
-        common.write_json(out / "info.json", {**found, "fingerprint": mark(session.path)})
+        out = reports.folder(session, session.out, ["info.json"], mark(session.path), record="info.json")
+        reports.write_json(out / "info.json", {**found, "fingerprint": mark(session.path)})
     return Result(found, views(found))
 
 
@@ -130,8 +130,8 @@ def views(found: Mapping[str, Any]) -> list[Any]:
     ] or [(name, "", "", value, "", "") for name, value in found["parameters"].items()]
     facts = [(key, told(found[key])) for key in found if key not in ("status", "parameters", "notes")]
     notes = [(key, told(value)) for key, value in flat(found["notes"])]
-    tables = [common.table("Parameters", columns, rows), common.table("Model", ("", "value"), facts)]
-    return [*tables, *([common.table("Training", ("", "value"), notes)] if notes else [])]
+    tables = [screen.table("Parameters", columns, rows), screen.table("Model", ("", "value"), facts)]
+    return [*tables, *([screen.table("Training", ("", "value"), notes)] if notes else [])]
 
 
 def flat(notes: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
@@ -149,34 +149,68 @@ def flat(notes: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
 def told(value: Any) -> str:
     """A value of a table as text."""
     if isinstance(value, Mapping):
-        return ", ".join(f"{name} {common.number_text(item)}" for name, item in value.items()) or "-"
+        return ", ".join(f"{name} {screen.number_text(item)}" for name, item in value.items()) or "-"
     if isinstance(value, list | tuple):
         return "; ".join(told(item) for item in value) or "-"
-    return "-" if value is None else common.number_text(value)
+    return "-" if value is None else screen.number_text(value)
 
 
 def solve(session: Session, duration: float | None, step: float | None, plots: bool, picture: bool) -> Result:
-    """Run a saved reduced model: outputs.csv, report.json and, if wanted, outputs.png and picture.png."""
+    """Run a saved reduced model: outputs.csv, report.json and, if wanted, outputs.png and picture.png.
+
+    A solve that fails keeps what it reached and is explained.
+    """
     from .. import dynamics
-    from . import solving
+    from . import failure_report, solving
 
     chosen = (at_values if parametric(session.path) else alone)(session, duration, step)
     identity = f"{mark(session.path)} {chosen.facts.get('parameters', '')} {chosen.case.duration} {chosen.case.scheme.step}"
-    common.announce_compiling()
-    with common.progress("reduced model") as advance:
-        motion = dynamics.integrate(
-            chosen.case.system, chosen.case.scheme, chosen.case.duration, chosen.case.newton, progress=advance
-        )
-    columns, cost = dynamics.outputs(motion), motion.statistics
-    names = (solving.OUTPUTS, common.REPORT, *([PLOT] if plots and columns else []), *([PICTURE] if picture else []))
-    out = common.folder(session, f"fmbs-{session.path.stem}", names, identity)
+    home = f"fmbs-{session.path.stem}"
+    try:
+        motion, error = attempt(chosen.case)
+    except SolverError as failed:
+        failure_report.keep_start(reports.folder(session, home, (reports.REPORT,), identity), failed)
+        raise
+    columns = dynamics.outputs(motion)
+    plots = plots and bool(columns) and len(motion.times) > 1
+    names = (solving.OUTPUTS, reports.REPORT, *([PLOT] if plots else []), *([PICTURE] if picture else []))
+    out = reports.folder(session, home, names, identity)
     solving.write_outputs(out, motion.times, columns)
-    if PLOT in names:
+    if plots:
         plot(out, motion.times, columns, session.path.stem)
     if picture:
         draw(motion, out, session.path.stem)
-    found: dict[str, Any] = {
-        "status": "ok",
+    found = {**report(session, chosen, motion, columns, error), "fingerprint": identity, "files": [out / name for name in names]}
+    found = failure_report.keep(out, found, error, plots)
+    reports.write_json(out / reports.REPORT, {**found, "notices": session.notices})
+    tables = [*([solving.table_of_outputs(columns)] if columns else []), *failure_report.views(found)]
+    return Result(found, [*words(found), *tables, "written: " + ", ".join(map(str, found["files"]))], error)
+
+
+def attempt(case: Case) -> tuple[Trajectory, SolverError | None]:
+    """The motion of a case, or the part of it up to a failure with its error."""
+    from .. import dynamics
+
+    screen.announce_compiling()
+    try:
+        with screen.progress("reduced model") as advance:
+            return dynamics.integrate(case.system, case.scheme, case.duration, case.newton, progress=advance), None
+    except SolverError as error:
+        if error.partial is None:
+            raise
+        return error.partial, error
+
+
+def report(
+    session: Session, chosen: Chosen, motion: Trajectory, columns: Mapping[str, np.ndarray], error: SolverError | None
+) -> dict[str, Any]:
+    """The JSON object of a run."""
+    from .. import dynamics
+    from . import solving
+
+    cost = motion.statistics
+    return {
+        **({"status": "ok"} if error is None else common.failed(error)),
         "model": session.path,
         **chosen.facts,
         "dofs": motion.system.size,
@@ -188,13 +222,8 @@ def solve(session: Session, duration: float | None, step: float | None, plots: b
         "wall_s": cost.wall_s,
         "energy_drift": dynamics.energy_drift(motion),
         "outputs": {name: solving.extremes(values) for name, values in columns.items()},
-        "fingerprint": identity,
-        "versions": common.versions(),
-        "files": [out / name for name in names],
+        "versions": reports.versions(),
     }
-    common.write_json(out / common.REPORT, {**found, "notices": session.notices})
-    tables = [solving.table_of_outputs(columns)] if columns else []
-    return Result(found, [*words(found), *tables, "written: " + ", ".join(map(str, found["files"]))])
 
 
 def parametric(path: Path) -> bool:
@@ -248,12 +277,23 @@ def alone(session: Session, duration: float | None, step: float | None) -> Chose
         remedy = "train one with fmbs train, or another one with fmbs reduce --set"
         raise InputError(say("--set", "a model of a whole range of parameters", f"'{session.path}', which has none", remedy))
     saved = files.read(session.path)
-    report = saved.notes.get("report", {})
-    duration, step = duration or report.get("duration"), step or report.get("step")
+    times = trained_times(session.path, saved.notes)
+    duration, step = duration or times.get("duration"), step or times.get("step")
     if duration is None or step is None:
         raise InputError(say(f"{session.path}", "--duration and --step", "none", "give both in seconds"))
-    case = Case(saved.system, GeneralizedAlpha(float(step), float(report.get("rho_inf", 0.8))), float(duration))
+    case = Case(saved.system, GeneralizedAlpha(step, times.get("rho_inf", 0.8)), duration)
     return Chosen(timed(session.path, case, duration, step), {})
+
+
+def trained_times(path: Path, notes: Mapping[str, Any]) -> dict[str, float]:
+    """Duration, step and spectral radius of the training, as far as the notes of a file have them."""
+    known = notes.get("report", {})
+    found = {key: known[key] for key in ("duration", "step", "rho_inf") if isinstance(known, Mapping) and key in known}
+    wrong = [key for key, value in found.items() if type(value) not in (int, float) or not math.isfinite(value)]
+    if wrong:
+        remedy = "copy the file again, or train and save the model anew"
+        raise CorruptFile(say(f"{path}: notes.report.{wrong[0]}", "a number", shown(found[wrong[0]]), remedy))
+    return {key: float(value) for key, value in found.items()}
 
 
 def timed(path: Path, case: Case, duration: float | None, step: float | None) -> Case:
@@ -273,8 +313,8 @@ def values(known: Sequence[Parameter], changes: Mapping[str, str]) -> dict[str, 
     return {parameter.name: value(parameter, changes[parameter.name]) for parameter in known if parameter.name in changes}
 
 
-def value(parameter: Parameter, text: str) -> float:
-    """A number in SI units, or a quantity of the parameter's dimension."""
+def value(parameter: Parameter, text: str, option: str = "--set") -> float:
+    """A number in SI units, or a quantity of the parameter's dimension, given by `option`."""
     from ..scenes import units
 
     try:
@@ -284,7 +324,7 @@ def value(parameter: Parameter, text: str) -> float:
             got = f"{shown(text)} ({units.describe(found.exponents)})"
             raise Problem(f"a value of the dimension of the parameter ({units.describe(own)})", got)
     except Problem as problem:
-        raise InputError(problem.at(f"--set {parameter.name}")) from problem
+        raise InputError(problem.at(f"{option} {parameter.name}")) from problem
     return found.value
 
 

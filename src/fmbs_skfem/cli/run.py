@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..core.errors import InputError, say
-from . import common
+from . import common, reports, screen
 from .common import Result, Session
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def command(
     dynamic = scene.analysis.type == "dynamic"
     if checkpoint is not None and not dynamic:
         raise InputError(say("--checkpoint", "a scene with a dynamic analysis", scene.analysis.type, "leave the option out"))
-    names = (MODES if scene.analysis.type == "modes" else solving.OUTPUTS, common.REPORT)
+    names = (MODES if scene.analysis.type == "modes" else solving.OUTPUTS, reports.REPORT)
     job = {
         "scene": str(session.path.absolute()),
         "changes": dict(session.changes),
@@ -62,8 +62,8 @@ def command(
         "allow_outside": session.allow_outside,
         "repair": session.repair,
         "checkpoint": checkpoint,
-        "fingerprint": common.fingerprint(scene),
-        "provenance": common.plain(common.provenance(scene)),
+        "fingerprint": reports.fingerprint(scene),
+        "provenance": reports.plain(reports.provenance(scene)),
     }
     with solving.kept(session, scene, names, job, checkpoint) as record:
         if scene.analysis.type == "modes":
@@ -85,16 +85,16 @@ def modes(session: Session, scene: Scene) -> Result:
     reduced = build.chosen_form(scene, raw)
     omega = dynamics.vibration_modes(reduced, getattr(scene.analysis, "count", 10)).frequencies
     frequencies = omega / (2 * np.pi)
-    out = solving.output_folder(session, scene, (MODES, common.REPORT))
+    out = solving.output_folder(session, scene, (MODES, reports.REPORT))
     found: dict[str, Any] = {
         "status": "ok",
         **solving.heading(scene),
         **solving.sizes(raw, reduced),
         "frequencies_hz": frequencies,
-        "fingerprint": common.fingerprint(scene),
-        "versions": common.versions(),
-        "provenance": common.provenance(scene),
-        "files": [out / MODES, out / common.REPORT],
+        "fingerprint": reports.fingerprint(scene),
+        "versions": reports.versions(),
+        "provenance": reports.provenance(scene),
+        "files": [out / MODES, out / reports.REPORT],
     }
     numbers = np.arange(1, len(omega) + 1)
     np.savetxt(
@@ -105,7 +105,7 @@ def modes(session: Session, scene: Scene) -> Result:
         comments="",
         fmt=["%d", "%.15g", "%.15g"],
     )
-    common.write_json(out / common.REPORT, {**found, "notices": session.notices})
+    reports.write_json(out / reports.REPORT, {**found, "notices": session.notices})
     rows = zip(numbers.tolist(), frequencies.tolist(), omega.tolist(), strict=True)
-    view = common.table(f"{found['scene']}: vibration modes", ("mode", "frequency [Hz]", "omega [rad/s]"), rows)
+    view = screen.table(f"{found['scene']}: vibration modes", ("mode", "frequency [Hz]", "omega [rad/s]"), rows)
     return Result(found, [view, "written: " + ", ".join(map(str, found["files"]))])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import common
+from . import common, reports
 from .common import Result, Session
 
 NAME = "scene.schema.json"
@@ -15,5 +15,5 @@ def command(session: Session) -> Result:
 
     found = scenes.json_schema()
     if session.out is not None:
-        common.write_json(common.folder(session, session.out, [NAME], "schema", record=NAME) / NAME, found)
-    return Result(found, [common.dumps(found)])
+        reports.write_json(reports.folder(session, session.out, [NAME], "schema", record=NAME) / NAME, found)
+    return Result(found, [reports.dumps(found)])

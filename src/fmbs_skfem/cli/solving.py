@@ -22,7 +22,7 @@ from ..results import segments
 from ..results.segments import Recorder
 from ..scenes import Scene, build
 from ..systems import System
-from . import common, failure_report
+from . import common, failure_report, reports, screen
 from .common import Result, Session
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def solve(session: Session, scene: Scene, record: Recorder | None = None, resume
     """
     raw = system(session, scene)
     reduced = build.chosen_form(scene, raw)
-    if common.announce_compiling(scene.path) and scene.analysis.type == "dynamic":
+    if screen.announce_compiling(scene.path) and scene.analysis.type == "dynamic":
         step = scene.analysis.step
         with contextlib.suppress(FmbsError):  # the run itself will say what is wrong
             dynamics.integrate(reduced, GeneralizedAlpha(step, scene.analysis.rho_inf), step)
@@ -85,11 +85,11 @@ def attempt(
     try:
         if analysis.type == "dynamic":
             scheme = GeneralizedAlpha(analysis.step, analysis.rho_inf)
-            newton, every = Newton(tolerance=analysis.tolerance), build.kept_steps(scene)
-            with common.progress("integrating") as advance, stoppable(record) as watch:
+            newton, every = Newton(tolerance=analysis.tolerance, solver=analysis.solver), build.kept_steps(scene)
+            with screen.progress("integrating") as advance, stoppable(record) as watch:
                 return dynamics.integrate(reduced, scheme, analysis.duration, newton, every, advance, watch, resume), None
         if analysis.type == "static":
-            with common.progress("loading") as advance:
+            with screen.progress("loading") as advance:
                 newton = Newton(tolerance=analysis.tolerance)
                 if analysis.method == "arc_length":
                     control = dynamics.ArcLength(1.0 / analysis.load_steps)
@@ -150,7 +150,7 @@ def kept(session: Session, scene: Scene, names: tuple[str, ...], job: Mapping[st
     try:
         with segments.locked(out):
             if (out / segments.FOLDER).exists():
-                clear(session, out, common.fingerprint(scene))
+                clear(session, out, reports.fingerprint(scene))
             yield Recorder(out, job, every)
     except SolverError as error:
         failure_report.keep_start(out, error)
@@ -195,9 +195,9 @@ def report(session: Session, solved: Solved) -> dict[str, Any]:
         "energy_drift": dynamics.energy_drift(trajectory) if dynamic else None,
         "outputs": {name: extremes(values) for name, values in solved.columns.items()},
         "segments": solved.segments,
-        "fingerprint": common.fingerprint(scene),
-        "versions": common.versions(),
-        "provenance": common.provenance(scene),
+        "fingerprint": reports.fingerprint(scene),
+        "versions": reports.versions(),
+        "provenance": reports.provenance(scene),
     }
 
 
@@ -229,7 +229,7 @@ def extremes(values: np.ndarray) -> dict[str, float]:
 def table_of_outputs(columns: Mapping[str, np.ndarray]) -> Table:
     """Smallest, largest and last value of every output."""
     rows = [(name, *extremes(values).values()) for name, values in columns.items()]
-    return common.table("Outputs (SI units)", ("output", "min", "max", "final"), rows)
+    return screen.table("Outputs (SI units)", ("output", "min", "max", "final"), rows)
 
 
 def summary(found: Mapping[str, Any]) -> str:
@@ -262,7 +262,7 @@ def keep(session: Session, solved: Solved, names: tuple[str, ...] = (), plots: b
     """Write outputs.csv, report.json and outputs.png into the output folder; the folder and the report."""
     found = report(session, solved)
     plots = plots and bool(solved.columns) and len(solved.trajectory.times) > 1
-    written = (OUTPUTS, common.REPORT, *([PLOT] if plots else []))
+    written = (OUTPUTS, reports.REPORT, *([PLOT] if plots else []))
     out = output_folder(session, solved.scene, (*written, *names))
     found = {**found, "files": [out / name for name in written]}
     with segments.room(out):
@@ -270,13 +270,13 @@ def keep(session: Session, solved: Solved, names: tuple[str, ...] = (), plots: b
         if plots:
             plot_outputs(out, solved)
         found = failure_report.keep(out, found, solved.error, plots)
-        common.write_json(out / common.REPORT, {**found, "notices": session.notices})
+        reports.write_json(out / reports.REPORT, {**found, "notices": session.notices})
     return out, found
 
 
 def output_folder(session: Session, scene: Scene, names: tuple[str, ...]) -> Path:
     """The folder of a run, made; files of another run in it are kept."""
-    return common.folder(session, default_folder(session, scene), names, common.fingerprint(scene))
+    return reports.folder(session, default_folder(session, scene), names, reports.fingerprint(scene))
 
 
 def default_folder(session: Session, scene: Scene) -> Path:

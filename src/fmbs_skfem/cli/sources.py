@@ -14,7 +14,7 @@ import click
 
 from ..core.errors import InputError, closest, say
 from ..core.notices import notify
-from . import common
+from . import common, reports, rom
 from .common import Session
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def scene(session: Session, ranges: Sequence[Limits], duration: float | None, in
     nominal = boxes.completed(parameters, {})
     task = FamilyTask(family, nominal, functools.partial(build.chosen_form, read), instants)
     title = read.name or session.path.stem
-    return Source(title, parameters, task, f"{common.fingerprint(read)} {instants}")
+    return Source(title, parameters, task, f"{reports.fingerprint(read)} {instants}")
 
 
 def from_texts(session: Session, ranges: Sequence[Limits], values: Mapping[str, float]) -> list[Parameter]:
@@ -133,8 +133,9 @@ def saved(session: Session, ranges: Sequence[Limits], duration: float | None, in
     model = product.load(path)
     trained = model.model.parameters
     boxes.known(trained, [*session.changes, *(own.name for own in ranges)])
-    fixed = {name: number(name, text, trained) for name, text in session.changes.items()}
-    given = {own.name: narrowed(own, trained) for own in ranges}
+    named = {own.name: own for own in trained}
+    fixed = {name: number(named[name], text, "--set") for name, text in session.changes.items()}
+    given = {own.name: narrowed(own, named[own.name]) for own in ranges}
     kept = tuple(given.get(own.name, own) for own in trained if own.name in given or own.name not in fixed)
     digest = hashlib.sha256(path.read_bytes() + repr(sorted(fixed.items())).encode()).hexdigest()
     task = ProductTask(str(path), fixed, instants)
@@ -158,30 +159,20 @@ def predicted(source: Source, points: np.ndarray) -> dict[str, np.ndarray]:
     }
 
 
-def number(name: str, text: str, trained: Sequence[Parameter]) -> float:
-    """The value of a parameter of a saved model, in its unit."""
-    from ..core.problems import Problem
-    from ..scenes import units
-
-    (own,) = (parameter for parameter in trained if parameter.name == name)
-    try:
-        quantity = units.read(text)
-    except Problem as problem:
-        raise InputError(problem.at(name)) from problem
-    unit = units.unit(quantity.exponents)
-    if unit and unit != own.unit:
-        raise InputError(say(name, f"a number or a quantity in {own.unit}" if own.unit else "a number", f"'{text}'"))
-    if not own.low <= quantity.value <= own.high:
-        notify(f"the reduced model runs outside its training: {name} = {text}, trained from {own.low:g} to {own.high:g} {own.unit}")
-    return quantity.value
+def number(own: Parameter, text: str, option: str) -> float:
+    """The value of a parameter of a saved model, given by `option`; one outside of the training with a notice."""
+    found = rom.value(own, text, option)
+    if not own.low <= found <= own.high:
+        span = f"trained from {own.low:g} to {own.high:g} {own.unit}"
+        notify(f"the reduced model runs outside its training: {own.name} = {text}, {span}")
+    return found
 
 
-def narrowed(own: Limits, trained: Sequence[Parameter]) -> Parameter:
+def narrowed(own: Limits, known: Parameter) -> Parameter:
     """A parameter of a saved model with another range."""
     from ..reduction.parameters import Parameter, Scale
 
-    (known,) = (parameter for parameter in trained if parameter.name == own.name)
-    low, high = (number(own.name, text, trained) for text in (own.low, own.high))
+    low, high = (number(known, text, "--range") for text in (own.low, own.high))
     return Parameter(own.name, low, high, Scale.LOG if own.log else Scale.LINEAR, known.unit)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..core.errors import InputError, SweepFailure, say
-from . import common, sources
+from . import common, reports, screen, sources
 from .common import Result, Session
 from .run import SAVED
 from .sources import Limits, Source
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 DESIGNS = ("sobol", "lhs", "grid", "list")
 PLOTS = ("response.png", "scatter.png", "histories.png")
+SURROGATE = "surrogate.png"  #: of a model that has a record of its training
 LISTED = 20  #: failed members in the table on the screen
 
 
@@ -79,9 +80,9 @@ def opened(session: Session, source: Source, points: np.ndarray, resume: bool) -
     from ..results import sweep_files
 
     mark = sources.fingerprint(source, points)
-    names = (sweep_files.CSV, sweep_files.HDF5, sweep_files.MEMBERS, *PLOTS, common.REPORT)
-    out = common.folder(session, f"fmbs-{session.path.stem}-sweep", names, mark)
-    same = common.recorded(out / common.REPORT) == mark
+    names = (sweep_files.CSV, sweep_files.HDF5, sweep_files.MEMBERS, *PLOTS, SURROGATE, reports.REPORT)
+    out = reports.folder(session, f"fmbs-{session.path.stem}-sweep", names, mark)
+    same = reports.recorded(out / reports.REPORT) == mark
     there = (out / sweep_files.MEMBERS).exists()
     if there and same and not (resume or session.force):
         remedy = "--resume computes what is missing, --force starts anew"
@@ -91,7 +92,7 @@ def opened(session: Session, source: Source, points: np.ndarray, resume: bool) -
         found = sweep_files.settled(out, points, [own.name for own in source.parameters])
     elif there:
         sweep_files.forget(out)
-    common.write_json(out / common.REPORT, {"status": "running", "fingerprint": mark, "members": len(points)})
+    reports.write_json(out / reports.REPORT, {"status": "running", "fingerprint": mark, "members": len(points)})
     return out, found
 
 
@@ -109,8 +110,8 @@ def compute(
         records[record.number] = record
 
     if len(done) < len(points):
-        options = replace(options, first_alone=common.announce_compiling())
-    with common.progress(f"{len(points) - len(done)} members") as advance:
+        options = replace(options, first_alone=screen.announce_compiling())
+    with screen.progress(f"{len(points) - len(done)} members") as advance:
         names = [own.name for own in source.parameters]
         outcome = sweeps.run(source.task, names, points, keep, options, done, advance)
     return outcome, records
@@ -125,10 +126,10 @@ def finish(
     table = sweep_files.collect(source.parameters, points, records)
     table = replace(table, numbers=table.numbers | sources.predicted(source, points))
     files = [sweep_files.write_csv(table, out / sweep_files.CSV), sweep_files.write_hdf5(table, out / sweep_files.HDF5)]
-    files += draw(table, out, source.name) if plots else []
+    files += [*draw(table, out, source.name), *draw_surrogate(session.path, source, out)] if plots else []
     found = report(source, table, outcome, records) | {"fingerprint": sources.fingerprint(source, points)}
-    found |= {"versions": common.versions(), "files": [*files, out / common.REPORT]}
-    common.write_json(out / common.REPORT, {**found, "notices": session.notices})
+    found |= {"versions": reports.versions(), "files": [*files, out / reports.REPORT]}
+    reports.write_json(out / reports.REPORT, {**found, "notices": session.notices})
     error = SweepFailure(found["message"]) if found["failed"] else None
     view = [summary(found), responses(table)]
     view += [failures(found)] if found["failed"] else []
@@ -147,6 +148,18 @@ def draw(table: Sweep, out: Path, title: str) -> list[Path]:
         sweep_plots.scatter_matrix(matrix, table, title=title),
         sweep_plots.fan(histories, table, title=title),
     ]
+
+
+def draw_surrogate(path: Path, source: Source, out: Path) -> list[Path]:
+    """The Kriging surface of the indicator over the trained ranges of a model, with its samples; none without its training."""
+    from ..reduction import prediction, product
+    from ..results import training_plots
+
+    if source.predict is None:
+        return []
+    model = product.load(path)
+    found = prediction.surrogate_of(model)
+    return [] if found is None else [training_plots.slices(out / SURROGATE, model.model.parameters, found, title=source.name)]
 
 
 def report(source: Source, table: Sweep, outcome: Outcome, records: Mapping[int, Record]) -> dict[str, Any]:
@@ -213,7 +226,7 @@ def responses(table: Sweep) -> Any:
         rows.append(
             (sweep_files.headed(name, table.units.get(name, "")), low(ends["min"]), -low(-ends["max"]), low(final), -low(-final))
         )
-    return common.table("Outputs over all members (SI units)", ("output", "min", "max", "smallest final", "largest final"), rows)
+    return screen.table("Outputs over all members (SI units)", ("output", "min", "max", "smallest final", "largest final"), rows)
 
 
 def failures(found: Mapping[str, Any]) -> Any:
@@ -223,4 +236,4 @@ def failures(found: Mapping[str, Any]) -> Any:
         for one in found["failed"][:LISTED]
     ]
     more = len(found["failed"]) - len(rows)
-    return common.table("Failed" + (f" (and {more} more)" if more else ""), ("member", "parameters", "reason", "message"), rows)
+    return screen.table("Failed" + (f" (and {more} more)" if more else ""), ("member", "parameters", "reason", "message"), rows)

@@ -9,7 +9,7 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
-from . import common
+from . import screen
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -56,7 +56,7 @@ def sizes(study: Study, known: Mapping[str, Any]) -> Table:
             kept = (joined(paper.get("elements", ())), "", joined(paper.get("kept", ())))
             rows.append((PAPER, joined(paper["dofs"]), joined(paper.get("r", ())), *kept, ""))
     heads = ("model", "dofs", "modes", "cells", "points", "dofs kept", "")
-    return named(common.table("Table 4: sizes", heads, rows))
+    return named(screen.table("Table 4: sizes", heads, rows))
 
 
 def shares(study: Study, known: Mapping[str, Any]) -> Table:
@@ -71,7 +71,7 @@ def shares(study: Study, known: Mapping[str, Any]) -> Table:
             error = f"{paper['max_error']:.2e}" if "max_error" in paper else ""
             rows.append((PAPER, *published_seconds, joined(paper.get("snnls_s", ())), "", error))
     heads = ("model", "force+tangent", "solves", "products", "total", "sNNLS", "training", "max error")
-    return named(common.table("Table 4: CPU time [s]", heads, rows))
+    return named(screen.table("Table 4: CPU time [s]", heads, rows))
 
 
 def accuracy(study: Study) -> Table:
@@ -85,7 +85,7 @@ def accuracy(study: Study) -> Table:
         times = study.time_error
         rows.append((f"step {times.step:g} s", tell(times.relative), "", "", tell(times.position), *[""] * 4))
     heads = ("model", "max error", "median", "mean", "position [m]", "constraints", "Newton", "iterations", "factors")
-    return named(common.table("Errors against the full model, and of its own step", heads, rows))
+    return named(screen.table("Errors against the full model, and of its own step", heads, rows))
 
 
 def clock(seconds: float) -> str:
@@ -116,7 +116,7 @@ def overview(study: Study) -> Table:
         error = (tell(record.max_error), tell(record.mean_error), tell(record.position_error))
         rows.append((record.name, record.dofs, f"{record.cpu_s:.3g}", f"{full / record.cpu_s:.1f}", *error, pays, ""))
     columns = ("model", "dofs", "CPU [s]", "speed-up", "max error", "mean error", "position error [m]", "pays after runs", "")
-    return named(common.table("Time beside error", columns, rows))
+    return named(screen.table("Time beside error", columns, rows))
 
 
 def named(table: Table) -> Table:
@@ -145,7 +145,7 @@ def products(study: Study, known: Mapping[str, Any]) -> Table:
         )
         rows.append((record.name, *pick(pairs, known)))
     heads = headed(("r modes", "kept", "dofs", "w", "p [1e6]", "s"), known)
-    return named(common.table("Table 1: scalar multiplications for the reduced tangent K_r", ("model", *heads), rows))
+    return named(screen.table("Table 1: scalar multiplications for the reduced tangent K_r", ("model", *heads), rows))
 
 
 def tangents(study: Study, known: Mapping[str, Any]) -> Table:
@@ -158,7 +158,7 @@ def tangents(study: Study, known: Mapping[str, Any]) -> Table:
             (f"{first / record.kr_us:.2f}", f"{paper['kr_ratio']:.2f}" if paper else ""),
         )
         rows.append((record.name, *pick(pairs, known)))
-    return named(common.table("Table 2: time of one reduced tangent", ("model", *headed(("K_r [s]", "ratio"), known)), rows))
+    return named(screen.table("Table 2: time of one reduced tangent", ("model", *headed(("K_r [s]", "ratio"), known)), rows))
 
 
 def searches(study: Study, known: Mapping[str, Any]) -> Table:
@@ -176,7 +176,7 @@ def searches(study: Study, known: Mapping[str, Any]) -> Table:
         rows.append((record.name, *pick(pairs, known), f"{record.training_s:.3g}"))
     heads = headed(("sNNLS [s]", "ratio"), known)
     return named(
-        common.table("Table 3: time of the sparse non-negative least squares", ("model", *heads, "whole training [s]"), rows)
+        screen.table("Table 3: time of the sparse non-negative least squares", ("model", *heads, "whole training [s]"), rows)
     )
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..core.errors import InputError, say
-from . import common
+from . import common, reports, screen
 from .common import Result, Session
 
 if TYPE_CHECKING:
@@ -75,9 +75,9 @@ def command(
     if compare and not len(job.points.holdout):
         raise InputError(say("--compare", "hold-out points", "none", "give --holdout N, or training.holdout in the scene"))
     out = folder(session, scene, resume)
-    if common.announce_compiling(scene.path):
+    if screen.announce_compiling(scene.path):
         comparators.warm(job.setting)
-    with common.progress("training") as advance:
+    with screen.progress("training") as advance:
         found = trained(job, out, advance)
     model = save(job, found, out)
     checked = checking.check(job, found, model, out, compare) if len(job.points.holdout) else None
@@ -85,11 +85,11 @@ def command(
     report = {
         **told(job, found),
         **({} if checked is None else {"holdout": checking.report_of(checked)}),
-        "fingerprint": common.fingerprint(scene),
-        "versions": common.versions(),
-        "files": [out / MODEL, out / common.REPORT, *drawn],
+        "fingerprint": reports.fingerprint(scene),
+        "versions": reports.versions(),
+        "files": [*([] if model is None else [out / MODEL]), out / reports.REPORT, *drawn],
     }
-    common.write_json(out / common.REPORT, {**report, "notices": session.notices})
+    reports.write_json(out / reports.REPORT, {**report, "notices": session.notices})
     tables = [] if checked is None else [checking.table(checked)]
     return Result(report, [*words(report), *tables, "written: " + ", ".join(map(str, report["files"]))])
 
@@ -127,7 +127,7 @@ def folder(session: Session, scene: Scene, resume: bool) -> Path:
         raise InputError(say("--resume", f"a training in '{out}'", "none", "leave the option out to begin one"))
     if session.force and (out / STORE).is_dir():
         shutil.rmtree(out / STORE)
-    return common.folder(session, out, (MODEL, common.REPORT), common.fingerprint(scene))
+    return reports.folder(session, out, (MODEL, reports.REPORT), reports.fingerprint(scene))
 
 
 def trained(job: Job, out: Path, advance: Callable[[float], None]) -> Campaign:
@@ -137,19 +137,25 @@ def trained(job: Job, out: Path, advance: Callable[[float], None]) -> Campaign:
     return campaign.train(job.setting, job.search, job.options, out / STORE, job.tolerance, advance)
 
 
-def save(job: Job, found: Campaign, out: Path) -> Product:
-    """The model as a file, with what it needs to predict its own error and a record of its training."""
+def save(job: Job, found: Campaign, out: Path) -> Product | None:
+    """The model as a file, with what it needs to predict its own error and a record of its training.
+
+    None, after a notice of the training, where the model is no polynomial of the parameters: a file holds nothing else.
+    """
     from ..reduction import prediction, product
+    from ..reduction.affine import ParametricCase
 
     scene = job.scene
+    if not isinstance(found.model.cases, ParametricCase):
+        return None
     notes = {
         "scene": common.title(scene),
-        "hashes": product.hashes(common.scene_files(scene)),
+        "hashes": product.hashes(reports.scene_files(scene)),
         "fixed": {name: value for name, value in scene.parameters.items() if name not in scene.ranges},
-        "training": common.plain(record(found, job.tolerance)),
+        "training": reports.plain(record(found, job.tolerance)),
         prediction.KEY: prediction.record(found),
     }
-    made = product.Product(found.model.parametric, notes)
+    made = product.Product(found.model.cases, notes)
     product.save(made, out / MODEL)
     return made
 

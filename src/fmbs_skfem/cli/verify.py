@@ -11,7 +11,7 @@ import click
 
 from .. import __version__
 from ..core.errors import FmbsError
-from . import common
+from . import common, reports, screen
 from .common import Result, Session
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def command(session: Session, names: tuple[str, ...], groups: tuple[str, ...], l
         return Result({"status": "ok", "cases": [heading(case) for case in cases]}, [overview(cases)])
     mark = hashlib.sha256(repr((__version__, [case.name for case in cases])).encode()).hexdigest()
     pictures = [f"verification_{group}.png" for group in dict.fromkeys(case.group for case in cases)]
-    out = common.folder(session, session.out, [PAGE, RECORD, *pictures], mark, RECORD) if session.out else None
+    out = reports.folder(session, session.out, [PAGE, RECORD, *pictures], mark, RECORD) if session.out else None
     outcomes = solved(cases)
     wrong = [outcome.case.name for outcome in outcomes if not outcome.holds]
     error = VerificationFailure(f"off their references: {', '.join(wrong)}") if wrong else None
@@ -76,7 +76,7 @@ def command(session: Session, names: tuple[str, ...], groups: tuple[str, ...], l
         "failed": wrong,
         "cases": [record(outcome) for outcome in outcomes],
         "fingerprint": mark,
-        "versions": common.versions(),
+        "versions": reports.versions(),
     }
     if out is not None:
         found["files"] = written(out, outcomes, found)
@@ -87,9 +87,9 @@ def solved(cases: Sequence[Case]) -> list[Outcome]:
     """Outcomes of all cases, one after another."""
     from .. import verification
 
-    common.announce_compiling()
+    screen.announce_compiling()
     found = []
-    with common.progress("verification") as advance:
+    with screen.progress("verification") as advance:
         for number, case in enumerate(cases, 1):
             found.append(verification.run(case))
             advance(number / len(cases))
@@ -110,7 +110,7 @@ def record(outcome: Outcome) -> dict[str, Any]:
 # --------------------------------------------------------------------------------------------------------------- screen
 def overview(cases: Sequence[Case]) -> Any:
     """The cases and what they are."""
-    return common.table("Cases", ("case", "group", "about"), [(case.name, case.group, case.about) for case in cases])
+    return screen.table("Cases", ("case", "group", "about"), [(case.name, case.group, case.about) for case in cases])
 
 
 def view(outcomes: Sequence[Outcome]) -> list[Any]:
@@ -124,7 +124,7 @@ def view(outcomes: Sequence[Outcome]) -> list[Any]:
     lines = [f"{outcome.case.name}: {outcome.error}" for outcome in outcomes if outcome.error]
     good = sum(quantity.holds for outcome in outcomes for quantity in outcome.quantities)
     total = sum(len(outcome.quantities) for outcome in outcomes)
-    return [common.table("Verification", heads, rows), *lines, f"{good} of {total} quantities are within their tolerance"]
+    return [screen.table("Verification", heads, rows), *lines, f"{good} of {total} quantities are within their tolerance"]
 
 
 def cells(quantity: Quantity) -> tuple[str, ...]:
@@ -148,7 +148,7 @@ def written(out: Path, outcomes: Sequence[Outcome], found: dict[str, Any]) -> li
     pictures = drawn(out, outcomes)
     (out / PAGE).write_text(page(outcomes, {group: path.name for group, path in pictures.items()}), encoding="utf-8")
     files = [out / PAGE, out / RECORD, *pictures.values()]
-    common.write_json(out / RECORD, {**found, "files": [path.name for path in files]})
+    reports.write_json(out / RECORD, {**found, "files": [path.name for path in files]})
     return files
 
 

@@ -5,6 +5,7 @@
     call(address, (u, rate, section, S), (rows, points, cells, law), beta)          inside compiled code
 
     s = borrowed(s)             arrays, or a tuple of tuples of arrays, whose slices are not counted
+    A = view(x, at, (m, n))     the m n numbers of the flat array x from x[at] on as a matrix, likewise not counted
 
 A function that is called by name becomes part of its caller and is compiled again with every caller. One that is called by address
 is compiled once, when its address is asked for. Addresses differ from process to process: they are values, never constants.
@@ -22,6 +23,7 @@ from numba import types
 from numba.core import cgutils
 from numba.core.errors import TypingError
 from numba.extending import intrinsic
+from numba.np.arrayobj import populate_array
 
 from .errors import say
 from .jit import caching
@@ -86,3 +88,25 @@ def without_counts(context: Any, builder: Any, kind: Any, value: Any) -> Any:
         parts = zip(kind, cgutils.unpack_tuple(builder, value), strict=True)
         return context.make_tuple(builder, kind, [without_counts(context, builder, *part) for part in parts])
     return value
+
+
+@intrinsic
+def view(typing: Any, flat: Any, start: Any, shape: Any) -> Any:
+    """`flat[start:]` in a shape (a tuple of integers), C order, without count and without check: the caller knows that it fits."""
+    if not (isinstance(flat, types.Array) and flat.ndim == 1 and flat.layout == "C"):
+        raise TypingError(say("entries.view", "a C-contiguous array of one dimension", flat))
+    kind = types.Array(flat.dtype, len(shape), "C")
+
+    def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        source = context.make_array(flat)(context, builder, values[0])
+        data = builder.gep(source.data, [values[1]])
+        sizes = cgutils.unpack_tuple(builder, values[2])
+        item = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(flat.dtype)))
+        strides = [item]
+        for size in reversed(sizes[1:]):
+            strides.insert(0, builder.mul(strides[0], size))
+        array = context.make_array(kind)(context, builder)
+        populate_array(array, data, cgutils.pack_array(builder, sizes), cgutils.pack_array(builder, strides), item, None)
+        return array._getvalue()
+
+    return kind(flat, types.intp, types.UniTuple(types.intp, len(shape))), code

@@ -86,6 +86,13 @@ def jit(function: F) -> F:
     return compiled
 
 
+def summing(function: F) -> F:
+    """As `jit`, and sums may be taken in another order, so that they use all lanes; NaN and infinity survive."""
+    with caching() as cache:
+        compiled: F = numba.njit(cache=cache, error_model="numpy", fastmath={"reassoc", "nsz", "contract"})(function)
+    return compiled
+
+
 @contextlib.contextmanager
 def caching() -> Iterator[bool]:
     """Functions decorated inside are cached in the folder of this process; whether there is one."""

@@ -30,8 +30,8 @@ from numba.extending import get_cython_function_address, intrinsic
 from fmbs_skfem.core.errors import say
 from fmbs_skfem.core.jit import jit
 
-_ROUTINES = ("dpbtrf", "dpbtrs", "dgbtrf", "dgbtrs", "dgetrf", "dgetrs")
-_PBTRF, _PBTRS, _GBTRF, _GBTRS, _GETRF, _GETRS = range(len(_ROUTINES))
+_ROUTINES = ("dpbtrf", "dgbtrf", "dgbtrs", "dgetrf", "dgetrs")
+_PBTRF, _GBTRF, _GBTRS, _GETRF, _GETRS = range(len(_ROUTINES))
 
 #: addresses of the routines in this process, in the order of `_ROUTINES`
 ADDRESSES: np.ndarray = np.array(
@@ -93,15 +93,6 @@ def pbtrf(addresses: np.ndarray, band: np.ndarray) -> int:
     """Factor a symmetric positive definite band (n, d+1) in place: A = L L^T."""
     n, width = band.shape
     return _call(addresses, _PBTRF, (np.int8(_LOWER), n, width - 1, band, width))
-
-
-@jit
-def pbtrs(addresses: np.ndarray, band: np.ndarray, rhs: np.ndarray) -> int:
-    """Solve A x = b in place for every row of `rhs` (i, n), with `band` (n, d+1) from `pbtrf`."""
-    n, width = band.shape
-    if rhs.shape[1] != n:
-        return -1
-    return _call(addresses, _PBTRS, (np.int8(_LOWER), n, width - 1, rhs.shape[0], band, width, rhs, max(n, 1)))
 
 
 @jit

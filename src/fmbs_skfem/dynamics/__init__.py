@@ -3,9 +3,11 @@
 from .arclength import ArcLength, at_load_factor, follow_path, limit_points
 from .batch import integrate_many
 from .diagnosis import Diagnosis, explain
-from .integration import GeneralizedAlpha, Newton, Statistics, Trajectory, integrate
+from .integration import integrate
 from .outputs import energies, energy_drift, outputs, reactions
+from .scheme import GeneralizedAlpha, Newton
 from .statics import Modes, solve_equilibria, solve_statics, vibration_modes
+from .trajectory import Statistics, Trajectory
 
 __all__ = [
     "GeneralizedAlpha",

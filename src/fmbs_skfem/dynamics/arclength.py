@@ -24,11 +24,12 @@ from scipy.optimize import brentq
 from scipy.sparse import block_array, csr_array
 
 from ..core.errors import InputError, Reason, SolverError, say
-from ..systems import compiled
+from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
 from ..systems.system import System
-from .integration import Newton, Trajectory
+from .scheme import Newton
 from .statics import Equilibrium, balanced_solve, march, newton_statics, path, ramped, static_failure
+from .trajectory import Trajectory
 
 UNIT = "load factor"
 SHORTER = 0.5  #: factor of a length that failed
@@ -94,6 +95,8 @@ def follow_path(
     Load factors fall behind a limit point; every limit point is a point of the result (`limit_points`). Histories are taken at
     `time`. Where the path cannot be followed to its end, SolverError carries the part that was found.
     """
+    if following := pressure.present(system):
+        raise InputError(say("arc length", "loads that do not follow a surface", ", ".join(following), "use load steps"))
     system = ramped(system, time)
     problem = Problem(compile_system(system), newton or Newton(), control or ArcLength())
     found = [Equilibrium(0.0, system.x0, np.zeros(problem.model.constraints), 0)]

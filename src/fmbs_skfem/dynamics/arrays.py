@@ -34,7 +34,8 @@ from ..systems.system import Elastic, Sampled, System
 from . import array_laws, array_step, integration, stepping
 from .array_step import Array, Data, Group, State, Structure, Trial
 from .batch import Entry, Result, prepared, signature, single
-from .integration import GeneralizedAlpha, Newton, Statistics, Trajectory
+from .scheme import GeneralizedAlpha, Newton, method_of
+from .trajectory import Statistics, Trajectory
 
 REMEDY = "use integrate_many"
 
@@ -102,7 +103,7 @@ def flattened(entries: list[Entry], newton: Newton, xp: Any) -> tuple[Structure,
     groups = tuple(
         Group(stack(g.jets), stack(g.offset), stack([part[k].section[:, 0] for part in gathers])) for k, g in enumerate(gathers[0])
     )
-    methods = [integration.method_of(e.scheme, newton, e.scheme.step, e.model.system.scale)[:8] for e in entries]
+    methods = [method_of(e.scheme, newton, e.scheme.step, e.model.system.scale)[:8] for e in entries]
     terms, loads, j = first.constraints, first.loads, len(first.probes.offset)
     data = Data(
         method=stack([np.array(method)[:, None] for method in methods]),

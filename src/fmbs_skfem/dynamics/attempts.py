@@ -10,7 +10,8 @@ import numpy as np
 from ..core.errors import Reason
 from ..systems.compiled import signal_table
 from . import stepping
-from .integration import HALVINGS, REASONS, Run, method_of
+from .integration import HALVINGS, REASONS, Run
+from .scheme import method_of
 
 
 @dataclass(frozen=True)

@@ -25,17 +25,19 @@ from typing import TypeAlias
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..core.errors import InputError, Reason, SolverError, say
+from ..core.errors import InputError, SolverError, say
 from ..core.linalg import as_dense
 from ..systems import kernels
 from ..systems.compiled import Compiled, compile_system
 from ..systems.kernels import Arrays, Groups
-from ..systems.redundancy import without_redundant
 from ..systems.system import Sampled, System
-from . import batch_step, integration, stepping
+from . import batch_step, integration, start, stepping
 from .batch_step import Members, Room
-from .integration import GeneralizedAlpha, Newton, Statistics, Trajectory, integrate
+from .histories import leading_signals
+from .integration import integrate
+from .scheme import GeneralizedAlpha, Newton, method_of
 from .stepping import Method, State, Work
+from .trajectory import Statistics, Trajectory
 
 BLOCK = 16  #: members that advance together: their factors fit into a core's cache
 OWN = ("pivots", "x", "v", "acceleration", "multipliers", "kind")  #: what every member needs of the work space for itself
@@ -135,20 +137,18 @@ def single(system: System, scheme: GeneralizedAlpha, duration: float, newton: Ne
         return integrate(system, scheme, duration, newton, every)
     except SolverError as error:
         return error
-    except np.linalg.LinAlgError as error:
-        return SolverError(f"no consistent start: {error}; look at histories and initial state at t = 0", Reason.NOT_FINITE)
 
 
 def prepared(number: int, system: System, scheme: GeneralizedAlpha, steps: int) -> Entry | None:
     """A member with its consistent start; None where it does not fit into a block."""
     if steps < 1 or not system.elastic or not all(isinstance(part.gather, Sampled) for part in system.elastic):
         return None
-    system = without_redundant(system)
+    system = start.startable(system, scheme)
     model = compile_system(system)
-    signals, broken = integration.leading_signals(system, scheme.step * (1 + np.arange(steps)))
+    signals, broken = leading_signals(system, scheme.step * (1 + np.arange(steps)))
     if broken is not None or not model.arrays.dense:
         return None
-    return Entry(number, scheme, model, integration.consistent_start(model, scheme), signals)
+    return Entry(number, scheme, model, start.consistent_start(model, scheme), signals)
 
 
 def signature(entry: Entry) -> tuple[object, ...]:
@@ -158,7 +158,17 @@ def signature(entry: Entry) -> tuple[object, ...]:
     for part in section_slices(A.groups):
         shared[part] = 0.0
     terms = (A.terms.row, A.terms.signal, A.terms.i, A.terms.j)
-    arrays = (A.groups.table, shared, *A.probes, *terms, A.forces.row, A.forces.signal, A.forces.laws, A.pairs.target)
+    arrays = (
+        A.groups.table,
+        shared,
+        *A.probes,
+        *terms,
+        A.forces.row,
+        A.forces.signal,
+        A.forces.laws,
+        A.pairs.target,
+        A.turning.table,
+    )
     full = (A.mass.full, A.damping.full, A.stiffness.full)
     return (entry.model.system.size, entry.signals.shape, full, *(array.tobytes() for array in arrays))
 
@@ -173,10 +183,10 @@ def section_slices(groups: Groups) -> list[slice]:
 def stacked(entries: list[Entry], newton: Newton, kept: np.ndarray) -> Block:
     """The block of members with the same signature at their starts."""
     models, count = [entry.model for entry in entries], len(entries)
-    methods = [integration.method_of(e.scheme, newton, e.scheme.step, e.model.system.scale) for e in entries]
+    methods = [method_of(e.scheme, newton, e.scheme.step, e.model.system.scale) for e in entries]
     A, n, m = models[0].arrays, models[0].system.size, models[0].constraints
     groups = A.groups._replace(numbers=A.groups.numbers.copy(), beta=A.groups.beta.copy())
-    states = [integration.first_state(e.model, e.start, h.c) for e, h in zip(entries, methods, strict=True)]
+    states = [start.first_state(e.model, e.start, h.c) for e, h in zip(entries, methods, strict=True)]
     state = State(*(np.stack(parts) for parts in zip(*states, strict=True)))
     out, multipliers = np.zeros((count, 3, len(kept), n)), np.zeros((count, len(kept), m))
     out[:, :, 0] = np.stack([state.x, state.v, state.acceleration], axis=1)
@@ -203,6 +213,9 @@ def differences(entries: list[Entry], methods: list[Method]) -> Members:
         vectors=np.stack([B.forces.vectors for B in all_arrays]),
         pairs=np.stack([B.pairs.factor for B in all_arrays]),
         load=np.stack([B.load for B in all_arrays]),
+        turns=np.stack([B.turning.rows for B in all_arrays]),
+        turns_offset=np.stack([B.turning.offset for B in all_arrays]),
+        tangents=np.stack([B.turning.numbers for B in all_arrays]),
         signals=np.stack([entry.signals for entry in entries]),
         methods=np.array(methods),
     )
@@ -210,7 +223,7 @@ def differences(entries: list[Entry], methods: list[Method]) -> Members:
 
 def workspace(model: Compiled, count: int) -> Work:
     """Space of a block: trial states and pivots a member, all else once."""
-    one = integration.workspace(model)._asdict()
+    one = start.workspace(model)._asdict()
     return Work(**{name: np.stack([array] * count) if name in OWN else array for name, array in one.items()})
 
 
@@ -260,11 +273,8 @@ def halved(run: Block, b: int, done: int, rows: np.ndarray) -> tuple[int, float]
     """One member's step after `done` steps with the step halved; status and time of the last failure."""
     entry, (state, work) = run.entries[b], member_space(run, b)
     advance, counters = integration.stepper(entry.model), run.counters[b]
-    found = integration.halved_step(entry.model, advance, state, work, entry.scheme, run.newton, done, counters)
-    row = rows[done + 1]
-    if found[0] == stepping.DONE and row >= 0:
-        stepping.store(state, run.members.methods[b, Method._fields.index("c")], row, run.out[b], run.multipliers[b])
-    return found
+    kept = int(rows[done + 1]), run.out[b], run.multipliers[b], counters
+    return integration.halved_step(entry.model, advance, state, work, entry.scheme, run.newton, done, *kept)
 
 
 def result(run: Block, b: int, seconds: tuple[float, float], steps: int, failed: tuple[int, float, int] | None) -> Result:

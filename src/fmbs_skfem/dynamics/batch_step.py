@@ -19,6 +19,7 @@ from ..core.entries import borrowed
 from ..core.jit import jit
 from ..systems import kernels
 from ..systems.kernels import Arrays, Forces, Groups, Operator, Pairs, Terms
+from ..systems.turning import Turning
 from . import stepping
 from .stepping import DONE, FACTORISATIONS, ITERATIONS, NOT_CONVERGED, SINGULAR, STEPS, Method, State, Work
 
@@ -42,6 +43,9 @@ class Members(NamedTuple):
     vectors: np.ndarray
     pairs: np.ndarray
     load: np.ndarray  #: (b, n)
+    turns: np.ndarray  #: (b, t, 2, n), (b, t, 2), (b, i) rows, offset and numbers of the turned tangents
+    turns_offset: np.ndarray
+    tangents: np.ndarray
     signals: np.ndarray  #: (b, s, k)
     methods: np.ndarray  #: (b, 11) fields of Method
 
@@ -61,7 +65,7 @@ class Room(NamedTuple):
     y: np.ndarray  #: (b j,) probe values of the members that still iterate
     active: np.ndarray  #: (b,) members that still iterate
     norms: np.ndarray  #: (b,) size of the last correction
-    fresh: np.ndarray  #: (b,) whether the factors belong to this step
+    fresh: np.ndarray  #: (b,) corrections with factors of this step
     status: np.ndarray  #: (b,)
     live: np.ndarray  #: (b,) 0 for members that have failed for good
 
@@ -92,6 +96,7 @@ def arrays_of(A: Arrays, M: Members, b: int) -> Arrays:
         Forces(A.forces.row, M.forces[b], A.forces.signal, A.forces.laws, M.vectors[b], A.forces.dim),
         Pairs(A.pairs.target, M.pairs[b], A.pairs.size),
         M.load[b],
+        Turning(A.turning.table, M.turns[b], M.turns_offset[b], M.beta[b], M.tangents[b]),
     )
 
 
@@ -160,8 +165,8 @@ def elastic_forces(groups: Groups, M: Members, x: np.ndarray, v: np.ndarray, act
     for g in range(len(groups.table)):
         row = groups.table[g]
         G, offset = kernels.sampled_views(groups, g)
+        turned = kernels.turned_view(groups, g)
         size, modes = G.shape
-        turned = matrix(groups.numbers[row[kernels.TURNED] :], modes, size)
         u, rate, S = matrix(room.u, len(active), size), matrix(room.rate, len(active), size), matrix(room.S, len(active), size)
         gather(turned, x, row[kernels.FIRST], active, room.x, u)
         if M.beta[:, g].max() > 0.0:
@@ -248,10 +253,12 @@ def correct(A: Arrays, M: Members, w: Work, room: Room, k: int, step: int, itera
     stepping.substitute_dense(room.factors[b], trial.pivots, trial.rhs[0])
     norm = stepping.apply(trial, method)
     counters[b, ITERATIONS] += 1
-    status = stepping.judge(trial, method, iteration, norm, room.norms[b], room.fresh[b] == 1)
+    status = stepping.judge(trial, method, iteration, norm, room.norms[b], room.fresh[b])
     room.norms[b] = norm
     if trial.kind[0] == 0:
         room.fresh[b] = 0
+    elif room.fresh[b] > 0:
+        room.fresh[b] += 1
     return status
 
 
@@ -277,7 +284,7 @@ def end(
         if room.live[b] == 0:
             continue
         if room.status[b] != DONE:
-            w.kind[b, 0] = 0
+            w.kind[b] = 0
             good = False
             continue
         method = method_of(M, b)

@@ -121,7 +121,7 @@ def arrays(state: State, work: Work, large: Large | None, counters: np.ndarray) 
     """Copies of motion, counters and factors, by name."""
     kind = int(work.kind[0])
     found = {f"state {name}": array.copy() for name, array in state._asdict().items()}
-    found |= {"counters": counters.copy(), "kind": np.array([kind])}
+    found |= {"counters": counters.copy(), "kind": work.kind.copy()}
     if large is None:
         return found | {f"factors {name}": getattr(work, name).copy() for name in FACTORS[kind]}
     return found | ({"factored at": large.place.copy(), "contraction": np.array([large.rate])} if kind else {})
@@ -142,8 +142,8 @@ def restore(
         remedy = "run the scene anew, or restore what has changed"
         raise CorruptFile(say("checkpoint", "the model and the method it was taken of", "; ".join(other), remedy))
     held = checkpoint.arrays
-    kind = int(held["kind"][0])
-    targets = {f"state {name}": array for name, array in state._asdict().items()} | {"counters": counters}
+    kind = int(fitting(held, "kind", work.kind)[0])
+    targets = {f"state {name}": array for name, array in state._asdict().items()} | {"counters": counters, "kind": work.kind}
     if large is None:
         targets |= {f"factors {name}": getattr(work, name) for name in FACTORS[kind]}
     for name, target in targets.items():
@@ -152,7 +152,7 @@ def restore(
         work.x[:] = fitting(held, "factored at", work.x)
         large.factorise(work, method)
         large.rate = float(held["contraction"][0])
-    work.kind[0] = kind
+        work.kind[0] = kind
 
 
 def fitting(held: Mapping[str, np.ndarray], name: str, target: np.ndarray) -> np.ndarray:

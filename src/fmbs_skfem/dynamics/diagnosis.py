@@ -18,8 +18,10 @@ from ..core.linalg import is_sparse
 from . import evidence
 from .attempts import Attempt, attempts
 from .evidence import Stop
-from .integration import FailedStep, Trajectory, coordinate_names
+from .integration import FailedStep
+from .names import owners, row_names
 from .outputs import reactions
+from .trajectory import Trajectory
 
 LISTED = 5  #: names in a list
 WIDE_TURN = 0.5  #: turn in one step that is too much to predict [rad]
@@ -81,8 +83,7 @@ def explain(error: SolverError) -> Diagnosis:
 def measured(stop: Stop, error: SolverError, found: Diagnosis) -> Diagnosis:
     """All facts."""
     system = stop.system
-    names = evidence.owners(system)
-    labels = coordinate_names(system) + [f"joint {joint}.{row}" for joint, row in system.constraints.names]
+    names, labels = owners(system), row_names(system)
     sizes = {name: float(np.linalg.norm(stop.residual[[k for k in range(len(names)) if names[k] == name]])) for name in set(names)}
     weak = evidence.weakest(stop)
     now = evidence.eigenvalues(stop, stop.x, stop.multipliers, stop.good)
@@ -128,8 +129,10 @@ def nearest(stop: Stop) -> tuple[float, np.ndarray]:
 
 
 def at_start(found: Diagnosis) -> Cause:
-    """A solve that never started: joints contradict each other or the initial state, or something has no mass."""
+    """A solve that never started: histories without a value, contradictory joints, a wrong initial state, or no mass."""
     listed = ", ".join(name for name, _ in found.residuals[:LISTED]) or "the joints"
+    if found.reason is Reason.NOT_FINITE:
+        return not_finite(found.message)
     if found.reason is Reason.SINGULAR_TANGENT:
         return Cause(
             "massless", f"nothing holds or weighs down {listed}", "give the body a density or a mass, or hold it by joints"
@@ -143,9 +146,10 @@ def at_start(found: Diagnosis) -> Cause:
 def broken_signal(stop: Stop, found: Diagnosis) -> Cause | None:
     """A history that is no number."""
     names = evidence.broken_signals(stop)
-    if not names:
-        return None
-    what = f"the history of {', '.join(names)} is no finite number at t = {stop.at:.6g} s"
+    return not_finite(f"the history of {', '.join(names)} is no finite number at t = {stop.at:.6g} s") if names else None
+
+
+def not_finite(what: str) -> Cause:
     return Cause("signal", what, "correct its expression there: a division by zero, the root of a negative number, an overflow")
 
 
@@ -172,7 +176,7 @@ def dead_centre(stop: Stop, found: Diagnosis) -> Cause | None:
     """Rows of the joints become dependent although they were not at the start: a locked or singular position."""
     if found.singular is None or found.singular[1] > CLOSE * max(found.singular[0], 1e-300) or found.singular[0] < 1e-8:
         return None
-    names = evidence.owners(stop.system)[stop.system.size :]
+    names = owners(stop.system)[stop.system.size :]
     joints = largest(evidence.shares(names, nearest(stop)[1]))
     what = f"the joints are at a dead centre or at the end of their reach: their rows are dependent to {found.singular[1]:.2g} "
     what += f"(start: {found.singular[0]:.2g}), above all {named(joints)}"

@@ -25,15 +25,19 @@ from scipy.sparse.linalg import norm, splu
 from ..bodies.body import Cells
 from ..bodies.fields import COMPONENTS
 from ..bodies.fields import strains as plane_strains
+from ..bodies.laws import LOADS
 from ..core.errors import SolverError
-from ..core.linalg import as_dense, null_space
+from ..core.linalg import null_space
 from ..systems import compiled
 from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.quartic import Quartic
 from ..systems.redundancy import units
 from ..systems.system import Elastic, System, jet_rows
 from . import stepping
-from .integration import HALVINGS, FailedStep, Run, method_of
+from .histories import signal_names
+from .integration import HALVINGS, FailedStep, Run
+from .names import owners
+from .scheme import method_of
 
 SHIFT = 1e-13  #: of the balanced matrix, so that its factors exist where it is singular
 SPARSE = 20_000  #: unknowns up to which the weakest direction is found
@@ -117,17 +121,6 @@ def stop_of_run(run: Run, time: float) -> Stop:
     )
 
 
-def owners(system: System) -> list[str]:
-    """The body or component of every unknown, and the joint of every constraint row."""
-    if system.components:
-        names = [name for name, first, last in system.components for _ in range(last - first)]
-    else:
-        lead = csr_array(system.lift.matrix).tocsc()
-        bodies = [name for name, first, last in system.coordinates for _ in range(last - first)]
-        names = [bodies[lead.indices[lead.indptr[j]]] for j in range(system.size)]
-    return names + [f"joint {joint}" for joint, _ in system.constraints.names]
-
-
 def shares(names: Sequence[str], values: np.ndarray) -> dict[str, float]:
     """Part of the square of a vector that belongs to every name, largest first."""
     total: dict[str, float] = {}
@@ -192,7 +185,7 @@ def strains(system: System, x: np.ndarray) -> dict[str, tuple[float, float]]:
     """Smallest and largest axial or principal strain of every elastic body, at its quadrature points."""
     q, found = system.lift(x), {}
     for elastic in system.elastic:
-        if not isinstance(elastic.gather, Quartic):
+        if not isinstance(elastic.gather, Quartic) and elastic.gather.law not in LOADS:
             e = point_strains(elastic, q, x, system.dim)
             found[elastic.name] = (float(e.min()), float(e.max()))
     return found
@@ -251,22 +244,6 @@ def closeness(stop: Stop, x: np.ndarray) -> tuple[float, np.ndarray]:
     J = compiled.gap(stop.model, x, stop.at)[1]
     values, vectors = np.linalg.eigh(units(J) @ units(J).T)
     return float(np.sqrt(max(values[0], 0.0))), vectors[:, 0]
-
-
-def signal_names(system: System) -> list[str]:
-    """What every signal drives: joints by name, loads by the body that they act on."""
-    names: list[list[str]] = [[] for _ in system.signals]
-    for row, signal in zip(system.constraints.row, system.constraints.signal, strict=True):
-        if 0 <= signal < len(names):
-            names[signal].append(f"joint {system.constraints.names[row][0]}")
-    mine = owners(system)
-    probes = csr_array(system.probes.matrix)
-    pushed = [*zip(system.loads.signal, system.loads.row, strict=True), *((law.signal, law.slope) for law in system.loads.laws)]
-    for signal, row in pushed:
-        if 0 <= signal < len(names):
-            weights = np.abs(as_dense(probes[[int(row)]])[0])
-            names[signal].append(f"a load on {mine[int(weights.argmax())]}" if weights.any() else "a load")
-    return [", ".join(dict.fromkeys(found)) or f"signal {k}" for k, found in enumerate(names)]
 
 
 def broken_signals(stop: Stop) -> list[str]:

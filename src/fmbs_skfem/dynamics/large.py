@@ -30,12 +30,13 @@ from scipy.sparse.linalg import spsolve
 
 from ..bodies.body import Cells
 from ..bodies.laws import Law
-from ..core import direct, krylov
+from ..core import direct, krylov, pardiso
 from ..core.errors import SolverError
 from ..core.linalg import is_identity
 from ..systems import compiled, kernels, sparse
 from ..systems.compiled import Compiled
 from . import stepping
+from .scheme import Solver
 from .stepping import Method, State, Work
 
 LOOSE = 1e-5  #: relative residual of the multigrid solution, the contraction of the Newton iteration
@@ -47,8 +48,9 @@ EMPTY = 1e-8  #: diagonal of W, relative to the largest, below which an interfac
 class Large:
     """Factors of one model in the course of a run."""
 
-    def __init__(self, model: Compiled) -> None:
+    def __init__(self, model: Compiled, solver: Solver = "own") -> None:
         self.model, system = model, model.system
+        self.solver: Solver = solver
         self.dim, self.size = system.dim, system.size
         self.pairs = np.array(compiled.pair_table(system)[2], dtype=np.int64).reshape(-1, 2)
         self.turns = whole_vectors(model)
@@ -74,7 +76,7 @@ class Large:
         """As `stepping.advance`."""
         for k in range(len(signals)):
             stepping.predict(s, w, method)
-            status, last, fresh = stepping.NOT_CONVERGED, 0.0, False
+            status, last, fresh = stepping.NOT_CONVERGED, 0.0, 0
             for iteration in range(method.iterations):
                 stepping.residual(self.model.arrays, w, method.c, signals[k])
                 if w.kind[0] == 0:
@@ -82,14 +84,14 @@ class Large:
                     if not self.factorise(w, method):
                         status = stepping.SINGULAR
                         break
-                    fresh = True
+                    fresh = 1
                 self.solve(w, method, signals[k])
                 norm = stepping.apply(w, method)
                 counters[stepping.ITERATIONS] += 1
                 status = self.judge(w, method, iteration, norm, last, fresh, k)
                 if status != stepping.NOT_CONVERGED:
                     break
-                last, fresh = norm, fresh and w.kind[0] > 0
+                last, fresh = norm, fresh + 1 if fresh > 0 and w.kind[0] > 0 else 0
             if status != stepping.DONE:
                 w.kind[0] = 0
                 return status, k
@@ -99,12 +101,12 @@ class Large:
                 stepping.store(s, method.c, rows[k], out, multipliers)
         return stepping.DONE, len(signals)
 
-    def judge(self, w: Work, method: Method, iteration: int, norm: float, last: float, fresh: bool, step: int) -> int:
+    def judge(self, w: Work, method: Method, iteration: int, norm: float, last: float, fresh: int, step: int) -> int:
         """As `stepping.judge`; one correction is enough where MARGIN times the contraction measured in steps before promises it."""
         if iteration == 1 and last > 0.0:
             self.rate = max(0.9 * self.rate, norm / last)
         promised = norm * MARGIN * self.rate <= method.tolerance
-        if iteration == 0 and promised and not fresh and step % REMEASURE:
+        if iteration == 0 and promised and fresh == 0 and step % REMEASURE:
             return stepping.DONE
         return stepping.judge(w, method, iteration, norm, last, fresh)
 
@@ -120,7 +122,7 @@ class Large:
         shift[self.interface] = self.shift
         W = csr_array(W + diags_array(shift))
         try:
-            self.inverse = inverse(W, self.motions)
+            self.inverse = inverse(W, self.motions, self.solver)
         except SolverError:
             return False
         self.rate, self.place, self.factored = 1.0, w.x.copy(), fitted_turns(self, w.x)
@@ -247,10 +249,16 @@ class Inverse:
     label: str
 
 
-def inverse(W: csr_array, motions: np.ndarray) -> Inverse:
-    """Factors in single precision where they fit into the memory, else conjugate gradients with a multigrid preconditioner."""
+def inverse(W: csr_array, motions: np.ndarray, solver: Solver = "own") -> Inverse:
+    """Factors in single precision where they fit into the memory, else conjugate gradients with a multigrid preconditioner.
+
+    Where PARDISO is asked for, its factors in double precision.
+    """
     W.setdiag(W.diagonal())
     W.sum_duplicates()
+    if solver == "pardiso":
+        found = pardiso.factor(W)
+        return Inverse(lambda rows: pardiso.solve(found, rows), f"PARDISO LDL^T with {found.numbers:.3g} numbers")
     tree = direct.analyse(W)
     if krylov.choose(W.shape[0], direct.entries(tree), krylov.free_memory(), 4.0) == "direct":
         factors = direct.factor(W, np.float32, tree)

@@ -20,7 +20,7 @@ from ..systems import compiled, kernels
 from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.kernels import Arrays
 from ..systems.system import Output, System, linear_part
-from .integration import Trajectory
+from .trajectory import Trajectory
 
 DELTA = 1e-6  #: relative time difference for Phi_t
 

@@ -19,10 +19,13 @@ from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.linalg import as_dense, independent_rows, is_sparse, null_space, rank
-from ..systems import compiled
+from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
 from ..systems.system import Affine, LoadKind, Signal, System
-from .integration import Newton, Statistics, Trajectory, coordinate_names
+from .histories import finite_signals
+from .names import row_names, told, worst
+from .scheme import Newton
+from .trajectory import Statistics, Trajectory
 
 SHORTER = 0.55  #: factor of a load step that failed; not 1/2, which would come back to the same load factor
 SINGULAR = 1e-15  #: smallest pivot, relative to the largest, of a balanced matrix that counts as regular
@@ -46,7 +49,7 @@ def ramped(system: System, time: float = 0.0) -> System:
     The constant part of the force is Q0 - (the springs' part of a change of coordinates), Q0 = constant - K x0: they are at rest in
     the reference. It stays, and Q0 (t - 1) is added to it.
     """
-    held = compiled.signal_table(system, np.array([time]))[0]
+    held = finite_signals(system, np.array([time]))[0]
     signals: tuple[Signal, ...] = (*(partial(np.full_like, fill_value=value) for value in held), np.positive, partial(np.add, -1.0))
     loads, grow, value = system.loads, len(held), np.append(held, 1.0)  # the last one is that of the signal -1: none
     own = loads.constant - system.stiffness @ system.x0
@@ -89,7 +92,7 @@ def solve_statics(
     model = compile_system(system)
 
     def solve(factor: float, last: Equilibrium) -> Equilibrium:
-        return newton_statics(model, last, newton, factor, "load factor")
+        return newton_statics(pressure.at_load_factor(model, factor), last, newton, factor, "load factor")
 
     start = Equilibrium(0.0, system.x0, np.zeros(model.constraints), 0)
     found = [start]
@@ -116,6 +119,7 @@ def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = 
         raise InputError(say("analysis.times", "increasing times", times))
 
     def solve(time: float, last: Equilibrium) -> Equilibrium:
+        finite_signals(system, np.array([time]))
         return newton_statics(model, last, newton, time, "time [s]")
 
     found: list[Equilibrium] = []
@@ -196,13 +200,10 @@ def balanced_solve(K: csr_array, R: np.ndarray) -> np.ndarray | None:
 
 def static_failure(model: Compiled, reason: Reason, place: tuple[str, float], R: np.ndarray) -> SolverError:
     """The error of a step at a load factor or time, with the worst residuals by name."""
-    joints = [f"joint {joint}.{label}" for joint, label in model.system.constraints.names]
-    labels = coordinate_names(model.system) + joints
-    values = np.abs(np.nan_to_num(R, nan=np.inf))
-    worst = tuple((labels[k], float(values[k])) for k in np.argsort(values)[::-1][:5])
-    listed = ", ".join(f"{name}: {value:.3g}" for name, value in worst)
+    largest = worst(row_names(model.system), R)
     hint = "a body may be free to move: hold it by joints" if reason is Reason.SINGULAR_TANGENT else "try more load steps"
-    return SolverError(f"{reason.value} at {place[0]} {place[1]:.4g}; largest residuals: {listed}; {hint}", reason, place[1], worst)
+    text = f"{reason.value} at {place[0]} {place[1]:.4g}; largest residuals: {told(largest)}; {hint}"
+    return SolverError(text, reason, place[1], largest)
 
 
 @dataclass(frozen=True)

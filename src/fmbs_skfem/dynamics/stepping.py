@@ -22,13 +22,14 @@ import numpy as np
 
 from ..core import lapack
 from ..core.entries import borrowed
-from ..core.jit import jit
-from ..systems import kernels
+from ..core.jit import jit, summing
+from ..systems import kernels, turning
 from ..systems.kernels import Arrays
 
 DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR = range(5)
 STEPS, ITERATIONS, FACTORISATIONS, HALVED = range(4)  #: counters
 FLOOR = 1e-4  #: a correction below this part of the tolerance needs no second one
+CHEAP = 0.2  #: part of `slow` where tangents are turned: new factors cost little then
 HISTORY = 3  #: accelerations kept for the predictor
 
 
@@ -84,7 +85,7 @@ class Work(NamedTuple):
     v: np.ndarray
     acceleration: np.ndarray
     multipliers: np.ndarray
-    kind: np.ndarray  #: (1,) 0 no factors, 1 Cholesky band, 2 general band, 3 dense
+    kind: np.ndarray  #: (2,) 0 no factors, 1 Cholesky band, 2 general band, 3 dense; 1 while tangents are turned
 
 
 @jit
@@ -127,7 +128,10 @@ def factorise(A: Arrays, w: Work, method: Method, signals: np.ndarray) -> int:
     info = 1
     for kind in range(3 if A.dense else 1, 4 if A.dense else 3):
         combine(method.bh, A.mass.store, method.gh, A.damping.store, A.stiffness.store, w.W)
-        kernels.add_elastic_tangent(A.groups, A.scatter, A.lift, A.lift_offset, w.x, w.body[0], method.gh, w.work, w.W)
+        if w.kind[1] == 1:
+            turning.add_turned_tangent(A.turning, w.x, method.gh, w.W)
+        else:
+            kernels.add_elastic_tangent(A.groups, A.scatter, A.lift, A.lift_offset, w.x, w.body[0], method.gh, w.work, w.W)
         scale(method.c, w.W)
         kernels.add_pairs(A.pairs, w.H, A.dense, w.W)
         w.kind[0] = kind
@@ -226,21 +230,40 @@ def solve_band(w: Work, rhs: np.ndarray) -> None:
 def substitute_dense(LU: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
     """x <- K^-1 x with the factors P K = L U by columns, the diagonal of U inverted; faster than LAPACK's getrs for one vector.
 
-    Slices that begin at the first entry in use let the compiler take all lanes.
+    Four columns at a time: the unknowns of a triangle first, then all that they reach.
     """
     n = len(x)
+    full = n // 4 * 4
     for j in range(n):
         other = pivots[j] - 1
         x[j], x[other] = x[other], x[j]
-    for j in range(n - 1):
-        value, rest, column = x[j], x[j + 1 :], LU[j, j + 1 :]
+    for j in range(0, full, 4):
+        A, B, C, D = LU[j], LU[j + 1], LU[j + 2], LU[j + 3]
+        a = x[j]
+        b = x[j + 1] - A[j + 1] * a
+        c = x[j + 2] - A[j + 2] * a - B[j + 2] * b
+        d = x[j + 3] - A[j + 3] * a - B[j + 3] * b - C[j + 3] * c
+        x[j + 1], x[j + 2], x[j + 3] = b, c, d
+        rest, A, B, C, D = x[j + 4 :], A[j + 4 :], B[j + 4 :], C[j + 4 :], D[j + 4 :]
         for i in range(len(rest)):
-            rest[i] -= column[i] * value
-    for j in range(n - 1, -1, -1):
-        value, rest, column = x[j] * LU[j, j], x[:j], LU[j, :j]
-        x[j] = value
-        for i in range(len(rest)):
-            rest[i] -= column[i] * value
+            rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
+    for j in range(full, n):
+        for i in range(j + 1, n):
+            x[i] -= LU[j, i] * x[j]
+    for j in range(n - 1, full - 1, -1):
+        x[j] *= LU[j, j]
+        for i in range(j):
+            x[i] -= LU[j, i] * x[j]
+    for j in range(full - 4, -1, -4):
+        A, B, C, D = LU[j], LU[j + 1], LU[j + 2], LU[j + 3]
+        d = x[j + 3] * D[j + 3]
+        c = (x[j + 2] - D[j + 2] * d) * C[j + 2]
+        b = (x[j + 1] - D[j + 1] * d - C[j + 1] * c) * B[j + 1]
+        a = (x[j] - D[j] * d - C[j] * c - B[j] * b) * A[j]
+        x[j], x[j + 1], x[j + 2], x[j + 3] = a, b, c, d
+        rest = x[:j]
+        for i in range(j):
+            rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
 
 
 @jit
@@ -289,10 +312,9 @@ def solve(w: Work) -> None:
 def predict(s: State, w: Work, method: Method) -> None:
     """Trial state from extrapolated q''."""
     order, h = min(s.order[0], s.known[0] - 1), method.h
+    extrapolate(s.history, order, w.acceleration)
     for i in range(len(s.x)):
-        guess = extrapolated(s.history, order, i)
-        a1 = ((1.0 - method.af) * guess + method.af * s.acceleration[i] - method.am * s.a[i]) / (1.0 - method.am)
-        w.acceleration[i] = guess
+        a1 = algorithmic(method, w.acceleration[i], s.acceleration[i], s.a[i])
         w.x[i] = s.x[i] + h * s.v[i] + h * h * ((0.5 - method.beta) * s.a[i] + method.beta * a1)
         w.v[i] = s.v[i] + h * ((1.0 - method.gamma) * s.a[i] + method.gamma * a1)
     for k in range(len(s.multipliers)):
@@ -300,33 +322,50 @@ def predict(s: State, w: Work, method: Method) -> None:
 
 
 @jit
-def extrapolated(history: np.ndarray, order: int, i: int) -> float:
-    """Polynomial extrapolation of one component by one step."""
+def algorithmic(method: Method, new: float, old: float, a: float) -> float:
+    """a1 from q1'', q0'' and a0."""
+    return ((1.0 - method.af) * new + method.af * old - method.am * a) * (1.0 / (1.0 - method.am))
+
+
+@jit
+def extrapolate(history: np.ndarray, order: int, guess: np.ndarray) -> None:
+    """Polynomial extrapolation by one step."""
+    latest, before, first = history[0], history[1], history[2]
     if order <= 0:
-        return history[0, i]
-    if order == 1:
-        return 2.0 * history[0, i] - history[1, i]
-    return 3.0 * (history[0, i] - history[1, i]) + history[2, i]
+        for i in range(len(guess)):
+            guess[i] = latest[i]
+    elif order == 1:
+        for i in range(len(guess)):
+            guess[i] = 2.0 * latest[i] - before[i]
+    else:
+        for i in range(len(guess)):
+            guess[i] = 3.0 * (latest[i] - before[i]) + first[i]
+
+
+@summing
+def best_order(history: np.ndarray, known: int, true: np.ndarray) -> int:
+    """Order of the extrapolation that came closest to what is `true` now."""
+    latest, before, first = history[0], history[1], history[2]
+    constant, linear, quadratic = 0.0, 0.0, 0.0
+    for i in range(len(true)):
+        a, b, c = latest[i] - true[i], 2.0 * latest[i] - before[i] - true[i], 3.0 * (latest[i] - before[i]) + first[i] - true[i]
+        constant += a * a
+        linear += b * b
+        quadratic += c * c
+    order = 1 if known > 1 and linear < constant else 0
+    return 2 if known > 2 and quadratic < min(constant, linear) else order
 
 
 @jit
 def accept(s: State, w: Work, method: Method) -> None:
     """Take over the converged trial state and choose the predictor of the next step."""
-    n = len(s.x)
-    errors = np.zeros(HISTORY)
-    for i in range(n):
-        for order in range(s.known[0]):
-            errors[order] += (extrapolated(s.history, order, i) - w.acceleration[i]) ** 2
-        a1 = ((1.0 - method.af) * w.acceleration[i] + method.af * s.acceleration[i] - method.am * s.a[i]) / (1.0 - method.am)
-        s.a[i] = a1
+    s.order[0] = best_order(s.history, s.known[0], w.acceleration)
+    latest, before, first = s.history[0], s.history[1], s.history[2]
+    for i in range(len(s.x)):
+        s.a[i] = algorithmic(method, w.acceleration[i], s.acceleration[i], s.a[i])
         s.x[i], s.v[i], s.acceleration[i] = w.x[i], w.v[i], w.acceleration[i]
-        s.history[2, i] = s.history[1, i]
-        s.history[1, i] = s.history[0, i]
-        s.history[0, i] = w.acceleration[i]
-    s.order[0] = 0
-    for order in range(s.known[0]):
-        if errors[order] < errors[s.order[0]]:
-            s.order[0] = order
+    for i in range(len(s.x)):
+        first[i], before[i], latest[i] = before[i], latest[i], w.acceleration[i]
     if s.known[0] < HISTORY:
         s.known[0] += 1
         s.order[0] = min(s.order[0] + 1, s.known[0] - 1)
@@ -357,18 +396,25 @@ def apply(w: Work, method: Method) -> float:
 
 
 @jit
-def judge(w: Work, method: Method, iteration: int, norm: float, last: float, fresh: bool) -> int:
-    """Go on, accept or give up after a correction of size `norm`, `last` the one before; a slow iteration discards its factors."""
+def judge(w: Work, method: Method, iteration: int, norm: float, last: float, fresh: int) -> int:
+    """Go on, accept or give up after a correction of size `norm`, `last` the one before; a slow iteration discards its factors.
+
+    `fresh` counts the corrections with factors of this step, 0 where they are older. Turned tangents that contract slowly when they
+    are new are given up for the exact ones.
+    """
     rate = norm / last if iteration > 0 and last > 0.0 else 1.0
+    slow = CHEAP * method.slow if w.kind[1] == 1 else method.slow
+    if fresh > 1 and rate > method.slow:
+        w.kind[1] = 0
     if not np.isfinite(norm):
         return NOT_FINITE
     if norm <= FLOOR * method.tolerance or (rate < 1.0 and norm * rate <= method.tolerance * (1.0 - rate)):
-        if rate > method.slow and iteration > 0:
+        if rate > slow and iteration > 0:
             w.kind[0] = 0
         return DONE
-    if iteration > 3 and fresh and rate > 2.0:
+    if iteration > 3 and fresh > 0 and rate > 2.0:
         return DIVERGED
-    if iteration > 0 and rate > 5.0 * method.slow:
+    if iteration > 0 and rate > 5.0 * slow:
         w.kind[0] = 0
     return NOT_CONVERGED
 
@@ -392,7 +438,7 @@ def advance(
     A, s, w, signals = borrowed(A), borrowed(s), borrowed(w), borrowed(signals)
     for k in range(len(signals)):
         predict(s, w, method)
-        status, last, fresh = NOT_CONVERGED, 0.0, False
+        status, last, fresh = NOT_CONVERGED, 0.0, 0
         for iteration in range(method.iterations):
             residual(A, w, method.c, signals[k])
             if w.kind[0] == 0:
@@ -400,15 +446,15 @@ def advance(
                 if factorise(A, w, method, signals[k]) != 0:
                     status = SINGULAR
                     break
-                fresh = True
+                fresh = 1
             norm = correct(w, method)
             counters[ITERATIONS] += 1
             status = judge(w, method, iteration, norm, last, fresh)
             if status != NOT_CONVERGED:
                 break
-            last, fresh = norm, fresh and w.kind[0] > 0
+            last, fresh = norm, fresh + 1 if fresh > 0 and w.kind[0] > 0 else 0
         if status != DONE:
-            w.kind[0] = 0
+            w.kind[:] = 0
             return status, k
         accept(s, w, method)
         counters[STEPS] += 1

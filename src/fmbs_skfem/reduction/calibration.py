@@ -5,7 +5,9 @@ r"""From an error indicator to a predicted error, calibrated at the full runs th
 e is the true error, equation (48), I the indicator (49), k the pairs (I, e), p the constants fitted. The slope b is 1 where an
 indicator is proportional to the error; it is fitted, within SLOPES, from three pairs on where they span SPAN decades, and is 1
 otherwise. The band is that of Student's t for one further observation. With few pairs their own scatter says little: s^2 joins it
-to a scatter of PRIOR decades that counts as BELIEF pairs, and the degrees of freedom are k - p + BELIEF.
+to a scatter of PRIOR decades that counts as BELIEF pairs, and the degrees of freedom are k - p + BELIEF. A slope that is not fitted
+is known to SLOPE only, a standard deviation from which SLOPES are two away: S = (s / SLOPE)^2, so that the band of one full run
+opens where the indicator is far from the one at which it was calibrated.
 
 Source: regression and its prediction band: N. R. Draper, H. Smith, Applied Regression Analysis, 3rd ed., Wiley 1998, section 1.4,
 doi 10.1002/9781118625590; error and indicator: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
@@ -25,6 +27,7 @@ from ..core.errors import InputError, say
 Array = NDArray[np.float64]
 
 SLOPES = (0.5, 1.5)  #: a fitted slope beyond these is cut: it comes from scatter, not from the indicator
+SLOPE = 0.25  #: standard deviation of a slope that is not fitted
 SPAN = 1.0  #: least range of log10 I over which a slope is fitted [decades]
 PRIOR = 0.25  #: scatter of log10 e about the line that is expected before any pair is seen [decades]
 BELIEF = 3  #: pairs that this expectation is worth
@@ -43,7 +46,7 @@ class Calibration:
     count: int  #: pairs
     freedom: int  #: degrees of freedom of the band
     centre: float  #: m, mean of log10 I
-    moment: float  #: S, sum of squares of log10 I about m; infinite where the slope is not fitted
+    moment: float  #: S, sum of squares of log10 I about m, or what stands for it where the slope is not fitted
     level: float = LEVEL
 
     @property
@@ -66,12 +69,13 @@ def fit(indicators: ArrayLike, errors: ArrayLike, level: float = LEVEL) -> Calib
     x, y = np.log10(i[usable]), np.log10(e[usable])
     count, centre = len(x), float(x.mean())
     fitted = count >= FEW and float(np.ptp(x)) >= SPAN
-    moment = float(np.sum((x - centre) ** 2)) if fitted else math.inf
-    slope = float(np.clip((x - centre) @ y / moment, *SLOPES)) if fitted else 1.0
+    squares = float(np.sum((x - centre) ** 2))
+    slope = float(np.clip((x - centre) @ y / squares, *SLOPES)) if fitted else 1.0
     offset = float(y.mean()) - slope * centre
     freedom = count - (2 if fitted else 1) + BELIEF
     scatter = float(np.sum((y - offset - slope * x) ** 2))
     spread = math.sqrt((scatter + BELIEF * PRIOR**2) / freedom)
+    moment = squares if fitted else (spread / SLOPE) ** 2
     return Calibration(slope, offset, spread, count, freedom, centre, moment, level)
 
 

@@ -12,6 +12,7 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, section 4, doi 10.1016/j.cma.2019
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import InputError, SolverError, say
-from ..dynamics.integration import Trajectory
+from ..dynamics.trajectory import Trajectory
 from . import budget, calibration, full_runs, greedy
 from . import parameters as boxes
 from . import training_store as store
@@ -145,8 +146,8 @@ def train(
 ) -> Campaign:
     """Train a reduced model over the candidates of a search.
 
-    With a `folder` every run, model and iteration is stored, and a training that was interrupted goes on from there. `tolerance` is
-    the wanted error (48): it replaces eps and eta of the plan and ends the training.
+    With a `folder` every run, model and iteration is stored, and a training that was interrupted, or is given more iterations, goes
+    on from there. `tolerance` is the wanted error (48): it replaces eps and eta of the plan and ends the training.
     """
     options = options or Options()
     work = prepared(setting, search, options, folder, tolerance)
@@ -165,7 +166,7 @@ def prepared(setting: Setting, search: Search, options: Options, folder: Path | 
     """The start of a training; a wanted error replaces the tolerances of the plan by those tried first."""
     place = None
     if folder is not None:
-        mark = store.fingerprint(setting, search, options, tolerance)
+        mark = store.fingerprint(setting, search, replace(options, iterations=1), tolerance)
         try:
             place = store.opened(folder, mark)
         except OSError as problem:
@@ -228,10 +229,16 @@ def searched(work: Work, options: Options, done: Sequence[greedy.Iteration], pro
     try:
         if small_enough(work, complete):
             raise Enough
-        return greedy.run(*arguments, options, done, keep)
+        return greedy.run(*arguments, options, done, keep, functools.partial(truncates, work))
     except Enough:
         small = replace(options, tolerance=complete[-1].largest)
         return greedy.run(*arguments, small, [*complete[:-1], replace(complete[-1], next=None)])
+
+
+def truncates(work: Work) -> bool:
+    """Whether the bases leave out anything of the full runs; where they keep all, snapshots are the limit, and not eps."""
+    modes = work.models[-1].modes
+    return any(modes[name] < sum(len(run.factors[name].values) for run in work.runs) for name in modes)
 
 
 def small_enough(work: Work, iterations: Sequence[greedy.Iteration]) -> bool:

@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 
 from ..core.expressions import Expression
 from ..core.linalg import is_sparse
-from ..dynamics.integration import GeneralizedAlpha, Newton
+from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..systems import quartic
 from ..systems.system import System
 

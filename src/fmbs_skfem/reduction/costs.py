@@ -21,9 +21,11 @@ from ..bodies import laws
 from ..bodies.body import Cells
 from ..core.jit import jit
 from ..dynamics import stepping
-from ..dynamics.integration import GeneralizedAlpha, Newton, Trajectory, method_of, workspace
 from ..dynamics.large import Large
+from ..dynamics.scheme import GeneralizedAlpha, Newton, method_of
+from ..dynamics.start import workspace
 from ..dynamics.stepping import Method, Work
+from ..dynamics.trajectory import Trajectory
 from ..systems import kernels, quartic
 from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.kernels import Arrays

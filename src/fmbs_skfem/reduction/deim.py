@@ -21,8 +21,9 @@ from scipy.linalg import lu_factor, lu_solve
 
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.linalg import as_dense
-from ..dynamics.integration import GeneralizedAlpha, Newton, Statistics, Trajectory, method_of
+from ..dynamics.scheme import GeneralizedAlpha, Newton, method_of
 from ..dynamics.stepping import Method
+from ..dynamics.trajectory import Statistics, Trajectory
 from ..systems import compiled
 from ..systems.compiled import Compiled, compile_system
 from ..systems.system import Loads, System

@@ -18,8 +18,9 @@ from scipy.integrate import trapezoid
 from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
-from ..dynamics.integration import GeneralizedAlpha, Trajectory
 from ..dynamics.outputs import distances, lifted, residual_samples
+from ..dynamics.scheme import GeneralizedAlpha
+from ..dynamics.trajectory import Trajectory
 from ..systems import compiled, kernels
 from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.system import System, is_linear

@@ -4,7 +4,8 @@ r"""The reduced model of a family: one basis a component for all parameters, tra
     G = [G_1 / |b_1|; G_2 / |b_2|; ...],   G_k: forces of the system at mu_k on the states of run k                           (45)
 
 Which constraint rows are dropped is decided once for all parameters. The reduced systems of all parameters are polynomials of them
-(`affine`), so that a new value neither assembles nor projects anything.
+(`affine`), so that a new value neither assembles nor projects anything; where they are none, as where a length turns the modes, the
+full system of every value is assembled and projected.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, section 4, doi 10.1016/j.cma.2019.112690.
 """
@@ -18,18 +19,21 @@ from functools import partial
 
 import numpy as np
 
-from ..core.errors import InputError
-from ..dynamics.integration import Trajectory, integrate
+from ..core.errors import InputError, say
+from ..core.notices import notify
+from ..dynamics.integration import integrate
+from ..dynamics.trajectory import Trajectory
 from ..systems import compiled
 from ..systems.compiled import compile_system
 from ..systems.quartic import Quartic
 from ..systems.system import Elastic, Sampled, System, keep_constraints
 from . import affine, errors, hyper, pivots, pod, polynomial
 from .affine import ParametricCase
-from .cases import Case
+from .cases import Case, Family
 from .full_runs import FullRun, Setting, states, steps
 from .galerkin import FEW, inner_constraints, projected, reduce_system, rows_of, satisfying
 from .hyper import Selection, sampled_gather
+from .parameters import Parameter
 from .pod import Basis
 from .training import newton_of_reduced
 
@@ -43,11 +47,19 @@ KEEPS = 1e-10  #: modes that violate a linear constraint by less keep it to roun
 class FamilyModel:
     """A reduced model for all parameters, and what it took to make it."""
 
-    parametric: ParametricCase
+    cases: ParametricCase | Family  #: reduced cases: polynomials of the parameters, or made from the full ones
     modes: Mapping[str, int]  #: by component
     selections: tuple[Selection, ...] = ()
     training_s: float = 0.0  #: CPU time of bases, projection, hyper-reduction and polynomials [s]
     bases: Modes = field(default_factory=dict)  #: about the initial state; empty where the model was read from a file
+
+    @property
+    def parametric(self) -> ParametricCase:
+        """The polynomials, of which a file can be made; refused where there are none."""
+        if isinstance(self.cases, ParametricCase):
+            return self.cases
+        remedy = "run its members in this process"
+        raise InputError(say("reduced model", "numbers that are polynomials of the parameters", "others", remedy))
 
     @property
     def problems(self) -> int:
@@ -68,9 +80,18 @@ def model_of(setting: Setting, runs: Sequence[FullRun]) -> FamilyModel:
     """The reduced model of all runs, as the setting's plan says."""
     begun = clock.process_time()
     members = trained(setting, runs)
-    parametric = affine.fit(partial(member, setting, members), setting.parameters)
     sizes = {name: basis.modes.shape[1] for name, basis in members.bases.items()}
-    return FamilyModel(parametric, sizes, members.selections, clock.process_time() - begun, members.bases)
+    cases = polynomials_of(partial(member, setting, members), setting.parameters)
+    return FamilyModel(cases, sizes, members.selections, clock.process_time() - begun, members.bases)
+
+
+def polynomials_of(family: Family, parameters: Sequence[Parameter]) -> ParametricCase | Family:
+    """The polynomials of a family, or the family where it has none, with a notice."""
+    try:
+        return affine.fit(family, parameters)
+    except InputError as problem:
+        notify(f"the reduced model is no polynomial of its parameters, every value assembles the full system: {problem}")
+        return family
 
 
 class Polynomials:
@@ -204,8 +225,8 @@ def ratio(old: Elastic, new: Elastic) -> float | None:
 
 
 def reduced_case(model: FamilyModel, values: Mapping[str, float]) -> Case:
-    """The reduced case at some parameters, in milliseconds."""
-    return affine.at(model.parametric, values)
+    """The reduced case at some parameters, in milliseconds where it is a polynomial of them."""
+    return affine.at(model.cases, values) if isinstance(model.cases, ParametricCase) else model.cases(values)
 
 
 def reduced_run(setting: Setting, case: Case) -> Trajectory:

@@ -4,8 +4,9 @@
     HDF5         /tree: the System and the notes as JSON text;  /arrays/k: the arrays, which stand in the tree by number
 
 Nothing is read before size and checksum have been found right. Only the types listed in `TYPES` are ever made from a file, and no
-text of a file is executed: functions of time are postfix programs of core.expressions. Other programs read the file as HDF5 with a
-user block. `write` and `contents` serve other kinds of files too, each with a first line of its own.
+text of a file is executed: functions of time are postfix programs of core.expressions. Arrays must fit each other, even where the
+checksum is right: `soundness`. Other programs read the file as HDF5 with a user block. `write` and `contents` serve other kinds of
+files too, each with a first line of its own.
 """
 
 from __future__ import annotations
@@ -25,20 +26,21 @@ from scipy.sparse import csr_array
 
 from ..bodies.body import Cells
 from ..bodies.laws import Law
-from ..core.errors import CorruptFile, InputError, closest, say
+from ..core.errors import CorruptFile, InputError, say
 from ..core.expressions import Expression
 from ..core.linalg import is_sparse
-from ..core.notices import notify
-from ..dynamics.integration import GeneralizedAlpha, Newton
+from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..systems import quartic
 from ..systems.quartic import Quartic
 from ..systems.signals import Cosine, Sine
 from ..systems.system import Affine, Constraints, Elastic, Line, LoadKind, Loads, Output, PointLaw, Sampled, Skin, System
+from . import soundness
 from .affine import Order, ParametricCase, Varying
 from .cases import Case
 from .ecsw import Sample
 from .hyper import Level, Selection
 from .parameters import Parameter, Scale
+from .soundness import Unsound
 
 FORMAT = "fmbs_skfem reduced model"
 VERSION = 1
@@ -122,6 +124,10 @@ def contents(path: str | Path, kind: str, **types: type) -> dict[str, Any]:
             arrays = [stored_array(file[f"arrays/{number}"]) for number in range(len(file["arrays"]))]
         tree = json.loads(text)
         parts = {name: decode(tree[name], arrays, name) for name in types}
+        for name, part in parts.items():
+            soundness.check(part, name)
+    except Unsound as problem:
+        raise corrupt(f"{place}: {problem.name}", problem.expected, problem.got) from problem
     except DAMAGE as problem:
         raise corrupt(place, f"content of version {VERSION}", str(problem).strip("'\"") or type(problem).__name__) from problem
     for name, part in parts.items():
@@ -152,28 +158,6 @@ def check_header(data: bytes, place: str, kind: str = FORMAT) -> None:
     for name, value in found.items():
         if facts.get(name) != value:
             raise corrupt(place, f"{name} {facts.get(name, 'in the first lines')}", value)
-
-
-def check_training(notes: Mapping[str, Any], parameters: Mapping[str, float], margin: float = 0.1) -> tuple[str, ...]:
-    """Names of the parameters that lie outside of what the model was trained for, with a notice.
-
-    `notes["training"]` holds the trained value of every parameter, or all its trained values. Outside means: farther from their
-    range than `margin` times the largest magnitude in it.
-    """
-    training: Mapping[str, Any] = notes.get("training", {})
-    outside = []
-    for name, value in parameters.items():
-        if name not in training:
-            outside.append(f"{name} = {value:g}, which the training does not name{closest(name, training)}")
-            continue
-        trained = np.atleast_1d(np.asarray(training[name], dtype=float))
-        low, high = float(trained.min()), float(trained.max())
-        if not low - margin * np.abs(trained).max() <= value <= high + margin * np.abs(trained).max():
-            range_ = f"{low:g}" if low == high else f"{low:g} to {high:g}"
-            outside.append(f"{name} = {value:g}, trained at {range_}")
-    if outside:
-        notify(f"the reduced model runs outside its training: {'; '.join(outside)}; check its error against a full run")
-    return tuple(text.split(" = ")[0] for text in outside)
 
 
 def corrupt(place: str, expected: str, got: object) -> CorruptFile:
@@ -239,8 +223,15 @@ def decode_array(tree: dict[str, Any], arrays: Sequence[np.ndarray], where: str)
 
 def decode_csr(tree: dict[str, Any], arrays: Sequence[np.ndarray], where: str) -> csr_array:
     data, indices, indptr = (decode(part, arrays, where) for part in tree["csr"])
-    matrix = csr_array((data, indices, indptr), shape=tuple(tree["shape"]))
-    matrix.check_format(full_check=True)
+    if (data.dtype, indices.dtype.kind, indptr.dtype.kind) != (np.float64, "i", "i"):
+        raise Unsound(where, "float64 numbers and integer indices", f"{data.dtype}, {indices.dtype} and {indptr.dtype}")
+    if indptr.ndim != 1 or not len(indptr) or (np.diff(indptr) < 0).any() or indptr[-1] != len(indices):
+        raise Unsound(where, f"row pointers that rise to {len(indices)}", soundness.told(indptr))
+    try:
+        matrix = csr_array((data, indices, indptr), shape=tuple(tree["shape"]))
+        matrix.check_format(full_check=True)
+    except ValueError as problem:
+        raise Unsound(where, "a sparse array", problem) from problem
     return matrix
 
 
@@ -254,13 +245,13 @@ def decode_type(tree: dict[str, Any], arrays: Sequence[np.ndarray], where: str) 
         lists = f"missing {sorted(expected - got)}, unknown {sorted(got - expected)}"
         raise ValueError(f"other fields of {tree['type']} at {where}: {lists}")
     found = kind(**{name: decode(item, arrays, f"{where}.{name}") for name, item in tree["fields"].items()})
-    return aligned(found) if isinstance(found, Quartic) else found
+    return aligned(found, where) if isinstance(found, Quartic) else found
 
 
-def aligned(polynomial: Quartic) -> Quartic:
+def aligned(polynomial: Quartic, where: str) -> Quartic:
     """The polynomial with its coefficients where they are read fastest."""
-    if len(polynomial.coefficients) != quartic.length(polynomial.modes):
-        raise ValueError(f"{len(polynomial.coefficients)} coefficients of a polynomial in {polynomial.modes} unknowns")
+    modes = soundness.span(polynomial.columns, f"{where}.columns", polynomial.columns.start + len(polynomial.coefficients))
+    soundness.numbers(polynomial.coefficients, f"{where}.coefficients", quartic.length(modes))
     coefficients = quartic.aligned(len(polynomial.coefficients))
     coefficients[:] = polynomial.coefficients
     return replace(polynomial, coefficients=coefficients)

@@ -18,8 +18,9 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from ..core.errors import InputError, say
-from ..dynamics.integration import Trajectory, integrate
+from ..dynamics.integration import integrate
 from ..dynamics.outputs import lifted
+from ..dynamics.trajectory import Trajectory
 from ..systems.assembly import eliminate
 from ..systems.system import System
 from . import parameters as boxes

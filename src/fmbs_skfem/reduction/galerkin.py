@@ -20,8 +20,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..core.errors import InputError, say
-from ..dynamics.integration import Trajectory
 from ..dynamics.outputs import lifted
+from ..dynamics.trajectory import Trajectory
 from ..systems import compiled
 from ..systems.compiled import compile_system
 from ..systems.system import System, change_coordinates, is_linear, keep_constraints, linear_part

@@ -12,8 +12,10 @@ The published counts, 2 full with 12 or 21 reduced runs, are read so: two iterat
 and Kriging added 2 or 11 in both together. (21 exceeds the 15 of one iteration; samples carried over would explain both as well.)
 
 Added to the published algorithm: a reduced run that fails is infinite, and the next full run is made there; a candidate whose full
-run fails is excluded and the next worst taken; truncation is recognised as the floor when the largest indicator is not above that
-at full runs, where only truncation is left. Nothing here knows what a run is.
+run fails is excluded and the next worst taken; truncation is recognised as the floor when the largest indicator is not above
+ABOVE_FLOOR times that at full runs, where only truncation is left. The floor is the largest indicator at any full run: from the
+second one on, the reduced model runs at all of them where the maximum is elsewhere. A basis that leaves nothing out (`truncates`)
+has no floor. Nothing here knows what a run is.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, section 4, Algorithm 1, doi 10.1016/j.cma.2019.112690.
 """
@@ -35,8 +37,7 @@ from . import kriging
 Array = NDArray[np.float64]
 
 WORTH = 0.01  #: smallest expected gain for which Kriging adds a sample [decades]
-ABOVE_FLOOR = 2.0  #: indicators up to this times those at full runs are truncation
-FALLS = 0.5  #: an iteration that leaves more than this of the largest indicator has not lowered it
+ABOVE_FLOOR = 3.0  #: indicators up to this times those at full runs are truncation, whose floor itself follows the loads
 FAILURES = (FmbsError, RuntimeError, ArithmeticError, np.linalg.LinAlgError)  #: what a run that fails raises
 
 
@@ -45,7 +46,7 @@ class Options:
     """When the loops end, and how the surrogate is made."""
 
     iterations: int = 5  #: full runs that succeed; as many may fail
-    max_samples: int = 15  #: reduced runs of one iteration; given samples are always run, and one more where the loop stalls
+    max_samples: int = 15  #: reduced runs of one iteration; given samples and full runs come on top
     tolerance: float | None = None  #: indicator below which the reduced model is good enough
     seed: int = 0  #: of the surrogate's search for the greatest likelihood
     batch: int = 1  #: candidates that Kriging adds at once
@@ -126,6 +127,7 @@ class Problem:
     samples: tuple[int, ...]  #: given, all different
     first: int
     options: Options
+    truncates: Callable[[], bool]
 
 
 def run(
@@ -137,15 +139,16 @@ def run(
     options: Options | None = None,
     done: Sequence[Iteration] = (),
     keep: Callable[[Iteration], None] | None = None,
+    truncates: Callable[[], bool] = lambda: True,
 ) -> Outcome:
     """Algorithm 1 over candidates (c,d) in the unit box.
 
     `evaluate(i)` is the indicator of the present reduced model at candidate i, `extend(i)` makes the full run there and enlarges
     the basis. `samples` are evaluated first in every iteration, `first` is the first full run. `keep` is given every complete
     iteration (the last one again when later full runs fail). As `done` they continue an interrupted loop: nothing of them is run
-    again, the caller restores their basis.
+    again, the caller restores their basis. `truncates()` says whether the present basis leaves out anything of its full runs.
     """
-    problem = _problem(evaluate, extend, candidates, samples, first, options or Options())
+    problem = _problem(evaluate, extend, candidates, samples, first, options or Options(), truncates)
     history = _checked(done, problem)
     while True:
         failed = history[-1].failed if history else ()
@@ -184,7 +187,7 @@ def decide(
     if not fresh:
         return None, Stop.REPEATED
     known = [i for k, i in open_.items() if k in used]
-    if math.isfinite(largest) and known and largest <= ABOVE_FLOOR * max(known):
+    if math.isfinite(largest) and known and largest <= ABOVE_FLOOR * max(known) and problem.truncates():
         return None, Stop.FLOOR
     if len(history) >= options.iterations:
         return None, Stop.ITERATIONS
@@ -211,8 +214,8 @@ def _iteration(problem: Problem, history: Sequence[Iteration], point: int, faile
             break
         found |= {k: _indicator(problem, k) for k in wanted}
         surrogate = _surrogate(problem, found, closed)
-    if history and not used & found.keys() and _stalls(found, history[-1], closed):
-        found[point] = _indicator(problem, point)
+    if history and not _unstable(found, closed):
+        found |= {k: _indicator(problem, k) for k in _floor(found, history, point)}
     mean, std = kriging.predict(surrogate, problem.candidates)
     return Iteration(len(history) + 1, point, tuple(found), tuple(found.values()), mean, std, None, failed)
 
@@ -260,10 +263,11 @@ def _unstable(found: dict[int, float], closed: set[int]) -> bool:
     return any(math.isinf(i) for k, i in found.items() if k not in closed)
 
 
-def _stalls(found: dict[int, float], before: Iteration, closed: set[int]) -> bool:
-    """Whether the largest indicator has not fallen, so that the indicator at a full run has to tell whether it can."""
-    largest = max((i for k, i in found.items() if k not in closed), default=0.0)
-    return math.isfinite(largest) and largest > FALLS * before.largest
+def _floor(found: dict[int, float], history: Sequence[Iteration], point: int) -> list[int]:
+    """Full runs that are no samples, where the largest indicator is not at a full run: they tell what more of them can reach."""
+    used = [*(iteration.point for iteration in history), point]
+    worst = max(found, key=lambda k: found[k])
+    return [] if worst in used else [k for k in used if k not in found]
 
 
 def _indicator(problem: Problem, candidate: int) -> float:
@@ -324,6 +328,7 @@ def _problem(
     samples: Sequence[int],
     first: int,
     options: Options,
+    truncates: Callable[[], bool],
 ) -> Problem:
     """Candidates, samples and the first point, checked; copies of a candidate stand for the first of them."""
     where, x = "greedy.run", np.asarray(candidates, dtype=np.float64)
@@ -336,7 +341,7 @@ def _problem(
             raise InputError(say(f"{where}: {name}", f"a candidate, 0 to {len(x) - 1}", k))
     _, original, copies = np.unique(x, axis=0, return_index=True, return_inverse=True)
     same = tuple(int(k) for k in original[copies.ravel()])
-    return Problem(evaluate, extend, x, same, tuple(dict.fromkeys(same[k] for k in samples)), same[first], options)
+    return Problem(evaluate, extend, x, same, tuple(dict.fromkeys(same[k] for k in samples)), same[first], options, truncates)
 
 
 def _checked(done: Sequence[Iteration], problem: Problem) -> tuple[Iteration, ...]:

@@ -61,17 +61,27 @@ def record(campaign: Campaign) -> dict[str, Any]:
 
 def predictor(product: Product) -> Predictor | None:
     """The prediction of a model as a function of parameters; None where its notes have no record of a training."""
+    known = trained(product)
+    return None if known is None else functools.partial(predict, product, *known)
+
+
+def surrogate_of(product: Product) -> kriging.Surrogate | None:
+    """The surrogate of the indicator (49) over the unit box of the trained ranges; None without a record of a training."""
+    known = trained(product)
+    return None if known is None else known[0]
+
+
+def trained(product: Product) -> tuple[kriging.Surrogate, calibration.Calibration] | None:
+    """Surrogate and calibration of the record in the notes; None where there is none."""
     if KEY not in product.notes:
         return None
     try:
         samples, indicators, pairs = (np.asarray(product.notes[KEY][name], float) for name in ("samples", "indicators", "pairs"))
-        surrogate = kriging.fit(samples, indicators)
-        calibrated = calibration.fit(pairs[:, 0], pairs[:, 1])
+        return kriging.fit(samples, indicators), calibration.fit(pairs[:, 0], pairs[:, 1])
     except (LookupError, TypeError, ValueError) as problem:
         raise CorruptFile(
             say("record of the training", "samples, indicators and pairs", problem, "train the model anew")
         ) from problem
-    return functools.partial(predict, product, surrogate, calibrated)
 
 
 def predict(

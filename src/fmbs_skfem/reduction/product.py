@@ -22,11 +22,13 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from ..core.notices import notify
-from ..dynamics.integration import Trajectory, integrate
+from ..dynamics.integration import integrate
+from ..dynamics.trajectory import Trajectory
 from . import affine, files
 from . import parameters as boxes
 from .affine import ParametricCase
 from .cases import Case
+from .parameters import Parameter
 
 FORMAT = "fmbs_skfem parametric model"
 LIBRARIES = ("fmbs_skfem", "numpy", "scipy", "numba")
@@ -75,9 +77,15 @@ def case_of(product: Product, values: Mapping[str, float]) -> Case:
     found = affine.at(model, point)
     far = boxes.outside(model.parameters, point)
     if far:
-        listed = [f"{p.name} = {point[p.name]:g}, trained from {p.low:g} to {p.high:g}" for p in model.parameters if p.name in far]
+        listed = [f"{p.name} = {point[p.name]:g}, {distance(p, point[p.name])}" for p in model.parameters if p.name in far]
         notify(f"the reduced model runs outside its training: {'; '.join(listed)}; check its error against a full run")
     return found
+
+
+def distance(parameter: Parameter, value: float) -> str:
+    """How far a value lies outside of its range, in parts of the range on its scale."""
+    u = float(boxes.to_box((parameter,), [[value]])[0, 0])
+    return f"trained from {parameter.low:g} to {parameter.high:g}, {max(-u, u - 1.0):.0%} of that range outside"
 
 
 def hashes(paths: Iterable[str | Path]) -> dict[str, str]:

@@ -12,7 +12,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..dynamics.integration import GeneralizedAlpha, Newton, Trajectory, integrate
+from ..dynamics.integration import integrate
+from ..dynamics.scheme import GeneralizedAlpha, Newton
+from ..dynamics.trajectory import Trajectory
 from ..systems.system import System
 from .errors import compare
 from .training import Plan, newton_for

@@ -21,8 +21,9 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from ..core.errors import FmbsError
-from ..dynamics.integration import Trajectory, integrate
+from ..dynamics.integration import integrate
 from ..dynamics.outputs import centre_lines, lifted
+from ..dynamics.trajectory import Trajectory
 from ..systems.assembly import eliminate
 from ..systems.system import System
 from . import costs
@@ -113,26 +114,27 @@ def run(
     """Everything about one system (with all multipliers); `coarse` are the same on coarser meshes, by cells a body.
 
     `form` makes the system that is run as the full model. A reduced or coarse model that fails is a record with its reason; a
-    failure of the full model is raised.
+    failure of the full model is raised. It runs twice where its snapshots need a sharper iteration than itself: the sharp motion is
+    the reference, the other one is timed, as the models are, when nothing is left to compile.
     """
     system, h, kept = form(raw), options.scheme.step, kept_steps(options)
     sharp, own = sharp_newton(options), newton_of_full(options)
     integrate(system, options.scheme, 2 * h, own)  # compiles, so that no run is charged for it
-    full = timed(system, options, h, kept, own)
-    taught = full if sharp == own else timed(system, replace(options, repeat=1), h, kept, sharp)
-    data = snapshots(taught, options.interval)
+    full = timed(system, options if sharp == own else replace(options, repeat=1), h, kept, sharp)
+    data = snapshots(full, options.interval)
     fine = other_steps(system, options, kept)
-    jobs = [Job("full", "full", h, lambda: Trained(system), full)]
-    jobs += [*reduced_jobs(raw, data, options), *competitors(raw, system, options, coarse or {}, fine, form)]
+    jobs = [*reduced_jobs(raw, data, options), *competitors(raw, system, options, coarse or {}, fine, form)]
     records, motions, found, trained = [], {}, {}, {}
     for number, job in enumerate(jobs):
         record, model, motion, errors = evaluate(job, raw, full, options, kept)
         records.append(record)
-        if job.name == job.family and job.family != "full" and model and motion and errors:
+        if job.name == job.family and model and motion and errors:
             motions[job.name], found[job.name], trained[job.name] = motion, errors, model
         if progress:
-            progress((number + 1) / len(jobs))
-    told = tuple(with_ratios(records, taught.statistics.cpu_s))
+            progress((number + 1) / (len(jobs) + 1))
+    own_run = full if sharp == own else timed(system, options, h, kept, own)
+    itself = evaluate(Job("full", "full", h, lambda: Trained(system), own_run), raw, own_run, options, kept)[0]
+    told = tuple(with_ratios([itself, *records], full.statistics.cpu_s))
     return Study(told, full, motions, found, trained, step_error(full, fine, h))
 
 

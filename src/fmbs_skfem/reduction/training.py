@@ -14,7 +14,7 @@ import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from ..dynamics.integration import Newton
+from ..dynamics.scheme import Newton
 from ..systems.system import System
 from . import hyper
 from .galerkin import Snapshots, bases, projected, reduce_system

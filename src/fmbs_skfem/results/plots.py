@@ -92,12 +92,12 @@ def errors(
 
 
 def slider(
-    path: Path | str, times: Array, position: Mapping[str, Array], speed: Mapping[str, Array] | None = None, title: str = ""
+    path: Path | str, times: Array, position: Mapping[str, Array], speed: Mapping[str, Array], axis: str = "x", title: str = ""
 ) -> Path:
-    """Displacement of a slider x(t) - x(0) [m] and, where known, the crank's speed [rad/s] in turns a minute, as Fig. 11."""
-    outputs = {"x-displacement of the slider [m]": {name: np.asarray(x) - np.asarray(x)[0] for name, x in position.items()}}
-    if speed is not None:
-        outputs["speed of the crank [rpm]"] = {name: np.asarray(w) * 30 / np.pi for name, w in speed.items()}
+    """Displacement of a slider x(t) - x(0) [m] along an axis, and the crank's speed [rad/s] in turns a minute, as Fig. 11."""
+    displacement = {name: np.asarray(x) - np.asarray(x)[0] for name, x in position.items()}
+    turns = {name: np.asarray(w) * 30 / np.pi for name, w in speed.items()}
+    outputs = {f"{axis}-displacement of the slider [m]": displacement, "speed of the crank [rpm]": turns}
     return history_grid(path, times, outputs, title=title)
 
 

@@ -1,7 +1,7 @@
 """Figures of a greedy training: the surrogate of the indicator with its samples, errors over the parameters, predicted errors.
 
-Arrays in, one file out; letters: c candidates, k samples or hold-out points. Figures 13 and 14 of doi 10.1016/j.cma.2019.112690
-have the form of `errors_over`.
+Arrays in, one file out; letters: c candidates, k samples or hold-out points. Only `slices` takes a surrogate as it is. Figures 13
+and 14 of doi 10.1016/j.cma.2019.112690 have the form of `errors_over`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.errors import InputError, say
+from ..reduction import kriging
+from ..reduction import parameters as boxes
+from ..reduction.kriging import Surrogate
+from ..reduction.parameters import Parameter, Scale
 from . import palette
 from .frames import Array
 from .plots import DASHES, MARKERS, _figure, _legend_below, _positive, _save
@@ -26,6 +31,7 @@ if TYPE_CHECKING:
 
 GRID = "#E4E4E4"
 LEVELS = 14  #: colours of a surface
+FINE = {1: 201, 2: 61}  #: points along an axis of a curve and of a surface
 LABELS = ("surrogate", "two standard deviations", "reduced runs", "reduced runs at full runs", "next full run")
 
 
@@ -36,7 +42,7 @@ class Panel:
     title: str
     mean: Array  #: (c,)
     std: Array  #: (c,)
-    samples: Array  #: (k,) numbers of candidates
+    samples: NDArray[np.intp]  #: (k,) numbers of candidates, or of places after them
     indicators: Array  #: (k,)
     chosen: int | None = None  #: candidate of the next full run
     runs: tuple[int, ...] = ()  #: candidates with a full run, where the surrogate is not fitted
@@ -70,6 +76,31 @@ def surrogate(path: Path | str, candidates: Mapping[str, Array], panels: Sequenc
     if len(names) == 2:
         _bar(figure, list(grid.flat[: len(panels)]), limits, label)
     _legend_below(figure, LABELS, list(grid.flat[: len(panels)]))
+    return _save(figure, path)
+
+
+def slices(path: Path | str, known: Sequence[Parameter], model: Surrogate, label: str = "indicator (49)", title: str = "") -> Path:
+    """A surrogate with its samples: one parameter a curve with its band, two a surface, more slices through the centre.
+
+    Of more than two, curves stand on the diagonal and surfaces below; samples, which lie beside the slices, are projected on them.
+    """
+    sides = [0] if len(known) == 1 else range(len(known))
+    alone = len(known) == 2
+    size = 1 if alone else len(sides)
+    figure = _figure(max(6.4, 3.2 * size + 0.8), max(4.4, 2.7 * size + 0.6), title)
+    grid = figure.subplots(size, size, squeeze=False)
+    pairs = [(1, 0)] if alone else [(i, j) for i in sides for j in sides if j <= i]
+    cuts = {(i, j): _cut(known, model, (j,) if i == j else (j, i)) for i, j in pairs}
+    limits = _limits([panel for _, panel in cuts.values()])
+    for (i, j), (values, panel) in cuts.items():
+        axes = grid[0, 0] if alone else grid[i, j]
+        (_curve if i == j else _surface)(axes, values, panel, limits)
+        _scaled(axes, known, (j,) if i == j else (j, i), label)
+    for i, j in itertools.combinations(range(size), 2):
+        grid[i, j].set_axis_off()
+    if len(known) > 1:
+        _bar(figure, list(grid.flat), limits, label)
+    _legend_below(figure, LABELS, list(grid.flat))
     return _save(figure, path)
 
 
@@ -136,6 +167,27 @@ def predicted(
     return _save(figure, path)
 
 
+def _cut(known: Sequence[Parameter], model: Surrogate, axes: tuple[int, ...]) -> tuple[list[Array], Panel]:
+    """The surrogate along some axes, the others at the middle of the box, and the samples there."""
+    lines = [np.linspace(0.0, 1.0, FINE[len(axes)])] * len(axes)
+    mesh = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    unit = np.full((len(mesh), len(known)), 0.5)
+    unit[:, axes] = mesh
+    mean, std = kriging.predict(model, unit)
+    values = boxes.from_box(tuple(known), np.concatenate([unit, model.points]))
+    samples = np.arange(len(mesh), len(values))
+    return [values[:, k] for k in axes], Panel("", mean, std, samples, 10**model.values)
+
+
+def _scaled(axes: Axes, known: Sequence[Parameter], sides: tuple[int, ...], label: str) -> None:
+    """Names and scales of the axes of a cut."""
+    names = [f"{known[k].name} [{known[k].unit}]" if known[k].unit else known[k].name for k in sides]
+    axes.set(xlabel=names[0], ylabel=label if len(names) == 1 else names[1])
+    for k, set_scale in zip(sides, (axes.set_xscale, axes.set_yscale), strict=False):
+        if known[k].scale is Scale.LOG:
+            set_scale("log")
+
+
 def _limits(panels: Sequence[Panel]) -> tuple[float, float]:
     """Lowest and highest mean of all iterations, apart."""
     low, high = min(float(panel.mean.min()) for panel in panels), max(float(panel.mean.max()) for panel in panels)
@@ -143,7 +195,7 @@ def _limits(panels: Sequence[Panel]) -> tuple[float, float]:
 
 
 def _curve(axes: Axes, values: Sequence[Array], panel: Panel, limits: tuple[float, float]) -> None:
-    order = np.argsort(values[0], kind="stable")
+    order = np.argsort(values[0][: len(panel.mean)], kind="stable")
     x, mean, std = np.asarray(values[0])[order], panel.mean[order], panel.std[order]
     band = (10 ** (mean - 2 * std), 10 ** (mean + 2 * std))
     axes.fill_between(x, *band, color=palette.SKY, alpha=0.35, lw=0, label="two standard deviations")
@@ -167,11 +219,12 @@ def _curve(axes: Axes, values: Sequence[Array], panel: Panel, limits: tuple[floa
 
 def _surface(axes: Axes, values: Sequence[Array], panel: Panel, limits: tuple[float, float]) -> None:
     x, y = values
+    shown = slice(len(panel.mean))
     levels = np.linspace(*limits, LEVELS + 1)
     if _spreads(x, y):
-        axes.tricontourf(x, y, panel.mean, levels=levels, cmap="viridis", extend="both")
+        axes.tricontourf(x[shown], y[shown], panel.mean, levels=levels, cmap="viridis", extend="both")
     else:
-        axes.scatter(x, y, c=panel.mean, vmin=limits[0], vmax=limits[1], cmap="viridis", s=14)
+        axes.scatter(x[shown], y[shown], c=panel.mean, vmin=limits[0], vmax=limits[1], cmap="viridis", s=14)
     axes.plot(x[panel.samples], y[panel.samples], "o", mfc="white", mec=palette.BLACK, ms=5, label="reduced runs")
     if panel.chosen is not None:
         axes.plot(x[[panel.chosen]], y[[panel.chosen]], "*", color=palette.VERMILLION, ms=15, mec="white", label="next full run")

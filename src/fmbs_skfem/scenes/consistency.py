@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator
 
 from ..core.errors import closest
 from ..core.problems import Problem, shown
-from . import times
+from . import plausibility, times
 from .fields import Place
 from .models import Found
 from .plate_fields import Spans
@@ -43,7 +43,6 @@ from .schema import (
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 PLACES = ("at", "to", "tip", "root", "carrier")  #: keys of joints, loads and outputs that may hold a place
 TURNING = (DrivenAngle, Revolute, Gear, TorsionSpring, AngleOutput)  #: what turns, in space about an axis that has to be given
-WAVE_SPEEDS = (10.0, 3e4)  #: plausible sqrt(E / rho) [m/s]: soft rubber to diamond
 
 
 def problems(scene: Scene) -> Iterator[Found]:
@@ -67,16 +66,9 @@ def notices(scene: Scene) -> Iterator[tuple[tuple[str, ...], str]]:
         if not limits.low <= scene.parameters[name] <= limits.high:
             text = f"the value {scene.parameters[name]:g} {limits.unit}".strip()
             yield ("parameters", name), f"{text} is outside the range of {limits}, where reduced models are trained"
+    yield from ((finding.keys, str(finding)) for finding in plausibility.materials(scene))
     for name, body in scene.bodies.items():
-        material, rotation = getattr(body, "material", None), getattr(body, "rotation", None)
-        if material is not None:
-            speed = math.sqrt(material.young_modulus / material.density)
-            if not WAVE_SPEEDS[0] <= speed <= WAVE_SPEEDS[1]:
-                yield (
-                    ("bodies", name, "material"),
-                    f"the wave speed sqrt(E / rho) = {speed:.3g} m/s is outside {WAVE_SPEEDS[0]:g} to {WAVE_SPEEDS[1]:g} m/s: "
-                    "are Young's modulus and density in SI units?",
-                )
+        rotation = getattr(body, "rotation", None)
         if rotation is not None and abs(rotation.angle) > 2 * math.pi * (1 + 1e-12):
             yield ("bodies", name, "rotation"), _turns(rotation.angle)
     for name, joint in scene.joints.items():

@@ -63,5 +63,5 @@ def member(
         build.system(found, cells, allow_outside),
         GeneralizedAlpha(analysis.step, analysis.rho_inf),
         analysis.duration if duration is None else duration,
-        Newton(tolerance=analysis.tolerance),
+        Newton(tolerance=analysis.tolerance, solver=analysis.solver),
     )

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, StrictStr
+from pydantic import Field, StrictBool, StrictStr, ValidationInfo, field_validator
 
+from ..core.problems import Problem
 from . import fields, plate_fields
 from .models import Model
 
@@ -234,13 +235,33 @@ class SurfaceLoad(Model):
 
 
 class PressureLoad(Model):
-    """A pressure along the normal of the reference surface on a plate or shell in space, or on named faces of it."""
+    """A pressure along the normal of the reference surface on a plate or shell in space, or on named faces of it.
+
+    With `follower` it is constant, and keeps the direction and the area of the deformed surface.
+    """
 
     type: Literal["pressure"]
     body: StrictStr
     pressure: fields.SignedPressure
     faces: plate_fields.Names = ()
     history: fields.History | None = None
+    follower: StrictBool = False
+
+    @field_validator("follower")
+    @classmethod
+    def _constant(cls, value: bool, info: ValidationInfo) -> bool:
+        if value and info.data.get("history") is not None:
+            raise Problem("a constant pressure", "a history", "a pressure that follows has none: take out one of the two")
+        return value
+
+
+class NormalEdgeLoad(Model):
+    """A constant force per length [N/m] of named edges of a planar plate along their outward normal, which turns with them."""
+
+    type: Literal["normal_edge_load"]
+    body: StrictStr
+    edges: plate_fields.Names
+    force: fields.LineForce
 
 
 class EdgeLoad(Model):
@@ -254,6 +275,6 @@ class EdgeLoad(Model):
 
 
 Load: TypeAlias = Annotated[
-    Gravity | PointForce | Follower | Moment | Torque | TorsionSpring | SurfaceLoad | PressureLoad | EdgeLoad,
+    Gravity | PointForce | Follower | Moment | Torque | TorsionSpring | SurfaceLoad | PressureLoad | EdgeLoad | NormalEdgeLoad,
     Field(discriminator="type"),
 ]

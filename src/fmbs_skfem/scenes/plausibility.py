@@ -1,6 +1,6 @@
 r"""Numbers of a scene that are allowed but hardly meant: units, sizes, masses, slenderness, sag under weight, shapes of cells.
 
-    wave speed     sqrt(E / rho),  of given sections sqrt(EA / rhoA)             50 to 20 000 m/s: rubber to diamond
+    wave speed     sqrt(E / rho),  of given sections sqrt(EA / rhoA)             50 to 20 000 m/s where masses count
     slenderness    L / i,  i = sqrt(EI / EA);   sqrt(area) / t of plates         thin enough for laws without shear
     sag            w L^4 / (8 EI) of the cantilever of that length, strain w L / EA under its weight (W. C. Young, R. G. Budynas,
                    Roark's Formulas for Stress and Strain, 7th ed., McGraw-Hill 2002, table 8.1)
@@ -28,7 +28,8 @@ from ..shapes.surface import Parent, Surface
 from . import schema
 from .parts import section
 
-WAVE_SPEEDS = (50.0, 2e4)  #: [m/s]
+WAVE_SPEEDS = (50.0, 2e4)  #: where masses count [m/s]
+SOLIDS = (10.0, 3e4)  #: soft rubber to diamond [m/s]
 DENSITIES = (0.5, 3e4)  #: aerogel to osmium [kg/m3]
 MASSES = (1e-9, 1e7)  #: of a body [kg]
 LENGTHS = (1e-6, 1e3)  #: of a body [m]
@@ -194,9 +195,22 @@ def plate_cells(part: Body) -> tuple[Cells, np.ndarray]:
     )
 
 
+def materials(scene: schema.Scene) -> Iterator[Finding]:
+    """Wave speeds of the materials of a scene, which need no mesh."""
+    for name, body in scene.bodies.items():
+        if (material := getattr(body, "material", None)) is not None:
+            speed = math.sqrt(material.young_modulus / material.density)
+            yield from _wave_speed(("bodies", name, "material"), speed, moving(scene))
+
+
+def moving(scene: schema.Scene) -> bool:
+    """Whether masses count: something moves, or weighs."""
+    return scene.analysis.type != "static" or bool(weights(scene))
+
+
 def findings(scene: schema.Scene, known: Mapping[str, Figures]) -> Iterator[Finding]:
     """What is hardly meant, in the order of the scene."""
-    waves = scene.analysis.type != "static" or bool(weights(scene))
+    waves = moving(scene)
     for name, own in known.items():
         yield from _material(scene.bodies[name], name, own, waves)
         yield from _sizes(name, own)
@@ -233,11 +247,18 @@ def _material(model: Any, name: str, own: Figures, waves: bool) -> Iterator[Find
         meant = f"is it {heavy:.4g} kg/m3, given in t/mm3?" if DENSITIES[0] <= heavy <= DENSITIES[1] else ""
         text = f"{density:.4g} kg/m3 is outside {DENSITIES[0]:g} to {DENSITIES[1]:g} kg/m3"
         yield Finding(("bodies", name, *(["material"] if material else []), "density"), text, meant)
-    if waves and own.wave_speed is not None and not WAVE_SPEEDS[0] <= own.wave_speed <= WAVE_SPEEDS[1]:
-        text = f"the wave speed sqrt(E / rho) = {own.wave_speed:.3g} m/s is outside {WAVE_SPEEDS[0]:g} to {WAVE_SPEEDS[1]:g} m/s"
-        slips = [unit for unit, factor in SLIPS.items() if USUAL[0] <= own.wave_speed * math.sqrt(factor) <= USUAL[1]]
-        meant = f"is {' or '.join(slips)}?" if slips else "are Young's modulus and density in SI units?"
-        yield Finding(("bodies", name, "material" if material else "section"), text, meant)
+    if own.wave_speed is not None:
+        yield from _wave_speed(("bodies", name, "material" if material else "section"), own.wave_speed, waves)
+
+
+def _wave_speed(keys: tuple[str, ...], speed: float, waves: bool) -> Iterator[Finding]:
+    """A wave speed beyond that of solids, or where masses count of usual ones, with the unit that would explain it."""
+    low, high = WAVE_SPEEDS if waves else SOLIDS
+    if low <= speed <= high:
+        return
+    text = f"the wave speed sqrt(E / rho) = {speed:.3g} m/s is outside {low:g} to {high:g} m/s in SI units"
+    slips = [unit for unit, factor in SLIPS.items() if USUAL[0] <= speed * math.sqrt(factor) <= USUAL[1]]
+    yield Finding(keys, text, f"is {' or '.join(slips)}?" if slips else "are Young's modulus and density right?")
 
 
 def _sizes(name: str, own: Figures) -> Iterator[Finding]:

@@ -137,13 +137,20 @@ def _(model: schema.SurfaceLoad, name: str) -> loads.SurfaceLoad:
 
 
 @load.register
-def _(model: schema.PressureLoad, name: str) -> loads.NormalPressure:
+def _(model: schema.PressureLoad, name: str) -> loads.NormalPressure | loads.FollowerPressure:
+    if model.follower:
+        return loads.FollowerPressure(name, model.body, model.pressure, model.faces)
     return loads.NormalPressure(name, model.body, model.pressure, model.history, model.faces)
 
 
 @load.register
 def _(model: schema.EdgeLoad, name: str) -> loads.EdgeLoad:
     return loads.EdgeLoad(name, model.body, model.edges, model.force, model.history)
+
+
+@load.register
+def _(model: schema.NormalEdgeLoad, name: str) -> loads.FollowerEdgeLoad:
+    return loads.FollowerEdgeLoad(name, model.body, model.edges, model.force)
 
 
 @singledispatch

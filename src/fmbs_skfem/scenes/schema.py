@@ -29,6 +29,7 @@ from .links import (
     Joint,
     Load,
     Moment,
+    NormalEdgeLoad,
     Pin,
     PointForce,
     PressureLoad,
@@ -85,6 +86,7 @@ __all__ = [
     "SurfaceLoad",
     "PressureLoad",
     "EdgeLoad",
+    "NormalEdgeLoad",
     "Damping",
     "Motion",
     "Initial",
@@ -137,6 +139,7 @@ class Dynamic(Model):
     """Time integration by generalized-alpha; every `every`-th step is kept, or states every so many seconds, span by span.
 
     Without `constraints`, linear ones are eliminated, except where plates are large: sparse factors need them as multipliers.
+    `solver` is that of large models: this package's, or PARDISO (the extra `pardiso`).
     """
 
     type: Literal["dynamic"]
@@ -146,6 +149,7 @@ class Dynamic(Model):
     rho_inf: Annotated[fields.Number, Field(ge=0.0, le=1.0)] = 0.8
     every: plate_fields.Every = 1
     tolerance: fields.Tolerance = 1e-10
+    solver: Literal["own", "pardiso"] = "own"
 
 
 class Static(Model):

@@ -18,6 +18,7 @@ from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import notify
 from ..shapes import line, surface
 from ..shapes.surface import Surface
+from . import echelon
 from . import joints as joint_rules
 from . import loads as load_rules
 from . import probes as probe_rules
@@ -77,6 +78,7 @@ def assemble(
     for part in parts:
         orthonormal(part, draft)
     forces = [load_rules.force(load, draft) for load in loads]
+    following = load_rules.following(loads, draft)
     terms = [term for linear, _ in forces for term in linear]
     sensed = {name: probe_rules.sense(probe, name, draft) for name, probe in (outputs or {}).items()}
     mass = csr_array(block_diag([kron(part.mass, np.eye(layout.dim)) for part in parts], format="csr"))
@@ -88,8 +90,9 @@ def assemble(
         mass=mass,
         damping=csr_array(damping.mass * mass),
         stiffness=springs(parts, layout.dim),
-        elastic=tuple(
-            Elastic(part.name, damping.stiffness, gather(part, part.cells, layout)) for part in parts if part.cells is not None
+        elastic=(
+            *(Elastic(part.name, damping.stiffness, gather(part, part.cells, layout)) for part in parts if part.cells is not None),
+            *(Elastic(name, 0.0, gather(part, cells, layout)) for name, part, cells in following),
         ),
         probes=probes,
         constraints=constraints(draft),
@@ -252,54 +255,25 @@ def eliminate(system: System, tolerance: float = 1e-9) -> System:
     rows, A, a = linear_part(system)
     if len(rows) == 0:
         return replace(system, full=system)
-    used = np.unique(A.indices)
-    dependent, independent, solution, fixed = row_echelon(system, rows, A[:, used].toarray(), a, tolerance)
-    kept = np.setdiff1d(np.arange(system.size), used[dependent])
+    found = echelon.solve(A, a, tolerance)
+    report_dependent([system.constraints.names[rows[k]] for k in found.left], found.gap, tolerance * system.scale)
+    kept = np.setdiff1d(np.arange(system.size), found.dependent)
     place = np.full(system.size, -1)
     place[kept] = np.arange(len(kept))
-    i, j = np.nonzero(np.abs(solution) > tolerance)
+    S = found.solution.tocoo()
     T = csr_array(
         (
-            np.concatenate([np.ones(len(kept)), solution[i, j]]),
-            (np.concatenate([kept, used[dependent[i]]]), np.concatenate([place[kept], place[used[independent[j]]]])),
+            np.concatenate([np.ones(len(kept)), S.data]),
+            (np.concatenate([kept, found.dependent[S.row]]), np.concatenate([place[kept], place[S.col]])),
         ),
         shape=(system.size, len(kept)),
     )
     d = np.zeros(system.size)
-    d[used[dependent]] = fixed
+    d[found.dependent] = found.fixed
     report_moved(system, rows, A @ system.x0 + a)
     rest = np.flatnonzero(~is_linear(system.constraints))
     free = change_coordinates(keep_constraints(system, rest), T, d)
     return replace(free, v0=admissible_velocity(system, T, free), full=system)
-
-
-def row_echelon(
-    system: System, rows: np.ndarray, A: np.ndarray, a: np.ndarray, tolerance: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Solve A x + a = 0 by elimination with full pivoting: x[dependent] = solution @ x[independent] + fixed."""
-    work, right = A.copy(), -a
-    names = [system.constraints.names[k] for k in rows]
-    size = np.abs(A).max(axis=1, initial=0.0)
-    pivots: list[tuple[int, int]] = []
-    left = list(range(len(rows)))
-    while left:
-        i, j = np.unravel_index(np.argmax(np.abs(work[left])), (len(left), work.shape[1]))
-        row = left[i]
-        if abs(work[row, j]) <= tolerance * max(size.max(), 1e-300):
-            break
-        left.remove(row)
-        pivots.append((row, int(j)))
-        right[row] /= work[row, j]
-        work[row] /= work[row, j]
-        for other in range(len(rows)):
-            if other != row and work[other, j] != 0.0:
-                right[other] -= work[other, j] * right[row]
-                work[other] -= work[other, j] * work[row]
-    report_dependent(names, left, right, tolerance * system.scale)
-    order = np.array([row for row, _ in pivots], dtype=np.int64)
-    dependent = np.array([column for _, column in pivots], dtype=np.int64)
-    independent = np.setdiff1d(np.arange(A.shape[1]), dependent)
-    return dependent, independent, -work[np.ix_(order, independent)], right[order]
 
 
 def report_moved(system: System, rows: np.ndarray, gap: np.ndarray, tolerance: float = 1e-6) -> None:
@@ -321,13 +295,13 @@ def admissible_velocity(system: System, T: csr_array, free: System) -> np.ndarra
     return v
 
 
-def report_dependent(names: list[tuple[str, str]], left: list[int], right: np.ndarray, tolerance: float) -> None:
+def report_dependent(names: list[tuple[str, str]], gap: np.ndarray, tolerance: float) -> None:
     """Notice redundant rows; refuse contradictory ones."""
-    wrong = sorted((k for k in left if abs(right[k]) > tolerance), key=lambda k: -abs(right[k]))
+    wrong = sorted(np.flatnonzero(np.abs(gap) > tolerance), key=lambda k: -abs(gap[k]))
     if wrong:
-        worst = tuple((f"{names[k][0]}.{names[k][1]}", abs(float(right[k]))) for k in wrong)
-        listed = ", ".join(f"{name} by {gap:.3g} m" for name, gap in worst)
+        worst = tuple((".".join(names[k]), abs(float(gap[k]))) for k in wrong)
+        listed = ", ".join(f"{name} by {miss:.3g} m" for name, miss in worst)
         raise SolverError(f"joints contradict each other: {listed}", Reason.INCONSISTENT, 0.0, worst)
-    if left:
-        listed = ", ".join(sorted({f"{names[k][0]}.{names[k][1]}" for k in left}))
+    if names:
+        listed = ", ".join(sorted({".".join(name) for name in names}))
         notify(f"redundant constraint rows are left out (their reactions are not unique): {listed}")

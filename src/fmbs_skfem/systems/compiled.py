@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.sparse import block_array, coo_array, csr_array, kron
@@ -11,7 +12,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from ..bodies import laws as elastic_laws
 from ..bodies.body import Cells
 from ..core.linalg import as_dense, is_sparse, mirrored
-from . import gathers, kernels, quartic, sparse
+from . import gathers, kernels, quartic, sparse, turning
 from .kernels import Arrays, Csr, Forces, Groups, Operator, Pairs, Scatter, Terms
 from .quartic import Quartic
 from .springs import ANGLE
@@ -96,8 +97,19 @@ def compile_system(system: System) -> Compiled:
         ),
         pairs=Pairs(target, factor, len(pairs)),
         load=np.ascontiguousarray(loads.constant[order]),
+        turning=turning.nothing(system.size),
     )
+    if dense and not cells.cells:
+        arrays = arrays._replace(turning=turning.turning(system, partial(group_tangent, arrays, work)))
     return Compiled(system, arrays, order, work, sparse.plan(cells, groups, work) if large else None)
+
+
+def group_tangent(A: Arrays, work: int, number: int, x: np.ndarray) -> np.ndarray:
+    """Tangent of one elastic group of a dense system (n, n) at x."""
+    one = slice(number, number + 1)
+    groups, W = A.groups._replace(table=A.groups.table[one], beta=A.groups.beta[one]), np.zeros((len(x), len(x)))
+    kernels.add_elastic_tangent(groups, A.scatter, A.lift, A.lift_offset, x, np.zeros(0), 0.0, np.zeros((3, work)), W)
+    return W
 
 
 def massless(system: System, cells: gathers.Collected) -> bool:
@@ -134,6 +146,7 @@ def vectorwise(A: csr_array, dim: int) -> tuple[Csr, int]:
 
 def triple(A: csr_array) -> Csr:
     A = csr_array(A)
+    A.sum_duplicates()
     return Csr(A.indptr.astype(np.int64), A.indices.astype(np.int64), A.data.astype(float))
 
 

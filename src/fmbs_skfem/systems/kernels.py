@@ -14,9 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..bodies import laws
-from ..core.jit import jit
+from ..core.entries import view
+from ..core.jit import jit, summing
 from . import quartic, springs
 from .springs import ANGLE
+from .turning import Turning
 
 # columns of `groups`
 SAMPLED, LAW, VECTORS, ROWS, POINTS, CELLS, BASIS, COMPONENTS, NODES, TABLE, OFFSET, SECTION, FIRST, COUNT, PAIR, TURNED = range(16)
@@ -24,7 +26,7 @@ SAMPLE, QUARTIC = 1, 2  #: values of SAMPLED: points multiplied out, a polynomia
 
 
 class Csr(NamedTuple):
-    """A sparse matrix inside compiled code."""
+    """A sparse matrix inside compiled code, the columns of every row in order."""
 
     indptr: np.ndarray
     indices: np.ndarray
@@ -113,6 +115,7 @@ class Arrays(NamedTuple):
     forces: Forces
     pairs: Pairs
     load: np.ndarray  #: (n,) constant generalised force [N]
+    turning: Turning  #: of reduced bodies in the plane
 
 
 @jit
@@ -122,14 +125,25 @@ def clear(x: np.ndarray) -> None:
         x[i] = 0.0
 
 
-@jit
+@summing
 def add_product(A: Csr, factor: float, x: np.ndarray, y: np.ndarray) -> None:
     """y += factor A x."""
     for i in range(len(A.indptr) - 1):
-        total = 0.0
-        for k in range(A.indptr[i], A.indptr[i + 1]):
-            total += A.data[k] * x[A.indices[k]]
+        total, start, stop = 0.0, A.indptr[i], A.indptr[i + 1]
+        if unbroken(A, start, stop):
+            row, part = A.data[start:stop], x[A.indices[start] :]
+            for k in range(len(row)):
+                total += row[k] * part[k]
+        else:
+            for k in range(start, stop):
+                total += A.data[k] * x[A.indices[k]]
         y[i] += factor * total
+
+
+@jit
+def unbroken(A: Csr, start: int, stop: int) -> bool:
+    """Whether entries of a row, in order, stand side by side, and are so many that it pays to know."""
+    return stop - start > 8 and A.indices[stop - 1] - A.indices[start] == stop - start - 1
 
 
 @jit
@@ -189,9 +203,15 @@ def add_operator(A: Operator, x: np.ndarray, y: np.ndarray) -> None:
 def add_transposed(A: Csr, factor: float, y: np.ndarray, x: np.ndarray) -> None:
     """x += factor A^T y."""
     for i in range(len(A.indptr) - 1):
-        value = factor * y[i]
-        if value != 0.0:
-            for k in range(A.indptr[i], A.indptr[i + 1]):
+        value, start, stop = factor * y[i], A.indptr[i], A.indptr[i + 1]
+        if value == 0.0:
+            continue
+        if unbroken(A, start, stop):
+            row, part = A.data[start:stop], x[A.indices[start] :]
+            for k in range(len(row)):
+                part[k] += row[k] * value
+        else:
+            for k in range(start, stop):
                 x[A.indices[k]] += A.data[k] * value
 
 
@@ -216,6 +236,29 @@ def add_combination(rows: np.ndarray, factors: np.ndarray, y: np.ndarray) -> Non
         row_a, a = rows[r], factors[r]
         for i in range(len(y)):
             y[i] += row_a[i] * a
+
+
+@summing
+def add_sums(rows: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
+    """y (r,) += sum_i rows[r, i] x[i]; four rows at a time."""
+    full = len(y) // 4 * 4
+    for r in range(0, full, 4):
+        row_a, row_b, row_c, row_d = rows[r], rows[r + 1], rows[r + 2], rows[r + 3]
+        a, b, c, d = 0.0, 0.0, 0.0, 0.0
+        for i in range(len(x)):
+            a += row_a[i] * x[i]
+            b += row_b[i] * x[i]
+            c += row_c[i] * x[i]
+            d += row_d[i] * x[i]
+        y[r] += a
+        y[r + 1] += b
+        y[r + 2] += c
+        y[r + 3] += d
+    for r in range(full, len(y)):
+        row_a, a = rows[r], 0.0
+        for i in range(len(x)):
+            a += row_a[i] * x[i]
+        y[r] += a
 
 
 @jit
@@ -280,9 +323,8 @@ def cell_views(groups: Groups, g: int) -> tuple[np.ndarray, np.ndarray]:
     """Node numbers (b, e) and table (k, p, b, e) of a group of cells."""
     row = groups.table[g]
     cells, basis, points = row[CELLS], row[BASIS], row[POINTS]
-    nodes = groups.integers[row[NODES] : row[NODES] + basis * cells].reshape(basis, cells)
-    size = row[VECTORS] * points * basis * cells
-    return nodes, groups.numbers[row[TABLE] : row[TABLE] + size].reshape(row[VECTORS], points, basis, cells)
+    nodes = view(groups.integers, row[NODES], (basis, cells))
+    return nodes, view(groups.numbers, row[TABLE], (row[VECTORS], points, basis, cells))
 
 
 @jit
@@ -290,9 +332,14 @@ def sampled_views(groups: Groups, g: int) -> tuple[np.ndarray, np.ndarray]:
     """Jets (k c p, r) and offset (k c p,) of a group of sampled points."""
     row = groups.table[g]
     size, modes = row[VECTORS] * row[COMPONENTS] * row[POINTS] * row[CELLS], row[COUNT]
-    return groups.numbers[row[TABLE] : row[TABLE] + size * modes].reshape(size, modes), groups.numbers[
-        row[OFFSET] : row[OFFSET] + size
-    ]
+    return view(groups.numbers, row[TABLE], (size, modes)), view(groups.numbers, row[OFFSET], (size,))
+
+
+@jit
+def turned_view(groups: Groups, g: int) -> np.ndarray:
+    """Jets mode by mode (r, k c p): forces read these alone, so that they stay in the cache from gather to scatter."""
+    row = groups.table[g]
+    return view(groups.numbers, row[TURNED], (row[COUNT], row[VECTORS] * row[COMPONENTS] * row[POINTS] * row[CELLS]))
 
 
 @jit
@@ -304,8 +351,7 @@ def coefficients(groups: Groups, g: int) -> np.ndarray:
 @jit
 def section_view(groups: Groups, g: int) -> np.ndarray:
     row = groups.table[g]
-    size = row[ROWS] * row[POINTS] * row[CELLS]
-    return groups.numbers[row[SECTION] : row[SECTION] + size].reshape(row[ROWS], row[POINTS], row[CELLS])
+    return view(groups.numbers, row[SECTION], (row[ROWS], row[POINTS], row[CELLS]))
 
 
 @jit
@@ -314,19 +360,17 @@ def gather(groups: Groups, g: int, x: np.ndarray, q: np.ndarray, fixed: float, w
     row = groups.table[g]
     shape = (row[VECTORS] * row[COMPONENTS], row[POINTS], row[CELLS])
     size = shape[0] * shape[1] * shape[2]
-    flat = work[:size]
+    flat = view(work, 0, (size,))
     if row[SAMPLED] == SAMPLE:
         _, offset = sampled_views(groups, g)
         for i in range(size):
             flat[i] = fixed * offset[i]
-        modes = row[COUNT]
-        turned = groups.numbers[row[TURNED] : row[TURNED] + size * modes].reshape(modes, size)
-        add_combination(turned, x[row[FIRST] : row[FIRST] + modes], flat)
+        add_combination(turned_view(groups, g), view(x, row[FIRST], (row[COUNT],)), flat)
     else:
         nodes, table = cell_views(groups, g)
-        local = work[size : size + row[BASIS] * row[COMPONENTS] * row[CELLS]].reshape(row[BASIS], row[COMPONENTS], row[CELLS])
-        gather_cells(nodes, table, q, local, flat.reshape(shape))
-    return flat.reshape(shape)
+        local = view(work, size, (row[BASIS], row[COMPONENTS], row[CELLS]))
+        gather_cells(nodes, table, q, local, view(work, 0, shape))
+    return view(work, 0, shape)
 
 
 @jit
@@ -352,14 +396,13 @@ def add_elastic_force(
             continue
         u = gather(groups, g, x, q, 1.0, work[0])
         rate = gather(groups, g, v, qv, 0.0, work[1]) if groups.beta[g] > 0.0 else u
-        S = work[2][: u.size].reshape(u.shape)
+        S = view(work[2], 0, u.shape)
         laws.call_stress(groups.laws, row[LAW], u, rate, groups.beta[g], section_view(groups, g), S)
         if row[SAMPLED] == SAMPLE:
-            jets, _ = sampled_views(groups, g)
-            add_combination(jets, work[2][: u.size], f[row[FIRST] : row[FIRST] + row[COUNT]])
+            add_sums(turned_view(groups, g), view(work[2], 0, (u.size,)), view(f, row[FIRST], (row[COUNT],)))
         else:
             nodes, table = cell_views(groups, g)
-            local = work[0][: row[BASIS] * row[COMPONENTS] * row[CELLS]].reshape(row[BASIS], row[COMPONENTS], row[CELLS])
+            local = view(work[0], 0, (row[BASIS], row[COMPONENTS], row[CELLS]))
             scatter_cells(nodes, table, S, local, fq)
     if cells:
         add_transposed(lift, 1.0, fq, f)
@@ -511,7 +554,7 @@ def add_elastic_tangent(
             continue
         u = gather(groups, g, x, q, 1.0, work[0])
         rows = u.shape[0]
-        D = work[1][: rows * u.size].reshape(rows, rows, u.shape[1], u.shape[2])
+        D = view(work[1], 0, (rows, rows, u.shape[1], u.shape[2]))
         laws.call_modulus(groups.laws, row[LAW], u, gh * groups.beta[g], section_view(groups, g), D)
         if row[SAMPLED] == SAMPLE:
             add_sampled_tangent(groups, g, D, work[2], W)
@@ -527,22 +570,33 @@ def add_sampled_tangent(groups: Groups, g: int, D: np.ndarray, work: np.ndarray,
     row = groups.table[g]
     jets, _ = sampled_views(groups, g)
     rows, points, modes = D.shape[0], D.shape[2] * D.shape[3], row[COUNT]
-    DG = work[: jets.size].reshape(rows, points, modes)
-    G = jets.reshape(rows, points, modes)
-    flat = D.reshape(rows, rows, points)
-    for i in range(rows):
-        for p in range(points):
-            for r in range(modes):
-                DG[i, p, r] = 0.0
-            for j in range(rows):
-                value = flat[i, j, p]
-                for r in range(modes):
-                    DG[i, p, r] += value * G[j, p, r]
+    modulus_times_jets(D.reshape(rows, rows, points), jets.reshape(rows, points, modes), view(work, 0, (rows, points, modes)))
+    product = np.dot(jets.T, view(work, 0, (rows * points, modes)))
     first = row[FIRST]
-    product = np.dot(jets.T, DG.reshape(rows * points, modes))
     for i in range(modes):
         for j in range(modes):
             W[first + i, first + j] += product[i, j]
+
+
+@jit
+def modulus_times_jets(D: np.ndarray, jets: np.ndarray, stress: np.ndarray) -> None:
+    """stress[i, p, r] = sum_j D[i, j, p] jets[j, p, r]; four terms, then two at a time: every law has at least four rows."""
+    rows, points, modes = jets.shape
+    for i in range(rows):
+        for p in range(points):
+            target = stress[i, p]
+            a, b, c, d = D[i, 0, p], D[i, 1, p], D[i, 2, p], D[i, 3, p]
+            row_a, row_b, row_c, row_d = jets[0, p], jets[1, p], jets[2, p], jets[3, p]
+            for r in range(modes):
+                target[r] = a * row_a[r] + b * row_b[r] + c * row_c[r] + d * row_d[r]
+            for j in range(4, rows - 1, 2):
+                a, b, row_a, row_b = D[i, j, p], D[i, j + 1, p], jets[j, p], jets[j + 1, p]
+                for r in range(modes):
+                    target[r] += a * row_a[r] + b * row_b[r]
+            if rows % 2 == 1:
+                a, row_a = D[i, rows - 1, p], jets[rows - 1, p]
+                for r in range(modes):
+                    target[r] += a * row_a[r]
 
 
 @jit

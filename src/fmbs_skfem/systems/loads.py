@@ -5,6 +5,7 @@ r"""Loads: probe rows and forces.
     on a frame    Q = sum_k P_k^T s(t) m/2 x e_k                       Q = P_r^T s(t) sum_k f_k e_k
     surface       Q = s(t) int N^T f dA                 pressure       Q = s(t) int N^T p n0 dA
     edge          Q = s(t) int N^T f ds                 spring         torque - k (theta - theta0) - d theta'
+    following pressure   Q = p int N^T (r,1 x r,2) dA   following edge load   Q = f int N^T J^T r,s ds
 
 with the slope t = dr/dS, its normal n (t turned by 90 degrees in the plane), axes e_k of a frame, the unit normal n0 of the
 reference, and a history s(t), 1 by default. Power of m/2 on all axes: 1/2 sum_k (m x e_k) . (w x e_k) = m . w.
@@ -17,9 +18,10 @@ from functools import singledispatch
 
 import numpy as np
 
+from ..bodies.body import Body, Cells
 from ..bodies.plate import edge
 from ..core.errors import InputError, say
-from . import edges
+from . import edges, pressure
 from .gaps import arm
 from .places import At, Draft, Ground, directions, vector
 from .system import LoadKind, PointLaw, Signal
@@ -85,6 +87,26 @@ class NormalPressure:
 
 
 @dataclass(frozen=True)
+class FollowerPressure:
+    """Constant pressure [Pa] along the normal r,1 x r,2 of the deformed shell in space, on all of it or on named faces."""
+
+    name: str
+    body: str
+    pressure: float
+    faces: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class FollowerEdgeLoad:
+    """Constant force per length [N/m] of deformed edges of a planar plate, along their outward normal."""
+
+    name: str
+    body: str
+    edges: tuple[str, ...]
+    force: float
+
+
+@dataclass(frozen=True)
 class EdgeLoad:
     """Force per length of edges in the reference (c,) [N/m]."""
 
@@ -111,13 +133,27 @@ class TorsionSpring:
     axis: Ground | None = None
 
 
-Load = Gravity | PointForce | Follower | Moment | SurfaceLoad | NormalPressure | EdgeLoad | TorsionSpring
+Load = (
+    Gravity
+    | PointForce
+    | Follower
+    | Moment
+    | SurfaceLoad
+    | NormalPressure
+    | FollowerPressure
+    | EdgeLoad
+    | FollowerEdgeLoad
+    | TorsionSpring
+)
 Force = tuple[list[tuple[int, float, int]], list[PointLaw]]  #: terms (probe row, coefficient, signal) and point laws
 
 
 @singledispatch
 def force(load: object, draft: Draft) -> Force:
-    """Terms and laws of a load; the rule for every load type. Gravity has none: it is the constant M (1 x g)."""
+    """Terms and laws of a load; the rule for every load type.
+
+    Gravity has none: it is the constant M (1 x g). What follows a surface or an edge has none: it has cells, see `following`.
+    """
     raise InputError(say("loads", "a load", type(load).__name__))
 
 
@@ -126,7 +162,7 @@ def history(draft: Draft, function: Signal | None) -> int:
 
 
 @force.register
-def _(load: Gravity, draft: Draft) -> Force:
+def _(load: Gravity | FollowerPressure | FollowerEdgeLoad, draft: Draft) -> Force:
     return [], []
 
 
@@ -197,6 +233,28 @@ def whole(load: SurfaceLoad | NormalPressure | EdgeLoad, draft: Draft, values: n
         raise InputError(say(f"load '{load.name}'", "finite numbers", "others"))
     row = edges.one_row(draft, f"load '{load.name}'", load.body, values)
     return [(row, 1.0, history(draft, load.history))], []
+
+
+def following(loads: list[Load], draft: Draft) -> list[tuple[str, Body, Cells]]:
+    """Name, body and cells of the loads that follow a surface or an edge."""
+    found = [load for load in loads if isinstance(load, FollowerPressure | FollowerEdgeLoad)]
+    return [(f"load '{load.name}'", *cells_of(load, draft)) for load in found]
+
+
+def cells_of(load: FollowerPressure | FollowerEdgeLoad, draft: Draft) -> tuple[Body, Cells]:
+    """Body and cells of one load."""
+    where, dim = f"load '{load.name}'", draft.layout.dim
+    part, shape = edges.shape_of(where, draft, load.body)
+    size = load.pressure if isinstance(load, FollowerPressure) else load.force
+    if not np.isfinite(size):
+        raise InputError(say(where, "a finite number", size))
+    if isinstance(load, FollowerPressure):
+        if dim == 2:
+            raise InputError(say(where, "a spatial scene", "a planar one", "use an edge load that follows"))
+        return part, pressure.surface_cells(part, shape, edges.chosen(where, shape, load.faces), size)
+    if dim == 3:
+        raise InputError(say(where, "a planar scene", "a spatial one", "an edge in space has no normal; use an edge load"))
+    return part, pressure.edge_cells(part, shape, edge(where, shape, load.edges), size)
 
 
 @force.register

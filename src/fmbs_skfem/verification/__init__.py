@@ -1,6 +1,6 @@
 """Verification: cases held against published and exact results; `registry` says what a case is."""
 
-from . import beams, dynamics, integrator, plates, rigid, statics, statics_shells, vibration
+from . import beams, dynamics, integrator, plates, pressure, rigid, shells_large, statics, statics_shells, vibration
 from .registry import CASES, GROUPS, OUTSIDE, Case, Outcome, Quantity, case, farthest, find, order, run, slope
 
 __all__ = [
@@ -18,6 +18,8 @@ __all__ = [
     "slope",
     "statics",
     "statics_shells",
+    "shells_large",
+    "pressure",
     "vibration",
     "dynamics",
     "rigid",

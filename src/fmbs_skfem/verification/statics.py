@@ -5,9 +5,8 @@
     truss         P = EA (H - w)(2 H w - w^2)/L^3,   largest at w = H (1 - 1/sqrt 3)
 
 Cantilevers have L = EI = 1 unless stated. Sources: Mattiasson, Int. J. Numer. Meth. Engng 17 (1981) 145-153,
-doi 10.1002/nme.1620170113; Gerstmayr and Irschik, J. Sound Vib. 318 (2008) 461-487, doi 10.1016/j.jsv.2008.04.019; Lee, Manuel and
-Rossow, J. Engng Mech. Div. ASCE 94 (1968) 521-548. More digits than these print: elliptic integrals, shooting for the rod with the
-strain |r'| - 1.
+doi 10.1002/nme.1620170113; Gerstmayr and Irschik, J. Sound Vib. 318 (2008) 461-487, doi 10.1016/j.jsv.2008.04.019. More digits than
+these print come from elliptic integrals; those of Lee's frame from shooting for the rod with the strain |r'| - 1.
 """
 
 from __future__ import annotations
@@ -190,7 +189,7 @@ def extensible_cantilever() -> list[Quantity]:
     return [Quantity(f"tip, {c}", GERSTMAYR_IRSCHIK[k], float(found[k]), 1e-6, "m") for k, c in enumerate("xy")]
 
 
-@case("lee-frame", group="statics", source="Lee, Manuel, Rossow, J. Engng Mech. Div. ASCE 94 (1968) 521; recomputed by shooting")
+@case("lee-frame", group="statics", source="rod with the strain |r'| - 1, by shooting")
 def lee() -> list[Quantity]:
     """A hinged frame snaps through and back: the path of its equilibria, by arc length."""
     path = follow_path(lee_frame(), ArcLength(0.05), TIGHT)
@@ -212,7 +211,7 @@ def lee() -> list[Quantity]:
     ]
 
 
-@case("von-mises-truss", group="statics", source="closed form; von Mises, ZAMM 3 (1923) 406-422, doi 10.1002/zamm.19230030602")
+@case("von-mises-truss", group="statics", source="closed form, P = EA (H - w)(2 H w - w^2)/L^3")
 def von_mises_truss() -> list[Quantity]:
     """Two shallow bars snap through: the whole path has a closed form."""
     height, load = 0.1, 8.0

@@ -185,7 +185,7 @@ def stretched(turning: System) -> np.ndarray:
 @case(
     "rotating-beam",
     group="vibration",
-    source="Wright, Smith, Thresher, Wang, J. Appl. Mech. 49 (1982) 197-202, doi 10.1115/1.3161966, table 1 (hub radius 0)",
+    source="Wright, Smith, Thresher, Wang, J. Appl. Mech. 49 (March 1982), hub radius 0; as in Bir, AIAA 2009-1035, table 3a",
 )
 def rotating_beam() -> list[Quantity]:
     """Flapping and lagging frequencies of a cantilever that rotates about its root (centrifugal stiffening)."""
@@ -306,7 +306,7 @@ def breathing(cells: int) -> float:
 @case(
     "breathing-ring",
     group="vibration",
-    source="Love, Mathematical Theory of Elasticity, 4th ed. 1927, sect. 293, ISBN 978-0486601748",
+    source="closed formula omega = sqrt(E/rho)/R of a thin ring",
 )
 def breathing_ring() -> list[Quantity]:
     """A thin ring of curved ANCF cells breathes with omega = sqrt(E/rho)/R, up to (width/R)^2/12."""

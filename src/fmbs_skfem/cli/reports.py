@@ -1,0 +1,125 @@
+"""What a command leaves: JSON reports, the folder they go to, and all that their numbers depend on."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import math
+import os
+import platform
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .. import __version__
+from ..core.errors import InputError, say
+
+if TYPE_CHECKING:
+    from ..scenes import Scene
+    from .common import Session
+
+REPORT = "report.json"
+VERSIONS = ("numpy", "scipy", "numba", "scikit-fem")
+
+
+def folder(session: Session, default: str | Path, names: Iterable[str], mark: str, record: str = REPORT) -> Path:
+    """The output folder, made; `names` are the files to be written, `mark` the fingerprint of this run.
+
+    Files of another run (whose JSON file `record` has another `fingerprint`, or none) are kept unless --force is given.
+    """
+    out = session.out or Path(default)
+    if out.exists() and not out.is_dir():
+        raise InputError(say(f"--out {out}", "a folder", "a file", "choose another name"))
+    taken = [name for name in names if (out / name).exists()]
+    if taken and not session.force and recorded(out / record) != mark:
+        got = f"another run's {', '.join(taken)}"
+        raise InputError(say(f"--out {out}", "an empty folder or one of the same run", got, "choose another folder, or --force"))
+    out.mkdir(parents=True, exist_ok=True)
+    return out
+
+
+def recorded(path: Path) -> str:
+    """The fingerprint in a JSON file of a run; empty where there is none."""
+    try:
+        return str(json.loads(path.read_text(encoding="utf-8"))["fingerprint"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""
+
+
+def write_json(path: Path, report: Mapping[str, Any]) -> Path:
+    """Write a report, complete or not at all."""
+    part = path.with_name(path.name + ".part")
+    part.write_text(dumps(report) + "\n", encoding="utf-8")
+    part.replace(path)
+    return path
+
+
+def plain(value: Any) -> Any:
+    """A value that JSON can hold: arrays as lists, numbers that are not finite as null."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return str(value) if isinstance(value, Path) else value
+
+
+def dumps(value: Any) -> str:
+    """JSON text."""
+    return json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def fingerprint(scene: Scene) -> str:
+    """Hash of the scene with its parameters and of the mesh files it reads; equal for runs that compute the same."""
+    digest = hashlib.sha256(repr((sorted(scene.parameters.items()), scene.analysis)).encode())
+    for path in scene_files(scene):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def scene_files(scene: Scene) -> list[Path]:
+    """The file of a scene and the mesh and surface files it reads, each once."""
+    from ..shapes import meshes
+
+    names = {getattr(body, key) for body in scene.bodies.values() for key in ("mesh", "nurbs") if getattr(body, key, None)}
+    read = [meshes.path(name, scene.folder, allow_outside=True) for name in sorted(names)]
+    return [path.absolute() for path in ([scene.path] if scene.path else []) + read]
+
+
+def provenance(scene: Scene) -> dict[str, Any]:
+    """All that the numbers of a result depend on: values of the scene, contents of files, libraries, machine, threads, seeds.
+
+    On one machine with one thread, the same provenance gives the same bits.
+    """
+    from threadpoolctl import threadpool_info
+
+    files = {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in scene_files(scene)}
+    return {
+        "scene": scene.model_dump(by_alias=True, exclude_none=True, warnings=False),
+        "file": str(scene.path.absolute()) if scene.path else None,
+        "files": files,
+        "versions": versions(),
+        "machine": {"system": platform.platform(), "processor": processor(), "cores": os.cpu_count()},
+        "threads": {"blas": max((info["num_threads"] for info in threadpool_info() if info["user_api"] == "blas"), default=1)},
+        "seeds": {"solver": 0, **({"training": scene.training.seed} if scene.training else {})},
+    }
+
+
+def versions() -> dict[str, str]:
+    """Versions that a result depends on."""
+    from importlib import metadata
+
+    return {"fmbs_skfem": __version__, "python": sys.version.split()[0], **{name: metadata.version(name) for name in VERSIONS}}
+
+
+def processor() -> str:
+    """The name of the processor."""
+    with contextlib.suppress(OSError, StopIteration):
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    return platform.machine()

@@ -1,0 +1,49 @@
+"""Histories of loads and driven joints over time: their values, their names, and the error where one is no number."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..core.errors import Reason, SolverError
+from ..core.linalg import as_dense
+from ..systems.compiled import signal_table
+from ..systems.system import System
+from .names import owners
+
+
+def signal_names(system: System) -> list[str]:
+    """What every signal drives: joints by name, loads by the body that they act on."""
+    names: list[list[str]] = [[] for _ in system.signals]
+    for row, signal in zip(system.constraints.row, system.constraints.signal, strict=True):
+        if 0 <= signal < len(names):
+            names[signal].append(f"joint {system.constraints.names[row][0]}")
+    mine = owners(system)
+    probes = csr_array(system.probes.matrix)
+    pushed = [*zip(system.loads.signal, system.loads.row, strict=True), *((law.signal, law.slope) for law in system.loads.laws)]
+    for signal, row in pushed:
+        if 0 <= signal < len(names):
+            weights = np.abs(as_dense(probes[[int(row)]])[0])
+            names[signal].append(f"a load on {mine[int(weights.argmax())]}" if weights.any() else "a load")
+    return [", ".join(dict.fromkeys(found)) or f"signal {k}" for k, found in enumerate(names)]
+
+
+def leading_signals(system: System, times: np.ndarray) -> tuple[np.ndarray, SolverError | None]:
+    """Signals at the given times up to the first one where a value is not finite, and the error that belongs there."""
+    table = signal_table(system, times)
+    bad = np.argwhere(~np.isfinite(table))
+    if len(bad) == 0:
+        return table, None
+    s, time = int(bad[0, 0]), float(times[bad[0, 0]])
+    broken = {name: float(value) for name, value in zip(signal_names(system), table[s], strict=True) if not np.isfinite(value)}
+    listed = ", ".join(f"{name} is {value}" for name, value in broken.items())
+    text = f"the history of {listed} at t = {time:.6g} s; guard it with where(...)"
+    return table[:s], SolverError(text, Reason.NOT_FINITE, time, tuple(broken.items()))
+
+
+def finite_signals(system: System, times: np.ndarray) -> np.ndarray:
+    """Signals at the given times; a value that is not finite stops the run with its place."""
+    table, broken = leading_signals(system, times)
+    if broken is not None:
+        raise broken
+    return table

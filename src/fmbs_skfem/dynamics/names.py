@@ -1,0 +1,44 @@
+"""What unknowns and constraint rows are called in messages."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..systems.system import System
+
+
+def coordinate_names(system: System) -> list[str]:
+    """A name for every unknown: body and coordinate of a full model, component and mode of a reduced one."""
+    if system.components:
+        return [f"{name} mode {k + 1}" for name, first, last in system.components for k in range(last - first)]
+    names = [f"{body} coordinate {k}" for body, first, last in system.coordinates for k in range(last - first)]
+    lead = csr_array(system.lift.matrix).tocsc()
+    return [names[lead.indices[lead.indptr[j]]] for j in range(system.size)]
+
+
+def row_names(system: System) -> list[str]:
+    """A name for every unknown and every constraint row, as residuals are listed."""
+    return coordinate_names(system) + [f"joint {joint}.{label}" for joint, label in system.constraints.names]
+
+
+def worst(names: list[str], residual: np.ndarray, count: int = 5) -> tuple[tuple[str, float], ...]:
+    """The largest entries of a residual by name; what is no number counts as infinite."""
+    values = np.abs(np.nan_to_num(residual, nan=np.inf))
+    return tuple((names[k], float(values[k])) for k in np.argsort(values)[::-1][:count])
+
+
+def told(values: tuple[tuple[str, float], ...]) -> str:
+    """Names with their values as text."""
+    return ", ".join(f"{name}: {value:.3g}" for name, value in values)
+
+
+def owners(system: System) -> list[str]:
+    """The body or component of every unknown, and the joint of every constraint row."""
+    if system.components:
+        names = [name for name, first, last in system.components for _ in range(last - first)]
+    else:
+        lead = csr_array(system.lift.matrix).tocsc()
+        bodies = [name for name, first, last in system.coordinates for _ in range(last - first)]
+        names = [bodies[lead.indices[lead.indptr[j]]] for j in range(system.size)]
+    return names + [f"joint {joint}" for joint, _ in system.constraints.names]

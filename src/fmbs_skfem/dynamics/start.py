@@ -1,0 +1,173 @@
+r"""The start of a run: consistent velocities, accelerations and multipliers, and the space of the iteration.
+
+Phi_q v0 + Phi_t = 0,    [ M      Phi_q^T ] [ q''    ]     [ f                              ]
+                         [ Phi_q  0       ] [ lambda ] = - [ d2/dt2 Phi(q0 + t v0, t) at t = 0 ]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import splu
+
+from ..bodies.laws import Law
+from ..core import lapack
+from ..core.errors import Reason, SolverError
+from ..core.linalg import independent_rows
+from ..core.notices import notify
+from ..systems import compiled as compilation
+from ..systems.compiled import Compiled
+from ..systems.quartic import Quartic
+from ..systems.redundancy import singular_start, without_redundant
+from ..systems.system import System
+from . import large, stepping
+from .histories import finite_signals
+from .names import coordinate_names
+from .scheme import GeneralizedAlpha, Newton, method_of
+from .stepping import State, Work
+
+PLATES = (Law.MEMBRANE, Law.SHELL)
+DRIFT, CURVATURE = 1e-3, 0.25  #: distance of the five instants of the differences for Phi_t and Phi'', in steps
+
+
+def startable(system: System, scheme: GeneralizedAlpha) -> System:
+    """The system without redundant rows; SolverError where a signal is no number at an instant that the start reads."""
+    finite_signals(system, scheme.step * np.outer((DRIFT, CURVATURE), np.arange(5)).ravel())
+    return without_redundant(system)
+
+
+def consistent_start(model: Compiled, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """x0, v0 with Phi_q v + Phi_t = 0, q'' and multipliers from M q'' + Phi_q^T lambda = -f, Phi'' = 0.
+
+    Plates take M + (gh C + K) / bh in place of M: under a load that starts as a step M^-1 f is huge in the waves that the step h
+    does not resolve, and the run would carry them on.
+    """
+    system, h = model.system, scheme.step
+    x, v = system.x0, system.v0
+    phi, J = compilation.gap(model, x)
+    wrong = np.flatnonzero(np.abs(phi) > 1e-6 * system.scale)
+    if len(wrong):
+        worst = tuple((".".join(system.constraints.names[k]), abs(float(phi[k]))) for k in wrong[np.argsort(-np.abs(phi[wrong]))])
+        listed = ", ".join(f"{name} by {gap:.3g}" for name, gap in worst)
+        raise SolverError(f"the initial state does not satisfy the joints: {listed}", Reason.INCONSISTENT, 0.0, worst)
+    M = csr_array(system.mass)
+    if any(isinstance(part.gather, Quartic) or part.gather.law in PLATES for part in system.elastic):
+        method = method_of(scheme, Newton(), h, system.scale)
+        M = M + (compilation.tangent(model, x, np.zeros(len(phi)), 0.0, method.gh)) / method.bh
+    solve = kkt_solver(model, csr_array(M), J)
+    d = DRIFT * h
+    drift = (
+        -25 * phi
+        + 48 * gap_at(model, x, d)
+        - 36 * gap_at(model, x, 2 * d)
+        + 16 * gap_at(model, x, 3 * d)
+        - 3 * gap_at(model, x, 4 * d)
+    )
+    change = solve(np.zeros(len(x)), -(J @ v + drift / (12 * d)))[0] if len(phi) else np.zeros(len(x))
+    size = float(np.abs(change).max(initial=0.0))
+    if size > 1e-9 * max(1.0, float(np.abs(v).max(initial=0.0))):
+        notify(f"initial velocities are projected onto the joints; largest change {size:.3g} m/s")
+        v = v + change
+    f = compilation.forces(model, x, v)
+    d = CURVATURE * h
+    path = [gap_at(model, x + k * d * v, k * d) for k in range(5)]
+    curvature = (35 * path[0] - 104 * path[1] + 114 * path[2] - 56 * path[3] + 11 * path[4]) / (12 * d * d)
+    a, multipliers = solve(-f, -curvature)
+    return x, v, a, multipliers
+
+
+def gap_at(model: Compiled, x: np.ndarray, t: float) -> np.ndarray:
+    return compilation.gap(model, x, t)[0]
+
+
+def kkt_solver(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """Solve [[M, J^T], [J, 0]] (a, l) = (f, g); redundant rows are named in the error.
+
+    In a singular position, where rows depend on each other for an instant, independent ones determine a, and l has least norm.
+    """
+    system, size = model.system, float(abs(M).max()) or 1.0
+    rows = independent_rows(J)
+    if len(rows) < len(J) and not singular_start(system):
+        names = tuple((".".join(system.constraints.names[k]), 0.0) for k in np.setdiff1d(np.arange(len(J)), rows))
+        listed = ", ".join(name for name, _ in names)
+        text = f"redundant joints: {listed}; remove one, or let linear ones be eliminated"
+        raise SolverError(text, Reason.INCONSISTENT, 0.0, names)
+    try:
+        bordered = augmented(model, M / size, J[rows]) if model.plan else splu(compilation.kkt(M / size, J[rows]).tocsc()).solve
+    except RuntimeError as error:  # SuperLU: exactly singular
+        raise weightless(system, M) from error
+
+    def solve(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        z = bordered(np.concatenate([f / size, g[rows]]))
+        found = size * z[len(f) :]
+        return z[: len(f)], found if len(rows) == len(J) else np.linalg.lstsq(J.T, J[rows].T @ found, rcond=None)[0]
+
+    return solve
+
+
+def weightless(system: System, M: csr_array) -> SolverError:
+    """The error of a start whose accelerations are not determined: unknowns without mass that no joint holds."""
+    m = M.diagonal()
+    names = [coordinate_names(system)[k] for k in np.flatnonzero(m <= 1e-12 * m.max(initial=0.0))]
+    listed, remedy = ", ".join(names[:5]), "give the body a density or a mass, or hold it by joints"
+    text = f"neither joints nor a mass determine the motion of {listed}; {remedy}"
+    return SolverError(text, Reason.SINGULAR_TANGENT, 0.0, tuple((name, 0.0) for name in names[:5]))
+
+
+def augmented(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """Solve [[M, J^T], [J, 0]] for large models by M + J^T J, which is definite where M is on the null space of J."""
+    n, m = M.shape[0], len(J)
+    scale = np.sqrt(M.diagonal().max()) / max(float(np.abs(J).max(initial=0.0)), 1e-300)
+    rows = csr_array(scale * J)
+    A = csr_array(M + rows.T @ rows)
+    approximate = large.inverse(A, large.rigid_motions(model))
+    spread = large.refined(A, approximate, rows.toarray())
+    schur = rows @ spread.T
+
+    def solve(right: np.ndarray) -> np.ndarray:
+        f, g = right[:n], scale * right[n:]
+        x = large.refined(A, approximate, (f + rows.T @ g)[None, :])[0]
+        multipliers = np.linalg.solve(schur, rows @ x - g) if m else np.zeros(0)
+        return np.concatenate([x - multipliers @ spread, scale * multipliers])
+
+    return solve
+
+
+def first_state(model: Compiled, start: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], c: float) -> State:
+    x, v, a, multipliers = start
+    xc, vc, ac = (np.ascontiguousarray(part[model.order]) for part in (x, v, a))
+    history = np.zeros((stepping.HISTORY, len(x)))
+    history[0] = ac
+    return State(xc, vc, ac.copy(), ac, multipliers * c, history, np.array([1]), np.array([0]))
+
+
+def workspace(model: Compiled) -> Work:
+    A, n, m, j = model.arrays, model.system.size, model.constraints, len(model.arrays.probes_offset)
+    width = A.mass.store.shape[1] - 1
+    stored = 0 if model.plan else n
+    body, work = model.buffers()
+    return Work(
+        lapack.ADDRESSES,
+        np.zeros((stored, width + 1)),
+        np.zeros((n + m, n + m) if A.dense else (0, 0)),
+        np.zeros((1, 1) if A.dense else (stored, 3 * width + 1)),
+        np.zeros(n + m if A.dense else n, np.int32),
+        np.zeros((m, m)),
+        np.zeros(m, np.int32),
+        np.zeros((m, stored)),
+        np.zeros((m, stored)),
+        np.zeros((m, j)),
+        np.zeros((1, n + m)),
+        np.zeros(j),
+        np.zeros(j),
+        np.zeros(A.pairs.size),
+        body,
+        work,
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(m),
+        np.array([0, len(A.turning.table) > 0], np.int64),
+    )

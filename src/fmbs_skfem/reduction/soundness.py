@@ -1,0 +1,351 @@
+"""Whether arrays that come from a file fit each other: types, shapes, finite numbers, and indices that stay inside.
+
+    system of n unknowns, q body coordinates, y probe rows, s sensor rows, m constraint rows, k signals
+
+    lift (q, n)    mass, damping, stiffness (n, n)    probes (y, n)    sensors (s, n)    x0, v0, constant load (n,)
+    constraint terms: row < m,  -1 <= i, j < y,  signal < k        load terms: row < y,  signal < k
+
+Compiled code follows indices without looking, so that one of them out of range reads or writes foreign memory. `check` raises
+`Unsound` with the name of the part, what was expected of it and what was found.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from functools import singledispatch
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..bodies import laws
+from ..bodies.body import Cells
+from ..bodies.laws import Law
+from ..core.errors import say
+from ..core.linalg import is_sparse
+from ..systems import quartic
+from ..systems.quartic import Quartic
+from ..systems.springs import ANGLE
+from ..systems.system import Affine, Constraints, Line, LoadKind, Loads, Output, PointLaw, Sampled, Skin, System
+from . import cases
+from .affine import ParametricCase, Varying
+from .cases import Case
+
+STEPS = 10**9  #: more steps than any run has
+SIZES = {  #: kind of an output: rows and columns by dimension, None where others decide
+    "position": lambda dim: (None, None),
+    "slope": lambda dim: (None, None),
+    "velocity": lambda dim: (None, None),
+    "angle": lambda dim: (2, 1),
+    "angular velocity": lambda dim: (2, 1),
+    "stress": lambda dim: (None, 2),
+    "deflection": lambda dim: (3 * dim, 1),
+    "energy": lambda dim: (0, 4),
+    "reaction": lambda dim: (0, None),
+}
+EACH = ("position", "slope", "velocity")  #: kinds with a column for every row
+
+
+class Unsound(ValueError):
+    """A part that does not fit: its name, what was expected of it and what it is."""
+
+    def __init__(self, name: str, expected: str, got: object) -> None:
+        super().__init__(say(name, expected, got))
+        self.name, self.expected, self.got = name, expected, got
+
+
+def require(condition: bool, name: str, expected: str, got: object) -> None:
+    if not condition:
+        raise Unsound(name, expected, got)
+
+
+# ------------------------------------------------------------------------------------------------------------------ arrays
+def told(value: Any) -> str:
+    """A value in short: arrays by shape and type."""
+    if isinstance(value, np.ndarray) or is_sparse(value):
+        return f"{'a sparse' if is_sparse(value) else 'an'} array {value.shape} of {value.dtype}"
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def numbers(value: Any, name: str, *shape: int) -> None:
+    """A dense or sparse array of finite 64-bit numbers."""
+    sizes = ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "")
+    require(value.shape == shape and value.dtype == np.float64, name, f"an array ({sizes}) of float64", told(value))
+    entries = value.data if is_sparse(value) else value
+    bad = np.flatnonzero(~np.isfinite(np.ravel(entries)))
+    require(not len(bad), name, "finite numbers", f"{np.ravel(entries)[bad[:1]]} as number {bad[:1]}")
+
+
+def indices(value: np.ndarray, name: str, low: int, end: int, *shape: int) -> None:
+    """An array of 64-bit integers from `low` to `end` - 1."""
+    sizes = ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "")
+    require(value.shape == shape and value.dtype == np.int64, name, f"an array ({sizes}) of int64", told(value))
+    if value.size:
+        least, largest = int(value.min()), int(value.max())
+        require(low <= least and largest < end, name, f"indices from {low} to {end - 1}", f"{least} to {largest}")
+
+
+def rank(value: np.ndarray, name: str, axes: int) -> tuple[int, ...]:
+    """The shape of an array of so many axes."""
+    require(value.ndim == axes, name, f"an array of {axes} axes", told(value))
+    return tuple(value.shape)
+
+
+def span(value: slice, name: str, end: int) -> int:
+    """The length of a range from 0 to `end`."""
+    whole = type(value.start) is int and type(value.stop) is int and value.step in (None, 1)
+    require(whole and 0 <= value.start <= value.stop <= end, name, f"a range within 0 to {end}", value)
+    return int(value.stop - value.start)
+
+
+def listed(rows: Sequence[int], name: str, end: int) -> None:
+    require(all(0 <= row < end for row in rows), name, f"indices from 0 to {end - 1}", told(tuple(rows)))
+
+
+def affine(part: Affine, name: str, columns: int) -> int:
+    """The number of rows of an affine function of so many unknowns."""
+    (rows,) = rank(part.offset, f"{name}.offset", 1)
+    numbers(part.offset, f"{name}.offset", rows)
+    numbers(part.matrix, f"{name}.matrix", rows, columns)
+    return rows
+
+
+@functools.cache
+def declared(kind: Any) -> Any:
+    """The fields of a type, and of all types in them, as a validator."""
+    from pydantic import ConfigDict, TypeAdapter
+
+    config = ConfigDict(arbitrary_types_allowed=True, strict=True, revalidate_instances="always")
+    return TypeAdapter(dict[str, kind], config=config)
+
+
+def types(value: Any, name: str) -> None:
+    """Every field holds what it is declared to hold."""
+    from pydantic import ValidationError
+
+    kind: Any = type(value)
+    try:
+        declared(kind).validate_python({name: value})
+    except ValidationError as problem:
+        first = problem.errors(include_url=False)[0]
+        where = cases.label(tuple(first["loc"]))
+        raise Unsound(where, first["msg"].removeprefix("Input should be "), told(first["input"])) from None
+
+
+# ----------------------------------------------------------------------------------------------------------------- systems
+@singledispatch
+def check(part: Any, name: str) -> None:
+    """Refuse a part of a file whose numbers do not fit each other; the rule by its type."""
+
+
+@check.register
+def _(part: System, name: str) -> None:
+    types(part, name)
+    system(part, name)
+
+
+@check.register
+def _(part: Case, name: str) -> None:
+    types(part, name)
+    case(part, name)
+
+
+@check.register
+def _(part: ParametricCase, name: str) -> None:
+    types(part, name)
+    case(part.nominal, f"{name}.nominal")
+    count = len(part.parameters)
+    require(len(part.nodes) == count, f"{name}.nodes", f"{count} array(s)", len(part.nodes))
+    for k, nodes in enumerate(part.nodes):
+        where = f"{name}.nodes[{k}]"
+        numbers(nodes, where, *rank(nodes, where, 1))
+        require(len(np.unique(nodes)) == len(nodes), where, "nodes that differ", "equal ones")
+    for k, varying in enumerate(part.varying):
+        polynomial(part, varying, f"{name}.varying[{k}]")
+
+
+def case(part: Case, name: str) -> None:
+    """A system with times that make sense."""
+    system(part.system, f"{name}.system")
+    duration, step = part.duration, part.scheme.step
+    require(step <= duration < STEPS * step, f"{name}.duration", f"1 to {STEPS:g} steps of {step:g} s", f"{duration:g} s")
+
+
+def system(part: System, name: str) -> None:
+    """All arrays of a system, and those of its form with all multipliers."""
+    require(part.dim in (2, 3), f"{name}.dim", "2 or 3", part.dim)
+    (n,) = rank(part.x0, f"{name}.x0", 1)
+    for key in ("x0", "v0"):
+        numbers(getattr(part, key), f"{name}.{key}", n)
+    for key in ("mass", "damping", "stiffness"):
+        numbers(getattr(part, key), f"{name}.{key}", n, n)
+    q, probes, sensors = (affine(getattr(part, key), f"{name}.{key}", n) for key in ("lift", "probes", "sensors"))
+    numbers(part.unit, f"{name}.unit", q // part.dim)
+    require(math.isfinite(part.scale) and part.scale > 0.0, f"{name}.scale", "a positive number", part.scale)
+    for k, signal in enumerate(part.signals):
+        history(signal, f"{name}.signals[{k}]")
+    for k, elastic in enumerate(part.elastic):
+        where = f"{name}.elastic[{k}]"
+        require(math.isfinite(elastic.beta), f"{where}.beta", "a finite number", elastic.beta)
+        gathered(elastic.gather, f"{where}.gather", part.dim, n, q)
+    constraints(part.constraints, f"{name}.constraints", probes, len(part.signals))
+    loads(part.loads, f"{name}.loads", part.dim, n, probes, len(part.signals))
+    for key, spans, end in (("components", part.components, n), ("coordinates", part.coordinates, q)):
+        for k, (_, first, last) in enumerate(spans):
+            span(slice(first, last), f"{name}.{key}[{k}]", end)
+    for key, output in part.outputs.items():
+        sensed(output, f"{name}.outputs.{key}", part.dim, sensors)
+    for k, (_, _, rows) in enumerate(part.markers):
+        listed(rows, f"{name}.markers[{k}]", sensors)
+    for k, line in enumerate(part.lines):
+        drawn(line, f"{name}.lines[{k}]", part.dim, q)
+    for k, skin in enumerate(part.skins):
+        drawn(skin, f"{name}.skins[{k}]", part.dim, q)
+    if part.full is not None:
+        system(part.full, f"{name}.full")
+
+
+def history(signal: Any, name: str) -> None:
+    """A function of time that gives a number for every time."""
+    try:
+        values = np.asarray(signal(np.zeros(1)), dtype=float)
+    except (LookupError, TypeError, ValueError, AttributeError) as problem:
+        raise Unsound(name, "a function of time", problem) from problem
+    require(values.shape in ((), (1,)), name, "one number for one time", told(values))
+
+
+@singledispatch
+def gathered(part: Any, name: str, dim: int, n: int, q: int) -> None:
+    """The arrays of an elastic part."""
+    raise Unsound(name, "cells, sampled points or a polynomial", told(part))
+
+
+@gathered.register
+def _(part: Cells, name: str, dim: int, n: int, q: int) -> None:
+    require(part.dim == dim, f"{name}.dim", str(dim), part.dim)
+    _, points, functions, cells = rank(part.table, f"{name}.table", 4)
+    numbers(part.table, f"{name}.table", laws.vectors(part.law), points, functions, cells)
+    numbers(part.section, f"{name}.section", laws.rows(part.law), points, cells)
+    width = q
+    if part.spread is not None:
+        width = part.spread.shape[0]
+        numbers(part.spread, f"{name}.spread", width, q)
+    indices(part.nodes, f"{name}.nodes", 0, width - dim + 1, functions, cells)
+
+
+@gathered.register
+def _(part: Sampled, name: str, dim: int, n: int, q: int) -> None:
+    modes, (points,) = span(part.columns, f"{name}.columns", n), rank(part.cell, f"{name}.cell", 1)
+    rows = laws.vectors(part.law) * dim * points
+    numbers(part.jets, f"{name}.jets", rows, modes)
+    numbers(part.offset, f"{name}.offset", rows)
+    numbers(part.section, f"{name}.section", laws.rows(part.law), 1, points)
+    indices(part.cell, f"{name}.cell", 0, np.iinfo(np.int64).max, points)
+
+
+@gathered.register
+def _(part: Quartic, name: str, dim: int, n: int, q: int) -> None:
+    modes = span(part.columns, f"{name}.columns", n)
+    numbers(part.coefficients, f"{name}.coefficients", quartic.length(modes))
+
+
+def constraints(part: Constraints, name: str, probes: int, signals: int) -> None:
+    """Terms in rows that are there."""
+    (count,) = rank(part.row, f"{name}.row", 1)
+    indices(part.row, f"{name}.row", 0, len(part.names), count)
+    numbers(part.coefficient, f"{name}.coefficient", count)
+    indices(part.signal, f"{name}.signal", ANGLE, signals, count)
+    for key in ("i", "j"):
+        indices(getattr(part, key), f"{name}.{key}", -1, probes, count)
+    alone = np.flatnonzero((part.i < 0) & (part.j >= 0) | (part.signal == ANGLE) & ((part.i < 0) != (part.j < 0)))
+    require(not len(alone), name, "terms with their first factor, angles with both or none", f"another one as term {alone[:1]}")
+
+
+def loads(part: Loads, name: str, dim: int, n: int, probes: int, signals: int) -> None:
+    """Terms and point laws on probe rows that are there."""
+    (count,) = rank(part.row, f"{name}.row", 1)
+    numbers(part.constant, f"{name}.constant", n)
+    indices(part.row, f"{name}.row", 0, probes, count)
+    numbers(part.coefficient, f"{name}.coefficient", count)
+    indices(part.signal, f"{name}.signal", -1, signals, count)
+    for k, law in enumerate(part.laws):
+        point_law(law, f"{name}.laws[{k}]", dim, probes, signals)
+
+
+def point_law(law: PointLaw, name: str, dim: int, probes: int, signals: int) -> None:
+    """A spring reads two rows of an arm or none of it, a moment slopes, a follower force slopes and positions."""
+    spring = law.kind is LoadKind.SPRING
+    end = probes - (2 if spring else dim)
+    needed = {"slope": not spring, "position": law.kind is LoadKind.TANGENTIAL}
+    for key, must in needed.items():
+        first, low = getattr(law, key), 0 if must else -1
+        require(low <= first <= end, f"{name}.{key}", f"a row from {low} to {end}", first)
+    require(-1 <= law.signal < signals, f"{name}.signal", f"a signal from -1 to {signals - 1}", law.signal)
+    numbers(law.vector, f"{name}.vector", 3)
+
+
+def sensed(part: Output, name: str, dim: int, sensors: int) -> None:
+    """A known kind of output with the rows that it reads."""
+    require(part.kind in SIZES, f"{name}.kind", f"one of {', '.join(SIZES)}", told(part.kind))
+    listed(part.rows, f"{name}.rows", sensors)
+    rows, columns = SIZES[part.kind](dim)
+    if part.kind == "stress":
+        law = next(iter(part.parameters), -1.0)
+        require(law in tuple(Law), f"{name}.parameters", "the number of a law first", law)
+        rows, count = laws.vectors(int(law)) * dim, 2 + laws.rows(int(law))
+        require(len(part.parameters) == count, f"{name}.parameters", f"{count} numbers", len(part.parameters))
+    if part.kind in EACH:
+        columns = len(part.rows)
+    for key, wanted in (("rows", rows), ("columns", columns)):
+        got = len(getattr(part, key))
+        require(wanted in (None, got), f"{name}.{key}", f"{wanted} of them", got)
+
+
+def drawn(part: Line | Skin, name: str, dim: int, q: int) -> None:
+    """Samples of a line or of a surface for pictures."""
+    rows, width = part.samples.shape
+    numbers(part.samples, f"{name}.samples", rows, width)
+    if isinstance(part, Line):
+        expected = f"an array of {q} columns, its rows a multiple of {3 * dim}"
+        require(width == q and rows % (3 * dim) == 0, f"{name}.samples", expected, told(part.samples))
+        return
+    (samples,) = rank(part.thickness, f"{name}.thickness", 1)
+    numbers(part.thickness, f"{name}.thickness", samples)
+    numbers(part.section, f"{name}.section", laws.rows(part.law), 1, samples)
+    count, _ = rank(part.cells, f"{name}.cells", 2)
+    indices(part.cells, f"{name}.cells", 0, samples, count, 4)
+    size, height = span(part.columns, f"{name}.columns", q), (1 + laws.vectors(part.law)) * samples
+    whole = (rows, width * dim) == (height, size)
+    require(whole, f"{name}.samples", f"an array ({height}, {size // dim})", told(part.samples))
+
+
+# ------------------------------------------------------------------------------------------------------------- polynomials
+def polynomial(model: ParametricCase, part: Varying, name: str) -> None:
+    """The numbers of one leaf at the nodes of its grid."""
+    degrees, logarithms = part.order.degrees, part.order.logarithmic
+    known = len(degrees) == len(logarithms) == len(model.nodes)
+    require(known, f"{name}.order", f"a degree for each of {len(model.nodes)} parameters", told(degrees))
+    for degree, logarithm, nodes in zip(degrees, logarithms, model.nodes, strict=True):
+        require(0 <= degree < len(nodes), f"{name}.order", f"degrees from 0 to {len(nodes) - 1}", degree)
+        require(not logarithm or bool((nodes > 0.0).all()), f"{name}.order", "positive nodes on a logarithmic scale", told(nodes))
+    leaf = leaf_at(model.nominal, part, name)
+    size = leaf.data.size if isinstance(leaf, csr_array) else np.size(leaf)
+    (count,) = rank(part.positions, f"{name}.positions", 1)
+    indices(part.positions, f"{name}.positions", 0, size, count)
+    kept, _ = rank(part.values, f"{name}.values", 2)
+    numbers(part.values, f"{name}.values", kept, count)
+    numbers(part.mixture, f"{name}.mixture", math.prod(degree + 1 for degree in degrees), kept)
+
+
+def leaf_at(nominal: Case, part: Varying, name: str) -> Any:
+    """The leaf of a case that a polynomial changes."""
+    try:
+        leaf = cases.leaf_at(nominal, part.place)
+    except (LookupError, AttributeError, TypeError) as problem:
+        raise Unsound(f"{name}.place", "a number or an array of the case", told(part.place)) from problem
+    whole = isinstance(leaf, np.ndarray | csr_array) and leaf.dtype == np.float64
+    require(type(leaf) is float or whole, f"{name}.place", "a number or an array of numbers", told(part.place))
+    return leaf

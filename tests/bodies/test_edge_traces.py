@@ -1,0 +1,46 @@
+"""Functions that the trace on an edge determines: the sparse test of independence agrees with the dense factorisation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.sparse import csr_array
+
+from fmbs_skfem.bodies import plate
+from fmbs_skfem.verification.plates import rectangle
+
+
+def by_qr(A: csr_array, monkeypatch: pytest.MonkeyPatch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    with monkeypatch.context() as patch:
+        patch.setattr(plate, "regular", lambda columns: False)
+        return plate.dependent(A)
+
+
+@pytest.mark.parametrize("kind", ["ancf", "nurbs", "bfs", "argyris"])
+@pytest.mark.parametrize("slope", [False, True])
+@pytest.mark.parametrize("names", [("bottom",), ("bottom", "right", "top", "left")])
+def test_sparse_and_dense_find_the_same(kind: str, slope: bool, names: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    shape = rectangle(kind, 12, 3, 1.0, 0.25)
+    A = plate.trace(shape, plate.edge("edge", shape, names), slope)
+    for one, other in zip(plate.dependent(A), by_qr(A, monkeypatch), strict=True):
+        assert_array_equal(one, other)
+
+
+def test_dependent_columns_are_found() -> None:
+    """The third column is the sum of the others: the trace cannot tell them apart."""
+    random = np.random.default_rng(0)
+    columns = random.normal(size=(8, 2))
+    A = csr_array(np.column_stack([columns, columns.sum(axis=1), np.zeros(8)]))
+    assert not plate.regular(csr_array(A[:, :3]))
+    first, second, X = plate.dependent(A)
+    assert (len(first), len(second)) == (2, 1)
+    assert_allclose(A[:, second].toarray(), A[:, first] @ X, atol=1e-12)
+    assert_array_equal(np.sort(np.concatenate([first, second])), [0, 1, 2])
+
+
+@pytest.mark.parametrize("close", [1e-3, 1e-8])
+def test_nearly_dependent_columns_are_left_to_the_dense_factorisation(close: float) -> None:
+    A = csr_array(np.array([[1.0, 1.0], [0.0, close], [0.0, 0.0]]))
+    assert plate.regular(A) is (close > 1e-5)
+    assert len(plate.dependent(A)[0]) == 2

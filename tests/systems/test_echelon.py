@@ -1,0 +1,67 @@
+"""Linear constraints by blocks against their elimination all together; long edges keep independent rows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.sparse import block_diag, csr_array
+
+from fmbs_skfem.bodies import Material
+from fmbs_skfem.bodies.plate import plate
+from fmbs_skfem.systems import assemble, echelon, eliminate, joints
+from fmbs_skfem.systems.system import linear_part
+from fmbs_skfem.verification.plates import rectangle
+
+
+def shuffled(seed: int) -> tuple[csr_array, np.ndarray]:
+    """Blocks with a redundant and an empty row, rows and columns mixed; consistent."""
+    random = np.random.default_rng(seed)
+    parts = [random.normal(size=shape) for shape in ((2, 4), (1, 1), (3, 5), (1, 3))]
+    parts[2][2] = parts[2][0] - 2.0 * parts[2][1]
+    A = csr_array(block_diag([*parts, np.zeros((1, 2))]))
+    A = csr_array(A[random.permutation(A.shape[0])][:, random.permutation(A.shape[1])])
+    return A, -np.asarray(A @ random.normal(size=A.shape[1]))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_blocks_have_the_pivots_of_the_whole(seed: int) -> None:
+    A, a = shuffled(seed)
+    found = echelon.solve(A, a, 1e-9)
+    work = A.toarray()
+    pivots, left, right = echelon.eliminated(work, -a, 1e-9 * np.abs(work).max())
+    rows, columns = np.array(pivots).T
+    order, whole = np.argsort(found.dependent), np.argsort(columns)
+    assert_array_equal(found.dependent[order], columns[whole])
+    work[:, columns] = 0.0
+    assert_allclose(found.solution.toarray()[order], -work[rows[whole]], atol=1e-12)
+    assert_allclose(found.fixed[order], right[rows[whole]], atol=1e-12)
+    assert_array_equal(np.sort(found.left), left)
+    assert len(left) == 2
+    assert_allclose(found.gap, 0.0, atol=1e-12)
+
+
+def test_solutions_satisfy_the_rows() -> None:
+    A, a = shuffled(7)
+    found = echelon.solve(A, a, 1e-9)
+    x = np.random.default_rng(8).normal(size=A.shape[1])
+    x[found.dependent] = found.solution @ x + found.fixed
+    assert_allclose(A @ x + a, 0.0, atol=1e-12)
+
+
+def test_rows_that_contradict_are_told_by_what_they_miss() -> None:
+    found = echelon.solve(csr_array(np.array([[1.0, 1.0], [2.0, 2.0]])), np.array([0.0, -1.0]), 1e-9)
+    assert len(found.dependent) == len(found.left) == 1
+    assert abs(found.gap[0]) == pytest.approx(1.0 if found.left[0] == 1 else 0.5)
+
+
+@pytest.mark.parametrize("kind", ["ancf", "bfs", "nurbs"])
+def test_a_long_clamped_edge(kind: str) -> None:
+    """Every row takes one unknown away, and all rows hold for what is left."""
+    body = plate("plate", rectangle(kind, 60, 2, 1.0, 1 / 30), 0.01, Material(1e9, 1e3))
+    system = assemble([body], [joints.Edge("clamp", "plate", ("bottom",), slope="z")])
+    free = eliminate(system)
+    assert free.size == system.size - len(system.constraints.names)
+    _, A, a = linear_part(system)
+    x = free.lift(np.random.default_rng(0).normal(size=free.size))
+    assert_allclose(A @ x + a, 0.0, atol=1e-12)

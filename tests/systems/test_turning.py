@@ -1,0 +1,104 @@
+"""Turned tangents of planar bodies against the assembled ones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fmbs_skfem.bodies import body
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
+from fmbs_skfem.reduction import galerkin
+from fmbs_skfem.reduction.pod import Basis
+from fmbs_skfem.systems import At, Rayleigh, System, assemble, compile_system, joints, kernels, loads
+from fmbs_skfem.systems.compiled import group_tangent
+from fmbs_skfem.systems.turning import add_turned_tangent
+
+from .. import models
+
+SCHEME, NEWTON, DURATION = GeneralizedAlpha(1e-3), Newton(tolerance=1e-10), 0.5
+
+
+def complete(raw: System) -> System:
+    """The system in all its coordinates as a dense basis."""
+    components = galerkin.body_level(raw)
+    rows = {name: galerkin.rows_of(raw, members) for name, members in components.items()}
+    found = {name: Basis(np.eye(len(row)), raw.x0[row], np.zeros(0)) for name, row in rows.items()}
+    return galerkin.reduce_system(raw, components, found)
+
+
+def spun(dim: int = 2, beta: float = 0.0, torque: float = 0.2) -> System:
+    """Two beams hinged to each other and to the ground, driven by a moment."""
+    one = body.cable("one", models.straight(4), models.SECTION, models.MATERIAL, dim=dim)
+    two = body.cable("two", models.straight(3, (1, 0, 0), (1.7, 0, 0)), models.SECTION, models.MATERIAL, dim=dim)
+    held = [joints.Pin("A", At("one", "left")), joints.Pin("B", At("one", "right"), At("two", "left"))]
+    pushes = [loads.Moment("motor", At("one", "left"), torque)] if dim == 2 else [loads.Gravity((0.0, 0.0, -9.81))]
+    return complete(assemble([one, two], held, pushes, Rayleigh(0.0, beta) if beta else None))
+
+
+def turned(system: System, angles: tuple[float, ...], shift: float = 0.0) -> np.ndarray:
+    """Unknowns with the bodies turned about the origin and shifted."""
+    q = system.lift(system.x0).reshape(-1, 2).copy()
+    for (_, first, last), theta in zip(system.coordinates, angles, strict=True):
+        R = np.array([[np.cos(theta), np.sin(theta)], [-np.sin(theta), np.cos(theta)]])
+        q[first // 2 : last // 2] = q[first // 2 : last // 2] @ R + shift * system.unit[first // 2 : last // 2, None] * [1.0, -2.0]
+    return np.linalg.lstsq(np.asarray(system.lift.matrix), q.ravel() - system.lift.offset, rcond=None)[0]
+
+
+@pytest.mark.parametrize("angles", [(0.0, 0.0), (0.4, -2.5), (3.1, 9.0)])
+def test_exact_for_rigid_motion(angles: tuple[float, float]) -> None:
+    """K(theta) is the tangent at any turned and shifted reference shape, every body with its own angle, to round-off."""
+    system = spun()
+    model = compile_system(system)
+    A, x = model.arrays, turned(system, angles, 0.3)
+    W, K = np.zeros((system.size, system.size)), sum(group_tangent(A, model.work, k, x) for k in range(2))
+    add_turned_tangent(A.turning, x, 0.0, W)
+    np.testing.assert_allclose(W, K, rtol=0, atol=1e-9 * np.abs(K).max())
+
+
+def test_damping_times() -> None:
+    """With stiffness-proportional damping the tangent carries the factor 1 + gh beta."""
+    system = spun(beta=0.02)
+    model = compile_system(system)
+    A, x, body_space = model.arrays, turned(system, (0.4, -2.5)), np.zeros(0)
+    W, K = np.zeros((2, system.size, system.size))
+    add_turned_tangent(A.turning, x, 50.0, W)
+    kernels.add_elastic_tangent(A.groups, A.scatter, A.lift, A.lift_offset, x, body_space, 50.0, model.buffers()[1], K)
+    assert np.abs(K).max() > 1.9 * max(np.abs(group_tangent(A, model.work, k, x)).max() for k in range(2))
+    np.testing.assert_allclose(W, K, rtol=0, atol=1e-9 * np.abs(K).max())
+
+
+def test_the_same_motion_as_with_assembled_tangents() -> None:
+    """The tangent decides how fast the iteration contracts, not where it ends: several turns, equal to the Newton tolerance."""
+    system = spun()
+    fast = integrate(system, SCHEME, DURATION, NEWTON)
+    slow = integrate(spun_without_turning(system), SCHEME, DURATION, NEWTON)
+    assert len(compile_system(fast.system).arrays.turning.table) == 2
+    assert np.abs(fast.x - slow.x).max() < 1e-7 * np.abs(slow.x).max()
+    assert np.abs(fast.x[-1] - fast.x[0]).max() > 0.1
+
+
+def spun_without_turning(system: System) -> System:
+    """The same system with its bodies under other names, which no tangent can be turned for."""
+    return replace(system, elastic=tuple(replace(part, name=f"{part.name} alone") for part in system.elastic))
+
+
+def test_systems_in_space_and_full_systems_assemble() -> None:
+    assert len(compile_system(spun(dim=3)).arrays.turning.table) == 0
+    beam = body.cable("beam", models.straight(3), models.SECTION, models.MATERIAL, dim=2)
+    assert len(compile_system(assemble([beam], [joints.Pin("A", At("beam", "left"))], [])).arrays.turning.table) == 0
+
+
+def test_a_space_without_the_turned_shapes_assembles() -> None:
+    """Small motions of a clamped beam: a basis that cannot turn the beam has no turned tangents."""
+    raw = assemble(
+        [body.cable("beam", models.straight(4), models.SECTION, models.MATERIAL, dim=2)],
+        [joints.Clamp("A", At("beam", "left"))],
+        [],
+    )
+    bend = np.zeros((raw.size, 1))
+    bend[1::2, 0] = np.linspace(0.0, 1.0, raw.size // 2) ** 2
+    bend /= np.linalg.norm(bend)
+    system = galerkin.reduce_system(raw, {"beam": ("beam",)}, {"beam": Basis(bend, raw.x0, np.zeros(0))})
+    assert len(compile_system(system).arrays.turning.table) == 0
