@@ -21,7 +21,7 @@ COARSE, STEPS = [10, 20], [2.5e-3]  #: cells a body and steps [s] of the full mo
 SHOWN = "component+ecsw"  #: the reduced model whose error is drawn
 PICTURES = ("full.png", "reduced.png", "motion.gif")
 SERIES = "motion"
-FRAMES = 61  #: instants of the animation and of the VTK series
+FRAMES, RATE = 41, 14.0  #: instants of the animation and of the VTK series, and how many the animation shows a second
 
 
 @common.command("demo", scene=False)
@@ -85,7 +85,7 @@ def draw(scene: Scene, study: Study, out: Path, pool: Executor) -> list[Future[P
     wanted = picture.instants(scene, study.full)
     moving = picture.frames(study.full, picture.spread(study.full, FRAMES))
     look = Look(color, title="double pendulum", size=(640, 480))
-    files = [pool.submit(pictures.animate, moving, out / "motion.gif", FRAMES, 20.0, look)]
+    files = [pool.submit(pictures.animate, moving, out / "motion.gif", FRAMES, RATE, look)]
     files.append(
         pool.submit(pictures.render, picture.frames(study.full), out / "full.png", wanted, Look(color, title="full model"))
     )

@@ -19,7 +19,7 @@ from ..core.notices import notify
 from ..systems import compiled, kernels
 from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.kernels import Arrays
-from ..systems.system import Output, System, linear_part
+from ..systems.system import Line, Output, System, linear_part
 from .trajectory import Trajectory
 
 DELTA = 1e-6  #: relative time difference for Phi_t
@@ -255,6 +255,12 @@ def centre_lines(system: System, q: np.ndarray) -> dict[str, np.ndarray]:
     return found
 
 
+def positions(line: Line, q: np.ndarray, dim: int) -> np.ndarray:
+    """Positions along one body for samples q (s, q): (s, x, c)."""
+    rows = line.samples.shape[0] // 3
+    return np.asarray(line.samples[:rows] @ q.T).T.reshape(len(q), -1, dim)
+
+
 def skins(system: System, q: np.ndarray) -> dict[str, np.ndarray]:
     """Positions, then the vectors of the law in local coordinates, on every plate and shell for one q (q,): (1 + k, x, c) by name.
 
@@ -273,9 +279,11 @@ def distances(one: System, q: np.ndarray, other: System, p: np.ndarray) -> np.nd
     Surfaces correspond where both have the same cells; NaN where no body of the two corresponds.
     """
     worst = np.full(len(q), np.nan)
-    a, b = centre_lines(one, q), centre_lines(other, p)
-    for name in a.keys() & b.keys():
-        worst = np.fmax(worst, np.linalg.norm(a[name][:, 0] - b[name][:, 0], axis=2).max(axis=1))
+    b = {line.name: line for line in other.lines}
+    for line in one.lines:
+        if line.name in b:
+            apart = positions(line, q, one.dim) - positions(b[line.name], p, other.dim)
+            worst = np.fmax(worst, np.linalg.norm(apart, axis=2).max(axis=1))
     for s in range(len(q)):
         first, second = skins(one, q[s]), skins(other, p[s])
         for name in first.keys() & second.keys():

@@ -31,7 +31,7 @@ from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.kernels import Arrays
 from ..systems.system import Sampled, System
 
-BURST = 0.01  #: CPU time of one measurement [s]
+BURST = 0.005  #: CPU time of one measurement [s]
 STEP = 1e-3  #: of measurements that do not depend on it [s]
 FORCE, TANGENT, FACTOR, SOLUTION, GATHER, PRODUCT, STRESS, MODULUS = range(8)  #: pieces of the time step
 

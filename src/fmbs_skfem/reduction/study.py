@@ -22,7 +22,7 @@ from scipy.integrate import trapezoid
 
 from ..core.errors import FmbsError
 from ..dynamics.integration import integrate
-from ..dynamics.outputs import centre_lines, lifted
+from ..dynamics.outputs import lifted, positions
 from ..dynamics.trajectory import Trajectory
 from ..systems.assembly import eliminate
 from ..systems.system import System
@@ -245,16 +245,16 @@ def line_errors(errors: Errors, full: Trajectory, other: Trajectory) -> Errors:
     if math.isfinite(errors.maximum):
         return errors
     i, j = common_times(full.times, other.times)
-    one, two = positions(full, i), positions(other, j)
+    one, two = all_positions(full, i), all_positions(other, j)
     apart, size = np.linalg.norm(one - two, axis=1), np.linalg.norm(one, axis=1)
     mean = float(trapezoid(apart, errors.times) / trapezoid(size, errors.times))
     return replace(errors, relative=apart / size, maximum=float((apart / size).max()), mean=mean)
 
 
-def positions(motion: Trajectory, samples: np.ndarray) -> np.ndarray:
+def all_positions(motion: Trajectory, samples: np.ndarray) -> np.ndarray:
     """Positions of all centre lines at some samples, (s, x c)."""
-    lines = centre_lines(motion.system, lifted(motion)[0][samples])
-    return np.hstack([part[:, 0].reshape(len(part), -1) for part in lines.values()])
+    system, q = motion.system, lifted(motion)[0][samples]
+    return np.hstack([positions(line, q, system.dim).reshape(len(q), -1) for line in system.lines])
 
 
 def sizes(record: Record, model: Trained, raw: System) -> Record:
