@@ -1,8 +1,8 @@
 """Build the plate meshes of this folder: scikit-fem makes them (gmsh the unstructured ones), meshio exports them.
 
     links      a ring of cells around each hole, a web between: hole, circular outer end, straight flanks
-    flanks     common external tangents of the ends, cos(phi) = (R1 - R2) / L; phi: polar angle of both points of contact;
-               or lines between the highest points of the ends, phi = 90 degrees
+    flanks     lines between the highest points of the ends, phi = 90 degrees;
+               or their common external tangents, cos(phi) = (R1 - R2) / L; phi: polar angle of both points of contact
 
 Usage: python meshes/build_plates.py [folder]. Lengths in metres. Without the package gmsh its files are left out.
 """
@@ -39,7 +39,7 @@ class Link:
     """A plate with two holes."""
 
     ends: tuple[End, End]
-    tangent: bool = True  #: flanks touch the ends as tangents, else at their highest points
+    tangent: bool = False  #: flanks touch the ends as tangents, else they join their highest points
 
     @property
     def contact(self) -> float:
@@ -237,7 +237,7 @@ def everything() -> dict[str, PlateMesh]:
     out["plate_16x1.msh"] = rectangle(10.0, 1.0, 16, 1)
     out["plate_8x8.msh"] = rectangle(1.0, 1.0, 8, 8)
     if importlib.util.find_spec("gmsh"):
-        out |= {"lug_quad.msh": unstructured(CRANK, 0.0075, True), "lug_tri.msh": unstructured(CRANK, 0.0075, False)}
+        out |= {"lug_quad.msh": unstructured(CRANK, 0.0076, True), "lug_tri.msh": unstructured(CRANK, 0.0076, False)}
     return out
 
 

@@ -169,7 +169,7 @@ def test_listed_snapshots_are_stored_with_the_start() -> None:
 
 
 def test_reduced_models_iterate_below_their_truncation() -> None:
-    assert training.newton_of_reduced(Newton(1e-10), 1e-18).tolerance == pytest.approx(5e-12, rel=1e-12)
+    assert training.newton_of_reduced(Newton(1e-10), 1e-18).tolerance == pytest.approx(2e-12, rel=1e-12)
     assert training.newton_of_reduced(Newton(1e-10), 1e-12).tolerance == 1e-10
     assert training.newton_of_reduced(Newton(1e-10), 1e-24).tolerance == training.FINEST
 

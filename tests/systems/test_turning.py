@@ -11,8 +11,7 @@ from fmbs_skfem.bodies import body
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
 from fmbs_skfem.reduction import galerkin
 from fmbs_skfem.reduction.pod import Basis
-from fmbs_skfem.systems import At, Rayleigh, System, assemble, compile_system, joints, kernels, loads
-from fmbs_skfem.systems.compiled import group_tangent
+from fmbs_skfem.systems import At, Rayleigh, System, assemble, compile_system, compiled, gathers, joints, kernels, loads
 from fmbs_skfem.systems.turning import add_turned_tangent
 
 from .. import models
@@ -46,13 +45,19 @@ def turned(system: System, angles: tuple[float, ...], shift: float = 0.0) -> np.
     return np.linalg.lstsq(np.asarray(system.lift.matrix), q.ravel() - system.lift.offset, rcond=None)[0]
 
 
+def part_tangent(system: System, number: int, x: np.ndarray) -> np.ndarray:
+    """Assembled tangent of one body."""
+    model = compile_system(system)
+    return compiled.part_tangent(model.arrays, model.work, gathers.collect(system).owners, number, x)
+
+
 @pytest.mark.parametrize("angles", [(0.0, 0.0), (0.4, -2.5), (3.1, 9.0)])
 def test_exact_for_rigid_motion(angles: tuple[float, float]) -> None:
     """K(theta) is the tangent at any turned and shifted reference shape, every body with its own angle, to round-off."""
     system = spun()
     model = compile_system(system)
     A, x = model.arrays, turned(system, angles, 0.3)
-    W, K = np.zeros((system.size, system.size)), sum(group_tangent(A, model.work, k, x) for k in range(2))
+    W, K = np.zeros((system.size, system.size)), sum(part_tangent(system, k, x) for k in range(2))
     add_turned_tangent(A.turning, x, 0.0, W)
     np.testing.assert_allclose(W, K, rtol=0, atol=1e-9 * np.abs(K).max())
 
@@ -65,7 +70,7 @@ def test_damping_times() -> None:
     W, K = np.zeros((2, system.size, system.size))
     add_turned_tangent(A.turning, x, 50.0, W)
     kernels.add_elastic_tangent(A.groups, A.scatter, A.lift, A.lift_offset, x, body_space, 50.0, model.buffers()[1], K)
-    assert np.abs(K).max() > 1.9 * max(np.abs(group_tangent(A, model.work, k, x)).max() for k in range(2))
+    assert np.abs(K).max() > 1.9 * max(np.abs(part_tangent(system, k, x)).max() for k in range(2))
     np.testing.assert_allclose(W, K, rtol=0, atol=1e-9 * np.abs(K).max())
 
 
@@ -102,3 +107,24 @@ def test_a_space_without_the_turned_shapes_assembles() -> None:
     bend /= np.linalg.norm(bend)
     system = galerkin.reduce_system(raw, {"beam": ("beam",)}, {"beam": Basis(bend, raw.x0, np.zeros(0))})
     assert len(compile_system(system).arrays.turning.table) == 0
+
+
+def test_points_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Points that are handled in blocks have the energy, forces, tangents and turned tangents of all points at once."""
+    system = spun(beta=0.02)
+    x, v = np.random.default_rng(1).standard_normal((2, system.size))
+    whole = compile_system(system)
+    monkeypatch.setattr(gathers, "ROOM", 500)
+    parts = compile_system(system)
+    assert len(parts.arrays.groups.table) > len(whole.arrays.groups.table) == 2
+    found = [
+        (
+            compiled.strain_energy(model, x),
+            compiled.forces(model, x, v),
+            compiled.tangent(model, x, np.zeros(model.constraints), 0.0, 5.0).toarray(),
+            model.arrays.turning.numbers,
+        )
+        for model in (whole, parts)
+    ]
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_allclose(other, one, rtol=0, atol=1e-12 * np.abs(one).max())

@@ -96,7 +96,7 @@ def plan(scene: Scene) -> Plan:
 def options(scene: Scene, plan: Plan, quick: bool = False, expensive: bool = False) -> Options:
     """What the scene wants compared; `quick` leaves out other eps and eta, smaller steps and repetitions.
 
-    An `expensive` full model runs once, and only with those other steps that the scene lists.
+    An `expensive` full model runs only with those other steps that the scene lists.
     """
     from ..dynamics import GeneralizedAlpha, Newton
     from ..reduction.runs import Options

@@ -31,7 +31,7 @@ from .errors import Errors, common_times, compare
 from .ffrf import reduce_floating
 from .galerkin import Snapshots, snapshots, system_level
 from .hyper import Level, polynomial_bodies
-from .runs import Options, TimeError, kept_steps, newton_of_full, other_steps, sharp_newton, step_error, stored, timed
+from .runs import Options, TimeError, kept_steps, other_steps, sharp_newton, step_error, stored, timed
 from .training import Components, Trained, newton_of_reduced, polynomial, reduced, sampled
 
 MAIN = ("system", "component", "system+ecsw", "component+ecsw", "component+ecsw-points")
@@ -118,7 +118,7 @@ def run(
     the reference, the other one is timed, as the models are, when nothing is left to compile.
     """
     system, h, kept = form(raw), options.scheme.step, kept_steps(options)
-    sharp, own = sharp_newton(options), newton_of_full(options)
+    sharp, own = sharp_newton(options), options.newton
     integrate(system, options.scheme, 2 * h, own)  # compiles, so that no run is charged for it
     full = timed(system, options if sharp == own else replace(options, repeat=1), h, kept, sharp)
     data = snapshots(full, options.interval)
@@ -201,7 +201,7 @@ def evaluate(
     job: Job, raw: System, full: Trajectory, options: Options, kept: np.ndarray
 ) -> tuple[Record, Trained | None, Trajectory | None, Errors | None]:
     """Make a model, run it, and compare it with the full one."""
-    newton = newton_of_reduced(options.newton, job.tolerance) if job.tolerance else newton_of_full(options)
+    newton = newton_of_reduced(options.newton, job.tolerance) if job.tolerance else options.newton
     record = Record(
         job.name,
         job.family,

@@ -100,14 +100,14 @@ def compile_system(system: System) -> Compiled:
         turning=turning.nothing(system.size),
     )
     if dense and not cells.cells:
-        arrays = arrays._replace(turning=turning.turning(system, partial(group_tangent, arrays, work)))
+        arrays = arrays._replace(turning=turning.turning(system, partial(part_tangent, arrays, work, cells.owners)))
     return Compiled(system, arrays, order, work, sparse.plan(cells, groups, work) if large else None)
 
 
-def group_tangent(A: Arrays, work: int, number: int, x: np.ndarray) -> np.ndarray:
-    """Tangent of one elastic group of a dense system (n, n) at x."""
-    one = slice(number, number + 1)
-    groups, W = A.groups._replace(table=A.groups.table[one], beta=A.groups.beta[one]), np.zeros((len(x), len(x)))
+def part_tangent(A: Arrays, work: int, owners: np.ndarray, number: int, x: np.ndarray) -> np.ndarray:
+    """Tangent of one elastic part of a dense system (n, n) at x, from all its groups."""
+    mine = owners == number
+    groups, W = A.groups._replace(table=A.groups.table[mine], beta=A.groups.beta[mine]), np.zeros((len(x), len(x)))
     kernels.add_elastic_tangent(groups, A.scatter, A.lift, A.lift_offset, x, np.zeros(0), 0.0, np.zeros((3, work)), W)
     return W
 

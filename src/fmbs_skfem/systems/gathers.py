@@ -21,6 +21,7 @@ from .quartic import Quartic
 from .system import Affine, Sampled, System
 
 BLOCK = 64  #: cells that a kernel handles at once, so that their jets stay in the cache
+ROOM = 20_000  #: numbers of sampled jets that stay in the cache from gather to scatter
 Map: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray]  #: source, target, factor
 NOWHERE: Map = (np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
 
@@ -50,8 +51,11 @@ def collect(system: System) -> Collected:
     first, shared = 0, -1
     for number, elastic in enumerate(system.elastic):
         part = elastic.gather
-        if not isinstance(part, Cells):
+        if isinstance(part, Quartic):
             groups.append((number, part))
+            continue
+        if isinstance(part, Sampled):
+            groups += [(number, block) for block in point_blocks(part)]
             continue
         if part.spread is None and shared >= 0:
             start = shared
@@ -72,6 +76,24 @@ def blocks(cells: Cells) -> list[Cells]:
     pieces = max(1, round(count / BLOCK)) if count > 4 * BLOCK else 1
     parts = np.array_split(np.arange(count), pieces)
     return [replace(cells, table=cells.table[..., k], nodes=cells.nodes[:, k], section=cells.section[..., k]) for k in parts]
+
+
+def point_blocks(part: Sampled) -> list[Sampled]:
+    """Sampled points in blocks of about ROOM jets, all in one where they are few."""
+    count = part.section.shape[2]
+    rows, modes = len(part.offset) // count, part.jets.shape[1]
+    jets, offset = part.jets.reshape(rows, count, modes), part.offset.reshape(rows, count)
+    pieces = max(1, round(part.jets.size / ROOM))
+    return [
+        replace(
+            part,
+            jets=np.ascontiguousarray(jets[:, k]).reshape(-1, modes),
+            offset=np.ascontiguousarray(offset[:, k]).ravel(),
+            section=np.ascontiguousarray(part.section[..., k]),
+            cell=part.cell[k],
+        )
+        for k in np.array_split(np.arange(count), pieces)
+    ]
 
 
 def cell_coordinates(cells: Cells) -> np.ndarray:
