@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..core.errors import InputError, MissingFeature, say
-from . import common, figures, reports, screen
+from . import common, figures, render, reports, screen
 from .common import Result, Session
 from .figures import cloud as cloud
 from .figures import draw as draw
@@ -36,14 +36,16 @@ AS_GOOD = 2.0  #: factor to the smallest error of a hyper-reduced model within w
 @common.command("compare")
 @click.option("--quick", is_flag=True, help="Only the main models, coarser meshes and larger steps; every model runs once.")
 @click.option("--duration", type=float, metavar="SECONDS", help="Replace the duration of the analysis.")
-@click.option("--picture/--no-picture", default=True, help="Draw the error of a reduced model on the bodies (default: yes).")
+@click.option(
+    "--picture/--no-picture", default=True, help="Draw the bodies, moving, and the error of a reduced model (default: yes)."
+)
 def command(session: Session, quick: bool, duration: float | None, picture: bool) -> Result:
     """Compare reduced models of SCENE with its full model and with cheaper full models.
 
     Writes compare.json and figures into --out, or into ./fmbs-NAME-compare where NAME.yaml is the scene.
     """
     scene = common.read_scene(session, duration)
-    names = (RECORD, *figure_names(scene), figures.PICTURE)
+    names = (RECORD, *figure_names(scene), figures.ERROR, render.PICTURE, render.ANIMATION)
     out = reports.folder(session, f"fmbs-{common.stem(scene)}-compare", names, reports.fingerprint(scene), RECORD)
     screen.announce_compiling(scene.path)
     with screen.progress("comparing") as advance:
@@ -126,12 +128,14 @@ def options(scene: Scene, plan: Plan, quick: bool = False, expensive: bool = Fal
 def report_of(scene: Scene, study: Study) -> dict[str, Any]:
     """The JSON object of a study."""
     from ..results import speed
+    from . import solving
 
     best, chosen = cheapest(study), choice(study)
     return {
         "status": "ok",
         "scene": common.title(scene),
         "models": [dataclasses.asdict(record) for record in study.records],
+        "outputs": {name: solving.extremes(values) for name, values in figures.drawn_outputs(study.full).items()},
         "time_error": dataclasses.asdict(study.time_error) if study.time_error else None,
         "front": speed.front_in_words(figures.points(study)),
         "pays_after": best.name if best else None,
@@ -158,7 +162,7 @@ def words(report: Mapping[str, Any]) -> list[str]:
     pays = report["pays_after_runs"]
     gain = "Training does not pay." if pays is None else f"Training of {report['pays_after']} pays after {math.ceil(pays)} runs."
     note = "Names end in eps, or eps/eta, where these are not the scene's. "
-    note += "Errors are the largest distances from the full model [m]; training is not in the CPU times."
+    note += "Errors on the front are the largest distances from the full model [m]; training is not in the CPU times."
     return [report["front"], note, time_words(report["time_error"]), gain, *choice_words(report)]
 
 

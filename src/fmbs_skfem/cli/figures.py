@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 WRONG = 1.0  #: relative error above which a model has nothing in common with the full one
 SKIPPED = ("energy", "reaction")  #: outputs that are not drawn: reduced models do not know all reactions
-PICTURE = "error.png"
+ERROR = "error.png"
 SLIDER = "slider.png"
 PICTURED = ("component+ecsw", "component", "component+exact")  #: the reduced model that is pictured: the first of these that ran
 
@@ -166,14 +166,16 @@ def finite(error: float) -> float:
 
 
 def render(scene: Scene, study: Study, out: Path) -> list[Path]:
-    """A reduced model at the scene's instants, coloured by its distance from the full one."""
+    """The full model at the scene's instants and moving, and a reduced one coloured by its distance from it."""
     from ..results import pictures
     from ..results.pictures import Look
     from . import picture
+    from . import render as rendering
 
+    files = rendering.draw(scene, study.full, out, rendering.FRAMES)
     name = next((name for name in PICTURED if name in study.motions), None)
     if name is None:
-        return []
+        return files
     wanted = picture.instants(scene, study.full)
     look = Look("error", title=f"{scene.name}, {name}: error")
-    return [pictures.render(picture.errors(study.full, study.motions[name], wanted), out / PICTURE, wanted, look)]
+    return [*files, pictures.render(picture.errors(study.full, study.motions[name], wanted), out / ERROR, wanted, look)]

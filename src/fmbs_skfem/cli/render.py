@@ -16,11 +16,12 @@ if TYPE_CHECKING:
     from ..scenes import Scene
 
 PICTURE, ANIMATION = "picture.png", "animation.gif"
+FRAMES = 60
 
 
 @common.command("render")
 @click.option("--duration", type=float, metavar="SECONDS", help="Replace the duration of a dynamic analysis.")
-@click.option("--frames", "count", type=click.IntRange(1, 1000), default=60, help="Frames of the animation (default: 60).")
+@click.option("--frames", "count", type=click.IntRange(1, 1000), default=FRAMES, show_default=True, help="Frames of the animation.")
 @click.option("--gif/--no-gif", default=True, help="Draw the animation (default: yes).")
 def command(session: Session, duration: float | None, count: int, gif: bool) -> Result:
     """Solve SCENE and draw it: picture.png at the instants of its `pictures`, and animation.gif.
