@@ -38,7 +38,7 @@ def main(names: list[str]) -> dict[str, dict[str, Any]]:
         scene = scenes.read(ROOT / "examples" / f"{name}.yaml")
         with common.one_thread():
             study = compare.run(scene)
-        written[name] = report = {**compare.report_of(scene, study), "versions": reports.versions()}
+        written[name] = report = {**compare.report_of(scene, study), "provenance": reports.provenance(scene)}
         reports.write_json(RESULTS / f"compare_{name}.json", report)
         text = page(report, [*as_text(scene, study), *gap_with_published_modes(scene, study)])
         (RESULTS / f"compare_{name}.md").write_text(text, encoding="utf-8")

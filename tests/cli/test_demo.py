@@ -10,6 +10,7 @@ from fmbs_skfem.cli import demo
 from fmbs_skfem.scenes import Scene
 
 from .calls import fmbs
+from .test_provenance import KEYS
 
 
 def short(scene: Scene) -> Scene:
@@ -34,6 +35,7 @@ def test_demo_computes_all_models_and_writes_all_files(tmp_path: Path, monkeypat
     assert names == [
         *("full", "system", "component", "system+ecsw", "component+ecsw", "component+ecsw-points", "ffrf", "coarse-5"),
     ]
+    assert set(done.json["provenance"]) == KEYS
     out = tmp_path / "fmbs-demo"
     wanted = {"compare.json", "history_B.png", "history_C.png", "errors.png", "speed_error.png", "motion.pvd"}
     assert wanted <= {path.name for path in out.iterdir()}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -30,13 +31,27 @@ def call(folder: Path) -> Call:
 def test_failure_json_holds_the_facts(call: Call, folder: Path) -> None:
     assert call.code == 4
     found = json.loads((folder / "out" / "failure.json").read_text())
-    assert found == call.json["failure"]
+    assert found == {**call.json["failure"], "provenance": call.json["provenance"]}
     assert found["causes"][0]["name"] == "jump"
     assert found["step"] == 6
     assert found["good"] == pytest.approx(0.005)
     assert [attempt["step"] for attempt in found["attempts"]] == pytest.approx([1e-3 / 2**k for k in range(7)])
     assert {one["name"] for one in found["multipliers"]} == {"joint clamp.x", "joint clamp.y", "joint clamp.slope 1"}
     assert found["residuals"][0]["name"].startswith("beam coordinate")
+
+
+def test_the_last_good_state_is_kept(call: Call, folder: Path) -> None:
+    """5 ms of the motion; the tip's coordinates are the last output that was written."""
+    with h5py.File(folder / "out" / "failure.h5") as file:
+        state = {name: item[()] for name, item in file.items()}
+        time = file.attrs["time"]
+    assert time == pytest.approx(call.json["failure"]["good"]) == pytest.approx(0.005)
+    assert len(state["unknowns"]) == len(state["x"]) == len(state["v"]) == len(state["a"]) == call.json["unknowns"]
+    assert len(state["constraints"]) == len(state["multipliers"]) == call.json["multipliers"]
+    assert all(name.startswith(b"beam coordinate") for name in state["unknowns"])
+    tip = np.loadtxt(folder / "out" / "outputs.csv", delimiter=",", skiprows=1)[-1, 1:3]
+    assert all(np.isclose(state["x"], value, rtol=1e-12).any() for value in tip)
+    assert str(folder / "out" / "failure.h5") in call.json["files"]
 
 
 def test_the_last_good_state_is_drawn(call: Call, folder: Path) -> None:
@@ -54,7 +69,7 @@ def test_a_run_that_succeeds_removes_the_failure_of_the_one_before(tmp_path: Pat
     out = tmp_path / "out"
     assert fmbs("run", scene(tmp_path, SHORT, JUMP), "--out", out, "--no-plots").code == 4
     assert fmbs("run", scene(tmp_path, SHORT), "--out", out, "--no-plots", "--force").code == 0
-    assert not (out / "failure.json").exists()
+    assert sorted(path.name for path in out.iterdir()) == ["outputs.csv", "report.json"]
 
 
 def test_a_file_of_the_user_is_kept(tmp_path: Path) -> None:
@@ -113,5 +128,8 @@ def test_a_static_failure_names_its_load_factor(tmp_path: Path) -> None:
     found = done.json["failure"]
     assert found["unit"] == "load factor"
     assert 0.0 <= found["good"] < found["at"] <= 1.0
+    with h5py.File(out / "failure.h5") as file:
+        assert file.attrs["time"] == found["good"]
+        assert len(file["x"]) == len(file["unknowns"]) == done.json["unknowns"]
     assert "huge load" in {one["name"] for one in found["causes"]}
     assert np.isfinite([value for pair in found["strains"].values() for value in pair]).all()

@@ -88,6 +88,21 @@ def test_a_stopped_run_goes_on_to_the_same_bytes(
     assert segments.manifest(out).state is State.DONE
 
 
+def test_a_run_whose_time_is_over_goes_on_to_the_same_bytes(tmp_path: Path) -> None:
+    path, out = scene(tmp_path, LONG, HISTORY), tmp_path / "out"
+    assert run(path, tmp_path / "whole", "--time-limit", "1000").code == 0
+    done = run(path, out, "--time-limit", "0.01")
+    assert done.code == 6
+    assert done.json["reason"] == "limit reached"
+    assert "stopped by --time-limit 0.01 at t = " in done.json["message"]
+    assert "of 5000 steps; go on with: fmbs resume" in done.json["message"]
+    assert segments.manifest(out).state is State.RUNNING
+    assert fmbs("resume", out, "--time-limit", "0.01").code == 6
+    assert fmbs("resume", out, "--no-plots").code == 0
+    assert (out / "outputs.csv").read_bytes() == (tmp_path / "whole" / "outputs.csv").read_bytes()
+    assert run(scene(tmp_path, "{type: static, load_steps: 2}"), tmp_path / "static", "--time-limit", "1").code == 3
+
+
 def test_a_run_is_stopped_and_goes_on_many_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, out = scene(tmp_path, MOTION, HISTORY), tmp_path / "out"
     assert run(path, tmp_path / "whole").code == 0
@@ -158,7 +173,7 @@ def test_a_full_disk_ends_a_run_that_goes_on_later(
 
     assert ended(child(limited)) == 6
     told = capfd.readouterr().out
-    assert '"reason": "disk full"' in told
+    assert '"reason": "limit reached"' in told
     assert "expected room on the disk, got file too large" in told
     assert segments.read(out).checkpoint.done == segments.manifest(out).done > 0
     assert fmbs("resume", out, "--no-plots").code == 0
@@ -330,7 +345,7 @@ def test_a_report_says_where_its_numbers_come_from(tmp_path: Path) -> None:
     assert {"fmbs_skfem", "python", "numpy", "scipy", "numba"} <= set(found["versions"])
     assert found["machine"]["cores"] == os.cpu_count()
     assert found["machine"]["processor"]
-    assert found["threads"] == {"blas": 1}
+    assert found["threads"] == {"blas": 1, "workers": 1}
     assert found["seeds"] == {"solver": 0}
     assert found == json.loads((tmp_path / "out" / "report.json").read_text())["provenance"]
     assert found == reports.plain(found)

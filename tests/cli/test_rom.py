@@ -109,7 +109,7 @@ def test_a_failed_run_is_explained_as_that_of_a_scene_is(model: Path, tmp_path: 
     assert (found["status"], found["reason"]) == ("error", "Newton iteration diverged")
     assert 0.0 < found["end"] < found["time"] < 0.2
     failure = json.loads((out / "failure.json").read_text())
-    assert failure == found["failure"]
+    assert failure == {**found["failure"], "provenance": found["provenance"]}
     assert failure["attempts"][0]["residuals"][0] > 0.0
     assert {"outside training", "indefinite"} <= {cause["name"] for cause in failure["causes"]}
     assert all(cause["remedy"] for cause in failure["causes"])

@@ -47,7 +47,7 @@ def test_the_inextensible_limit() -> None:
 def test_gerstmayr_irschik_cantilever() -> None:
     """The published rod has the strain |r'| - 1 where the cable here has (r'.r' - 1)/2: they differ by eps^2/2 with eps = 6e-4."""
     converged = gerstmayr_irschik(64, curvature=Curvature.MATERIAL)
-    np.testing.assert_allclose(converged, [-0.508537480605, -1.207239353373], atol=1e-9)  # stored figure of this package
+    np.testing.assert_allclose(converged[:2], [-0.508537480605, -1.207239353373], atol=1e-9)  # stored figure of this package
     np.testing.assert_allclose(gerstmayr_irschik(64, curvature=Curvature.MATERIAL, ancf=True), converged, atol=1e-8)
     assert np.abs(gerstmayr_irschik(64) - converged).max() > 1e-4  # the geometric curvature is another law
 

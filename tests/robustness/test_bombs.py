@@ -13,6 +13,7 @@ import subprocess
 import sys
 import zlib
 from collections.abc import Iterator
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -24,6 +25,7 @@ from .inputs import BEAM, MESHES, SHELL, STRIP, changed, lines, msh
 
 SECONDS = 0.1  #: processor time of a refusal
 MEMORY = 100.0  #: beyond what the process has held to read a right scene, about 220 MB with all libraries [MB]
+WHOLE = 200.0  #: of a whole `fmbs check` that refuses [MB]
 
 CHILD = """
 import json, sys, time, warnings
@@ -53,6 +55,13 @@ for name in ("first", *sys.argv[1:]):
     print(json.dumps([name, code, message[:2000], seconds, peak()]))
 """
 
+#: calls a command from a small process, since the size of the caller counts as that of the called
+MEASURED = """
+import resource, subprocess, sys
+code = subprocess.run(sys.argv[1:]).returncode
+print(code, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+"""
+
 LAUGHS = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]\n" for i in range(1, 40)
 )
@@ -75,8 +84,8 @@ SCENES = {
     "braces": ("{a: " * 20_000, "64 nested levels"),
     "dashes": ("- " * 40_000, "64 nested levels"),
     "levels": ("\n".join(" " * i + "a:" for i in range(1000)), "64 nested levels"),
-    "large file": ("#" * (16 * 2**20 + 1), "a file of at most 16 MB"),
-    "long line": ("name: " + "x" * (15 * 2**20), "lines of at most 100000 characters, got 15728646"),
+    "large file": ("#" * (2 * 2**20 + 1), "a file of at most 2 MB"),
+    "long line": ("name: " + "x" * 2**20, "lines of at most 100000 characters, got 1048582"),
     "digits": (number("9" * 1_000_000), "lines of at most 100000 characters"),
     "fewer digits": (number("9" * 5000), "a finite number, got inf"),
     "tower": (history("9**9**9**9"), "finite numbers"),
@@ -175,6 +184,26 @@ EXPECTED = (
     | {"cells.yaml": "at most 1000000"}
 )
 MODELS = ("model.h5", "zipped.h5")
+
+
+#: texts as large as they may be, which cost most to read: every value an object of its own, and four bytes for every character
+COSTLY = {
+    "values": "x:\n" + f"  - {'a' * 15}\n" * 99_000,
+    "characters": f"# {'x' * 90_000}\n" * 23 + "# \U0001f600\n",
+    "lines": "\n" * (2 * 2**20 - 1),
+}
+
+
+@pytest.mark.parametrize("name", COSTLY)
+def test_the_whole_command_stays_small(name: str, tmp_path: Path) -> None:
+    """The most that `fmbs check` holds, with the interpreter and all libraries."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(COSTLY[name], encoding="utf-8")
+    command = [sys.executable, "-c", MEASURED, str(Path(sys.executable).parent / "fmbs"), "check", str(path)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    code, most = map(int, done.stdout.split())
+    assert code == 3, done.stderr
+    assert most / 1024 < WHOLE
 
 
 @pytest.mark.parametrize("name", [*EXPECTED, *MODELS])

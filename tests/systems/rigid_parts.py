@@ -17,6 +17,7 @@ from ..models import straight
 from .parts import swing
 
 A0, A1, B1, B2, BEAM, RIM = At("a", "O"), At("a", "P"), At("b", "P"), At("b", "Q"), At("beam", "left"), At("plate", "rim")
+OTHER = At("lid", "rim")
 SPATIAL_AXIS = (0.0, 0.6, 0.8)
 
 
@@ -35,7 +36,7 @@ def grid(
 
 
 def bodies(dim: int) -> list[Body]:
-    """a at (0.5, 0), b at (1, 0.5), both turned, a beam from (1, 0), a plate on [1, 2] x [0, 1] whose left edge is rigid."""
+    """a at (0.5, 0), b at (1, 0.5), both turned, a beam from (1, 0), two plates on [1, 2] x [0, 1] whose left edges are rigid."""
     rest = (0.0,) * (dim - 2)
     turn = np.eye(dim)
     turn[:2, :2] = [[0.8, -0.6], [0.6, 0.8]]
@@ -48,8 +49,8 @@ def bodies(dim: int) -> list[Body]:
     beam = cable("beam", straight(3, (1, 0, 0), (1.8, 0.6, 0)), Given(EA=2000.0, EI=3.0, rhoA=0.5), dim=dim)
     shape, rims = grid(2, 2), {"rim": Rim(("left",), (1.0, 0.0, 0.0)[:dim])}
     origin = np.array([1.0, 0.0, 0.0][:dim])
-    sheet = plate("plate", shape, 0.02, Material(1e5, 500.0), dim=dim, rims=rims, origin=origin)
-    return [part("a", (0.5, 0.0), O=(0, 0), P=(1, 0)), part("b", (1.0, 0.5), P=(1, 0), Q=(1, 1)), beam, sheet]
+    sheets = [plate(name, shape, 0.02, Material(1e5, 500.0), dim=dim, rims=rims, origin=origin) for name in ("plate", "lid")]
+    return [part("a", (0.5, 0.0), O=(0, 0), P=(1, 0)), part("b", (1.0, 0.5), P=(1, 0), Q=(1, 1)), beam, *sheets]
 
 
 def every_joint(dim: int) -> list[joints.Joint]:
@@ -67,6 +68,10 @@ def every_joint(dim: int) -> list[joints.Joint]:
         joints.Weld("weld to ground", B2),
         joints.Weld("weld of a rim", RIM, A1),
         joints.Weld("weld of a beam", A1, BEAM),
+        joints.Weld("weld of a beam and a rim", BEAM, RIM),
+        joints.Weld("weld of a beam to ground", BEAM),
+        joints.Weld("weld of a rim to ground", RIM),
+        joints.Weld("weld of rims", RIM, OTHER),
         joints.Prismatic("prismatic", B2, along),
         joints.Prismatic("prismatic of bodies", B2, along, A0),
         joints.Prismatic("prismatic of a rim", RIM, along),

@@ -143,8 +143,8 @@ def test_planetary_gear() -> None:
         x = [moved(p, rotation(2, w), p.reference[0], np.zeros(2)).ravel() for p, w in zip(parts, angles, strict=True)]
         return gap(system, np.concatenate(x), "j")
 
-    assert rows(0.4, 0.4, 0.0, 0.4) == pytest.approx(0.0, abs=1e-13)
-    assert rows(0.0, 1.4 * 0.9, 0.0, 0.9) == pytest.approx(0.0, abs=1e-13)
+    assert rows(0.4, 0.4, 0.0, 0.4, 0.0) == pytest.approx(0.0, abs=1e-13)
+    assert rows(0.0, 1.4 * 0.9, 0.0, 0.9, 0.0) == pytest.approx(0.0, abs=1e-13)
 
 
 @pytest.mark.parametrize(

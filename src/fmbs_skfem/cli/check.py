@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -40,11 +41,14 @@ def command(session: Session, duration: float | None) -> Result:
 
     Told are: masses, units, slenderness and cells that are hardly meant, joints that are redundant or contradict each other,
     degrees of freedom, bodies that no joint ties to the ground, initial motion that joints forbid, solver, memory and time. Notices
-    stop nothing unless --strict is given. Nothing is solved; --out writes check.json.
+    stop nothing unless --strict is given. Nothing is solved; --out writes check.json. SCENE may also be a folder with results:
+    every file in it that a report or a history vouches for is held against its checksum (exit code 8).
     """
     from ..scenes import plausibility
     from . import solving
 
+    if session.path.is_dir():
+        return checksums(session.path)
     scene = common.read_scene(session, duration)
     raw, parts = solving.system(session, scene), bodies(session, scene)
     known = plausibility.figures(scene, parts)
@@ -68,12 +72,25 @@ def command(session: Session, duration: float | None) -> Result:
         "estimates": estimates(scene, reduced, model),
         "outputs": [column for output in raw.outputs.values() for column in output.columns],
         "fingerprint": reports.fingerprint(scene),
-        "versions": reports.versions(),
+        "provenance": reports.provenance(scene),
     }
     if session.out is not None:
         out = reports.folder(session, session.out, [NAME], found["fingerprint"], record=NAME)
-        reports.write_json(out / NAME, {**found, "notices": session.notices})
+        reports.keep(session, out, found, NAME)
     return Result(found, view(found))
+
+
+def checksums(folder: Path) -> Result:
+    """The results in a folder, every byte as it was written."""
+    from ..results import segments
+
+    found = reports.verified(folder)
+    if segments.exists(folder):
+        segments.read(folder)
+        found.append(folder / segments.FOLDER)
+    if not found:
+        raise InputError(say(f"{folder}", "a scene, or a folder with results", "a folder without a report"))
+    return Result({"status": "ok", "verified": found}, ["as written: " + ", ".join(map(str, found))])
 
 
 def bodies(session: Session, scene: Scene) -> dict[str, Body]:

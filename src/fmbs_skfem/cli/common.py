@@ -35,7 +35,7 @@ BAD_INPUT = InputError.exit_code
 REASONS = {
     3: "bad input",
     5: "failed members",
-    6: "disk full",
+    6: "limit reached",
     7: "missing feature",
     8: "corrupt file",
     INTERRUPTED: "interrupted",
@@ -101,6 +101,14 @@ def changed(context: click.Context, option: click.Parameter, values: tuple[str, 
     return tuple((key.strip(), value.strip()) for key, _, value in (text.partition("=") for text in values))
 
 
+TIME_LIMIT = click.option(
+    "--time-limit",
+    "limit",
+    type=click.FloatRange(0.0, min_open=True),
+    default=float("inf"),
+    metavar="SECONDS",
+    help="Stop a motion after so many seconds of integration, with a checkpoint and exit code 6.",
+)
 SCENE_OPTIONS = (
     click.argument("path", metavar="SCENE", type=click.Path(path_type=Path)),
     click.option(

@@ -57,9 +57,9 @@ def command(session: Session, quick: bool, duration: float | None, picture: bool
     except MissingFeature as error:
         missing = error
         report = {**report, **common.failed(error)}
-    made = {"fingerprint": reports.fingerprint(scene), "versions": reports.versions(), "provenance": reports.provenance(scene)}
+    made = {"fingerprint": reports.fingerprint(scene), "provenance": reports.provenance(scene)}
     found = {**report, **made, "files": [out / RECORD, *files]}
-    reports.write_json(out / RECORD, {**found, "notices": session.notices})
+    reports.keep(session, out, found, RECORD)
     return Result(found, [*tables(scene, study), *words(report), "written: " + ", ".join(map(str, found["files"]))], missing)
 
 

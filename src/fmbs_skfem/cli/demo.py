@@ -52,11 +52,11 @@ def command(session: Session) -> Result:
     found = {
         **report,
         "fingerprint": mark,
-        "versions": reports.versions(),
+        "provenance": reports.provenance(scene),
         "files": files,
         **({} if error is None else common.failed(error)),
     }
-    reports.write_json(out / compare.RECORD, {**found, "notices": session.notices})
+    reports.keep(session, out, found, compare.RECORD)
     view = [*compare.tables(scene, study), *compare.words(report), "written: " + ", ".join(map(str, files))]
     return Result(found, view, error)
 

@@ -1,4 +1,7 @@
-"""What is kept and shown of a solve that failed: failure.json, a picture of the last good state, and two short tables."""
+"""What is kept and shown of a solve that failed: failure.json, the last good state with a picture of it, and two short tables.
+
+failure.h5 is HDF5: x, v, a (n,) with the names `unknowns` (n,), multipliers (m,) with the names `constraints` (m,), attribute time.
+"""
 
 from __future__ import annotations
 
@@ -19,20 +22,23 @@ if TYPE_CHECKING:
     from ..dynamics import Trajectory
     from ..dynamics.diagnosis import Diagnosis
 
-FAILURE, PICTURE = "failure.json", "failure.png"
-NAMES = (FAILURE, PICTURE)
+FAILURE, STATE, PICTURE = "failure.json", "failure.h5", "failure.png"
+NAMES = (FAILURE, STATE, PICTURE)
 SHORT = 3  #: entries of a list that a table shows
 
 
 def keep(out: Path, found: Mapping[str, Any], error: SolverError | None, picture: bool = True) -> dict[str, Any]:
-    """The report of a run with its `failure`, which is also written into its folder; files of an earlier failure are removed."""
+    """The report of a run with its `failure`; files of an earlier failure are removed.
+
+    The failure is also written into the folder, with the report's `provenance` and the last good state.
+    """
     own = cleared(out)
     if error is None:
         return dict(found)
     facts = explained(error)
-    files = [reports.write_json(out / FAILURE, facts)] if own else []
-    if own and picture and error.partial is not None:
-        files += draw(out / PICTURE, error.partial)
+    files = [reports.write_json(out / FAILURE, {**facts, "provenance": found["provenance"]})] if own else []
+    if own and error.partial is not None:
+        files += [write_state(out / STATE, error.partial), *(draw(out / PICTURE, error.partial) if picture else ())]
     return {**found, "failure": facts, "files": [*found.get("files", ()), *files]}
 
 
@@ -50,9 +56,25 @@ def cleared(out: Path) -> bool:
     return False
 
 
-def keep_start(out: Path, error: SolverError) -> None:
+def write_state(path: Path, trajectory: Trajectory) -> Path:
+    """The last state of a trajectory, with the names of its unknowns and constraints."""
+    import h5py
+    import numpy as np
+
+    from ..dynamics import names
+    from ..results import segments
+
+    system, text = trajectory.system, h5py.string_dtype()
+    arrays = {name: getattr(trajectory, name)[-1] for name in ("x", "v", "a", "multipliers")}
+    arrays["unknowns"] = np.array(names.coordinate_names(system), dtype=text)
+    arrays["constraints"] = np.array(names.row_names(system)[system.size :], dtype=text)
+    segments.close(path, segments.image(arrays, {"time": trajectory.times[-1]}))
+    return path
+
+
+def keep_start(out: Path, error: SolverError, provenance: Mapping[str, Any]) -> None:
     """What is known of a solve that never started, into its folder and on stderr."""
-    found = keep(out, {}, error)
+    found = keep(out, {"provenance": provenance}, error)
     for cause in found["failure"]["causes"]:
         click.echo(f"likely cause: {cause['what']}; {cause['remedy']}", err=True)
     for path in found["files"]:

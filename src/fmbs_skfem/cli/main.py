@@ -57,5 +57,5 @@ def main() -> None:
     Every command takes --json (one object on stdout) and --out (a folder).
 
     Exit codes: 0 done, 2 usage, 3 bad input, 4 solver failed (the partial result is kept), 5 some members of a sweep failed, 6 the
-    disk is full, 7 an optional feature is missing, 8 a result is corrupt, 130 interrupted, 143 terminated.
+    disk is full or the time is over, 7 an optional feature is missing, 8 a result is corrupt, 130 interrupted, 143 terminated.
     """

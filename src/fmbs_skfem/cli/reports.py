@@ -14,14 +14,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
-from ..core.errors import InputError, say
+from ..core import durable
+from ..core.errors import CorruptFile, InputError, say
 
 if TYPE_CHECKING:
     from ..scenes import Scene
     from .common import Session
 
-REPORT = "report.json"
-VERSIONS = ("numpy", "scipy", "numba", "scikit-fem")
+REPORT, CHECKSUMS = "report.json", "sha256"
+VERSIONS = ("numpy", "scipy", "numba", "scikit-fem", "scikit-learn", "pyamg", "h5py", "meshio")
 
 
 def folder(session: Session, default: str | Path, names: Iterable[str], mark: str, record: str = REPORT) -> Path:
@@ -50,10 +51,47 @@ def recorded(path: Path) -> str:
 
 def write_json(path: Path, report: Mapping[str, Any]) -> Path:
     """Write a report, complete or not at all."""
-    part = path.with_name(path.name + ".part")
-    part.write_text(dumps(report) + "\n", encoding="utf-8")
-    part.replace(path)
+    with durable.place(path) as part:
+        part.write_text(dumps(report) + "\n", encoding="utf-8")
     return path
+
+
+def keep(session: Session, out: Path, found: Mapping[str, Any], record: str = REPORT) -> None:
+    """Write the report of a command with its notices, and the SHA-256 of its own content and of the other files in `files`."""
+    content = {**found, "notices": session.notices}
+    others = [name for name in (Path(path).name for path in found.get("files", ())) if name != record]
+    sums = {record: checksum(content), **{name: durable.sha256(out / name) for name in others}}
+    write_json(out / record, {**content, CHECKSUMS: sums})
+
+
+def verified(folder: Path) -> list[Path]:
+    """The files that reports in a folder vouch for, every byte as it was written; CorruptFile names one that is not."""
+    found = []
+    for record in sorted(folder.glob("*.json")):
+        try:
+            content = json.loads(record.read_text(encoding="utf-8"))
+        except ValueError as problem:
+            raise corrupt(record, "JSON", problem) from problem
+        if not isinstance(content, dict) or not isinstance(content.get(CHECKSUMS), dict):
+            continue
+        for name, told in content.pop(CHECKSUMS).items():
+            path = folder / name
+            if not path.is_file():
+                raise corrupt(path, "the file", "none")
+            got = checksum(content) if path == record else durable.sha256(path)
+            if got != told:
+                raise corrupt(path, f"sha256 {told}", got)
+            found.append(path)
+    return found
+
+
+def checksum(content: Mapping[str, Any]) -> str:
+    """SHA-256 of a JSON object."""
+    return hashlib.sha256(dumps(content).encode()).hexdigest()
+
+
+def corrupt(path: Path, expected: str, got: object) -> CorruptFile:
+    return CorruptFile(say(f"{path}", expected, got, "restore the file from a copy, or run the scene anew with --force"))
 
 
 def plain(value: Any) -> Any:
@@ -91,22 +129,34 @@ def scene_files(scene: Scene) -> list[Path]:
     return [path.absolute() for path in ([scene.path] if scene.path else []) + read]
 
 
-def provenance(scene: Scene) -> dict[str, Any]:
+def provenance(
+    scene: Scene | None = None, files: Iterable[Path] = (), seeds: Mapping[str, int] | None = None, workers: int = 1
+) -> dict[str, Any]:
     """All that the numbers of a result depend on: values of the scene, contents of files, libraries, machine, threads, seeds.
 
-    On one machine with one thread, the same provenance gives the same bits.
+    `files` and `seeds` are those beside the ones of the scene; `workers` processes shared the work. On one machine with one
+    thread, the same provenance gives the same bits.
     """
+    read = [*(scene_files(scene) if scene else ()), *(path.absolute() for path in files)]
+    training = {"training": scene.training.seed} if scene and scene.training else {}
+    return {
+        "scene": scene.model_dump(by_alias=True, exclude_none=True, warnings=False) if scene else None,
+        "file": str(scene.path.absolute()) if scene and scene.path else None,
+        "files": {str(path): durable.sha256(path) for path in read},
+        **environment(workers),
+        "seeds": {"solver": 0, **training, **(seeds or {})},
+    }
+
+
+def environment(workers: int = 1) -> dict[str, Any]:
+    """Libraries, machine and threads."""
     from threadpoolctl import threadpool_info
 
-    files = {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in scene_files(scene)}
+    blas = max((info["num_threads"] for info in threadpool_info() if info["user_api"] == "blas"), default=1)
     return {
-        "scene": scene.model_dump(by_alias=True, exclude_none=True, warnings=False),
-        "file": str(scene.path.absolute()) if scene.path else None,
-        "files": files,
         "versions": versions(),
         "machine": {"system": platform.platform(), "processor": processor(), "cores": os.cpu_count()},
-        "threads": {"blas": max((info["num_threads"] for info in threadpool_info() if info["user_api"] == "blas"), default=1)},
-        "seeds": {"solver": 0, **({"training": scene.training.seed} if scene.training else {})},
+        "threads": {"blas": blas, "workers": workers},
     }
 
 

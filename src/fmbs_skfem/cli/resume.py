@@ -18,7 +18,8 @@ from .common import Result, Session
 @common.command("resume", scene=False)
 @click.argument("path", metavar="DIR", type=click.Path(path_type=Path))
 @click.option("--plots/--no-plots", default=True, help="Draw the outputs into outputs.png (default: yes).")
-def command(session: Session, plots: bool) -> Result:
+@common.TIME_LIMIT
+def command(session: Session, plots: bool, limit: float) -> Result:
     """Go on with the run whose output folder is DIR, from its last checkpoint to the end.
 
     The numbers are those of a run that was never stopped. Every byte that is read is verified, and a scene or mesh that has changed
@@ -39,7 +40,7 @@ def command(session: Session, plots: bool) -> Result:
         scene = common.read_scene(own, job["duration"])
         compare(out, job["provenance"], reports.plain(reports.provenance(scene)))
         record = segments.Recorder(out, job, job["checkpoint"], found)
-        solved = solving.solve(own, scene, record, segments.read(out, found))
+        solved = solving.solve(own, scene, record, segments.read(out, found), limit)
         _, report = solving.keep(own, solved, plots=plots)
     return solving.result(solved, report, [])
 

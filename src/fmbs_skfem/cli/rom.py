@@ -5,7 +5,6 @@ Two kinds of files: models at one set of parameters (`fmbs reduce`), and models 
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..core import durable
 from ..core.errors import CorruptFile, InputError, SolverError, say
 from ..core.notices import notify
 from ..core.problems import Problem, shown
@@ -67,7 +67,8 @@ def info(session: Session) -> Result:
     }
     if session.out is not None:
         out = reports.folder(session, session.out, ["info.json"], mark(session.path), record="info.json")
-        reports.write_json(out / "info.json", {**found, "fingerprint": mark(session.path)})
+        made = {"fingerprint": mark(session.path), "provenance": reports.provenance(files=[session.path])}
+        reports.keep(session, out, {**found, **made}, record="info.json")
     return Result(found, views(found))
 
 
@@ -96,7 +97,7 @@ def described(path: Path) -> dict[str, Any]:
 
     rom = product.load(path)
     found = product.summary(rom)
-    notes = {key: value for key, value in found.pop("notes").items() if key != prediction.KEY}
+    notes = {key: value for key, value in found.pop("notes").items() if key not in (prediction.KEY, "provenance")}
     return {"kind": "a box of parameters", **found, "predicted_error": predicted(rom, {}), "notes": notes}
 
 
@@ -169,7 +170,8 @@ def solve(session: Session, duration: float | None, step: float | None, plots: b
     try:
         motion, error = attempt(chosen.case)
     except SolverError as failed:
-        failure_report.keep_start(reports.folder(session, home, (reports.REPORT,), identity), failed)
+        out = reports.folder(session, home, (reports.REPORT,), identity)
+        failure_report.keep_start(out, failed, reports.provenance(files=[session.path]))
         raise
     columns = dynamics.outputs(motion)
     plots = plots and bool(columns) and len(motion.times) > 1
@@ -182,7 +184,7 @@ def solve(session: Session, duration: float | None, step: float | None, plots: b
         draw(motion, out, session.path.stem)
     found = {**report(session, chosen, motion, columns, error), "fingerprint": identity, "files": [out / name for name in names]}
     found = failure_report.keep(out, found, error, plots)
-    reports.write_json(out / reports.REPORT, {**found, "notices": session.notices})
+    reports.keep(session, out, found)
     tables = [*([solving.table_of_outputs(columns)] if columns else []), *failure_report.views(found)]
     return Result(found, [*words(found), *tables, "written: " + ", ".join(map(str, found["files"]))], error)
 
@@ -222,7 +224,7 @@ def report(
         "wall_s": cost.wall_s,
         "energy_drift": dynamics.energy_drift(motion),
         "outputs": {name: solving.extremes(values) for name, values in columns.items()},
-        "versions": reports.versions(),
+        "provenance": reports.provenance(files=[session.path]),
     }
 
 
@@ -238,7 +240,7 @@ def parametric(path: Path) -> bool:
 
 def mark(path: Path) -> str:
     """The identity of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    return durable.sha256(path)
 
 
 def at_values(session: Session, duration: float | None, step: float | None) -> Chosen:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -30,21 +31,30 @@ SAVED = (".h5", ".hdf5")
     metavar="SECONDS",
     help="Keep the motion and a checkpoint every so many seconds and at the end (default: every 10, of runs that take longer).",
 )
+@common.TIME_LIMIT
 def command(
-    session: Session, duration: float | None, step: float | None, plots: bool, picture: bool, checkpoint: float | None
+    session: Session,
+    duration: float | None,
+    step: float | None,
+    plots: bool,
+    picture: bool,
+    checkpoint: float | None,
+    limit: float,
 ) -> Result:
     """Solve SCENE: a motion, an equilibrium, or vibration modes, as its `analysis` says.
 
     Writes outputs.csv (time in column t), report.json and outputs.png into --out, or into ./fmbs-NAME where NAME.yaml is the scene.
     A solve that fails keeps what it reached, and ends with exit code 4. A motion that takes long is kept in the folder `history`
-    there while it runs: `fmbs resume` goes on with one that was stopped. SCENE may also be a reduced model saved by `fmbs reduce`
-    or `fmbs train` (NAME.h5): that is `fmbs rom run`.
+    there while it runs: `fmbs resume` goes on with one that was stopped, by --time-limit too. SCENE may also be a reduced model
+    saved by `fmbs reduce` or `fmbs train` (NAME.h5): that is `fmbs rom run`.
     """
     from . import rom, solving
 
+    of_motions = {"--checkpoint": checkpoint is not None, "--time-limit": isfinite(limit)}
+    given = " and ".join(name for name, used in of_motions.items() if used)
     if session.path.suffix in SAVED:
-        if checkpoint is not None:
-            raise InputError(say("--checkpoint", "a scene", f"{session.path}", "a reduced model runs anew in seconds"))
+        if given:
+            raise InputError(say(given, "a scene", f"{session.path}", "a reduced model runs anew in seconds"))
         return rom.solve(session, duration, step, plots, picture)
     if picture:
         raise InputError(say("--picture", "a saved reduced model (.h5)", f"{session.path}", "draw a scene with fmbs render"))
@@ -52,8 +62,8 @@ def command(
         raise InputError(say("--step", "a saved reduced model (.h5)", f"{session.path}", "a scene has its own step: analysis.step"))
     scene = common.read_scene(session, duration)
     dynamic = scene.analysis.type == "dynamic"
-    if checkpoint is not None and not dynamic:
-        raise InputError(say("--checkpoint", "a scene with a dynamic analysis", scene.analysis.type, "leave the option out"))
+    if given and not dynamic:
+        raise InputError(say(given, "a scene with a dynamic analysis", scene.analysis.type, "leave the option out"))
     names = (MODES if scene.analysis.type == "modes" else solving.OUTPUTS, reports.REPORT)
     job = {
         "scene": str(session.path.absolute()),
@@ -68,7 +78,7 @@ def command(
     with solving.kept(session, scene, names, job, checkpoint) as record:
         if scene.analysis.type == "modes":
             return modes(session, scene)
-        solved = solving.solve(session, scene, record if dynamic else None)
+        solved = solving.solve(session, scene, record if dynamic else None, limit=limit)
         _, found = solving.keep(session, solved, plots=plots)
     return solving.result(solved, found, [])
 
@@ -78,6 +88,8 @@ def modes(session: Session, scene: Scene) -> Result:
     import numpy as np
 
     from .. import dynamics
+    from ..core import durable
+    from ..results import segments
     from ..scenes import build
     from . import solving
 
@@ -92,20 +104,20 @@ def modes(session: Session, scene: Scene) -> Result:
         **solving.sizes(raw, reduced),
         "frequencies_hz": frequencies,
         "fingerprint": reports.fingerprint(scene),
-        "versions": reports.versions(),
         "provenance": reports.provenance(scene),
         "files": [out / MODES, out / reports.REPORT],
     }
     numbers = np.arange(1, len(omega) + 1)
-    np.savetxt(
-        out / MODES,
-        np.column_stack([numbers, frequencies, omega]),
-        delimiter=",",
-        header="mode,frequency_hz,omega_rad_per_s",
-        comments="",
-        fmt=["%d", "%.15g", "%.15g"],
-    )
-    reports.write_json(out / reports.REPORT, {**found, "notices": session.notices})
+    with segments.room(out), durable.place(out / MODES) as part:
+        np.savetxt(
+            part,
+            np.column_stack([numbers, frequencies, omega]),
+            delimiter=",",
+            header="mode,frequency_hz,omega_rad_per_s",
+            comments="",
+            fmt=["%d", "%.15g", "%.15g"],
+        )
+    reports.keep(session, out, found)
     rows = zip(numbers.tolist(), frequencies.tolist(), omega.tolist(), strict=True)
     view = screen.table(f"{found['scene']}: vibration modes", ("mode", "frequency [Hz]", "omega [rad/s]"), rows)
     return Result(found, [view, "written: " + ", ".join(map(str, found["files"]))])

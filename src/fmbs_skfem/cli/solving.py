@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import dynamics
+from ..core import durable
 from ..core.errors import FmbsError, InputError, SolverError, say
 from ..dynamics import GeneralizedAlpha, Newton, Trajectory
 from ..dynamics.checkpoint import Moment, Record, Resumed
@@ -54,15 +55,23 @@ class Interrupted(FmbsError):
         self.exit_code = 128 + number
 
 
+class TimeOver(FmbsError):
+    """The time that a run was given is over; the run is kept."""
+
+    exit_code = 6
+
+
 def system(session: Session, scene: Scene) -> System:
     """The system of a scene with all multipliers."""
     return build.system(scene, allow_outside=session.allow_outside)
 
 
-def solve(session: Session, scene: Scene, record: Recorder | None = None, resume: Resumed | None = None) -> Solved:
+def solve(
+    session: Session, scene: Scene, record: Recorder | None = None, resume: Resumed | None = None, limit: float = np.inf
+) -> Solved:
     """Integrate the scene, or follow its loads to equilibrium; a failed solve keeps what it reached.
 
-    `record` keeps a motion on the disk while it runs; `resume` goes on with one.
+    `record` keeps a motion on the disk while it runs, and stops it after `limit` seconds; `resume` goes on with one.
     """
     raw = system(session, scene)
     reduced = build.chosen_form(scene, raw)
@@ -71,14 +80,14 @@ def solve(session: Session, scene: Scene, record: Recorder | None = None, resume
         with contextlib.suppress(FmbsError):  # the run itself will say what is wrong
             dynamics.integrate(reduced, GeneralizedAlpha(step, scene.analysis.rho_inf), step)
     cpu, wall = time.process_time(), time.perf_counter()
-    trajectory, error = attempt(scene, reduced, record, resume)
+    trajectory, error = attempt(scene, reduced, record, resume, limit)
     cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
     closed = len(record.manifest.segments) if record else 0
     return Solved(scene, raw, trajectory, dynamics.outputs(trajectory), cpu, wall, error, closed)
 
 
 def attempt(
-    scene: Scene, reduced: System, record: Recorder | None = None, resume: Resumed | None = None
+    scene: Scene, reduced: System, record: Recorder | None = None, resume: Resumed | None = None, limit: float = np.inf
 ) -> tuple[Trajectory, SolverError | None]:
     """The trajectory of a dynamic or static analysis, or the part up to a failure with its error."""
     analysis = scene.analysis
@@ -86,7 +95,7 @@ def attempt(
         if analysis.type == "dynamic":
             scheme = GeneralizedAlpha(analysis.step, analysis.rho_inf)
             newton, every = Newton(tolerance=analysis.tolerance, solver=analysis.solver), build.kept_steps(scene)
-            with screen.progress("integrating") as advance, stoppable(record) as watch:
+            with screen.progress("integrating") as advance, stoppable(record, limit) as watch:
                 return dynamics.integrate(reduced, scheme, analysis.duration, newton, every, advance, watch, resume), None
         if analysis.type == "static":
             with screen.progress("loading") as advance:
@@ -105,8 +114,12 @@ def attempt(
 
 
 @contextlib.contextmanager
-def stoppable(record: Recorder | None) -> Iterator[Record | None]:
-    """A record that ends its run at SIGINT and SIGTERM, after a segment and a checkpoint; a second signal acts as usual."""
+def stoppable(record: Recorder | None, limit: float) -> Iterator[Record | None]:
+    """A record that ends its run at SIGINT and SIGTERM, or after `limit` seconds, with a segment and a checkpoint.
+
+    A second signal acts as usual.
+    """
+    end = time.perf_counter() + limit
     arrived: list[int] = []
     before: dict[int, Any] = {}
 
@@ -120,13 +133,15 @@ def stoppable(record: Recorder | None) -> Iterator[Record | None]:
 
     def watch(moment: Moment) -> None:
         assert record is not None
-        if not arrived:
+        over = time.perf_counter() >= end and moment.done < moment.steps
+        if not arrived and not over:
             return record(moment)
         record.write(moment)
-        text = (
-            f"stopped by {signal.Signals(arrived[0]).name} at t = {moment.time:.6g} s, after {moment.done} of {moment.steps} steps"
-        )
-        raise Interrupted(arrived[0], f"{text}; go on with: fmbs resume {record.folder.parent}")
+        place = f"at t = {moment.time:.6g} s, after {moment.done} of {moment.steps} steps"
+        remedy = f"go on with: fmbs resume {record.folder.parent}"
+        if arrived:
+            raise Interrupted(arrived[0], f"stopped by {signal.Signals(arrived[0]).name} {place}; {remedy}")
+        raise TimeOver(f"stopped by --time-limit {limit:g} {place}; {remedy}")
 
     if record is None:
         yield None
@@ -153,7 +168,7 @@ def kept(session: Session, scene: Scene, names: tuple[str, ...], job: Mapping[st
                 clear(session, out, reports.fingerprint(scene))
             yield Recorder(out, job, every)
     except SolverError as error:
-        failure_report.keep_start(out, error)
+        failure_report.keep_start(out, error, reports.provenance(scene))
         raise
     finally:
         if new:
@@ -196,7 +211,6 @@ def report(session: Session, solved: Solved) -> dict[str, Any]:
         "outputs": {name: extremes(values) for name, values in solved.columns.items()},
         "segments": solved.segments,
         "fingerprint": reports.fingerprint(scene),
-        "versions": reports.versions(),
         "provenance": reports.provenance(scene),
     }
 
@@ -243,10 +257,10 @@ def summary(found: Mapping[str, Any]) -> str:
 
 def write_outputs(out: Path, times: np.ndarray, columns: Mapping[str, np.ndarray]) -> Path:
     """outputs.csv: time (load factor of a static analysis) in column t, then every output; complete or not at all."""
-    path, part = out / OUTPUTS, out / (OUTPUTS + ".part")
     header = ",".join(("t", *columns))
-    np.savetxt(part, np.column_stack([times, *columns.values()]), delimiter=",", header=header, comments="", fmt="%.15g")
-    return part.replace(path)
+    with durable.place(out / OUTPUTS) as part:
+        np.savetxt(part, np.column_stack([times, *columns.values()]), delimiter=",", header=header, comments="", fmt="%.15g")
+    return out / OUTPUTS
 
 
 def plot_outputs(out: Path, solved: Solved) -> Path:
@@ -270,7 +284,7 @@ def keep(session: Session, solved: Solved, names: tuple[str, ...] = (), plots: b
         if plots:
             plot_outputs(out, solved)
         found = failure_report.keep(out, found, solved.error, plots)
-        reports.write_json(out / reports.REPORT, {**found, "notices": session.notices})
+        reports.keep(session, out, found)
     return out, found
 
 

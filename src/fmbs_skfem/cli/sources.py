@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ..reduction.members import Task
     from ..reduction.parameters import Parameter
     from ..reduction.prediction import Predictor
+    from ..scenes import Scene
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,7 @@ class Source:
     mark: str  #: fingerprint of what the members are made from and of what is kept of them
     predict: Predictor | None = None  #: error of a member, where a model knows it
     fixed: Mapping[str, float] = field(default_factory=dict)  #: parameters that no member changes
+    scene: Scene | None = None  #: whose full models are swept; none of a saved model
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,7 @@ def scene(session: Session, ranges: Sequence[Limits], duration: float | None, in
     nominal = boxes.completed(parameters, {})
     task = FamilyTask(family, nominal, functools.partial(build.chosen_form, read), instants)
     title = read.name or session.path.stem
-    return Source(title, parameters, task, f"{reports.fingerprint(read)} {instants}")
+    return Source(title, parameters, task, f"{reports.fingerprint(read)} {instants}", scene=read)
 
 
 def from_texts(session: Session, ranges: Sequence[Limits], values: Mapping[str, float]) -> list[Parameter]:

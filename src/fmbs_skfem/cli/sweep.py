@@ -72,7 +72,9 @@ def command(
     points = sources.spread(source.parameters, samples, design, listed, seed)
     out, done = opened(session, source, points, resume)
     outcome, records = compute(session, source, points, options, out, done)
-    return finish(session, source, points, out, outcome, records, plots)
+    files = () if source.scene else (session.path,)
+    origin = reports.provenance(source.scene, files, {"design": seed}, outcome.workers)
+    return finish(session, source, points, out, outcome, records, origin, plots)
 
 
 def opened(session: Session, source: Source, points: np.ndarray, resume: bool) -> tuple[Path, dict[int, Record]]:
@@ -118,7 +120,14 @@ def compute(
 
 
 def finish(
-    session: Session, source: Source, points: np.ndarray, out: Path, outcome: Outcome, records: dict[int, Record], plots: bool
+    session: Session,
+    source: Source,
+    points: np.ndarray,
+    out: Path,
+    outcome: Outcome,
+    records: dict[int, Record],
+    origin: Mapping[str, Any],
+    plots: bool,
 ) -> Result:
     """Tables, plots and the report of a sweep."""
     from ..results import sweep_files
@@ -128,8 +137,8 @@ def finish(
     files = [sweep_files.write_csv(table, out / sweep_files.CSV), sweep_files.write_hdf5(table, out / sweep_files.HDF5)]
     files += [*draw(table, out, source.name), *draw_surrogate(session.path, source, out)] if plots else []
     found = report(source, table, outcome, records) | {"fingerprint": sources.fingerprint(source, points)}
-    found |= {"versions": reports.versions(), "files": [*files, out / reports.REPORT]}
-    reports.write_json(out / reports.REPORT, {**found, "notices": session.notices})
+    found |= {"provenance": origin, "files": [*files, out / reports.REPORT]}
+    reports.keep(session, out, found)
     error = SweepFailure(found["message"]) if found["failed"] else None
     view = [summary(found), responses(table)]
     view += [failures(found)] if found["failed"] else []

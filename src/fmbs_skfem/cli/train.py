@@ -86,10 +86,10 @@ def command(
         **told(job, found),
         **({} if checked is None else {"holdout": checking.report_of(checked)}),
         "fingerprint": reports.fingerprint(scene),
-        "versions": reports.versions(),
+        "provenance": reports.provenance(scene),
         "files": [*([] if model is None else [out / MODEL]), out / reports.REPORT, *drawn],
     }
-    reports.write_json(out / reports.REPORT, {**report, "notices": session.notices})
+    reports.keep(session, out, report)
     tables = [] if checked is None else [checking.table(checked)]
     return Result(report, [*words(report), *tables, "written: " + ", ".join(map(str, report["files"]))])
 
@@ -154,6 +154,7 @@ def save(job: Job, found: Campaign, out: Path) -> Product | None:
         "fixed": {name: value for name, value in scene.parameters.items() if name not in scene.ranges},
         "training": reports.plain(record(found, job.tolerance)),
         prediction.KEY: prediction.record(found),
+        "provenance": reports.plain(reports.provenance(scene)),
     }
     made = product.Product(found.model.cases, notes)
     product.save(made, out / MODEL)

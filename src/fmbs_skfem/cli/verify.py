@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .. import __version__
+from ..core import durable
 from ..core.errors import FmbsError
 from . import common, reports, screen
 from .common import Result, Session
@@ -76,10 +77,10 @@ def command(session: Session, names: tuple[str, ...], groups: tuple[str, ...], l
         "failed": wrong,
         "cases": [record(outcome) for outcome in outcomes],
         "fingerprint": mark,
-        "versions": reports.versions(),
+        "provenance": reports.provenance(),
     }
     if out is not None:
-        found["files"] = written(out, outcomes, found)
+        found["files"] = written(session, out, outcomes, found)
     return Result(found, view(outcomes), error)
 
 
@@ -143,12 +144,13 @@ def cells(quantity: Quantity) -> tuple[str, ...]:
 
 
 # ---------------------------------------------------------------------------------------------------------------- files
-def written(out: Path, outcomes: Sequence[Outcome], found: dict[str, Any]) -> list[Path]:
+def written(session: Session, out: Path, outcomes: Sequence[Outcome], found: dict[str, Any]) -> list[Path]:
     """Page, JSON and pictures."""
     pictures = drawn(out, outcomes)
-    (out / PAGE).write_text(page(outcomes, {group: path.name for group, path in pictures.items()}), encoding="utf-8")
+    with durable.place(out / PAGE) as part:
+        part.write_text(page(outcomes, {group: path.name for group, path in pictures.items()}), encoding="utf-8")
     files = [out / PAGE, out / RECORD, *pictures.values()]
-    reports.write_json(out / RECORD, {**found, "files": [path.name for path in files]})
+    reports.keep(session, out, {**found, "files": [path.name for path in files]}, RECORD)
     return files
 
 

@@ -53,6 +53,21 @@ class Gram:
     bb: float  #: b^T b
 
 
+class NotReached(SolverError):
+    """No selection reaches the tolerance.
+
+    Attributes: `best`, the selection with the least residual, of the cells or points that were searched.
+    """
+
+    def __init__(self, where: str, tolerance: float, best: Sample) -> None:
+        remedy = (
+            "a larger tolerance; with b = G 1 only round-off is in the way, another b may be no non-negative combination of columns"
+        )
+        got = f"{best.residual:.3g} with {best.indices.size} columns, the least that was found"
+        super().__init__(say(where, f"a relative residual of {tolerance:.3g}", got, remedy), Reason.NOT_CONVERGED)
+        self.best = best
+
+
 def weights(G: ArrayLike, tolerance: float, b: ArrayLike | None = None) -> Sample:
     """Sparse weights w >= 0 with ||G w - b|| <= tolerance ||b||; b is the sum of the columns of G unless given.
 
@@ -69,10 +84,10 @@ def weights(G: ArrayLike, tolerance: float, b: ArrayLike | None = None) -> Sampl
         if achieved <= tolerance:
             return _sample(active, w, achieved, iterations)
     active, w, iterations = _search_columns(*compress(matrix, target), tolerance)
-    achieved = _residual(matrix, target, active, w)
-    if not achieved <= tolerance:
-        raise _not_reached(where, tolerance, achieved, active.size)
-    return _sample(active, w, achieved, iterations)
+    found = _sample(active, w, _residual(matrix, target, active, w), iterations)
+    if not found.residual <= tolerance:
+        raise NotReached(where, tolerance, found)
+    return found
 
 
 def weights_from_gram(normal: Gram, tolerance: float) -> Sample:
@@ -82,10 +97,10 @@ def weights_from_gram(normal: Gram, tolerance: float) -> Sample:
     if tolerance < GRAM_FLOOR:
         remedy = "below it search the compressed form: R, y = compress(blocks); weights(R, tolerance, b=y)"
         raise InputError(say(where, f"a tolerance of at least {GRAM_FLOOR}", tolerance, remedy))
-    active, w, achieved, iterations = _search_gram(normal, tolerance)
-    if not achieved <= tolerance:
-        raise _not_reached(where, tolerance, achieved, active.size)
-    return _sample(active, w, achieved, iterations)
+    found = _sample(*_search_gram(normal, tolerance))
+    if not found.residual <= tolerance:
+        raise NotReached(where, tolerance, found)
+    return found
 
 
 def gram(blocks: Blocks, b: ArrayLike | None = None) -> Gram:
@@ -306,14 +321,6 @@ def _sample(active: Indices, w: Array, residual: float, iterations: int) -> Samp
 
 def _residual(G: Array, b: Array, active: Indices, w: Array) -> float:
     return float(np.linalg.norm(G[:, active] @ w - b) / np.linalg.norm(b))
-
-
-def _not_reached(where: str, tolerance: float, achieved: float, kept: int) -> SolverError:
-    remedy = (
-        "a larger tolerance; with b = G 1 only round-off is in the way, another b may be no non-negative combination of columns"
-    )
-    got = f"{achieved:.3g} with {kept} columns, the least that was found"
-    return SolverError(say(where, f"a relative residual of {tolerance:.3g}", got, remedy), Reason.NOT_CONVERGED)
 
 
 def _check_tolerance(tolerance: float, where: str) -> None:

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import Enum
@@ -26,6 +25,7 @@ from scipy.sparse import csr_array
 
 from ..bodies.body import Cells
 from ..bodies.laws import Law
+from ..core import durable
 from ..core.errors import CorruptFile, InputError, say
 from ..core.expressions import Expression
 from ..core.linalg import is_sparse
@@ -79,20 +79,17 @@ def write(path: str | Path, kind: str, **parts: Any) -> Path:
     """A file of a kind, its first line, with named parts."""
     target, arrays = Path(path), list[np.ndarray]()
     tree = {name: encode(part, arrays, name) for name, part in parts.items()}
-    temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
-        with h5py.File(temporary, "w", userblock_size=HEADER) as file:
-            file["tree"] = np.frombuffer(json.dumps(tree).encode(), dtype=np.uint8)
-            group = file.create_group("arrays")
-            for number, array in enumerate(arrays):
-                group[str(number)] = array
-        with temporary.open("r+b") as raw:
-            raw.write(header(temporary.read_bytes()[HEADER:], kind))
-        os.replace(temporary, target)
+        with durable.place(target) as part:
+            with h5py.File(part, "w", userblock_size=HEADER) as file:
+                file["tree"] = np.frombuffer(json.dumps(tree).encode(), dtype=np.uint8)
+                group = file.create_group("arrays")
+                for number, array in enumerate(arrays):
+                    group[str(number)] = array
+            with part.open("r+b") as raw:
+                raw.write(header(part.read_bytes()[HEADER:], kind))
     except OSError as problem:
         raise InputError(say(str(target), "a place that can be written", problem)) from problem
-    finally:
-        temporary.unlink(missing_ok=True)
     return target
 
 

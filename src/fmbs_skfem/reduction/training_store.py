@@ -14,12 +14,10 @@ digits, of plan, snapshots, candidates and options.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 import math
-import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from enum import Enum
 from pathlib import Path
@@ -27,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core import durable
 from ..core.errors import CorruptFile, InputError, say
 from ..core.linalg import is_sparse
 from . import files, greedy, product
@@ -114,8 +113,11 @@ def keep_model(folder: Path, number: int, model: FamilyModel, notes: Notes) -> N
     parts = {"modes": dict(model.modes), "selections": model.selections, "training_s": model.training_s}
     path = folder / f"model-{number:03d}.h5"
     path.unlink(missing_ok=True)
-    with contextlib.suppress(InputError):
-        place_whole(path, lambda part: product.save(Product(model.parametric, {"model": parts}), part))
+    try:
+        product.save(Product(model.parametric, {"model": parts}), path)
+    except InputError as problem:
+        if isinstance(problem.__cause__, OSError):
+            raise problem.__cause__ from None
     write_text(folder / f"notes-{number:03d}.json", json.dumps(asdict(notes), indent=2) + "\n")
 
 
@@ -163,8 +165,11 @@ def run_of(tree: dict[str, Any], path: Path) -> FullRun:
 
 
 def write_tree(path: Path, tree: dict[str, Any]) -> None:
-    """Write numbers, texts, arrays, tuples, lists and dicts to a file with size and checksum in front."""
-    place_whole(path, lambda part: files.write(part, FORMAT, tree=tree))
+    """Write numbers, texts, arrays, tuples, lists and dicts to a file with size and checksum in front; OSError where that fails."""
+    try:
+        files.write(path, FORMAT, tree=tree)
+    except InputError as problem:
+        raise problem.__cause__ if isinstance(problem.__cause__, OSError) else problem from None
 
 
 def read_tree(path: Path) -> dict[str, Any]:
@@ -174,21 +179,8 @@ def read_tree(path: Path) -> dict[str, Any]:
 
 
 def write_text(path: Path, text: str) -> None:
-    place_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
-
-
-def place_whole(path: Path, fill: Callable[[Path], object]) -> None:
-    """Write a file under another name, flush it to the disk, and rename it into its place; OSError where that fails."""
-    part = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        fill(part)
-        with part.open("rb+") as raw:
-            os.fsync(raw.fileno())
-        os.replace(part, path)
-    except InputError as problem:
-        raise problem.__cause__ if isinstance(problem.__cause__, OSError) else problem from None
-    finally:
-        part.unlink(missing_ok=True)
+    with durable.place(path) as part:
+        part.write_text(text, encoding="utf-8")
 
 
 def fingerprint(setting: Setting, *others: Any) -> str:

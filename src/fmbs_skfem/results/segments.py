@@ -28,6 +28,7 @@ from typing import IO, Any
 
 import numpy as np
 
+from ..core import durable
 from ..core.errors import CorruptFile, FmbsError, InputError, say
 from ..core.notices import notify
 from ..dynamics.checkpoint import Checkpoint, Moment, Resumed, Rows
@@ -160,18 +161,8 @@ def image(arrays: Mapping[str, np.ndarray], facts: Mapping[str, Any] | None = No
 
 def close(path: Path, data: memoryview | bytes) -> Entry:
     """Put a complete file into its place; NoRoom where the disk is full."""
-    part = path.with_name(path.name + ".part")
-    with room(path):
-        try:
-            with part.open("wb") as file:
-                file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
-            part.replace(path)
-            flush_folder(path.parent)
-        except OSError:
-            part.unlink(missing_ok=True)
-            raise
+    with room(path), durable.place(path) as part:
+        part.write_bytes(data)
     return Entry(path.name, len(data), hashlib.sha256(data).hexdigest())
 
 
@@ -185,15 +176,6 @@ def room(path: Path) -> Iterator[None]:
             raise
         remedy = "everything closed before is intact: make room, then go on with fmbs resume"
         raise NoRoom(say(f"{path}", "room on the disk", os.strerror(problem.errno or 0).lower(), remedy)) from problem
-
-
-def flush_folder(folder: Path) -> None:
-    """Names in a folder reach the disk."""
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 def write_manifest(folder: Path, manifest: Manifest) -> None:

@@ -10,7 +10,6 @@ Format: VTK XML, https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_for
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -18,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..core import errors
+from ..core import durable, errors
 from . import frames as frames_
 from .frames import Array, Frames, Lines, Skins
 
@@ -108,9 +107,8 @@ def _sizes(frames: Frames) -> dict[str, Array]:
 def _write_part(mesh: meshio.Mesh, path: Path) -> None:
     from meshio import vtu
 
-    closed = path.with_suffix(".part")
-    vtu.write(str(closed), mesh, binary=True, compression="zlib")
-    os.replace(closed, path)
+    with durable.place(path) as part:
+        vtu.write(str(part), mesh, binary=True, compression="zlib")
 
 
 def _forget_rest(parts: Path, count: int) -> None:
@@ -131,6 +129,5 @@ def _collection(times: Array, name: str) -> str:
 
 
 def _replace(path: Path, text: str) -> None:
-    closed = path.with_suffix(".part")
-    closed.write_text(text, encoding="utf-8")
-    os.replace(closed, path)
+    with durable.place(path) as part:
+        part.write_text(text, encoding="utf-8")

@@ -11,11 +11,9 @@ Fletcher-32 checksums; a record that cannot be read counts as missing. Headers o
 
 from __future__ import annotations
 
-import contextlib
 import csv
 import io
 import json
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +22,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from ..core import durable
 from ..core.errors import CorruptFile, InputError, say
 from ..core.notices import notify
 from ..reduction.members import Record, Result, Status
@@ -89,18 +88,13 @@ def image(record: Record) -> bytes:
 
 
 def replaced(target: Path, data: bytes) -> Path:
-    """Write a file beside its place, have it on the disk, and rename it."""
-    part = target.with_name(target.name + ".part")
+    """Put a complete file into its place."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        with part.open("wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        return part.replace(target)
+        with durable.place(target) as part:
+            part.write_bytes(data)
+        return target
     except OSError as problem:
-        with contextlib.suppress(OSError):
-            part.unlink()
         remedy = "what is there is kept; make room and go on with --resume"
         raise InputError(say(str(target), "a place that can be written", problem, remedy)) from problem
 

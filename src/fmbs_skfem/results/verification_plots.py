@@ -1,11 +1,14 @@
-"""One picture a group of verification cases: the difference of every quantity, and the errors of convergence studies."""
+"""One picture a group of verification cases: differences of all quantities, errors of convergence studies, load paths."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from ..core.errors import InputError, say
 from . import palette
@@ -16,22 +19,39 @@ if TYPE_CHECKING:
 
 COLUMNS = 3  #: axes a row
 FLOOR = 1e-16  #: a smaller difference is drawn here
+KEYS = 3  #: keys that need a decade of room
 
 Dots = Sequence[tuple[float, float]]  #: (difference, tolerance), both relative
-Curve = Sequence[tuple[float, float]]  #: (mesh size or step, error)
+Curve = tuple[tuple[float, float], ...]  #: (mesh size or step, error)
 
 
-def group(path: Path | str, title: str, differences: Mapping[str, Dots], curves: Mapping[str, Mapping[str, Curve]]) -> Path:
-    """Differences of every case, then one log-log axes for every case with curves, with the observed orders in its key."""
+class LoadPath(NamedTuple):
+    """Equilibria of growing and falling loads beside those of a table: (displacement, load)."""
+
+    ours: Curve
+    table: Curve
+    displacement: str  #: label with unit
+    load: str
+
+
+def group(
+    path: Path | str, title: str, differences: Mapping[str, Dots], curves: Mapping[str, Mapping[str, Curve | LoadPath]]
+) -> Path:
+    """Differences of every case, then axes for every case with curves: errors log-log with the observed orders, or load paths."""
     if not differences:
         raise InputError(say("verification plots", "at least one case", "none"))
-    shown = {name: found for name, found in curves.items() if found}
-    rows, top = math.ceil(len(shown) / COLUMNS), 0.27 * len(differences) + 0.9
+    panels: list[Callable[[Axes], None]] = []
+    for name, found in curves.items():
+        errors = {label: curve for label, curve in found.items() if not isinstance(curve, LoadPath)}
+        paths = {label: curve for label, curve in found.items() if isinstance(curve, LoadPath)}
+        panels += [partial(_orders, name=name, curves=errors)] if errors else []
+        panels += [partial(_paths, name=name, paths=paths)] if paths else []
+    rows, top = math.ceil(len(panels) / COLUMNS), 0.27 * len(differences) + 0.9
     figure = _figure(12.0, top + 3.1 * rows + 0.4, title)
     grid = figure.add_gridspec(1 + rows, COLUMNS, height_ratios=[top, *[3.1] * rows])
     _differences(figure.add_subplot(grid[0, :]), differences)
-    for number, (name, found) in enumerate(shown.items()):
-        _orders(figure.add_subplot(grid[1 + number // COLUMNS, number % COLUMNS]), name, found)
+    for number, draw in enumerate(panels):
+        draw(figure.add_subplot(grid[1 + number // COLUMNS, number % COLUMNS]))
     return _save(figure, path)
 
 
@@ -51,10 +71,10 @@ def _differences(axes: Axes, differences: Mapping[str, Dots]) -> None:
     axes.grid(True, axis="both", color="#E4E4E4", lw=0.6)
 
 
-def _plain(axes: Axes, sizes: Sequence[float]) -> None:
-    """Whole decades of the error, and the sizes themselves (every other one where they are many) on the other axis."""
+def _plain(axes: Axes, sizes: Sequence[float], below: int) -> None:
+    """Whole decades of the error with some room below, and the sizes themselves (every other one of many) on the other axis."""
     low, high = axes.get_ylim()
-    axes.set_ylim(10.0 ** math.floor(math.log10(low)), 10.0 ** math.ceil(math.log10(high)))
+    axes.set_ylim(10.0 ** (math.floor(math.log10(low)) - below), 10.0 ** math.ceil(math.log10(high)))
     axes.margins(x=0.2)
     axes.set_xticks(sizes[:: 1 + len(sizes) // 5], [f"{size:.3g}" for size in sizes[:: 1 + len(sizes) // 5]])
     axes.minorticks_off()
@@ -71,6 +91,24 @@ def _orders(axes: Axes, name: str, curves: Mapping[str, Curve]) -> None:
     axes.set_title(name, fontsize=10)
     axes.set_xlabel("mesh size or step", fontsize=9)
     axes.set_ylabel("error", fontsize=9)
-    _plain(axes, sorted({size for curve in curves.values() for size, _ in curve}))
+    _plain(axes, sorted({size for curve in curves.values() for size, _ in curve}), len(curves) // KEYS)
     axes.legend(fontsize=7, frameon=True, framealpha=0.85)
     axes.grid(True, which="major", color="#E4E4E4", lw=0.6)
+
+
+def _paths(axes: Axes, name: str, paths: Mapping[str, LoadPath]) -> None:
+    """Load over displacement: a line through the equilibria, rings for the table's points, the key above them."""
+    first = next(iter(paths.values()))
+    for number, (label, path) in enumerate(paths.items()):
+        colour = palette.colour(number)
+        axes.plot(*np.array(path.ours).T, color=colour, lw=1.2, label=label)
+        axes.plot(*np.array(path.table).T, color=colour, ls="", marker="o", ms=4, mfc="white", mew=0.9)
+    axes.plot([], [], color=palette.GREY, ls="", marker="o", ms=4, mfc="white", mew=0.9, label="table")
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.25 * (high - low))
+    axes.set_title(name, fontsize=10)
+    axes.set_xlabel(first.displacement, fontsize=9)
+    axes.set_ylabel(first.load, fontsize=9)
+    axes.tick_params(labelsize=8)
+    axes.legend(loc="upper center", ncols=2, fontsize=7, frameon=True, framealpha=0.85)
+    axes.grid(True, color="#E4E4E4", lw=0.6)

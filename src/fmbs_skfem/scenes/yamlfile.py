@@ -20,12 +20,13 @@ from ruamel.yaml.events import SequenceStartEvent as ListStartEvent
 from ..core.errors import InputError, say
 from ..core.problems import printable
 
-BYTES = 16 * 1024 * 1024  #: largest file
+BYTES = 2 * 1024 * 1024  #: largest file
 WIDTH = 100_000  #: longest line [characters]; a parser in Python would take seconds for longer ones
 LEVELS = 64  #: deepest nesting
 NODES = 100_000  #: most values, aliases counted as expanded
 
 Scalar: TypeAlias = str | int | float | bool | None
+_LONG = re.compile(rf"(?:^|\r)([^\r\n]{{{WIDTH + 1},}})", re.MULTILINE)
 _DEEP = re.compile(rf"(?:[\[{{][ \t]{{0,3}}){{{LEVELS + 1}}}")  #: brackets that the parser would look through again and again
 _INTEGER = re.compile(r"[-+]?\d{1,300}", re.ASCII)
 _FLOAT = re.compile(r"[-+]?(\.\d+|\d+(\.\d*)?)([eE][-+]?\d+)?", re.ASCII)
@@ -37,7 +38,7 @@ _WORDS |= {sign + form: float(sign + "inf") for sign in ("", "+", "-") for form 
 _WORDS |= {form: float("nan") for form in (".nan", ".NaN", ".NAN")}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Node:
     """A value with the line of its key (or its own, in lists); `size` and `height` count values and levels, aliases expanded."""
 
@@ -70,14 +71,11 @@ def parse(text: str, name: str) -> Node:
         raise InputError(
             say(name, f"a text of at most {BYTES // 2**20} MB", f"{len(text) / 2**20:.1f} MB", "meshes belong into mesh files")
         )
-    for number, part in enumerate(text.splitlines(), 1):
-        if len(part) > WIDTH:
-            raise InputError(
-                say(f"{name}:{number}", f"lines of at most {WIDTH} characters", f"{len(part)}", "break it into several")
-            )
+    if (long := _LONG.search(text)) is not None:
+        got = f"{long.end(1) - long.start(1)}"
+        raise InputError(say(_place(name, text, long), f"lines of at most {WIDTH} characters", got, "break it into several"))
     if (deep := _DEEP.search(text)) is not None:
-        place = f"{name}:{text.count(chr(10), 0, deep.start()) + 1}"
-        raise InputError(say(place, f"at most {LEVELS} nested levels", "more brackets in a row"))
+        raise InputError(say(_place(name, text, deep), f"at most {LEVELS} nested levels", "more brackets in a row"))
     events = _events(text, name)
     builder = _Builder(name, events, {})
     root: Node | None = None
@@ -89,6 +87,11 @@ def parse(text: str, name: str) -> Node:
     if root is None:
         raise InputError(say(name, "a scene", "an empty file", "start with 'schema: 1'"))
     return root
+
+
+def _place(name: str, text: str, found: re.Match[str]) -> str:
+    """File and line of a match."""
+    return f"{name}:{text.count(chr(10), 0, found.start()) + 1}"
 
 
 def plain(node: Node) -> Any:

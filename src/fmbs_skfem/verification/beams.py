@@ -105,6 +105,16 @@ HANGING = (
         ((1.45420854031, -2.06246687927), (3.50568875073, -3.4848040068), (5.97064423359, -3.45595843727)),
     ),
 )
+INEXTENSIBLE = Hanging(
+    1.0,
+    0.0,
+    1.5,
+    1.0,
+    1e12,
+    0.308236469736,
+    0.75,
+    ((0.183578014122, -0.325447522091), (0.5, -0.502633261649), (0.816421985878, -0.325447522091)),
+)
 PARTS = {"a": 0.25, "b": 0.5, "c": 0.75}
 
 
@@ -162,7 +172,7 @@ def hung(cable: Hanging, bending: float, cells: int = 30) -> tuple[np.ndarray, n
 def catenary_equations() -> list[Quantity]:
     """The equations of the elastic catenary that the next case is held against give the published digits."""
     found = []
-    for number, cable in enumerate(HANGING, 1):
+    for number, cable in enumerate((INEXTENSIBLE, *HANGING), 1):
         force, points = catenary(cable, green=False)
         found += [
             farthest(f"forces, cable {number}", [cable.H, cable.V], force, 1e-10, "N"),
@@ -175,7 +185,7 @@ def catenary_equations() -> list[Quantity]:
 def hanging_chain() -> list[Quantity]:
     """Cables with next to no bending stiffness (EI = 1e-5 w L^3) hang as elastic catenaries; the rest falls with EI."""
     found = []
-    for number, cable in enumerate(HANGING, 1):
+    for number, cable in enumerate(HANGING, 2):
         force, points = catenary(cable, green=True)
         soft = hung(cable, 1e-5)
         found.append(farthest(f"positions, cable {number}", points, soft[1], 5e-5, "m"))
@@ -184,6 +194,18 @@ def hanging_chain() -> list[Quantity]:
     exact = catenary(cable, green=True)[1]
     errors = [float(np.abs(hung(cable, stiffness)[1] - exact).max()) for stiffness in (1e-4, 1e-5)]
     return [*found, order("order in EI", (1e-4, 1e-5), errors, 1.0, 0.05)]
+
+
+@case("inextensible-chain", group="statics", source=IRVINE)
+def inextensible_chain() -> list[Quantity]:
+    """Cables of EA = 100 and 1000 N (EI = 1e-7 w L^3) hang lower than an inextensible one by what they stretch."""
+    rigid, found, errors = np.array(INEXTENSIBLE.points), [], []
+    for EA, tolerance in ((1e2, 1e-3), (1e3, 1e-2)):
+        cable = replace(INEXTENSIBLE, EA=EA)
+        lower = hung(cable, 1e-7)[1] - rigid
+        found.append(farthest(f"distance from it, EA = {EA:g} N", catenary(cable, green=True)[1] - rigid, lower, tolerance, "m"))
+        errors.append(float(np.abs(lower).max()))
+    return [*found, order("order in 1/EA", (1e-2, 1e-3), errors, 1.0, 0.01)]
 
 
 # ------------------------------------------------------------------------------------------------ manufactured solutions

@@ -6,7 +6,7 @@ the error table were computed by a separate implementation of it; the moving pen
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,9 +15,11 @@ from scipy.sparse import csr_array
 
 from ..bodies import body
 from ..dynamics import GeneralizedAlpha, Newton, integrate
-from ..systems import At, Motion, System, assemble, joints, loads, probes
+from ..dynamics.scheme import method_of
+from ..dynamics.stepping import Method
+from ..systems import At, Motion, System, assemble, compile_system, compiled, joints, loads, probes
 from .beams import GRAVITY
-from .registry import Quantity, case, farthest, order
+from .registry import Quantity, case, farthest, order, pairs, slope
 
 TIGHT = Newton(tolerance=1e-13)
 ARNOLD = "Arnold, Bruels, Multibody Syst. Dyn. 18 (2007) 185-202, doi 10.1007/s11044-007-9084-0"
@@ -112,16 +114,22 @@ def golden_steps() -> list[Quantity]:
 
 
 START = ((0.9053428509, -0.4246814362), (-1.225870002, -2.613329776))  #: position and velocity of the moving pendulum
-ERRORS = {  # (rho_inf, h): largest error over 2 s of q, v, and of lambda after 0.2 s
-    (0.8, 0.01): (0.002288672408, 0.01006051212, 0.3571348565),
-    (0.8, 0.005): (0.0005726310119, 0.002517303782, 0.01186733978),
-    (0.8, 0.0025): (0.0001432078841, 0.000629563796, 0.002967993492),
-    (0.5, 0.01): (0.00320503876, 0.01413758422, 0.0658046351),
-    (0.5, 0.005): (0.0008070228745, 0.003557351839, 0.01660843738),
-    (0.5, 0.0025): (0.0002023999412, 0.0008919878465, 0.004170508249),
-    (0.0, 0.01): (0.01073552189, 0.04801358313, 0.2112290681),
-    (0.0, 0.005): (0.002828856645, 0.01258585603, 0.05676801058),
-    (0.0, 0.0025): (0.0007245384781, 0.003214848834, 0.01468464422),
+ERRORS = {  # (rho_inf, h): largest error over 2 s of q, v, of lambda after 0.2 s, and of lambda from the start
+    (0.8, 0.04): (0.03625234231, 0.159267775, 6.791507323, 6.791507323),
+    (0.8, 0.02): (0.009128679604, 0.04014950697, 1.980302153, 2.083784306),
+    (0.8, 0.01): (0.002288672408, 0.01006051212, 0.3571348565, 1.003076647),
+    (0.8, 0.005): (0.0005726310119, 0.002517303782, 0.01186733978, 0.4974238273),
+    (0.8, 0.0025): (0.0001432078841, 0.000629563796, 0.002967993492, 0.2482277229),
+    (0.5, 0.04): (0.04857346649, 0.2139367648, 1.0120006, 1.572204406),
+    (0.5, 0.02): (0.01262598878, 0.0556941546, 0.2577687296, 0.7918566087),
+    (0.5, 0.01): (0.00320503876, 0.01413758422, 0.0658046351, 0.4026606639),
+    (0.5, 0.005): (0.0008070228745, 0.003557351839, 0.01660843738, 0.2028578797),
+    (0.5, 0.0025): (0.0002023999412, 0.0008919878465, 0.004170508249, 0.1017931926),
+    (0.0, 0.04): (0.126404973, 0.5390742967, 2.181007918, 2.181007918),
+    (0.0, 0.02): (0.03809037295, 0.1721815058, 0.7209795646, 1.056592215),
+    (0.0, 0.01): (0.01073552189, 0.04801358313, 0.2112290681, 0.5206936376),
+    (0.0, 0.005): (0.002828856645, 0.01258585603, 0.05676801058, 0.2583783402),
+    (0.0, 0.0025): (0.0007245384781, 0.003214848834, 0.01468464422, 0.1286890676),
 }
 
 
@@ -140,18 +148,18 @@ def exact_pendulum(times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarra
     return q, v, (v**2).sum(axis=1) - GRAVITY * q[:, 1]
 
 
-def pendulum_errors(rho_inf: float, h: float) -> tuple[float, float, float]:
-    """Largest errors over 2 s of q and v, and of the multiplier after 0.2 s."""
+def pendulum_errors(rho_inf: float, h: float) -> tuple[float, float, float, float]:
+    """Largest errors over 2 s of q and v, of the multiplier after 0.2 s, and of the multiplier from the start."""
     found = integrate(mass_pendulum(*START), GeneralizedAlpha(h, rho_inf), 2.0, Newton(tolerance=1e-12))
     q, v, multiplier = exact_pendulum(found.times)
     late = found.times >= 0.2
-    wrong = np.abs(found.multipliers[:, 0] - multiplier)[late].max()
-    return float(np.abs(found.x - q).max()), float(np.abs(found.v - v).max()), float(wrong)
+    wrong = np.abs(found.multipliers[:, 0] - multiplier)
+    return float(np.abs(found.x - q).max()), float(np.abs(found.v - v).max()), float(wrong[late].max()), float(wrong.max())
 
 
 @case("pendulum-errors", group="integrator", source=ARNOLD + " (errors of a separate implementation)")
 def moving_pendulum() -> list[Quantity]:
-    """Errors of a moving pendulum over 2 s are those of a separate implementation: q, v, multiplier."""
+    """Errors of a moving pendulum over 2 s are those of a separate implementation: q, v, multiplier late and from the start."""
     return [
         farthest(f"rho_inf = {rho}, h = {h}", exact, pendulum_errors(rho, h), 2e-4, each=True) for (rho, h), exact in ERRORS.items()
     ]
@@ -168,6 +176,58 @@ def pendulum_order() -> list[Quantity]:
             order(f"{name}, rho_inf = {rho}", steps, errors[:, k], 2.0, 0.01) for k, name in enumerate(("q", "v", "multiplier"))
         ]
     return found
+
+
+@case(
+    "pendulum-first-steps",
+    group="integrator",
+    source="Arnold, Bruels, Cardona, Numer. Math. 129 (2015) 149-179, doi 10.1007/s00211-014-0633-1",
+)
+def pendulum_first_steps() -> list[Quantity]:
+    """First order in the multipliers of the first steps, where the pendulum starts with a velocity."""
+    steps = (0.0025, 0.00125)
+    return [order(f"rho_inf = {rho}", steps, [pendulum_errors(rho, h)[3] for h in steps], 1.0, 0.01) for rho in (0.8, 0.5)]
+
+
+CONDITION = {  # h: condition number of the iteration matrix, as it is and with the equations of motion scaled, rho_inf = 0.8
+    1e-2: (1520341407.0, 2.624759384),
+    1e-3: (15194127360000.0, 2.624040697),
+    1e-4: (1.519403454e17, 2.624033511),
+    1e-5: (1.519401779e21, 2.62403344),
+}
+
+
+def bordered(h: float, scale: Callable[[Method], float]) -> np.ndarray:
+    """[ scale W  J^T; J  0 ],  W = bh M + K, of the pendulum at (0.9, -0.43) with the multiplier 12."""
+    system = mass_pendulum((0.6, -0.8))
+    x, model, method = np.array([0.9, -0.43]), compile_system(system), method_of(GeneralizedAlpha(h, 0.8), TIGHT, h, system.scale)
+    W = (method.bh * csr_array(system.mass) + compiled.tangent(model, x, np.array([12.0]))).toarray()
+    J = compiled.gap(model, x)[1]
+    return np.block([[scale(method) * W, J.T], [J, np.zeros((1, 1))]])
+
+
+def condition(A: np.ndarray) -> float:
+    """|A| |A^-1|; the inverse keeps the digits of the smallest singular value."""
+    return float(np.linalg.norm(A, 2) * np.linalg.norm(np.linalg.inv(A), 2))
+
+
+@case(
+    "conditioning",
+    group="integrator",
+    source="Bottasso, Bauchau, Cardona, SIAM J. Sci. Comput. 29 (2007) 397-414, doi 10.1137/050638503 (digits recomputed)",
+)
+def conditioning() -> list[Quantity]:
+    """The iteration matrix of a pendulum as h falls to 1e-5: its condition grows as h^-4, and not at all with c = h^2 beta."""
+    plain, scaled = np.array(list(CONDITION.values())).T
+    steps = tuple(CONDITION)
+    ours = [condition(bordered(h, lambda method: method.c)) for h in steps]
+    raw = [condition(bordered(h, lambda method: 1.0)) for h in steps]
+    return [
+        farthest("unscaled", plain, raw, 2e-6, each=True),  # digits that the reference loses by round-off at h = 1e-5
+        farthest("scaled by 1/bh", scaled, [condition(bordered(h, lambda method: 1 / method.bh)) for h in steps], 1e-9),
+        Quantity("order of the unscaled matrix", -4.0, slope(pairs(steps, raw)), 1e-4),
+        farthest("scaled by c, change over h", np.full(len(ours), ours[-1]), ours, 1e-3),
+    ]
 
 
 RADIUS = {  # rho_inf: spectral radius at omega h = 0.1, 0.5, 1, 2, 5, 10, 100, 1e4

@@ -24,10 +24,9 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import FmbsError, InputError, closest, say
 from ..core.notices import Notice
+from ..results.verification_plots import Curve, LoadPath
 
 GROUPS = ("statics", "vibration", "dynamics", "rigid", "integrator", "manufactured")
-
-Curve = tuple[tuple[float, float], ...]  #: (mesh size or step, error), largest first
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,7 @@ class Quantity:
     order: float | None = None  #: observed order of convergence
     kind: Literal["external", "own"] = "external"  #: published or exact number | stored figure of this package
     scale: float = 0.0  #: size that the difference is relative to where the reference is smaller, in its unit
-    curve: Curve = ()
+    curve: Curve | LoadPath = ()  #: (mesh size or step, error), largest first, or a path of equilibria; drawn
 
     @property
     def difference(self) -> float:
@@ -111,6 +110,12 @@ OUTSIDE = (
         "are 3 % short at 0.1, and reach 79.4 instead of 83.1 at the full load after 90 s; the table is that of 48 x 48 elements",
     ),
     (
+        "Laminated semi-cylinder, layers 0/90/0 and 90/0/90",
+        "Sze, Liu, Lo, Finite Elem. Anal. Des. 40 (2004) 1551-1569, doi 10.1016/j.finel.2003.11.001, 3.7",
+        "layers stretch and bend differently along and across their fibres; a plate here is of one isotropic material (case "
+        "semi-cylinder-large)",
+    ),
+    (
         "Timoshenko beams and Reissner-Mindlin shells",
         "Sze, Liu, Lo, Finite Elem. Anal. Des. 40 (2004) 1551-1569, doi 10.1016/j.finel.2003.11.001 (figures with shear)",
         "no transverse shear: cases are held against the thin limit",
@@ -166,9 +171,14 @@ def slope(curve: Curve) -> float:
     return math.log(e0 / e1) / math.log(h0 / h1)
 
 
+def pairs(x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray) -> Curve:
+    """Points (x, y)."""
+    return tuple((float(a), float(b)) for a, b in zip(x, y, strict=True))
+
+
 def order(name: str, sizes: Sequence[float], errors: Sequence[float] | np.ndarray, expected: float, tolerance: float) -> Quantity:
     """The observed order beside the expected one, with the errors it comes from; sizes fall."""
-    curve = tuple((float(h), float(e)) for h, e in zip(sizes, errors, strict=True))
+    curve = pairs(sizes, errors)
     observed = slope(curve)
     return Quantity(name, expected, observed, tolerance, "", observed, curve=curve)
 
@@ -181,7 +191,7 @@ def farthest(
     unit: str = "",
     kind: Literal["external", "own"] = "external",
     order: float | None = None,
-    curve: Curve = (),
+    curve: Curve | LoadPath = (),
     each: bool = False,
 ) -> Quantity:
     """The entry of a table that is farthest from its reference, relative to the table's largest, or with `each` to its own."""

@@ -231,11 +231,53 @@ def compound_pendulum() -> list[Quantity]:
 
 
 # --------------------------------------------------------------------------------------------------------- heavy top
-TOP = {  # t: centre
-    0.1: (0.421296658925, 0.894571974346, -0.149164700562),
-    0.2: (0.605550561377, 0.598957681795, -0.52398302743),
-    0.5: (-0.702468297057, -0.0211651847018, -0.711400257652),
+TOP = {  # t: centre, its velocity, angular velocity in axes of the body, force on the ground
+    0.1: (
+        (0.421296658925, 0.894571974346, -0.149164700562),
+        (3.40853746334, -2.08343795058, -2.86783504501),
+        (4.80894133173, 150.0, 1.02830075672),
+        (361.056004787, 295.393173011, 212.267171855),
+    ),
+    0.2: (
+        (0.605550561377, 0.598957681795, -0.52398302743),
+        (-0.0401630336101, -3.66782378821, -4.23905329885),
+        (-2.69159091214, 150.0, 4.91726098989),
+        (640.236407992, 148.627711347, -136.929313038),
+    ),
+    0.5: (
+        (-0.702468297057, -0.0211651847018, -0.711400257652),
+        (-4.04498189258, 1.77428847936, 3.94140762274),
+        (-0.471053101744, 150.0, 5.90108304833),
+        (-523.281243514, -404.20617832, -357.336176453),
+    ),
+    1.0: (
+        (0.173343964098, 0.64008859207, -0.748490791134),
+        (0.570825303424, -4.58872829634, -3.79195515471),
+        (-0.822078101685, 150.0, -5.92329134812),
+        (517.600739477, 396.843101489, -404.574925163),
+    ),
+    1.5: (
+        (-0.968165715638, 0.250306062133, -0.00142208385118),
+        (1.15402541478, 4.46200160687, -0.296600035943),
+        (0.346213784346, 150.0, 4.60535998534),
+        (-305.252096349, 100.127795553, 316.352796114),
+    ),
+    2.0: (
+        (-0.150416822746, -0.724165591637, -0.67302226956),
+        (-2.74918631258, -3.20271863557, 4.06052314976),
+        (0.122233219493, 150.0, -5.8556245892),
+        (260.735211311, -613.612698983, -309.716631391),
+    ),
 }
+
+
+def body_rates(motion: Trajectory) -> np.ndarray:
+    """Angular velocity (s, 3) of a single body in its own axes A: Omega_1 = e_3 . e_2' and cyclically."""
+    lift = motion.system.lift
+    axes, rates = (np.asarray((lift.matrix @ part.T).T).reshape(-1, 4, 3)[:, 1:] for part in (motion.x, motion.v))
+    axes = axes + lift.offset.reshape(4, 3)[1:]
+    S = np.einsum("skc,slc->skl", axes, rates)
+    return np.stack([S[:, 2, 1], S[:, 0, 2], S[:, 1, 0]], axis=1)
 
 
 @case(
@@ -244,31 +286,38 @@ TOP = {  # t: centre
     source="Bruels, Cardona, J. Comput. Nonlinear Dyn. 5 (2010) 031002, doi 10.1115/1.4001370 (digits recomputed)",
 )
 def heavy_top() -> list[Quantity]:
-    """A top of 15 kg with 150 rad/s about its axis, which starts horizontal: path of its centre over 0.5 s, energy."""
+    """A top of 15 kg with 150 rad/s about its axis, which starts horizontal: centre, velocities and reaction over 2 s, energy."""
+    centre = At("top", "center")
     top = rigid("top", 15.0, (0.234375, 0.46875, 0.234375), (0, 1, 0), places={"foot": (0, 0, 0)})
     system = eliminate(
         assemble(
             [top],
             [joints.Spherical("foot", At("top", "foot"))],
             [loads.Gravity((0, 0, -GRAVITY))],
-            outputs={"c": probes.Position(At("top", "center"))},
+            outputs={"c": probes.Position(centre), "v": probes.Velocity(centre), "R": probes.Reaction("foot")},
             initial={"top": Motion(angular_velocity=(0, 150, -4.61538))},
         )
     )
-    exact = np.array(list(TOP.values()))
+    exact = np.array(list(TOP.values())).swapaxes(0, 1)
 
-    def centres(h: float) -> tuple[np.ndarray, Trajectory]:
-        found = integrate(system, GeneralizedAlpha(h, 0.9), 0.5)
-        columns = outputs(found)
-        at = [round(t / h) for t in TOP]
-        return np.column_stack([columns[f"c_{axis}"][at] for axis in "xyz"]), found
+    def motion(h: float) -> Trajectory:
+        return integrate(system, GeneralizedAlpha(h, 0.9), 2.0, TIGHT, every=round(1e-3 / h))
 
-    runs = {h: centres(h) for h in (1e-4, 5e-5)}
-    fine, motion = runs[5e-5]
-    errors = [float(np.abs(values - exact).max()) for values, _ in runs.values()]
-    energy = energies(motion)[:, 0] + 15 * GRAVITY * outputs(motion)["c_z"]
+    def states(found: Trajectory) -> np.ndarray:
+        columns, at = outputs(found), [round(t / 1e-3) for t in TOP]
+        c, v, R = (np.column_stack([columns[f"{name}_{axis}"][at] for axis in "xyz"]) for name in "cvR")
+        return np.stack([c, v, body_rates(found)[at], -R])
+
+    runs = {h: motion(h) for h in (1e-4, 5e-5)}
+    fine = states(runs[5e-5])
+    errors = [float(np.abs(states(found)[0] - exact[0]).max()) for found in runs.values()]
+    energy = energies(runs[5e-5])[:, 0] + 15 * GRAVITY * outputs(runs[5e-5])["c_z"]
     return [
-        farthest("centre", exact, fine, 1e-4, "m"),
+        farthest("centre", exact[0], fine[0], 1e-4, "m"),
+        farthest("velocity of the centre", exact[1], fine[1], 2e-4, "m/s"),
+        farthest("angular velocity across the axis", exact[2][:, [0, 2]], fine[2][:, [0, 2]], 2e-3, "rad/s"),
+        farthest("angular velocity about the axis", exact[2][:, 1], fine[2][:, 1], 1e-5, "rad/s"),
+        farthest("force on the ground", exact[3], fine[3], 2e-4, "N"),
         farthest("energy", np.full(len(energy), 5435.69679087), energy, 1e-5, "J"),
         order("order", list(runs), errors, 2.0, 0.05),
     ]

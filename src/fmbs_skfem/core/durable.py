@@ -1,0 +1,39 @@
+"""Files that are complete under their name or not there at all, and that are on the disk before they have it."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+
+@contextlib.contextmanager
+def place(path: Path) -> Iterator[Path]:
+    """Another name to write a file under; what was written is flushed to the disk, renamed to `path`, and its folder flushed.
+
+    An error on the way leaves the place as it was.
+    """
+    part = path.with_name(path.name + ".part")
+    try:
+        yield part
+        flush(part)
+        part.replace(path)
+        flush(path.parent)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def flush(path: Path) -> None:
+    """A file, or the names in a folder, reach the disk."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def sha256(path: Path) -> str:
+    """Checksum of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
