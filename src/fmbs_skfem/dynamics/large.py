@@ -260,14 +260,16 @@ def inverse(W: csr_array, motions: np.ndarray, solver: Solver = "own") -> Invers
         found = pardiso.factor(W)
         return Inverse(lambda rows: pardiso.solve(found, rows), f"PARDISO LDL^T with {found.numbers:.3g} numbers")
     tree = direct.analyse(W)
-    if krylov.choose(W.shape[0], direct.entries(tree), krylov.free_memory(), 4.0) == "direct":
+    fill = direct.entries(tree)
+    if krylov.choose(W.shape[0], fill, krylov.free_memory(), 4.0) == "direct":
         factors = direct.factor(W, np.float32, tree)
-        label = f"sparse LDL^T with {direct.entries(tree):.3g} numbers in single precision"
+        label = f"sparse LDL^T with {fill:.3g} numbers in single precision"
         return Inverse(lambda rows: direct.solve(factors, rows.copy()), label)
     del tree
     hierarchy = krylov.multigrid(W, motions, node_size(W))
     report = hierarchy.report
-    label = f"conjugate gradients, multigrid with {len(report.unknowns)} levels, {report.memory / 2**20:.0f} MiB"
+    label = f"conjugate gradients, multigrid with {len(report.unknowns)} levels, {report.memory / 2**20:.0f} MiB; "
+    label += f"factors of {fill:.3g} numbers do not fit"
     return Inverse(lambda rows: np.stack([krylov.solve(hierarchy, row, LOOSE)[0] for row in rows]), label)
 
 
