@@ -124,7 +124,6 @@ def test_plates_have_exact_polynomials_and_a_choice(plates: tuple[Call, Call]) -
     assert call.json["time_error"]["step"] == 1e-5
     assert 0.0 < call.json["outputs"]["crank_angle"]["final"] < 0.1
     assert found["full"]["newton"] == 1e-10
-    assert found["full"]["max_error"] < 1e-7
     assert found["component+exact"]["newton"] == pytest.approx(2e-12, rel=1e-12)
     assert found["component+exact"]["training_s"] > 0
     assert all(found[name]["max_error"] < 1e-4 for name in hyper)
