@@ -4,11 +4,10 @@
 
 Example 1 over Young's modulus; example 3 over Young's modulus and torque, runs (a) and (b) of the source, on coarse meshes; example
 2 over two and three parameters with the tolerance 1e-4: these by default. `young_fine` and `torque_fine` are runs (a) and (b) on
-the fine meshes, with every fifth of the 26 hold-out points: most of an hour each. Writes greedy.md and greedy.json into
-benchmarks/results; those of earlier calls stay for the trainings that are not run. Figs 13 and 14 are drawn of runs (a) and
-(b): errors after every full run, and of the basis of one full run at the fastest parameter. Errors are those of equation (48);
-times are CPU seconds with one thread. With --folder full runs are kept, so that a benchmark that was stopped goes on: `fmbs train
-SCENE --compare --out DIR/young` makes the same.
+the fine meshes: two hours each. Writes greedy.md and greedy.json into benchmarks/results; those of earlier calls stay for the
+trainings that are not run. Figs 13 and 14 are drawn of runs (a) and (b): errors after every full run, and of the basis of one
+full run at the fastest parameter. Errors are those of equation (48); times are CPU seconds with one thread. With --folder full
+runs are kept, so that a benchmark that was stopped goes on: `fmbs train SCENE --compare --out DIR/young` makes the same.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
 """
@@ -33,8 +32,9 @@ from fmbs_skfem.reduction import Level, campaign, comparators, greedy, holdout
 from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction import training_store as store
 from fmbs_skfem.reduction.campaign import Campaign
+from fmbs_skfem.reduction.comparators import Full
 from fmbs_skfem.reduction.comparators import Row as Compared
-from fmbs_skfem.reduction.full_runs import FullRun, Setting
+from fmbs_skfem.reduction.full_runs import Setting
 from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.training import Plan
 from fmbs_skfem.results import training_plots
@@ -43,7 +43,7 @@ from fmbs_skfem.scenes import build
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
 HELD = {1: 26, 2: 64, 3: 64}  #: hold-out points by number of parameters
-FINE, FEW = "_fine", 6  #: end of the names of trainings on fine meshes, and their hold-out points
+FINE = "_fine"  #: end of the names of trainings on fine meshes; their hold-out runs iterate as the scene says
 PUBLISHED = {"young": "2, 12, 2", "torque": "2, 21, 2"}  #: full runs, reduced runs, sparse least-squares problems
 FIGURES = {
     "young": "fig13_young.png",
@@ -146,12 +146,13 @@ def measure(name: str, task: Task, folder: Path) -> Row:
     before = sum(run.cpu_s for run in store.read(folder / "training").runs)
     found = campaign.train(task.setting, task.search, task.options, folder / "training", task.tolerance)
     spent = time.process_time() - begun + before
-    count = FEW if name.endswith(FINE) else HELD[len(known)]
+    count = HELD[len(known)]
     points = boxes.grid(known, count) if len(known) == 1 else boxes.latin_hypercube(known, count, seed=7)
     full = checking.stored(found, folder)
-    truths = [full(boxes.named(known, row)) for row in points]
+    truth = checking.stored(found, folder, sharp=not name.endswith(FINE))
+    truths = [truth(boxes.named(known, row)) for row in points]
     checked = holdout.holdout(found, truths)
-    rows = drawn(RESULTS / FIGURES[name], found, full, points) if name in FIGURES else ()
+    rows = drawn(RESULTS / FIGURES[name], found, full, truth, points) if name in FIGURES else ()
     return Row(
         name,
         ", ".join(f"{p.name} {p.low:g} to {p.high:g} {p.unit}" for p in known),
@@ -180,11 +181,11 @@ def measure(name: str, task: Task, folder: Path) -> Row:
     )
 
 
-def drawn(path: Path, found: Campaign, full: Callable[[Mapping[str, float]], FullRun], points: np.ndarray) -> tuple[Compared, ...]:
+def drawn(path: Path, found: Campaign, full: Full, truth: Full, points: np.ndarray) -> tuple[Compared, ...]:
     """Fig. 13 or 14: errors after every full run, and of the basis of one run at the fastest parameter, which is the last row."""
     (own,) = found.setting.parameters
     others = [*checking.stages(found), comparators.fast_to_slow(found.setting, full, checking.fastest(found))]
-    rows = comparators.compare(found.setting, others, full, points)
+    rows = comparators.compare(found.setting, others, truth, points)
     errors = {row.name: np.array([trial.error for trial in row.trials]) for row in rows}
     training_plots.errors_over(path, points[:, 0], errors, f"{own.name} [{own.unit}]", "relative error (48)")
     return rows

@@ -52,7 +52,7 @@ def test_row_16_no_files(tmp_path: Path) -> None:
     refused(beam(tmp_path, changed(BEAM, "beam_5.msh", ".")), "a .msh or .vtu file")
     refused(tmp_path / "no.yaml", "no.yaml: expected a readable file, got No such file or directory")
     (tmp_path / "folder.yaml").mkdir()
-    refused(tmp_path / "folder.yaml", "expected a file, got something else")
+    refused(tmp_path / "folder.yaml", "expected a scene, or a folder with results, got a folder without a report")
 
 
 HUGE = 2 * 10**9

@@ -69,8 +69,11 @@ def check(job: Job, found: Campaign, model: Product | None, out: Path, compare: 
     return Checked(points, rows, len(found.models), predictions)
 
 
-def stored(found: Campaign, out: Path) -> Full:
-    """Full runs that are read from the training's folder where they are there, and kept there."""
+def stored(found: Campaign, out: Path, sharp: bool = True) -> Full:
+    """Full runs that are read from the training's folder where they are there, and kept there.
+
+    `sharp`: iterated as snapshots need it; otherwise as the scene says, which is less work where nothing is trained on them.
+    """
     folder = out / "training"
 
     def full(values: Mapping[str, float]) -> FullRun:
@@ -78,10 +81,10 @@ def stored(found: Campaign, out: Path) -> Full:
             if run.values == values:
                 return run
         text = repr((sorted(values.items()), found.setting.plan.tolerance, found.setting.plan.modes))
-        path = folder / f"full-{hashlib.sha256(text.encode()).hexdigest()[:16]}.h5"
+        path = folder / f"{'full' if sharp else 'own'}-{hashlib.sha256(text.encode()).hexdigest()[:16]}.h5"
         if path.is_file():
             return store.run_of(store.read_tree(path), path)
-        run = full_runs.full_run(found.setting, values)
+        run = full_runs.full_run(found.setting, values, sharp)
         store.write_tree(path, asdict(run))
         return run
 

@@ -65,15 +65,15 @@ class FullRun:
     cpu_s: float
 
 
-def full_run(setting: Setting, values: Mapping[str, float]) -> FullRun:
-    """The full model at a point, sharp enough for its snapshots."""
+def full_run(setting: Setting, values: Mapping[str, float], sharp: bool = True) -> FullRun:
+    """The full model at a point, sharp enough for its snapshots, or with the Newton iteration of its scene."""
     case = setting.family(values)
-    return factored(setting, values, case.system, moved(setting, case))
+    return factored(setting, values, case.system, moved(setting, case, sharp))
 
 
-def moved(setting: Setting, case: Case) -> Trajectory:
+def moved(setting: Setting, case: Case, sharp: bool = True) -> Trajectory:
     """The motion of a full case, stored at the snapshots."""
-    newton = newton_for(case.newton, setting.plan.tolerance)
+    newton = newton_for(case.newton, setting.plan.tolerance) if sharp else case.newton
     return integrate(setting.form(case.system), case.scheme, case.duration, newton, steps(case, setting.interval))
 
 
