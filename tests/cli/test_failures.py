@@ -8,10 +8,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from matplotlib import image
 
-from fmbs_skfem.core.errors import MissingFeature
+from fmbs_skfem.cli import failure_report, reports
+from fmbs_skfem.core.errors import MissingFeature, SolverError
 from fmbs_skfem.results import pictures
 
+from ..dynamics.test_diagnosis import WAYS
 from .calls import CANTILEVER, Call, fmbs, scene
 
 SHORT = "{type: dynamic, duration: 10 ms, step: 1 ms}"
@@ -57,6 +60,20 @@ def test_the_last_good_state_is_kept(call: Call, folder: Path) -> None:
 def test_the_last_good_state_is_drawn(call: Call, folder: Path) -> None:
     assert (folder / "out" / "failure.png").read_bytes().startswith(b"\x89PNG")
     assert str(folder / "out" / "failure.png") in call.json["files"]
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_every_way_to_fail_leaves_its_facts_and_a_picture(way: str, tmp_path: Path) -> None:
+    """The picture is that of the last good state, also of point masses; a solve that fails before its first step has none."""
+    with pytest.raises(SolverError) as caught:
+        WAYS[way][0]()
+    found = failure_report.keep(tmp_path, {"provenance": reports.provenance()}, caught.value)
+    assert found["failure"]["causes"]
+    names = {"failure.json"} if caught.value.partial is None else {"failure.json", "failure.h5", "failure.png"}
+    assert {path.name for path in tmp_path.iterdir()} == names == {Path(path).name for path in found["files"]}
+    if caught.value.partial is not None:
+        shown = image.imread(tmp_path / "failure.png")[..., :3]
+        assert (shown != shown[0, 0]).any(axis=-1).mean() > 0.002
 
 
 def test_tables_without_json(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from matplotlib import image
 
 from fmbs_skfem import dynamics, scenes, systems
 from fmbs_skfem.bodies import plate, sections
@@ -16,13 +17,13 @@ from fmbs_skfem.core.errors import InputError, MissingFeature
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory
 from fmbs_skfem.dynamics.outputs import distances
 from fmbs_skfem.dynamics.trajectory import Statistics
-from fmbs_skfem.results import pictures
+from fmbs_skfem.results import pictures, series
 from fmbs_skfem.results.frames import Kind, Skins
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import ancf_plate
 
 from ..models import cantilever, mass_pendulum, spin_up
-from .calls import EXAMPLES, fmbs, scene
+from .calls import EXAMPLES, ROOT, fmbs, scene
 
 SHORT = "{type: dynamic, duration: 10 ms, step: 1 ms}"
 
@@ -132,10 +133,73 @@ def test_masses_and_driven_supports_are_told_apart() -> None:
     assert found.joints["mass"][1][0] == pytest.approx([1, 0, 0])
 
 
-def test_a_scene_of_mass_points_has_no_lines() -> None:
+def test_a_scene_of_mass_points_has_no_lines(tmp_path: Path) -> None:
     motion = dynamics.integrate(mass_pendulum((1.0, 0.0)), GeneralizedAlpha(1e-3), 2e-3)
-    with pytest.raises(InputError, match="at least one cable, plate or shell"):
-        picture.frames(motion)
+    found = picture.frames(motion)
+    assert found.bodies == {}
+    assert Kind.MASS in {kind for kind, _ in found.joints.values()}
+    with pytest.raises(InputError, match="at least one cable, plate, shell or rigid body"):
+        series.write(found, tmp_path, "motion")
+
+
+RIGID = f"""\
+schema: 1
+name: rigid
+dimension: 2
+bodies:
+  crank: {{type: rigid, mass: 1, inertia: 1e-3, center: [0.05, 0], points: {{A: [0, 0], B: [0.1, 0]}}, rotation: 30 deg}}
+  rod: {{type: rigid, mass: 1, inertia: 1e-2, center: [0.2, 0.02], points: {{B: [0.1, 0], C: [0.3, 0], D: [0.2, 0.1]}}}}
+  plate: {{type: rigid_plate, mesh: plate_linkage_coarse.msh, thickness: 1 cm, density: 10, origin: [0.2, 0]}}
+  wheel: {{type: rigid, mass: 1, inertia: 1e-3, center: [0, 1]}}
+joints:
+  A: {{type: revolute, at: crank.A, to: ground}}
+  B: {{type: revolute, at: crank.B, to: rod.B}}
+  C: {{type: weld, at: rod.C, to: plate}}
+loads:
+  motor: {{type: torque, at: crank, torque: 1}}
+analysis: {SHORT}
+"""
+
+
+@pytest.fixture
+def rigid_scene(tmp_path: Path) -> Path:
+    (tmp_path / "plate_linkage_coarse.msh").write_bytes((ROOT / "meshes" / "plate_linkage_coarse.msh").read_bytes())
+    path = tmp_path / "rigid.yaml"
+    path.write_text(RIGID)
+    return path
+
+
+def test_rigid_bodies_are_lines_that_keep_their_shape(rigid_scene: Path) -> None:
+    """A rod through its centre, a triangle, the outline of a plate with two holes; the wheel has no places and stays a point."""
+    system = systems.eliminate(build.system(scenes.read(rigid_scene)))
+    found = picture.frames(dynamics.integrate(system, GeneralizedAlpha(1e-3), 0.01))
+    crank, rod, shown = (found.bodies[name] for name in ("crank", "rod", "plate"))
+    assert crank.reference[:, :2] == pytest.approx(np.array([[0, 0], [0.05, 0], [0.1, 0]]), abs=1e-15)
+    assert rod.reference[:, :2] == pytest.approx(np.array([[0.1, 0], [0.3, 0], [0.2, 0.1], [0.1, 0]]), abs=1e-15)
+    assert found.joints["wheel"][0] == Kind.MASS
+    assert shown.reference[0] == pytest.approx(shown.reference[-1])
+    outline = np.linalg.norm(np.diff(shown.reference, axis=0), axis=1)
+    assert outline.sum() == pytest.approx(2 * 0.2 + 2 * np.pi * 0.035, rel=5e-3)
+    assert picture.usual_color(system) is None
+    for body in (crank, rod, shown):
+        assert body.fields.keys() == {"velocity"}
+        sides = np.linalg.norm(np.diff(body.points, axis=1), axis=2)
+        assert sides == pytest.approx(np.broadcast_to(sides[0], sides.shape), rel=1e-9)
+    assert np.ptp(crank.points[:, -1, 1]) > 1e-5
+
+
+def test_a_rigid_mechanism_is_exported(rigid_scene: Path, tmp_path: Path) -> None:
+    done = fmbs("export", rigid_scene, "--out", tmp_path / "out", "--frames", "2")
+    assert done.code == 0, done.err
+    assert {"displacement", "velocity"} <= set(meshio.read(tmp_path / "out" / "motion" / "00001.vtu").point_data)
+
+
+@pytest.mark.skipif(not opengl(), reason="no off-screen OpenGL here")
+def test_a_rigid_mechanism_is_drawn(rigid_scene: Path, tmp_path: Path) -> None:
+    done = fmbs("render", rigid_scene, "--out", tmp_path / "out", "--no-gif")
+    assert done.code == 0, done.err
+    shown = image.imread(tmp_path / "out" / "picture.png")
+    assert (np.ptp(shown[..., :3], axis=-1) > 0.3).mean() > 0.002
 
 
 def test_export_writes_a_series_with_all_fields(tmp_path: Path) -> None:

@@ -122,6 +122,20 @@ def test_a_member_that_fails_is_listed(scene: Path, address: str, tmp_path: Path
     assert "bad input" in again.out
 
 
+def test_a_sweep_that_is_cut_off_tells_where_its_numbers_come_from(
+    scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def cut(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sweeps, "run", cut)
+    assert fmbs("sweep", scene, "--samples", "4", "--out", tmp_path / "out").code != 0
+    found = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert found["status"] == "running"
+    assert found["provenance"]["files"].keys() == {str(scene), str(scene.parent / "beam_20.msh")}
+    assert found["provenance"]["threads"]["workers"] is None
+
+
 def test_a_sweep_goes_on_and_another_one_is_refused(scene: Path, address: str, tmp_path: Path) -> None:
     out = tmp_path / "out"
     call = ("sweep", scene, "--samples", "4", "--scheduler", address, "--out", out, "--no-plots", "--json")

@@ -63,7 +63,7 @@ def test_bad_frames_are_refused_by_name() -> None:
         replace(good, joints={"root": ("clmp", np.zeros((7, 3)))})
     with pytest.raises(InputError, match="increasing instants"):
         replace(good, times=np.zeros(7))
-    with pytest.raises(InputError, match="at least one body"):
-        replace(good, bodies={})
+    with pytest.raises(InputError, match="at least one body or joint"):
+        replace(good, bodies={}, joints={})
     with pytest.raises(InputError, match="two reference points"):
         replace(good, bodies={"beam": replace(lines, reference=np.zeros((1, 3)))})

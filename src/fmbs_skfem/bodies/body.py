@@ -53,6 +53,7 @@ class Body:
     thickness: np.ndarray | float = 0.0  #: of plates and shells, one number or one a cell [m]
     spread: csr_array | None = None  #: (functions of the space, b) where the body's functions are not those of the space
     stiffness: csr_array | None = None  #: (b, b) constant springs between the functions, the same for every component [N/m]
+    outline: np.ndarray | None = None  #: (x, b) points of the line that a picture shows of a rigid body, over its functions
 
     @property
     def dim(self) -> int:

@@ -23,6 +23,7 @@ from ..shapes.plate_meshes import PlateMesh
 from .body import Body, placed
 from .sections import positive
 
+SLIM = 0.02  #: drawn radius over the extent of a body
 Numbers = float | Sequence[float] | Sequence[Sequence[float]] | np.ndarray
 
 
@@ -35,12 +36,13 @@ def rigid(
     dim: int = 3,
     rotation: np.ndarray | None = None,
     places: Mapping[str, Sequence[float]] | None = None,
-    radius: float = 0.02,
+    outline: np.ndarray | None = None,
 ) -> Body:
     """A rigid body with the frame `frame`, the place `center` and named places, points (c,) of the scene in the reference [m].
 
     `inertia` [kg m2] about the centre of mass: a number in the plane, in space 3 principal moments or a 3 x 3 tensor, in the axes
-    e_k = rotation[:, k], by default those of the scene.
+    e_k = rotation[:, k], by default those of the scene. Pictures show the line through the points `outline` (x, c) of the scene, by
+    default through the places and, where these are one or two, the centre.
     """
     where = f"body '{name}'"
     positive(where, mass=mass)
@@ -48,15 +50,25 @@ def rigid(
     c = point(where, center, dim)
     spread = second_moments(where, inertia, dim)
     named = {key: tuple(float(x) for x in (point(where, at, dim) - c) @ axes) for key, at in (places or {}).items()}
+    shown = through(np.array(list(named.values())).reshape(-1, dim)) if outline is None else (outline - c) @ axes
     return Body(
         name,
         np.vstack([c, axes.T]),
         csr_array(block_diag(np.array([[float(mass)]]), spread)),
         np.array([1.0] + [0.0] * dim),
         {"center": (0.0,) * dim, **named},
-        radius=radius,
+        radius=SLIM * float(np.ptp(shown, axis=0).max()),
         frames={"frame": 0},
+        outline=np.hstack([np.ones((len(shown), 1)), shown]),
     )
+
+
+def through(places: np.ndarray) -> np.ndarray:
+    """The line (x, c) that stands for a body with these places (k, c) about its centre: a rod, an angle, or a closed polygon."""
+    center = np.zeros((1, places.shape[1]))
+    closed = np.vstack([places, places[:1]]) if len(places) > 2 else np.vstack([places[:1], center, places[1:]])
+    moved = np.linalg.norm(np.diff(closed, axis=0), axis=1) > 0.0
+    return closed[np.concatenate([[True], moved])]
 
 
 def rigid_from_mesh(
@@ -84,7 +96,22 @@ def rigid_from_mesh(
     places = {key: points[ids[0]] for key, ids in mesh.point_groups.items() if len(ids) == 1}
     spread = heavy * moments
     inertia = np.trace(spread) if dim == 2 else np.trace(spread) * np.eye(3) - spread
-    return rigid(name, heavy * area, inertia, center, dim=dim, places={key: tuple(at) for key, at in places.items()})
+    named = {key: tuple(at) for key, at in places.items()}
+    return rigid(name, heavy * area, inertia, center, dim=dim, places=named, outline=points[rim(mesh.cells)])
+
+
+def rim(cells: np.ndarray) -> np.ndarray:
+    """Numbers (x,) of the nodes around the cells (e, 3 or 4), the longest of the closed lines; the last is the first."""
+    sides = np.stack([cells, np.roll(cells, -1, axis=1)], axis=2).reshape(-1, 2)
+    there = {(int(a), int(b)) for a, b in sides}
+    after = {a: b for a, b in there if (b, a) not in there}
+    loops = []
+    while after:
+        loop = list(after.popitem())
+        while loop[-1] in after:
+            loop.append(after.pop(loop[-1]))
+        loops.append(loop)
+    return np.array(max(loops, key=len))
 
 
 def triangles(cells: np.ndarray) -> np.ndarray:

@@ -14,9 +14,9 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from ..bodies.fields import recover
-from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..dynamics import Trajectory
 from ..dynamics.outputs import centre_lines, skins
@@ -35,6 +35,7 @@ KINDS = {
     "slider": Kind.SLIDER,
     "driven": Kind.DRIVEN_POSITION,
 }
+RIGID = ("point_mass", "rigid", "rigid_plate")  #: types of bodies without strains
 
 
 def frames(trajectory: Trajectory, rows: np.ndarray | None = None, wanted: Collection[str] | None = None) -> Frames:
@@ -46,8 +47,6 @@ def frames(trajectory: Trajectory, rows: np.ndarray | None = None, wanted: Colle
     system, x = trajectory.system, trajectory.x[rows]
     shown, masses = line_bodies(trajectory, rows, wanted)
     bodies: dict[str, Lines | Skins] = {**shown, **skin_bodies(trajectory, rows, wanted)}
-    if not bodies:
-        raise InputError(say("picture", "a scene with at least one cable, plate or shell", "point masses only"))
     order = [name for name, _, _ in system.coordinates if name in bodies]
     return Frames(trajectory.times[rows], {name: bodies[name] for name in order}, {**joints(system, x), **masses})
 
@@ -61,7 +60,7 @@ def moved(system: System, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.
 def line_bodies(
     trajectory: Trajectory, rows: np.ndarray, wanted: Collection[str] | None
 ) -> tuple[dict[str, Lines], dict[str, tuple[str, np.ndarray]]]:
-    """Cables as lines; bodies of one point as joints."""
+    """Cables and rigid bodies as lines, these without strain and curvature; bodies of one point as joints."""
     system = trajectory.system
     if not system.lines:
         return {}, {}
@@ -69,8 +68,15 @@ def line_bodies(
     now, moving, start = centre_lines(system, q), centre_lines(system, rate), centre_lines(system, system.lift(system.x0)[None])
     radius = {line.name: line.radius for line in system.lines}
     bodies = {name: lines(now[name], moving[name], start[name], radius[name]) for name in now if now[name].shape[2] > 1}
+    for name in bodies.keys() & rigid(system):
+        bodies[name] = replace(bodies[name], fields=chosen(bodies[name].fields, ("velocity",)))
     masses = {name: (Kind.MASS.value, spatial(jets[:, 0, 0])) for name, jets in now.items() if jets.shape[2] == 1}
     return {name: replace(body, fields=chosen(body.fields, wanted)) for name, body in bodies.items()}, masses
+
+
+def rigid(system: System) -> set[str]:
+    """Names of lines that never curve."""
+    return {line.name for line in system.lines if csr_array(line.samples)[2 * (line.samples.shape[0] // 3) :].nnz == 0}
 
 
 def chosen(fields: Mapping[str, np.ndarray], wanted: Collection[str] | None) -> dict[str, np.ndarray]:
@@ -173,8 +179,10 @@ def instants(scene: Scene, trajectory: Trajectory) -> list[float] | None:
     return reached or None
 
 
-def color(scene: Scene, compared: bool = False) -> str:
-    """The field that colours the bodies; the error only where there is a full model to compare with."""
+def color(scene: Scene, compared: bool = False) -> str | None:
+    """The field that colours the bodies, None where all are rigid; the error only where there is a full model to compare with."""
+    if all(body.type in RIGID for body in scene.bodies.values()):
+        return None
     wanted = scene.pictures.color if scene.pictures else "curvature"
     if wanted == "error" and not compared:
         notify("pictures: the full model has no error; coloured by curvature")
@@ -182,9 +190,11 @@ def color(scene: Scene, compared: bool = False) -> str:
     return wanted
 
 
-def usual_color(system: System) -> str:
-    """The field that colours a system without a scene: von Mises stress where there are plates or shells, otherwise curvature."""
-    return "von_mises" if system.skins else "curvature"
+def usual_color(system: System) -> str | None:
+    """The field that colours a system without a scene: von Mises stress of plates and shells, curvature; None for rigid bodies."""
+    if system.skins:
+        return "von_mises"
+    return "curvature" if {line.name for line in system.lines} - rigid(system) else None
 
 
 def pieces(trajectory: Trajectory, rows: np.ndarray) -> Iterator[Frames]:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ..scenes import Scene
 
 PICTURE, ANIMATION = "picture.png", "animation.gif"
-FRAMES = 60
+FRAMES, INSTANTS = 60, 6  #: of the animation and of the picture
 
 
 @common.command("render")
@@ -47,11 +47,12 @@ def draw(scene: Scene, trajectory: Trajectory, out: Path, count: int) -> list[Pa
     from . import picture
 
     color = picture.color(scene)
-    rows = picture.spread(trajectory, max(count, 2))
-    moving = picture.frames(trajectory, rows, (color,))
-    limits = pictures.limits(moving, color)
+    rows = picture.spread(trajectory, max(count, INSTANTS))
+    fields = (color,) if color else ()
+    moving = picture.frames(trajectory, rows, fields)
+    limits = pictures.limits(moving, color) if color else None
     wanted = picture.instants(scene, trajectory)
-    chosen = moving if wanted is None else picture.frames(trajectory, picture.nearest(trajectory, wanted), (color,))
+    chosen = moving if wanted is None else picture.frames(trajectory, picture.nearest(trajectory, wanted), fields)
     written = [pictures.render(chosen, out / PICTURE, wanted, Look(color, title=scene.name))]
     if count:
         look = Look(color, limits=limits, title=scene.name, size=(800, 600))

@@ -130,12 +130,12 @@ def scene_files(scene: Scene) -> list[Path]:
 
 
 def provenance(
-    scene: Scene | None = None, files: Iterable[Path] = (), seeds: Mapping[str, int] | None = None, workers: int = 1
+    scene: Scene | None = None, files: Iterable[Path] = (), seeds: Mapping[str, int] | None = None, workers: int | None = 1
 ) -> dict[str, Any]:
     """All that the numbers of a result depend on: values of the scene, contents of files, libraries, machine, threads, seeds.
 
-    `files` and `seeds` are those beside the ones of the scene; `workers` processes shared the work. On one machine with one
-    thread, the same provenance gives the same bits.
+    `files` and `seeds` are those beside the ones of the scene; `workers` processes shared the work, None where that is not known
+    yet. On one machine with one thread, the same provenance gives the same bits.
     """
     read = [*(scene_files(scene) if scene else ()), *(path.absolute() for path in files)]
     training = {"training": scene.training.seed} if scene and scene.training else {}
@@ -148,7 +148,7 @@ def provenance(
     }
 
 
-def environment(workers: int = 1) -> dict[str, Any]:
+def environment(workers: int | None = 1) -> dict[str, Any]:
     """Libraries, machine and threads."""
     from threadpoolctl import threadpool_info
 

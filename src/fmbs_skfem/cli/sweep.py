@@ -70,14 +70,16 @@ def command(
     make = sources.saved if session.path.suffix in SAVED else sources.scene
     source = make(session, ranges, duration, instants)
     points = sources.spread(source.parameters, samples, design, listed, seed)
-    out, done = opened(session, source, points, resume)
+    origin = reports.provenance(source.scene, () if source.scene else (session.path,), {"design": seed}, workers)
+    out, done = opened(session, source, points, resume, origin)
     outcome, records = compute(session, source, points, options, out, done)
-    files = () if source.scene else (session.path,)
-    origin = reports.provenance(source.scene, files, {"design": seed}, outcome.workers)
+    origin["threads"]["workers"] = outcome.workers
     return finish(session, source, points, out, outcome, records, origin, plots)
 
 
-def opened(session: Session, source: Source, points: np.ndarray, resume: bool) -> tuple[Path, dict[int, Record]]:
+def opened(
+    session: Session, source: Source, points: np.ndarray, resume: bool, origin: Mapping[str, Any]
+) -> tuple[Path, dict[int, Record]]:
     """The output folder, and the records that are there already."""
     from ..results import sweep_files
 
@@ -94,7 +96,8 @@ def opened(session: Session, source: Source, points: np.ndarray, resume: bool) -
         found = sweep_files.settled(out, points, [own.name for own in source.parameters])
     elif there:
         sweep_files.forget(out)
-    reports.write_json(out / reports.REPORT, {"status": "running", "fingerprint": mark, "members": len(points)})
+    begun = {"status": "running", "fingerprint": mark, "members": len(points), "provenance": origin}
+    reports.write_json(out / reports.REPORT, begun)
     return out, found
 
 

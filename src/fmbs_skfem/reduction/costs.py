@@ -105,7 +105,8 @@ class Shares:
 def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 3) -> Shares:
     """What the calls of a run cost: the time of one call at x0, measured apart, times the calls that the run counted.
 
-    Every iteration has one force, one solution and the products of gather and scatter, every factorisation one tangent with its.
+    Every iteration has one force, one solution and the products of gather and scatter, every factorisation one tangent with its
+    products, unless tangents are turned (`turning`): then it has none, and the turn is part of its own cost.
     """
     system, cost = motion.system, motion.statistics
     calls, factored = cost.iterations, cost.factorisations
@@ -116,12 +117,14 @@ def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 3) -> Sha
     if model.plan is not None:
         factor, solution = sparse_seconds(model, scheme)
         return Shares(calls * one(FORCE), factored * factor + calls * solution, 0.0)
-    solving = calls * one(SOLUTION) + factored * max(one(FACTOR) - one(TANGENT), 0.0)
+    turned = len(model.arrays.turning.table) > 0
+    tangents = 0 if turned else factored
+    solving = calls * one(SOLUTION) + factored * max(one(FACTOR) - (0.0 if turned else one(TANGENT)), 0.0)
     if not any(isinstance(e.gather, Sampled) for e in system.elastic):
-        return Shares(calls * one(FORCE) + factored * one(TANGENT), solving, 0.0)
+        return Shares(calls * one(FORCE) + tangents * one(TANGENT), solving, 0.0)
     gather = one(GATHER)
-    products = calls * 2 * gather + factored * (gather + one(PRODUCT))
-    return Shares(calls * one(STRESS) + factored * one(MODULUS), solving, products)
+    products = calls * 2 * gather + tangents * (gather + one(PRODUCT))
+    return Shares(calls * one(STRESS) + tangents * one(MODULUS), solving, products)
 
 
 def sparse_seconds(model: Compiled, scheme: GeneralizedAlpha, times: int = 5) -> tuple[float, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from .job import Arrays, Job
 GLYPH = 3.1  #: radius of a joint, over the smallest radius of a tube
 RAISED = 0.25  #: distance of flat surfaces in a planar scene, which lie in one plane, over the smallest radius of a tube
 DEPTH = 10.0  #: distance of one instant of a planar overlay in front of the one before, over the radius of a joint
+SHARP = 0.5  #: cosine of the turn of a line at a corner
 LAYERS = {"slider": 1, "point mass": 2}  #: of joints in planar scenes, from the back; the others are in front
 INK = "#262626"  #: of the outline of surfaces
 MATT = {"ambient": 0.5, "diffuse": 0.55, "specular": 0.1}
@@ -129,11 +131,17 @@ def _surface(arrays: Arrays, i: int, points: Array, colours: Pixels, shaded: boo
 
 
 def _tube(points: Array, colours: Pixels, radius: float) -> Any:
+    """A tube along a line; pieces between sharp corners have tubes of their own, which keep their width there."""
     import pyvista
 
-    line = pyvista.PolyData(points, lines=np.concatenate([[len(points)], np.arange(len(points))]))
+    along = np.diff(points, axis=0)
+    along /= np.maximum(np.linalg.norm(along, axis=1), 1e-300)[:, None]
+    corners = 1 + np.flatnonzero(np.sum(along[1:] * along[:-1], axis=1) < SHARP)
+    ends = np.concatenate([[0], corners, [len(points) - 1]])
+    pieces = [[last - first + 1, *range(first, last + 1)] for first, last in itertools.pairwise(ends)]
+    line = pyvista.PolyData(points, lines=np.concatenate(pieces))
     line.point_data["tint"] = colours
-    return line.tube(radius=radius, n_sides=14)
+    return line.tube(radius=radius, n_sides=14, capping=True)
 
 
 def _glyph(kind: str, centre: Array, radius: float) -> Any:

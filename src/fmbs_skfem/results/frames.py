@@ -72,8 +72,8 @@ class Frames:
         times = np.asarray(self.times)
         if times.ndim != 1 or times.size == 0 or not np.isfinite(times).all() or (np.diff(times) <= 0).any():
             raise errors.InputError(errors.say("frames: times", "finite, increasing instants (s,)", f"shape {times.shape}"))
-        if not self.bodies:
-            raise errors.InputError(errors.say("frames: bodies", "at least one body", "none"))
+        if not self.bodies and not self.joints:
+            raise errors.InputError(errors.say("frames: bodies", "at least one body or joint", "none"))
         for name, body in self.bodies.items():
             _check_body(f"frames: body '{name}'", body, times.size)
         for name, (kind, points) in self.joints.items():
@@ -141,8 +141,8 @@ def names(frames: Frames) -> tuple[str, ...]:
 
 def planar(frames: Frames, tolerance: float = 1e-9) -> bool:
     """True where every point of every instant has the same z, to `tolerance` of the extent."""
-    ends = [end(body.points, axis=(0, 1)) for body in frames.bodies.values() for end in (np.min, np.max)]
-    extent = np.ptp(ends, axis=0)
+    places = [body.points.reshape(-1, 3) for body in frames.bodies.values()]
+    extent = np.ptp(np.concatenate(places or [points for _, points in frames.joints.values()]), axis=0)
     return bool(extent[2] <= tolerance * extent.max())
 
 

@@ -94,8 +94,9 @@ def overlay(job: Job, arrays: Arrays) -> list[Pixels]:
     image = drawing.shot(plotter)
     plotter.close()
     texts = [Text(job.title, (height, height), "la", round(1.2 * height), "#000000")] if job.title else []
-    last = len(job.bodies) - 1
-    texts += _marks(camera, arrays[f"points_{last}"], _seconds(arrays["times"]), height, f"quads_{last}" in arrays)
+    if job.bodies:
+        last = len(job.bodies) - 1
+        texts += _marks(camera, arrays[f"points_{last}"], _seconds(arrays["times"]), height, f"quads_{last}" in arrays)
     image = decor.letter(image, texts + decor.axis_texts(camera, box, job.planar, height))
     return [_beside(image, job, width)]
 

@@ -53,6 +53,9 @@ def _meshes(frames: Frames) -> Iterator[meshio.Mesh]:
     """One mesh an instant: all lines, then all surfaces, over the points of all bodies in a row."""
     import meshio
 
+    if not frames.bodies:
+        expected = "at least one cable, plate, shell or rigid body with points"
+        raise errors.InputError(errors.say("series: bodies", expected, "point masses only"))
     cells, bodies = _cells(frames)
     data = _point_data(frames)
     points = np.concatenate([body.points for body in frames.bodies.values()], axis=1)

@@ -198,8 +198,7 @@ def initial_velocity(layout: Layout, parts: list[Body], initial: Mapping[str, Mo
 def picture_line(part: Body, layout: Layout) -> Line:
     """Samples of the centre line for pictures and position errors, at the same places on every mesh."""
     if not isinstance(part.space, line.BSpline | line.Hermite) or part.cells is None:
-        rows = csr_array(([1.0], ([0], [0])), shape=(3, len(part.reference)))
-        return Line(part.name, widen(rows, part, layout), part.radius, Law.EXACT)
+        return Line(part.name, widen(rigid_samples(part), part, layout), part.radius, Law.EXACT)
     breaks = line.breaks(part.space)
     xi = np.linspace(breaks[0], breaks[-1], SAMPLES)
     value, first, second = (line.sample(part.space, xi, k) for k in range(3))
@@ -208,6 +207,15 @@ def picture_line(part: Body, layout: Layout) -> Line:
     slope = diags_array(1 / J) @ first
     bend = diags_array(1 / J**2) @ second - diags_array(np.einsum("xc,xc->x", r1, r2) / J**4) @ first
     return Line(part.name, widen(csr_array(vstack([value, slope, bend])), part, layout), part.radius, part.cells.law)
+
+
+def rigid_samples(part: Body) -> csr_array:
+    """Points of the outline, unit vectors along it and no curvature, (3 x, b); the centre alone where there is no outline."""
+    if part.outline is None or len(part.outline) < 2:
+        return csr_array(([1.0], ([0], [0])), shape=(3, len(part.reference)))
+    along = np.diff(part.outline, axis=0)
+    along = along / np.linalg.norm(along @ part.reference, axis=1)[:, None]
+    return csr_array(np.vstack([part.outline, along, along[-1:], np.zeros_like(part.outline)]))
 
 
 def picture_skin(part: Body, layout: Layout) -> Skin:
