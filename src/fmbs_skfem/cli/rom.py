@@ -207,7 +207,6 @@ def report(
     session: Session, chosen: Chosen, motion: Trajectory, columns: Mapping[str, np.ndarray], error: SolverError | None
 ) -> dict[str, Any]:
     """The JSON object of a run."""
-    from .. import dynamics
     from . import solving
 
     cost = motion.statistics
@@ -222,7 +221,7 @@ def report(
         "newton_iterations": cost.iterations,
         "cpu_s": cost.cpu_s,
         "wall_s": cost.wall_s,
-        "energy_drift": dynamics.energy_drift(motion),
+        "energy_drift": solving.energy_drift(motion, "the step, or the distance from the training,"),
         "outputs": {name: solving.extremes(values) for name, values in columns.items()},
         "provenance": reports.provenance(files=[session.path]),
     }

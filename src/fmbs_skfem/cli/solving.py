@@ -17,6 +17,7 @@ import numpy as np
 from .. import dynamics
 from ..core import durable
 from ..core.errors import FmbsError, InputError, SolverError, say
+from ..core.notices import notify
 from ..dynamics import GeneralizedAlpha, Newton, Trajectory
 from ..dynamics.checkpoint import Moment, Record, Resumed
 from ..results import segments
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
 OUTPUTS = "outputs.csv"
 PLOT = "outputs.png"
+GAIN = 0.05  #: rise of the energy balance, relative to the largest energy, that is told
 
 
 @dataclass(frozen=True)
@@ -195,6 +197,7 @@ def report(session: Session, solved: Solved) -> dict[str, Any]:
     trajectory, scene = solved.trajectory, solved.scene
     statistics = trajectory.statistics
     dynamic = scene.analysis.type == "dynamic"
+    drift = energy_drift(trajectory, f"a step of {scene.analysis.step:g} s") if scene.analysis.type == "dynamic" else None
     return {
         **({"status": "ok"} if solved.error is None else common.failed(solved.error)),
         **heading(scene),
@@ -207,12 +210,21 @@ def report(session: Session, solved: Solved) -> dict[str, Any]:
         "solver": statistics.solver,
         "cpu_s": statistics.cpu_s if dynamic else solved.cpu_s,
         "wall_s": statistics.wall_s if dynamic else solved.wall_s,
-        "energy_drift": dynamics.energy_drift(trajectory) if dynamic else None,
+        "energy_drift": drift,
         "outputs": {name: extremes(values) for name, values in solved.columns.items()},
         "segments": solved.segments,
         "fingerprint": reports.fingerprint(scene),
         "provenance": reports.provenance(scene),
     }
+
+
+def energy_drift(trajectory: Trajectory, step: str) -> float:
+    """Largest change of the energy balance [J], with a notice where the motion gains energy from nowhere."""
+    drift, gain = dynamics.energy_errors(trajectory)
+    if gain > GAIN:
+        remedy = "halve it and compare, or take a smaller rho_inf"
+        notify(f"the energy balance rises by {gain:.0%} of the largest energy: {step} is too large for this motion; {remedy}")
+    return drift
 
 
 def heading(scene: Scene) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from .arclength import ArcLength, at_load_factor, follow_path, limit_points
 from .batch import integrate_many
 from .diagnosis import Diagnosis, explain
 from .integration import integrate
-from .outputs import energies, energy_drift, outputs, reactions
+from .outputs import energies, energy_drift, energy_errors, outputs, reactions
 from .scheme import GeneralizedAlpha, Newton
 from .statics import Modes, solve_equilibria, solve_statics, vibration_modes
 from .trajectory import Statistics, Trajectory
@@ -28,6 +28,7 @@ __all__ = [
     "reactions",
     "energies",
     "energy_drift",
+    "energy_errors",
     "Diagnosis",
     "explain",
 ]
