@@ -49,9 +49,22 @@ def test_lines_and_aliases() -> None:
     assert {path: yamlfile.line(node, path) for path in places} == places
 
 
+def test_entries_of_another_mapping() -> None:
+    """Own entries go first, then those of the earlier mappings of a list; every entry keeps its line."""
+    text = "a: &x\n  p: 1\n  q: 2\nb: &y {q: 3, r: 4}\nc:\n  <<: *x\n  p: 5\nd: {<<: [*x, *y], s: 6}\ne: {'<<': 7}\n"
+    node = yamlfile.parse(text, "f")
+    found = yamlfile.plain(node)
+    assert found["c"] == {"p": 5, "q": 2}
+    assert found["d"] == {"p": 1, "q": 2, "r": 4, "s": 6}
+    assert found["e"] == {"<<": 7}
+    assert [yamlfile.line(node, path) for path in (("c", "p"), ("c", "q"), ("d", "r"))] == [7, 3, 4]
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
+        ("a: &x {b: 1}\nc:\n  <<: *x\n  <<: *x\n", r"f:4: expected the key '<<' once"),
+        ("a: {<<: 1}\n", r"f:1: expected a mapping, or a list of mappings, behind <<"),
         ("a: 1\nb: 2\na: 3\n", r"f:3: expected the key 'a' once, got twice, in lines 1 and 3"),
         ("b:\n  a: 1\n  'a': 3\n", r"lines 2 and 3"),
         ("a: !!python/object/apply:os.system ['true']\n", r"f:1: expected a value without a tag, got the tag"),

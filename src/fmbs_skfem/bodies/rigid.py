@@ -23,6 +23,7 @@ from ..shapes.plate_meshes import PlateMesh
 from .body import Body, placed
 from .sections import positive
 
+LIGHT = 1e-12  #: second moment, relative to the largest, that counts as none
 SLIM = 0.02  #: drawn radius over the extent of a body
 Numbers = float | Sequence[float] | Sequence[Sequence[float]] | np.ndarray
 
@@ -41,14 +42,19 @@ def rigid(
     """A rigid body with the frame `frame`, the place `center` and named places, points (c,) of the scene in the reference [m].
 
     `inertia` [kg m2] about the centre of mass: a number in the plane, in space 3 principal moments or a 3 x 3 tensor, in the axes
-    e_k = rotation[:, k], by default those of the scene. Pictures show the line through the points `outline` (x, c) of the scene, by
-    default through the places and, where these are one or two, the centre.
+    e_k = rotation[:, k], by default those of the scene. Laminae and rods take their principal axes instead, so that what has no
+    mass is an axis of its own. Pictures show the line through the points `outline` (x, c) of the scene, by default through the
+    places and, where these are one or two, the centre.
     """
     where = f"body '{name}'"
     positive(where, mass=mass)
     axes = orthonormal(where, np.eye(dim) if rotation is None else np.asarray(rotation, dtype=float), dim)
     c = point(where, center, dim)
     spread = second_moments(where, inertia, dim)
+    if np.abs(spread - np.diag(np.diag(spread))).max() > LIGHT * np.abs(spread).max():
+        values, vectors = np.linalg.eigh(spread)
+        if values[0] <= LIGHT * values[-1]:
+            spread, axes = np.diag(np.where(values <= LIGHT * values[-1], 0.0, values)), axes @ (vectors * np.linalg.det(vectors))
     named = {key: tuple(float(x) for x in (point(where, at, dim) - c) @ axes) for key, at in (places or {}).items()}
     shown = through(np.array(list(named.values())).reshape(-1, dim)) if outline is None else (outline - c) @ axes
     return Body(

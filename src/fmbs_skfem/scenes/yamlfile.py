@@ -1,7 +1,8 @@
 """YAML 1.2 text -> a tree of nodes that know their lines; nothing is constructed but text, numbers, booleans, lists and mappings.
 
-The tree is built from the parser's events, so nesting, size and aliases are counted before anything is expanded. Refused: tags,
-duplicate keys (both lines are named), keys that are not text, several documents, aliases to an enclosing node.
+The tree is built from the parser's events, so nesting, size and aliases are counted before anything is expanded. `<<: *name` takes
+the entries of another mapping, as YAML 1.1 had it, those of the mapping itself going first. Refused: tags, duplicate keys (both
+lines are named), keys that are not text, several documents, aliases to an enclosing node.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from ..core.problems import printable
 BYTES = 2 * 1024 * 1024  #: largest file
 WIDTH = 100_000  #: longest line [characters]; a parser in Python would take seconds for longer ones
 LEVELS = 64  #: deepest nesting
+MERGE = "<<"  #: key of entries that stand elsewhere, those of the mapping itself go first
 NODES = 100_000  #: most values, aliases counted as expanded
 
 Scalar: TypeAlias = str | int | float | bool | None
@@ -208,18 +210,35 @@ class _Builder:
 
     def _mapping(self, line: int, level: int) -> Node:
         entries: dict[str, Node] = {}
+        others: dict[str, Node] | None = None  # of the mappings behind the key <<
         size = 1
         while not isinstance(event := next(self.events), MappingEndEvent):
             if not isinstance(event, ScalarEvent) or event.anchor is not None or event.tag is not None:
                 raise _refuse(self.name, event, "a key that is plain text", "something else")
             key, key_line = str(event.value), event.start_mark.line + 1
-            if key in entries:
-                raise _refuse(
-                    self.name, event, f"the key '{key}' once", f"twice, in lines {entries[key].line} and {key_line}", "delete one"
-                )
+            if key == MERGE and event.style is None and others is None:
+                node = self.node(next(self.events), level + 1)
+                others, size = self._merged(node, event), self._count(size + node.size, event)
+                continue
+            if key in entries or (key == MERGE and others is not None):
+                known = f"in lines {entries[key].line} and {key_line}" if key in entries else f"again in line {key_line}"
+                raise _refuse(self.name, event, f"the key '{key}' once", f"twice, {known}", "delete one")
             entries[key] = replace(self.node(next(self.events), level + 1), line=key_line)
             size = self._count(size + entries[key].size, event)
+        entries = {**(others or {}), **entries}
         return Node(entries, line, size, 1 + max((entry.height for entry in entries.values()), default=0))
+
+    def _merged(self, node: Node, event: Any) -> dict[str, Node]:
+        """Entries of a mapping, or of a list of them of which the earlier ones count, whose place is in the mapping around <<."""
+        parts = node.value if isinstance(node.value, list) else [node]
+        found: dict[str, Node] = {}
+        for part in reversed(parts):
+            if not isinstance(part.value, dict):
+                raise _refuse(
+                    self.name, event, "a mapping, or a list of mappings, behind <<", "something else", "write <<: *anchor"
+                )
+            found |= part.value
+        return found
 
     def _count(self, size: int, event: Any) -> int:
         if size > NODES:

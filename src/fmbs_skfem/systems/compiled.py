@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 from scipy.sparse import block_array, coo_array, csr_array, kron
 from scipy.sparse.csgraph import reverse_cuthill_mckee
+from scipy.sparse.linalg import splu
 
 from ..bodies import laws as elastic_laws
 from ..bodies.body import Cells
@@ -18,6 +19,7 @@ from .quartic import Quartic
 from .springs import ANGLE
 from .system import LoadKind, System
 
+LIGHT = 1e-12  #: mass, relative to the largest, that counts as none
 DENSE = 48  #: systems of at most this size are always treated as dense
 WIDE = 20_000  #: systems from this size on are sparse without looking for a band
 BAND = 96  #: widest band that is factored as a band
@@ -114,10 +116,17 @@ def part_tangent(A: Arrays, work: int, owners: np.ndarray, number: int, x: np.nd
 
 def massless(system: System, cells: gathers.Collected) -> bool:
     """Whether unknowns have neither mass nor elastic energy, as axes of thin rigid parts: only joints determine them."""
-    held = np.unique(csr_array(cells.lift.matrix).indices)
+    rows = [gathers.cell_coordinates(part).ravel() for _, part in cells.groups if isinstance(part, Cells)]
+    used = coo_array(csr_array(cells.lift.matrix)[np.unique(np.concatenate(rows))]) if rows else coo_array((0, system.size))
+    held = np.unique(used.col[used.data != 0.0])
     free = np.setdiff1d(np.arange(system.size), held)
-    heavy = csr_array(system.mass).diagonal()
-    return bool((heavy[free] <= 1e-12 * heavy.max(initial=0.0)).any())
+    mass = csr_array(system.mass)
+    least = LIGHT * mass.diagonal().max(initial=0.0)
+    try:
+        pivots = splu(mass[free][:, free].tocsc()).U.diagonal() if len(free) else np.array([np.inf])
+    except RuntimeError:  # SuperLU: exactly singular
+        return True
+    return bool(np.abs(pivots).min() <= least)
 
 
 def constant(A: csr_array, store: np.ndarray, dense: bool, large: bool, dim: int) -> Operator:
