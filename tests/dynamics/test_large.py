@@ -128,7 +128,7 @@ def carried(cells: int, corners: str, turn: float, thickness: float) -> Trajecto
 
 @pytest.mark.parametrize("cells,corners,turn", [(8, "abc", 0.0), (40, "abc", 0.0), (40, "abc", 0.5), (40, "a", 0.5)])
 def test_a_lamina_on_cables(cells: int, corners: str, turn: float) -> None:
-    """An axis without mass beside coordinates that are slaved to cables: the motion is that of a platform with almost none there."""
+    """An axis without mass beside coordinates that are slaved to cables: the motion is that with almost none there."""
     thin, thick = (outputs(carried(cells, corners, turn, thickness)) for thickness in (0.0, 1e-6))
     assert thin["place_z"].min() < -1e-4
     for name in ("place_x", "place_y", "place_z"):
