@@ -13,6 +13,7 @@ from fmbs_skfem.scenes import json_schema
 from .calls import EXAMPLES, fmbs, scene
 
 STATIC = "{type: static, load_steps: 4}"
+SHORT = "{type: dynamic, duration: 10 ms, step: 1 ms}"
 
 
 @pytest.mark.parametrize(
@@ -313,6 +314,21 @@ def test_large_models_go_to_multigrid_where_factors_do_not_fit(monkeypatch: pyte
     monkeypatch.setattr(krylov, "free_memory", lambda: 1e5)
     found = fmbs("check", EXAMPLES / "crank_slider_coarse.yaml", "--json").json["estimates"]
     assert found["solver"] == "conjugate gradients with multigrid"
+
+
+def test_frames_without_mass_in_space(tmp_path: Path) -> None:
+    """A link whose holes are rigid frames swings on one of them; a frame has neither mass nor stiffness of its own."""
+    (tmp_path / "link.msh").write_bytes((EXAMPLES.parent / "meshes" / "plate_crank_coarse.msh").read_bytes())
+    path = tmp_path / "link.yaml"
+    path.write_text(
+        "schema: 1\nname: link\ndimension: 3\nbodies:\n  link: {type: plate, mesh: link.msh, thickness: 3 mm, rims: {A: A, B: B},\n"
+        "         material: {young_modulus: 70 GPa, density: 2700, poisson_ratio: 0.3}}\n"
+        "joints:\n  A: {type: revolute, at: link.A, axis: [0, 0, 1]}\nanalysis: " + SHORT + "\n"
+    )
+    done = fmbs("check", path, "--json")
+    assert done.code == 0, done.err
+    assert done.json["mechanism"]["degrees_of_freedom"] == 1
+    assert done.json["estimates"]["solver"].startswith("sparse LDL^T")
 
 
 def test_modes_of_a_free_body_are_no_error(tmp_path: Path) -> None:

@@ -287,11 +287,14 @@ def solver(scene: Scene, model: Compiled) -> tuple[str, float, float, float]:
 
 def sparse_solver(model: Compiled) -> tuple[float, str, float, float]:
     """Numbers in the factors of a large model, and name, memory [MB] and seconds a solution of what solves it."""
+    from scipy.sparse import csr_array, eye_array
+
     from ..core import direct, krylov
     from ..systems import sparse
 
     assert model.plan is not None
-    W = sparse.tangent(model.plan, model.system.x0) + abs(model.system.mass)
+    frames = eye_array(model.system.size)  # without mass, stiffness and so without entries of their own
+    W = csr_array(abs(sparse.tangent(model.plan, model.system.x0)) + abs(model.system.mass) + frames)
     n, fill = W.shape[0], float(direct.entries(direct.analyse(W)))
     if krylov.choose(n, fill, krylov.free_memory(), 4.0) == "direct":
         return fill, f"sparse LDL^T with {fill:.3g} numbers", 1e-6 * (5.2 * fill + krylov.BYTES_PER_UNKNOWN * n), SOLVE_S * fill
