@@ -32,11 +32,12 @@ def tables(scene: Scene, study: Study) -> list[Any]:
     paper = published().get(scene.name.removesuffix("-coarse"), {})
     known = paper.get("models", {})
     if any(record.name.endswith("exact") for record in study.records):
-        shown = [sizes(study, known), shares(study, known), accuracy(study)]
+        shown: list[Any] = [sizes(study, known), shares(study, known), accuracy(study)]
     else:
         shown = [overview(study), products(study, known), tangents(study, known)]
         if any(record.snnls_s for record in main(study)):
             shown.append(searches(study, known))
+    shown += [f"{record.name}: {record.status}" for record in study.records if record.status != "done"]
     return [*shown, f"paper: {paper['source']}"] if paper else shown
 
 
@@ -50,12 +51,11 @@ def sizes(study: Study, known: Mapping[str, Any]) -> Table:
     rows = []
     for record in table_4(study):
         kept = (counts(record.elements), counts(record.points), counts(record.dofs_kept))
-        reason = "" if record.status == "done" else record.status
-        rows.append((record.name, str(record.dofs), joined(record.modes.values()), *kept, reason))
+        rows.append((record.name, str(record.dofs or "none"), joined(record.modes.values()), *kept))
         if paper := known.get(record.name):
             kept = (joined(paper.get("elements", ())), "", joined(paper.get("kept", ())))
-            rows.append((PAPER, joined(paper["dofs"]), joined(paper.get("r", ())), *kept, ""))
-    heads = ("model", "dofs", "modes", "cells", "points", "dofs kept", "")
+            rows.append((PAPER, joined(paper["dofs"]), joined(paper.get("r", ())), *kept))
+    heads = ("model", "dofs", "modes", "cells", "points", "dofs kept")
     return named(screen.table("Table 4: sizes", heads, rows))
 
 
@@ -110,12 +110,12 @@ def overview(study: Study) -> Table:
         if record.name != record.family and record.family not in ("coarse", "step"):
             continue
         if record.status != "done":
-            rows.append((record.name, record.dofs, *[""] * 6, record.status))
+            rows.append((record.name, record.dofs or "none", *[""] * 6))
             continue
         pays = "" if record.pays_after_runs is None else str(math.ceil(record.pays_after_runs))
         error = (tell(record.max_error), tell(record.mean_error), tell(record.position_error))
-        rows.append((record.name, record.dofs, f"{record.cpu_s:.3g}", f"{full / record.cpu_s:.1f}", *error, pays, ""))
-    columns = ("model", "dofs", "CPU [s]", "speed-up", "max error", "mean error", "position error [m]", "pays after runs", "")
+        rows.append((record.name, record.dofs, f"{record.cpu_s:.3g}", f"{full / record.cpu_s:.1f}", *error, pays))
+    columns = ("model", "dofs", "CPU [s]", "speed-up", "max error", "mean error", "position error [m]", "pays after runs")
     return named(screen.table("Time beside error", columns, rows))
 
 

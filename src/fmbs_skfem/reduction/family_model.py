@@ -31,7 +31,7 @@ from . import affine, errors, hyper, pivots, pod, polynomial
 from .affine import ParametricCase
 from .cases import Case, Family
 from .full_runs import FullRun, Setting, states, steps
-from .galerkin import FEW, inner_constraints, projected, reduce_system, rows_of, satisfying
+from .galerkin import FEW, all_directions, inner_constraints, is_rigid, projected, reduce_system, rows_of, satisfying
 from .hyper import Selection, sampled_gather
 from .parameters import Parameter
 from .pod import Basis
@@ -143,6 +143,8 @@ def bases(setting: Setting, raw: System, runs: Sequence[FullRun]) -> dict[str, B
         known = [(run.factors[name].modes, run.factors[name].values) for run in runs]
         basis = pod.update(known, np.zeros(len(rows)), plan.tolerance if wanted is None else None, wanted)
         found[name] = replace(basis, modes=np.ascontiguousarray(satisfying(basis.modes.T, A, 0 * a).T))
+        if is_rigid(raw, members):
+            found[name] = replace(basis, modes=all_directions(A))
     return found
 
 

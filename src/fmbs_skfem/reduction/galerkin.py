@@ -18,6 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import null_space
 
 from ..core.errors import InputError, say
 from ..dynamics.outputs import lifted
@@ -96,7 +97,8 @@ def bases(
     """POD basis of every component from snapshots of `system`; the initial state is kept in every basis.
 
     Snapshots are first projected onto the linear constraints inside the component, and modes onto the directions that keep them, so
-    that these constraints vanish to round-off however small the last singular value is.
+    that these constraints vanish to round-off however small the last singular value is. Components of rigid bodies alone keep all
+    their directions: there is nothing to save, and joints need them.
     """
     found = {}
     for name, members in components.items():
@@ -106,7 +108,19 @@ def bases(
         start = system.lift(system.x0)[rows]
         basis = pod.basis(states.T, tolerance if modes is None else None, modes, keep=start)
         found[name] = replace(basis, modes=np.ascontiguousarray(satisfying(basis.modes.T, A, 0 * a).T))
+        if is_rigid(system, members):
+            found[name] = replace(basis, modes=all_directions(A), mean=start)
     return found
+
+
+def is_rigid(system: System, members: Sequence[str]) -> bool:
+    """Whether none of these bodies deforms."""
+    return not {elastic.name for elastic in system.elastic} & set(members)
+
+
+def all_directions(A: np.ndarray) -> np.ndarray:
+    """Orthonormal modes (n, r) of all q with A q = 0, A (m, n)."""
+    return np.ascontiguousarray(null_space(A)) if len(A) else np.eye(A.shape[1])
 
 
 def inner_constraints(system: System, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -174,7 +188,8 @@ def reduce_system(
     reduced = replace(change_coordinates(keep_constraints(system, kept), V, mean), components=spans, full=None)
     if eliminate and len(classes.linking):
         _, D, d = linear_part(reduced)
-        T, x0 = pivots.eliminate(np.asarray(D.toarray()), d)
+        apart = pivots.independent_rows([np.column_stack([D.toarray(), d])])  # others hold for every mode, or follow from these
+        T, x0 = pivots.eliminate(np.asarray(D.toarray())[apart], d[apart])
         rest = np.flatnonzero(~is_linear(reduced.constraints))
         free = change_coordinates(keep_constraints(reduced, rest), np.asarray(T), x0)
         reduced = replace(free, components=(("eliminated", 0, free.size),))
@@ -207,14 +222,14 @@ def block_basis(
 
 
 def check_interfaces(system: System, components: Mapping[str, Sequence[str]], found: Mapping[str, Basis], classes: Classes) -> None:
-    """A component needs more modes than constraints that link it to others."""
+    """A component needs more modes than constraints that link it to others, unless it is rigid and has all there are."""
     _, A, _ = linear_part(system)
     rows = linear_part(system)[0]
     linking = A[np.flatnonzero(np.isin(rows, classes.linking))]
     for name, members in components.items():
         links = int((abs(linking[:, rows_of(system, members)]).sum(axis=1) > 0).sum()) if linking.shape[0] else 0
         modes = found[name].modes.shape[1]
-        if links and modes <= links:
+        if links and modes <= links and not is_rigid(system, members):
             raise InputError(
                 say(
                     f"component '{name}'",

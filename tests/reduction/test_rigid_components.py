@@ -1,0 +1,74 @@
+"""Components of rigid bodies keep all their directions: platforms on cables and sliders need no components of their own making."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+
+from fmbs_skfem import reduction
+from fmbs_skfem.bodies import body
+from fmbs_skfem.bodies.rigid import rigid
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
+from fmbs_skfem.reduction import body_level, galerkin
+from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads
+
+from .. import models
+
+STEP, TIGHT = GeneralizedAlpha(1e-3), Newton(tolerance=1e-11)
+CORNERS = {"a": (0.2, 0.0, 0.0), "b": (-0.1, 0.17, 0.0), "c": (-0.1, -0.17, 0.0)}
+
+
+def platform() -> System:
+    """A platform on three parallel cables, pushed aside: it moves on a sphere and hardly turns."""
+    parts = [rigid("platform", 2.0, np.diag([0.02, 0.02, 0.03]), (0, 0, 0), places=CORNERS)]
+    held: list[joints.Joint] = []
+    for name, (x, y, _) in CORNERS.items():
+        parts.append(body.cable(name, models.straight(12, (x, y, 0), (x, y, 1)), models.SECTION, models.MATERIAL))
+        held += [joints.Spherical(f"low {name}", At("platform", name), At(name, "left"))]
+        held += [joints.Spherical(f"high {name}", At(name, "right"))]
+    push = loads.PointForce("push", At("platform", "center"), (3.0, 1.0, 0.0))
+    return assemble(parts, held, [loads.Gravity((0.0, 0.0, -9.81)), push])
+
+
+def slider() -> System:
+    """A beam whose tip carries a mass on a rail."""
+    beam = body.cable("beam", models.straight(20), models.SECTION, models.MATERIAL, dim=2)
+    parts = [beam, body.point_mass("slider", 0.5, np.array([1.0, 0.0]))]
+    held = [
+        joints.Pin("root", At("beam", "left")),
+        joints.Pin("tip", At("beam", "right"), At("slider", "center")),
+        joints.Slider("rail", At("slider", "center"), (1.0, 0.0)),
+    ]
+    return assemble(parts, held, [loads.Gravity((0.0, -9.81))])
+
+
+@functools.cache
+def full(make: object) -> tuple[System, galerkin.Snapshots, object]:
+    raw = make()  # type: ignore[operator]
+    motion = integrate(eliminate(raw), STEP, 0.3, TIGHT)
+    return raw, reduction.snapshots(motion, 5e-3), motion
+
+
+@pytest.mark.parametrize("make,rigid_modes", [(platform, {"platform": 12}), (slider, {"slider": 1})])
+@pytest.mark.parametrize("together", [True, False])
+def test_rigid_bodies_keep_their_directions(make: object, rigid_modes: dict[str, int], together: bool) -> None:
+    """Twelve coordinates of a body in space, one of a mass on a rail; the reduced motion is as good as its basis of the beams."""
+    raw, data, motion = full(make)
+    parts = body_level(raw)
+    found = reduction.bases(raw, data, parts, 1e-12)
+    for name, count in rigid_modes.items():
+        modes = found[name].modes
+        assert modes.shape[1] == count
+        np.testing.assert_allclose(modes.T @ modes, np.eye(count), atol=1e-14)
+    small = reduction.reduce_system(raw, parts, found, together, data.q)
+    assert small.size < raw.size
+    assert reduction.compare(motion, integrate(small, STEP, 0.3, TIGHT)).maximum < 2e-5  # type: ignore[arg-type]
+
+
+def test_the_rigid_directions_are_those_of_the_joints_inside() -> None:
+    """The mass on its rail moves along x alone."""
+    raw, data, _ = full(slider)
+    modes = reduction.bases(raw, data, body_level(raw), 1e-12)["slider"].modes
+    np.testing.assert_allclose(np.abs(modes[:, 0]), [1.0, 0.0], atol=1e-15)
