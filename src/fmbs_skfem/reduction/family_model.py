@@ -23,15 +23,25 @@ from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..dynamics.integration import integrate
 from ..dynamics.trajectory import Trajectory
-from ..systems import compiled
-from ..systems.compiled import compile_system
 from ..systems.quartic import Quartic
 from ..systems.system import Elastic, Sampled, System, keep_constraints
-from . import affine, errors, hyper, pivots, pod, polynomial
+from . import affine, errors, hyper, pod, polynomial
 from .affine import ParametricCase
 from .cases import Case, Family
 from .full_runs import FullRun, Setting, states, steps
-from .galerkin import FEW, all_directions, inner_constraints, is_rigid, projected, reduce_system, rows_of, satisfying
+from .galerkin import (
+    FEW,
+    RowSamples,
+    all_directions,
+    inner_constraints,
+    is_rigid,
+    projected,
+    reduce_system,
+    row_samples,
+    rows_of,
+    rows_to_keep,
+    satisfying,
+)
 from .hyper import Selection, sampled_gather
 from .parameters import Parameter
 from .pod import Basis
@@ -172,15 +182,14 @@ def projection(setting: Setting, found: Modes, rows: Names | None, raw: System) 
 
 def kept_rows(setting: Setting, systems: Sequence[System], runs: Sequence[FullRun], found: Modes) -> Names:
     """Names of the constraint rows that are independent in the reduced space, at states of all runs."""
-    jacobians: list[np.ndarray] = []
+    samples: list[RowSamples] = []
     names: tuple[tuple[str, str], ...] = ()
     for raw, run in zip(systems, runs, strict=True):
         reduced = projection(setting, found, None, raw)
         names = reduced.constraints.names
         few = np.unique(np.linspace(0, len(run.times) - 1, FEW).round().astype(np.int64))
-        model, q = compile_system(reduced), states(setting, raw, run, few)
-        jacobians += [compiled.gap(model, x, t)[1] for x, t in zip(projected(reduced, q), run.times[few], strict=True)]
-    return frozenset(names[k] for k in pivots.independent_rows(jacobians)) if names else frozenset()
+        samples.append(row_samples(reduced, states(setting, raw, run, few), run.times[few]))
+    return frozenset(names[k] for k in rows_to_keep(samples)) if names else frozenset()
 
 
 def training_pairs(

@@ -7,7 +7,8 @@ three classes (section 3.3 of the source), decided by structure and never by the
 
 1. linear, independent of time, inside one component: every snapshot satisfies them, they vanish and are dropped;          (24)-(28)
 2. linear, independent of time, between components: eliminated, xi = T y + d, or kept with multipliers;                    (29)-(36)
-3. all others are kept; rows that depend on others in the reduced space are dropped.
+3. all others are kept but those that depend on others in the reduced space, and those of time-independent joints and rigid frames
+   that the basis cannot meet: closing their gaps at projected snapshots would take REACH times the distance of the basis.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
 """
@@ -29,6 +30,7 @@ from ..systems.system import System, change_coordinates, is_linear, keep_constra
 from . import pivots, pod
 from .pod import Basis
 
+REACH = 10.0  #: change that closes the gaps of a constraint row, over the distance of the snapshots from the basis
 FEW = 8  #: configurations, at least, at which dependent constraint rows are looked for
 
 
@@ -194,7 +196,8 @@ def reduce_system(
         free = change_coordinates(keep_constraints(reduced, rest), np.asarray(T), x0)
         reduced = replace(free, components=(("eliminated", 0, free.size),))
     if configurations is not None and len(reduced.constraints.names):
-        reduced = drop_dependent(reduced, projected(reduced, configurations[:: max(1, len(configurations) // FEW)]))
+        samples = row_samples(reduced, configurations[:: max(1, len(configurations) // FEW)])
+        reduced = keep_constraints(reduced, rows_to_keep([samples]))
     return reduced
 
 
@@ -240,8 +243,31 @@ def check_interfaces(system: System, components: Mapping[str, Sequence[str]], fo
             )
 
 
-def drop_dependent(system: System, configurations: np.ndarray) -> System:
-    """Without constraint rows that are linear combinations of others at all configurations (s, n)."""
-    model = compile_system(system)
-    keep = pivots.independent_rows([compiled.gap(model, x)[1] for x in configurations])
-    return keep_constraints(system, np.asarray(keep)) if len(keep) < len(system.constraints.names) else system
+@dataclass(frozen=True)
+class RowSamples:
+    """Constraint rows of a reduced system at states of the full one."""
+
+    jacobians: np.ndarray  #: (s, m, n)
+    gaps: np.ndarray  #: (s, m) of rows that may be left out, 0 for the others
+    distance: np.ndarray  #: (s,) of the states from the space of the reduced system
+
+
+def row_samples(reduced: System, q: np.ndarray, times: np.ndarray | None = None) -> RowSamples:
+    """Constraint rows at the projections of states q (s, q)."""
+    x = projected(reduced, q)
+    model, terms = compile_system(reduced), reduced.constraints
+    found = [compiled.gap(model, state, float(t)) for state, t in zip(x, np.zeros(len(q)) if times is None else times, strict=True)]
+    may_go = ~is_linear(terms)
+    may_go[terms.row[terms.signal >= 0]] = False
+    return RowSamples(
+        np.array([jacobian for _, jacobian in found]),
+        np.array([gap for gap, _ in found]) * may_go,
+        np.linalg.norm(q - x @ np.asarray(reduced.lift.matrix).T - reduced.lift.offset, axis=1),
+    )
+
+
+def rows_to_keep(samples: Sequence[RowSamples]) -> np.ndarray:
+    """Numbers of the constraint rows that are independent in the reduced space, and that it can meet; from all samples together."""
+    distance = np.concatenate([sample.distance for sample in samples])
+    jacobians, gaps = (np.concatenate([getattr(sample, name) for sample in samples]) for name in ("jacobians", "gaps"))
+    return np.asarray(pivots.independent_rows(list(jacobians), gaps=gaps, reach=REACH * float(np.sqrt(np.mean(distance**2)))))

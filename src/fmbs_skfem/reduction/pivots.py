@@ -60,11 +60,14 @@ def eliminate(D: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
     return T, x0
 
 
-def independent_rows(stack: Sequence[ArrayLike], tolerance: float = 1e-5) -> Indices:
+def independent_rows(
+    stack: Sequence[ArrayLike], tolerance: float = 1e-5, gaps: ArrayLike | None = None, reach: float = np.inf
+) -> Indices:
     """Indices, rising, of the rows to keep of Jacobians (m,r) in several configurations.
 
     A row is left out when one and the same combination of the rows kept gives it in all configurations, to `tolerance` relative to
-    the largest row.
+    the largest row; and when closing its gap (s,m) takes a change of the unknowns beyond `reach`, root mean square over the
+    configurations, after those of the rows kept are closed.
     """
     where = "pivots.independent_rows"
     jacobians = [_matrix(jacobian, where) for jacobian in stack]
@@ -78,7 +81,35 @@ def independent_rows(stack: Sequence[ArrayLike], tolerance: float = 1e-5) -> Ind
         return np.zeros(0, dtype=np.intp)
     triangle, order = qr(side_by_side.T, mode="r", pivoting=True)
     pivots = np.abs(np.diagonal(triangle))
-    return np.sort(order[: int(np.sum(pivots > tolerance * pivots[0]))]).astype(np.intp)
+    found = order[: int(np.sum(pivots > tolerance * pivots[0]))]
+    if gaps is not None:
+        found = _within(np.stack(jacobians), np.asarray(gaps, dtype=np.float64), found, reach)
+    return np.sort(found).astype(np.intp)
+
+
+def _within(jacobians: Array, gaps: Array, candidates: Indices, reach: float) -> Indices:
+    """The candidates whose gaps (s,m) are closed by small changes of the unknowns, one after the other; jacobians (s,m,r).
+
+    What a row adds to the rows before it in each configuration is a direction g (r,) and a gap h: it takes the change h / |g|.
+    """
+    kept: list[int] = []
+    directions: list[Array] = []  # (s,r), of unit length
+    changes: list[Array] = []  # (s,) along them
+    for row in candidates:
+        g, h = jacobians[:, row].copy(), gaps[:, row].copy()
+        for direction, change in zip(directions, changes, strict=True):
+            along = np.sum(jacobians[:, row] * direction, axis=1)
+            g -= along[:, None] * direction
+            h -= along * change
+        size = np.linalg.norm(g, axis=1)
+        if np.linalg.norm(h) > reach * np.linalg.norm(size):
+            continue
+        seen = size > RANK * size.max()
+        safe = np.where(seen, size, 1.0)
+        kept.append(int(row))
+        directions.append(np.where(seen[:, None], g / safe[:, None], 0.0))
+        changes.append(np.where(seen, h / safe, 0.0))
+    return np.array(kept, dtype=np.intp)
 
 
 def _matrix(x: ArrayLike, where: str) -> Array:
