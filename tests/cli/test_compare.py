@@ -10,7 +10,8 @@ import pytest
 
 from fmbs_skfem import scenes
 from fmbs_skfem.cli import compare, figures, tables
-from tests.cli.calls import EXAMPLES, Call, fmbs, scene
+from tests.cli.calls import EXAMPLES, ROOT, Call, fmbs, scene
+from tests.cli.test_picture import RIGID
 
 SCENE = EXAMPLES / "double_pendulum.yaml"
 MAIN = ("system", "component", "system+ecsw", "component+ecsw", "component+ecsw-points", "ffrf")
@@ -171,3 +172,14 @@ def test_published_totals_hold_their_parts() -> None:
     """Table 4: force, solves and products are part of the total; coarse meshes are compared with the same figures."""
     for model in tables.published()["crank-slider"]["models"].values():
         assert model["force_s"] + model["solve_s"] + model.get("product_s", 0.0) < model["total_s"]
+
+
+def test_a_mechanism_of_rigid_bodies_is_compared(tmp_path: Path) -> None:
+    """There are no tangents, cells and least squares to speak of; the tables and plots stand without them."""
+    (tmp_path / "plate_linkage_coarse.msh").write_bytes((ROOT / "meshes" / "plate_linkage_coarse.msh").read_bytes())
+    path = tmp_path / "rigid.yaml"
+    path.write_text(RIGID + "reduction: {snapshots: 1 ms, tolerance: 1e-10, hyper_reduction: {tolerance: 1e-3, sample: points}}\n")
+    done = fmbs("compare", path, "--out", tmp_path / "out", "--no-picture")
+    assert done.code == 0, done.err
+    assert "0.000e+00" in done.out
+    assert "component+ecsw-points" in done.out

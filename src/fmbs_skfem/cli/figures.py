@@ -137,10 +137,11 @@ def spectra(scene: Scene, study: Study, out: Path) -> list[Path]:
         name if level == "component" else level: basis
         for level in ("system", "component")
         for name, basis in bases(study, level).items()
+        if basis.singular_values.any()  # a rigid component may stay where it is
     }
     if found:
         kept = {name: basis.modes.shape[1] for name, basis in found.items()}
-        values = {name: basis.singular_values[: 3 * max(kept.values())] for name, basis in found.items()}
+        values = {name: basis.singular_values[basis.singular_values > 0][: 3 * max(kept.values())] for name, basis in found.items()}
         eps = scene.reduction.tolerance if scene.reduction and scene.reduction.modes is None else None
         files.append(plots.singular_values(out / "singular_values.png", values, kept, eps))
     return files

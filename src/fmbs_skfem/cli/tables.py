@@ -155,7 +155,7 @@ def tangents(study: Study, known: Mapping[str, Any]) -> Table:
         paper = known.get(record.name, {})
         pairs = (
             (f"{1e-6 * record.kr_us:.3e}", f"{paper['kr_s']:.3e}" if paper else ""),
-            (f"{first / record.kr_us:.2f}", f"{paper['kr_ratio']:.2f}" if paper else ""),
+            (f"{first / record.kr_us:.2f}" if record.kr_us else "", f"{paper['kr_ratio']:.2f}" if paper else ""),
         )
         rows.append((record.name, *pick(pairs, known)))
     return named(screen.table("Table 2: time of one reduced tangent", ("model", *headed(("K_r [s]", "ratio"), known)), rows))

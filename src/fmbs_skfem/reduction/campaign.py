@@ -236,9 +236,15 @@ def searched(work: Work, options: Options, done: Sequence[greedy.Iteration], pro
 
 
 def truncates(work: Work) -> bool:
-    """Whether the bases leave out anything of the full runs; where they keep all, snapshots are the limit, and not eps."""
-    modes = work.models[-1].modes
-    return any(modes[name] < sum(len(run.factors[name].values) for run in work.runs) for name in modes)
+    """Whether the bases leave out anything of the full runs; where they keep all, snapshots are the limit, and not eps.
+
+    A rigid component has the same modes in all runs and in the model.
+    """
+    for name, count in work.models[-1].modes.items():
+        known = [run.factors[name].modes.shape[1] for run in work.runs]
+        if count < sum(known) and set(known) != {count}:
+            return True
+    return False
 
 
 def small_enough(work: Work, iterations: Sequence[greedy.Iteration]) -> bool:

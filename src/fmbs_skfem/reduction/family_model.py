@@ -149,12 +149,14 @@ def bases(setting: Setting, raw: System, runs: Sequence[FullRun]) -> dict[str, B
     for name, members in plan.components.items():
         rows = rows_of(raw, members)
         A, a = inner_constraints(raw, rows)
+        if is_rigid(raw, members):
+            values = np.concatenate([run.factors[name].values for run in runs])
+            found[name] = Basis(all_directions(A), np.zeros(len(rows)), np.sort(values)[::-1])
+            continue
         wanted = plan.modes.get(name) if isinstance(plan.modes, Mapping) else plan.modes
         known = [(run.factors[name].modes, run.factors[name].values) for run in runs]
         basis = pod.update(known, np.zeros(len(rows)), plan.tolerance if wanted is None else None, wanted)
         found[name] = replace(basis, modes=np.ascontiguousarray(satisfying(basis.modes.T, A, 0 * a).T))
-        if is_rigid(raw, members):
-            found[name] = replace(basis, modes=all_directions(A))
     return found
 
 

@@ -27,7 +27,7 @@ from . import parameters as boxes
 from . import pod
 from .cases import Case, Family
 from .errors import BLOCK, part
-from .galerkin import inner_constraints, rows_of, satisfying
+from .galerkin import all_directions, inner_constraints, is_rigid, rows_of, satisfying
 from .parameters import Parameter
 from .training import Plan, newton_for
 
@@ -89,6 +89,9 @@ def factor(plan: Plan, raw: System, q: np.ndarray, members: Sequence[str]) -> Fa
     rows = rows_of(raw, members)
     A, a = inner_constraints(raw, rows)
     X = satisfying(q[:, rows] - raw.lift(raw.x0)[rows], A, 0 * a).T
+    if is_rigid(raw, members):
+        modes = all_directions(A)
+        return Factor(modes, np.linalg.svd(X, compute_uv=False)[: modes.shape[1]], modes.T @ X)
     eps = ALL if plan.modes is not None else FINER * plan.tolerance
     basis = pod.basis(X, eps, mean=np.zeros(len(rows)))
     return Factor(basis.modes, basis.singular_values[: basis.modes.shape[1]], basis.modes.T @ X)

@@ -108,10 +108,11 @@ def bases(
         A, a = inner_constraints(system, rows)
         states = satisfying(data.q[:, rows], A, a)
         start = system.lift(system.x0)[rows]
+        if is_rigid(system, members):
+            found[name] = Basis(all_directions(A), start, np.linalg.svd(states - start, compute_uv=False))
+            continue
         basis = pod.basis(states.T, tolerance if modes is None else None, modes, keep=start)
         found[name] = replace(basis, modes=np.ascontiguousarray(satisfying(basis.modes.T, A, 0 * a).T))
-        if is_rigid(system, members):
-            found[name] = replace(basis, modes=all_directions(A), mean=start)
     return found
 
 
