@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -92,3 +93,16 @@ def test_a_mechanism_of_rigid_bodies_is_its_own_reduced_model() -> None:
     for components in (body_level(raw), {"all": tuple(body_level(raw))}):
         small = reduction.reduce_system(raw, components, reduction.bases(raw, data, components, 1e-12), True, data.q)
         assert reduction.compare(motion, integrate(small, STEP, 0.3, TIGHT)).maximum < 1e-8
+
+
+def test_noise_of_the_snapshots_costs_no_rows() -> None:
+    """A complete basis misses nothing, and joints close to Newton's tolerance: that is no reason to leave their rows out."""
+    raw, data, _ = full(platform)
+    noisy = data.q + 1e-10 * np.random.default_rng(0).normal(size=data.q.shape)
+    parts = body_level(raw)
+    found = reduction.bases(raw, data, parts, 1e-12)
+    found |= {name: replace(basis, modes=np.eye(len(basis.mean))) for name, basis in found.items()}
+    small = reduction.reduce_system(raw, parts, found, False, noisy)
+    assert {name for name in small.constraints.names if name[0] == "platform.frame"} == {
+        name for name in raw.constraints.names if name[0] == "platform.frame"
+    }

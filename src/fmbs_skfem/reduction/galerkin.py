@@ -31,6 +31,7 @@ from . import pivots, pod
 from .pod import Basis
 
 REACH = 10.0  #: change that closes the gaps of a constraint row, over the distance of the snapshots from the basis
+NOISE = 1e-8  #: change, over the motion, that is always within reach: snapshots close their joints to Newton's tolerance only
 FEW = 8  #: configurations, at least, at which dependent constraint rows are looked for
 
 
@@ -251,6 +252,7 @@ class RowSamples:
     jacobians: np.ndarray  #: (s, m, n)
     gaps: np.ndarray  #: (s, m) of rows that may be left out, 0 for the others
     distance: np.ndarray  #: (s,) of the states from the space of the reduced system
+    motion: np.ndarray  #: (s,) of the states from the start
 
 
 def row_samples(reduced: System, q: np.ndarray, times: np.ndarray | None = None) -> RowSamples:
@@ -264,11 +266,13 @@ def row_samples(reduced: System, q: np.ndarray, times: np.ndarray | None = None)
         np.array([jacobian for _, jacobian in found]),
         np.array([gap for gap, _ in found]) * may_go,
         np.linalg.norm(q - x @ np.asarray(reduced.lift.matrix).T - reduced.lift.offset, axis=1),
+        np.linalg.norm(q - reduced.lift(reduced.x0), axis=1),
     )
 
 
 def rows_to_keep(samples: Sequence[RowSamples]) -> np.ndarray:
     """Numbers of the constraint rows that are independent in the reduced space, and that it can meet; from all samples together."""
-    distance = np.concatenate([sample.distance for sample in samples])
-    jacobians, gaps = (np.concatenate([getattr(sample, name) for sample in samples]) for name in ("jacobians", "gaps"))
-    return np.asarray(pivots.independent_rows(list(jacobians), gaps=gaps, reach=REACH * float(np.sqrt(np.mean(distance**2)))))
+    fields = ("jacobians", "gaps", "distance", "motion")
+    jacobians, gaps, distance, motion = (np.concatenate([getattr(sample, name) for sample in samples]) for name in fields)
+    reach = max(REACH * np.sqrt(np.mean(distance**2)), NOISE * np.sqrt(np.mean(motion**2)))
+    return np.asarray(pivots.independent_rows(list(jacobians), gaps=gaps, reach=float(reach)))
