@@ -75,7 +75,7 @@ KEYS = {
     "5 own tag": ("circular, ", "!x circular, ", ["scene.yaml:9", "a value without a tag", "'!x'"]),
     "5 tag of YAML": ("schema: 1", "schema: !!int 1", ["scene.yaml:1", "a value without a tag"]),
     "5 tag on a key": ("schema: 1", "!!str schema: 1", ["scene.yaml:1", "a key that is plain text"]),
-    "5 merge key": ("    line: beam", "    <<: {line: beam}", ["scene.yaml:8: bodies.beam.<<: expected one of the keys"]),
+    "5 merge key": ("    line: beam", "    <<: beam", ["scene.yaml:8: expected a mapping, or a list of mappings, behind <<"]),
 }
 
 
