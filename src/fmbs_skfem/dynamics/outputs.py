@@ -22,6 +22,7 @@ from ..systems.kernels import Arrays
 from ..systems.system import Line, Output, System, linear_part
 from .trajectory import Trajectory
 
+STILL = 1e-12  #: energy, over that of crossing the model once in the run, that is the round-off of a model at rest
 UNSURE = 3.0  #: error of the work over its difference from that of every second state
 FEW = 9  #: stored states, below which nothing is said of a rise of the energy balance
 DELTA = 1e-6  #: relative time difference for Phi_t
@@ -137,7 +138,9 @@ def energy_errors(trajectory: Trajectory) -> tuple[float, float]:
     work = work_done(trajectory.times, power)
     balance, scale = stored.sum(axis=1) - work, float(np.ptp(stored, axis=0).max())
     drift = float(np.abs(balance - balance[0]).max())
-    if len(power) < FEW or scale == 0.0:
+    system, duration = trajectory.system, float(np.ptp(trajectory.times))
+    slow = float(system.mass.diagonal().sum()) * (system.scale / max(duration, 1e-300)) ** 2
+    if len(power) < FEW or scale <= STILL * slow:
         return drift, 0.0
     doubt = np.abs(work[::2] - work_done(trajectory.times[::2], power[::2])).max()
     return drift, max(float((balance - balance[0]).max()) - UNSURE * float(doubt), 0.0) / scale
