@@ -85,7 +85,7 @@ def test_few_stored_states_feign_no_gain_of_energy() -> None:
 
 @pytest.mark.parametrize("speed,gain", [(1e-12, 0.0), (1.0, 1.0)])
 def test_round_off_at_rest_is_no_gain_of_energy(speed: float, gain: float) -> None:
-    """A free body in whose stored velocities a speed grows from nothing: an error of the method at 1 m/s, round-off at 1e-12 m/s."""
+    """A free body in whose stored velocities a speed grows from nothing: an error of the method, or round-off at 1e-12 m/s."""
     crank = rigid("crank", 1.0, 1e-3, (0.1, 0.0), dim=2)
     motion = integrate(assemble([crank]), GeneralizedAlpha(1e-3), 0.1)
     grown = np.outer(motion.times / motion.times[-1], [speed, 0.0, 0.0, 0.0, 0.0, 0.0])
