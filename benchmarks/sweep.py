@@ -9,10 +9,10 @@ seconds mean something on an idle machine only: the load is told, too. Writes be
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import os
 import platform
+import runpy
 import subprocess
 import sys
 import tempfile
@@ -34,16 +34,6 @@ def fmbs(*words: str | Path) -> dict[str, Any]:
     return dict(json.loads(done.stdout))
 
 
-def example(name: str) -> Any:
-    """A script of the examples as a module."""
-    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 def row(name: str, model: Path, folder: Path, members: int) -> str:
     """A sweep over the box of a model, as a line of the table."""
     saved = product.summary(product.load(model))
@@ -60,7 +50,7 @@ def main(members: int = 1000) -> str:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         two, three = folder / "pendulum.h5", folder / "train" / "model.h5"
-        example("sweep_pendulum").train(two, None, None, 5)
+        runpy.run_path(str(EXAMPLES / "sweep_pendulum.py"))["train"](two, None, None, 5)
         fmbs("train", EXAMPLES / "pendulum_family.yaml", "--holdout", "0", "--out", three.parent)
         rows = [row("eps 1e-12, eta 1e-3", two, folder / "two", members), row("tolerance 1e-4", three, folder / "three", members)]
     head = [

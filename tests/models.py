@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, eliminate, joints, loads, probes
 from fmbs_skfem.verification.beams import polyline, straight
 from fmbs_skfem.verification.integrator import mass_pendulum
@@ -85,3 +86,19 @@ def cantilever(
         initial,
     )
     return system if all_multipliers else eliminate(system)
+
+
+def platform(cells: int, inertia: np.ndarray, push: tuple[float, float, float] = (0.0, 0.0, 0.0), corners: str = "abc") -> System:
+    """A rigid platform falls into the cables at its corners, its centre pushed by a force [N]; output `place` of the centre."""
+    places = {"a": (0.2, 0.0, 0.0), "b": (-0.1, 0.17, 0.0), "c": (-0.1, -0.17, 0.0)}
+    parts, held = [rigid("platform", 2.0, inertia, (0, 0, 0), places=places)], list[joints.Joint]()
+    for name in corners:
+        x, y, _ = places[name]
+        parts.append(body.cable(name, straight(cells, (x, y, 0), (x, y, 1)), SECTION, MATERIAL))
+        held += [
+            joints.Spherical(f"low {name}", At("platform", name), At(name, "left")),
+            joints.Spherical(f"high {name}", At(name, "right")),
+        ]
+    center = At("platform", "center")
+    forces = [loads.Gravity((0.0, 0.0, -GRAVITY)), loads.PointForce("push", center, push)]
+    return assemble(parts, held, forces, outputs={"place": probes.Position(center)})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import subprocess
 from pathlib import Path
 
@@ -28,6 +29,7 @@ from .calls import EXAMPLES, ROOT, fmbs, scene
 SHORT = "{type: dynamic, duration: 10 ms, step: 1 ms}"
 
 
+@functools.cache
 def opengl() -> bool:
     try:
         pictures.probe()

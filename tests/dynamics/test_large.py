@@ -7,12 +7,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 from fmbs_skfem.bodies import Body, Material
-from fmbs_skfem.bodies.body import cable
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core import krylov
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, large, outputs
-from fmbs_skfem.systems import At, System, assemble, compile_system, compiled, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, System, assemble, compile_system, compiled, eliminate, joints, loads
 
 from .. import models
 from ..bodies.test_plate import rectangle
@@ -104,26 +103,12 @@ def test_chain_of_laminae(count: int) -> None:
     assert np.abs(x.reshape(-1, 4, 3)[:, 0, 1]).max() < 1e-9
 
 
-CORNERS = {"a": (0.2, 0.0, 0.0), "b": (-0.1, 0.17, 0.0), "c": (-0.1, -0.17, 0.0)}
-
-
 def carried(cells: int, corners: str, turn: float, thickness: float) -> Trajectory:
-    """A platform whose corners hang on cables falls into them; J is that of a lamina for thickness 0, turned about x."""
+    """The platform of `models` falls; J is that of a lamina for thickness 0, turned about x."""
     c, s = np.cos(turn), np.sin(turn)
     R = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
     J = R @ np.diag([0.02, 0.02, 0.04 * (1 - thickness)]) @ R.T
-    parts = [rigid("platform", 2.0, J, (0, 0, 0), places=CORNERS)]
-    held: list[joints.Joint] = []
-    for name in corners:
-        x, y, _ = CORNERS[name]
-        parts.append(cable(name, models.straight(cells, (x, y, 0), (x, y, 1)), models.SECTION, models.MATERIAL))
-        held += [
-            joints.Spherical(f"low {name}", At("platform", name), At(name, "left")),
-            joints.Spherical(f"high {name}", At(name, "right")),
-        ]
-    outputs = {"place": probes.Position(At("platform", "center"))}
-    system = assemble(parts, held, [loads.Gravity((0.0, 0.0, -9.81))], outputs=outputs)
-    return integrate(eliminate(system), GeneralizedAlpha(5e-4), 0.05)
+    return integrate(eliminate(models.platform(cells, J, corners=corners)), GeneralizedAlpha(5e-4), 0.05)
 
 
 @pytest.mark.parametrize("cells,corners,turn", [(8, "abc", 0.0), (40, "abc", 0.0), (40, "abc", 0.5), (40, "a", 0.5)])

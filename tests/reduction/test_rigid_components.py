@@ -18,19 +18,11 @@ from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads
 from .. import models
 
 STEP, TIGHT = GeneralizedAlpha(1e-3), Newton(tolerance=1e-11)
-CORNERS = {"a": (0.2, 0.0, 0.0), "b": (-0.1, 0.17, 0.0), "c": (-0.1, -0.17, 0.0)}
 
 
 def platform() -> System:
     """A platform on three parallel cables, pushed aside: it moves on a sphere and hardly turns."""
-    parts = [rigid("platform", 2.0, np.diag([0.02, 0.02, 0.03]), (0, 0, 0), places=CORNERS)]
-    held: list[joints.Joint] = []
-    for name, (x, y, _) in CORNERS.items():
-        parts.append(body.cable(name, models.straight(12, (x, y, 0), (x, y, 1)), models.SECTION, models.MATERIAL))
-        held += [joints.Spherical(f"low {name}", At("platform", name), At(name, "left"))]
-        held += [joints.Spherical(f"high {name}", At(name, "right"))]
-    push = loads.PointForce("push", At("platform", "center"), (3.0, 1.0, 0.0))
-    return assemble(parts, held, [loads.Gravity((0.0, 0.0, -9.81)), push])
+    return models.platform(12, np.diag([0.02, 0.02, 0.03]), (3.0, 1.0, 0.0))
 
 
 def slider() -> System:

@@ -18,7 +18,7 @@ from scipy.linalg import block_diag
 from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
-from ..shapes import plate_meshes
+from ..shapes import plate_audit, plate_meshes
 from ..shapes.plate_meshes import PlateMesh
 from .body import Body, placed
 from .sections import positive
@@ -50,11 +50,8 @@ def rigid(
     positive(where, mass=mass)
     axes = orthonormal(where, np.eye(dim) if rotation is None else np.asarray(rotation, dtype=float), dim)
     c = point(where, center, dim)
-    spread = second_moments(where, inertia, dim)
-    if np.abs(spread - np.diag(np.diag(spread))).max() > LIGHT * np.abs(spread).max():
-        values, vectors = np.linalg.eigh(spread)
-        if values[0] <= LIGHT * values[-1]:
-            spread, axes = np.diag(np.where(values <= LIGHT * values[-1], 0.0, values)), axes @ (vectors * np.linalg.det(vectors))
+    spread, turn = second_moments(where, inertia, dim)
+    axes = axes @ turn
     named = {key: tuple(float(x) for x in (point(where, at, dim) - c) @ axes) for key, at in (places or {}).items()}
     shown = through(np.array(list(named.values())).reshape(-1, dim)) if outline is None else (outline - c) @ axes
     return Body(
@@ -103,21 +100,19 @@ def rigid_from_mesh(
     spread = heavy * moments
     inertia = np.trace(spread) if dim == 2 else np.trace(spread) * np.eye(3) - spread
     named = {key: tuple(at) for key, at in places.items()}
-    return rigid(name, heavy * area, inertia, center, dim=dim, places=named, outline=points[rim(mesh.cells)])
+    return rigid(name, heavy * area, inertia, center, dim=dim, places=named, outline=rim(points, mesh.cells))
 
 
-def rim(cells: np.ndarray) -> np.ndarray:
-    """Numbers (x,) of the nodes around the cells (e, 3 or 4), the longest of the closed lines; the last is the first."""
-    sides = np.stack([cells, np.roll(cells, -1, axis=1)], axis=2).reshape(-1, 2)
-    there = {(int(a), int(b)) for a, b in sides}
-    after = {a: b for a, b in there if (b, a) not in there}
-    loops = []
+def rim(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """The longest of the closed lines (x, c) around the cells (e, 3 or 4); its last point is its first."""
+    after = dict(plate_audit.border(cells, len(points))[0].tolist())
+    lines = []
     while after:
         loop = list(after.popitem())
         while loop[-1] in after:
             loop.append(after.pop(loop[-1]))
-        loops.append(loop)
-    return np.array(max(loops, key=len))
+        lines.append(points[loop])
+    return max(lines, key=lambda line: float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum()))
 
 
 def triangles(cells: np.ndarray) -> np.ndarray:
@@ -152,15 +147,18 @@ def normal_moments(cells: np.ndarray) -> np.ndarray:
     return np.asarray(np.einsum("ic,id,i->cd", n, n, 0.5 / np.linalg.norm(n, axis=1)))
 
 
-def second_moments(where: str, inertia: Numbers, dim: int) -> np.ndarray:
-    """G (c, c) [kg m2] of an inertia, which must belong to a body of positive mass."""
+def second_moments(where: str, inertia: Numbers, dim: int) -> tuple[np.ndarray, np.ndarray]:
+    """G (c, c) [kg m2] of an inertia, which must belong to a body of positive mass, and its axes (c, c) in those of the inertia.
+
+    They are the same but for a body without mass in a direction that is none of them: it gets its principal axes.
+    """
     J = np.asarray(inertia, dtype=float)
     if not np.isfinite(J).all():
         raise InputError(say(f"{where}.inertia", "finite numbers", inertia))
     if dim == 2:
         if J.shape != () or not J > 0:
             raise InputError(say(f"{where}.inertia", "one positive number in the plane [kg m2]", inertia))
-        return 0.5 * float(J) * np.eye(2)
+        return 0.5 * float(J) * np.eye(2), np.eye(2)
     J = np.diag(J) if J.shape == (3,) else J
     if J.shape != (3, 3) or np.abs(J - J.T).max() > 1e-12 * np.abs(J).max():
         raise InputError(say(f"{where}.inertia", "3 principal moments or a symmetric 3 x 3 tensor [kg m2]", inertia))
@@ -170,8 +168,11 @@ def second_moments(where: str, inertia: Numbers, dim: int) -> np.ndarray:
         principal = np.round(np.linalg.eigvalsh(J), 12).tolist()
         remedy = "each principal moment is at most the sum of the others"
         raise InputError(say(f"{where}.inertia", "moments of a body", f"principal moments {principal}", remedy))
+    slanted = np.abs(G - np.diag(np.diag(G))).max() > LIGHT * values[-1]
+    if slanted and values[0] <= LIGHT * values[-1]:
+        return np.diag(np.where(values <= LIGHT * values[-1], 0.0, values)), vectors * np.linalg.det(vectors)
     values[values < 1e-14 * values[-1]] = 0.0
-    return np.asarray((vectors * values) @ vectors.T)
+    return np.asarray((vectors * values) @ vectors.T), np.eye(3)
 
 
 def orthonormal(where: str, rotation: np.ndarray, dim: int) -> np.ndarray:

@@ -81,7 +81,7 @@ def draw(scene: Scene, study: Study, out: Path, pool: Executor) -> list[Future[P
     from ..results.pictures import Look
     from . import picture
 
-    color = picture.color(scene, SHOWN in study.motions)
+    color = picture.color(scene, study.full.system, SHOWN in study.motions)
     wanted = picture.instants(scene, study.full)
     moving = picture.frames(study.full, picture.spread(study.full, FRAMES))
     look = Look(color, title="double pendulum", size=(640, 480))

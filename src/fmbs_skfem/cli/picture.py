@@ -35,7 +35,6 @@ KINDS = {
     "slider": Kind.SLIDER,
     "driven": Kind.DRIVEN_POSITION,
 }
-RIGID = ("point_mass", "rigid", "rigid_plate")  #: types of bodies without strains
 
 
 def frames(trajectory: Trajectory, rows: np.ndarray | None = None, wanted: Collection[str] | None = None) -> Frames:
@@ -179,9 +178,9 @@ def instants(scene: Scene, trajectory: Trajectory) -> list[float] | None:
     return reached or None
 
 
-def color(scene: Scene, compared: bool = False) -> str | None:
+def color(scene: Scene, system: System, compared: bool = False) -> str | None:
     """The field that colours the bodies, None where all are rigid; the error only where there is a full model to compare with."""
-    if all(body.type in RIGID for body in scene.bodies.values()):
+    if usual_color(system) is None:
         return None
     wanted = scene.pictures.color if scene.pictures else "curvature"
     if wanted == "error" and not compared:

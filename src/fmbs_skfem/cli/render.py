@@ -46,7 +46,7 @@ def draw(scene: Scene, trajectory: Trajectory, out: Path, count: int) -> list[Pa
     from ..results.pictures import Look
     from . import picture
 
-    color = picture.color(scene)
+    color = picture.color(scene, trajectory.system)
     rows = picture.spread(trajectory, max(count, INSTANTS))
     fields = (color,) if color else ()
     moving = picture.frames(trajectory, rows, fields)

@@ -212,8 +212,7 @@ def kept_steps(every: int | np.ndarray, steps: int) -> np.ndarray:
 def solver_of(model: Compiled, advance: Advance) -> str:
     """Name of the solver of the linear systems, for reports."""
     if model.plan is not None:
-        inverse = getattr(advance.__self__, "inverse", None)  # type: ignore[attr-defined]
-        return str(inverse.label) if inverse else "sparse factors"
+        return str(advance.__self__.label)  # type: ignore[attr-defined]
     return "dense LU" if model.arrays.dense else f"band Cholesky or LU, half width {model.arrays.mass.store.shape[1] - 1}"
 
 

@@ -57,6 +57,7 @@ class Large:
         self.interface = interface(model, self.turns)
         self.probes = np.asarray(csr_array(system.probes.matrix)[:, self.interface].toarray())
         self.bodies = rotation_weights(model) if self.turns else []
+        self.label = "sparse factors"  #: of the solver, more exactly once there are factors
         self.rate = 1.0  #: contraction, the largest of late measurements
         self.place = model.system.x0  #: configuration where W was factored
         self.factored: list[np.ndarray] = []  #: rotations of the bodies there
@@ -123,6 +124,7 @@ class Large:
         W = csr_array(W + diags_array(shift))
         try:
             self.inverse = inverse(W, self.motions, self.solver)
+            self.label = self.inverse.label
         except SolverError:
             return False
         self.rate, self.place, self.factored = 1.0, w.x.copy(), fitted_turns(self, w.x)

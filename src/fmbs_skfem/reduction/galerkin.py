@@ -228,8 +228,7 @@ def block_basis(
 
 def check_interfaces(system: System, components: Mapping[str, Sequence[str]], found: Mapping[str, Basis], classes: Classes) -> None:
     """A component needs more modes than constraints that link it to others, unless it is rigid and has all there are."""
-    _, A, _ = linear_part(system)
-    rows = linear_part(system)[0]
+    rows, A, _ = linear_part(system)
     linking = A[np.flatnonzero(np.isin(rows, classes.linking))]
     for name, members in components.items():
         links = int((abs(linking[:, rows_of(system, members)]).sum(axis=1) > 0).sum()) if linking.shape[0] else 0

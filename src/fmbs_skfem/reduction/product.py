@@ -10,7 +10,6 @@ training, calibration. It runs without mesh and full model, and is written and c
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -20,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core import durable
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..dynamics.integration import integrate
@@ -93,7 +93,7 @@ def hashes(paths: Iterable[str | Path]) -> dict[str, str]:
     found = {}
     for path in map(Path, paths):
         try:
-            found[path.name] = hashlib.sha256(path.read_bytes()).hexdigest()
+            found[path.name] = durable.sha256(path)
         except OSError as problem:
             raise InputError(say(str(path), "a file that can be read", problem)) from problem
     return found

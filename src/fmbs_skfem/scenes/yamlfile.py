@@ -210,22 +210,22 @@ class _Builder:
 
     def _mapping(self, line: int, level: int) -> Node:
         entries: dict[str, Node] = {}
-        others: dict[str, Node] | None = None  # of the mappings behind the key <<
+        merge = None  # the event of the key <<
         size = 1
         while not isinstance(event := next(self.events), MappingEndEvent):
             if not isinstance(event, ScalarEvent) or event.anchor is not None or event.tag is not None:
                 raise _refuse(self.name, event, "a key that is plain text", "something else")
             key, key_line = str(event.value), event.start_mark.line + 1
-            if key == MERGE and event.style is None and others is None:
-                node = self.node(next(self.events), level + 1)
-                others, size = self._merged(node, event), self._count(size + node.size, event)
-                continue
-            if key in entries or (key == MERGE and others is not None):
-                known = f"in lines {entries[key].line} and {key_line}" if key in entries else f"again in line {key_line}"
-                raise _refuse(self.name, event, f"the key '{key}' once", f"twice, {known}", "delete one")
+            if key in entries:
+                raise _refuse(
+                    self.name, event, f"the key '{key}' once", f"twice, in lines {entries[key].line} and {key_line}", "delete one"
+                )
+            if key == MERGE and event.style is None:
+                merge = event
             entries[key] = replace(self.node(next(self.events), level + 1), line=key_line)
             size = self._count(size + entries[key].size, event)
-        entries = {**(others or {}), **entries}
+        if merge is not None:
+            entries = {**self._merged(entries.pop(MERGE), merge), **entries}
         return Node(entries, line, size, 1 + max((entry.height for entry in entries.values()), default=0))
 
     def _merged(self, node: Node, event: Any) -> dict[str, Node]:
