@@ -1,4 +1,4 @@
-"""One BLAS thread, no window, one folder for what tests write."""
+"""One BLAS thread, no window, one folder for what tests write, and a look whether anything can be drawn."""
 
 from __future__ import annotations
 
@@ -15,6 +15,9 @@ from pathlib import Path
 import pytest
 import threadpoolctl
 
+from fmbs_skfem.core.errors import MissingFeature
+from fmbs_skfem.results import pictures
+
 
 @pytest.fixture(scope="session", autouse=True)
 def one_blas_thread() -> Iterator[None]:
@@ -27,3 +30,12 @@ def one_blas_thread() -> Iterator[None]:
 def output(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder for files that several tests share."""
     return tmp_path_factory.mktemp("output")
+
+
+@pytest.fixture(scope="session")
+def opengl() -> None:
+    """Skip where nothing can be drawn; that commands end well there is tested without OpenGL."""
+    try:
+        pictures.probe()
+    except MissingFeature as error:
+        pytest.skip(str(error))

@@ -57,11 +57,13 @@ def test_the_last_good_state_is_kept(call: Call, folder: Path) -> None:
     assert str(folder / "out" / "failure.h5") in call.json["files"]
 
 
+@pytest.mark.usefixtures("opengl")
 def test_the_last_good_state_is_drawn(call: Call, folder: Path) -> None:
     assert (folder / "out" / "failure.png").read_bytes().startswith(b"\x89PNG")
     assert str(folder / "out" / "failure.png") in call.json["files"]
 
 
+@pytest.mark.usefixtures("opengl")
 @pytest.mark.parametrize("way", WAYS)
 def test_every_way_to_fail_leaves_its_facts_and_a_picture(way: str, tmp_path: Path) -> None:
     """The picture is that of the last good state, also of point masses; a solve that fails before its first step has none."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import subprocess
 from pathlib import Path
 
@@ -14,11 +13,11 @@ from matplotlib import image
 from fmbs_skfem import dynamics, scenes, systems
 from fmbs_skfem.bodies import plate, sections
 from fmbs_skfem.cli import picture
-from fmbs_skfem.core.errors import InputError, MissingFeature
+from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory
 from fmbs_skfem.dynamics.outputs import distances
 from fmbs_skfem.dynamics.trajectory import Statistics
-from fmbs_skfem.results import pictures, series
+from fmbs_skfem.results import series
 from fmbs_skfem.results.frames import Kind, Skins
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import ancf_plate
@@ -27,15 +26,6 @@ from ..models import cantilever, mass_pendulum, spin_up
 from .calls import EXAMPLES, ROOT, fmbs, scene
 
 SHORT = "{type: dynamic, duration: 10 ms, step: 1 ms}"
-
-
-@functools.cache
-def opengl() -> bool:
-    try:
-        pictures.probe()
-    except MissingFeature:
-        return False
-    return True
 
 
 def test_fields_of_a_stretched_beam_and_of_an_arc() -> None:
@@ -196,7 +186,7 @@ def test_a_rigid_mechanism_is_exported(rigid_scene: Path, tmp_path: Path) -> Non
     assert {"displacement", "velocity"} <= set(meshio.read(tmp_path / "out" / "motion" / "00001.vtu").point_data)
 
 
-@pytest.mark.skipif(not opengl(), reason="no off-screen OpenGL here")
+@pytest.mark.usefixtures("opengl")
 def test_a_rigid_mechanism_is_drawn(rigid_scene: Path, tmp_path: Path) -> None:
     done = fmbs("render", rigid_scene, "--out", tmp_path / "out", "--no-gif")
     assert done.code == 0, done.err
@@ -217,7 +207,7 @@ def test_export_writes_a_series_with_all_fields(tmp_path: Path) -> None:
     assert np.abs(data["displacement"][:, 2]).max() == 0
 
 
-@pytest.mark.skipif(not opengl(), reason="no off-screen OpenGL here")
+@pytest.mark.usefixtures("opengl")
 def test_render_draws_a_picture_and_an_animation(tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = fmbs("render", EXAMPLES / "four_bar.yaml", "--out", out, "--duration", "0.05", "--frames", "3", "--json")

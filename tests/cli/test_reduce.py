@@ -9,7 +9,6 @@ import pytest
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
 from fmbs_skfem.reduction import files
 from tests.cli.calls import EXAMPLES, Call, fmbs, scene
-from tests.cli.test_picture import opengl
 
 SCENE = EXAMPLES / "double_pendulum.yaml"
 
@@ -43,7 +42,7 @@ def test_the_file_runs_alone(call: Call, path: Path) -> None:
     assert len(motion.times) == 201
 
 
-@pytest.mark.skipif(not opengl(), reason="no off-screen OpenGL here")
+@pytest.mark.usefixtures("opengl")
 def test_the_file_is_drawn(call: Call, path: Path, tmp_path: Path) -> None:
     drawn = fmbs("run", path, "--duration", "0.1", "--step", "5e-4", "--picture", "--out", tmp_path / "out", "--json")
     assert drawn.code == 0, drawn.err

@@ -100,6 +100,7 @@ def test_refused(model: Path, options: tuple[str, ...], told: str, tmp_path: Pat
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.usefixtures("opengl")
 def test_a_failed_run_is_explained_as_that_of_a_scene_is(model: Path, tmp_path: Path) -> None:
     """A negative Young's modulus has no motion: the part that was reached is kept, with reason, residuals and what to try."""
     out = tmp_path / "out"

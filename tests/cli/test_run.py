@@ -120,6 +120,16 @@ def test_files_of_the_user_are_kept(tmp_path: Path) -> None:
     assert fmbs("run", scene(tmp_path, SHORT), "--out", out / "outputs.csv").code == 3
 
 
+@pytest.mark.parametrize(("command", "name"), [("run", "taken/below"), ("reduce", "taken/below/model.h5"), ("run", "/proc/self")])
+def test_a_place_that_cannot_be_written_is_refused_before_anything_is_solved(command: str, name: str, tmp_path: Path) -> None:
+    """Below a file, and where even the administrator may not write."""
+    (tmp_path / "taken").write_text("a file in the way")
+    done = fmbs(command, scene(tmp_path, SHORT), "--out", tmp_path / name, "--json")
+    assert done.code == 3
+    assert f"--out {tmp_path / name.removesuffix('/model.h5')}: expected a folder that can be" in done.err
+    assert "choose another place" in done.json["message"]
+
+
 def test_the_default_folder_has_the_name_of_the_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert fmbs("run", scene(tmp_path, SHORT), "--no-plots").code == 0

@@ -23,15 +23,6 @@ from . import rollup
 SIZE = (480, 360)
 
 
-@pytest.fixture(scope="module")
-def opengl() -> None:
-    """Skip where nothing can be drawn; that the error is right there is tested without OpenGL below."""
-    try:
-        pictures.probe()
-    except MissingFeature as error:
-        pytest.skip(str(error))
-
-
 @pytest.fixture
 def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A temporary folder of our own, to see what is left in it."""

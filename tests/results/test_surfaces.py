@@ -9,22 +9,13 @@ import meshio
 import numpy as np
 import pytest
 
-from fmbs_skfem.core.errors import InputError, MissingFeature
+from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.results import camera, frames, pictures, render_child, series, surfaces
 from fmbs_skfem.results.frames import Skins
 from fmbs_skfem.results.pictures import Look
 
 from . import sheet
 from .test_pictures import pixels, saturated
-
-
-@pytest.fixture(scope="module")
-def opengl() -> None:
-    """Skip where nothing can be drawn."""
-    try:
-        pictures.probe()
-    except MissingFeature as error:
-        pytest.skip(str(error))
 
 
 def plate() -> Skins:

@@ -68,7 +68,7 @@ def target(session: Session, scene: Scene) -> Path:
         raise InputError(say(f"--out {path}", "a new file", "one that exists", "choose another name, or --force"))
     if path.parent.exists() and not path.parent.is_dir():
         raise InputError(say(f"--out {path}", "a file in a folder", f"'{path.parent}', which is a file"))
-    path.parent.mkdir(parents=True, exist_ok=True)
+    reports.made(path.parent)
     return path
 
 

@@ -37,7 +37,17 @@ def folder(session: Session, default: str | Path, names: Iterable[str], mark: st
     if taken and not session.force and recorded(out / record) != mark:
         got = f"another run's {', '.join(taken)}"
         raise InputError(say(f"--out {out}", "an empty folder or one of the same run", got, "choose another folder, or --force"))
-    out.mkdir(parents=True, exist_ok=True)
+    return made(out)
+
+
+def made(out: Path) -> Path:
+    """A folder that can be written, made where there is none, before anything is solved for it."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise InputError(say(f"--out {out}", "a folder that can be made", problem.strerror, "choose another place")) from problem
+    if not os.access(out, os.W_OK):
+        raise InputError(say(f"--out {out}", "a folder that can be written", "one that is read-only", "choose another place"))
     return out
 
 
