@@ -6,7 +6,6 @@ Usage: python meshes/build.py [folder]. Lengths in metres; every line starts at 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +13,6 @@ import numpy as np
 from skfem import MeshLine
 
 from fmbs_skfem.shapes import meshes
-
-Curve = Callable[[np.ndarray], np.ndarray]  #: arc length (n,) -> points (n,3)
-
-
-def straight(s: np.ndarray) -> np.ndarray:
-    """Along +x."""
-    return np.column_stack([s, 0 * s, 0 * s])
 
 
 def quarter_circle(s: np.ndarray) -> np.ndarray:
@@ -33,20 +25,17 @@ def corner(s: np.ndarray) -> np.ndarray:
     return np.column_stack([np.minimum(s, 1), np.maximum(s - 1, 0), 0 * s])
 
 
-def line(cells: int, length: float, points: dict[str, int], parts: dict[str, tuple[int, int]], curve: Curve) -> meshes.LineMesh:
+def line(
+    cells: int, length: float, points: dict[str, int], parts: dict[str, tuple[int, int]], curve: meshes.Curve
+) -> meshes.LineMesh:
     """A line of equal cells, laid along a curve; `points` name nodes, `parts` name ranges of cells, both counted from the start."""
     grid: Any = MeshLine(np.linspace(0.0, length, cells + 1))
     grid = grid.with_boundaries({name: np.array([node]) for name, node in points.items()})
     grid = grid.with_subdomains({name: np.arange(*part) for name, part in parts.items()})
-    return meshes.LineMesh(
-        points=curve(grid.p[0]),
-        cells=grid.t.T.astype(np.int64),
-        point_groups={name: grid.facets[0, facets].astype(np.int64) for name, facets in grid.boundaries.items()},
-        line_groups={name: cells.astype(np.int64) for name, cells in grid.subdomains.items()},
-    )
+    return meshes.from_skfem(grid, curve)
 
 
-def beam(cells: int, length: float, name: str = "beam", curve: Curve = straight) -> meshes.LineMesh:
+def beam(cells: int, length: float, name: str = "beam", curve: meshes.Curve = meshes.straight) -> meshes.LineMesh:
     """One body with its two ends `left` and `right`."""
     return line(cells, length, {"left": 0, "right": cells}, {name: (0, cells)}, curve)
 
@@ -60,7 +49,7 @@ def everything() -> dict[str, meshes.LineMesh]:
     out["double_pendulum_100.msh"] = pendulum
     arc = beam(40, np.pi / 2, "arc", quarter_circle)
     out |= {"arc_40.msh": arc, "arc_40.vtu": arc}
-    out["cable_40.msh"] = line(40, 2.0, {"left": 0, "middle": 20, "right": 40}, {"cable": (0, 40)}, straight)
+    out["cable_40.msh"] = line(40, 2.0, {"left": 0, "middle": 20, "right": 40}, {"cable": (0, 40)}, meshes.straight)
     return out
 
 

@@ -10,7 +10,7 @@ import pytest
 from fmbs_skfem.core import krylov
 from fmbs_skfem.scenes import json_schema
 
-from .calls import EXAMPLES, fmbs, scene
+from .calls import EXAMPLES, ROOT, fmbs, scene
 
 STATIC = "{type: static, load_steps: 4}"
 SHORT = "{type: dynamic, duration: 10 ms, step: 1 ms}"
@@ -369,3 +369,15 @@ def test_schema_is_that_of_the_scenes(tmp_path: Path) -> None:
     assert fmbs("schema", "--json", "--out", tmp_path).json == expected
     assert json.loads((tmp_path / "scene.schema.json").read_text()) == expected
     assert fmbs("schema", "--out", tmp_path).code == 3
+
+
+def test_the_page_of_the_schema_is_the_one_in_the_documentation() -> None:
+    """Made anew by `fmbs schema --page > docs/scene_reference.md`."""
+    page = fmbs("schema", "--page").out
+    assert page == (ROOT / "docs" / "scene_reference.md").read_text(encoding="utf-8")
+    assert set(json_schema()["$defs"]) - {"Damping", "Initial", "Reduction", "Training", "Compare", "Pictures"} == {
+        line.removeprefix("### ") for line in page.splitlines() if line.startswith("### ")
+    }
+    assert "| `diameter` | a length [m] > 0 | |" in page
+    assert '| `interpolation` | `ancf` or `bfs` or `argyris` | `"ancf"` |' in page
+    assert "| `section` | [Circular](#circular) or [Rectangular](#rectangular) or [Given](#given) | |" in page

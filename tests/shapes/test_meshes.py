@@ -13,6 +13,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+import skfem
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -569,3 +570,16 @@ def test_path_at_the_root_of_the_file_system() -> None:
 def test_limit_of_counts_is_what_the_readme_says() -> None:
     assert msh.MAX_COUNT == 10**6
     assert "a million points and cells" in (FOLDER / "README.md").read_text()
+
+
+def test_lines_of_scikit_fem() -> None:
+    """Boundaries are point groups, subdomains line groups; along a curve nodes lie where it says."""
+    grid = skfem.MeshLine(np.linspace(0.0, 2.0, 5)).with_boundaries({"middle": np.array([2])})
+    grid = grid.with_subdomains({"far": lambda x: x[0] > 1.0})
+    mesh = meshes.from_skfem(grid, lambda s: np.column_stack([np.cos(s), np.sin(s), 0 * s]))
+    assert mesh.point_groups["middle"].tolist() == [2]
+    assert mesh.line_groups["far"].tolist() == [2, 3]
+    np.testing.assert_allclose(np.linalg.norm(mesh.points, axis=1), 1.0, rtol=1e-15)
+    assert meshes.from_skfem(grid).points[2].tolist() == [1.0, 0.0, 0.0]
+    with pytest.raises(InputError, match="expected a MeshLine of first order, got a MeshTri1 in 2 dimensions"):
+        meshes.from_skfem(skfem.MeshTri())

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import Field, StrictInt, StrictStr
 
 from . import fields, plate_fields
-from .models import Count, Model
+from .models import Count, MeshFile, Model
 
 
 class Circular(Model):
@@ -39,21 +39,24 @@ class Material(Model):
 
     young_modulus: fields.Pressure
     density: fields.Density
-    poisson_ratio: Annotated[fields.Number, Field(gt=-1.0, lt=0.5)] = 0.3
+    poisson_ratio: Annotated[fields.Number, Field(gt=-1.0, lt=0.5, description="a number > -1 and < 0.5")] = 0.3
 
 
 class Cable(Model):
     """A thin cable or beam along a line of a mesh file; `refine` splits every mesh cell into that many."""
 
     type: Literal["cable"]
-    mesh: StrictStr
-    line: StrictStr | None = None
+    mesh: MeshFile
+    line: Annotated[StrictStr | None, Field(description="a named line of the mesh; without it the whole mesh")] = None
     interpolation: Literal["bspline", "ancf"] = "bspline"
-    degree: Annotated[StrictInt, Field(ge=2, le=9)] = 3
-    continuity: Annotated[StrictInt, Field(ge=1, le=8)] = 1
+    degree: Annotated[StrictInt, Field(ge=2, le=9, description="of bspline; ancf has 3")] = 3
+    continuity: Annotated[StrictInt, Field(ge=1, le=8, description="derivatives that are continuous from cell to cell")] = 1
     section: Annotated[Circular | Rectangular | Given, Field(discriminator="shape")]
     material: Material | None = None
-    curvature: Literal["exact", "material", "quadratic"] = "exact"
+    curvature: Annotated[
+        Literal["exact", "material", "quadratic"],
+        Field(description="geometric curvature, rotation per reference length, or the norm of the second derivative"),
+    ] = "exact"
     origin: fields.Position | None = None
     rotation: fields.Rotation | None = None
     refine: Annotated[StrictInt, Field(ge=1, le=1000)] = 1
@@ -85,7 +88,7 @@ class RigidPlate(Model):
     """The rigid body that a plate of a mesh file makes; single points of the mesh are its places, beside `frame` and `center`."""
 
     type: Literal["rigid_plate"]
-    mesh: StrictStr
+    mesh: MeshFile
     thickness: fields.Length
     density: fields.Density
     origin: fields.Position | None = None
@@ -95,16 +98,15 @@ class RigidPlate(Model):
 class Plate(Model):
     """A thin plate over a mesh file, in the plane a membrane.
 
-    `face` picks a named group of cells; `arcs` names edges that are circular arcs (ancf; those found by themselves unless given);
-    `rims` makes rigid frames of named edges, with centres in the frame of the scene; `order` is the number of Gauss points a
-    direction.
+    `arcs` are edges that are circular arcs, for ancf; `rims` makes rigid frames of named edges, with centres in the frame of the
+    scene; `order` is the number of Gauss points a direction.
     """
 
     type: Literal["plate"]
-    mesh: StrictStr
-    face: StrictStr | None = None
+    mesh: MeshFile
+    face: Annotated[StrictStr | None, Field(description="a named group of cells; without it the whole mesh")] = None
     interpolation: Literal["ancf", "bfs", "argyris"] = "ancf"
-    arcs: list[StrictStr] | None = None
+    arcs: Annotated[list[StrictStr] | None, Field(description="a list of edges; without it arcs are found")] = None
     thickness: plate_fields.Thickness
     material: Material
     rims: dict[str, plate_fields.Rim] = Field(default_factory=dict)
@@ -121,7 +123,7 @@ class Shell(Model):
     """
 
     type: Literal["shell"]
-    nurbs: StrictStr
+    nurbs: Annotated[StrictStr, Field(description="a file of NURBS patches, its path from the folder of the scene")]
     cells: Count = 1
     degree: Annotated[StrictInt, Field(ge=1, le=10)] | None = None
     unit: fields.Length = 1.0

@@ -259,8 +259,18 @@ Axis = Annotated[
 FollowerForce = Annotated[Vector, *_vector(units.FORCE, follower)]
 
 At = Annotated[Place, plain(place), WithJsonSchema(_PLACE)]
-To = Annotated[Place | Vector | None, plain(target), WithJsonSchema({"anyOf": [*_PLACE["anyOf"], _FIXED, {"type": "null"}]})]
-Carrier = Annotated[Place | None, plain(carrier), WithJsonSchema({"anyOf": [*_PLACE["anyOf"], {"type": "null"}]})]
+To = Annotated[
+    Place | Vector | None,
+    plain(target),
+    WithJsonSchema(
+        {"anyOf": [*_PLACE["anyOf"], _FIXED, {"type": "null"}], "description": "a place as in `at`, a fixed point [m], or ground"}
+    ),
+]
+Carrier = Annotated[
+    Place | None,
+    plain(carrier),
+    WithJsonSchema({"anyOf": [*_PLACE["anyOf"], {"type": "null"}], "description": "a place as in `at`, or ground"}),
+]
 Rotation = Annotated[
     Turn | None,
     plain(turn),
@@ -274,7 +284,8 @@ Rotation = Annotated[
                     "required": ["axis", "angle"],
                     "additionalProperties": False,
                 },
-            ]
+            ],
+            "description": "an angle [rad], in space {axis: [x, y, z], angle: an angle [rad]}",
         }
     ),
 ]

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, StrictBool, StrictStr, ValidationInfo, field_validator
+from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from ..core.problems import Problem
 from . import fields, plate_fields
-from .models import Model
+from .models import BodyName, Model
 
 
 class Pin(Model):
@@ -132,7 +132,7 @@ class Edge(Model):
     """
 
     type: Literal["edge"]
-    body: StrictStr
+    body: BodyName
     edges: plate_fields.Names
     fixed: plate_fields.Letters | None = None
     slope: plate_fields.Letters = ""
@@ -142,7 +142,7 @@ class RimNodes(Model):
     """Every node on edges of a plate keeps its distance to a place or a fixed point, so that the rim itself may deform."""
 
     type: Literal["rim_nodes"]
-    body: StrictStr
+    body: BodyName
     edges: plate_fields.Names
     to: fields.To
 
@@ -228,7 +228,7 @@ class SurfaceLoad(Model):
     """A force per area of the reference surface [N/m2] on a plate or shell, or on named faces of it."""
 
     type: Literal["surface_load"]
-    body: StrictStr
+    body: BodyName
     force: fields.Traction
     faces: plate_fields.Names = ()
     history: fields.History | None = None
@@ -241,7 +241,7 @@ class PressureLoad(Model):
     """
 
     type: Literal["pressure"]
-    body: StrictStr
+    body: BodyName
     pressure: fields.SignedPressure
     faces: plate_fields.Names = ()
     history: fields.History | None = None
@@ -259,7 +259,7 @@ class NormalEdgeLoad(Model):
     """A constant force per length [N/m] of named edges of a planar plate along their outward normal, which turns with them."""
 
     type: Literal["normal_edge_load"]
-    body: StrictStr
+    body: BodyName
     edges: plate_fields.Names
     force: fields.LineForce
 
@@ -268,7 +268,7 @@ class EdgeLoad(Model):
     """A force per length of named edges of a plate or shell in the reference [N/m]."""
 
     type: Literal["edge_load"]
-    body: StrictStr
+    body: BodyName
     edges: plate_fields.Names
     force: fields.EdgeForce
     history: fields.History | None = None

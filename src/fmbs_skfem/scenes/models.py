@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, StrictInt
+from pydantic import BaseModel, ConfigDict, Field, StrictInt, StrictStr
 
 from ..core.problems import Problem
 
 Count: TypeAlias = Annotated[StrictInt, Field(ge=1, le=1_000_000)]
+MeshFile: TypeAlias = Annotated[StrictStr, Field(description="a mesh file (.msh, .vtu), its path from the folder of the scene")]
+BodyName: TypeAlias = Annotated[StrictStr, Field(description="a name of a body")]
 Found: TypeAlias = tuple[tuple[str | int, ...], Problem]
 
 

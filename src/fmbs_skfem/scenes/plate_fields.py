@@ -149,7 +149,11 @@ _SPANS = {
 }
 
 Names = Annotated[tuple[str, ...], plain(names), WithJsonSchema(_NAMES | {"description": "a name or a list of names"})]
-Letters = Annotated[str, plain(letters), WithJsonSchema({"type": "string", "pattern": "^[xyz]{0,3}$"})]
+Letters = Annotated[
+    str,
+    plain(letters),
+    WithJsonSchema({"type": "string", "pattern": "^[xyz]{0,3}$", "description": "letters of xyz, or an empty text"}),
+]
 Thickness = Annotated[
     float | dict[str, float],
     plain(thickness),
@@ -188,7 +192,9 @@ Inertia = Annotated[
 Teeth = Annotated[
     tuple[int, int],
     plain(teeth),
-    WithJsonSchema({"type": "array", "items": {"type": "integer"}, "minItems": 2, "maxItems": 2}),
+    WithJsonSchema(
+        {"type": "array", "items": {"type": "integer"}, "minItems": 2, "maxItems": 2, "description": "two whole numbers"}
+    ),
 ]
 Every = Annotated[
     int | Spans,

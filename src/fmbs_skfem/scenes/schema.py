@@ -112,6 +112,7 @@ __all__ = [
     "json_schema",
 ]
 
+DAMPING = "spectral radius at infinite frequency, from 0 (damps most) to 1 (damps nothing)"
 VERSION = 1  #: newest schema version this release reads; 1 is the oldest
 
 
@@ -146,7 +147,7 @@ class Dynamic(Model):
     constraints: Literal["eliminate", "multipliers"] | None = None
     duration: fields.Time
     step: fields.Time
-    rho_inf: Annotated[fields.Number, Field(ge=0.0, le=1.0)] = 0.8
+    rho_inf: Annotated[fields.Number, Field(ge=0.0, le=1.0, description=DAMPING)] = 0.8
     every: plate_fields.Every = 1
     tolerance: fields.Tolerance = 1e-10
     solver: Literal["own", "pardiso"] = "own"
@@ -214,7 +215,7 @@ class ReactionOutput(Model):
     """Force of a joint."""
 
     type: Literal["reaction"]
-    joint: StrictStr
+    joint: Annotated[StrictStr, Field(description="a name of a joint")]
 
 
 Output: TypeAlias = Annotated[
@@ -233,7 +234,7 @@ class Reduction(Model):
     """POD of snapshots taken every `snapshots` seconds, or span by span; without `components` every body is one."""
 
     snapshots: plate_fields.Snapshots
-    components: dict[str, list[StrictStr]] | None = None
+    components: Annotated[dict[str, list[StrictStr]] | None, Field(description="names, each with a list of bodies")] = None
     tolerance: fields.Tolerance = 1e-12
     modes: fields.Counts | None = None
     hyper_reduction: HyperReduction | None = HyperReduction()

@@ -135,7 +135,7 @@ def _design(value: object, info: ValidationInfo) -> Design:
 
 
 def _default(count: int) -> Any:
-    return Field(default_factory=lambda: Spread(count))
+    return Field(default_factory=lambda: Spread(count), json_schema_extra={"default": count})
 
 
 _COUNT = {"type": "integer", "minimum": 1, "maximum": LARGEST}

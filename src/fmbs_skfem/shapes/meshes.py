@@ -15,7 +15,7 @@ import io
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from scipy.sparse import coo_array, csgraph, csr_array
@@ -40,7 +40,14 @@ class LineMesh:
     path: Path | None = None  #: the file it was read from
 
 
+Curve: TypeAlias = Callable[[Floats], Floats]  #: coordinate along a line (n,) -> points (n,3) [m]
+
 _READERS = {".msh": msh.read, ".vtu": vtu.read}
+
+
+def straight(s: Floats) -> Floats:
+    """Points along +x."""
+    return np.column_stack([s, 0.0 * s, 0.0 * s])
 
 
 def path(text: str, folder: Path, allow_outside: bool = False) -> Path:
@@ -100,6 +107,16 @@ def _neighbour(path: Path) -> str:
     with contextlib.suppress(OSError):
         return errors.closest(path.name, (p.name for p in path.parent.iterdir() if p.suffix in _READERS))
     return ""
+
+
+def from_skfem(mesh: Any, curve: Curve = straight) -> LineMesh:
+    """The mesh of a scikit-fem MeshLine laid along a curve: its boundaries are point groups, its subdomains line groups."""
+    if mesh.p.shape[0] != 1 or mesh.t.shape[0] != 2:
+        got = f"a {type(mesh).__name__} in {mesh.p.shape[0]} dimensions"
+        raise errors.InputError(errors.say("from_skfem", "a MeshLine of first order", got))
+    points = {name: mesh.facets[0, np.asarray(ids)].astype(np.int64) for name, ids in (mesh.boundaries or {}).items()}
+    lines = {name: np.asarray(ids, np.int64) for name, ids in (mesh.subdomains or {}).items()}
+    return LineMesh(curve(mesh.p[0]), mesh.t.T.astype(np.int64), points, lines)
 
 
 def write(mesh: LineMesh, path: Path | str) -> None:

@@ -1,0 +1,69 @@
+"""The guide to scene files: every block of it is a scene that `fmbs check` finds sound, and its meshes are built as it says."""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from ruamel.yaml import YAML
+
+from fmbs_skfem.shapes import meshes, plate_meshes
+
+from ..cli.calls import ROOT, fmbs
+
+GUIDE = (ROOT / "docs" / "scenes.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", GUIDE, re.DOTALL)
+
+
+SCENES = blocks("yaml")
+
+
+def sections(text: str) -> dict[str, Any]:
+    found = YAML(typ="safe").load(text)
+    assert isinstance(found, dict)
+    return found
+
+
+@pytest.mark.parametrize("number", range(len(SCENES)))
+def test_every_block_makes_a_sound_scene(number: int, tmp_path: Path) -> None:
+    """A block replaces and adds sections of the first one, as the guide says."""
+    text = io.StringIO()
+    YAML(typ="safe").dump(sections(SCENES[0]) | sections(SCENES[number]), text)
+    path = tmp_path / "scenes" / "scene.yaml"
+    path.parent.mkdir()
+    path.write_text(text.getvalue())
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes" / "beam_20.msh").write_bytes((ROOT / "meshes" / "beam_20.msh").read_bytes())
+    done = fmbs("check", path, "--strict", "--json")
+    assert done.code == 0, done.err
+
+
+def test_the_first_scene_runs(tmp_path: Path) -> None:
+    """The tip swings about its static deflection P l^3 / (3 EI) (Euler-Bernoulli), less far than twice that: it moves on an arc."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENES[0].replace("../meshes/", ""))
+    (tmp_path / "beam_20.msh").write_bytes((ROOT / "meshes" / "beam_20.msh").read_bytes())
+    done = fmbs("run", path, "--out", tmp_path / "out", "--no-plots", "--json")
+    assert done.code == 0, done.err
+    table = np.genfromtxt(tmp_path / "out" / "outputs.csv", delimiter=",", names=True)
+    static = 0.5 / (3 * 1e9 * np.pi * 0.01**4 / 64)
+    assert 1.2 * static < -table["tip_y"].min() < 2 * static
+
+
+def test_the_meshes_are_built_as_it_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for block in blocks("python"):
+        exec(compile(block, "scenes.md", "exec"), {})
+    line = meshes.read("beam.msh")
+    assert line.points[line.point_groups["right"]].tolist() == [[1.0, 0.0, 0.0]]
+    assert meshes.chain(line).tolist() == list(range(21))
+    plate = plate_meshes.read("plate.vtu", planar=True)
+    assert len(plate.cells) == 64
+    assert len(plate.edge_groups["left"]) == 8
