@@ -183,3 +183,16 @@ def test_a_mechanism_of_rigid_bodies_is_compared(tmp_path: Path) -> None:
     assert done.code == 0, done.err
     assert "0.000e+00" in done.out
     assert "component+ecsw-points" in done.out
+
+
+@pytest.mark.parametrize(
+    ("order", "told"),
+    [
+        (None, "0.0004 m."),
+        (1.98, "0.0004 m, observed order 1.98."),
+        (1.02, "0.0004 m, observed order 1.02; below 2, so that a part of the motion is faster than the step resolves."),
+    ],
+)
+def test_an_order_below_two_is_explained(order: float | None, told: str) -> None:
+    found = {"step": 1e-3, "position": 4e-4, "order": order}
+    assert compare.time_words(found) == f"Error of the full model's own step 0.001 s: {told}"

@@ -205,3 +205,11 @@ def test_system_level_counts_every_body(example_2: Full) -> None:
     assert not model.selections
     few = training.train(example_2.raw, example_2.data, replace(plan, modes=10))
     assert few.system.size == 10
+
+
+def test_motions_that_do_not_differ_have_no_order() -> None:
+    """A cantilever at rest: every step gives the same motion."""
+    full = integrate(models.cantilever(4), GeneralizedAlpha(1e-3), 4e-3)
+    found = runs.step_error(full, {5e-4: full, 2.5e-4: full}, 1e-3)
+    assert found is not None
+    assert (found.position, found.order) == (0.0, None)

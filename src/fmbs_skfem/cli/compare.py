@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 RECORD = "compare.json"
 ETAS = (1e-2, 1e-3, 1e-4)  #: tolerances of the hyper-reduction in the picture of speed and error
+SECOND = 1.5  #: smallest observed order in time that counts as second
 AS_GOOD = 2.0  #: factor to the smallest error of a hyper-reduced model within which the fastest is chosen
 
 
@@ -170,8 +171,11 @@ def time_words(found: Mapping[str, Any] | None) -> str:
     """The error of the time step, beside which errors of reduced models have to be read."""
     if found is None:
         return "The error of the full model's own step is unknown: list half or twice the step under compare.steps."
-    observed = "" if found["order"] is None else f", observed order {found['order']:.2f}"
-    return f"Error of the full model's own step {found['step']:g} s: {found['position']:.2g} m{observed}."
+    order = found["order"]
+    text = f"Error of the full model's own step {found['step']:g} s: {found['position']:.2g} m"
+    text += "" if order is None else f", observed order {order:.2f}"
+    slow = order is not None and order < SECOND
+    return f"{text}; below 2, so that a part of the motion is faster than the step resolves." if slow else f"{text}."
 
 
 def choice_words(report: Mapping[str, Any]) -> list[str]:

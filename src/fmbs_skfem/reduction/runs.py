@@ -109,7 +109,8 @@ def step_error(full: Trajectory, others: Mapping[float, Trajectory], step: float
     first, factor = compare(full, others[near]), 4 / 3 if near < step else 1 / 3
     order = None
     if further and further[0] < near:
-        order = math.log2(first.position_maximum / compare(others[near], others[further[0]]).position_maximum)
+        second = compare(others[near], others[further[0]]).position_maximum
+        order = math.log2(first.position_maximum / second) if first.position_maximum * second > 0.0 else None
     return TimeError(step, first.position_maximum, factor * first.position_maximum, factor * first.maximum, order)
 
 
