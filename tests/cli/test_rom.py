@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import dynamics
+from fmbs_skfem.cli import rom
 from fmbs_skfem.reduction import files, product
 
 from .calls import fmbs
@@ -162,3 +163,8 @@ def test_a_model_at_one_set_of_parameters(tmp_path: Path) -> None:
     refused = fmbs("rom", "run", model, "--set", "E=1e9", "--out", tmp_path / "other")
     assert refused.code == 3
     assert "train one with fmbs train" in refused.err
+
+
+def test_pictures_have_the_name_of_the_scene() -> None:
+    assert rom.title(Path("model.h5"), {"scene": "crank-slider"}) == "crank-slider"
+    assert rom.title(Path("model.h5"), {"scene": ""}) == "model"

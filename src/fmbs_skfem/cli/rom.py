@@ -49,6 +49,7 @@ class Chosen:
 
     case: Case
     facts: dict[str, Any]
+    title: str
 
 
 @click.group("rom", epilog="Both take --json and, for what they write, --out DIR.")
@@ -179,9 +180,9 @@ def solve(session: Session, duration: float | None, step: float | None, plots: b
     out = reports.folder(session, home, names, identity)
     solving.write_outputs(out, motion.times, columns)
     if plots:
-        plot(out, motion.times, columns, session.path.stem)
+        plot(out, motion.times, columns, chosen.title)
     if picture:
-        draw(motion, out, session.path.stem)
+        draw(motion, out, chosen.title)
     found = {**report(session, chosen, motion, columns, error), "fingerprint": identity, "files": [out / name for name in names]}
     found = failure_report.keep(out, found, error, plots)
     reports.keep(session, out, found)
@@ -257,7 +258,7 @@ def at_values(session: Session, duration: float | None, step: float | None) -> C
         "outside": list(parameters.outside(known, point)),
         "predicted_error": predicted(rom, point),
     }
-    return Chosen(timed(session.path, case, duration, step), facts)
+    return Chosen(timed(session.path, case, duration, step), facts, title(session.path, rom.notes))
 
 
 def predicted(rom: Product, point: Mapping[str, float]) -> dict[str, float] | None:
@@ -283,7 +284,12 @@ def alone(session: Session, duration: float | None, step: float | None) -> Chose
     if duration is None or step is None:
         raise InputError(say(f"{session.path}", "--duration and --step", "none", "give both in seconds"))
     case = Case(saved.system, GeneralizedAlpha(step, times.get("rho_inf", 0.8)), duration)
-    return Chosen(timed(session.path, case, duration, step), {})
+    return Chosen(timed(session.path, case, duration, step), {}, title(session.path, saved.notes))
+
+
+def title(path: Path, notes: Mapping[str, Any]) -> str:
+    """The name of the scene that a model is of, or that of its file."""
+    return str(notes.get("scene") or path.stem)
 
 
 def trained_times(path: Path, notes: Mapping[str, Any]) -> dict[str, float]:

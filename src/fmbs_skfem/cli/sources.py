@@ -142,7 +142,7 @@ def saved(session: Session, ranges: Sequence[Limits], duration: float | None, in
     digest = hashlib.sha256(path.read_bytes() + repr(sorted(fixed.items())).encode()).hexdigest()
     task = ProductTask(str(path), fixed, instants)
     parameters = ranged(str(session.path), kept)
-    return Source(session.path.stem, parameters, task, f"{digest} {instants}", prediction.predictor(model), fixed)
+    return Source(rom.title(path, model.notes), parameters, task, f"{digest} {instants}", prediction.predictor(model), fixed)
 
 
 def predicted(source: Source, points: np.ndarray) -> dict[str, np.ndarray]:
