@@ -165,6 +165,16 @@ def test_a_model_at_one_set_of_parameters(tmp_path: Path) -> None:
     assert "train one with fmbs train" in refused.err
 
 
+def test_a_place_that_cannot_be_written_is_refused_before_the_run(
+    model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rom, "attempt", lambda case: pytest.fail("it ran"))
+    (tmp_path / "taken").write_text("a file in the way")
+    done = fmbs("rom", "run", model, "--out", tmp_path / "taken" / "below")
+    assert done.code == 3
+    assert "expected a folder that can be made" in done.err
+
+
 def test_pictures_have_the_name_of_the_scene() -> None:
     assert rom.title(Path("model.h5"), {"scene": "crank-slider"}) == "crank-slider"
     assert rom.title(Path("model.h5"), {"scene": ""}) == "model"

@@ -167,27 +167,32 @@ def solve(session: Session, duration: float | None, step: float | None, plots: b
 
     chosen = (at_values if parametric(session.path) else alone)(session, duration, step)
     identity = f"{mark(session.path)} {chosen.facts.get('parameters', '')} {chosen.case.duration} {chosen.case.scheme.step}"
-    home = f"fmbs-{session.path.stem}"
+    plots = plots and bool(chosen.case.system.outputs)
+    out = reports.folder(session, f"fmbs-{session.path.stem}", written(plots, picture), identity)
     try:
         motion, error = attempt(chosen.case)
     except SolverError as failed:
-        out = reports.folder(session, home, (reports.REPORT,), identity)
         failure_report.keep_start(out, failed, reports.provenance(files=[session.path]))
         raise
-    columns = dynamics.outputs(motion)
-    plots = plots and bool(columns) and len(motion.times) > 1
-    names = (solving.OUTPUTS, reports.REPORT, *([PLOT] if plots else []), *([PICTURE] if picture else []))
-    out = reports.folder(session, home, names, identity)
+    columns, plots = dynamics.outputs(motion), plots and len(motion.times) > 1
     solving.write_outputs(out, motion.times, columns)
     if plots:
         plot(out, motion.times, columns, chosen.title)
     if picture:
         draw(motion, out, chosen.title)
-    found = {**report(session, chosen, motion, columns, error), "fingerprint": identity, "files": [out / name for name in names]}
+    found = {**report(session, chosen, motion, columns, error), "fingerprint": identity}
+    found["files"] = [out / name for name in written(plots, picture)]
     found = failure_report.keep(out, found, error, plots)
     reports.keep(session, out, found)
     tables = [*([solving.table_of_outputs(columns)] if columns else []), *failure_report.views(found)]
     return Result(found, [*words(found), *tables, "written: " + ", ".join(map(str, found["files"]))], error)
+
+
+def written(plots: bool, picture: bool) -> list[str]:
+    """Names of the files that a run leaves."""
+    from . import solving
+
+    return [solving.OUTPUTS, reports.REPORT, *([PLOT] if plots else []), *([PICTURE] if picture else [])]
 
 
 def attempt(case: Case) -> tuple[Trajectory, SolverError | None]:
