@@ -38,13 +38,20 @@ def main(names: list[str]) -> dict[str, dict[str, Any]]:
         scene = scenes.read(ROOT / "examples" / f"{name}.yaml")
         with common.one_thread():
             study = compare.run(scene)
-        written[name] = report = {**compare.report_of(scene, study), "provenance": reports.provenance(scene)}
+            written[name] = report = {**compare.report_of(scene, study), "provenance": provenance(scene)}
         reports.write_json(RESULTS / f"compare_{name}.json", report)
         text = page(report, [*as_text(scene, study), *gap_with_published_modes(scene, study)])
         (RESULTS / f"compare_{name}.md").write_text(text, encoding="utf-8")
         compare.cloud(scene, study, RESULTS, f"compare_{name}.png")
         print(text)
     return written
+
+
+def provenance(scene: Scene) -> dict[str, Any]:
+    """What the numbers depend on, files by their place in the repository."""
+    found = reports.provenance(scene)
+    files = {str(Path(name).relative_to(ROOT)): mark for name, mark in found["files"].items()}
+    return {**found, "file": str(Path(found["file"]).relative_to(ROOT)), "files": files}
 
 
 def as_text(scene: Scene, study: Study) -> list[str]:
