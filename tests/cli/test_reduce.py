@@ -55,6 +55,9 @@ def test_an_existing_file_is_kept(call: Call, path: Path) -> None:
     assert again.code == 3
     assert "--force" in again.err
     assert path.read_bytes() == before
+    below = fmbs("reduce", SCENE, "--duration", "0.1", "--out", path / "below.h5")
+    assert below.code == 3
+    assert f"--out {path}: expected a folder, got a file; choose another name" in below.err
 
 
 def test_a_number_of_modes_at_system_level(tmp_path: Path) -> None:

@@ -101,7 +101,6 @@ def test_refused(model: Path, options: tuple[str, ...], told: str, tmp_path: Pat
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.usefixtures("opengl")
 def test_a_failed_run_is_explained_as_that_of_a_scene_is(model: Path, tmp_path: Path) -> None:
     """A negative Young's modulus has no motion: the part that was reached is kept, with reason, residuals and what to try."""
     out = tmp_path / "out"
@@ -118,12 +117,17 @@ def test_a_failed_run_is_explained_as_that_of_a_scene_is(model: Path, tmp_path: 
     assert failure["residuals"][0]["name"].startswith("beam mode")
     table = np.genfromtxt(out / "outputs.csv", delimiter=",", names=True)
     assert table["t"][-1] == pytest.approx(found["end"])
-    assert (out / "failure.png").is_file()
     shown = fmbs("rom", "run", model, "--set", "E=-1e9", "--no-plots", "--out", out)
     assert "Likely causes" in shown.out
     good = fmbs("rom", "run", model, "--no-plots", "--out", out, "--force")
     assert good.code == 0
     assert not (out / "failure.json").exists()
+
+
+@pytest.mark.usefixtures("opengl")
+def test_a_failed_run_is_drawn(model: Path, tmp_path: Path) -> None:
+    assert fmbs("rom", "run", model, "--set", "E=-1e9", "--out", tmp_path / "out").code == 4
+    assert (tmp_path / "out" / "failure.png").is_file()
 
 
 def test_a_loose_note_is_corrupt(model: Path, tmp_path: Path) -> None:

@@ -25,6 +25,17 @@ def blocks(language: str) -> list[str]:
 SCENES = blocks("yaml")
 
 
+def project(folder: Path, text: str) -> Path:
+    """A scene file in a project with the mesh that the guide takes."""
+    for name in ("scenes", "meshes"):
+        (folder / name).mkdir()
+    mesh = Path("meshes", "beam_20.msh")
+    (folder / mesh).write_bytes((ROOT / mesh).read_bytes())
+    path = folder / "scenes" / "scene.yaml"
+    path.write_text(text)
+    return path
+
+
 def sections(text: str) -> dict[str, Any]:
     found = YAML(typ="safe").load(text)
     assert isinstance(found, dict)
@@ -36,21 +47,13 @@ def test_every_block_makes_a_sound_scene(number: int, tmp_path: Path) -> None:
     """A block replaces and adds sections of the first one, as the guide says."""
     text = io.StringIO()
     YAML(typ="safe").dump(sections(SCENES[0]) | sections(SCENES[number]), text)
-    path = tmp_path / "scenes" / "scene.yaml"
-    path.parent.mkdir()
-    path.write_text(text.getvalue())
-    (tmp_path / "meshes").mkdir()
-    (tmp_path / "meshes" / "beam_20.msh").write_bytes((ROOT / "meshes" / "beam_20.msh").read_bytes())
-    done = fmbs("check", path, "--strict", "--json")
+    done = fmbs("check", project(tmp_path, text.getvalue()), "--strict", "--json")
     assert done.code == 0, done.err
 
 
 def test_the_first_scene_runs(tmp_path: Path) -> None:
     """The tip swings about its static deflection P l^3 / (3 EI) (Euler-Bernoulli), less far than twice that: it moves on an arc."""
-    path = tmp_path / "scene.yaml"
-    path.write_text(SCENES[0].replace("../meshes/", ""))
-    (tmp_path / "beam_20.msh").write_bytes((ROOT / "meshes" / "beam_20.msh").read_bytes())
-    done = fmbs("run", path, "--out", tmp_path / "out", "--no-plots", "--json")
+    done = fmbs("run", project(tmp_path, SCENES[0]), "--out", tmp_path / "out", "--no-plots", "--json")
     assert done.code == 0, done.err
     table = np.genfromtxt(tmp_path / "out" / "outputs.csv", delimiter=",", names=True)
     static = 0.5 / (3 * 1e9 * np.pi * 0.01**4 / 64)

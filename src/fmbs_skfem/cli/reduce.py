@@ -66,8 +66,6 @@ def target(session: Session, scene: Scene) -> Path:
     path = given if given.suffix in SUFFIXES else given / f"{stem}.h5"
     if path.exists() and not session.force:
         raise InputError(say(f"--out {path}", "a new file", "one that exists", "choose another name, or --force"))
-    if path.parent.exists() and not path.parent.is_dir():
-        raise InputError(say(f"--out {path}", "a file in a folder", f"'{path.parent}', which is a file"))
     reports.made(path.parent)
     return path
 

@@ -31,8 +31,6 @@ def folder(session: Session, default: str | Path, names: Iterable[str], mark: st
     Files of another run (whose JSON file `record` has another `fingerprint`, or none) are kept unless --force is given.
     """
     out = session.out or Path(default)
-    if out.exists() and not out.is_dir():
-        raise InputError(say(f"--out {out}", "a folder", "a file", "choose another name"))
     taken = [name for name in names if (out / name).exists()]
     if taken and not session.force and recorded(out / record) != mark:
         got = f"another run's {', '.join(taken)}"
@@ -42,6 +40,8 @@ def folder(session: Session, default: str | Path, names: Iterable[str], mark: st
 
 def made(out: Path) -> Path:
     """A folder that can be written, made where there is none, before anything is solved for it."""
+    if out.exists() and not out.is_dir():
+        raise InputError(say(f"--out {out}", "a folder", "a file", "choose another name"))
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as problem:

@@ -20,22 +20,23 @@ unit, or expressions of parameters: `0.01`, `10 mm`, `d / 2`.
 def page(schema: Node) -> str:
     """The whole schema as Markdown."""
     known, parts = schema["$defs"], [HEAD]
-    plain = {key: value for key, value in schema["properties"].items() if not list(models(value))}
+    sections = {key: models(value) for key, value in schema["properties"].items()}
+    plain = {key: schema["properties"][key] for key, own in sections.items() if not own}
     parts += ["## The file", table(plain, schema.get("required", ()))]
     told: set[str] = set()
-    for key, value in schema["properties"].items():
-        if key in plain:
+    for key, own in sections.items():
+        if not own:
             continue
-        wanted = list(models(value))
         parts.append(f"## `{key}`")
-        if "additionalProperties" in value:
+        wanted = list(own)
+        if "additionalProperties" in schema["properties"][key]:
             parts.append("A mapping of names, each with one of these:")
         while wanted:
             name = wanted.pop(0)
             if name not in told:
                 told.add(name)
                 model = known[name]
-                parts += described(model, name, len(list(models(value))) > 1 or name not in models(value))
+                parts += described(model, name, own != [name])
                 wanted += [one for entry in model.get("properties", {}).values() for one in models(entry)]
     return "\n\n".join(part.strip("\n") for part in parts) + "\n"
 
@@ -100,14 +101,14 @@ def bounds(value: Node) -> str:
     return "".join(f" {sign} {value[key]:g}" for key, sign in signs.items() if key in value)
 
 
-def models(value: Node) -> Iterator[str]:
+def models(value: Node) -> list[str]:
     """Names of the models that a key refers to, each once."""
     found = [reference(value)] if "$ref" in value else []
     for one in (*value.get("anyOf", ()), *value.get("oneOf", ())):
         found += models(one)
     for inside in (value.get("items"), value.get("additionalProperties")):
         found += models(inside) if isinstance(inside, Mapping) else []
-    yield from dict.fromkeys(found)
+    return list(dict.fromkeys(found))
 
 
 def reference(value: Node) -> str:

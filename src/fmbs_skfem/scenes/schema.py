@@ -112,7 +112,6 @@ __all__ = [
     "json_schema",
 ]
 
-DAMPING = "spectral radius at infinite frequency, from 0 (damps most) to 1 (damps nothing)"
 VERSION = 1  #: newest schema version this release reads; 1 is the oldest
 
 
@@ -147,7 +146,10 @@ class Dynamic(Model):
     constraints: Literal["eliminate", "multipliers"] | None = None
     duration: fields.Time
     step: fields.Time
-    rho_inf: Annotated[fields.Number, Field(ge=0.0, le=1.0, description=DAMPING)] = 0.8
+    rho_inf: Annotated[
+        fields.Number,
+        Field(ge=0.0, le=1.0, description="spectral radius at infinite frequency, from 0 (damps most) to 1 (damps nothing)"),
+    ] = 0.8
     every: plate_fields.Every = 1
     tolerance: fields.Tolerance = 1e-10
     solver: Literal["own", "pardiso"] = "own"
