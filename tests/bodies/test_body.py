@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
@@ -15,8 +16,11 @@ from scipy.spatial.transform import Rotation
 from fmbs_skfem.bodies import Curvature, Given, cable, point_mass
 from fmbs_skfem.bodies.body import Body, locate, probe
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.dynamics import vibration_modes
 from fmbs_skfem.shapes import line
-from fmbs_skfem.systems import System, assemble, compile_system, compiled
+from fmbs_skfem.systems import At, System, assemble, compile_system, compiled, eliminate
+from fmbs_skfem.systems.joints import Clamp
 
 from ..models import polyline, straight
 
@@ -231,7 +235,7 @@ def test_point_mass() -> None:
         (lambda: locate(point_mass("bob", 1.0, np.zeros(3)), 0.0), r"'bob': expected one of its points \(center\), got 0\.0"),
         (lambda: locate(point_mass("bob", 1.0, np.zeros(3)), "centre"), "did you mean 'center'"),
         (lambda: probe(point_mass("bob", 1.0, np.zeros(3)), 0.0, 1), "expected a body with a slope"),
-        (lambda: point_mass("bob", -1.0, np.zeros(3)), r"'bob'\.mass: expected a positive number"),
+        (lambda: point_mass("bob", -1.0, np.zeros(3)), r"'bob'\.mass: expected a positive and finite number"),
         (lambda: cable("beam", wave(4), SECTION, dim=2), "plane z = 0, got z up to 0.5 m"),
         (lambda: cable("beam", arc(4), SECTION, curvature=Curvature.QUADRATIC), "a straight line for quadratic curvature"),
         (lambda: cable("beam", straight(4), SECTION, group="upper"), "upper"),
@@ -247,3 +251,39 @@ def test_bad_bodies_are_refused_by_name(make: Callable[[], object], named: str) 
 def test_a_slope_with_jumps_is_refused(degree: int, continuity: int) -> None:
     with pytest.raises(InputError, match="continuity between 1 and degree - 1"):
         cable("beam", straight(3), Given(1.0, 1.0, 1.0), degree=degree, continuity=continuity)
+
+
+# ------------------------------------------------------------------------------------------------------- curved in space
+def test_bending_a_planar_arc_out_of_its_plane_costs_nothing_without_tension() -> None:
+    """The tangent of the reference is zero there; a hoop strain of 1 % gives it the stiffness of a string, N |w'|^2."""
+    with pytest.warns(Notice, match=r"body 'beam' is curved in space.*take dimension 2"):
+        body = cable("beam", arc(12), SECTION)
+    model = compile_system(assemble([body]))
+    out = np.zeros((len(body.reference), 3))
+    out[:, 2] = body.reference[:, 0] * body.reference[:, 1]
+
+    def stiffness(stretch: float) -> float:
+        K = compiled.tangent(model, (stretch * body.reference).ravel(), np.zeros(0))
+        return float(out.ravel() @ (K @ out.ravel())) / float(abs(K).max() * np.sum(out**2))
+
+    assert abs(stiffness(1.0)) < 1e-12
+    assert stiffness(1.01) > 1e-5
+
+
+def test_straight_cables_in_space_and_curved_ones_in_the_plane_are_not_told() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", Notice)
+        cable("beam", straight(4, end=(1.0, 2.0, 3.0)), SECTION)
+        cable("beam", arc(8), SECTION, dim=2)
+
+
+@pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")
+def test_modes_about_a_limp_reference_are_refused() -> None:
+    """About a given state they are not: there a cable may be under tension."""
+    body = cable("beam", arc(8), SECTION)
+    system = eliminate(assemble([body], [Clamp("clamp", At("beam", "left"))]))
+    with pytest.raises(InputError, match=r"straight cables, or a planar scene.*got 'beam', which is curved in space"):
+        vibration_modes(system, 4)
+    assert vibration_modes(system, 4, system.x0).frequencies.max() < 1e-2
+    flat = cable("beam", arc(8), SECTION, dim=2)
+    assert vibration_modes(eliminate(assemble([flat], [Clamp("clamp", At("beam", "left"))])), 1).frequencies[0] > 1.0

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -55,11 +57,22 @@ def test_redundant_rows_are_counted_and_named(tmp_path: Path) -> None:
 
 
 def test_contradicting_joints_stop_the_check_by_name(tmp_path: Path) -> None:
-    path = scene(tmp_path, STATIC)
-    path.write_text(path.read_text().replace("joints:\n", "joints:\n  second: {type: pin, at: beam.left, to: [0.1, 0]}\n"))
+    path = scene(tmp_path, DYNAMIC)
+    drive = "drive: {type: driven_position, at: beam.left, displacement: [0.1 * t, 0]}"
+    path.write_text(path.read_text().replace("joints:\n", f"joints:\n  {drive}\n"))
     done = fmbs("check", path, "--json")
     assert done.code == 4
-    assert "second.x" in done.json["message"] or "clamp.x" in done.json["message"]
+    assert done.json["message"].startswith("joints contradict each other: ")
+    assert "what a drive moves must be free" in done.json["message"]
+    assert "drive.x" in done.json["message"]
+
+
+def test_a_gap_to_a_fixed_point_stops_the_check_with_its_line(tmp_path: Path) -> None:
+    path = scene(tmp_path, STATIC)
+    path.write_text(path.read_text().replace("joints:\n", "joints:\n  second: {type: pin, at: beam.left, to: [5 mm, 0]}\n"))
+    done = fmbs("check", path, "--json")
+    assert done.code == 3
+    assert ":13: joints.second: joint 'second': expected beam.left and the fixed point (0.005, 0) at one" in done.json["message"]
 
 
 def test_a_misspelt_key_is_bad_input_with_a_hint(tmp_path: Path) -> None:
@@ -222,13 +235,14 @@ def test_redundant_rows_say_what_they_follow_from(tmp_path: Path) -> None:
 
 
 def test_contradicting_joints_are_named_in_pairs(tmp_path: Path) -> None:
-    path = scene(tmp_path, STATIC)
-    path.write_text(path.read_text().replace("joints:\n", "joints:\n  second: {type: pin, at: beam.left, to: [0.1, 0]}\n"))
+    path = scene(tmp_path, DYNAMIC)
+    drives = "".join(f"  d{k}: {{type: driven_angle, at: beam.left, angle: {k} * t}}\n" for k in (1, 2))
+    path.write_text(path.read_text().replace("  clamp: {type: clamp,", f"{drives}  clamp: {{type: pin,"))
     done = fmbs("check", path, "--json")
     assert done.code == 4
-    assert [round(one["residual"], 12) for one in done.json["worst"]] == [0.1]
-    assert "second.x" in done.json["message"]
-    assert "clamp.x" in done.json["message"]
+    (row,) = (one["name"] for one in done.json["worst"])
+    other = {"d1.angle": "d2.angle", "d2.angle": "d1.angle"}[row]
+    assert f"{row} with {other}" in done.json["message"]
 
 
 def test_mixed_units_are_told_and_strict_stops(tmp_path: Path) -> None:
@@ -335,7 +349,35 @@ def test_modes_of_a_free_body_are_no_error(tmp_path: Path) -> None:
     path = rigid_scene(tmp_path, {"bar": "0, 0 -> 1, 0"}, {}, analysis="{type: modes, count: 3}")
     done = fmbs("check", path, "--json")
     assert (done.code, done.json["estimates"]["modes"], done.json["mechanism"]["degrees_of_freedom"]) == (0, 3, 3)
-    assert "hangs on no joint to the ground" in done.json["notices"][0]
+    assert any("hangs on no joint to the ground" in notice for notice in done.json["notices"])
+
+
+def test_a_cable_curved_in_space_is_named(tmp_path: Path) -> None:
+    """Its modes about the reference would have frequency 0, eight of them with exit code 0 before; a run is told why it is limp."""
+    text = """\
+schema: 1
+bodies:
+  beam: {type: cable, mesh: arc_40.msh, section: {shape: given, EA: 10 kN, EI: 1 N m^2, rhoA: 1 kg/m}}
+joints:
+  clamp: {type: clamp, at: beam.left}
+analysis: {type: modes, count: 8}
+"""
+    shutil.copy(ROOT / "meshes" / "arc_40.msh", tmp_path)
+    path = tmp_path / "arc.yaml"
+    path.write_text(text, encoding="utf-8")
+    for command in ("check", "run"):
+        done = fmbs(command, path, "--out", tmp_path / "out")
+        assert done.code == 3
+        assert re.search(
+            r"arc\.yaml:6: analysis: expected straight cables.*'beam', which is curved in space.*dimension 2", done.err
+        )
+    path.write_text(text.replace("modes, count: 8", "dynamic, duration: 10 ms, step: 1 ms"), encoding="utf-8")
+    for command in ("check", "run"):
+        done = fmbs(command, path, "--json", "--out", tmp_path / "out")
+        assert done.code == 0
+        assert any("body 'beam' is curved in space" in notice for notice in done.json["notices"])
+    path.write_text(text.replace("schema: 1", "schema: 1\ndimension: 2"), encoding="utf-8")
+    assert fmbs("run", path, "--json", "--out", tmp_path / "flat").json["frequencies_hz"][0] > 0.1
 
 
 def test_a_locked_rigid_linkage_is_told(tmp_path: Path) -> None:

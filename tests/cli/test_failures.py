@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 from matplotlib import image
 
-from fmbs_skfem.cli import failure_report, reports
+from fmbs_skfem.cli import failure_report, reports, solving
 from fmbs_skfem.core.errors import MissingFeature, SolverError
+from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
 from fmbs_skfem.results import pictures
 
+from .. import models
 from ..dynamics.test_diagnosis import WAYS
 from .calls import CANTILEVER, Call, fmbs, scene
 
@@ -113,11 +115,9 @@ def test_without_opengl_the_facts_are_kept(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_a_solve_that_never_starts_is_explained(tmp_path: Path) -> None:
-    """A second clamp of the same end, 0.1 m away."""
-    text = CANTILEVER.replace(
-        "clamp: {{type: clamp, at: beam.left}}",
-        "clamp: {{type: clamp, at: beam.left}}\n  other: {{type: pin, at: beam.left, to: [0, 0.1]}}",
-    )
+    """A drive of the end that starts 0.1 m away from it."""
+    drive = "clamp: {{type: driven_position, at: beam.left, displacement: [0, 0.1 + t]}}"
+    text = CANTILEVER.replace("clamp: {{type: clamp, at: beam.left}}", drive)
     done = fmbs("run", scene(tmp_path, SHORT, text=text), "--out", tmp_path / "out")
     assert done.code == 4
     assert "likely cause: the initial state misses" in done.err
@@ -152,3 +152,75 @@ def test_a_static_failure_names_its_load_factor(tmp_path: Path) -> None:
         assert len(file["x"]) == len(file["unknowns"]) == done.json["unknowns"]
     assert "huge load" in {one["name"] for one in found["causes"]}
     assert np.isfinite([value for pair in found["strains"].values() for value in pair]).all()
+
+
+def test_a_run_that_fails_in_its_first_step_keeps_its_start(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    done = fmbs("run", scene(tmp_path, SHORT, "1e12"), "--json", "--out", out)
+    assert done.code == 4, done.err
+    assert np.loadtxt(out / "outputs.csv", delimiter=",", skiprows=1).reshape(-1, 6)[:, 0].tolist() == [0.0]
+    assert done.json["failure"]["step"] == 1
+    assert (out / "failure.json").is_file()
+
+
+def test_a_run_that_keeps_one_state_is_right(tmp_path: Path) -> None:
+    done = fmbs("run", scene(tmp_path, "{type: dynamic, duration: 10 ms, step: 1 ms, every: 1000}"), "--out", tmp_path / "out")
+    assert done.code == 0, done.err
+
+
+def test_an_internal_error_leaves_its_traceback_and_the_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Here in the balance of energy, after everything is solved."""
+
+    def wrong(*_: object) -> float:
+        raise ZeroDivisionError("oh")
+
+    monkeypatch.setattr(solving, "energy_drift", wrong)
+    out = tmp_path / "out"
+    done = fmbs("run", scene(tmp_path, SHORT), "--out", out, "--json")
+    assert done.code == 1
+    assert done.json["reason"] == "internal error"
+    assert done.json["files"] == [str(out / name) for name in ("internal_error.json", "states.h5", "outputs.csv")]
+    assert "Traceback" not in done.err
+    found = json.loads((out / "internal_error.json").read_text())
+    assert "in wrong" in "".join(found["traceback"])
+    assert found["message"] == "ZeroDivisionError: oh"
+    with h5py.File(out / "states.h5") as file:
+        assert file["times"][-1] == pytest.approx(0.01)
+        assert file["x"].shape == file["v"].shape == file["a"].shape
+        assert len(file["x"]) == len(file["multipliers"]) == 11
+    assert len(np.loadtxt(out / "outputs.csv", delimiter=",", skiprows=1)) == 11
+
+
+def test_an_internal_error_without_results_leaves_its_traceback(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def wrong(*_: object) -> float:
+        raise ZeroDivisionError("oh")
+
+    monkeypatch.setattr(reports, "fingerprint", wrong)
+    monkeypatch.chdir(tmp_path)
+    done = fmbs("check", scene(tmp_path, SHORT))
+    assert done.code == 1
+    assert "written: internal_error.json" in done.err
+    assert "in wrong" in (tmp_path / "internal_error.json").read_text()
+
+
+def test_names_are_drawn_as_they_are(tmp_path: Path) -> None:
+    """A title that matplotlib would read as a formula, and a label that it would hide."""
+    for name in ('"$x^{{$"', "_"):
+        text = CANTILEVER.replace("name: cantilever", f"name: {name}")
+        done = fmbs("run", scene(tmp_path, SHORT, text=text), "--out", tmp_path / "out", "--force")
+        assert done.code == 0, done.err
+        assert (tmp_path / "out" / "outputs.png").is_file()
+
+
+def test_outputs_that_are_not_finite_are_not_drawn(tmp_path: Path) -> None:
+    motion = models.spin_up(2)
+    trajectory = integrate(motion, GeneralizedAlpha(1e-3), 2e-3)
+    assert not solving.plottable(trajectory, {"a": np.array([1.0, np.nan, 1.0])})
+    assert solving.plottable(trajectory, {"a": np.array([1.0, np.nan, 1.0]), "b": np.ones(3)})
+
+
+@pytest.mark.parametrize("duration", ["inf", "nan", "1e300", "1e-300", "-1"])
+def test_durations_that_are_none(duration: str, tmp_path: Path) -> None:
+    done = fmbs("run", scene(tmp_path, SHORT), "--duration", duration, "--out", tmp_path / "out")
+    assert done.code == 3
+    assert "expected 1 to 10000000 steps" in done.err

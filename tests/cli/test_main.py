@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import click
@@ -13,6 +15,7 @@ from click.testing import CliRunner
 from fmbs_skfem.cli import common, screen
 from fmbs_skfem.cli.common import Result, Session
 from fmbs_skfem.cli.main import COMMANDS
+from fmbs_skfem.core import jit
 from fmbs_skfem.core.errors import CorruptFile, InputError, MissingFeature, Reason, SolverError
 from fmbs_skfem.core.notices import notify
 
@@ -71,12 +74,18 @@ ERRORS = [
     (CorruptFile("damaged"), 8, "corrupt file"),
     (KeyboardInterrupt(), 130, "interrupted"),
     (PermissionError("not yours"), 3, "file"),
+    (OSError(errno.ENOSPC, "No space left on device"), 6, "limit reached"),
+    (MemoryError("Unable to allocate 745. GiB"), 6, "limit reached"),
     (ZeroDivisionError("oh"), 1, "internal error"),
 ]
 
 
 @pytest.mark.parametrize(("error", "code", "reason"), ERRORS, ids=[type(error).__name__ for error, _, _ in ERRORS])
-def test_errors_have_their_exit_code_and_no_traceback(error: BaseException, code: int, reason: str) -> None:
+def test_errors_have_their_exit_code_and_no_traceback(
+    error: BaseException, code: int, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+
     def fails(session: Session) -> Result:
         raise error
 
@@ -125,3 +134,28 @@ def test_every_command_is_a_click_command_of_its_name() -> None:
         found = importlib.import_module(f"fmbs_skfem.cli.{name}").command
         assert isinstance(found, click.Command)
         assert found.name == name
+
+
+def test_first_runs_that_begin_together_compile_one_after_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The second one waits, and finds in the cache what the first has compiled; afterwards nobody waits."""
+    monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
+    waits, found = threading.Event(), list[bool]()
+    monkeypatch.setattr(screen, "tell", lambda text: waits.set() if text.startswith("waiting") else None)
+
+    def second() -> None:
+        with screen.compiling(None) as cold:
+            found.append(cold)
+
+    with screen.compiling(None) as cold:
+        assert cold
+        other = threading.Thread(target=second)
+        other.start()
+        assert waits.wait(10.0)
+        assert not found
+        (tmp_path / "stepping.advance-1.py311.1.nbc").touch()
+    other.join(10.0)
+    assert found == [False]
+    waits.clear()
+    second()
+    assert found == [False, False]
+    assert not waits.is_set()

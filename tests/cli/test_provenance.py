@@ -65,9 +65,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         scene(place, analysis).rename(place / f"{name}.yaml")
     jump = scene(place, test_failures.SHORT, test_failures.JUMP)
     (place / "jump.yaml").write_text(jump.read_text())
-    (place / "closed.yaml").write_text(
-        jump.read_text().replace("\nloads:", "\n  other: {type: pin, at: beam.left, to: [0, 0.1]}\nloads:")
-    )
+    drive = "clamp: {type: driven_position, at: beam.left, displacement: [0, 0.1 + t]}"
+    (place / "closed.yaml").write_text(jump.read_text().replace("clamp: {type: clamp, at: beam.left}", drive))
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(place)
         assert fmbs(*TRAIN, "--out", "trained").code == 0

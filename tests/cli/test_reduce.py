@@ -94,7 +94,8 @@ def test_the_exact_polynomial_of_plates_is_saved_and_runs_alone(tmp_path: Path) 
     assert call.code == 0, call.err
     assert call.json["hyper_reduction"] == "exact"
     assert call.json["snnls_s"] == {}
-    assert 0 < call.json["max_error"] < 1e-4
+    assert 0 < call.json["coordinates_error"] < 1e-4
+    assert 0 < call.json["max_error"] < 1e-3  # of the motion, which is small at the start
     motion = integrate(files.load(path), GeneralizedAlpha(call.json["step"], call.json["rho_inf"]), 0.001)
     assert len(motion.times) == 101
 

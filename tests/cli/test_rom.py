@@ -10,11 +10,32 @@ import pytest
 
 from fmbs_skfem import dynamics
 from fmbs_skfem.cli import rom
+from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.reduction import files, product
 
 from .calls import fmbs
-from .test_train import REDUCTION, written
+from .test_train import REDUCTION, kept, written
 
+PENDULUM = """\
+schema: 1
+name: pendulum
+dimension: 2
+bodies:
+  beam:
+    type: cable
+    mesh: beam_10.msh
+    line: beam
+    section: {shape: circular, diameter: 4 mm}
+    material: {young_modulus: 0.1 GPa, density: 1800 kg/m^3}
+joints:
+  hinge: {type: pin, at: beam.left, to: ground}
+loads:
+  weight: {type: gravity, acceleration: [0, -9.81]}
+analysis: {type: dynamic, duration: 0.3 s, step: 1 ms}
+outputs:
+  tip: {type: position, at: beam.right}
+reduction: {snapshots: 5 ms, tolerance: 1e-8, hyper_reduction: {tolerance: 1e-3, sample: points}}
+"""
 TRAINING = "training: {candidates: 11, samples: 3, iterations: 1, max_samples: 4}"
 
 
@@ -68,7 +89,8 @@ def test_without_values_the_nominal_ones_run(model: Path, tmp_path: Path) -> Non
     done = fmbs("rom", "run", model, "--no-plots", "--out", tmp_path / "out")
     assert done.code == 0, done.err
     assert "E = 1e+09" in done.out
-    assert "Predicted error (48):" in done.out
+    assert "Predicted error of the outputs over their ranges:" in done.out
+    assert "Its training cannot promise that: there is one full run only" in done.out
 
 
 def test_outside_the_box_there_is_a_notice_and_no_prediction(model: Path, tmp_path: Path) -> None:
@@ -82,6 +104,11 @@ def test_outside_the_box_there_is_a_notice_and_no_prediction(model: Path, tmp_pa
     )
     longer = fmbs("rom", "run", model, "--duration", "0.3", "--no-plots", "--out", tmp_path / "longer", "--json")
     assert any("runs for 0.3 s, trained for 0.2 s" in text for text in longer.json["notices"])
+    assert longer.json["beyond_training"] == ["runs for 0.3 s, trained for 0.2 s"]
+    assert longer.json["predicted_error"] is None
+    other = fmbs("rom", "run", model, "--step", "2e-3", "--no-plots", "--out", tmp_path / "other")
+    assert "No error is known: a step of 0.002 s, trained with 0.001 s." in other.out
+    assert "Predicted error" not in other.out
 
 
 @pytest.mark.parametrize(
@@ -91,7 +118,8 @@ def test_outside_the_box_there_is_a_notice_and_no_prediction(model: Path, tmp_pa
         (("--set", "EE=1e9"), "got 'EE'; did you mean 'E'?"),
         (("--set", "E=3 mm"), "--set E: expected a value of the dimension of the parameter (pressure), got '3 mm' (length)"),
         (("--set", "E=many"), "--set E: expected"),
-        (("--duration", "-1"), "expected a positive step and a duration of at least one step"),
+        (("--duration", "-1"), "expected a positive step, and a duration of 1 to 10000000 of them"),
+        (("--step", "1e-12"), "expected a positive step, and a duration of 1 to 10000000 of them"),
     ],
 )
 def test_refused(model: Path, options: tuple[str, ...], told: str, tmp_path: Path) -> None:
@@ -164,6 +192,13 @@ def test_a_model_at_one_set_of_parameters(tmp_path: Path) -> None:
     assert done.code == 0, done.err
     assert (done.json["steps"], done.json["dofs"]) == (200, trained.json["dofs"])
     assert fmbs("rom", "info", model, "--json").json["parameters"] == {"E": 1e9, "spin": 3.0}
+    assert (done.json["notices"], done.json["beyond_training"]) == ([], [])
+    longer = fmbs("rom", "run", model, "--duration", "0.6", "--no-plots", "--out", tmp_path / "longer", "--json")
+    told = "the reduced model runs outside its training: runs for 0.6 s, trained for 0.2 s; check its error against a full run"
+    assert told in longer.json["notices"]
+    assert longer.json["beyond_training"] == ["runs for 0.6 s, trained for 0.2 s"]
+    with pytest.warns(Notice, match="runs for 0.4 s, trained for 0.2 s; a step of 0.002 s, trained with 0.001 s"):
+        files.run(files.read(model), duration=0.4, step=2e-3)
     refused = fmbs("rom", "run", model, "--set", "E=1e9", "--out", tmp_path / "other")
     assert refused.code == 3
     assert "train one with fmbs train" in refused.err
@@ -182,3 +217,19 @@ def test_a_place_that_cannot_be_written_is_refused_before_the_run(
 def test_pictures_have_the_name_of_the_scene() -> None:
     assert rom.title(Path("model.h5"), {"scene": "crank-slider"}) == "crank-slider"
     assert rom.title(Path("model.h5"), {"scene": ""}) == "model"
+
+
+def test_a_model_that_loses_energy_beyond_its_training_is_told(tmp_path: Path) -> None:
+    """A soft pendulum trained on the first 0.3 s of its fall: over 2 s it loses what the full run keeps, to 1e-3."""
+    path, model = kept(tmp_path / "pendulum.yaml", PENDULUM), tmp_path / "pendulum.h5"
+    assert fmbs("reduce", path, "--out", model).code == 0
+    done = fmbs("rom", "run", model, "--duration", "2", "--no-plots", "--out", tmp_path / "out", "--json")
+    assert done.code == 0, done.err
+    assert done.json["energy_change"] > 0.05
+    assert any(text.startswith("the energy balance falls by ") for text in done.json["notices"])
+    inside = fmbs("rom", "run", model, "--no-plots", "--out", tmp_path / "inside", "--json")
+    assert inside.json["energy_change"] < 1e-2
+    assert inside.json["notices"] == []
+    full = fmbs("run", path, "--duration", "2", "--no-plots", "--out", tmp_path / "full", "--json")
+    assert full.json["energy_drift"] < 0.01 * done.json["energy_drift"]
+    assert full.json["notices"] == []

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from .calls import EXAMPLES, ROOT, fmbs, scene
+from fmbs_skfem.cli import solving
+
+from .calls import CANTILEVER, EXAMPLES, ROOT, fmbs, scene
 
 STATIC = "{type: static, load_steps: 4}"
 SHORT = "{type: dynamic, duration: 10 ms, step: 1 ms}"
@@ -76,6 +78,56 @@ def test_static_deflection_of_a_cantilever(tmp_path: Path) -> None:
         assert final["tip_y"]["final"] == pytest.approx(load / (3 * stiffness), rel=1e-5)
         assert final["clamp_y"]["final"] == pytest.approx(-load, rel=1e-6)
         assert done.json["energy_drift"] is None
+
+
+def test_a_ramp_of_the_load_is_its_load_factor(tmp_path: Path) -> None:
+    """History t and the load alone are one static problem; `time` stretches the history."""
+    found = {}
+    for name, analysis, history in (
+        ("ramp", STATIC, "t"),
+        ("late", "{type: static, load_steps: 4, time: 2 s}", "t / 2"),
+        ("alone", STATIC, "1"),
+    ):
+        (tmp_path / name).mkdir()
+        done = fmbs("run", scene(tmp_path / name, analysis, history), "--out", tmp_path / name / "out", "--no-plots")
+        assert done.code == 0, done.err
+        found[name] = table(tmp_path / name / "out" / "outputs.csv")[1]
+    assert found["alone"][-1, 2] > 0.1
+    np.testing.assert_allclose(found["ramp"], found["alone"], atol=1e-9)
+    np.testing.assert_allclose(found["late"], found["alone"], atol=1e-9)
+
+
+def test_modes_leave_loads_out_and_say_so(tmp_path: Path) -> None:
+    """A follower force turns with the slope, but the modes of the unloaded beam are those without it."""
+    text = CANTILEVER.replace(
+        "type: point_force, at: beam.right, force: [0, load]", "type: follower, at: beam.right, force: [-30, 0]"
+    )
+    found = []
+    for name, scene_text in (("pushed", text), ("free", CANTILEVER)):
+        (tmp_path / name).mkdir()
+        path = scene(tmp_path / name, "{type: modes, count: 2}", text=scene_text)
+        done = fmbs("run", path, "--json", "--out", tmp_path / name / "out")
+        assert any("modes are those of the unloaded reference" in notice for notice in done.json["notices"])
+        found.append(done.json["frequencies_hz"])
+    assert found[0] == found[1]
+
+
+@pytest.mark.parametrize(
+    ("analysis", "times", "told"),
+    [
+        ("{type: dynamic, duration: 10 ms, step: 4 ms}", np.linspace(0.0, 0.01, 4), "steps of 0.00333333 s are taken"),
+        ("{type: dynamic, duration: 10 ms, step: 1 ms, every: 3}", 1e-3 * np.array([0, 3, 6, 9, 10]), None),
+        ("{type: dynamic, duration: 10 ms, step: 4 ms, every: [{every: 4 ms}]}", 4e-3 * np.arange(3), "end at 0.008 s"),
+    ],
+)
+def test_the_end_is_the_end(analysis: str, times: np.ndarray, told: str | None, tmp_path: Path) -> None:
+    """The last state is that of the duration; where the times that a scene asks for forbid it, the end is told."""
+    done = fmbs("run", scene(tmp_path, analysis), "--json", "--out", tmp_path / "out", "--no-plots")
+    assert done.code == 0, done.err
+    np.testing.assert_allclose(table(tmp_path / "out" / "outputs.csv")[1][:, 0], times, atol=1e-12)
+    notices = done.json["notices"]
+    assert len(notices) == (told is not None)
+    assert all(str(told) in notice for notice in notices)
 
 
 def test_frequencies_of_a_cantilever(tmp_path: Path) -> None:
@@ -192,3 +244,100 @@ def test_an_unknown_parameter_is_refused(tmp_path: Path) -> None:
     done = fmbs("run", scene(tmp_path, SHORT), "--set", "laod=1 N")
     assert done.code == 3
     assert "did you mean 'load'?" in done.err
+
+
+TOP = """\
+schema: 1
+dimension: 3
+bodies:
+  mass: {type: point_mass, mass: 2 kg, position: [0.5, 0, -0.8660254037844386]}
+joints:
+  rod: {type: distance, at: mass, to: [0, 0, 0]}
+loads:
+  weight: {type: gravity, acceleration: [0, 0, -9.81]}
+initial:
+  bodies: {mass: {velocity: [0, 1.6828, 0]}}
+analysis: {type: dynamic, duration: 5 ms, step: 0.1 us, rho_inf: 1.0, every: 100}
+outputs:
+  tension: {type: reaction, joint: rod}
+"""
+
+
+def test_noise_of_reactions_is_told(tmp_path: Path) -> None:
+    """Round-off of positions, over the square of a tiny step, shows in reactions: at 10 us it does not, though nothing damps it."""
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(TOP)
+    noisy = fmbs("run", scene, "--json", "--out", tmp_path / "noisy")
+    assert noisy.code == 0, noisy.err
+    assert "of noise in accelerations and reactions" in noisy.err
+    scene.write_text(TOP.replace("5 ms, step: 0.1 us, rho_inf: 1.0, every: 100", "0.5 s, step: 10 us, rho_inf: 1.0, every: 100"))
+    quiet = fmbs("run", scene, "--json", "--out", tmp_path / "quiet")
+    assert "noise" not in quiet.err
+    assert quiet.json["acceleration_noise"] == pytest.approx(1e-4 * noisy.json["acceleration_noise"], rel=1e-6)
+    tension = quiet.json["outputs"]["tension_length"]
+    assert tension["max"] - tension["min"] < 1e-4 * 22.655
+
+
+@pytest.mark.parametrize("command", ["run", "render", "export"])
+def test_a_folder_of_another_run_is_refused_before_anything_is_solved(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(*_: object, **__: object) -> None:
+        raise AssertionError("solved")
+
+    monkeypatch.setattr(solving, "solve", never)
+    path = scene(tmp_path, "{type: static, load_steps: 1}")
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "outputs.csv").write_text("mine")
+    done = fmbs(command, path, "--out", out)
+    assert done.code == 3
+    assert "another run's outputs.csv" in done.err
+    (out / "file").write_text("")
+    assert fmbs(command, path, "--out", out / "file").code == 3
+
+
+TWO_CELLS = """\
+$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+3
+0 1 "left"
+0 2 "right"
+1 3 "line"
+$EndPhysicalNames
+$Nodes
+3
+1 0 0 0
+2 0.5 0 0
+3 1 0 0
+$EndNodes
+$Elements
+4
+1 15 2 1 1 1
+2 15 2 2 2 3
+3 1 2 3 3 1 2
+4 1 2 3 3 2 3
+$EndElements
+"""
+
+
+@pytest.mark.parametrize("duration,code", [("2.31 s", 4), ("0.6 s", 0)])
+def test_an_energy_that_rises_tenfold_ends_with_exit_code_4(duration: str, code: int, tmp_path: Path) -> None:
+    """Two cells turn at 10 rad/s in steps of 0.3 rad, which all converge: the motion is kept up to where its energy is sound."""
+    (tmp_path / "beam_10.msh").write_text(TWO_CELLS)
+    path = tmp_path / "spinning.yaml"
+    path.write_text(SPINNING.replace("20 ms", "30 ms").replace("rho_inf: 1", "rho_inf: 0.95").replace("2 s", duration))
+    done = fmbs("run", path, "--out", tmp_path / "out", "--json", "--no-plots")
+    assert done.code == code, done.err
+    if code == 0:
+        assert "failure" not in done.json
+        return
+    failure, end = done.json["failure"], done.json["end"]
+    assert done.json["status"] == "error"
+    assert failure["reason"] == "the energy comes from nowhere"
+    assert 0.0 < end < 1.9
+    assert failure["turns"]["beam"] == pytest.approx(0.3, rel=0.2)
+    assert [cause["name"] for cause in failure["causes"]] == ["unstable"]
+    assert np.loadtxt(tmp_path / "out" / "outputs.csv", delimiter=",", skiprows=1)[-1, 0] == pytest.approx(end)

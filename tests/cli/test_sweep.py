@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import csv
+import errno
 import functools
 import json
 import logging
+import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,7 +19,9 @@ from distributed import LocalCluster
 
 from fmbs_skfem import dynamics, reduction, scenes, systems
 from fmbs_skfem.reduction import affine, prediction, product, sweeps
+from fmbs_skfem.reduction.members import Record
 from fmbs_skfem.reduction.product import Product
+from fmbs_skfem.results import sweep_files
 
 from .calls import EXAMPLES, ROOT, fmbs
 from .test_examples import script
@@ -165,12 +170,52 @@ def test_members_of_a_saved_model(model: Path, tmp_path: Path) -> None:
     _, table = rows(out)
     assert len(table) == 5
     with h5py.File(out / "sweep.h5") as file:
-        for k, row in enumerate(table):
-            motion = product.run(rom, E=float(row["E [Pa]"]))
+        for k, (E,) in enumerate(file["parameters"][()]):
+            motion = product.run(rom, np.arange(0, 21, 2), E=E)
             found = dynamics.outputs(motion)
-            np.testing.assert_allclose(file["times"], motion.times[::2])
+            np.testing.assert_allclose(file["times"], motion.times)
             for name in ("tip_x", "tip_y"):
-                np.testing.assert_allclose(file[f"histories/{name}"][k], found[name][::2], rtol=1e-9)
+                np.testing.assert_array_equal(file[f"histories/{name}"][k], found[name])
+
+
+def test_a_full_disk_ends_a_sweep(model: Path, address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(path: Path, data: bytes) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    done = fmbs("sweep", model, "--samples", "2", "--scheduler", address, "--out", tmp_path / "out", "--json")
+    assert (done.code, done.json["reason"]) == (6, "limit reached")
+    assert "room on the disk" in done.err
+    assert "--resume" in done.err
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_a_signal_ends_a_sweep_that_goes_on_later(
+    number: int, code: int, scene: Path, address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write, call = (
+        sweep_files.write,
+        ("sweep", scene, "--samples", "60", "--scheduler", address, "--out", tmp_path / "out", "--json"),
+    )
+
+    def told(folder: Path, record: Record) -> Path:
+        os.kill(os.getpid(), number)
+        return write(folder, record)
+
+    usual = signal.signal(signal.SIGINT, signal.default_int_handler)  # shells start background jobs that ignore it
+    try:
+        with monkeypatch.context() as patch:
+            patch.setattr(sweep_files, "write", told)
+            done = fmbs(*call)
+    finally:
+        signal.signal(signal.SIGINT, usual)
+    assert done.code == code
+    assert f"stopped by {signal.Signals(number).name} after" in done.err
+    assert "--resume" in done.json["message"]
+    there = len(list((tmp_path / "out" / "members").iterdir()))
+    assert 0 < there < 60
+    again = fmbs(*call, "--resume", "--no-plots")
+    assert (again.code, again.json["computed"], again.json["ok"]) == (0, 60 - there, 60)
 
 
 def test_a_trained_model_shows_its_surrogate(model: Path, address: str, tmp_path: Path) -> None:

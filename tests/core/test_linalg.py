@@ -61,3 +61,17 @@ def test_short_rows_count_as_much_as_long_ones() -> None:
 def test_nothing_constrains_nothing(a: np.ndarray) -> None:
     assert linalg.rank(a) == 0
     np.testing.assert_allclose(np.abs(linalg.null_space(a)), np.eye(3))
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_alike_is_the_product_with_the_identity(count: int) -> None:
+    a = csr_array(np.array([[0.0, 2.0, 0.0], [0.0, 0.0, 0.0], [3.0, -1.0, 4.0], [0.0, 0.0, 5.0]]))
+    found = linalg.alike(a, count)
+    np.testing.assert_array_equal(found.toarray(), np.kron(a.toarray(), np.eye(count)))
+    assert found.nnz == count * a.nnz
+
+
+def test_blocks_along_a_diagonal_of_sparse_arrays() -> None:
+    blocks = [csr_array(np.array([[1.0, 2.0]])), csr_array((2, 0)), csr_array((0, 1)), csr_array(np.array([[3.0], [4.0]]))]
+    found = linalg.diagonal(blocks).toarray()
+    np.testing.assert_array_equal(found, [[1, 2, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 3], [0, 0, 0, 4]])

@@ -104,10 +104,16 @@ def test_members_move_as_if_they_were_alone(many: object) -> None:
 
 @FORMS
 def test_driven_joints_and_loads_with_histories(many: object) -> None:
-    systems = suited(many, [driven(rate) for rate in (3.0, 5.0, 8.0)])
-    found = many(systems, SCHEME, 0.3, NEWTON, every=np.array([100, 250, 600]))  # type: ignore[operator]
+    """The two agree to the error that Newton's tolerance leaves in either, which a hundredth of it shows."""
+    systems, every = suited(many, [driven(rate) for rate in (3.0, 5.0, 8.0)]), np.array([100, 250, 600])
+    found = many(systems, SCHEME, 0.3, NEWTON, every=every)  # type: ignore[operator]
+    sharp = replace(NEWTON, tolerance=0.01 * NEWTON.tolerance)
     for one, system in zip(found, systems, strict=True):
-        assert_same(one, integrate(system, SCHEME, 0.3, NEWTON, every=np.array([100, 250, 600])))
+        wanted, exact = (integrate(system, SCHEME, 0.3, newton, every=every) for newton in (NEWTON, sharp))
+        for name in ("x", "v", "multipliers"):
+            left = np.abs(getattr(wanted, name) - getattr(exact, name)).max()
+            assert 0.0 < left < 1e-5 * np.abs(getattr(wanted, name)).max()
+            np.testing.assert_allclose(getattr(one, name), getattr(wanted, name), rtol=0, atol=left)
     assert found[0].times.tolist() == pytest.approx([0.0, 0.05, 0.125, 0.3])
 
 
@@ -143,8 +149,8 @@ def test_members_with_other_numbers_of_steps_form_their_own_block() -> None:
 
 @FORMS
 def test_a_member_that_fails_does_not_hurt_the_others(many: object) -> None:
-    """A force that grows e-fold every 2 ms ends its member with the error of a single run; the others do not notice."""
-    systems = suited(many, [driven(3.0), driven(3.0, 500.0), driven(5.0)])
+    """A force that grows e-fold every 0.5 ms ends its member with the error of a single run; the others do not notice."""
+    systems = suited(many, [driven(3.0), driven(3.0, 2000.0), driven(5.0)])
     found = many(systems, GeneralizedAlpha(1e-3), 0.4, every=10)  # type: ignore[operator]
     with pytest.raises(SolverError) as caught:
         integrate(systems[1], GeneralizedAlpha(1e-3), 0.4, every=10)

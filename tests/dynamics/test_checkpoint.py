@@ -82,10 +82,10 @@ def test_a_split_between_re_used_factors_keeps_them(form: Callable[[System], Sys
     part = stopped(system, 60)
     assert part.checkpoint.arrays["kind"][0] in (1, 2)
     bare = {name: array for name, array in part.checkpoint.arrays.items() if not name.startswith("factors")}
-    bare["kind"] = np.zeros(2, np.int64)
+    bare["kind"] = np.zeros_like(bare["kind"])
     assert_same(integrate(system, SCHEME, STEPS * SCHEME.step, resume=part), whole)
     fresh = integrate(system, SCHEME, STEPS * SCHEME.step, resume=replace(part, checkpoint=replace(part.checkpoint, arrays=bare)))
-    assert fresh.statistics.factorisations != whole.statistics.factorisations
+    assert not np.array_equal(fresh.x, whole.x)
 
 
 @pytest.mark.parametrize("memory", [1e12, 1e5], ids=["direct", "multigrid"])

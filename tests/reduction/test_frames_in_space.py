@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import functools
 
+import numpy as np
 import pytest
 
 from fmbs_skfem import reduction, scenes
+from fmbs_skfem.core.errors import SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.reduction import body_level, galerkin
 from fmbs_skfem.scenes import build
@@ -57,11 +59,14 @@ def error(eps: float) -> tuple[int, float]:
     raw, motion = full()
     data, parts = reduction.snapshots(motion, 1.2e-3), body_level(raw)
     small = reduction.reduce_system(raw, parts, reduction.bases(raw, data, parts, eps), True, data.q)
-    found = integrate(small, STEP, 0.1, NEWTON)
+    try:
+        found = integrate(small, STEP, 0.1, NEWTON)
+    except SolverError:
+        return len(small.constraints.names), np.inf
     return len(small.constraints.names), reduction.compare(motion, found).maximum
 
 
-@pytest.mark.parametrize("eps,bound", [(1e-11, 1e-3), (1e-12, 3e-5), (1e-14, 1e-5)])
+@pytest.mark.parametrize("eps,bound", [(1e-11, 1e-3), (1e-13, 3e-5), (1e-14, 1e-5)])
 def test_rows_out_of_reach_are_left_out(eps: float, bound: float) -> None:
     assert error(eps)[1] < bound
 

@@ -94,7 +94,7 @@ def test_tolerances_below_the_gram_form(small: Reduced) -> None:
 def test_the_sampled_force_is_the_gradient_of_the_sampled_energy(small: Reduced) -> None:
     system, _ = hyper_reduced(small, Level.POINTS)
     x = small.states[250]
-    force, d = elastic_force(system, x), 1e-6
+    force, d = elastic_force(system, x), 1e-7
     for k in range(0, system.size, 5):
         step = d * np.eye(system.size)[k]
         slope = (strain_energy(system, x + step) - strain_energy(system, x - step)) / (2 * d)

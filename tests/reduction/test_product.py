@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -108,6 +109,18 @@ def test_a_notice_outside_of_the_training(saved: Path) -> None:
         product.run(loaded, E=4e8)
 
 
+def test_a_notice_of_a_longer_run_and_of_another_step(saved: Path) -> None:
+    loaded, h = product.load(saved), SCHEME.step
+    with pytest.warns(Notice, match="runs for 0.2 s, trained for 0.1 s; a step of 0.004 s, trained with 0.002 s"):
+        motion = product.run(loaded, 1, 0.2, 4e-3, E=1e9)
+    assert (motion.times[-1], len(motion.times)) == (pytest.approx(0.2), 51)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", Notice)
+        assert product.run(loaded, 1, 10 * h).times[-1] == pytest.approx(10 * h)
+    with pytest.raises(InputError, match="a duration of 1 to 10000000 of them"):
+        product.run(loaded, 1, 0.5 * h)
+
+
 def test_any_damage_is_found(saved: Path) -> None:
     data = saved.read_bytes()
     for place in [0, 40, 60, 90, *range(files.HEADER, len(data), len(data) // 40), len(data) - 1]:
@@ -148,8 +161,8 @@ def test_kinds_of_files_are_told_apart(rom: Product, saved: Path, tmp_path: Path
         product.load(plain)
     with pytest.raises(CorruptFile, match="'fmbs_skfem reduced model' in its first line, got 'fmbs_skfem parametric model'"):
         files.load(saved)
-    saved.write_bytes(saved.read_bytes().replace(b"version 1\n", b"version 2\n", 1))
-    with pytest.raises(CorruptFile, match="expected version 1 of the format, got version 2"):
+    saved.write_bytes(saved.read_bytes().replace(b"version 2\n", b"version 3\n", 1))
+    with pytest.raises(CorruptFile, match="expected version 2 of the format, got version 3"):
         product.load(saved)
     with pytest.raises(InputError, match="a file of a reduced model, got no file"):
         product.load(tmp_path / "absent.rom")

@@ -177,6 +177,8 @@ CHANGES = [
     (b'"beta": 0.0', b'"beta": NaN', r"system\.elastic\[0\]\.beta: expected a finite number, got nan"),
     (b'"slice": [0, 5,', b'"slice": [0, 9,', r"columns: expected a range within 0 to 5, got slice\(0, 9, None\)"),
     (b'"kind": "position"', b'"kind": "possession"', r"outputs\.tip\.kind: expected one of position.*, got 'possession'"),
+    (b'"tip_x"', b'",=cmd()"', r"system\.outputs: expected names that begin with a letter, .*got ',=cmd\(\)'"),
+    (b'["tip", {"type"', b'["=tip", {"type"', r"system\.outputs: expected names that begin with a letter, .*got '=tip'"),
     (b'"signal": 1', b'"signal": 7', r"loads\.laws\[\d\]\.signal: expected a signal from -1 to \d, got 7"),
     (b'"slope": ', b'"slope": 9', r"loads\.laws\[0\]\.slope: expected a row from 0 to \d+, got 9\d+"),
     (b'"exp"', b'"exq"', r"system\.signals\[0\]: expected a function of time, got 'exq'"),
@@ -205,3 +207,18 @@ def test_every_example_is_sound(name: str) -> None:
     raw = build.system(scene)
     for system in (raw, build.chosen_form(scene, raw)):
         soundness.check(system, "system")
+
+
+@pytest.mark.parametrize("name", ["tree", "arrays", "arrays/0"])
+def test_links_to_other_files_are_not_followed(name: str, tmp_path: Path) -> None:
+    path = files.save(squeezed(beam(), 5), tmp_path / "model.rom")
+    kind = parts(path)[0]
+    other = tmp_path / "other.h5"
+    other.write_bytes(path.read_bytes())
+    with h5py.File(path, "r+") as file:
+        del file[name]
+        file[name] = h5py.ExternalLink(str(other), name)
+    body = path.read_bytes()[files.HEADER :]
+    path.write_bytes(files.header(body, kind) + body)
+    with pytest.raises(CorruptFile, match="a link to elsewhere"):
+        files.load(path)

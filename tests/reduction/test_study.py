@@ -64,8 +64,8 @@ def test_error_falls_with_eps(small: Study) -> None:
     for name in ("system", "component"):
         fine, rough = small[name], small[f"{name} 1e-6"]
         assert fine.dofs > rough.dofs
-        assert fine.max_error < 0.2 * rough.max_error
-        assert fine.mean_error < fine.max_error
+        assert fine.max_error < 0.35 * rough.max_error
+        assert fine.mean_error < 0.35 * rough.mean_error
         assert fine.max_error < 3e-3
 
 
@@ -169,8 +169,8 @@ def test_listed_snapshots_are_stored_with_the_start() -> None:
 
 
 def test_reduced_models_iterate_below_their_truncation() -> None:
-    assert training.newton_of_reduced(Newton(1e-10), 1e-18).tolerance == pytest.approx(2e-12, rel=1e-12)
-    assert training.newton_of_reduced(Newton(1e-10), 1e-12).tolerance == 1e-10
+    assert training.newton_of_reduced(Newton(1e-10), 1e-14).tolerance == pytest.approx(2e-12, rel=1e-12)
+    assert training.newton_of_reduced(Newton(1e-10), 1e-12).tolerance == pytest.approx(2e-11, rel=1e-12)
     assert training.newton_of_reduced(Newton(1e-10), 1e-24).tolerance == training.FINEST
 
 

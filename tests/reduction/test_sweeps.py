@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from distributed import LocalCluster
+from distributed import Client, LocalCluster, Security
 
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice, notify
@@ -36,14 +36,13 @@ class Squares:
     notices: tuple[float, ...] = ()
     once: Path | None = None  #: the first member to see that this file is missing makes it and kills its worker
     unprepared: str = ""  #: what happens when it is prepared
-    block: int = 1
 
     def prepare(self) -> sweeps.Work:
         if self.unprepared == "refuses":
             raise InputError("mesh: expected a file, got none")
         if self.unprepared == "dies":
             os.kill(os.getpid(), signal.SIGKILL)
-        return lambda several: [self.square(values["x"]) for values in several]
+        return lambda values: self.square(values["x"])
 
     def square(self, x: float) -> Result:
         if x in self.kills:
@@ -142,11 +141,23 @@ def test_members_that_are_there_are_skipped(address: str) -> None:
     assert (records, outcome.counts) == ({}, {})
 
 
-def test_members_that_advance_together(address: str) -> None:
-    """One that fails in a block does so alone."""
-    records, _ = swept(Squares(diverges=(4.0,), block=4), 10, Options(scheduler=address))
-    check_squares(records, [k for k in range(10) if k != 4])
-    assert records[4].reason == "diverged"
+@pytest.mark.parametrize("count", [1, 3])
+def test_as_many_workers_as_are_asked_for(count: int) -> None:
+    with sweeps.cluster(Options(workers=count), 40) as client:
+        assert len(client.nthreads()) == count
+
+
+def test_nobody_else_reaches_the_processes_of_a_sweep() -> None:
+    """Neither without a key nor with another one; the ports of the scheduler and the workers are of this machine alone."""
+    with sweeps.cluster(Options(workers=1), 4) as client:
+        known = client.scheduler_info()
+        addresses = [known["address"], *known["workers"]]
+        assert all(address.startswith("tls://127.0.0.1:") for address in addresses)
+        with pytest.raises((OSError, TimeoutError)):
+            Client(addresses[0].replace("tls://", "tcp://"), timeout=2.0, set_as_default=False)
+        with pytest.raises((OSError, TimeoutError)):
+            Client(addresses[0], security=Security.temporary(), timeout=2.0, set_as_default=False)
+        assert client.submit(pow, 3, 2).result() == 9
 
 
 @pytest.mark.parametrize(("how", "match"), [("refuses", "mesh: expected a file"), ("dies", "ended while they prepared")])

@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 import pytest
 
-from fmbs_skfem.core.errors import CorruptFile, InputError
+from fmbs_skfem.core.errors import CorruptFile, InputError, NoRoom
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, integrate, integration
 from fmbs_skfem.dynamics.checkpoint import Moment
@@ -62,7 +62,7 @@ def child(work: Callable[[], object]) -> int:
     try:
         work()
         code = 0
-    except segments.NoRoom as error:
+    except NoRoom as error:
         code = error.exit_code
     finally:
         os._exit(code)
@@ -132,13 +132,15 @@ def test_a_full_disk_ends_the_run_and_leaves_what_was_closed(
     assert same(go_on(tmp_path), unbroken)
 
 
-def test_a_full_disk_says_so() -> None:
-    with (
-        pytest.raises(segments.NoRoom, match=r"/dev/full: expected room on the disk.*fmbs resume") as caught,
-        segments.room(Path("/dev/full")),
-    ):
-        Path("/dev/full").write_bytes(b"x")
-    assert caught.value.exit_code == 6
+def test_a_full_disk_says_so(tmp_path: Path, written: Path) -> None:
+    """To go on is advised where there is something to go on from."""
+    for folder, advice in ((tmp_path, "run it again"), (written, "fmbs resume")):
+        with (
+            pytest.raises(NoRoom, match=rf"/dev/full: expected room on the disk.*{advice}") as caught,
+            segments.room(Path("/dev/full"), folder),
+        ):
+            Path("/dev/full").write_bytes(b"x")
+        assert caught.value.exit_code == 6
     with pytest.raises(FileNotFoundError), segments.room(Path("nowhere")):
         Path("/nowhere/file").write_bytes(b"x")
 

@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 import pytest
 
-from fmbs_skfem.core.errors import CorruptFile, InputError
+from fmbs_skfem.core.errors import CorruptFile, InputError, NoRoom
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.reduction.members import Record, Result, Status
 from fmbs_skfem.reduction.parameters import Parameter, Scale
@@ -119,7 +119,7 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
     """/dev/full takes no byte: ENOSPC as on a full disk."""
     sweep_files.write(tmp_path, record(0))
     (tmp_path / "members" / "000001.h5.part").symlink_to("/dev/full")
-    with pytest.raises(InputError, match=r"000001\.h5: expected a place that can be written.*No space left.*--resume"):
+    with pytest.raises(NoRoom, match=r"000001\.h5: expected room on the disk.*no space left.*--resume"):
         sweep_files.write(tmp_path, record(1))
     assert sorted(item.name for item in (tmp_path / "members").iterdir()) == ["000000.h5"]
     assert same(sweep_files.read(sweep_files.path(tmp_path, 0)), record(0))

@@ -47,6 +47,13 @@ def test_row_16_no_nurbs(content: bytes, tmp_path: Path) -> None:
     refused(path, "scene.yaml:3: bodies.roof: ", "roof.json")
 
 
+@pytest.mark.parametrize("command", ["check", "run", "reduce", "compare", "export", "render", "train", "sweep"])
+def test_row_16_every_command_names_a_missing_mesh(command: str, tmp_path: Path) -> None:
+    """With its place in the scene, before files are hashed or a folder is made."""
+    path = beam(tmp_path, changed(BEAM, "beam_5.msh", "beam_6.msh") + "reduction: {snapshots: 1 ms}\n")
+    refused(path, "scene.yaml:5: bodies.beam: mesh", "no such file; did you mean 'beam_5.msh'?", command=(command,))
+
+
 def test_row_16_no_files(tmp_path: Path) -> None:
     refused(beam(tmp_path, changed(BEAM, "beam_5.msh", "beam_6.msh")), "no such file; did you mean 'beam_5.msh'?")
     refused(beam(tmp_path, changed(BEAM, "beam_5.msh", ".")), "a .msh or .vtu file")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,10 @@ from fmbs_skfem.bodies.laws import Law
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha
 from fmbs_skfem.scenes import build, plate_fields, schema, surfaces, times
+from fmbs_skfem.shapes import nurbs, nurbs_file
 from fmbs_skfem.systems import joints, loads, probes
+
+from ..shapes.test_smoothing import annulus
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -221,7 +225,7 @@ def test_spatial_system() -> None:
         ("until: 50 ms", "until: 50.5 ms", r"scene:43: reduction.snapshots\[1\].until: expected a multiple"),
         ("component: x", "component: z", "scene:39: outputs.x_B.component: expected x or y in the plane"),
         ("reduction:", "pictures: {color: von_mises}\nreductio:", "scene:44: reductio: .* did you mean 'reduction'"),
-        ("reduction:", "compare: {coarse: [5]}\nreduction: {snapshots: 1.5 s}\n#", "^$"),
+        ("reduction:", "compare: {coarse: [5]}\nreduction: {snapshots: 0.5 s}\n#", "^$"),
     ],
 )
 def test_planar_problems_have_file_and_line(before: str, after: str, message: str) -> None:
@@ -395,3 +399,42 @@ def moment_of_inertia(part: bodies.Body, center: tuple[float, float]) -> float:
     """int r^2 dm about a centre [kg m2]."""
     r = part.reference - np.outer(part.constant, center)
     return float(sum(r[:, c] @ (part.mass @ r[:, c]) for c in range(2)))
+
+
+RING = """\
+schema: 1
+bodies:
+  ring: {type: shell, nurbs: ring.json, cells: 1, degree: 3, thickness: 3 cm, material: {young_modulus: 21 MPa, density: 1}}
+joints:
+  clamp: {type: edge, body: ring, edges: xi1_min, slope: z}
+loads:
+  lift: {type: edge_load, body: ring, edges: xi1_max, force: [0, 0, 1 mN/m]}
+analysis: {type: static}
+"""
+
+
+@pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")
+def test_a_ring_is_slit_where_the_scene_says_so(tmp_path: Path) -> None:
+    """The file does not say whether its nine-point patch is closed; an edge that was joined away holds and carries nothing."""
+    nurbs_file.write(tmp_path / "ring.json", nurbs.surface(*annulus(6.0, 10.0)))
+    with pytest.raises(InputError) as caught:
+        build.system(scenes.loads(RING, tmp_path))
+    for line in (
+        r"joints\.clamp\.edges: .* got 'xi1_min', which is joined",
+        r"loads\.lift\.edges: .* got 'xi1_max', which is joined",
+    ):
+        assert re.search(line, str(caught.value))
+    slit = build.system(scenes.loads(RING.replace("cells: 1", "cells: 1, join: false"), tmp_path))
+    closed = build.system(scenes.loads(RING.replace("cells: 1", "cells: 1, join: true"), tmp_path))
+    n1, n2 = 4 * 3 + 1, 4  # functions of both directions, of which inner knots tie three
+    assert slit.size == 3 * (n1 - 3) * n2
+    assert closed.size == 3 * (n1 - 1 - 4) * n2
+
+
+@pytest.mark.parametrize("join", [True, False])
+def test_a_file_says_whether_it_is_closed_and_the_scene_stands_above_it(tmp_path: Path, join: bool) -> None:
+    nurbs_file.write(tmp_path / "ring.json", nurbs.surface(*annulus(6.0, 10.0), join=join))
+    model = scenes.loads(RING, tmp_path).bodies["ring"]
+    count = surfaces.shape(model, tmp_path).count
+    assert count == (12 if join else 13) * 4
+    assert surfaces.shape(model.model_copy(update={"join": not join}), tmp_path).count == (13 if join else 12) * 4

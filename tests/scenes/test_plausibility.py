@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import scenes
-from fmbs_skfem.bodies import Material
+from fmbs_skfem.bodies import Material, body
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.scenes import build, plausibility
@@ -145,6 +145,15 @@ def test_given_sections_have_a_wave_speed_and_a_slenderness_too() -> None:
     assert found.slenderness == pytest.approx(500.0, rel=1e-12)
 
 
+def test_quadratic_cells_of_a_slender_line_are_told() -> None:
+    """EA h^2 / EI = (4 h / d)^2 = 1.6e5 for 20 cells of a wire of 0.5 mm; a cubic or a thicker rod is silent."""
+    thin = "{shape: circular, diameter: 0.5 mm}"
+    quadratic = thin + "\n    degree: 2"
+    assert "quadratic cells with EA h^2 / EI = 1.6e+05" in judged(section=quadratic, g="0")[1]["bodies", "beam", "degree"]
+    assert ("bodies", "beam", "degree") not in judged(section=thin, g="0")[1]
+    assert ("bodies", "beam", "degree") not in judged(section="{shape: circular, diameter: 10 mm}\n    degree: 2", g="0")[1]
+
+
 @pytest.mark.filterwarnings("ignore:.*the wave speed")
 def test_a_body_that_its_weight_crushes_is_told() -> None:
     """rho g L / E = 1e3 * 9.81 / 1e5 = 9.81 %."""
@@ -175,7 +184,7 @@ def test_rigid_bodies_are_as_large_as_their_places_are_apart() -> None:
         rotation=np.array([[0.0, -1.0], [1.0, 0.0]]),
         places={"A": (98.0, -1.0), "B": (102.0, 2.0)},
     )
-    assert plausibility.extent_of(part) == pytest.approx(5.0, rel=1e-12)
+    assert body.extent(part) == pytest.approx(5.0, rel=1e-12)
     (finding,) = plausibility._sizes("r", Figures("r", 1.0, 5e3))
     assert "the size 5e+03 m is outside 1e-06 to 1000 m: is the mesh in metres?" in str(finding)
 
@@ -237,3 +246,27 @@ def test_bad_cells_are_told_with_their_number_and_place() -> None:
 )
 def test_each_measure_of_cells_has_its_bound(cells: Cells, words: str) -> None:
     assert [words in str(finding) for finding in plausibility._cells("plate", cells)] == [True]
+
+
+@pytest.mark.parametrize(
+    "mesh,interpolation,across", [("plate_16x1", "ancf", 16), ("plate_16x1", "bfs", 16), ("plate_8x8", "ancf", 0)]
+)
+def test_strips_of_one_cell_across_are_told(mesh: str, interpolation: str, across: int) -> None:
+    """Bent by an end force, nu = 0.3 and b/t = 100, they are 0.8 % off; silent in the plane, and without Poisson's ratio."""
+    for dimension, ratio in ((3, 0.3), (2, 0.3), (3, 0.0)):
+        text = f"""\
+schema: 1
+dimension: {dimension}
+bodies:
+  strip: {{type: plate, mesh: {mesh}.msh, interpolation: {interpolation}, thickness: 1 mm,
+          material: {{young_modulus: 1 GPa, density: 1000, poisson_ratio: {ratio}}}}}
+joints: {{clamp: {{type: edge, body: strip, edges: left}}}}
+analysis: {{type: static}}
+"""
+        scene = scenes.loads(text, ROOT / "meshes")
+        parts = {"strip": build.part(scene.bodies["strip"], scene, "strip", None, False)}
+        known = plausibility.figures(scene, parts)
+        assert known["strip"].cells is not None
+        assert known["strip"].cells.across == (across if (dimension, ratio) == (3, 0.3) else 0)
+        told = [str(finding) for finding in plausibility.findings(scene, known)]
+        assert any("16 of 16 cells reach from edge to edge" in text for text in told) == (known["strip"].cells.across > 0)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fmbs_skfem.bodies import Body, Curvature, Given, cable, point_mass
-from fmbs_skfem.systems import At, joints, loads
+from fmbs_skfem.systems import At, System, joints, loads
 from fmbs_skfem.systems.system import Signal
 
 from ..models import straight
@@ -59,3 +60,11 @@ def every_load(dim: int, history: Signal | None = None) -> list[loads.Load]:
         loads.Follower("follower", At("c", 0.33), (2.0, 1.5) if dim == 2 else (2.0,), history),
         loads.Moment("moment", B1, 0.3 if dim == 2 else (0.1, -0.2, 0.3), history),
     ]
+
+
+def displaced(system: System, row: tuple[str, str], gap: float) -> System:
+    """The system with a constraint row that the reference misses by `gap` [m], as no joint of a scene does."""
+    terms = system.constraints
+    added = {"row": terms.names.index(row), "coefficient": gap, "signal": -1, "i": -1, "j": -1}
+    columns = {key: np.append(getattr(terms, key), value) for key, value in added.items()}
+    return replace(system, constraints=replace(terms, **columns))

@@ -14,6 +14,7 @@ from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.systems import At, System, assemble, free_motions, joints, loads, mechanism
 
 from ..models import cantilever, double_pendulum, mass_pendulum, polyline, spin_up, straight
+from .parts import displaced
 from .rigid_parts import grid
 
 SECTION = Given(EA=2000.0, EI=3.0, rhoA=0.5)
@@ -311,7 +312,8 @@ def test_redundant_rows_are_named_with_those_they_follow_from() -> None:
 
 def test_the_gap_of_contradicting_rows_is_found() -> None:
     bar = link("bar", (0, 0, 0), (1, 0, 0), 2)
-    found = mechanism.redundant(assemble([bar], [hinge("one", At("bar", "A")), joints.Pin("two", At("bar", "A"), (0.1, 0.0))]))
+    system = assemble([bar], [hinge("one", At("bar", "A")), joints.Pin("two", At("bar", "A"))])
+    found = mechanism.redundant(displaced(system, ("two", "x"), 0.1))
     assert sorted(round(dependence.gap, 12) for dependence in found) == [0.0, 0.1]
 
 

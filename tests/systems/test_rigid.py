@@ -86,7 +86,7 @@ def test_triangles_have_exact_moments() -> None:
 @pytest.mark.parametrize(
     "options, named",
     [
-        ({"mass": 0.0}, r"'box'\.mass: expected a positive number"),
+        ({"mass": 0.0}, r"'box'\.mass: expected a positive and finite number"),
         ({"inertia": (1.0, 1.0, 2.5)}, r"'box'\.inertia: expected moments of a body, got principal moments \[1.0, 1.0, 2.5\]"),
         ({"inertia": 1.0}, r"'box'\.inertia: expected 3 principal moments"),
         ({"inertia": (1.0, np.nan, 1.0)}, r"'box'\.inertia: expected finite numbers"),

@@ -16,13 +16,23 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from ..core.errors import InputError, closest, say
-from ..shapes import curves, line, meshes, surface
+from ..core.errors import InputError, closest, listed, say
+from ..core.notices import notify
+from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface
 from ..shapes.table import Table
-from .cable_law import Curvature, strains
+from .cable_law import Curvature, curvatures
 from .laws import Law
-from .sections import Given, Material, positive, stiffness
+from .sections import Given, Material, bends_alike, positive, stiffness
+
+BENDS_ALIKE = "a section that bends alike about all its axes"  #: of a cable in space, which has one bending stiffness
+BENDS_ALIKE_REMEDY = (
+    "a cable has one bending stiffness: take a circular section, give EA, EI and rhoA, model a plate, or stay in the plane"
+)
+
+
+LIMP = "is curved in space, where a cable without torsion bends out of its plane at no cost and only tension holds it"
+STIFF = "take dimension 2 if it moves in its plane, a straight mesh that loads and joints bend, or a shell"
 
 
 @dataclass(frozen=True)
@@ -79,12 +89,15 @@ def cable(
     """Thin cable or beam along the polyline of a mesh file, one cell of the interpolation per mesh cell.
 
     `group` picks a named group of lines; `origin` (c,) [m] and `rotation` (c, c) place the mesh, x -> origin + rotation x. Straight
-    polylines stay straight, others become a smooth spline through the mesh points. `points` is the number of quadrature points a
-    cell, `degree` by default: for cubics three points differ from exact integration by 6e-11 of the response.
+    polylines stay straight, others become a smooth spline through the mesh points; one that is curved in space is `limp`, and said
+    to be. `points` is the number of quadrature points a cell, `degree` by default: for cubics three points differ from exact
+    integration by 6e-11 of the response.
     """
     if not ancf and (degree < 2 or not 1 <= continuity < degree):
         got, remedy = f"degree {degree}, continuity {continuity}", "bending needs a slope without jumps"
         raise InputError(say(f"body '{name}'", "degree 2 or more and continuity between 1 and degree - 1", got, remedy))
+    if dim == 3 and not bends_alike(section):
+        raise InputError(say(f"body '{name}'", BENDS_ALIKE, section, BENDS_ALIKE_REMEDY))
     mesh = meshes.read(mesh) if isinstance(mesh, (str, Path)) else mesh
     order = meshes.chain(mesh, group)
     position = placed(f"body '{name}'", mesh.points[order], dim, origin, rotation)
@@ -94,6 +107,9 @@ def cable(
     data = stiffness(section, material)
     where = {int(node): float(xi) for node, xi in zip(order, breaks, strict=True)}
     places = {key: where[int(ids[0])] for key, ids in mesh.point_groups.items() if len(ids) == 1 and int(ids[0]) in where}
+    cells = cable_cells(name, space, reference, data, curvature, points or order_of(space))
+    if limp(cells.law, dim, cells.section):
+        notify(f"body '{name}' {LIMP}; {STIFF}")
     return Body(
         name=name,
         reference=reference,
@@ -101,7 +117,7 @@ def cable(
         constant=line.fit(space, unit_field)[:, 0],
         places=places,
         space=space,
-        cells=cable_cells(name, space, reference, data, curvature, points or order_of(space)),
+        cells=cells,
         radius=data.radius,
     )
 
@@ -111,6 +127,18 @@ def point_mass(name: str, mass: float, position: np.ndarray, radius: float = 0.0
     positive(f"body '{name}'", mass=mass)
     at = np.asarray(position, dtype=float)[None, :]
     return Body(name, at, csr_array(np.array([[mass]])), np.ones(1), {"center": 0.0}, radius=radius)
+
+
+def positions(part: Body) -> np.ndarray:
+    """Positions among the coordinates of a body in the reference, places of a rigid body (x, c)."""
+    if part.space is None and part.frames:
+        return part.reference[0] + np.array(list(part.places.values())) @ part.reference[1:]
+    return part.reference[part.constant > 0.5]
+
+
+def extent(part: Body) -> float:
+    """Diagonal of the box around the points of a body [m]."""
+    return float(np.linalg.norm(np.ptp(positions(part), axis=0)))
 
 
 def placed(where: str, points: np.ndarray, dim: int, origin: np.ndarray | None, rotation: np.ndarray | None) -> np.ndarray:
@@ -156,12 +184,13 @@ def cable_cells(
     """Law data at the quadrature points; the reference configuration is free of stress."""
     table, values, weights = arc_length_table(space, reference, points)
     jets = np.einsum("epkb,ebc->epkc", values[:, :, 1:], reference[table.nodes])
-    flat = jets.reshape(jets.shape[0], jets.shape[1], -1)
-    kappa = np.array([[strains(int(curvature), reference.shape[1], u)[1] for u in cell] for cell in flat])
-    kappa[np.abs(kappa) * weights.sum() < 1e-9] = 0.0
+    kappa = curvatures(int(curvature), reference.shape[1], jets.reshape(jets.shape[0], jets.shape[1], -1))
+    noise = 64.0 * np.finfo(float).eps * np.abs(reference).max() / weights.sum(axis=1).min() ** 2  # of rounded positions
+    kappa[np.abs(kappa) < 1e-9 / weights.sum() + noise] = 0.0
     if curvature is Curvature.QUADRATIC and kappa.any():
         raise InputError(say(f"body '{name}'", "a straight line for quadratic curvature", "a curved one", "use exact curvature"))
-    section = np.stack([np.full_like(weights, data.EA), np.full_like(weights, data.EI), kappa, weights])
+    shares = locking.axial_shares(space, table, data.EA * weights.sum(axis=1).max() ** 2 / data.EI)
+    section = np.stack([data.EA * shares, np.full_like(weights, data.EI), kappa, weights])
     return Cells(
         Law(int(curvature)),
         np.ascontiguousarray(values[:, :, 1:].transpose(2, 1, 3, 0)),
@@ -169,6 +198,15 @@ def cable_cells(
         reference.shape[1],
         np.ascontiguousarray(section.transpose(0, 2, 1)),
     )
+
+
+def limp(law: Law, dim: int, section: np.ndarray) -> bool:
+    """Whether a law with its section (i, p, e) is that of a cable which is curved in space.
+
+    W depends on the size of the curvature alone: to first order it does not change where the line bends out of its plane, and as
+    there is no torsion, no energy holds that motion; the tension N r' does, once there is one.
+    """
+    return law in (Law.QUADRATIC, Law.MATERIAL, Law.EXACT) and dim == 3 and bool(section[2].any())
 
 
 Place: TypeAlias = float | tuple[int, float, float] | str  #: xi on a line, (cell, xi1, xi2) on a surface, name of a frame
@@ -179,12 +217,12 @@ def locate(body: Body, place: str | float) -> Place:
     if isinstance(place, str):
         known = {**body.frames, **body.places}
         if place not in known:
-            listed = ", ".join(sorted(known)) or "none"
-            raise InputError(say(f"body '{body.name}'", f"one of its points ({listed})", f"'{place}'") + closest(place, known))
+            expected = f"one of its points ({listed(sorted(known), place, 'none')})"
+            raise InputError(say(f"body '{body.name}'", expected, f"'{place}'") + closest(place, known))
         return place if place in body.frames else body.places[place]
     if not isinstance(body.space, line.BSpline | line.Hermite):
-        listed = ", ".join(sorted({**body.frames, **body.places})) or "none"
-        raise InputError(say(f"body '{body.name}'", f"one of its points ({listed})", place))
+        names = ", ".join(sorted({**body.frames, **body.places})) or "none"
+        raise InputError(say(f"body '{body.name}'", f"one of its points ({names})", place))
     fine = np.concatenate([np.linspace(a, b, 9)[:-1] for a, b in zip(*adjacent(line.breaks(body.space)), strict=True)])
     fine = np.append(fine, line.breaks(body.space)[-1])
     speed = np.linalg.norm(line.sample(body.space, fine, 1) @ body.reference, axis=1)

@@ -91,6 +91,16 @@ def strains(curvature: int, dim: int, u: np.ndarray) -> tuple[float, float]:
 
 
 @jit
+def curvatures(curvature: int, dim: int, jets: np.ndarray) -> np.ndarray:
+    """kappa [1/m] (e, p) of jets (e, p, 2c)."""
+    kappa = np.zeros(jets.shape[:2])
+    for e in range(jets.shape[0]):
+        for p in range(jets.shape[1]):
+            kappa[e, p] = strains(curvature, dim, jets[e, p])[1]
+    return kappa
+
+
+@jit
 def stress(curvature: int, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
     """S = weight dW/du (+ damping with time `beta` [s] and jet rates `rate`), shapes (2c, p, e)."""
     if u.shape[0] == 4 and curvature > 0:

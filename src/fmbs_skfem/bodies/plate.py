@@ -8,7 +8,8 @@ A rim is slaved to a rigid frame (c, e1, e2 [, e3]): positions along named edges
 so does the derivative across the edge if that is asked for. The slaved functions are q = spread @ (free functions, frames): no
 multiplier is needed.
 
-NURBS patches with a common edge share its functions; constant springs keep the angle between them (`interfaces.penalty_stiffness`).
+NURBS patches with a common edge share its functions, and a patch may be continuous only across an inner knot. In space slopes are
+tied there, exactly where that is possible (`smoothing.tied`), else by constant springs (`interfaces.penalty_stiffness`).
 """
 
 from __future__ import annotations
@@ -23,8 +24,9 @@ from scipy.linalg import lstsq, qr
 from scipy.sparse import block_array, coo_array, csr_array, diags_array, eye_array, vstack
 from scipy.sparse.linalg import splu
 
-from ..core.errors import InputError, closest, say
-from ..shapes import ancf_plate, interfaces, nurbs
+from ..core.errors import InputError, closest, listed, say
+from ..core.notices import notify
+from ..shapes import ancf_plate, interfaces, nurbs, smoothing
 from ..shapes import surface as surfaces
 from ..shapes.surface import Surface
 from .body import Body, Cells
@@ -66,16 +68,19 @@ def plate(
     """
     where = f"body '{name}'"
     positive(where, thickness=float(np.min(thickness)))
+    if both := sorted(set(rims or {}) & set(shape.points)):
+        got = f"the rim '{both[0]}' beside a point of the mesh of that name"
+        raise InputError(say(where, "names of rims and points that differ", got, "rename the rim"))
+    tell_closed(where, shape)
+    shape = smoothing.tied(shape) if dim == 3 and isinstance(shape.space, nurbs.Nurbs) else shape
     turned = placed(where, shape.reference, dim, rotation)
     reference = turned if origin is None else turned + np.outer(shape.unit, np.asarray(origin, dtype=float))
-    table = surfaces.tabulate(shape)
-    local, area, curved = local_table(table.values, table.weights, turned[shape.nodes])
     spread, free, centers = slaved(where, shape, reference, rims or {})
     own_reference = np.concatenate([reference[free], *(np.vstack([c, np.eye(dim)]) for c in centers)])
     zero = np.zeros((dim + 1) * len(centers))
     zero[:: dim + 1] = 1.0
     mass = mass_matrix(shape, turned, thickness, material.density)
-    springs = fold_springs(shape, thickness, material) if dim == 3 else None
+    springs = fold_springs(where, shape, thickness, material) if dim == 3 else None
     return Body(
         name=name,
         reference=own_reference,
@@ -83,7 +88,7 @@ def plate(
         constant=np.concatenate([shape.unit[free], zero]),
         places=dict(shape.points),
         space=shape,
-        cells=cells(shape, local, area, curved, thickness, material, dim),
+        cells=cells(shape, turned, thickness, material),
         radius=0.5 * float(np.mean(thickness)),
         frames={rim: len(free) + k * (dim + 1) for k, rim in enumerate(rims or {})},
         thickness=thickness,
@@ -101,78 +106,114 @@ def placed(where: str, points: np.ndarray, dim: int, rotation: np.ndarray | None
     return wide if rotation is None else wide @ np.asarray(rotation, dtype=float).T
 
 
-def fold_springs(shape: Surface, thickness: float | np.ndarray, material: Material) -> csr_array | None:
-    """Stiffness (n, n) that keeps the angle between NURBS patches along their common edges; None where there are none."""
+def joined_edges(shape: Surface) -> list[tuple[str, str]]:
+    """Pairs of edges that are one line inside the surface; none where no patches are joined."""
+    return list(shape.space.joined) if isinstance(shape.space, nurbs.Nurbs) else []
+
+
+def tell_closed(where: str, shape: Surface) -> None:
+    """A notice of patches that close on themselves without having been asked to."""
+    for one, other in joined_edges(shape):
+        patch, _, _ = one.rpartition(".")
+        if shape.space.join is None and patch == other.rpartition(".")[0]:
+            text = f"the edges '{one}' and '{other}' of one patch coincide and are joined, so that it is closed"
+            notify(f"{where}: {text}; say 'join: true' if that is meant, 'join: false' if it is slit there")
+
+
+def fold_springs(where: str, shape: Surface, thickness: float | np.ndarray, material: Material) -> csr_array | None:
+    """Stiffness (n, n) that keeps the angle along lines where NURBS patches are continuous only; None where there are none."""
     pairs = interfaces.seams(shape) if isinstance(shape.space, nurbs.Nurbs) else []
     if not pairs:
         return None
+    for patch in shape.space.patches.values():
+        if any(spline.degree == 1 and count > 1 for spline, count in zip(patch.lines, patch.cells, strict=True)):
+            got = f"degrees {patch.degree1} and {patch.degree2} over {patch.cells[0]} x {patch.cells[1]} cells"
+            raise InputError(say(where, "degree 2 or more where cells meet, because they bend", got, "raise 'degree'"))
     bending = material.young_modulus * np.asarray(thickness) ** 3 / (12.0 * (1.0 - material.poisson_ratio**2))
     return interfaces.penalty_stiffness(shape, pairs, bending)
 
 
 def local_table(values: np.ndarray, weights: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Derivatives 1, 2, 11, 22, 12 in local coordinates (e, p, 5, b), area weights (e, p) [m2], and n . r0,ij (e, p, 3) [1/m]."""
-    tangents = np.einsum("epkb,ebc->epkc", values[:, :, 1:3], reference)
-    axes, normal = surfaces.local_axes(tangents)
-    inverse = np.linalg.inv(np.einsum("epac,epic->epai", tangents, axes))
-    first = np.einsum("epia,epab->epib", inverse, values[:, :, 1:3])
+    first, area, inverse, normal = local_first(values, weights, reference)
     second = values[:, :, [3, 5, 5, 4]].reshape(*values.shape[:2], 2, 2, -1)
     second = np.einsum("epia,epjd,epadb->epijb", inverse, inverse, second)
     local = np.concatenate([first, np.stack([second[:, :, 0, 0], second[:, :, 1, 1], second[:, :, 0, 1]], axis=2)], axis=2)
-    bend = (
-        np.einsum("epkb,ebc,epc->epk", local[:, :, 2:], reference, normal)
-        if reference.shape[2] == 3
-        else np.zeros((*weights.shape, 3))
-    )
-    return local, weights / np.abs(np.linalg.det(inverse)), bend
+    if reference.shape[2] == 2:
+        return local, area, np.zeros((*weights.shape, 3))
+    return local, area, np.einsum("epkc,epc->epk", on_nodes(local[:, :, 2:], reference), normal)
 
 
-def cells(
-    shape: Surface,
-    local: np.ndarray,
-    area: np.ndarray,
-    curved: np.ndarray,
-    thickness: float | np.ndarray,
-    material: Material,
-    dim: int,
-) -> Cells:
-    """Table and section of the membrane (dim 2) or shell law, cell axis last."""
-    t = np.broadcast_to(np.asarray(thickness, dtype=float), len(area))[:, None] + 0 * area
+def local_first(
+    values: np.ndarray, weights: np.ndarray, reference: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Derivatives 1, 2 in local coordinates (e, p, 2, b), area weights (e, p) [m2], A^-1 (e, p, 2, 2), normals (e, p, c)."""
+    tangents = on_nodes(values[:, :, 1:3], reference)
+    axes, normal = surfaces.local_axes(tangents)
+    inverse = np.linalg.inv(tangents @ np.swapaxes(axes, 2, 3))
+    return inverse @ values[:, :, 1:3], weights / np.abs(np.linalg.det(inverse)), inverse, normal
+
+
+def on_nodes(rows: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
+    """Rows (e, p, k, b) times the coordinates (e, b, c) of every cell, (e, p, k, c)."""
+    cells, points, count, basis = rows.shape
+    return np.asarray((rows.reshape(cells, points * count, basis) @ coordinates).reshape(cells, points, count, -1))
+
+
+def cells(shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, material: Material) -> Cells:
+    """Table and section of the membrane (two components) or shell law, cell axis last."""
+    (count, basis), dim, points = shape.nodes.shape, reference.shape[1], len(surfaces.quadrature(shape.parent, shape.order)[1])
+    table = np.empty((2 if dim == 2 else 5, points, basis, count))
+    area, curved = np.empty((points, count)), np.empty((3, points, count))
+    for part in surfaces.parts(shape):
+        found = surfaces.tabulate(shape, part=part)
+        if dim == 2:
+            local, weights = local_first(found.values, found.weights, reference[found.nodes])[:2]
+        else:
+            local, weights, bend = local_table(found.values, found.weights, reference[found.nodes])
+            curved[..., part] = bend.transpose(2, 1, 0)
+        table[..., part], area[..., part] = local.transpose(2, 1, 3, 0), weights.T
+    t = np.broadcast_to(np.asarray(thickness, dtype=float), count) + 0 * area
     nu = material.poisson_ratio
     A = material.young_modulus * t / (1 - nu**2)
-    if dim == 2:
-        law, rows, table = Law.MEMBRANE, [A, nu + 0 * A, area], local[:, :, :2]
-    else:
-        law, rows, table = Law.SHELL, [A, A * t**2 / 12, nu + 0 * A, *np.moveaxis(curved, 2, 0), area], local
-    return Cells(
-        law,
-        np.ascontiguousarray(table.transpose(2, 1, 3, 0)),
-        np.ascontiguousarray(shape.nodes.T * dim),
-        dim,
-        np.ascontiguousarray(np.stack(rows).transpose(0, 2, 1)),
-    )
+    rows = [A, nu + 0 * A, area] if dim == 2 else [A, A * t**2 / 12, nu + 0 * A, *curved, area]
+    law = Law.MEMBRANE if dim == 2 else Law.SHELL
+    return Cells(law, table, np.ascontiguousarray(shape.nodes.T * dim), dim, np.stack(rows))
 
 
 def mass_matrix(shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, density: float) -> csr_array:
     """m_ij = int rho t N_i N_j dA over the functions of the surface."""
-    table = surfaces.tabulate(shape, shape.order + 1)
-    _, area, _ = local_table(table.values, table.weights, reference[shape.nodes])
-    heavy = density * np.broadcast_to(np.asarray(thickness, dtype=float), len(area))[:, None] * area
-    blocks = np.einsum("epb,epd,ep->ebd", table.values[:, :, 0], table.values[:, :, 0], heavy, optimize=True)
-    rows = np.repeat(shape.nodes, shape.nodes.shape[1], axis=1).ravel()
-    columns = np.tile(shape.nodes, (1, shape.nodes.shape[1])).ravel()
+    count, basis = shape.nodes.shape
+    blocks = np.empty((count, basis, basis))
+    heavy = density * np.broadcast_to(np.asarray(thickness, dtype=float), count)
+    for part in surfaces.parts(shape):
+        table = surfaces.tabulate(shape, shape.order + 1, part)
+        area = local_first(table.values, table.weights, reference[table.nodes])[1]
+        N = table.values[:, :, 0]
+        blocks[part] = np.swapaxes(N, 1, 2) @ ((heavy[part, None] * area)[:, :, None] * N)
+    nodes = shape.nodes.astype(np.int32)
+    rows, columns = np.repeat(nodes, basis, axis=1).ravel(), np.tile(nodes, (1, basis)).ravel()
     return csr_array(coo_array((blocks.ravel(), (rows, columns)), shape=(shape.count, shape.count)))
 
 
 def edge(where: str, shape: Surface, names: Iterable[str]) -> np.ndarray:
-    """Cells and sides (i, 2) of named edges."""
+    """Cells and sides (i, 2) of named edges; ones that were joined to others without having been asked to are refused."""
     sides = []
     for name in names:
         if name not in shape.edges:
-            known = ", ".join(sorted(shape.edges)) or "none"
-            raise InputError(say(where, f"one of its edges ({known})", f"'{name}'") + closest(name, shape.edges))
+            expected = f"one of its edges ({listed(sorted(shape.edges), name, 'none')})"
+            raise InputError(say(where, expected, f"'{name}'") + closest(name, shape.edges))
         sides.append(shape.edges[name])
-    return np.concatenate(sides)
+    found = np.concatenate(sides)
+    for pair in joined_edges(shape):
+        if shape.space.join is not None:
+            break
+        for own, other in (pair, pair[::-1]):
+            if (found[:, None] == shape.edges[own]).all(axis=2).any():
+                got = f"'{own}', which is joined to '{other}' and no edge any more"
+                remedy = "say 'join: false' if the surface is slit there, 'join: true' if the line inside it is meant"
+                raise InputError(say(where, "an edge", got, remedy))
+    return found
 
 
 @singledispatch

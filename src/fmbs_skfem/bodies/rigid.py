@@ -24,6 +24,7 @@ from .body import Body, placed
 from .sections import positive
 
 LIGHT = 1e-12  #: second moment, relative to the largest, that counts as none
+CENTERED = 1e-6  #: distance from the centre of mass, relative to the size, that is none
 SLIM = 0.02  #: drawn radius over the extent of a body
 Numbers = float | Sequence[float] | Sequence[Sequence[float]] | np.ndarray
 
@@ -54,6 +55,7 @@ def rigid(
     axes = axes @ turn
     named = {key: tuple(float(x) for x in (point(where, at, dim) - c) @ axes) for key, at in (places or {}).items()}
     shown = through(np.array(list(named.values())).reshape(-1, dim)) if outline is None else (outline - c) @ axes
+    check_names(where, named, float(np.linalg.norm(shown, axis=1).max()))
     return Body(
         name,
         np.vstack([c, axes.T]),
@@ -64,6 +66,15 @@ def rigid(
         frames={"frame": 0},
         outline=np.hstack([np.ones((len(shown), 1)), shown]),
     )
+
+
+def check_names(where: str, places: Mapping[str, tuple[float, ...]], size: float) -> None:
+    """`center` and `frame` are the centre of mass of a body of a size [m]: places (c,) of these names are refused elsewhere."""
+    for key in ("center", "frame"):
+        apart = float(np.linalg.norm(places.get(key, 0.0)))
+        if apart > CENTERED * size:
+            got = f"'{key}' {apart:.6g} m away from it"
+            raise InputError(say(where, "no other place than the centre of mass with that name", got, "rename the point"))
 
 
 def through(places: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ def positive(where: str, **values: float) -> None:
     """Refuse values that are not finite and positive."""
     for name, value in values.items():
         if not (math.isfinite(value) and value > 0):
-            raise InputError(say(f"{where}.{name}", "a positive number", value))
+            raise InputError(say(f"{where}.{name}", "a positive and finite number", value))
 
 
 @dataclass(frozen=True)
@@ -65,6 +65,17 @@ class Given:
 
 
 @singledispatch
+def bends_alike(section: object) -> bool:
+    """Whether a section has the same bending stiffness about all axes, as a cable in space needs; a rule where it may not."""
+    return True
+
+
+@bends_alike.register
+def _(section: Rectangular) -> bool:
+    return math.isclose(section.width, section.height, rel_tol=1e-9)
+
+
+@singledispatch
 def stiffness(section: object, material: Material | None) -> Given:
     """EA, EI and rhoA of a section made of a material; a rule for every section type."""
     raise InputError(say("section", "Circular, Rectangular or Given", type(section).__name__))
@@ -77,13 +88,15 @@ def _(section: Given, material: Material | None) -> Given:
 
 @stiffness.register
 def _(section: Circular, material: Material | None) -> Given:
-    area, inertia = math.pi * section.diameter**2 / 4, math.pi * section.diameter**4 / 64
+    area = math.pi / 4 * section.diameter * section.diameter  # a product of floats becomes infinite, a power of one raises
+    inertia = area * section.diameter * section.diameter / 16
     return _solid(area, inertia, section.diameter / 2, material)
 
 
 @stiffness.register
 def _(section: Rectangular, material: Material | None) -> Given:
-    area, inertia = section.width * section.height, section.width * section.height**3 / 12
+    area = section.width * section.height
+    inertia = area * section.height * section.height / 12
     return _solid(area, inertia, section.height / 2, material)
 
 

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from ..scenes import Scene
     from ..scenes.plausibility import Figures
     from ..systems import System
-    from ..systems.compiled import Compiled
     from ..systems.mechanism import Dependence, Mechanism
 
 NAME = "check.json"
@@ -44,19 +43,21 @@ def command(session: Session, duration: float | None) -> Result:
     stop nothing unless --strict is given. Nothing is solved; --out writes check.json. SCENE may also be a folder with results:
     every file in it that a report or a history vouches for is held against its checksum (exit code 8).
     """
-    from ..scenes import plausibility
+    from ..scenes import build, plausibility
     from . import solving
 
     if session.path.is_dir():
         return checksums(session.path)
     scene = common.read_scene(session, duration)
-    raw, parts = solving.system(session, scene), bodies(session, scene)
+    build.check_functions(scene)
+    parts = {part.name: part for part in build.parts(scene, None, session.allow_outside)}
+    raw = build.of_parts(scene, list(parts.values()), pictures=False)
     known = plausibility.figures(scene, parts)
     tell_findings(scene, known)
     screen.announce_compiling()
     redundant = contradictions(raw)
     counted = mechanism(scene, raw)
-    reduced, model, initial = solved_form(scene, raw)
+    reduced, initial = solved_form(scene, raw)
     eliminated = raw.size - reduced.size
     found: dict[str, Any] = {
         "status": "ok",
@@ -69,7 +70,7 @@ def command(session: Session, duration: float | None) -> Result:
         "joints": dict(Counter(joint for joint, _ in raw.constraints.names)),
         "mechanism": mechanism_report(counted),
         "initial": initial,
-        "estimates": estimates(scene, reduced, model),
+        "estimates": estimates(scene, raw, reduced),
         "outputs": [column for output in raw.outputs.values() for column in output.columns],
         "fingerprint": reports.fingerprint(scene),
         "provenance": reports.provenance(scene),
@@ -93,13 +94,6 @@ def checksums(folder: Path) -> Result:
     return Result({"status": "ok", "verified": found}, ["as written: " + ", ".join(map(str, found))])
 
 
-def bodies(session: Session, scene: Scene) -> dict[str, Body]:
-    """The bodies of the scene by name."""
-    from ..scenes import build
-
-    return {name: build.part(model, scene, name, None, session.allow_outside) for name, model in scene.bodies.items()}
-
-
 def tell_findings(scene: Scene, known: Mapping[str, Figures]) -> None:
     """Notices of what is hardly meant and was not told when the scene was read."""
     from ..scenes import consistency, plausibility, where
@@ -111,7 +105,7 @@ def tell_findings(scene: Scene, known: Mapping[str, Figures]) -> None:
 
 
 def contradictions(raw: System) -> tuple[Dependence, ...]:
-    """Redundant rows; linear ones that contradict those they follow from stop the check."""
+    """Redundant rows; those that contradict what they follow from, or drive what is held already, stop the check."""
     from ..systems import mechanism
 
     found = mechanism.redundant(raw)
@@ -120,6 +114,8 @@ def contradictions(raw: System) -> tuple[Dependence, ...]:
         listed = ", ".join(f"{one.row} by {one.gap:.3g} m with {' and '.join(one.on)}" for one in wrong)
         worst = tuple((one.row, one.gap) for one in wrong)
         raise SolverError(f"joints contradict each other: {listed}; remove or move one", Reason.INCONSISTENT, 0.0, worst)
+    if driven := mechanism.driven_against(raw, found):
+        raise mechanism.conflict(driven)
     return found
 
 
@@ -128,6 +124,8 @@ def mechanism(scene: Scene, raw: System) -> Mechanism:
     from ..scenes import where
     from ..systems import free_motions, mechanism
 
+    if scene.analysis.type == "modes":
+        free_motions.refuse_limp(where(scene, "analysis"), raw)
     found = mechanism.analyse(raw)
     if scene.analysis.type == "static":
         free, hung = free_motions.unsupported(raw)
@@ -148,18 +146,16 @@ def mechanism(scene: Scene, raw: System) -> Mechanism:
     return found
 
 
-def solved_form(scene: Scene, raw: System) -> tuple[System, Compiled, dict[str, Any]]:
-    """The form the scene is solved in, as arrays, and what its joints make of the initial state."""
+def solved_form(scene: Scene, raw: System) -> tuple[System, dict[str, Any]]:
+    """The form the scene is solved in, and what its joints make of the initial state."""
+    from ..dynamics import start
     from ..dynamics.scheme import GeneralizedAlpha
-    from ..dynamics.start import consistent_start
     from ..scenes import build
-    from ..systems import compile_system
     from ..systems.redundancy import without_redundant
 
     gaps = velocity_gaps(raw)
     reduced = without_redundant(build.chosen_form(scene, raw))
-    model = compile_system(reduced)
-    x, v, _, _ = consistent_start(model, GeneralizedAlpha(getattr(scene.analysis, "step", 1e-3)))
+    x, v = start.admissible(reduced, GeneralizedAlpha(getattr(scene.analysis, "step", 1e-3)))
     taken = np.asarray(reduced.lift.matrix @ v)
     given, left = (float(u @ (raw.mass @ u)) for u in (raw.v0, taken))
     lost = max(0.0, 1.0 - left / given) if given > 0.0 else 0.0
@@ -174,7 +170,6 @@ def solved_form(scene: Scene, raw: System) -> tuple[System, Compiled, dict[str, 
     moved = float(np.abs(reduced.lift(x) - raw.x0).max(initial=0.0))
     return (
         reduced,
-        model,
         {
             "position_change": moved,
             "velocity_change": float(np.abs(taken - raw.v0).max(initial=0.0)),
@@ -231,12 +226,12 @@ def mechanism_report(found: Mechanism) -> dict[str, Any]:
     }
 
 
-def estimates(scene: Scene, reduced: System, model: Compiled) -> dict[str, Any]:
+def estimates(scene: Scene, raw: System, reduced: System) -> dict[str, Any]:
     """Solver, steps, memory [MB] and order of magnitude of the time [s] of an analysis, by counts of numbers read and written."""
     from ..scenes import build
 
-    analysis, (label, fill, once, each) = scene.analysis, solver(scene, model)
-    numbers = numbers_read(model)
+    analysis, (label, fill, once, each) = scene.analysis, solver(scene, raw, reduced)
+    numbers = numbers_read(reduced)
     tables = 8e-6 * numbers / max(reduced.dim, 1)
     found: dict[str, Any] = {"solver": label, "solver_memory_mb": round(fill + tables, 3)}
     if analysis.type == "static":
@@ -257,48 +252,50 @@ def estimates(scene: Scene, reduced: System, model: Compiled) -> dict[str, Any]:
     }
 
 
-def numbers_read(model: Compiled) -> float:
+def numbers_read(system: System) -> float:
     """Products of a table entry with a coordinate, over all cells, in one evaluation of the forces."""
     from ..bodies.body import Cells
 
     found = 0.0
-    for part in model.system.elastic:
+    for part in system.elastic:
         if isinstance(part.gather, Cells):
             found += part.gather.table.size * part.gather.dim**2
     return found
 
 
-def solver(scene: Scene, model: Compiled) -> tuple[str, float, float, float]:
+def solver(scene: Scene, raw: System, reduced: System) -> tuple[str, float, float, float]:
     """Name, memory [MB], and seconds of a factorisation and of a solution of the linear systems of an analysis."""
-    A, n, m = model.arrays, model.system.size, model.constraints
-    width = 0 if model.plan or A.dense else A.mass.store.shape[1] - 1
-    fill = float(n * width) if width else 0.5 * n**2
-    if model.plan:
-        fill, label, memory, each = sparse_solver(model)
-    elif A.dense:
+    from ..systems import compiled
+
+    n, m = reduced.size, len(reduced.constraints.names)
+    form, width = compiled.storage(reduced)
+    fill = float(n * width) if form is compiled.Storage.BAND else 0.5 * n**2
+    if form is compiled.Storage.SPARSE:
+        fill, label, memory, each = sparse_solver(raw)
+    elif form is compiled.Storage.DENSE:
         label, memory, each = "dense LU", 16e-6 * (n + m) ** 2, 2 * SOLVE_S * (n + m) ** 2
     else:
         label, memory, each = f"band of half width {width}", 32e-6 * n * (width + 1), 4 * SOLVE_S * fill
     if scene.analysis.type != "dynamic":
         return "sparse LU", 16e-6 * fill, LU_S * fill, 4 * SOLVE_S * fill
-    once = FACTOR_S * fill * (width or (n if A.dense else np.sqrt(fill / n) * 8))
-    return label, memory, once / (1 if model.plan is None else 20), each
+    sparse = form is compiled.Storage.SPARSE
+    once = FACTOR_S * fill * (np.sqrt(fill / n) * 8 if sparse else n if form is compiled.Storage.DENSE else width)
+    return label, memory, once / (20 if sparse else 1), each
 
 
-def sparse_solver(model: Compiled) -> tuple[float, str, float, float]:
-    """Numbers in the factors of a large model, and name, memory [MB] and seconds a solution of what solves it."""
-    from scipy.sparse import csr_array, eye_array
+def sparse_solver(raw: System) -> tuple[float, str, float, float]:
+    """Numbers in the factors of a large model, and name, memory [MB] and seconds a solution of what solves it.
 
+    Factors of the pattern of functions, each of which stands for a vector of unknowns.
+    """
     from ..core import direct, krylov
     from ..systems import sparse
 
-    assert model.plan is not None
-    frames = eye_array(model.system.size)  # without mass, stiffness and so without entries of their own
-    W = csr_array(abs(sparse.tangent(model.plan, model.system.x0)) + abs(model.system.mass) + frames)
-    n, fill = W.shape[0], float(direct.entries(direct.analyse(W)))
+    W, dim = sparse.function_pattern(raw), raw.dim
+    n, fill = dim * W.shape[0], float(dim**2 * direct.entries(direct.analyse(W)))
     if krylov.choose(n, fill, krylov.free_memory(), 4.0) == "direct":
         return fill, f"sparse LDL^T with {fill:.3g} numbers", 1e-6 * (5.2 * fill + krylov.BYTES_PER_UNKNOWN * n), SOLVE_S * fill
-    return fill, "conjugate gradients with multigrid", 36e-6 * W.nnz, CYCLES * SOLVE_S * W.nnz
+    return fill, "conjugate gradients with multigrid", 36e-6 * dim**2 * W.nnz, CYCLES * SOLVE_S * dim**2 * W.nnz
 
 
 def view(found: dict[str, Any]) -> list[Any]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import itertools
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -20,7 +21,8 @@ from ..core.errors import FmbsError
 from ..core.notices import notify
 from ..reduction import comparators, family_model, full_runs, parameters, prediction
 from ..reduction import training_store as store
-from ..reduction.comparators import Comparator, Full, Row
+from ..reduction.comparators import Comparator, Row
+from ..reduction.full_runs import Full
 from . import screen
 
 if TYPE_CHECKING:
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from ..reduction.campaign import Campaign
     from ..reduction.full_runs import FullRun
     from ..reduction.greedy import Iteration
+    from ..reduction.output_errors import OutputError
     from ..reduction.prediction import Prediction
     from ..reduction.product import Product
     from ..results.training_plots import Panel
@@ -48,20 +51,32 @@ class Checked:
     predictions: tuple[Prediction, ...]  #: of the last model
 
     @property
-    def true(self) -> np.ndarray:
-        """Errors (k,) of the last model."""
-        return np.array([trial.error for trial in self.rows[self.models - 1].trials])
+    def last(self) -> Row:
+        """The last model."""
+        return self.rows[self.models - 1]
 
     @property
-    def inside(self) -> float:
-        """Part of the points whose true error lies in the predicted band."""
-        return float(np.mean([p.low <= error <= p.high for p, error in zip(self.predictions, self.true, strict=True)]))
+    def true(self) -> np.ndarray:
+        """Errors (k,) of the last model; NaN where the full model has no motion."""
+        return np.array([trial.error for trial in self.last.trials])
+
+    @property
+    def known(self) -> np.ndarray:
+        """Numbers (j,) of the points at which the full model has a motion."""
+        return np.flatnonzero(~np.isnan(self.true))
+
+    @property
+    def inside(self) -> float | None:
+        """Part of the points whose true error lies in the predicted band; None where nothing is predicted or known."""
+        if not self.predictions or not len(self.known):
+            return None
+        return float(np.mean([self.predictions[k].low <= self.true[k] <= self.predictions[k].high for k in self.known]))
 
 
-def check(job: Job, found: Campaign, model: Product | None, out: Path, compare: bool) -> Checked:
+def check(job: Job, found: Campaign, model: Product, out: Path, compare: bool) -> Checked:
     """All hold-out points; comparators are trained where they are wanted."""
     setting, points = found.setting, job.points.holdout
-    full, predict = stored(found, out), None if model is None else prediction.predictor(model)
+    full, predict = stored(found, out), prediction.predictor(model)
     everyone = [*stages(found), *(others(job, found, full) if compare else ())]
     with screen.progress("hold-out points") as advance:
         rows = comparators.compare(setting, everyone, full, points, advance)
@@ -82,11 +97,7 @@ def stored(found: Campaign, out: Path, sharp: bool = True) -> Full:
                 return run
         text = repr((sorted(values.items()), found.setting.plan.tolerance, found.setting.plan.modes))
         path = folder / f"{'full' if sharp else 'own'}-{hashlib.sha256(text.encode()).hexdigest()[:16]}.h5"
-        if path.is_file():
-            return store.run_of(store.read_tree(path), path)
-        run = full_runs.full_run(found.setting, values, sharp)
-        store.write_tree(path, asdict(run))
-        return run
+        return store.made(path, functools.partial(full_runs.full_run, found.setting, values, sharp))
 
     return full
 
@@ -136,14 +147,25 @@ def fastest(found: Campaign) -> dict[str, float]:
     return max(speeds, key=lambda pair: pair[0])[1]
 
 
-def report_of(checked: Checked) -> dict[str, Any]:
+def failed(job: Job, checked: Checked) -> list[dict[str, Any]]:
+    """The points at which the full model has no motion, with the reason."""
+    known, trials = job.setting.parameters, checked.last.trials
+    lost = np.flatnonzero(np.isnan(checked.true))
+    return [{"point": parameters.named(known, checked.points[k]), "reason": trials[k].reason} for k in lost]
+
+
+def report_of(job: Job, checked: Checked) -> dict[str, Any]:
     """Hold-out points in the report."""
     return {
         "points": checked.points,
         "true": checked.true,
+        "states": [trial.states for trial in checked.last.trials],
         "predicted": [asdict(prediction) for prediction in checked.predictions],
-        "inside": checked.inside if checked.predictions else None,
-        "max_error": float(checked.true.max()),
+        "inside": checked.inside,
+        "max_error": checked.last.max_error,
+        "failed": failed(job, checked),
+        "outputs": largest_of_outputs(checked),
+        "outputs_at_points": [{name: one.relative for name, one in trial.outputs.items()} for trial in checked.last.trials],
         "rows": [
             {**{key: value for key, value in asdict(row).items() if key != "trials"}, "errors": [one.error for one in row.trials]}
             for row in checked.rows
@@ -151,9 +173,27 @@ def report_of(checked: Checked) -> dict[str, Any]:
     }
 
 
-def table(checked: Checked) -> Table:
+def largest_of_outputs(checked: Checked) -> dict[str, dict[str, Any]]:
+    """For every output column of the last model the error at the hold-out point where it is the largest part of its range."""
+    found: dict[str, OutputError] = {}
+    for trial in checked.last.trials:
+        for name, one in trial.outputs.items():
+            if name not in found or not weight(one) <= weight(found[name]):
+                found[name] = one
+    return {name: asdict(one) for name, one in found.items()}
+
+
+def weight(error: OutputError) -> float:
+    """What errors of one column are compared by."""
+    return error.error if math.isnan(error.relative) else error.relative
+
+
+def table(checked: Checked, measure: str) -> Table:
     """Every model with its full and reduced runs, sizes, errors at the hold-out points and CPU times."""
-    inside = f", {100 * checked.inside:.0f} % of true errors inside the predicted band" if checked.predictions else ""
+    inside = "" if checked.inside is None else f", {100 * checked.inside:.0f} % of true errors inside the predicted band"
+    points = (
+        f"{len(checked.known)} of {len(checked.points)}" if len(checked.known) < len(checked.points) else f"{len(checked.points)}"
+    )
     runs, costs = ("model", "full", "reduced", "modes", "elements", "points"), ("offline [s]", "prepare [ms]", "run [s]")
     rows = [
         (
@@ -171,7 +211,7 @@ def table(checked: Checked) -> Table:
         )
         for row in checked.rows
     ]
-    title = f"Errors (48) at {len(checked.points)} hold-out points{inside}"
+    title = f"{measure[:1].upper()}{measure[1:]} at {points} hold-out points{inside}"
     return screen.table(title, (*runs, "max error", "mean error", *costs), rows)
 
 
@@ -184,16 +224,17 @@ def draw(job: Job, found: Campaign, checked: Checked | None, out: Path) -> list[
     columns = {label: found.search.candidates[:, k] for k, label in enumerate(labels)}
     panels = [panel(iteration, found.outcome.points[: iteration.number]) for iteration in found.outcome.iterations]
     files = [plots.surrogate(out / SURROGATE, columns, panels, "indicator (49)")]
-    if checked is None:
+    if checked is None or not len(checked.known):
         return files
-    errors = {row.name: np.array([trial.error for trial in row.trials]) for row in checked.rows}
-    places, label = checked.points[:, 0], labels[0]
+    true, used = checked.true[checked.known], checked.known
+    errors = {row.name: np.array([row.trials[k].error for k in used]) for row in checked.rows}
+    places, label = checked.points[used, 0], labels[0]
     if len(known) > 1:
-        places, label = np.argsort(np.argsort(checked.true)) + 1.0, "hold-out point, by its error"
-    files.append(plots.errors_over(out / ERRORS, places, errors, label, "relative error (48)", job.tolerance))
+        places, label = np.argsort(np.argsort(true)) + 1.0, "hold-out point, by its error"
+    files.append(plots.errors_over(out / ERRORS, places, errors, label, job.measure, job.tolerance))
     if checked.predictions:
-        predicted, low, high = np.array([(p.error, p.low, p.high) for p in checked.predictions]).T
-        files.append(plots.predicted(out / PREDICTED, checked.true, predicted, low, high, job.tolerance, "error (48)"))
+        predicted, low, high = np.array([(p.error, p.low, p.high) for p in checked.predictions])[used].T
+        files.append(plots.predicted(out / PREDICTED, true, predicted, low, high, job.tolerance, job.measure))
     return files
 
 

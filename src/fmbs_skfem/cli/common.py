@@ -22,20 +22,24 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .. import __version__
+from ..core import durable
 from ..core.errors import FmbsError, InputError, SolverError, say
-from ..core.notices import Notice
+from ..core.notices import Notice, notify
 from . import reports, screen
 
 if TYPE_CHECKING:
+    from ..dynamics import Trajectory
     from ..scenes import Scene
 
 INTERRUPTED = 130
 INTERNAL = 1
 BAD_INPUT = InputError.exit_code
+LIMIT = 6
 REASONS = {
     3: "bad input",
+    4: "no reduced model",
     5: "failed members",
-    6: "limit reached",
+    LIMIT: "limit reached",
     7: "missing feature",
     8: "corrupt file",
     INTERRUPTED: "interrupted",
@@ -44,9 +48,17 @@ REASONS = {
 SHARED = ("out", "json", "force", "allow_outside", "repair", "strict", "debug")  #: options that many commands have
 
 
+@dataclass
+class Work:
+    """What a command has so far, kept for the case that it ends in an internal error."""
+
+    out: Path | None = None  #: its output folder
+    trajectory: Trajectory | None = None  #: the motion that it has computed
+
+
 @dataclass(frozen=True)
 class Session:
-    """The shared options of one call, and the notices given so far."""
+    """The shared options of one call, the notices given so far, and what there is of its results."""
 
     path: Path = field(default_factory=Path)  #: scene or model file
     out: Path | None = None
@@ -58,6 +70,7 @@ class Session:
     strict: bool = False
     debug: bool = False
     notices: list[str] = field(default_factory=list)
+    work: Work = field(default_factory=Work)
 
 
 @dataclass(frozen=True)
@@ -128,6 +141,7 @@ OPTIONS = (
 
 def perform(function: Body, session: Session, values: Mapping[str, Any]) -> int:
     """Call the body of a command with one BLAS thread, print its result, and give its exit code."""
+    screen.occupy()
     try:
         with one_thread(), listening(session):
             result = function(session, **values)
@@ -139,22 +153,38 @@ def perform(function: Body, session: Session, values: Mapping[str, Any]) -> int:
     except Notice as notice:
         return refuse(session, f"{notice} (an error by --strict)", "notice", BAD_INPUT)
     except OSError as error:
-        return refuse(session, str(error), "file", BAD_INPUT)
+        code = LIMIT if error.errno in durable.FULL else BAD_INPUT
+        return refuse(session, str(error), REASONS[LIMIT] if code == LIMIT else "file", code)
+    except MemoryError as error:
+        text = f"memory: expected room for all that is computed at a time, got {error or 'none'}; "
+        return refuse(session, text + "store fewer states, or take fewer cells", REASONS[LIMIT], LIMIT)
     except click.ClickException:
         raise
     except Exception as error:
-        text = f"internal error: {type(error).__name__}: {error}\nplease report it to the developers of fmbs_skfem {__version__}, "
-        return refuse(session, text + "with the scene and the output of --debug", "internal error", INTERNAL)
+        return broken(session, error)
     return 0 if result.error is None else result.error.exit_code
+
+
+def broken(session: Session, error: Exception) -> int:
+    """An internal error: what there is goes to files, where it can; its exit code."""
+    from . import rescue
+
+    written = rescue.write(session, error)
+    text = f"internal error: {type(error).__name__}: {error}\nplease report it to the developers of fmbs_skfem {__version__}, "
+    told = f"{written[0]}; written: {', '.join(map(str, written))}" if written else "the output of --debug"
+    text += f"with the scene and {told}"
+    return refuse(session, text, "internal error", INTERNAL, files=written)
 
 
 def refuse(session: Session, message: str, reason: str, code: int, **more: Any) -> int:
     """An error on stderr, with --json also on stdout; its exit code."""
     if session.debug:
-        traceback.print_exc()
-    click.echo(f"error: {message}", err=True)
+        screen.tell(traceback.format_exc())
+    screen.tell(f"error: {message}")
     if session.json:
-        click.echo(reports.dumps({"status": "error", "reason": reason, "message": message, **more, "notices": session.notices}))
+        found = {"status": "error", "reason": reason, "message": message, **more, "notices": session.notices}
+        with contextlib.suppress(screen.Unheard), screen.stdout():
+            click.echo(reports.dumps(found))
     return code
 
 
@@ -179,15 +209,16 @@ def failed(error: FmbsError) -> dict[str, Any]:
 
 def show(session: Session, result: Result) -> None:
     """JSON or tables on stdout, the error of a partial result on stderr."""
-    if session.json:
-        report = {**result.report, "notices": session.notices} if "status" in result.report else result.report
-        click.echo(reports.dumps(report))
-    else:
-        terminal = screen.console(sys.stdout)
-        for item in result.view:
-            click.echo(item) if isinstance(item, str) else terminal.print(item)
     if result.error is not None:
-        click.echo(f"error: {result.error}", err=True)
+        screen.tell(f"error: {result.error}")
+    with contextlib.suppress(screen.Unheard) if result.error is not None else contextlib.nullcontext(), screen.stdout():
+        if session.json:
+            report = {**result.report, "notices": session.notices} if "status" in result.report else result.report
+            click.echo(reports.dumps(report))
+        else:
+            terminal = screen.console(sys.stdout)
+            for item in result.view:
+                click.echo(item) if isinstance(item, str) else terminal.print(item)
 
 
 @contextlib.contextmanager
@@ -213,7 +244,7 @@ def listening(session: Session) -> Iterator[None]:
                 usual(message, category, filename, lineno, file, line)
             elif str(message) not in session.notices:
                 session.notices.append(str(message))
-                click.echo(f"notice: {message}", err=True)
+                screen.tell(f"notice: {message}")
 
         warnings.simplefilter("error" if session.strict else "always", Notice)
         warnings.showwarning = hear
@@ -223,15 +254,40 @@ def listening(session: Session) -> Iterator[None]:
 def read_scene(session: Session, duration: float | None = None) -> Scene:
     """The scene of the session with its parameters replaced; `duration` [s] replaces that of a dynamic analysis."""
     from .. import scenes
+    from ..scenes import build, times
 
     scene = scenes.read(session.path, session.changes, session.repair)
+    build.check_files(scene, session.allow_outside)
     if duration is None:
-        return scene
+        return fitted(scene)
     if scene.analysis.type != "dynamic":
         raise InputError(say("--duration", "a scene with a dynamic analysis", scene.analysis.type, "leave the option out"))
-    if not duration >= scene.analysis.step:
-        raise InputError(say("--duration", f"at least one step of {scene.analysis.step:g} s", f"{duration:g} s"))
-    return scene.model_copy(update={"analysis": scene.analysis.model_copy(update={"duration": duration})})
+    step = scene.analysis.step
+    if not step <= duration <= times.STEPS * step:
+        raise InputError(say("--duration", f"1 to {times.STEPS} steps of {step:g} s", f"{duration:g} s"))
+    return fitted(scene.model_copy(update={"analysis": scene.analysis.model_copy(update={"duration": duration})}))
+
+
+def fitted(scene: Scene) -> Scene:
+    """The scene with a step that divides its duration, with a notice where that is a smaller one than the scene's.
+
+    Scenes with parameters that have a range keep theirs, which may depend on them, and so do those whose other times it divides.
+    """
+    from ..scenes import times
+
+    analysis = scene.analysis
+    if analysis.type != "dynamic" or scene.ranges:
+        return scene
+    spans = [every for every in (analysis.every, scene.reduction and scene.reduction.snapshots) if isinstance(every, tuple)]
+    counted = [time for parts in spans for span in parts for time in (span.every, span.until) if time is not None]
+    if scene.reduction is not None and isinstance(scene.reduction.snapshots, float):
+        counted.append(scene.reduction.snapshots)
+    step = times.fitted(analysis.step, analysis.duration, counted)
+    if step == analysis.step:
+        return scene
+    asked, taken = f"{analysis.step:.6g} s", f"{step:.6g} s"
+    notify(f"the duration of {analysis.duration:.6g} s is no whole number of steps of {asked}: steps of {taken} are taken")
+    return scene.model_copy(update={"analysis": analysis.model_copy(update={"step": step})})
 
 
 def stem(scene: Scene) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from . import common
+from . import common, reports
 from .common import Result, Session
 
 SERIES = "motion"
@@ -22,7 +22,9 @@ def command(session: Session, duration: float | None, count: int) -> Result:
     from . import picture, solving
 
     scene = common.read_scene(session, duration)
-    solved = solving.solve(session, scene)
-    out, found = solving.keep(session, solved, (f"{SERIES}.pvd",))
+    name = f"{SERIES}.pvd"
+    with solving.place(session, scene, (solving.OUTPUTS, reports.REPORT, name)):
+        solved = solving.solve(session, scene)
+        out, found = solving.keep(session, solved, (name,))
     path = series.write_each(picture.pieces(solved.trajectory, picture.spread(solved.trajectory, count)), out, SERIES)
     return solving.result(solved, found, [path])

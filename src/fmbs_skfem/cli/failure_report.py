@@ -12,8 +12,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from ..core.errors import FmbsError, SolverError
 from ..core.notices import notify
 from . import reports, screen
@@ -76,9 +74,9 @@ def keep_start(out: Path, error: SolverError, provenance: Mapping[str, Any]) -> 
     """What is known of a solve that never started, into its folder and on stderr."""
     found = keep(out, {"provenance": provenance}, error)
     for cause in found["failure"]["causes"]:
-        click.echo(f"likely cause: {cause['what']}; {cause['remedy']}", err=True)
+        screen.tell(f"likely cause: {cause['what']}; {cause['remedy']}")
     for path in found["files"]:
-        click.echo(f"written: {path}", err=True)
+        screen.tell(f"written: {path}")
 
 
 def explained(error: SolverError) -> dict[str, Any]:

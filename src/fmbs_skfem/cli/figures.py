@@ -38,8 +38,9 @@ def draw(scene: Scene, study: Study, out: Path) -> list[Path]:
     files = histories(scene, study, out)
     if study.errors:
         times = next(iter(study.errors.values())).times
-        curves = {name: readable(error.relative) for name, error in study.errors.items()}
-        files.append(plots.errors(out / "errors.png", times, curves, study.time_error.relative if study.time_error else None))
+        curves = {name: readable(error.distance) for name, error in study.errors.items()}
+        floor = study.time_error.distance if study.time_error else None
+        files.append(plots.errors(out / "errors.png", times, curves, floor, "error, root mean square [m]"))
     files += spectra(scene, study, out)
     return [*files, cloud(scene, study, out)]
 
@@ -119,7 +120,8 @@ def readable(error: np.ndarray) -> np.ndarray:
 
 
 def unit(kind: str) -> str:
-    return {"velocity": "m/s", "slope": "-", "angle": "rad", "angular velocity": "rad/s", "stress": "Pa"}.get(kind, "m")
+    units = {"velocity": "m/s", "slope": "-", "angle": "rad", "angular velocity": "rad/s", "spin": "rad/s", "stress": "Pa"}
+    return units.get(kind, "m")
 
 
 def spectra(scene: Scene, study: Study, out: Path) -> list[Path]:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import importlib
+import sys
+from typing import Any
 
 import click
 
 from .. import __version__
+from ..core import durable
 from ..core.errors import closest
 
 #: command -> what it does; module `cli.<command>` holds it as `command`
@@ -44,6 +47,17 @@ class Commands(click.Group):
             ctx.fail(f"expected one of the commands {', '.join(COMMANDS)}, got '{args[0]}'{closest(args[0], COMMANDS)}")
         return super().resolve_command(ctx, args)
 
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        """As usual; `--help` and `--version` on a full disk end as commands do."""
+        try:
+            return super().main(*args, **kwargs)
+        except OSError as problem:
+            from . import screen
+
+            screen.drop()
+            screen.tell(f"error: {problem}")
+            sys.exit(6 if problem.errno in durable.FULL else 3)
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
@@ -56,6 +70,8 @@ def main() -> None:
 
     Every command takes --json (one object on stdout) and --out (a folder).
 
-    Exit codes: 0 done, 2 usage, 3 bad input, 4 solver failed (the partial result is kept), 5 some members of a sweep failed, 6 the
-    disk is full or the time is over, 7 an optional feature is missing, 8 a result is corrupt, 130 interrupted, 143 terminated.
+    Exit codes: 0 done, 2 usage, 3 bad input, 4 solver failed (the partial result is kept) or a training has no model, 5 some
+    members of a sweep failed, 6 the disk or the memory is full, or the time is over, 7 an optional feature is missing, 8 a result
+    is corrupt, 130 interrupted, 143 terminated. An internal error ends with 1, and leaves internal_error.json beside the results
+    that there are.
     """

@@ -24,7 +24,7 @@ from ..results import frames as frames_
 from ..results.frames import Frames, Kind, Lines, Skins
 from ..scenes import Scene
 from ..systems import System
-from ..systems.system import Skin
+from ..systems.system import Skin, in_scene
 
 #: kind of a marker of the system -> what is drawn
 KINDS = {
@@ -53,7 +53,7 @@ def frames(trajectory: Trajectory, rows: np.ndarray | None = None, wanted: Colle
 def moved(system: System, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Body coordinates and their rates of unknowns x (..., n) and rates v."""
     lift = system.lift
-    return np.asarray(lift.matrix @ x.T).T + lift.offset, np.asarray(lift.matrix @ v.T).T
+    return in_scene(system, np.asarray(lift.matrix @ x.T).T + lift.offset), np.asarray(lift.matrix @ v.T).T
 
 
 def line_bodies(
@@ -64,7 +64,11 @@ def line_bodies(
     if not system.lines:
         return {}, {}
     q, rate = moved(system, trajectory.x[rows], trajectory.v[rows])
-    now, moving, start = centre_lines(system, q), centre_lines(system, rate), centre_lines(system, system.lift(system.x0)[None])
+    now, moving, start = (
+        centre_lines(system, q),
+        centre_lines(system, rate),
+        centre_lines(system, in_scene(system, system.lift(system.x0))[None]),
+    )
     radius = {line.name: line.radius for line in system.lines}
     bodies = {name: lines(now[name], moving[name], start[name], radius[name]) for name in now if now[name].shape[2] > 1}
     for name in bodies.keys() & rigid(system):
@@ -96,7 +100,7 @@ def skin_bodies(trajectory: Trajectory, rows: np.ndarray, wanted: Collection[str
         for skin in system.skins:
             points[skin.name].append(spatial(now[skin.name][0]))
             found[skin.name].append(chosen(skin_fields(skin, now[skin.name], moving[skin.name][0]), wanted))
-    start = skins(system, system.lift(system.x0))
+    start = skins(system, in_scene(system, system.lift(system.x0)))
     bodies = {}
     for skin in system.skins:
         name, each = skin.name, found[skin.name]

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..core.errors import InputError, say
-from . import common, reports, screen
+from . import common, reports, screen, tables
 from .common import Result, Session
 
 if TYPE_CHECKING:
@@ -55,8 +55,10 @@ def command(
     training = dict(scene.parameters)
     origin = reports.plain(reports.provenance(scene))
     files.save(system, path, scene=found["scene"], training=training, report=reports.plain(found), provenance=origin)
-    view = screen.table(f"Reduced model of {found['scene']}", ("", "value"), [(key, told(value)) for key, value in found.items()])
-    return Result({**found, "file": path, "provenance": origin}, [view, f"written: {path}"])
+    facts = [(key, told(value)) for key, value in found.items() if key != "output_errors"]
+    view = screen.table(f"Reduced model of {found['scene']}", ("", "value"), facts)
+    outputs = tables.output_errors(found["output_errors"])
+    return Result({**found, "file": path, "provenance": origin}, [view, *outputs, f"written: {path}"])
 
 
 def target(session: Session, scene: Scene) -> Path:
@@ -66,7 +68,7 @@ def target(session: Session, scene: Scene) -> Path:
     path = given if given.suffix in SUFFIXES else given / f"{stem}.h5"
     if path.exists() and not session.force:
         raise InputError(say(f"--out {path}", "a new file", "one that exists", "choose another name, or --force"))
-    reports.made(path.parent)
+    session.work.out = reports.made(path.parent)
     return path
 
 
@@ -99,7 +101,7 @@ def chosen(scene: Scene, level: str, tolerance: float | None, modes: int | None,
 def train(session: Session, scene: Scene, plan: Plan) -> tuple[Any, dict[str, Any]]:
     """The reduced system, and its sizes, cost and errors against the full model over the training time."""
     from .. import dynamics, reduction
-    from ..reduction import costs, runs, training
+    from ..reduction import costs, output_errors, runs, training
     from ..scenes import build
     from . import compare
 
@@ -108,6 +110,7 @@ def train(session: Session, scene: Scene, plan: Plan) -> tuple[Any, dict[str, An
     with screen.progress("full model") as advance:
         sharp = training.newton_for(wanted.newton, plan.tolerance)
         full = dynamics.integrate(build.chosen_form(scene, raw), wanted.scheme, wanted.duration, sharp, kept, advance)
+    session.work.trajectory = full
     model = training.train(raw, reduction.snapshots(full, wanted.interval), plan)
     with screen.progress("reduced model") as advance:
         newton = training.newton_of_reduced(wanted.newton, plan.tolerance)
@@ -129,6 +132,10 @@ def train(session: Session, scene: Scene, plan: Plan) -> tuple[Any, dict[str, An
         "median_error": errors.median,
         "mean_error": errors.mean,
         "position_error": errors.position_maximum,
+        "output_errors": {column: asdict(one) for column, one in output_errors.compare(full, motion).items()},
+        "distance_error": errors.distance_maximum,
+        "coordinates_error": errors.coordinates_maximum,
+        "coordinates_mean": errors.coordinates_mean,
         "cpu_s_full": full.statistics.cpu_s,
         "cpu_s": motion.statistics.cpu_s,
         "training_s": model.training_s,

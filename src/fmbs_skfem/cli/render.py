@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..core.errors import MissingFeature
-from . import common, screen
+from . import common, reports, screen
 from .common import Result, Session
 
 if TYPE_CHECKING:
@@ -31,8 +31,10 @@ def command(session: Session, duration: float | None, count: int, gif: bool) -> 
     from . import solving
 
     scene = common.read_scene(session, duration)
-    solved = solving.solve(session, scene)
-    out, found = solving.keep(session, solved, (PICTURE, *([ANIMATION] if gif else [])))
+    names = (PICTURE, *([ANIMATION] if gif else []))
+    with solving.place(session, scene, (solving.OUTPUTS, reports.REPORT, *names)):
+        solved = solving.solve(session, scene)
+        out, found = solving.keep(session, solved, names)
     try:
         drawn = draw(scene, solved.trajectory, out, count if gif else 0)
     except MissingFeature as error:

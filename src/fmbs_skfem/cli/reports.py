@@ -35,7 +35,8 @@ def folder(session: Session, default: str | Path, names: Iterable[str], mark: st
     if taken and not session.force and recorded(out / record) != mark:
         got = f"another run's {', '.join(taken)}"
         raise InputError(say(f"--out {out}", "an empty folder or one of the same run", got, "choose another folder, or --force"))
-    return made(out)
+    session.work.out = made(out)
+    return out
 
 
 def made(out: Path) -> Path:

@@ -7,15 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..core import durable
-from ..core.errors import CorruptFile, InputError, SolverError, say
-from ..core.notices import notify
+from ..core.errors import InputError, SolverError, say
 from ..core.problems import Problem, shown
 from . import common, reports, screen
 from .common import Result, Session
@@ -167,14 +166,15 @@ def solve(session: Session, duration: float | None, step: float | None, plots: b
 
     chosen = (at_values if parametric(session.path) else alone)(session, duration, step)
     identity = f"{mark(session.path)} {chosen.facts.get('parameters', '')} {chosen.case.duration} {chosen.case.scheme.step}"
-    plots = plots and bool(chosen.case.system.outputs)
     out = reports.folder(session, f"fmbs-{session.path.stem}", written(plots, picture), identity)
     try:
         motion, error = attempt(chosen.case)
     except SolverError as failed:
         failure_report.keep_start(out, failed, reports.provenance(files=[session.path]))
         raise
-    columns, plots = dynamics.outputs(motion), plots and len(motion.times) > 1
+    session.work.trajectory = motion
+    columns = dynamics.outputs(motion)
+    plots = plots and solving.plottable(motion, columns)
     solving.write_outputs(out, motion.times, columns)
     if plots:
         plot(out, motion.times, columns, chosen.title)
@@ -202,7 +202,11 @@ def attempt(case: Case) -> tuple[Trajectory, SolverError | None]:
     screen.announce_compiling()
     try:
         with screen.progress("reduced model") as advance:
-            return dynamics.integrate(case.system, case.scheme, case.duration, case.newton, progress=advance), None
+            motion = dynamics.integrate(case.system, case.scheme, case.duration, case.newton, progress=advance)
+        broken = dynamics.unstable(motion, case.scheme.step)
+        if broken is None:
+            return motion, None
+        raise broken
     except SolverError as error:
         if error.partial is None:
             raise
@@ -227,7 +231,7 @@ def report(
         "newton_iterations": cost.iterations,
         "cpu_s": cost.cpu_s,
         "wall_s": cost.wall_s,
-        "energy_drift": solving.energy_drift(motion, "the step, or the distance from the training,"),
+        **solving.energy_of_reduced(motion),
         "outputs": {name: solving.extremes(values) for name, values in columns.items()},
         "provenance": reports.provenance(files=[session.path]),
     }
@@ -250,20 +254,21 @@ def mark(path: Path) -> str:
 
 def at_values(session: Session, duration: float | None, step: float | None) -> Chosen:
     """The case of a parametric model at the wanted values, with the error predicted there."""
-    from ..reduction import parameters, product
+    from ..reduction import parameters, prediction, product
 
     rom = product.load(session.path)
     known = rom.model.parameters
     point = parameters.completed(known, values(known, session.changes))
-    case = product.case_of(rom, point)
-    if duration is not None and duration > case.duration * (1 + 1e-9):
-        notify(f"the reduced model runs for {duration:g} s, trained for {case.duration:g} s; check its error against a full run")
+    case, beyond = product.case_of(rom, point, duration, step)
     facts = {
         "parameters": point,
         "outside": list(parameters.outside(known, point)),
-        "predicted_error": predicted(rom, point),
+        "beyond_training": beyond,
+        "predicted_error": None if beyond else predicted(rom, point),
+        "doubts": list(rom.notes.get(prediction.DOUBTS, ())),
+        "measure": measure(rom),
     }
-    return Chosen(timed(session.path, case, duration, step), facts, title(session.path, rom.notes))
+    return Chosen(case, facts, title(session.path, rom.notes))
 
 
 def predicted(rom: Product, point: Mapping[str, float]) -> dict[str, float] | None:
@@ -276,45 +281,19 @@ def predicted(rom: Product, point: Mapping[str, float]) -> dict[str, float] | No
 
 def alone(session: Session, duration: float | None, step: float | None) -> Chosen:
     """The case of a model at one set of parameters; times not given are those of its training."""
-    from ..dynamics import GeneralizedAlpha
     from ..reduction import files
-    from ..reduction.cases import Case
 
     if session.changes:
         remedy = "train one with fmbs train, or another one with fmbs reduce --set"
         raise InputError(say("--set", "a model of a whole range of parameters", f"'{session.path}', which has none", remedy))
     saved = files.read(session.path)
-    times = trained_times(session.path, saved.notes)
-    duration, step = duration or times.get("duration"), step or times.get("step")
-    if duration is None or step is None:
-        raise InputError(say(f"{session.path}", "--duration and --step", "none", "give both in seconds"))
-    case = Case(saved.system, GeneralizedAlpha(step, times.get("rho_inf", 0.8)), duration)
-    return Chosen(timed(session.path, case, duration, step), {}, title(session.path, saved.notes))
+    case, beyond = files.case_of(saved, duration, step, str(session.path))
+    return Chosen(case, {"beyond_training": beyond}, title(session.path, saved.notes))
 
 
 def title(path: Path, notes: Mapping[str, Any]) -> str:
     """The name of the scene that a model is of, or that of its file."""
     return str(notes.get("scene") or path.stem)
-
-
-def trained_times(path: Path, notes: Mapping[str, Any]) -> dict[str, float]:
-    """Duration, step and spectral radius of the training, as far as the notes of a file have them."""
-    known = notes.get("report", {})
-    found = {key: known[key] for key in ("duration", "step", "rho_inf") if isinstance(known, Mapping) and key in known}
-    wrong = [key for key, value in found.items() if type(value) not in (int, float) or not math.isfinite(value)]
-    if wrong:
-        remedy = "copy the file again, or train and save the model anew"
-        raise CorruptFile(say(f"{path}: notes.report.{wrong[0]}", "a number", shown(found[wrong[0]]), remedy))
-    return {key: float(value) for key, value in found.items()}
-
-
-def timed(path: Path, case: Case, duration: float | None, step: float | None) -> Case:
-    """The case with another duration or step."""
-    step = case.scheme.step if step is None else step
-    duration = case.duration if duration is None else duration
-    if not duration >= step > 0:
-        raise InputError(say(f"{path}", "a positive step and a duration of at least one step", f"{step} s and {duration} s"))
-    return replace(case, duration=duration, scheme=replace(case.scheme, step=step))
 
 
 def values(known: Sequence[Parameter], changes: Mapping[str, str]) -> dict[str, float]:
@@ -344,20 +323,34 @@ def words(found: Mapping[str, Any]) -> list[str]:
     """The run and the error predicted for it, in a line each."""
     point = ", ".join(f"{name} = {value:.6g}" for name, value in found.get("parameters", {}).items())
     text = f"{found['model']}: {point + ', ' if point else ''}{found['dofs']} unknowns, {found['steps']} steps, "
-    text += f"{found['newton_iterations']} Newton iterations, {found['cpu_s']:.3g} s CPU, {found['wall_s']:.3g} s wall"
-    return [text, *([error_words(found["predicted_error"])] if found.get("predicted_error") else [])]
+    text += f"{found['newton_iterations']} Newton iterations, {found['cpu_s']:.3g} s CPU, {found['wall_s']:.3g} s wall, "
+    text += f"energy drift {found['energy_drift']:.3g} J"
+    beyond = [f"No error is known: {'; '.join(found['beyond_training'])}."] if found["beyond_training"] else []
+    return [text, *beyond, *(error_words(found) if found.get("predicted_error") else [])]
 
 
-def error_words(predicted: Mapping[str, float]) -> str:
-    """A predicted error with its band."""
-    return f"Predicted error (48): {predicted['error']:.2g}, with its spread {predicted['low']:.2g} to {predicted['high']:.2g}."
+def measure(rom: Product) -> str:
+    """What the predicted error of a model is; that of files that do not say it is one of states."""
+    from ..reduction import prediction
+
+    return str(rom.notes.get(prediction.KEY, {}).get("measure", "relative error (48)"))
+
+
+def error_words(found: Mapping[str, Any]) -> list[str]:
+    """A predicted error with its band, and what speaks against it."""
+    predicted = found["predicted_error"]
+    spread = f"with its spread {predicted['low']:.2g} to {predicted['high']:.2g}"
+    doubts = [f"Its training cannot promise that: {'; '.join(found['doubts'])}."] if found["doubts"] else []
+    return [f"Predicted {found['measure']}: {predicted['error']:.2g}, {spread}.", *doubts]
 
 
 def plot(out: Path, times: np.ndarray, columns: Mapping[str, np.ndarray], title: str) -> Path:
     """outputs.png: all outputs over time."""
+    import numpy as np
+
     from ..results import plots
 
-    found = {name: {title: values} for name, values in columns.items()}
+    found = {name: {title: values} for name, values in columns.items() if np.isfinite(values).all()}
     return plots.history_grid(out / PLOT, times, found, columns=2 if len(found) > 3 else 1, title=title)
 
 

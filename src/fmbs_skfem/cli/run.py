@@ -84,16 +84,20 @@ def command(
 
 
 def modes(session: Session, scene: Scene) -> Result:
-    """Vibration modes about the reference configuration: frequencies on stdout and in modes.csv."""
+    """Vibration modes about the unloaded reference: frequencies on stdout and in modes.csv."""
     import numpy as np
 
     from .. import dynamics
     from ..core import durable
     from ..results import segments
-    from ..scenes import build
+    from ..scenes import build, where
+    from ..scenes.schema import TorsionSpring
+    from ..systems import free_motions
     from . import solving
 
-    raw = solving.system(session, scene)
+    acting = {name: load for name, load in scene.loads.items() if isinstance(load, TorsionSpring)}
+    raw = solving.system(session, scene.model_copy(update={"loads": acting}))
+    free_motions.refuse_limp(where(scene, "analysis"), raw)
     reduced = build.chosen_form(scene, raw)
     omega = dynamics.vibration_modes(reduced, getattr(scene.analysis, "count", 10)).frequencies
     frequencies = omega / (2 * np.pi)

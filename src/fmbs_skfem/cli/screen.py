@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import errno
+import fcntl
+import os
 import subprocess
 import sys
 import time
@@ -12,11 +15,59 @@ from typing import IO, TYPE_CHECKING
 
 import click
 
+from ..core import durable
+from ..core.errors import FmbsError, InputError, say
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
 PATIENCE = 2.0  #: work that takes longer shows its progress [s]
+
+
+class Unheard(FmbsError):
+    """What was to be printed on stdout did not arrive."""
+
+    def __init__(self, text: str, full: bool = False) -> None:
+        super().__init__(text)
+        self.exit_code = 6 if full else InputError.exit_code
+
+
+def tell(text: str) -> None:
+    """A line on stderr. Nothing is lost where that is closed or full: what is said there is also in the reports."""
+    with contextlib.suppress(OSError, ValueError):
+        click.echo(text, err=True)
+
+
+def drop() -> None:
+    """What waits in the buffer of stdout is not tried again at the end of the process, when nobody could tell of it."""
+    with contextlib.suppress(OSError, ValueError):
+        if sys.stdout is not None:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def occupy() -> None:
+    """Take the numbers of standard streams that are closed: a file of results that had one would get what libraries print."""
+    while (number := os.open(os.devnull, os.O_RDWR)) < 3:
+        pass
+    os.close(number)
+
+
+@contextlib.contextmanager
+def stdout() -> Iterator[None]:
+    """Whatever is printed inside has arrived when it ends; `Unheard` where nobody takes it."""
+    try:
+        if sys.stdout is None:
+            raise OSError(errno.EBADF, os.strerror(errno.EBADF))
+        yield
+        sys.stdout.flush()
+    except OSError as problem:
+        drop()
+        got = os.strerror(problem.errno or errno.EIO).lower()
+        remedy = "files of results are not concerned"
+        raise Unheard(
+            say("stdout", "an output that takes what is printed", got, remedy), problem.errno in durable.FULL
+        ) from problem
 
 
 def console(file: IO[str]) -> Console:
@@ -50,7 +101,7 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
     """A function that takes the finished fraction; on a terminal a bar on stderr after two seconds."""
     from rich.progress import Progress
 
-    begin, visible = time.perf_counter(), sys.stderr.isatty()
+    begin, visible = time.perf_counter(), sys.stderr is not None and sys.stderr.isatty()
     with contextlib.ExitStack() as stack:
         bars: list[Progress] = []
 
@@ -74,6 +125,33 @@ def first(folder: Path) -> bool:
     return True
 
 
+@contextlib.contextmanager
+def compiling(scene: Path | None) -> Iterator[bool]:
+    """Whether what is done inside compiles the time step, which the cache has not: one process at a time.
+
+    First runs that begin together would compile the same in each other's way; those that wait find it in the cache.
+    """
+    from ..core import jit
+
+    folder = jit.cache_folder()
+    if folder is None or not cold(folder):
+        yield announce_compiling(scene)
+        return
+    with (folder / "compiling").open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            tell("waiting for another process that compiles (first runs only)")
+            with contextlib.suppress(OSError):  # a file system without locks
+                fcntl.flock(file, fcntl.LOCK_EX)
+        yield announce_compiling(scene)
+
+
+def cold(folder: Path) -> bool:
+    """Whether no compiled step is cached in a folder."""
+    return not any(folder.rglob("stepping.advance-*.nbc"))
+
+
 def announce_compiling(scene: Path | None = None) -> bool:
     """Whether no compiled step is cached; then the first run compiles, which is said on stderr.
 
@@ -82,10 +160,10 @@ def announce_compiling(scene: Path | None = None) -> bool:
     from ..core import jit
 
     folder = jit.cache_folder()
-    cold = folder is None or not any(folder.rglob("stepping.advance-*.nbc"))
-    if cold:
-        click.echo("compiling (first run only)", err=True)
-    if cold and folder is not None and scene is not None and first(folder):
+    new = folder is None or cold(folder)
+    if new:
+        tell("compiling (first run only)")
+    if new and folder is not None and scene is not None and first(folder):
         command = [sys.executable, "-m", "fmbs_skfem.cli.warm", str(scene)]
         subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    return cold
+    return new

@@ -24,6 +24,7 @@ from ..results import segments
 from ..results.segments import Recorder
 from ..scenes import Scene, build
 from ..systems import System
+from ..systems.system import sizes as root_mean_squares
 from . import common, failure_report, reports, screen
 from .common import Result, Session
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
 OUTPUTS = "outputs.csv"
 PLOT = "outputs.png"
+NOISE = 1e-3  #: noise of accelerations, relative to the largest, that is told
 GAIN = 0.05  #: rise of the energy balance, relative to the largest energy, that is told
 
 
@@ -77,12 +79,13 @@ def solve(
     """
     raw = system(session, scene)
     reduced = build.chosen_form(scene, raw)
-    if screen.announce_compiling(scene.path) and scene.analysis.type == "dynamic":
-        step = scene.analysis.step
-        with contextlib.suppress(FmbsError):  # the run itself will say what is wrong
+    with screen.compiling(scene.path) as cold, contextlib.suppress(FmbsError):  # the run itself will say what is wrong
+        if cold and scene.analysis.type == "dynamic":
+            step = scene.analysis.step
             dynamics.integrate(reduced, GeneralizedAlpha(step, scene.analysis.rho_inf), step)
     cpu, wall = time.process_time(), time.perf_counter()
     trajectory, error = attempt(scene, reduced, record, resume, limit)
+    session.work.trajectory = trajectory
     cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
     closed = len(record.manifest.segments) if record else 0
     return Solved(scene, raw, trajectory, dynamics.outputs(trajectory), cpu, wall, error, closed)
@@ -98,14 +101,18 @@ def attempt(
             scheme = GeneralizedAlpha(analysis.step, analysis.rho_inf)
             newton, every = Newton(tolerance=analysis.tolerance, solver=analysis.solver), build.kept_steps(scene)
             with screen.progress("integrating") as advance, stoppable(record, limit) as watch:
-                return dynamics.integrate(reduced, scheme, analysis.duration, newton, every, advance, watch, resume), None
+                motion = dynamics.integrate(reduced, scheme, analysis.duration, newton, every, advance, watch, resume)
+            broken = dynamics.unstable(motion, analysis.step)
+            if broken is None:
+                return motion, None
+            raise broken
         if analysis.type == "static":
             with screen.progress("loading") as advance:
                 newton = Newton(tolerance=analysis.tolerance)
                 if analysis.method == "arc_length":
                     control = dynamics.ArcLength(1.0 / analysis.load_steps)
-                    return dynamics.follow_path(reduced, control, newton, progress=advance), None
-                return dynamics.solve_statics(reduced, analysis.load_steps, newton, progress=advance), None
+                    return dynamics.follow_path(reduced, control, newton, analysis.time, advance), None
+                return dynamics.solve_statics(reduced, analysis.load_steps, newton, analysis.time, advance), None
     except SolverError as error:
         if record is not None:
             record.fail()
@@ -162,13 +169,19 @@ def kept(session: Session, scene: Scene, names: tuple[str, ...], job: Mapping[st
 
     A history that ended is removed, and so is any with --force; a run that can go on is not.
     """
+    with place(session, scene, names) as out, segments.locked(out):
+        if (out / segments.FOLDER).exists():
+            clear(session, out, reports.fingerprint(scene))
+        yield Recorder(out, job, every)
+
+
+@contextlib.contextmanager
+def place(session: Session, scene: Scene, names: tuple[str, ...]) -> Iterator[Path]:
+    """The output folder for `names`, settled before anything is solved; removed where it is new and stays empty."""
     new = not default_folder(session, scene).exists()
     out = output_folder(session, scene, names)
     try:
-        with segments.locked(out):
-            if (out / segments.FOLDER).exists():
-                clear(session, out, reports.fingerprint(scene))
-            yield Recorder(out, job, every)
+        yield out
     except SolverError as error:
         failure_report.keep_start(out, error, reports.provenance(scene))
         raise
@@ -211,6 +224,7 @@ def report(session: Session, solved: Solved) -> dict[str, Any]:
         "cpu_s": statistics.cpu_s if dynamic else solved.cpu_s,
         "wall_s": statistics.wall_s if dynamic else solved.wall_s,
         "energy_drift": drift,
+        "acceleration_noise": acceleration_noise(scene, trajectory) if dynamic else None,
         "outputs": {name: extremes(values) for name, values in solved.columns.items()},
         "segments": solved.segments,
         "fingerprint": reports.fingerprint(scene),
@@ -225,6 +239,38 @@ def energy_drift(trajectory: Trajectory, step: str) -> float:
         remedy = "halve it and compare, or take a smaller rho_inf"
         notify(f"the energy balance rises by {gain:.0%} of the largest energy: {step} is too large for this motion; {remedy}")
     return drift
+
+
+def acceleration_noise(scene: Scene, trajectory: Trajectory) -> float:
+    """Noise of accelerations by round-off [m/s2], with a notice where reactions show it."""
+    analysis = build.dynamic(scene)
+    scheme = GeneralizedAlpha(analysis.step, analysis.rho_inf)
+    noise = dynamics.acceleration_noise(scheme, trajectory.system)
+    changes = np.diff(trajectory.v, axis=0) / np.diff(trajectory.times)[:, None]  # what noise hardly reaches
+    largest = float(root_mean_squares(trajectory.system, changes).max(initial=0.0))
+    if 0.0 < NOISE * largest < noise:
+        text = (
+            f"round-off makes about {noise:.2g} m/s2 of noise in accelerations and reactions, {noise / largest:.1%} of the largest"
+        )
+        notify(f"{text}: take a larger step, or a smaller rho_inf")
+    return noise
+
+
+def energy_of_reduced(motion: Trajectory) -> dict[str, float]:
+    """Largest change of the energy balance of a reduced model [J], and that over the largest change of an energy.
+
+    A rise is told as that of a full run. A fall is told, too: a full run loses energy to its step alone, a reduced one also where
+    its basis does not hold the motion.
+    """
+    drift = energy_drift(motion, "the step, or the distance from the training,")
+    kinds = dynamics.energies(motion)
+    balance, scale = kinds[:, 3] - kinds[0, 3], float(np.ptp(kinds[:, :3], axis=0).max())
+    change = float(np.abs(balance).max()) / scale if scale > 0.0 else 0.0
+    fall = float(-balance.min()) / scale if scale > 0.0 else 0.0
+    if fall > GAIN:
+        cause = "the step, or the distance from the training, is too large"
+        notify(f"the energy balance falls by {fall:.0%} of the largest energy: {cause}; compare with a full run")
+    return {"energy_drift": drift, "energy_change": change}
 
 
 def heading(scene: Scene) -> dict[str, Any]:
@@ -287,17 +333,22 @@ def plot_outputs(out: Path, solved: Solved) -> Path:
 def keep(session: Session, solved: Solved, names: tuple[str, ...] = (), plots: bool = True) -> tuple[Path, dict[str, Any]]:
     """Write outputs.csv, report.json and outputs.png into the output folder; the folder and the report."""
     found = report(session, solved)
-    plots = plots and bool(solved.columns) and len(solved.trajectory.times) > 1
+    plots = plots and plottable(solved.trajectory, solved.columns)
     written = (OUTPUTS, reports.REPORT, *([PLOT] if plots else []))
     out = output_folder(session, solved.scene, (*written, *names))
     found = {**found, "files": [out / name for name in written]}
-    with segments.room(out):
+    with segments.room(out, out):
         write_outputs(out, solved.trajectory.times, solved.columns)
         if plots:
             plot_outputs(out, solved)
         found = failure_report.keep(out, found, solved.error, plots)
         reports.keep(session, out, found)
     return out, found
+
+
+def plottable(trajectory: Trajectory, columns: Mapping[str, np.ndarray]) -> bool:
+    """Whether there are curves to draw: several instants, and an output that is finite at all of them."""
+    return len(trajectory.times) > 1 and any(np.isfinite(values).all() for values in columns.values())
 
 
 def output_folder(session: Session, scene: Scene, names: tuple[str, ...]) -> Path:

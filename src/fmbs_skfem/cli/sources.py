@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..core.errors import InputError, closest, say
+from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
 from . import common, reports, rom
 from .common import Session
@@ -70,6 +70,8 @@ def scene(session: Session, ranges: Sequence[Limits], duration: float | None, in
     read = common.read_scene(replace(session, path=session.path.resolve()), duration)
     known, family = scenes.family(read, allow_outside=session.allow_outside, duration=duration)
     given = {own.name: own for own in from_texts(session, ranges, read.parameters)}
+    for name in given.keys() - read.used:
+        raise InputError(say(f"--range {name}", "a parameter that the scene uses", "one that nothing uses"))
     kept = tuple(own for own in known if own.name not in given and own.name not in session.changes)
     parameters = ranged(f"{session.path}", (*kept, *given.values()))
     nominal = boxes.completed(parameters, {})
@@ -87,7 +89,7 @@ def from_texts(session: Session, ranges: Sequence[Limits], values: Mapping[str, 
     entries = {}
     for own in ranges:
         if own.name not in raw:
-            known = ", ".join(raw) or "(there are none)"
+            known = listed(raw, own.name)
             raise InputError(say(f"--range {own.name}", f"one of the parameters {known}", f"'{own.name}'{closest(own.name, raw)}"))
         entry = raw[own.name]
         value = entry.get("value") if isinstance(entry, dict) else entry
@@ -116,10 +118,13 @@ def resolved(raw: Mapping[str, Any], ranges: Sequence[Limits], resolve: Any, val
 
 
 def ranged(place: str, parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
-    """At least one parameter that varies."""
+    """At least one parameter that varies, and columns of the table for all of them."""
+    from ..results import sweep_files
+
     if not parameters:
         remedy = "give one a range in the scene, 'E: {value: 1 GPa, range: [0.7 GPa, 1.3 GPa]}', or by --range 'E=0.7 GPa:1.3 GPa'"
         raise InputError(say(place, "a parameter with a range", "none", remedy))
+    sweep_files.check_names(parameters)
     return parameters
 
 

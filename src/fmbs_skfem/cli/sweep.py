@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -107,6 +108,7 @@ def compute(
     """Run the missing members; each is stored when it is settled."""
     from ..reduction import sweeps
     from ..results import sweep_files
+    from .solving import Interrupted
 
     records = dict(done)
 
@@ -118,7 +120,11 @@ def compute(
         options = replace(options, first_alone=screen.announce_compiling())
     with screen.progress(f"{len(points) - len(done)} members") as advance:
         names = [own.name for own in source.parameters]
-        outcome = sweeps.run(source.task, names, points, keep, options, done, advance)
+        try:
+            outcome = sweeps.run(source.task, names, points, keep, options, done, advance)
+        except sweeps.Stopped as stopped:
+            text = f"stopped by {signal.Signals(stopped.number).name} after {len(records)} of {len(points)} members"
+            raise Interrupted(stopped.number, f"{text}, which are kept in {out}; go on with the same call and --resume") from None
     return outcome, records
 
 

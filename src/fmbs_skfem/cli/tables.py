@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any
@@ -37,6 +38,7 @@ def tables(scene: Scene, study: Study) -> list[Any]:
         shown = [overview(study), products(study, known), tangents(study, known)]
         if any(record.snnls_s for record in main(study)):
             shown.append(searches(study, known))
+    shown += errors_of_outputs(study)
     shown += [f"{record.name}: {record.status}" for record in study.records if record.status != "done"]
     return [*shown, f"paper: {paper['source']}"] if paper else shown
 
@@ -65,12 +67,12 @@ def shares(study: Study, known: Mapping[str, Any]) -> Table:
     for record in [record for record in table_4(study) if record.status == "done"]:
         seconds = (record.force_s, record.solve_s, record.product_s, record.cpu_s)
         found, trained = joined(record.snnls_s.values(), ".2g"), clock(record.training_s)
-        rows.append((record.name, *map(clock, seconds), found, trained, tell(record.max_error)))
+        rows.append((record.name, *map(clock, seconds), found, trained, tell(record.coordinates_error)))
         if paper := known.get(record.name):
             published_seconds = (str(paper.get(key, "")) for key in ("force_s", "solve_s", "product_s", "total_s"))
             error = f"{paper['max_error']:.2e}" if "max_error" in paper else ""
             rows.append((PAPER, *published_seconds, joined(paper.get("snnls_s", ())), "", error))
-    heads = ("model", "force+tangent", "solves", "products", "total", "sNNLS", "training", "max error")
+    heads = ("model", "force+tangent", "solves", "products", "total", "sNNLS", "training", "max error (53)")
     return named(screen.table("Table 4: CPU time [s]", heads, rows))
 
 
@@ -78,14 +80,59 @@ def accuracy(study: Study) -> Table:
     """Errors of all kinds beside Newton's tolerance and what is left of the joints."""
     rows = []
     for record in [record for record in study.records if record.status == "done" and record.family != "full"]:
-        errors = (record.max_error, record.median_error, record.mean_error, record.position_error)
+        published = (record.coordinates_error, record.coordinates_mean)
+        errors = (
+            record.max_error,
+            record.median_error,
+            record.mean_error,
+            record.distance_error,
+            record.position_error,
+            *published,
+        )
         sizes = (str(record.constraints), f"{record.newton:.0e}", str(record.iterations), str(record.factorisations))
         rows.append((record.name, *map(tell, errors), *sizes))
     if study.time_error:
         times = study.time_error
-        rows.append((f"step {times.step:g} s", tell(times.relative), "", "", tell(times.position), *[""] * 4))
-    heads = ("model", "max error", "median", "mean", "position [m]", "constraints", "Newton", "iterations", "factors")
+        rows.append((f"step {times.step:g} s", tell(times.relative), "", "", tell(times.distance), tell(times.position), *[""] * 6))
+    columns = ("model", "max error", "median", "mean", "RMS [m]", "position [m]", "(53)", "(48)")
+    heads = (*columns, "constraints", "Newton", "iterations", "factors")
     return named(screen.table("Errors against the full model, and of its own step", heads, rows))
+
+
+def output_errors(found: Mapping[str, Mapping[str, Any]]) -> list[Table]:
+    """Largest error of every output column of one model, in its unit and as a part of its range; nothing without outputs."""
+    rows = [
+        (headed_column(column, one), part(one["error"]), f"{one['range']:.3g}", part(one["relative"]))
+        for column, one in found.items()
+    ]
+    heads = ("output", "largest error", "range", "part of the range")
+    return [named(screen.table("Errors of the outputs", heads, rows))] if rows else []
+
+
+def errors_of_outputs(study: Study) -> list[Table]:
+    """Largest errors of all output columns, and those as parts of their ranges, with a column a model."""
+    found = {record.name: {name: asdict(one) for name, one in record.outputs.items()} for record in main(study) if record.outputs}
+    if not found:
+        return []
+    first = next(iter(found.values()))
+    titles = {"error": "Largest errors of the outputs", "relative": "Largest errors of the outputs as parts of their ranges"}
+    shown = []
+    for key, title in titles.items():
+        rows = [
+            (headed_column(name, one), f"{one['range']:.3g}", *(part(columns[name][key]) for columns in found.values()))
+            for name, one in first.items()
+        ]
+        shown.append(named(screen.table(title, ("output", "range", *found), rows)))
+    return shown
+
+
+def headed_column(name: str, error: Mapping[str, Any]) -> str:
+    return f"{name} [{error['unit']}]" if error["unit"] else name
+
+
+def part(error: float | None) -> str:
+    """An error; nothing where it is unknown or has no range to refer to."""
+    return "-" if error is None or not math.isfinite(error) else f"{error:.2e}"
 
 
 def clock(seconds: float) -> str:

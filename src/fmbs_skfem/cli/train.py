@@ -7,16 +7,17 @@ from __future__ import annotations
 
 import functools
 import shutil
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..core.errors import InputError, say
+from ..core.errors import InputError, NoModel, say
 from . import common, reports, screen
 from .common import Result, Session
+from .tables import output_errors
 
 if TYPE_CHECKING:
     from ..reduction.campaign import Campaign, Search
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from ..reduction.product import Product
     from ..scenes import Scene
     from ..scenes.points import Points
+    from .checking import Checked
 
 MODEL, STORE = "model.h5", "training"
 
@@ -38,7 +40,15 @@ class Job:
     search: Search
     options: Options
     points: Points
-    tolerance: float | None
+    tolerance: float | None  #: wanted error in the measure of the setting
+    allowed: Mapping[str, float] | None = None  #: wanted largest errors of outputs, of which `tolerance` 1 is the whole
+
+    @property
+    def measure(self) -> str:
+        """What errors are, in words."""
+        if self.setting.measure is None:
+            return "relative error (48)"
+        return "error of the outputs over their tolerances" if self.allowed else "error of the outputs over their ranges"
 
 
 @common.command("train")
@@ -67,7 +77,7 @@ def command(
     scene, and every run and iteration into the folder `training` there: the same call again goes on where it was interrupted, and
     computes nothing twice.
     """
-    from ..reduction import comparators
+    from ..reduction import comparators, prediction, product
     from . import checking
 
     scene = common.read_scene(session, duration)
@@ -75,23 +85,44 @@ def command(
     if compare and not len(job.points.holdout):
         raise InputError(say("--compare", "hold-out points", "none", "give --holdout N, or training.holdout in the scene"))
     out = folder(session, scene, resume)
-    if screen.announce_compiling(scene.path):
-        comparators.warm(job.setting)
-    with screen.progress("training") as advance:
-        found = trained(job, out, advance)
+    with screen.compiling(scene.path) as cold:
+        if cold:
+            comparators.warm(job.setting)
+    try:
+        with screen.progress("training") as advance:
+            found = trained(job, out, advance)
+    except NoModel as error:
+        return without_model(session, job, out, error)
     model = save(job, found, out)
     checked = checking.check(job, found, model, out, compare) if len(job.points.holdout) else None
     drawn = checking.draw(job, found, checked, out) if plots else []
+    doubts = promised(job, found, checked)
+    product.save(replace(model, notes={**model.notes, prediction.DOUBTS: doubts}), out / MODEL)
     report = {
         **told(job, found),
-        **({} if checked is None else {"holdout": checking.report_of(checked)}),
+        "status": "no promise" if doubts else "ok",
+        "doubts": doubts,
+        **({} if checked is None else {"holdout": checking.report_of(job, checked)}),
         "fingerprint": reports.fingerprint(scene),
         "provenance": reports.provenance(scene),
-        "files": [*([] if model is None else [out / MODEL]), out / reports.REPORT, *drawn],
+        "files": [out / MODEL, out / reports.REPORT, *drawn],
     }
     reports.keep(session, out, report)
-    tables = [] if checked is None else [checking.table(checked)]
+    tables = [] if checked is None else [checking.table(checked, job.measure), *output_errors(checking.largest_of_outputs(checked))]
     return Result(report, [*words(report), *tables, "written: " + ", ".join(map(str, report["files"]))])
+
+
+def without_model(session: Session, job: Job, out: Path, error: NoModel) -> Result:
+    """The report of a training that has no model, with the reason."""
+    report = {
+        **common.failed(error),
+        **heading(job),
+        "fingerprint": reports.fingerprint(job.scene),
+        "provenance": reports.provenance(job.scene),
+        "files": [out / reports.REPORT],
+    }
+    reports.keep(session, out, report)
+    return Result(report, [f"written: {out / reports.REPORT}"], error)
 
 
 def prepared(
@@ -100,8 +131,9 @@ def prepared(
     """The input of a training from a scene and the options that replace its values."""
     from .. import scenes
     from ..reduction import campaign, greedy
-    from ..reduction.full_runs import Setting
+    from ..reduction.full_runs import OutputMeasure, Setting
     from ..scenes import build, points
+    from ..scenes.training import Allowed
     from . import compare
 
     section = points.section(scene)
@@ -110,58 +142,70 @@ def prepared(
     chosen = points.of(section, known, holdout)
     snapshots = scene.reduction.snapshots if scene.reduction else 0.0
     interval = analysis.step * build.snapshot_steps(scene) if isinstance(snapshots, tuple) else snapshots
-    setting = Setting(family, known, plan, interval, functools.partial(build.chosen_form, scene))
+    allowed = dict(section.tolerance.values) if isinstance(section.tolerance, Allowed) and tolerance is None else None
+    measure = OutputMeasure(allowed or {}) if scene.outputs else None
+    setting = Setting(family, known, plan, interval, functools.partial(build.chosen_form, scene), measure)
     search = campaign.search(known, chosen.candidates, chosen.samples, chosen.first)
     most = max(section.max_samples, len(search.samples))
     options = greedy.Options(iterations=iterations or section.iterations, max_samples=most, seed=section.seed)
-    wanted = section.tolerance if tolerance is None else tolerance
-    if wanted is not None and not 0.0 < wanted < 1.0:
+    own = 1.0 if isinstance(section.tolerance, Allowed) else section.tolerance
+    wanted = own if tolerance is None else tolerance
+    if tolerance is not None and not 0.0 < tolerance < 1.0:
         raise InputError(say("--tolerance", "a relative error between 0 and 1", wanted, "1e-4 for instance"))
-    return Job(scene, setting, search, options, chosen, wanted)
+    return Job(scene, setting, search, options, chosen, wanted, allowed)
 
 
 def folder(session: Session, scene: Scene, resume: bool) -> Path:
-    """The output folder; with --force without the runs of an earlier training."""
+    """The output folder; with --force without the runs of an earlier training.
+
+    Where a training was stopped between its model and its report, the training itself tells whether it is this one.
+    """
+    from ..reduction import training_store as store
+
     out = session.out or Path(f"fmbs-{common.stem(scene)}-train")
     if resume and not (out / STORE).is_dir():
         raise InputError(say("--resume", f"a training in '{out}'", "none", "leave the option out to begin one"))
     if session.force and (out / STORE).is_dir():
         shutil.rmtree(out / STORE)
-    return reports.folder(session, out, (MODEL, reports.REPORT), reports.fingerprint(scene))
+    unfinished = (out / STORE / store.TITLE).is_file() and not (out / reports.REPORT).exists()
+    return reports.folder(session, out, () if unfinished else (MODEL, reports.REPORT), reports.fingerprint(scene))
 
 
 def trained(job: Job, out: Path, advance: Callable[[float], None]) -> Campaign:
     """The training, stored in the folder."""
     from ..reduction import campaign
 
-    return campaign.train(job.setting, job.search, job.options, out / STORE, job.tolerance, advance)
+    return campaign.train(job.setting, job.search, job.options, out / STORE, job.tolerance, advance, savable=True)
 
 
-def save(job: Job, found: Campaign, out: Path) -> Product | None:
-    """The model as a file, with what it needs to predict its own error and a record of its training.
-
-    None, after a notice of the training, where the model is no polynomial of the parameters: a file holds nothing else.
-    """
+def save(job: Job, found: Campaign, out: Path) -> Product:
+    """The model as a file, with what it needs to predict its own error and a record of its training."""
     from ..reduction import prediction, product
-    from ..reduction.affine import ParametricCase
 
     scene = job.scene
-    if not isinstance(found.model.cases, ParametricCase):
-        return None
     notes = {
         "scene": common.title(scene),
         "hashes": product.hashes(reports.scene_files(scene)),
         "fixed": {name: value for name, value in scene.parameters.items() if name not in scene.ranges},
-        "training": reports.plain(record(found, job.tolerance)),
-        prediction.KEY: prediction.record(found),
+        "training": reports.plain(record(found, job)),
+        prediction.KEY: {**prediction.record(found), "measure": job.measure},
         "provenance": reports.plain(reports.provenance(scene)),
     }
-    made = product.Product(found.model.cases, notes)
+    made = product.Product(found.model.parametric, notes)
     product.save(made, out / MODEL)
     return made
 
 
-def record(found: Campaign, tolerance: float | None) -> dict[str, Any]:
+def promised(job: Job, found: Campaign, checked: Checked | None) -> list[str]:
+    """Why the predicted error cannot be promised; nothing where it can."""
+    from ..reduction import promise
+
+    true = [] if checked is None else checked.true.tolist()
+    high = [] if checked is None else [one.high for one in checked.predictions]
+    return promise.doubts(len(found.runs), found.calibration, found.predicted, true, high, job.tolerance)
+
+
+def record(found: Campaign, job: Job) -> dict[str, Any]:
     """What was run, chosen and reached."""
     from ..reduction import parameters
 
@@ -178,7 +222,8 @@ def record(found: Campaign, tolerance: float | None) -> dict[str, Any]:
         ],
         "modes": dict(found.model.modes),
         "kept": {selection.component: len(selection.sample.indices) for selection in found.model.selections},
-        "tolerance": tolerance,
+        "measure": job.measure,
+        "tolerance": job.allowed or job.tolerance,
         "eps": plan.tolerance if plan.modes is None else None,
         "eta": None if plan.exact else plan.hyper_tolerance,
         "level": "exact" if plan.exact else plan.level.value,
@@ -190,19 +235,25 @@ def record(found: Campaign, tolerance: float | None) -> dict[str, Any]:
     }
 
 
-def told(job: Job, found: Campaign) -> dict[str, Any]:
-    """The report without hold-out points."""
+def heading(job: Job) -> dict[str, Any]:
+    """What is trained: the scene, its parameters and candidates."""
     ranges = {
         p.name: {"low": p.low, "high": p.high, "scale": p.scale.value, "unit": p.unit, "nominal": p.nominal}
         for p in job.setting.parameters
     }
     return {
-        "status": "ok",
         "scene": common.title(job.scene),
         "file": job.scene.path,
         "parameters": ranges,
         "candidates": len(job.search.candidates),
-        **record(found, job.tolerance),
+    }
+
+
+def told(job: Job, found: Campaign) -> dict[str, Any]:
+    """The report without hold-out points."""
+    return {
+        **heading(job),
+        **record(found, job),
         "iterations": [
             {
                 "point": found.runs[k].values,
@@ -222,13 +273,25 @@ def words(report: Mapping[str, Any]) -> list[str]:
     text = f"{report['scene']}: full runs: {report['full_runs']}, reduced runs: {report['reduced_runs']}, "
     text += f"sNNLS: {report['hyper_reductions']}; {modes} modes" + (f", {kept} {report['level']} kept; " if kept else "; ")
     text += f"{report['cpu_s_full_runs']:.3g} s CPU in full runs, {report['cpu_s_models']:.3g} s in bases and hyper-reduction."
-    points = "; ".join(", ".join(f"{name} = {value:.6g}" for name, value in point.items()) for point in report["points"])
+    points = "; ".join(map(listed, report["points"]))
     if report["budget"] is not None:
         budget = f"Error budget {report['budget']['statement']}."
     else:
         budget = f"eps = {report['eps']}, eta = {report['eta']}, as the scene says; --tolerance chooses them for a wanted error."
     error = report["predicted_error"]
     spread = f"with its spread {error['low']:.2g} to {error['high']:.2g}"
-    largest = f"Largest predicted error (48) over the candidates: {error['error']:.2g}, {spread}."
-    failed = [f"{len(report['failed'])} full runs failed, the first: {report['failed'][0]['reason']}"] if report["failed"] else []
-    return [text, f"Full runs at {points}.", f"The training ended because {report['stop']}.", *failed, budget, largest]
+    largest = f"Largest predicted {report['measure']}, among the candidates: {error['error']:.2g}, {spread}."
+    doubts = [f"The training cannot promise its predicted error: {'; '.join(report['doubts'])}."] if report["doubts"] else []
+    lost = motionless([*report["failed"], *report.get("holdout", {}).get("failed", ())])
+    return [text, f"Full runs at {points}.", f"The training ended because {report['stop']}.", *lost, budget, largest, *doubts]
+
+
+def motionless(failed: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Where in the box the full model has no motion, each point with the first clause of the reason."""
+    points = [f"{listed(one['point'])} ({one['reason'].split(';')[0]})" for one in failed]
+    return [f"The full model has no motion at {'; '.join(points)}."] if points else []
+
+
+def listed(point: Mapping[str, float]) -> str:
+    """A point of the box as text."""
+    return ", ".join(f"{name} = {value:.6g}" for name, value in point.items())

@@ -525,9 +525,11 @@ def _backward(tree: Tree, lower: np.ndarray, x: np.ndarray, buffer: np.ndarray) 
 def _solve(tree: Tree, lower: np.ndarray, pivots: np.ndarray, rhs: np.ndarray, x: np.ndarray, buffer: np.ndarray) -> None:
     """Solve for every row of `rhs` (k, n) in place; `x` (k, n) and `buffer` have the precision of `lower`.
 
-    Rows are scaled to 1 on the way, which keeps them away from the smallest numbers of single precision.
+    Rows are scaled to 1 on the way, and pivots by a power of two, which keeps both away from the ends of single precision: a
+    correction of zero would count as convergence.
     """
     n, many = tree.order.size, rhs.shape[0]
+    size = 2.0 ** np.floor(np.log2(np.abs(pivots).max()))
     largest = np.ones(many)
     for q in range(many):
         norm = 0.0
@@ -540,11 +542,11 @@ def _solve(tree: Tree, lower: np.ndarray, pivots: np.ndarray, rhs: np.ndarray, x
     _forward(tree, lower, x, buffer)
     for q in range(many):
         for i in range(n):
-            x[q, i] /= pivots[i]
+            x[q, i] /= pivots[i] / size
     _backward(tree, lower, x, buffer)
     for q in range(many):
         for i in range(n):
-            rhs[q, tree.order[i]] = x[q, i] * largest[q]
+            rhs[q, tree.order[i]] = x[q, i] * (largest[q] / size)
 
 
 # --- what others call ----------------------------------------------------------------------------------------------------------

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import hashlib
 import os
 from collections.abc import Iterator
 from pathlib import Path
+
+from .errors import NoRoom, say
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  #: errors of a full disk, and of a limit of file sizes
 
 
 @contextlib.contextmanager
@@ -23,6 +28,18 @@ def place(path: Path) -> Iterator[Path]:
         flush(path.parent)
     finally:
         part.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def room(path: Path, remedy: str = "make room, then call the same again") -> Iterator[None]:
+    """A full disk as an error that says so; other errors of the file system pass."""
+    try:
+        yield
+    except OSError as problem:
+        if problem.errno not in FULL or isinstance(problem, NoRoom):
+            raise
+        got = os.strerror(problem.errno or 0).lower()
+        raise NoRoom(say(f"{path}", "room on the disk", got, remedy)) from problem
 
 
 def flush(path: Path) -> None:

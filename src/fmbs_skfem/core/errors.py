@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
 from enum import Enum
 from typing import Any
+
+MOST, NEAREST = 12, 5  #: names that a message lists; of more the closest ones
+DIGITS = re.compile(r"[0-9]+")
 
 
 class FmbsError(Exception):
@@ -20,10 +24,22 @@ class InputError(FmbsError, ValueError):
     exit_code = 3
 
 
+class NoModel(FmbsError, RuntimeError):
+    """A training can make no reduced model of the kind that was asked for."""
+
+    exit_code = 4
+
+
 class SweepFailure(FmbsError, RuntimeError):
     """Some members of a sweep failed; the others are kept."""
 
     exit_code = 5
+
+
+class NoRoom(FmbsError, OSError):
+    """The disk is full, or a limit of file sizes is reached."""
+
+    exit_code = 6
 
 
 class MissingFeature(FmbsError, RuntimeError):
@@ -45,6 +61,7 @@ class Reason(Enum):
     NOT_CONVERGED = "Newton iteration did not converge"
     NOT_FINITE = "a residual or increment is not finite"
     SINGULAR_TANGENT = "the tangent is singular"
+    UNSTABLE = "the energy comes from nowhere"
     INCONSISTENT = "the joints contradict each other or the initial state"
 
 
@@ -71,9 +88,20 @@ def say(where: str, expected: str, got: object, remedy: str = "") -> str:
 
 
 def closest(word: str, candidates: Iterable[str]) -> str:
-    """`; did you mean 'x'?` for the candidate nearest to `word`, or nothing."""
-    near = difflib.get_close_matches(str(word), list(candidates), n=1, cutoff=0.6)
-    return f"; did you mean '{near[0]}'?" if near else ""
+    """`; did you mean 'x'?` for the candidate nearest to `word`, or nothing; of many such as b1, b2, ... none is nearest."""
+    known = list(candidates)
+    near = difflib.get_close_matches(str(word), known, n=1, cutoff=0.6)
+    series = [name for name in known if near and DIGITS.sub("", name) == DIGITS.sub("", str(word)) == DIGITS.sub("", near[0])]
+    return f"; did you mean '{near[0]}'?" if near and len(series) <= MOST else ""
+
+
+def listed(candidates: Iterable[str], word: str = "", none: str = "(there are none)") -> str:
+    """Names for a message: all of them, or of many the closest to `word` and how many there are."""
+    known = list(candidates)
+    if len(known) <= MOST:
+        return ", ".join(known) or none
+    near = difflib.get_close_matches(str(word), known, n=NEAREST, cutoff=0.0)
+    return f"{', '.join(near)}, ... ({len(known)} in all)"
 
 
 def require(where: str, name: str, error: float, tolerance: float) -> None:

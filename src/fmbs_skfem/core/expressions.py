@@ -20,7 +20,7 @@ from typing import Any, TypeAlias, overload
 import numpy as np
 import numpy.typing as npt
 
-from .errors import Reason, SolverError, closest, say
+from .errors import Reason, SolverError, closest, listed, say
 from .problems import Problem, shown
 
 Program: TypeAlias = tuple[float | str, ...]
@@ -225,8 +225,8 @@ def _known(name: str, names: Collection[str]) -> str:
         raise Problem(f"the arguments of {name} in parentheses", f"'{name}' alone", GRAMMAR)
     if name not in names and name != "pi":
         known = sorted({*names, "pi"})
-        hint = closest(name, known).removeprefix("; ")
-        raise Problem(f"one of the names {', '.join(known)}", shown(name), f"{hint} {GRAMMAR}".strip())
+        near = closest(name, known).removeprefix("; ")
+        raise Problem(f"one of the names {listed(known, name)}", shown(name), f"{near}; {GRAMMAR}" if near else GRAMMAR)
     return name
 
 

@@ -24,6 +24,7 @@ import numba
 import platformdirs
 from numba.core import config
 
+from fmbs_skfem.core.errors import InputError, say
 from fmbs_skfem.core.notices import notify
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -33,6 +34,11 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
 KEEP_DAYS = 30.0  #: folders of other versions are removed after so long without use [d]
 
 _PACKAGE = Path(__file__).resolve().parents[1]
+
+if config.DISABLE_JIT:
+    raise InputError(
+        say("environment: NUMBA_DISABLE_JIT", "0, or no such variable", "1", "the kernels of this package run compiled only")
+    )
 
 
 def stamp(package: Path = _PACKAGE) -> str:

@@ -120,12 +120,16 @@ def solve(
     return scale * y, taken
 
 
+def memory() -> float:
+    """Memory [B] that is built in."""
+    return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+
+
 def free_memory() -> float:
     """Memory [B] that no process uses; half of what is built in where the system does not tell."""
-    page = float(os.sysconf("SC_PAGE_SIZE"))
     if "SC_AVPHYS_PAGES" in os.sysconf_names:
-        return page * os.sysconf("SC_AVPHYS_PAGES")
-    return 0.5 * page * os.sysconf("SC_PHYS_PAGES")
+        return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_AVPHYS_PAGES")
+    return 0.5 * memory()
 
 
 def choose(unknowns: int, fill: float, available: float, number: float = 8.0) -> Literal["direct", "krylov"]:

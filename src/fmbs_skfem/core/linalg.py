@@ -42,6 +42,21 @@ def is_identity(a: Any) -> bool:
     return a.shape[0] == a.shape[1] and a.nnz == a.shape[0] and bool((a.diagonal() == 1.0).all())
 
 
+def alike(a: csr_array, count: int) -> csr_array:
+    """a (x) I: a matrix that acts on every one of `count` components of vectors alike, (n c, n c)."""
+    a = csr_array(a)
+    a.sum_duplicates()
+    long = np.diff(a.indptr)
+    kind = np.int32 if count * max(a.nnz, a.shape[1]) < 2**31 else np.int64
+    first = np.arange(a.nnz, dtype=kind) + np.repeat(((count - 1) * a.indptr[:-1]).astype(kind), long)
+    step, data, indices = np.repeat(long.astype(kind), long), np.empty(count * a.nnz), np.empty(count * a.nnz, kind)
+    for component in range(count):
+        place = first + kind(component) * step
+        data[place], indices[place] = a.data, kind(count) * a.indices.astype(kind) + kind(component)
+    indptr = np.concatenate([[0], np.cumsum(np.repeat(long, count))]).astype(kind)
+    return csr_array((data, indices, indptr), shape=(count * a.shape[0], count * a.shape[1]))
+
+
 def mirrored(low: csr_array) -> csr_array:
     """The symmetric matrix of a lower triangle."""
     above = low.T.tocsr()
@@ -52,8 +67,19 @@ def mirrored(low: csr_array) -> csr_array:
 def block_diag(blocks: Sequence[Array]) -> Array:
     """Blocks along the diagonal: dense where all are dense, sparse otherwise; blocks without rows or without columns count too."""
     if any(is_sparse(block) for block in blocks):
-        return csr_array(scipy.sparse.block_diag([as_sparse(block) for block in blocks], format="csr"))
+        return diagonal([as_sparse(block) for block in blocks])
     return np.asarray(scipy.linalg.block_diag(*blocks))
+
+
+def diagonal(blocks: Sequence[csr_array]) -> csr_array:
+    """Sparse blocks along the diagonal, row by row, without a list of all rows and columns; a single one as it is."""
+    if len(blocks) == 1:
+        return blocks[0]
+    rows, columns = (np.concatenate([[0], np.cumsum([block.shape[k] for block in blocks])]) for k in range(2))
+    entries = np.concatenate([[0], np.cumsum([block.nnz for block in blocks])])
+    indices = np.concatenate([block.indices + first for block, first in zip(blocks, columns, strict=False)])
+    indptr = np.concatenate([[0], *(block.indptr[1:] + first for block, first in zip(blocks, entries, strict=False))])
+    return csr_array((np.concatenate([block.data for block in blocks]), indices, indptr), shape=(int(rows[-1]), int(columns[-1])))
 
 
 def independent_rows(a: Array, tolerance: float = TOLERANCE) -> np.ndarray:

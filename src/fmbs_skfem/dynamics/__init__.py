@@ -5,7 +5,8 @@ from .batch import integrate_many
 from .diagnosis import Diagnosis, explain
 from .integration import integrate
 from .outputs import energies, energy_drift, energy_errors, outputs, reactions
-from .scheme import GeneralizedAlpha, Newton
+from .scheme import GeneralizedAlpha, Newton, acceleration_noise
+from .stability import unstable
 from .statics import Modes, solve_equilibria, solve_statics, vibration_modes
 from .trajectory import Statistics, Trajectory
 
@@ -28,7 +29,9 @@ __all__ = [
     "reactions",
     "energies",
     "energy_drift",
+    "acceleration_noise",
     "energy_errors",
+    "unstable",
     "Diagnosis",
     "explain",
 ]

@@ -1,6 +1,6 @@
 r"""Paths of equilibria through limit points of the load, by arc length.
 
-    G(z) = [f(x) - s Q(x) + Phi_x^T lambda, Phi(x)] = 0,  z = (x, lambda, s);    t . M (x - x_0) = ds,  t . M t = 1
+    G(z) = [f(x) - Q(x, s) + Phi_x^T lambda, Phi(x, s)] = 0,  z = (x, lambda, s);    t . M (x - x_0) = ds,  t . M t = 1
 
 The load factor s is an unknown beside the coordinates; what is prescribed is the length ds along the unit tangent t of the path at
 its last point (Riks' normal plane). Lengths are measured by the mass matrix M, so that they depend neither on the mesh nor on the
@@ -27,14 +27,18 @@ from ..core.errors import InputError, Reason, SolverError, say
 from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
 from ..systems.system import System
-from .scheme import Newton
-from .statics import Equilibrium, balanced_solve, march, newton_statics, path, ramped, static_failure
+from .loading import ramped
+from .outputs import spring_angles
+from .scheme import STATIC, Newton, round_off
+from .statics import FLOOR, Equilibrium, balanced_solve, march, newton_statics, path, static_failure
 from .trajectory import Trajectory
 
 UNIT = "load factor"
 SHORTER = 0.5  #: factor of a length that failed
 SMALLEST = 1e-4  #: part of the first length below which the path is given up
 STILL = 1e-12  #: displacement over the size of the system that is none
+NEAR = 1e-4  #: load factors of the central difference of G with respect to s, which Newton's corrections use only
+SURE = 1e-8  #: correction of the load factor whose square is round-off: histories are not linear in it
 FLAT = 1e-6  #: part of a length to which a limit point is found; the error of its load is of second order
 
 
@@ -66,7 +70,7 @@ class Problem:
 
     def measure(self, a: np.ndarray, b: np.ndarray) -> float:
         """Product of two displacements in the metric of the mass matrix."""
-        return float(a @ (self.model.system.mass @ b))
+        return float(a @ (self.model.system.metric @ b))
 
     def size(self, a: np.ndarray) -> float:
         """Length of a displacement."""
@@ -87,18 +91,19 @@ def follow_path(
     system: System,
     control: ArcLength | None = None,
     newton: Newton | None = None,
-    time: float = 0.0,
+    time: float = 1.0,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Equilibria from no load along their path until the load factor is 1 or -1, as a Trajectory whose times are load factors.
 
-    Load factors fall behind a limit point; every limit point is a point of the result (`limit_points`). Histories are taken at
-    `time`. Where the path cannot be followed to its end, SolverError carries the part that was found.
+    Load factors fall behind a limit point; every limit point is a point of the result (`limit_points`). The factor 1 stands for
+    `time` [s]: histories and drives are followed as in `solve_statics`. Where the path cannot be followed to its end, SolverError
+    carries the part that was found.
     """
     if following := pressure.present(system):
         raise InputError(say("arc length", "loads that do not follow a surface", ", ".join(following), "use load steps"))
     system = ramped(system, time)
-    problem = Problem(compile_system(system), newton or Newton(), control or ArcLength())
+    problem = Problem(compile_system(system), newton or Newton(STATIC), control or ArcLength())
     found = [Equilibrium(0.0, system.x0, np.zeros(problem.model.constraints), 0)]
     try:
         follow(problem, found, progress or (lambda fraction: None))
@@ -116,14 +121,18 @@ def limit_points(trajectory: Trajectory) -> np.ndarray:
 
 def at_load_factor(trajectory: Trajectory, factor: float, newton: Newton | None = None) -> Trajectory:
     """The equilibria at one load factor on all branches of a load path, in the order of the path."""
-    model, newton, times = compile_system(trajectory.system), newton or Newton(), trajectory.times
-    states = [Equilibrium(*one, 0) for one in zip(map(float, times), trajectory.x, trajectory.multipliers, strict=True)]
+    model, newton, times = compile_system(trajectory.system), newton or Newton(STATIC), trajectory.times
+    angles = spring_angles(trajectory.system, times, trajectory.x, trajectory.v, trajectory.a)
+    lists = map(float, times), trajectory.x, trajectory.multipliers, [0] * len(times), angles
+    states = [Equilibrium(*one) for one in zip(*lists, strict=True)]
+    turns = set(limit_points(trajectory).tolist())
     found = [states[0]] if states[0].at == factor else []
-    for a, b in pairwise(states):
+    for k, (a, b) in enumerate(pairwise(states)):
         if b.at == factor:
             found.append(b)
         elif (a.at - factor) * (b.at - factor) < 0.0:
-            found.append(newton_statics(model, between(a, b, factor), newton, factor, UNIT))
+            start = between(a, b, factor, k in turns, k + 1 in turns)
+            found.append(newton_statics(model, start, newton, factor, UNIT))
     if not found:
         raise InputError(say("load factor", f"one from {times.min():.6g} to {times.max():.6g}, which the path passes", factor))
     return path(trajectory.system, found)
@@ -174,14 +183,15 @@ def advance(problem: Problem, last: Point, length: float) -> Point:
     before = norm = np.inf
     for iteration in range(3 * problem.control.wanted):
         rest = length - problem.measure(last.x, x - at.x)
-        step, ray, R = linearised(problem, Equilibrium(s, x, multipliers, 0), last.x, rest)
-        before, norm = norm, float(np.linalg.norm(step[:n]))
+        step, ray, R = linearised(problem, Equilibrium(s, x, multipliers, 0, at.angles), last.x, rest)
+        before, norm = norm, compiled.size(problem.model, step[:n])
         if iteration > 1 and not norm < max(before, 1e-6 * scale):
             raise static_failure(problem.model, Reason.DIVERGED, (UNIT, s), R)
         x, multipliers, s = x + step[:n], multipliers + step[n:-1], s + step[-1]
         close = problem.newton.tolerance * scale * min(1.0, 1e-2 * before / max(norm, 1e-300))
-        if norm <= max(close, 1e-13 * scale):
-            found = tangent(problem, Equilibrium(float(s), x, multipliers, iteration + 1), ray)
+        if norm <= max(close, FLOOR * round_off(problem.model.system)) and abs(step[-1]) <= SURE:
+            angles = compiled.followed(problem.model, x, at.angles)
+            found = tangent(problem, Equilibrium(float(s), x, multipliers, iteration + 1, angles), ray)
             if problem.measure(last.x, found.x) > np.cos(problem.control.turn):
                 return found
             break
@@ -191,13 +201,16 @@ def advance(problem: Problem, last: Point, length: float) -> Point:
 def linearised(problem: Problem, at: Equilibrium, ahead: np.ndarray, rest: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Correction of (x, lambda, s) with the rest of the length along `ahead` (n,), direction of the path with 1 along it, and G."""
     model, still = problem.model, np.zeros(len(at.x))
-    phi, J = compiled.gap(model, at.x)
-    unloaded, full = (compiled.forces(model, at.x, still, factor) for factor in (0.0, 1.0))
-    Q = np.concatenate([unloaded - full, np.zeros(len(phi))])
-    R = np.concatenate([unloaded + J.T @ at.multipliers, phi]) - at.at * Q
+
+    def residual(factor: float) -> np.ndarray:
+        phi, J = compiled.gap(model, at.x, factor)
+        return np.concatenate([compiled.forces(model, at.x, still, factor, at.angles) + J.T @ at.multipliers, phi])
+
+    (phi, J), R = compiled.gap(model, at.x, at.at), residual(at.at)
+    Q = (residual(at.at - NEAR) - residual(at.at + NEAR)) / (2.0 * NEAR)
     plane = np.concatenate([problem.model.system.mass @ ahead, np.zeros(len(phi))])
     size = np.abs(Q).max() / np.abs(plane).max()
-    K = compiled.kkt(compiled.tangent(model, at.x, at.multipliers, at.at), J)
+    K = compiled.kkt(compiled.tangent(model, at.x, at.multipliers, at.at, 0.0, at.angles), J)
     bordered = csr_array(block_array([[K, csr_array(-Q[:, None])], [csr_array(size * plane[None, :]), None]]))
     last = np.zeros(len(R) + 1)
     last[-1] = size
@@ -238,7 +251,9 @@ def landed(problem: Problem, points: list[Point]) -> list[Equilibrium]:
     return kept
 
 
-def between(a: Equilibrium, b: Equilibrium, factor: float) -> Equilibrium:
-    """What lies between two equilibria at a load factor, on the straight line."""
+def between(a: Equilibrium, b: Equilibrium, factor: float, from_limit: bool = False, to_limit: bool = False) -> Equilibrium:
+    """What lies between two equilibria at a load factor, on a straight line along which loads change as a square from a limit."""
     share = (factor - a.at) / (b.at - a.at)
-    return Equilibrium(factor, a.x + share * (b.x - a.x), a.multipliers + share * (b.multipliers - a.multipliers), 0)
+    if from_limit != to_limit:
+        share = np.sqrt(share) if from_limit else 1.0 - np.sqrt(1.0 - share)
+    return Equilibrium(factor, a.x + share * (b.x - a.x), a.multipliers + share * (b.multipliers - a.multipliers), 0, a.angles)

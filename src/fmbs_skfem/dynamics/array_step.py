@@ -33,6 +33,7 @@ class Data(NamedTuple):
     damping: Array
     stiffness: Array
     load: Array  #: (b, n)
+    norm: Array  #: (b, n) weights of the unknowns in the norm of a displacement
     groups: tuple[Group, ...]
     P: Array  #: (j, n) probe rows
     offset: Array  #: (b, j)
@@ -63,7 +64,9 @@ class State(NamedTuple):
     acceleration: Array
     multipliers: Array
     history: Array  #: (b, 3, n) earlier q'', latest first
+    past: Array  #: (b, 3, m) earlier multipliers, latest first
     order: Array  #: (b,)
+    change: Array  #: (b,) size of the second difference of q'' [m/s2], infinite where it is not known
 
 
 @dataclass(frozen=True)
@@ -149,13 +152,15 @@ def inverses(s: Structure, d: Data, q: Trial, term_signals: Array) -> Array:
     return s.xp.linalg.inv(s.xp.concatenate([above, below], axis=1))
 
 
-def correction(s: Structure, d: Data, inverse: Array, q: Trial, term_signals: Array, load_signals: Array) -> tuple[Trial, Array]:
-    """One Newton correction of all members, and the norms of dq (b,)."""
+def correction(
+    s: Structure, d: Data, inverse: Array, q: Trial, term_signals: Array, load_signals: Array
+) -> tuple[Trial, Array, Array]:
+    """One Newton correction of all members, and the sizes of dq [m] and of the correction of the multipliers, (b,) each."""
     dz = product(inverse, residual(s, d, q, term_signals, load_signals))
     n = q.x.shape[1]
     bh, gh, dq = d.method[:, 5], d.method[:, 6], dz[:, :n]
     moved = Trial(q.x - dq, q.v - gh * dq, q.a - bh * dq, q.multipliers - dz[:, n:])
-    return moved, s.xp.sqrt((dq * dq).sum(axis=1))
+    return moved, s.xp.sqrt((d.norm * dq * dq).sum(axis=1)), s.xp.sqrt((dz[:, n:] ** 2).sum(axis=1))
 
 
 def algorithmic(d: Data, state: State, acceleration: Array) -> Array:
@@ -171,22 +176,53 @@ def extrapolations(s: Structure, history: Array) -> Array:
 
 
 def predict(s: Structure, d: Data, state: State) -> Trial:
-    """Trial state from extrapolated q''."""
+    """Trial state from extrapolated q'' and multipliers."""
     h, gamma, beta = d.method[:, 0], d.method[:, 3], d.method[:, 4]
     picked = state.order[:, None] == s.xp.arange(stepping.HISTORY)[None, :]
-    guess = (extrapolations(s, state.history) * picked[:, :, None]).sum(axis=1)
+    guess, force = ((extrapolations(s, past) * picked[:, :, None]).sum(axis=1) for past in (state.history, state.past))
     a1 = algorithmic(d, state, guess)
     x = state.x + h * state.v + h * h * ((0.5 - beta) * state.a + beta * a1)
-    return Trial(x, state.v + h * ((1.0 - gamma) * state.a + gamma * a1), guess, state.multipliers)
+    return Trial(x, state.v + h * ((1.0 - gamma) * state.a + gamma * a1), guess, force)
 
 
 def accept(s: Structure, d: Data, state: State, q: Trial, known: Array, live: Array) -> State:
     """The converged trial state, with the predictor that was best among the first `known` ones; others than `live` stay."""
-    errors = ((extrapolations(s, state.history) - q.a[:, None]) ** 2).sum(axis=2)
+    errors = (d.norm[:, None] * (extrapolations(s, state.history) - q.a[:, None]) ** 2).sum(axis=2)
+    change = s.xp.where(known > 1, s.xp.sqrt(errors[:, 1]), s.xp.inf)
     errors = s.xp.where(s.xp.arange(stepping.HISTORY)[None, :] < known, errors, s.xp.inf)
     order = s.xp.argmin(errors, axis=1) + (known < stepping.HISTORY)
     history = s.xp.concatenate([q.a[:, None], state.history[:, :-1]], axis=1)
-    return chosen(s, live, State(q.x, q.v, algorithmic(d, state, q.a), q.a, q.multipliers, history, order), state)
+    past = s.xp.concatenate([q.multipliers[:, None], state.past[:, :-1]], axis=1)
+    return chosen(s, live, State(q.x, q.v, algorithmic(d, state, q.a), q.a, q.multipliers, history, past, order, change), state)
+
+
+def drift(s: Structure, d: Data, state: State, signals: Array) -> Array:
+    """What the accepted velocities are off (4) of `stepping`, (b, m); `signals` (b, 4, t) are values and three derivatives."""
+    h, am, af, beta = (d.method[:, k] for k in (0, 1, 2, 4))
+    second, third = h * (0.5 - beta), h * h * (1.0 / 6.0 - beta * (1.0 + am - af))
+    paths = [state.x @ d.P.T + d.offset, *(part @ d.P.T for part in (state.v + second * state.a, state.v, state.acceleration))]
+    left, right = ([path @ rows.T for path in paths] for rows in (d.first, d.second))
+    y, Y = left[0] + (1.0 - d.first.sum(axis=1)), right[0] + (1.0 - d.second.sum(axis=1))
+    (z, v, a), (Z, V, A) = left[1:], right[1:]
+    p, pz, p1, p2 = y * Y, y * Z + z * Y, y * V + v * Y, y * A + 2.0 * v * V + a * Y
+    s0, s1, s2, s3 = (signals[:, k] for k in range(4))
+    two = s2 * p + 2.0 * s1 * p1 + 2.0 * s0 * v * V
+    three = s3 * p + 3.0 * (s2 * p1 + s1 * p2) + 3.0 * s0 * (v * A + a * V)
+    return (d.terms * (s0 * pz + s1 * p + second * two + third * three)) @ d.term_rows
+
+
+def settle(s: Structure, d: Data, state: State, inverse: Array, signals: Array, live: Array) -> tuple[State, Array]:
+    """The accepted velocities put onto (4) of `stepping` for the members `live`, and whose inverses are too old for that (b,)."""
+    r, n = drift(s, d, state, signals), state.x.shape[1]
+    slopes = constraints(d, state.x @ d.P.T + d.offset, signals[:, 0])[2]
+    first = product(inverse[:, :, n:], r)
+    pull = -product(s.xp.swapaxes(slopes, 1, 2), first[:, n:]) @ d.P
+    turned = s.xp.concatenate([pull, 2.0 * r - product(slopes, first[:, :n] @ d.P.T)], axis=1)
+    off = product(inverse[:, :n], turned)
+    missed = r - product(slopes, off @ d.P.T)
+    old = live & ((missed**2).sum(axis=1) > stepping.OLD**2 * (r**2).sum(axis=1))
+    good = live & ~old & ((d.norm * off**2).sum(axis=1) <= (d.norm * state.v**2).sum(axis=1))
+    return state._replace(v=s.xp.where(good[:, None], state.v - off, state.v)), old
 
 
 def chosen(s: Structure, mask: Array, new: Any, old: Any) -> Any:

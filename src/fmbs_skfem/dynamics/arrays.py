@@ -34,7 +34,8 @@ from ..systems.system import Elastic, Sampled, System
 from . import array_laws, array_step, integration, stepping
 from .array_step import Array, Data, Group, State, Structure, Trial
 from .batch import Entry, Result, prepared, signature, single
-from .scheme import GeneralizedAlpha, Newton, method_of
+from .scheme import GeneralizedAlpha, Newton, method_of, steps_in
+from .stepping import Method
 from .trajectory import Statistics, Trajectory
 
 REMEDY = "use integrate_many"
@@ -59,7 +60,7 @@ def integrate_arrays(
     for number, (system, scheme) in enumerate(zip(systems, chosen, strict=True)):
         check(system)
         try:
-            entry = prepared(number, system, scheme, round(duration / scheme.step))
+            entry = prepared(number, system, scheme, steps_in(scheme, duration))
         except SolverError as error:
             found[number] = error
             continue
@@ -103,7 +104,7 @@ def flattened(entries: list[Entry], newton: Newton, xp: Any) -> tuple[Structure,
     groups = tuple(
         Group(stack(g.jets), stack(g.offset), stack([part[k].section[:, 0] for part in gathers])) for k, g in enumerate(gathers[0])
     )
-    methods = [method_of(e.scheme, newton, e.scheme.step, e.model.system.scale)[:8] for e in entries]
+    methods = [method_of(e.scheme, newton, e.scheme.step, e.model.system)[:8] for e in entries]
     terms, loads, j = first.constraints, first.loads, len(first.probes.offset)
     data = Data(
         method=stack([np.array(method)[:, None] for method in methods]),
@@ -111,6 +112,7 @@ def flattened(entries: list[Entry], newton: Newton, xp: Any) -> tuple[Structure,
         damping=stack([as_dense(s.damping) for s in systems]),
         stiffness=stack([as_dense(s.stiffness) for s in systems]),
         load=stack([s.loads.constant for s in systems]),
+        norm=stack([A.norm for A in arrays]),
         groups=groups,
         P=stack(as_dense(first.probes.matrix)),
         offset=stack([s.probes.offset for s in systems]),
@@ -162,10 +164,18 @@ class Functions(NamedTuple):
     correction: Callable[..., Any]
     inverses: Callable[..., Any]
     accept: Callable[..., Any]
+    settle: Callable[..., Any]
     chosen: Callable[..., Any]
 
 
-RULES = (array_step.predict, array_step.correction, array_step.inverses, array_step.accept, array_step.chosen)
+RULES = (
+    array_step.predict,
+    array_step.correction,
+    array_step.inverses,
+    array_step.accept,
+    array_step.settle,
+    array_step.chosen,
+)
 
 
 def renewed(f: Functions, xp: Any, d: Data, inverse: Array, q: Trial, signals: Array, need: np.ndarray) -> Array:
@@ -186,14 +196,21 @@ def renewed(f: Functions, xp: Any, d: Data, inverse: Array, q: Trial, signals: A
 
 
 def verdicts(
-    newton: Newton, tolerance: np.ndarray, iteration: int, norm: np.ndarray, last: np.ndarray, fresh: np.ndarray
+    run: Run, change: np.ndarray, iteration: int, norm: np.ndarray, last: np.ndarray, fresh: np.ndarray, grown: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """As `stepping.judge`: which members have converged, which have failed, and whose inverses are slow, (b,) each."""
+    """As `stepping.judge`: which members have converged, which have failed, and whose inverses are slow, (b,) each.
+
+    `grown`: whose corrections of the multipliers grow, as in `stepping.apply`.
+    """
     rate = np.divide(norm, last, out=np.ones_like(norm), where=last > 0.0)
     finite = np.isfinite(norm)
-    done = finite & ((norm <= stepping.FLOOR * tolerance) | ((rate < 1.0) & (norm * rate <= tolerance * (1.0 - rate))))
+    sure = fresh | (iteration > 0)
+    enough = np.array([stepping.goal(method, size, iteration) for method, size in zip(run.methods, change, strict=True)])
+    floor = np.array([method.floor for method in run.methods])
+    small = sure & (norm <= np.maximum(stepping.FLOOR * enough, floor))
+    done = finite & (small | ((rate < 1.0) & (norm * rate <= enough * (1.0 - rate)))) & (fresh | ~grown)
     lost = ~finite | (~done & fresh & (rate > 2.0) & (iteration > 3))
-    return done, lost, (rate > np.where(done, 1.0, 5.0) * newton.slow) & (iteration > 0)
+    return done, lost, grown | (rate > np.where(done, 1.0, 5.0) * run.newton.slow) & (iteration > 0)
 
 
 @dataclass(frozen=True)
@@ -203,32 +220,36 @@ class Run:
     f: Functions
     data: Data
     newton: Newton
-    tolerance: np.ndarray  #: (b,)
+    methods: list[Method]  #: (b,)
+    mass: np.ndarray  #: (b,) largest of every member [kg]
     xp: Any
     host: Callable[[Array], np.ndarray]
     stale: np.ndarray  #: (b,) bool: inverses to be renewed before their next use
     counters: np.ndarray  #: (2, b) iterations and inversions
 
 
-def solved(run: Run, q: Trial, inverse: Array, live: np.ndarray, signals: tuple[Array, Array]) -> tuple[Trial, Array, np.ndarray]:
+def solved(
+    run: Run, q: Trial, inverse: Array, live: np.ndarray, signals: tuple[Array, Array], change: np.ndarray
+) -> tuple[Trial, Array, np.ndarray]:
     """Newton's iteration of one step from the prediction `q`: the state, the inverses, and which members have converged."""
     active, good, fresh = live.copy(), np.zeros_like(live), np.zeros_like(live)
-    last = np.zeros(len(live))
+    last, pulled = np.zeros(len(live)), np.full(len(live), np.inf)
     for iteration in range(run.newton.iterations):
         need = active & run.stale
         if need.any():
             inverse = renewed(run.f, run.xp, run.data, inverse, q, signals[0], need)
             run.stale[need], fresh[need] = False, True
         run.counters[:] += np.stack([active, need])
-        moved, size = run.f.correction(run.data, inverse, q, *signals)
+        moved, size, force = run.f.correction(run.data, inverse, q, *signals)
         q = run.f.chosen(run.xp.asarray(active), moved, q)
-        norm = run.host(size)
-        done, lost, slow = verdicts(run.newton, run.tolerance, iteration, norm, last, fresh)
+        norm, pull = run.host(size), run.host(force)
+        grown = (pull > pulled) & (pull > np.array([method.tolerance for method in run.methods]) * run.mass)
+        done, lost, slow = verdicts(run, change, iteration, norm, last, fresh, grown)
         run.stale[active & slow] = True
         fresh &= ~run.stale
         good |= active & done
         active &= ~done & ~lost
-        last = norm
+        last, pulled = norm, pull
         if not active.any():
             break
     return q, inverse, good
@@ -244,16 +265,21 @@ def march(
     steps, count = len(entries[0].signals), len(entries)
     kept, rows = integration.kept_steps(every, steps), np.full(steps + 1, -1)
     rows[kept] = np.arange(len(kept))
-    scale = np.array([entry.model.system.scale for entry in entries])
+    methods = [method_of(e.scheme, newton, e.scheme.step, e.model.system) for e in entries]
     stale, counters = np.ones(count, dtype=bool), np.zeros((2, count), dtype=np.int64)
-    run = Run(f, data, newton, newton.tolerance * scale, xp, host, stale, counters)
+    mass = np.array([entry.model.system.mass.diagonal().max(initial=0.0) for entry in entries])
+    run = Run(f, data, newton, methods, mass, xp, host, stale, counters)
     state, histories, live = start(entries, data, xp), signals_of(entries, xp), np.ones(count, dtype=bool)
     size = data.mass.shape[1] + data.term_rows.shape[1]
-    inverse, out = xp.zeros((count, size, size)), [snapshot(state, host)]
+    inverse, out = xp.zeros((count, size, size)), [snapshot(state._replace(v=stacked(xp, [e.start.v for e in entries])), host)]
     for step in range(steps):
-        q, inverse, good = solved(run, f.predict(data, state), inverse, live, (histories[0][:, step], histories[1][:, step]))
+        on_joints, on_loads = histories[0][:, step], histories[1][:, step]
+        now = on_joints[:, 0], on_loads
+        q, inverse, good = solved(run, f.predict(data, state), inverse, live, now, host(state.change))
         live &= good
         state = f.accept(data, state, q, min(step + 1, stepping.HISTORY), xp.asarray(live))
+        state, old = f.settle(data, state, inverse, on_joints, xp.asarray(live))
+        run.stale[host(old)] = True
         if not live.any():
             return {}
         if rows[step + 1] >= 0:
@@ -267,15 +293,22 @@ def march(
 def start(entries: list[Entry], d: Data, xp: Any) -> State:
     """Consistent initial states."""
     x, v, a, multipliers = (stacked(xp, [entry.start[k] for entry in entries]) for k in range(4))
-    history = xp.stack([a, xp.zeros_like(a), xp.zeros_like(a)], axis=1)
-    return State(x, v, a, a, multipliers * d.method[:, 7], history, xp.zeros(len(entries), dtype=int))
+    early, late = (stacked(xp, [entry.start.shift[k] for entry in entries]) for k in range(2))
+    multipliers = multipliers * d.method[:, 7]
+    history, past = (xp.stack([part, xp.zeros_like(part), xp.zeros_like(part)], axis=1) for part in (a, multipliers))
+    known = xp.zeros(len(entries), dtype=int), xp.full(len(entries), xp.inf)
+    return State(x, v + early, a + late, a, multipliers, history, past, *known)
 
 
 def signals_of(entries: list[Entry], xp: Any) -> tuple[Array, Array]:
-    """Histories (b, s, t) of the terms of constraints and (b, s, l) of the loads, 1 for those without one."""
-    system = entries[0].model.system
-    tables = np.stack([np.column_stack([entry.signals, np.ones(len(entry.signals))]) for entry in entries])
-    return stacked(xp, tables[:, :, system.constraints.signal]), stacked(xp, tables[:, :, system.loads.signal])
+    """Histories of the terms of constraints (b, s, 4, t), with three derivatives, and of loads (b, s, l); 1 where there is none."""
+    system, signals = entries[0].model.system, np.stack([entry.signals for entry in entries])
+    many = len(system.signals)
+    found = np.zeros((*signals.shape[:2], 4, many + 1))
+    found[:, :, 0, -1] = 1.0
+    for k in range(signals.shape[2] // max(many, 1)):
+        found[:, :, k, :many] = signals[:, :, k * many : (k + 1) * many]
+    return stacked(xp, found[:, :, :, system.constraints.signal]), stacked(xp, found[:, :, 0, system.loads.signal])
 
 
 def snapshot(state: State, host: Callable[[Array], np.ndarray]) -> tuple[np.ndarray, ...]:

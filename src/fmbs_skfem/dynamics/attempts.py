@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.errors import Reason
-from ..systems.compiled import signal_table
 from . import stepping
-from .integration import HALVINGS, REASONS, Run
+from .histories import leading_signals
+from .integration import HALVINGS, REASONS, Run, restart
 from .scheme import method_of
 
 
@@ -21,7 +21,7 @@ class Attempt:
     step: float  #: [s]
     time: float  #: at the end of the part that failed [s]
     outcome: Reason | None  #: None where it was taken
-    corrections: tuple[float, ...]  #: |dq| / |q0|
+    corrections: tuple[float, ...]  #: root mean square of the change of positions over the size of the mechanism
     residuals: tuple[float, ...]  #: norm of the force residual after the correction [N]
 
 
@@ -37,14 +37,15 @@ def attempts(run: Run) -> tuple[Attempt, ...]:
 def attempt(run: Run, parts: int) -> Attempt:
     """The failed step in equal parts, up to the one that fails."""
     model, system = run.model, run.model.system
-    n, method = system.size, method_of(run.scheme, run.newton, run.scheme.step / parts, system.scale)
+    n, method = system.size, method_of(run.scheme, run.newton, run.scheme.step / parts, system)
     state, counters = type(run.state)(*(part.copy() for part in run.state)), np.zeros_like(run.counters)
-    state.multipliers[:] *= method.c / run.method.c
+    for part in (state.multipliers, state.past):
+        part *= method.c / run.method.c
     run.work.kind[0] = 0
     if parts > 1:
-        state.known[0], state.order[0] = 1, 0
+        restart(state, run.work)
     start = [part.copy() for part in state]
-    signals = signal_table(system, run.scheme.step * (run.done + (np.arange(parts) + 1) / parts))
+    signals, _ = leading_signals(system, run.scheme.step * (run.done + (np.arange(parts) + 1) / parts), method.h)
     rows, out, multipliers = np.full(parts, -1), np.zeros((3, 1, n)), np.zeros((1, model.constraints))
     status, taken = run.advance(state, run.work, method, signals, rows, out, multipliers, counters)
     time = run.scheme.step * (run.done + min(taken + 1, parts) / parts)
@@ -59,7 +60,7 @@ def attempt(run: Run, parts: int) -> Attempt:
         status, _ = run.advance(state, run.work, short, signals[taken : taken + 1], rows, out, multipliers, counters)
         if status == stepping.SINGULAR or status == stepping.DONE:
             break
-        corrections.append(float(np.linalg.norm(run.work.rhs[0, :n])) / system.scale)
+        corrections.append(float(np.sqrt(model.arrays.norm @ run.work.rhs[0, :n] ** 2)) / system.scale)
         stepping.residual(model.arrays, run.work, method.c, signals[taken])
         residuals.append(float(np.linalg.norm(run.work.rhs[0, :n])) / method.c)
         if status != stepping.NOT_CONVERGED:

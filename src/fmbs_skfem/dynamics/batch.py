@@ -29,18 +29,20 @@ from ..core.errors import InputError, SolverError, say
 from ..core.linalg import as_dense
 from ..systems import kernels
 from ..systems.compiled import Compiled, compile_system
-from ..systems.kernels import Arrays, Groups
+from ..systems.kernels import Arrays, Groups, Operator
 from ..systems.system import Sampled, System
 from . import batch_step, integration, start, stepping
 from .batch_step import Members, Room
 from .histories import leading_signals
 from .integration import integrate
-from .scheme import GeneralizedAlpha, Newton, method_of
+from .scheme import GeneralizedAlpha, Newton, method_of, steps_in
+from .start import Start
 from .stepping import Method, State, Work
 from .trajectory import Statistics, Trajectory
 
 BLOCK = 16  #: members that advance together: their factors fit into a core's cache
-OWN = ("pivots", "x", "v", "acceleration", "multipliers", "kind")  #: what every member needs of the work space for itself
+#: what every member needs of the work space for itself
+OWN = ("pivots", "pull", "x", "v", "acceleration", "multipliers", "angles", "kind")
 Result: TypeAlias = Trajectory | SolverError
 
 
@@ -51,7 +53,7 @@ class Entry:
     number: int  #: place in the list of the caller
     scheme: GeneralizedAlpha
     model: Compiled
-    start: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+    start: Start
     signals: np.ndarray  #: (s, k)
 
 
@@ -114,7 +116,7 @@ def block(
     alone: list[tuple[int, System, GeneralizedAlpha]] = []
     for number, system, scheme in members:
         try:
-            entry = prepared(number, system, scheme, round(duration / scheme.step))
+            entry = prepared(number, system, scheme, steps_in(scheme, duration))
         except SolverError as error:
             found[number] = error
             continue
@@ -145,7 +147,7 @@ def prepared(number: int, system: System, scheme: GeneralizedAlpha, steps: int) 
         return None
     system = start.startable(system, scheme)
     model = compile_system(system)
-    signals, broken = leading_signals(system, scheme.step * (1 + np.arange(steps)))
+    signals, broken = leading_signals(system, scheme.step * (1 + np.arange(steps)), scheme.step)
     if broken is not None or not model.arrays.dense:
         return None
     return Entry(number, scheme, model, start.consistent_start(model, scheme), signals)
@@ -183,19 +185,25 @@ def section_slices(groups: Groups) -> list[slice]:
 def stacked(entries: list[Entry], newton: Newton, kept: np.ndarray) -> Block:
     """The block of members with the same signature at their starts."""
     models, count = [entry.model for entry in entries], len(entries)
-    methods = [method_of(e.scheme, newton, e.scheme.step, e.model.system.scale) for e in entries]
+    methods = [method_of(e.scheme, newton, e.scheme.step, e.model.system) for e in entries]
     A, n, m = models[0].arrays, models[0].system.size, models[0].constraints
     groups = A.groups._replace(numbers=A.groups.numbers.copy(), beta=A.groups.beta.copy())
+    A = A._replace(groups=groups, mass=filled(A.mass), damping=filled(A.damping), stiffness=filled(A.stiffness))
     states = [start.first_state(e.model, e.start, h.c) for e, h in zip(entries, methods, strict=True)]
     state = State(*(np.stack(parts) for parts in zip(*states, strict=True)))
     out, multipliers = np.zeros((count, 3, len(kept), n)), np.zeros((count, len(kept), m))
-    out[:, :, 0] = np.stack([state.x, state.v, state.acceleration], axis=1)
-    multipliers[:, 0] = np.stack([entry.start[3] for entry in entries])
+    velocities = np.stack([entry.start.v[entry.model.order] for entry in entries])
+    out[:, :, 0] = np.stack([state.x, velocities, state.acceleration], axis=1)
+    multipliers[:, 0] = np.stack([entry.start.multipliers for entry in entries])
     members = differences(entries, methods)
     space = workspace(models[0], count), room(models[0], count)
-    return Block(
-        entries, newton, kept, A._replace(groups=groups), members, state, *space, out, multipliers, np.zeros((count, 4), np.int64)
-    )
+    counters = np.zeros((count, 4), np.int64)
+    return Block(entries, newton, kept, A, members, state, *space, out, multipliers, counters)
+
+
+def filled(matrix: Operator) -> Operator:
+    """A matrix that is read from its dense storage, which differs from member to member."""
+    return matrix._replace(full=bool(matrix.store.any()), offsets=matrix.offsets[:0], diagonals=matrix.diagonals[:0])
 
 
 def differences(entries: list[Entry], methods: list[Method]) -> Members:
@@ -213,6 +221,7 @@ def differences(entries: list[Entry], methods: list[Method]) -> Members:
         vectors=np.stack([B.forces.vectors for B in all_arrays]),
         pairs=np.stack([B.pairs.factor for B in all_arrays]),
         load=np.stack([B.load for B in all_arrays]),
+        norm=np.stack([B.norm for B in all_arrays]),
         turns=np.stack([B.turning.rows for B in all_arrays]),
         turns_offset=np.stack([B.turning.offset for B in all_arrays]),
         tangents=np.stack([B.turning.numbers for B in all_arrays]),

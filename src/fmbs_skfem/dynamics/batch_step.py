@@ -17,7 +17,7 @@ import numpy as np
 from ..bodies import laws
 from ..core.entries import borrowed
 from ..core.jit import jit
-from ..systems import kernels
+from ..systems import kernels, springs
 from ..systems.kernels import Arrays, Forces, Groups, Operator, Pairs, Terms
 from ..systems.turning import Turning
 from . import stepping
@@ -43,11 +43,12 @@ class Members(NamedTuple):
     vectors: np.ndarray
     pairs: np.ndarray
     load: np.ndarray  #: (b, n)
+    norm: np.ndarray  #: (b, n)
     turns: np.ndarray  #: (b, t, 2, n), (b, t, 2), (b, i) rows, offset and numbers of the turned tangents
     turns_offset: np.ndarray
     tangents: np.ndarray
     signals: np.ndarray  #: (b, s, k)
-    methods: np.ndarray  #: (b, 11) fields of Method
+    methods: np.ndarray  #: (b, 13) fields of Method
 
 
 class Room(NamedTuple):
@@ -97,13 +98,26 @@ def arrays_of(A: Arrays, M: Members, b: int) -> Arrays:
         Pairs(A.pairs.target, M.pairs[b], A.pairs.size),
         M.load[b],
         Turning(A.turning.table, M.turns[b], M.turns_offset[b], M.beta[b], M.tangents[b]),
+        M.norm[b],
     )
 
 
 @inlined
 def state_of(s: State, b: int) -> State:
     """One member's motion in stacked arrays."""
-    return State(s.x[b], s.v[b], s.a[b], s.acceleration[b], s.multipliers[b], s.history[b], s.known[b], s.order[b])
+    return State(
+        s.x[b],
+        s.v[b],
+        s.a[b],
+        s.acceleration[b],
+        s.multipliers[b],
+        s.history[b],
+        s.past[b],
+        s.known[b],
+        s.order[b],
+        s.angles[b],
+        s.change[b],
+    )
 
 
 @inlined
@@ -124,12 +138,15 @@ def work_of(w: Work, b: int) -> Work:
         w.y,
         w.g,
         w.H,
+        w.paths,
+        w.pull[b],
         w.body,
         w.work,
         w.x[b],
         w.v[b],
         w.acceleration[b],
         w.multipliers[b],
+        w.angles[b],
         w.kind[b],
     )
 
@@ -138,7 +155,7 @@ def work_of(w: Work, b: int) -> Work:
 def method_of(M: Members, b: int) -> Method:
     """Coefficients of one member's step size."""
     m = M.methods[b]
-    return Method(m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8], int(m[9]), m[10])
+    return Method(m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8], int(m[9]), m[10], m[11], m[12])
 
 
 @jit
@@ -215,7 +232,7 @@ def residual(A: Arrays, M: Members, w: Work, room: Room, k: int, b: int, c: floa
         w.y[i] = room.y[k * j + i] + M.probes_offset[b, i]
     kernels.clear(w.g)
     forces = Forces(A.forces.row, M.forces[b], A.forces.signal, A.forces.laws, M.vectors[b], A.forces.dim)
-    kernels.add_loads(forces, A.probes, w.y, w.v, signals, w.g)
+    kernels.add_loads(forces, A.probes, w.y, w.v, signals, w.angles, w.g)
     terms = Terms(A.terms.row, M.terms[b], A.terms.signal, A.terms.i, A.terms.j, A.terms.pair)
     kernels.constrain(terms, w.y, signals, w.rhs[0, n:], w.Jy)
     for i in range(j):
@@ -240,7 +257,9 @@ def factorise(A: Arrays, groups: Groups, M: Members, w: Work, method: Method, si
 
 
 @inlined
-def correct(A: Arrays, M: Members, w: Work, room: Room, k: int, step: int, iteration: int, counters: np.ndarray) -> int:
+def correct(
+    A: Arrays, M: Members, w: Work, room: Room, k: int, step: int, iteration: int, change: float, counters: np.ndarray
+) -> int:
     """One correction of the k-th member that still iterates; its status."""
     b = room.active[k]
     method, signals, trial = method_of(M, b), M.signals[b, step], work_of(w, b)
@@ -251,9 +270,9 @@ def correct(A: Arrays, M: Members, w: Work, room: Room, k: int, step: int, itera
         if factorise(arrays_of(A, M, b), A.groups, M, trial, method, signals, b, room) != 0:
             return SINGULAR
     stepping.substitute_dense(room.factors[b], trial.pivots, trial.rhs[0])
-    norm = stepping.apply(trial, method)
+    norm = stepping.apply(M.norm[b], trial, method)
     counters[b, ITERATIONS] += 1
-    status = stepping.judge(trial, method, iteration, norm, room.norms[b], room.fresh[b])
+    status = stepping.judge(trial, method, change, iteration, norm, room.norms[b], room.fresh[b])
     room.norms[b] = norm
     if trial.kind[0] == 0:
         room.fresh[b] = 0
@@ -275,8 +294,29 @@ def begin(M: Members, s: State, w: Work, room: Room) -> int:
 
 
 @inlined
+def settle(A: Arrays, M: Members, s: State, w: Work, room: Room, method: Method, step: int, b: int) -> None:
+    """As `stepping.settle`, of one member."""
+    if len(s.multipliers) > 0:
+        terms = Terms(A.terms.row, M.terms[b], A.terms.signal, A.terms.i, A.terms.j, A.terms.pair)
+        stepping.drift(A.probes, M.probes_offset[b], terms, s, w, method, M.signals[b, step])
+        stepping.substitute_dense(room.factors[b], w.pivots, w.rhs[0])
+        stepping.turn(A.probes, w)
+        stepping.substitute_dense(room.factors[b], w.pivots, w.rhs[0])
+        stepping.shift(M.norm[b], A.probes, s, w)
+
+
+@inlined
 def end(
-    M: Members, s: State, w: Work, room: Room, row: int, out: np.ndarray, multipliers: np.ndarray, counters: np.ndarray
+    A: Arrays,
+    M: Members,
+    s: State,
+    w: Work,
+    room: Room,
+    step: int,
+    row: int,
+    out: np.ndarray,
+    multipliers: np.ndarray,
+    counters: np.ndarray,
 ) -> bool:
     """Accept the step of the members that have converged; whether all have."""
     good = True
@@ -288,7 +328,9 @@ def end(
             good = False
             continue
         method = method_of(M, b)
-        stepping.accept(state_of(s, b), work_of(w, b), method)
+        stepping.accept(M.norm[b], state_of(s, b), work_of(w, b), method)
+        springs.follow(A.forces.laws, A.probes, M.probes_offset[b], s.x[b], s.angles[b])
+        settle(A, M, state_of(s, b), work_of(w, b), room, method, step, b)
         counters[b, STEPS] += 1
         if row >= 0:
             stepping.store(state_of(s, b), method.c, row, out[b], multipliers[b])
@@ -323,11 +365,11 @@ def march(
             left = 0
             for k in range(count):
                 b = active[k]
-                room.status[b] = correct(A, M, w, room, k, step, iteration, counters)
+                room.status[b] = correct(A, M, w, room, k, step, iteration, s.change[b, 0], counters)
                 if room.status[b] == NOT_CONVERGED:
                     active[left] = b
                     left += 1
             count, iteration = left, iteration + 1
-        if not end(M, s, w, room, rows[step + 1], out, multipliers, counters):
+        if not end(A, M, s, w, room, step, rows[step + 1], out, multipliers, counters):
             return step + 1
     return M.signals.shape[1]

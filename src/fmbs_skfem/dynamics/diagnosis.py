@@ -10,21 +10,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
+from ..bodies.body import LIMP, STIFF
 from ..core.errors import Reason, SolverError
 from ..core.linalg import is_sparse
+from ..systems import free_motions
 from . import evidence
 from .attempts import Attempt, attempts
 from .evidence import Stop
 from .integration import FailedStep
 from .names import owners, row_names
 from .outputs import reactions
+from .stability import last_sound
 from .trajectory import Trajectory
 
 LISTED = 5  #: names in a list
 WIDE_TURN = 0.5  #: turn in one step that is too much to predict [rad]
+UNRESOLVED = 3.0  #: h omega of a spring, above which a step spans half a period
+SHARE = 0.2  #: of the stiffest wave, below which a spring is not what is stiff
 LARGE = 0.5  #: strain beyond which thin-beam and plate laws mean nothing [-]
 SQUEEZED = 0.02  #: strain of a reduced model that beams and plates would have avoided by bending [-]
 CLOSE = 0.02  #: smallest singular value of unit rows near a dead centre, relative to the start
@@ -63,7 +69,8 @@ class Diagnosis:
     lowest: tuple[float, float] | None = None  #: lowest eigenvalue there, at the start and in the last good state
     strains: dict[str, tuple[float, float]] = field(default_factory=dict)  #: smallest and largest in the last good state [-]
     stiffest: float | None = None  #: h omega of the stiffest wave
-    turns: dict[str, float] = field(default_factory=dict)  #: in one step by body [rad]
+    turns: dict[str, float] = field(default_factory=dict)  #: in one step by body, in the last state whose energy is sound [rad]
+    sound: float | None = None  #: time of that state where the energy comes from nowhere afterwards [s]
     singular: tuple[float, float] | None = None  #: smallest singular value of the joints' unit rows, at the start and now
     causes: tuple[Cause, ...] = ()
 
@@ -105,9 +112,17 @@ def measured(stop: Stop, error: SolverError, found: Diagnosis) -> Diagnosis:
         lowest=None if now is None or start is None else (float(start[0]), float(now[0])),
         strains=evidence.strains(system, stop.x),
         stiffest=evidence.stiffest(stop) if stop.h else None,
-        turns={name: stop.h * rate for name, rate in evidence.turns(system, stop.x, stop.v).items()},
+        **sound(stop, error),
         singular=(evidence.closeness(stop, system.x0)[0], nearest(stop)[0]) if joints else None,
     )
+
+
+def sound(stop: Stop, error: SolverError) -> dict[str, Any]:
+    """Turns in one step by body [rad] in the last state whose energy can be believed, and its time where it is not the last one."""
+    x, v, motion, since = stop.x, stop.v, error.partial, None
+    if stop.h and ((last := last_sound(motion)) < len(motion.times) - 1 or error.reason is Reason.UNSTABLE):
+        x, v, since = motion.x[last], motion.v[last], float(motion.times[last])
+    return {"turns": {name: stop.h * rate for name, rate in evidence.turns(stop.system, x, v).items()}, "sound": since}
 
 
 def largest(values: dict[str, float]) -> tuple[tuple[str, float], ...]:
@@ -124,8 +139,9 @@ def held(error: SolverError) -> tuple[tuple[str, float], ...]:
 
 
 def nearest(stop: Stop) -> tuple[float, np.ndarray]:
-    """The position of the two at the failure that is nearer to a dead centre."""
-    return min((evidence.closeness(stop, x) for x in (stop.x, stop.trial)), key=lambda found: found[0])
+    """The position at the failure, or ahead of it on the way that the last velocities go, that is nearest to a dead centre."""
+    places = (stop.x, stop.trial, evidence.ahead(stop))
+    return min((evidence.closeness(stop, x) for x in places), key=lambda found: found[0])
 
 
 def at_start(found: Diagnosis) -> Cause:
@@ -140,7 +156,11 @@ def at_start(found: Diagnosis) -> Cause:
     if found.residuals and found.residuals[0][1] > 0.0:
         what = f"the initial state misses {listed}, the worst by {found.residuals[0][1]:.3g}"
         return Cause("closure", what, "move the bodies or the joint's places until they meet; fmbs check names lengths and places")
-    return Cause("redundant", f"rows that follow from others: {listed}", "remove one of the joints, or the drive against them")
+    return Cause(
+        "redundant",
+        f"rows that follow from others: {listed}",
+        "remove one of the joints, or the drive against them: what a drive moves must be free",
+    )
 
 
 def broken_signal(stop: Stop, found: Diagnosis) -> Cause | None:
@@ -199,11 +219,36 @@ def huge_load(stop: Stop, found: Diagnosis) -> Cause | None:
     if free or evidence.broken_signals(stop):
         return None
     name, way = evidence.push(stop)
-    size = evidence.extent(stop.system)
+    size = stop.system.scale
     if way <= WHOLE * size:
         return None
     what = f"loads on {name} would move it by {way:.3g} m in a step (size of the system: {size:.3g} m)"
     return Cause("huge load", what, "look at the unit and the history of the load; if it is meant, take shorter steps")
+
+
+def limp(stop: Stop, found: Diagnosis) -> Cause | None:
+    """Cables curved in space that are not under tension all along."""
+    names = limp_names(stop, found)
+    if not names:
+        return None
+    strains = ", ".join(f"{name} {100 * found.strains[name][0]:.3g} to {100 * found.strains[name][1]:.3g} %" for name in names)
+    return Cause("limp", f"{' and '.join(names)} {LIMP} (strains of {strains})", STIFF)
+
+
+def limp_names(stop: Stop, found: Diagnosis) -> list[str]:
+    return [name for name in free_motions.limp_bodies(stop.system) if found.strains.get(name, (0.0, 0.0))[0] < 0.0]
+
+
+def stiff_spring(stop: Stop, found: Diagnosis) -> Cause | None:
+    """A torsion spring whose vibration the step passes over, and which is stiffer than anything else."""
+    if not stop.h:
+        return None
+    name, pace = evidence.stiffest_spring(stop)
+    if not pace > UNRESOLVED or pace < SHARE * (found.stiffest or 0.0):
+        return None
+    what = f"a torsion spring on {name} vibrates with h omega = {pace:.3g}, which a step of {stop.h:.3g} s does not resolve"
+    remedy = f"try a step of {stop.h * 0.1 / pace:.1g} s, a softer spring, or a joint or a driven angle in its place"
+    return Cause("stiff spring", what, remedy)
 
 
 def large_step(stop: Stop, found: Diagnosis) -> Cause | None:
@@ -211,10 +256,18 @@ def large_step(stop: Stop, found: Diagnosis) -> Cause | None:
     if not found.turns or not stop.h:
         return None
     name, turn = max(found.turns.items(), key=lambda item: item[1])
-    if turn <= WIDE_TURN:
+    if turn <= WIDE_TURN or name in limp_names(stop, found):
         return None
     what = f"{name} turns by {turn:.3g} rad in a step of {stop.h:.3g} s (stiffest wave: h omega = {found.stiffest:.3g})"
     return Cause("large step", what, f"try a step of {stop.h * 0.1 / turn:.1g} s, a turn of 0.1 rad")
+
+
+def unstable(stop: Stop, found: Diagnosis) -> Cause | None:
+    """A motion that gains energy in steps that converge, before one of them fails or not."""
+    if found.sound is None:
+        return None
+    what = f"the motion gains energy from nowhere from t = {found.sound:.6g} s on, in steps of {stop.h:.3g} s that converge"
+    return Cause("unstable", what, "halve the step and compare, or take a smaller rho_inf")
 
 
 def squeezed(stop: Stop, found: Diagnosis) -> Cause | None:
@@ -248,6 +301,8 @@ def indefinite(stop: Stop, found: Diagnosis) -> Cause | None:
     if not found.negative or not stop.h or not found.strains:
         return None
     low, name = min((low, name) for name, (low, _) in found.strains.items())
+    if name in limp_names(stop, found):
+        return None
     what = f"the last good state is unstable for a step of {stop.h:.3g} s ({found.negative} negative eigenvalues of its matrix): "
     what += f"{name} is compressed by {100 * max(0.0, -low):.3g} %"
     return Cause("indefinite", what, "begin without compression (see the initial state), or with a step ten times shorter")
@@ -264,10 +319,13 @@ RULES: tuple[Rule, ...] = (
     dead_centre,
     load_jump,
     huge_load,
+    limp,
+    stiff_spring,
     large_step,
     squeezed,
     large_strain,
     indefinite,
+    unstable,
 )
 
 

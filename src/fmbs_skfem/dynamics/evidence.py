@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import eigvalsh
+from scipy.optimize import minimize_scalar
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import norm, splu
 
@@ -26,17 +27,18 @@ from ..bodies.body import Cells
 from ..bodies.fields import COMPONENTS
 from ..bodies.fields import strains as plane_strains
 from ..bodies.laws import LOADS
-from ..core.errors import SolverError
+from ..core.errors import Reason, SolverError
 from ..core.linalg import null_space
 from ..systems import compiled
 from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.quartic import Quartic
 from ..systems.redundancy import units
-from ..systems.system import Elastic, System, jet_rows
+from ..systems.system import Elastic, LoadKind, System, jet_rows
 from . import stepping
 from .histories import signal_names
 from .integration import HALVINGS, FailedStep, Run
 from .names import owners
+from .outputs import spring_angles
 from .scheme import method_of
 
 SHIFT = 1e-13  #: of the balanced matrix, so that its factors exist where it is singular
@@ -44,6 +46,7 @@ SPARSE = 20_000  #: unknowns up to which the weakest direction is found
 DENSE = 1_500  #: unknowns up to which eigenvalues are found
 WINDOW = 32  #: steps before the failure to which a change of a signal is compared
 FINE = 4096  #: parts of a step in which a jump of a signal is looked for
+AHEAD, PLACES = 2.0, 16  #: steps over which a dead centre is looked for on the way ahead, and positions there
 SHORTEST = 1e-9  #: step where none is known [s]
 SIZE = 1e-12  #: relative size below which a mass is none
 
@@ -63,6 +66,7 @@ class Stop:
     residual: np.ndarray  #: (n + m,) forces [N] and gaps of the trial state
     short: tuple[float, float]  #: bh and gh of the shortest step that was tried; 0 in statics
     whole: tuple[float, float]  #: of the whole step
+    angles: np.ndarray | None = None  #: (l,) of springs at the last good state, see `compiled.forces`
 
     @property
     def system(self) -> System:
@@ -73,7 +77,9 @@ class Stop:
         """W at the trial state (n, n)."""
         at = self.at if self.h else self.good
         bh, gh = self.short
-        return csr_array(compiled.tangent(self.model, self.trial, self.multipliers, at, gh) + bh * csr_array(self.system.mass))
+        return csr_array(
+            compiled.tangent(self.model, self.trial, self.multipliers, at, gh, self.angles) + bh * csr_array(self.system.mass)
+        )
 
     @cached_property
     def jacobian(self) -> np.ndarray:
@@ -89,19 +95,24 @@ def stop_of(error: SolverError) -> Stop | None:
         return None
     last, static = error.partial, error.partial.statistics.solver == ""
     model, x = compile_system(last.system), last.x[-1]
-    multipliers = last.multipliers[-1]
+    multipliers, angles = last.multipliers[-1], spring_angles(last.system, last.times, last.x, last.v, last.a)[-1]
     residual = np.full(len(x) + len(multipliers), np.nan)
     if np.isfinite(signal_table(last.system, np.array([error.time]))).all():
         phi, J = compiled.gap(model, x, error.time)
-        residual = np.concatenate([compiled.forces(model, x, last.v[-1], error.time) + J.T @ multipliers, phi])
-    h = 0.0 if static else max(float(error.time - last.times[-1]), float(np.diff(last.times[-2:]).max(initial=SHORTEST)))
-    return Stop(model, float(last.times[-1]), error.time, h, x, last.v[-1], multipliers, x, residual, (0.0, 0.0), (0.0, 0.0))
+        f = compiled.forces(model, x, last.v[-1], error.time, angles)
+        residual = np.concatenate([f + J.T @ multipliers, phi])
+    h = 0.0 if static else float(error.time - last.times[-1])
+    if not static and error.reason is not Reason.UNSTABLE:
+        h = max(h, float(np.diff(last.times[-2:]).max(initial=SHORTEST)))
+    return Stop(
+        model, float(last.times[-1]), error.time, h, x, last.v[-1], multipliers, x, residual, (0.0, 0.0), (0.0, 0.0), angles
+    )
 
 
 def stop_of_run(run: Run, time: float) -> Stop:
     """The same for a step that was halved in vain."""
     model, back = run.model, np.argsort(run.model.order)
-    method = method_of(run.scheme, run.newton, run.scheme.step / 2**HALVINGS, model.system.scale)
+    method = method_of(run.scheme, run.newton, run.scheme.step / 2**HALVINGS, model.system)
     stepping.residual(model.arrays, run.work, method.c, signal_table(model.system, np.array([time]))[0])
     rest, n = run.work.rhs[0].copy(), model.system.size
     rest[:n] = rest[:n][back] / method.c
@@ -118,6 +129,7 @@ def stop_of_run(run: Run, time: float) -> Stop:
         rest,
         (method.bh, method.gh),
         (run.method.bh, run.method.gh),
+        run.state.angles,
     )
 
 
@@ -172,7 +184,7 @@ def eigenvalues(stop: Stop, x: np.ndarray, multipliers: np.ndarray, t: float) ->
     if stop.system.size > DENSE:
         return None
     bh, gh = stop.whole
-    K = compiled.tangent(stop.model, x, multipliers, t, gh) + bh * csr_array(stop.system.mass)
+    K = compiled.tangent(stop.model, x, multipliers, t, gh, stop.angles) + bh * csr_array(stop.system.mass)
     if not np.isfinite(K.data).all():
         return None
     A, size = balanced(csr_array(0.5 * (K + K.T)))
@@ -192,14 +204,15 @@ def strains(system: System, x: np.ndarray) -> dict[str, tuple[float, float]]:
 
 
 def point_strains(elastic: Elastic, q: np.ndarray, x: np.ndarray, dim: int) -> np.ndarray:
-    """Axial strains (r'.r' - 1)/2 of a line, both principal strains of a surface, at all points."""
+    """Axial strains (r'.r' - 1)/2 of a line at the points that carry its axial force, both principal strains of a surface."""
     gather = elastic.gather
     assert not isinstance(gather, Quartic)
     u = jet_rows(gather, len(q)) @ q if isinstance(gather, Cells) else gather.jets @ x[gather.columns] + gather.offset
     points = gather.section[0].size
     jets = np.asarray(u).reshape(-1, points)
     if gather.law not in COMPONENTS:
-        return np.asarray(0.5 * (np.sum(jets[:dim] ** 2, axis=0) - 1.0))
+        axial = np.abs(gather.section[0].ravel())
+        return np.asarray(0.5 * (np.sum(jets[:dim] ** 2, axis=0) - 1.0))[axial >= 0.5 * axial.mean()]
     a, b, c = plane_strains(jets, dim)
     radius = np.hypot(0.5 * (a - b), c)
     return np.concatenate([0.5 * (a + b) - radius, 0.5 * (a + b) + radius])
@@ -234,9 +247,33 @@ def stiffest(stop: Stop) -> float:
     """h omega of the stiffest wave, a lower bound."""
     system = stop.system
     m = csr_array(system.mass).diagonal()
-    k = compiled.tangent(stop.model, stop.x, stop.multipliers, stop.good).diagonal()
+    k = compiled.tangent(stop.model, stop.x, stop.multipliers, stop.good, 0.0, stop.angles).diagonal()
     heavy = m > SIZE * m.max(initial=0.0)
     return float(stop.h * np.sqrt(np.maximum(k[heavy] / m[heavy], 0.0).max(initial=0.0)))
+
+
+def stiffest_spring(stop: Stop) -> tuple[str, float]:
+    """The owner of what the stiffest torsion spring turns, and its h omega; 0 for none.
+
+    omega^2 = k u^T a with u = dtheta/dx and the accelerations a that the joints permit, M a + J^T l = u, J a = 0.
+    """
+    system, y, P = stop.system, stop.system.probes(stop.x), csr_array(stop.system.probes.matrix)
+    springs = [law for law in system.loads.laws if law.kind is LoadKind.SPRING]
+    if not springs or system.size > SPARSE:
+        return "", 0.0
+    factors = factored(compiled.kkt(csr_array(system.mass), compiled.gap(stop.model, stop.x, stop.good)[1]))
+    if factors is None:
+        return "", 0.0
+    names, found = owners(system), []
+    for law in springs:
+        u = np.zeros(system.size + len(system.constraints.names))
+        for first, sign in ((law.slope, 1.0), (law.position, -1.0)):
+            if first >= 0:
+                a, b = y[first : first + 2]
+                u[: system.size] += sign / (a * a + b * b) * (a * P[[first + 1]] - b * P[[first]]).toarray()[0]
+        moved = factors.solve(u)
+        found.append((names[int(np.abs(u).argmax())], float(stop.h * np.sqrt(max(law.vector[0] * (u @ moved), 0.0)))))
+    return max(found, key=lambda one: one[1])
 
 
 def closeness(stop: Stop, x: np.ndarray) -> tuple[float, np.ndarray]:
@@ -244,6 +281,18 @@ def closeness(stop: Stop, x: np.ndarray) -> tuple[float, np.ndarray]:
     J = compiled.gap(stop.model, x, stop.at)[1]
     values, vectors = np.linalg.eigh(units(J) @ units(J).T)
     return float(np.sqrt(max(values[0], 0.0))), vectors[:, 0]
+
+
+def ahead(stop: Stop) -> np.ndarray:
+    """The position x + s h v, 0 <= s <= AHEAD, in which the unit rows of J are nearest to depend on each other."""
+    if not stop.h or not np.isfinite(stop.v).all():
+        return stop.x
+    sizes = AHEAD * np.arange(PLACES + 1) / PLACES
+    near = [closeness(stop, stop.x + s * stop.h * stop.v)[0] for s in sizes]
+    best = int(np.argmin(near))
+    ends = sizes[max(best - 1, 0)], sizes[min(best + 1, PLACES)]
+    found = minimize_scalar(lambda s: closeness(stop, stop.x + s * stop.h * stop.v)[0], bounds=ends, method="bounded")
+    return np.asarray(stop.x + (found.x if found.fun < near[best] else sizes[best]) * stop.h * stop.v)
 
 
 def broken_signals(stop: Stop) -> list[str]:
@@ -269,12 +318,6 @@ def jumps(stop: Stop) -> list[tuple[str, float, float]]:
     return [(names[k], float(inside[0, k]), float(inside[-1, k])) for k in found]
 
 
-def extent(system: System) -> float:
-    """Size of the system [m]: root mean square of the distances of positions from their middle in the reference."""
-    q = system.lift(system.x0).reshape(-1, system.dim)[system.unit > 0.5]
-    return float(np.sqrt(np.mean(np.sum((q - q.mean(axis=0)) ** 2, axis=1)))) or 1.0
-
-
 def push(stop: Stop) -> tuple[str, float]:
     """Owner that the loads move furthest, and the way [m].
 
@@ -287,7 +330,7 @@ def push(stop: Stop) -> tuple[str, float]:
         way = np.full(n, np.inf) if factors is None else np.abs(size * factors.solve(size * stop.residual))[:n]
     else:
         m = csr_array(stop.system.mass).diagonal()
-        now, then = (compiled.forces(stop.model, stop.x, 0.0 * stop.v, t) for t in (stop.at, 0.0))
+        now, then = (compiled.forces(stop.model, stop.x, 0.0 * stop.v, t, stop.angles) for t in (stop.at, 0.0))
         heavy = m > SIZE * m.max(initial=0.0)
         way = np.where(heavy, np.abs(now - then), 0.0) * stop.h**2 / np.where(heavy, m, 1.0)
     k = int(np.nan_to_num(way, nan=np.inf).argmax())

@@ -28,8 +28,33 @@ def signal_names(system: System) -> list[str]:
     return [", ".join(dict.fromkeys(found)) or f"signal {k}" for k, found in enumerate(names)]
 
 
-def leading_signals(system: System, times: np.ndarray) -> tuple[np.ndarray, SolverError | None]:
-    """Signals at the given times up to the first one where a value is not finite, and the error that belongs there."""
+def leading_signals(system: System, times: np.ndarray, step: float) -> tuple[np.ndarray, SolverError | None]:
+    """Signals at the ends of steps of length `step` [s] up to the first one where a value is not finite, and the error of it.
+
+    Where constraints read signals their first three derivatives stand beside the values, (s, 4 k).
+    """
+    table, broken = leading_values(system, times)
+    if not (system.constraints.signal >= 0).any():
+        return table, broken
+    return np.hstack([table, *derivatives(system, times[: len(table)], table, step)]), broken
+
+
+def derivatives(system: System, times: np.ndarray, table: np.ndarray, step: float) -> list[np.ndarray]:
+    """First three derivatives (s, k) of the cubics through the values at the ends and at two points inside of every step.
+
+    They read the step alone, so that what a history does before and after it is left out; 0 where a value inside is not finite.
+    """
+    d = step / 3
+    a, b, c = (signal_table(system, times - k * d) for k in (1, 2, 3))
+    with np.errstate(invalid="ignore", over="ignore"):
+        first = (11 * table - 18 * a + 9 * b - 2 * c) / (6 * d)
+        second = (2 * table - 5 * a + 4 * b - c) / d**2
+        third = (table - 3 * a + 3 * b - c) / d**3
+    return [np.where(np.isfinite(part), part, 0.0) for part in (first, second, third)]
+
+
+def leading_values(system: System, times: np.ndarray) -> tuple[np.ndarray, SolverError | None]:
+    """Values of all signals (s, k) at the given times up to the first one where one is not finite, and the error of it."""
     table = signal_table(system, times)
     bad = np.argwhere(~np.isfinite(table))
     if len(bad) == 0:
@@ -43,7 +68,7 @@ def leading_signals(system: System, times: np.ndarray) -> tuple[np.ndarray, Solv
 
 def finite_signals(system: System, times: np.ndarray) -> np.ndarray:
     """Signals at the given times; a value that is not finite stops the run with its place."""
-    table, broken = leading_signals(system, times)
+    table, broken = leading_values(system, times)
     if broken is not None:
         raise broken
     return table

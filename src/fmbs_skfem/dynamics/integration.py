@@ -10,16 +10,17 @@ from typing import TypeAlias
 
 import numpy as np
 
+from ..core import krylov
 from ..core.errors import InputError, Reason, SolverError, say
 from ..systems.compiled import Compiled, compile_system
 from ..systems.system import System
 from . import checkpoint as checkpoints
 from . import large, stepping
 from .checkpoint import Checkpoint, Moment, Record, Resumed, Rows
-from .histories import leading_signals
+from .histories import leading_signals, leading_values
 from .names import row_names, told, worst
-from .scheme import GeneralizedAlpha, Newton, Solver, method_of
-from .start import consistent_start, first_state, startable, workspace
+from .scheme import GeneralizedAlpha, Newton, Solver, method_of, steps_in
+from .start import Start, consistent_start, first_state, startable, workspace
 from .stepping import Method, State, Work
 from .trajectory import Statistics, Trajectory
 
@@ -72,17 +73,16 @@ def integrate(
     record: Record | None = None,
     resume: Resumed | None = None,
 ) -> Trajectory:
-    """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps, or after the steps listed there.
+    """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps and at the end, or after the steps listed.
 
-    The number of steps is duration / step, rounded. Initial velocities are projected onto the constraints with a notice. A step
-    that fails is halved; SolverError carries reason, time, worst residuals by name and the partial trajectory.
+    The number of steps is duration / step, rounded with a notice. Initial velocities are projected onto the constraints with a
+    notice. A step that fails is halved; SolverError carries reason, time, worst residuals by name and the partial trajectory.
 
     `record` sees the run a few times a second and may keep its states and a checkpoint; `resume` goes on from those, and ends in
     the same numbers as a run that was never stopped.
     """
-    steps = round(duration / scheme.step)
-    if steps < 1:
-        raise InputError(say("analysis.duration", f"at least one step of {scheme.step} s", f"{duration} s"))
+    steps = steps_in(scheme, duration)
+    fitting(system, steps, len(every) if isinstance(every, np.ndarray) else steps // max(every, 1) + 1)
     run = begun(startable(system, scheme), scheme, newton or Newton(), kept_steps(every, steps), steps, resume)
     watched = progress is not None or record is not None
     chunk = WHOLE if watched else steps
@@ -99,20 +99,31 @@ def integrate(
     return trajectory(run)
 
 
+def fitting(system: System, steps: int, stored: int) -> None:
+    """Refuse a run whose stored states exceed the memory of the machine, before any of them is there."""
+    needed = 8.0 * (steps + stored * (3 * system.size + len(system.constraints.names)))
+    if needed > (there := krylov.memory()):
+        got = f"{stored} of {needed / 1e9:.3g} GB"
+        raise InputError(
+            say("analysis.every", f"stored states that fit into the {there / 1e9:.3g} GB of this machine", got, "store fewer")
+        )
+
+
 def begun(
     system: System, scheme: GeneralizedAlpha, newton: Newton, kept: np.ndarray, steps: int, resume: Resumed | None = None
 ) -> Run:
     """A run at its start, or where it was left."""
     model = compile_system(system)
     n, m = system.size, model.constraints
-    start = consistent_start(model, scheme) if resume is None else (system.x0, system.v0, np.zeros(n), np.zeros(m))
-    method = method_of(scheme, newton, scheme.step, system.scale)
+    none = np.zeros(n)
+    start = consistent_start(model, scheme) if resume is None else Start(system.x0, system.v0, none, np.zeros(m), np.zeros((2, n)))
+    method = method_of(scheme, newton, scheme.step, system)
     rows = np.full(steps + 1, -1)
     rows[kept] = np.arange(len(kept))
     state, counters = first_state(model, start, method.c), np.zeros(4, np.int64)
     out, multipliers = np.zeros((3, len(kept), n)), np.zeros((len(kept), m))
-    out[:, 0] = state.x, state.v, state.acceleration
-    multipliers[0] = start[3]
+    out[:, 0] = state.x, start.v[model.order], state.acceleration
+    multipliers[0] = start.multipliers
     clocks = clock.process_time(), clock.perf_counter()
     advance = stepper(model, newton.solver)
     stage = (model, scheme, newton, method, kept, rows, state, workspace(model), advance, out, multipliers, counters)
@@ -148,7 +159,7 @@ def paced(chunk: int, seconds: float) -> int:
 def march(run: Run, many: int) -> None:
     """Take some steps, the last one possibly halved; SolverError where it cannot be taken."""
     model, scheme, kept = run.model, run.scheme, (run.out, run.multipliers)
-    signals, broken = leading_signals(model.system, scheme.step * (run.done + 1 + np.arange(many)))
+    signals, broken = leading_signals(model.system, scheme.step * (run.done + 1 + np.arange(many)), scheme.step)
     status, taken = run.advance(run.state, run.work, run.method, signals, run.rows[run.done + 1 :], *kept, run.counters)
     run.done += taken
     if status == stepping.DONE and broken is not None:
@@ -198,7 +209,7 @@ def moment(run: Run) -> Moment:
 
 
 def kept_steps(every: int | np.ndarray, steps: int) -> np.ndarray:
-    """Numbers of the steps after which states are kept, 0 first."""
+    """Numbers of the steps after which states are kept, 0 first: those listed, or every so many and the last one."""
     if isinstance(every, np.ndarray):
         kept = np.union1d(0, every.astype(np.int64))
         if kept[0] < 0 or kept[-1] > steps:
@@ -206,7 +217,7 @@ def kept_steps(every: int | np.ndarray, steps: int) -> np.ndarray:
         return kept
     if every < 1:
         raise InputError(say("analysis.every", "at least 1", every))
-    return np.arange(0, steps + 1, every)
+    return np.union1d(np.arange(0, steps + 1, every), steps)
 
 
 def solver_of(model: Compiled, advance: Advance) -> str:
@@ -237,22 +248,24 @@ def halved_step(
     counters: np.ndarray,
 ) -> tuple[int, float]:
     """One step of the full size in 2, 4, ... parts, stored in `row` as `advance` does; status and time of the last failure."""
-    full = method_of(scheme, newton, scheme.step, model.system.scale)
+    full = method_of(scheme, newton, scheme.step, model.system)
     saved = [array.copy() for array in state]
     status, reached = stepping.NOT_CONVERGED, scheme.step * done
     for halving in range(1, HALVINGS + 1):
         parts = 2**halving
-        method = method_of(scheme, newton, scheme.step / parts, model.system.scale)
-        state.multipliers[:] *= method.c / full.c
-        state.known[0], state.order[0], work.kind[0] = 1, 0, 0
+        method = method_of(scheme, newton, scheme.step / parts, model.system)
+        for kept in (state.multipliers, state.past):
+            kept *= method.c / full.c
+        restart(state, work)
         counters[stepping.HALVED] += 1
-        signals, broken = leading_signals(model.system, scheme.step * (done + (np.arange(parts) + 1) / parts))
+        signals, broken = leading_signals(model.system, scheme.step * (done + (np.arange(parts) + 1) / parts), method.h)
         rows = np.append(np.full(parts - 1, -1), row)
         status, taken = advance(state, work, method, signals, rows, out, multipliers, counters)
         counters[stepping.STEPS] -= taken
         if status == stepping.DONE and broken is None:
-            state.multipliers[:] *= full.c / method.c
-            state.known[0], state.order[0], work.kind[0] = 1, 0, 0
+            for kept in (state.multipliers, state.past):
+                kept *= full.c / method.c
+            restart(state, work)
             counters[stepping.STEPS] += 1
             return status, scheme.step * (done + 1)
         reached = scheme.step * (done + taken / parts)
@@ -261,6 +274,11 @@ def halved_step(
         for array, old in zip(state, saved, strict=True):
             array[:] = old
     return status, reached
+
+
+def restart(state: State, work: Work) -> None:
+    """Forget what was known of steps of another size: earlier accelerations and factors."""
+    state.known[0], state.order[0], state.change[0], work.kind[0] = 1, 0, np.inf, 0
 
 
 class FailedStep(SolverError):
@@ -281,12 +299,12 @@ def failure(
     run: Run | None = None,
 ) -> SolverError:
     """The error of a step that failed, with the worst residuals by name: forces [N] and gaps."""
-    signals, broken = leading_signals(model.system, np.array([time]))
+    signals, broken = leading_values(model.system, np.array([time]))
     if broken is not None:
         broken.partial = partial
         return broken
     reason, n = REASONS[status], model.system.size
-    c = method_of(scheme, Newton(), scheme.step / 2**HALVINGS, model.system.scale).c
+    c = method_of(scheme, Newton(), scheme.step / 2**HALVINGS, model.system).c
     stepping.residual(model.arrays, work, c, signals[0])
     work.rhs[0, :n] /= c
     names = row_names(model.system)

@@ -87,29 +87,31 @@ class Large:
                         break
                     fresh = 1
                 self.solve(w, method, signals[k])
-                norm = stepping.apply(w, method)
+                norm = stepping.apply(self.model.arrays.norm, w, method)
                 counters[stepping.ITERATIONS] += 1
-                status = self.judge(w, method, iteration, norm, last, fresh, k)
+                status = self.judge(w, method, float(s.change[0]), iteration, norm, last, fresh, k)
                 if status != stepping.NOT_CONVERGED:
                     break
                 last, fresh = norm, fresh + 1 if fresh > 0 and w.kind[0] > 0 else 0
             if status != stepping.DONE:
                 w.kind[0] = 0
                 return status, k
-            stepping.accept(s, w, method)
+            stepping.accept(self.model.arrays.norm, s, w, method)
+            s.angles[:] = compiled.followed(self.model, s.x, s.angles)
+            self.settle(s, w, method, signals[k])
             counters[stepping.STEPS] += 1
             if rows[k] >= 0:
                 stepping.store(s, method.c, rows[k], out, multipliers)
         return stepping.DONE, len(signals)
 
-    def judge(self, w: Work, method: Method, iteration: int, norm: float, last: float, fresh: int, step: int) -> int:
+    def judge(self, w: Work, method: Method, change: float, iteration: int, norm: float, last: float, fresh: int, step: int) -> int:
         """As `stepping.judge`; one correction is enough where MARGIN times the contraction measured in steps before promises it."""
         if iteration == 1 and last > 0.0:
             self.rate = max(0.9 * self.rate, norm / last)
-        promised = norm * MARGIN * self.rate <= method.tolerance
+        promised = norm * MARGIN * self.rate <= stepping.goal(method, change, iteration)
         if iteration == 0 and promised and fresh == 0 and step % REMEASURE:
             return stepping.DONE
-        return stepping.judge(w, method, iteration, norm, last, fresh)
+        return stepping.judge(w, method, change, iteration, norm, last, fresh)
 
     def factorise(self, w: Work, method: Method) -> bool:
         """Factors of W at the trial state, and the columns of its inverse that belong to the interface."""
@@ -128,6 +130,7 @@ class Large:
         except SolverError:
             return False
         self.rate, self.place, self.factored = 1.0, w.x.copy(), fitted_turns(self, w.x)
+        w.kind[2] = stepping.CHOLESKY
         columns = np.zeros((len(self.interface), self.size))
         columns[np.arange(len(self.interface)), self.interface] = 1.0
         spread = refined(W, self.inverse, columns)
@@ -138,12 +141,23 @@ class Large:
 
     def solve(self, w: Work, method: Method, signals: np.ndarray) -> None:
         """rhs <- KKT^-1 rhs."""
-        n = self.size
         turns = [now @ then.T for now, then in zip(fitted_turns(self, w.x), self.factored, strict=True)]
-        r = w.rhs[0, :n].copy()
+        r = w.rhs[0, : self.size].copy()
         turned(self, r, [R.T for R in turns])
-        r = self.inverse.solve(r[None, :])[0]
-        nb, m = len(self.interface), len(w.multipliers)
+        self.close(w, method, signals, turns, self.inverse.solve(r[None, :])[0])
+
+    def settle(self, s: State, w: Work, method: Method, signals: np.ndarray) -> None:
+        """As `stepping.settle`."""
+        if len(s.multipliers):
+            A = self.model.arrays
+            stepping.drift(A.probes, A.probes_offset, A.terms, s, w, method, signals)
+            turns = [now @ then.T for now, then in zip(fitted_turns(self, w.x), self.factored, strict=True)]
+            self.close(w, method, signals, turns, np.zeros(self.size))
+            stepping.shift(A.norm, A.probes, s, w)
+
+    def close(self, w: Work, method: Method, signals: np.ndarray, turns: list[np.ndarray], r: np.ndarray) -> None:
+        """rhs <- KKT^-1 (., g) from rhs = (., g) and W^-1 of what stands for the point, as the bodies stood when W was factored."""
+        n, nb, m = self.size, len(self.interface), len(w.multipliers)
         if nb == 0:
             turned(self, r, turns)
             w.rhs[0, :n] = r
@@ -166,7 +180,7 @@ class Large:
         """Second derivatives of joints and loads on the interface, less the shift."""
         A = self.model.arrays
         H = np.zeros(A.pairs.size)
-        kernels.load_slopes(A.forces, A.probes, w.y, w.v, signals, -method.c, method.gh, H)
+        kernels.load_slopes(A.forces, A.probes, w.y, w.v, signals, w.angles, -method.c, method.gh, H)
         kernels.constraint_slopes(A.terms, w.y, signals, w.multipliers, H)
         y = np.zeros((len(w.y), len(w.y)))
         np.add.at(y, (self.pairs[:, 0], self.pairs[:, 1]), H)

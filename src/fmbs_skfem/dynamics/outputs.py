@@ -19,12 +19,15 @@ from ..core.notices import notify
 from ..systems import compiled, kernels
 from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.kernels import Arrays
-from ..systems.system import Line, Output, System, linear_part
+from ..systems.probes import require_distinct_columns
+from ..systems.system import Line, LoadKind, Output, System, linear_part
 from .trajectory import Trajectory
 
 STILL = 1e-12  #: energy, over that of crossing the model once in the run, that is the round-off of a model at rest
 UNSURE = 3.0  #: error of the work over its difference from that of every second state
 FEW = 9  #: stored states, below which nothing is said of a rise of the energy balance
+DOUBT = 1.5  #: change of an angle from one stored state to the next beside the expected one, above which a turn may be lost [rad]
+PARALLEL = 1e-9  #: part of the largest moment of vectors about an axis below which they are parallel to it
 DELTA = 1e-6  #: relative time difference for Phi_t
 
 
@@ -38,6 +41,7 @@ def survey(
     before: np.ndarray,
     after: np.ndarray,
     span: np.ndarray,
+    angles: np.ndarray,
     body: np.ndarray,
     work: np.ndarray,
 ) -> np.ndarray:
@@ -60,7 +64,7 @@ def survey(
         kernels.clear(vy)
         kernels.add_product(A.probes, 1.0, v[s], vy)
         kernels.clear(g)
-        kernels.add_loads(A.forces, A.probes, y, v[s], signals[s], g)
+        kernels.add_loads(A.forces, A.probes, y, v[s], signals[s], angles[s], g)
         power = np.dot(g, vy)
         kernels.constrain(A.terms, y, before[s], low, jacobian)
         kernels.constrain(A.terms, y, after[s], high, jacobian)
@@ -79,7 +83,14 @@ def survey(
 
 @jit
 def residuals(
-    A: Arrays, x: np.ndarray, v: np.ndarray, a: np.ndarray, signals: np.ndarray, body: np.ndarray, work: np.ndarray
+    A: Arrays,
+    x: np.ndarray,
+    v: np.ndarray,
+    a: np.ndarray,
+    signals: np.ndarray,
+    angles: np.ndarray,
+    body: np.ndarray,
+    work: np.ndarray,
 ) -> np.ndarray:
     """M q'' + f - Q without constraint forces, for every sample: (s, n)."""
     out = np.zeros(x.shape)
@@ -91,7 +102,7 @@ def residuals(
         kernels.add_operator(A.stiffness, x[s], out[s])
         kernels.affine(A.probes, A.probes_offset, x[s], y)
         kernels.clear(g)
-        kernels.add_loads(A.forces, A.probes, y, v[s], signals[s], g)
+        kernels.add_loads(A.forces, A.probes, y, v[s], signals[s], angles[s], g)
         kernels.add_transposed(A.probes, -1.0, g, out[s])
         for i in range(x.shape[1]):
             out[s, i] -= A.load[i]
@@ -117,10 +128,24 @@ def survey_of(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
     before, after = np.maximum(times - delta, 0.0), times + delta
     x, v = (np.ascontiguousarray(part[:, model.order]) for part in (trajectory.x, trajectory.v))
     now, early, late = (signal_table(system, t) for t in (times, before, after))
-    multipliers, (body, buffer) = np.ascontiguousarray(trajectory.multipliers), model.buffers()
-    found = survey(model.arrays, x, v, multipliers, now, early, late, after - before, body, buffer)
+    body, buffer = model.buffers()
+    angles = spring_angles(system, times, trajectory.x, trajectory.v, trajectory.a)
+
+    multipliers = np.ascontiguousarray(trajectory.multipliers)
+    found = survey(model.arrays, x, v, multipliers, now, early, late, after - before, angles, body, buffer)
     potential = -(trajectory.x - trajectory.x[0]) @ system.loads.constant
     return np.column_stack([found[:, :2], potential]), found[:, 2]
+
+
+def drift_of(times: np.ndarray, stored: np.ndarray, power: np.ndarray) -> float:
+    """Largest change of the balance of energies (s, 3) and a power (s,) [J]."""
+    balance = stored.sum(axis=1) - work_done(times, power)
+    return float(np.abs(balance - balance[0]).max())
+
+
+def size_of(stored: np.ndarray) -> float:
+    """The largest kinetic energy, or change of the strain or potential energy [J]: a steady motion exchanges none."""
+    return max(float(stored[:, 0].max()), float(np.ptp(stored[:, 1:], axis=0).max()))
 
 
 def energy_drift(trajectory: Trajectory) -> float:
@@ -129,18 +154,19 @@ def energy_drift(trajectory: Trajectory) -> float:
 
 
 def energy_errors(trajectory: Trajectory) -> tuple[float, float]:
-    """Largest change of the energy balance [J], and its largest rise over the largest change of an energy.
-
+    """Largest change of the energy balance [J], and its largest rise over the size of the energies.
     A method that dissipates lets the balance fall, so a rise is an error of the step. The work of loads is integrated over the
     stored states: the rise is less by three times what every second of them gives differently, so that few states feign none.
     """
     stored, power = survey_of(trajectory)
     work = work_done(trajectory.times, power)
-    balance, scale = stored.sum(axis=1) - work, float(np.ptp(stored, axis=0).max())
-    drift = float(np.abs(balance - balance[0]).max())
-    system, duration = trajectory.system, float(np.ptp(trajectory.times))
-    slow = float(system.mass.diagonal().sum()) * (system.scale / max(duration, 1e-300)) ** 2
-    if len(power) < FEW or scale <= STILL * slow:
+    balance, scale = stored.sum(axis=1) - work, size_of(stored)
+    drift = drift_of(trajectory.times, stored, power)
+    if len(power) < FEW:
+        return drift, 0.0
+    system = trajectory.system
+    crossing = system.scale / float(np.ptp(trajectory.times))
+    if scale <= STILL * system.weight * crossing * crossing:
         return drift, 0.0
     doubt = np.abs(work[::2] - work_done(trajectory.times[::2], power[::2])).max()
     return drift, max(float((balance - balance[0]).max()) - UNSURE * float(doubt), 0.0) / scale
@@ -150,7 +176,8 @@ def residual_samples(model: Compiled, times: np.ndarray, x: np.ndarray, v: np.nd
     """M q'' + f - Q of a system on any motion, (s, n)."""
     xc, vc, ac = (np.ascontiguousarray(part[:, model.order]) for part in (x, v, a))
     body, work = model.buffers()
-    found = residuals(model.arrays, xc, vc, ac, signal_table(model.system, times), body, work)
+    angles = spring_angles(model.system, times, x, v, a)
+    found = residuals(model.arrays, xc, vc, ac, signal_table(model.system, times), angles, body, work)
     return found[:, np.argsort(model.order)]
 
 
@@ -198,6 +225,7 @@ def outputs(trajectory: Trajectory) -> dict[str, np.ndarray]:
     y = np.asarray(sensors.matrix @ trajectory.x.T).T + sensors.offset
     rate = np.asarray(sensors.matrix @ trajectory.v.T).T
     columns: dict[str, np.ndarray] = {}
+    require_distinct_columns(trajectory.system.outputs)
     for output in trajectory.system.outputs.values():
         columns.update(zip(output.columns, RULES[output.kind](trajectory, output, y, rate), strict=True))
     return columns
@@ -215,17 +243,67 @@ def velocity_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate:
 
 
 def angle_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
-    """Angle whose turns follow the angular velocity between the samples, so that they may be far apart."""
-    a, b = output.rows
-    raw, speed = np.arctan2(y[:, b], y[:, a]), angular_velocity_output(trajectory, output, y, rate)[0]
-    expected = 0.5 * (speed[1:] + speed[:-1]) * np.diff(trajectory.times)
-    turns = np.round((expected - np.diff(raw)) / (2 * np.pi))
-    return [raw + 2 * np.pi * np.append(0.0, np.cumsum(turns))]
+    """Angle that counts its turns, see `continuous`."""
+    rows = list(output.rows)
+    change = np.asarray(trajectory.system.sensors.matrix[rows] @ trajectory.a.T).T
+    angle, speed, acceleration = turning(y[:, rows], rate[:, rows], change)
+    return [continuous(f"output '{output.columns[0]}'", trajectory.times, angle, speed, acceleration)]
+
+
+def turning(y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Argument of plane vectors y (s, 2), in (-pi, pi], and its first and second derivative, (s,) each."""
+    square, along = np.sum(y * y, axis=1), np.sum(y * rate, axis=1)
+    speed = (y[:, 0] * rate[:, 1] - y[:, 1] * rate[:, 0]) / square
+    return np.arctan2(y[:, 1], y[:, 0]), speed, (y[:, 0] * change[:, 1] - y[:, 1] * change[:, 0] - 2.0 * along * speed) / square
+
+
+def continuous(name: str, times: np.ndarray, angle: np.ndarray, speed: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+    """An angle (s,) known but for whole turns, with the turns that its angular velocity makes between the stored states.
+
+    h / 2 (w0 + w1) + h^2 / 12 (w0' - w1') is its change up to h^5 w'''' / 720, so that states may be far apart. A notice where
+    that leaves a doubt.
+    """
+    h = np.diff(times)
+    expected = 0.5 * h * (speed[1:] + speed[:-1]) + h * h / 12.0 * (acceleration[:-1] - acceleration[1:])
+    turns = np.round((expected - np.diff(angle)) / (2 * np.pi))
+    found = angle + 2 * np.pi * np.append(0.0, np.cumsum(turns))
+    if np.abs(np.diff(found) - expected).max(initial=0.0) > DOUBT:
+        notify(f"{name}: stored states are too far apart to count the turns of the angle for certain; store more of them")
+    return found
+
+
+def spring_angles(system: System, times: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """Angles of all torsion springs on a motion of a system, with their turns, (s, l); 0 for other loads."""
+    found, probes = np.zeros((len(times), len(system.loads.laws))), system.probes
+    for k, law in enumerate(system.loads.laws):
+        if law.kind is not LoadKind.SPRING:
+            continue
+        angle, speed, acceleration = np.zeros((3, len(times)))
+        for sign, first in ((1.0, law.slope), (-1.0, law.position)):
+            if first < 0:
+                continue
+            rows = [first, first + 1]
+            y, rate, change = (np.asarray(probes.matrix[rows] @ part.T).T for part in (x, v, a))
+            parts = turning(y + probes.offset[rows], rate, change)
+            angle, speed, acceleration = (one + sign * part for one, part in zip((angle, speed, acceleration), parts, strict=True))
+        found[:, k] = continuous("torsion spring", times, angle - 2 * np.pi * np.round(angle[0] / (2 * np.pi)), speed, acceleration)
+    return found
 
 
 def angular_velocity_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
     a, b = output.rows
     return [(y[:, a] * rate[:, b] - y[:, b] * rate[:, a]) / (y[:, a] ** 2 + y[:, b] ** 2)]
+
+
+def spin_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
+    """Component along a fixed axis of the angular velocity w of the vectors e_k of a place, e_k' = w x e_k.
+
+    By least squares, sum_k (|e_k|^2 1 - e_k e_k^T) w = sum_k e_k x e_k'; one vector alone has no rate about itself.
+    """
+    e, change = (part[:, list(output.rows)].reshape(len(y), -1, 3) for part in (y, rate))
+    A = np.einsum("ske,ske->s", e, e)[:, None, None] * np.eye(3) - np.einsum("ski,skj->sij", e, e)
+    w = np.einsum("sij,sj->si", np.linalg.pinv(A, rcond=PARALLEL, hermitian=True), np.cross(e, change).sum(axis=1))
+    return [w @ np.array(output.parameters)]
 
 
 def stress_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
@@ -269,6 +347,7 @@ RULES: dict[str, Rule] = {
     "velocity": velocity_output,
     "angle": angle_output,
     "angular velocity": angular_velocity_output,
+    "spin": spin_output,
     "stress": stress_output,
     "deflection": deflection_output,
     "energy": energy_output,

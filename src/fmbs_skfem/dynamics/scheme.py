@@ -12,8 +12,14 @@ import numpy as np
 
 from ..core import pardiso
 from ..core.errors import InputError, say
+from ..core.notices import notify
+from ..systems.lengths import DIGITS
+from ..systems.system import System
 from .stepping import Method
 
+WHOLE = 1e-6  #: part of a duration by which whole steps may miss it: round-off
+SHARP = 0.03  #: part of the method's own error in q'' that the iteration may leave
+DYNAMIC, STATIC = 5e-12, 1e-10  #: default tolerances: errors of steps add up, those of equilibria do not
 Solver: TypeAlias = Literal["own", "pardiso"]
 
 
@@ -41,9 +47,9 @@ class GeneralizedAlpha:
 
 @dataclass(frozen=True)
 class Newton:
-    """Iteration control; the tolerance is relative to the norm of the reference coordinates."""
+    """Iteration control; the tolerance is an error of the positions, root mean square, relative to the size of the mechanism."""
 
-    tolerance: float = 1e-10
+    tolerance: float = DYNAMIC
     iterations: int = 25
     slow: float = 0.05  #: contraction above which the iteration matrix is factored anew
     solver: Solver = "own"  #: of large models: factors or multigrid of this package, or PARDISO (the extra `pardiso`)
@@ -57,7 +63,35 @@ class Newton:
             raise InputError(say("newton.tolerance", "a number between 0 and 0.01", self.tolerance))
 
 
-def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, scale: float) -> Method:
+def steps_in(scheme: GeneralizedAlpha, duration: float) -> int:
+    """The number of steps of a run over `duration` [s], the nearest one; a notice where that is another duration."""
+    if not 0.5 < duration / scheme.step < np.inf:
+        raise InputError(say("analysis.duration", f"at least one step of {scheme.step} s, and an end", f"{duration} s"))
+    steps = round(duration / scheme.step)
+    if abs(steps * scheme.step - duration) > WHOLE * duration:
+        end = f"{steps} steps of {scheme.step:.6g} s end at {steps * scheme.step:.6g} s"
+        notify(f"the duration of {duration:.6g} s is no whole number of steps: {end}; choose a step that divides it")
+    return steps
+
+
+def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, system: System) -> Method:
+    """Coefficients of a step h [s], and the tolerance of the iteration in metres."""
     am, af, gamma, beta = scheme.coefficients
     bh, gh = (1 - am) / (h**2 * beta * (1 - af)), gamma / (h * beta)
-    return Method(h, am, af, gamma, beta, bh, gh, h**2 * beta, newton.tolerance * scale, newton.iterations, newton.slow)
+    c = h**2 * beta
+    control = newton.tolerance * system.scale, newton.iterations, newton.slow, round_off(system)
+    return Method(h, am, af, gamma, beta, bh, gh, c, *control, SHARP * c)
+
+
+def round_off(system: System) -> float:
+    """Round-off of positions, which grows with the distance from the origin [m]."""
+    places = system.lift(system.x0).reshape(-1, system.dim)[system.unit != 0.0]
+    return DIGITS * max(float(np.abs(places).max(initial=0.0)), system.scale)
+
+
+def acceleration_noise(scheme: GeneralizedAlpha, system: System) -> float:
+    """Noise of q'', and over the mass of reactions, that the round-off of positions makes, root mean square [m/s2]: d / (beta h^2).
+
+    Velocities that settle on the joints after every step do not carry it on.
+    """
+    return round_off(system) / (scheme.step**2 * scheme.coefficients[3])

@@ -7,6 +7,7 @@ Phi_q v0 + Phi_t = 0,    [ M      Phi_q^T ] [ q''    ]     [ f                  
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -18,9 +19,10 @@ from ..core.errors import Reason, SolverError
 from ..core.linalg import independent_rows
 from ..core.notices import notify
 from ..systems import compiled as compilation
+from ..systems import mechanism
 from ..systems.compiled import Compiled
 from ..systems.quartic import Quartic
-from ..systems.redundancy import singular_start, without_redundant
+from ..systems.redundancy import rows_of, scale_of, singular_start, without_redundant
 from ..systems.system import System
 from . import large, stepping
 from .histories import finite_signals
@@ -32,13 +34,42 @@ PLATES = (Law.MEMBRANE, Law.SHELL)
 DRIFT, CURVATURE = 1e-3, 0.25  #: distance of the five instants of the differences for Phi_t and Phi'', in steps
 
 
+class Start(NamedTuple):
+    """Consistent initial state, in the order of the system's unknowns."""
+
+    x: np.ndarray  #: (n,)
+    v: np.ndarray
+    a: np.ndarray  #: q''
+    multipliers: np.ndarray  #: (m,) physical
+    shift: np.ndarray  #: (2, n) what the first step adds to v, by (4) of `stepping`, and to the algorithmic acceleration
+
+
 def startable(system: System, scheme: GeneralizedAlpha) -> System:
     """The system without redundant rows; SolverError where a signal is no number at an instant that the start reads."""
     finite_signals(system, scheme.step * np.outer((DRIFT, CURVATURE), np.arange(5)).ravel())
     return without_redundant(system)
 
 
-def consistent_start(model: Compiled, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np.ndarray]:
+    """x0 and v0 with Phi_q v + Phi_t = 0; SolverError where Phi(x0) is not zero. Of wide systems at rest nothing is solved."""
+    if system.size < compilation.WIDE or system.v0.any() or (system.constraints.signal >= 0).any():
+        return consistent_start(compilation.compile_system(system), scheme)[:2]
+    if system.constraints.names:
+        rows, z = rows_of(system)
+        closed(system, rows(z)[0])
+    return system.x0, system.v0
+
+
+def closed(system: System, phi: np.ndarray) -> None:
+    """Refuse an initial state that the joints do not hold in."""
+    wrong = np.flatnonzero(np.abs(phi) > 1e-6 * system.scale)
+    if len(wrong):
+        worst = tuple((".".join(system.constraints.names[k]), abs(float(phi[k]))) for k in wrong[np.argsort(-np.abs(phi[wrong]))])
+        listed = ", ".join(f"{name} by {gap:.3g}" for name, gap in worst)
+        raise SolverError(f"the initial state does not satisfy the joints: {listed}", Reason.INCONSISTENT, 0.0, worst)
+
+
+def consistent_start(model: Compiled, scheme: GeneralizedAlpha) -> Start:
     """x0, v0 with Phi_q v + Phi_t = 0, q'' and multipliers from M q'' + Phi_q^T lambda = -f, Phi'' = 0.
 
     Plates take M + (gh C + K) / bh in place of M: under a load that starts as a step M^-1 f is huge in the waves that the step h
@@ -47,14 +78,10 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha) -> tuple[np.ndar
     system, h = model.system, scheme.step
     x, v = system.x0, system.v0
     phi, J = compilation.gap(model, x)
-    wrong = np.flatnonzero(np.abs(phi) > 1e-6 * system.scale)
-    if len(wrong):
-        worst = tuple((".".join(system.constraints.names[k]), abs(float(phi[k]))) for k in wrong[np.argsort(-np.abs(phi[wrong]))])
-        listed = ", ".join(f"{name} by {gap:.3g}" for name, gap in worst)
-        raise SolverError(f"the initial state does not satisfy the joints: {listed}", Reason.INCONSISTENT, 0.0, worst)
+    closed(system, phi)
     M = csr_array(system.mass)
     if any(isinstance(part.gather, Quartic) or part.gather.law in PLATES for part in system.elastic):
-        method = method_of(scheme, Newton(), h, system.scale)
+        method = method_of(scheme, Newton(), h, system)
         M = M + (compilation.tangent(model, x, np.zeros(len(phi)), 0.0, method.gh)) / method.bh
     solve = kkt_solver(model, csr_array(M), J)
     d = DRIFT * h
@@ -75,7 +102,12 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha) -> tuple[np.ndar
     path = [gap_at(model, x + k * d * v, k * d) for k in range(5)]
     curvature = (35 * path[0] - 104 * path[1] + 114 * path[2] - 56 * path[3] + 11 * path[4]) / (12 * d * d)
     a, multipliers = solve(-f, -curvature)
-    return x, v, a, multipliers
+    path = [gap_at(model, x + k * d * (v + 0.5 * k * d * a), k * d) for k in range(5)]
+    jerk = (-5 * path[0] + 18 * path[1] - 24 * path[2] + 14 * path[3] - 3 * path[4]) / (2 * d**3)
+    change = solve(np.zeros(len(x)), -jerk)[0] if len(phi) else np.zeros(len(x))
+    am, af, _, beta = scheme.coefficients
+    late = am - af  # a is q'' at t + (am - af) h
+    return Start(x, v, a, multipliers, np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]))
 
 
 def gap_at(model: Compiled, x: np.ndarray, t: float) -> np.ndarray:
@@ -88,12 +120,9 @@ def kkt_solver(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.nda
     In a singular position, where rows depend on each other for an instant, independent ones determine a, and l has least norm.
     """
     system, size = model.system, float(abs(M).max()) or 1.0
-    rows = independent_rows(J)
+    rows = independent_rows(J * scale_of(system))
     if len(rows) < len(J) and not singular_start(system):
-        names = tuple((".".join(system.constraints.names[k]), 0.0) for k in np.setdiff1d(np.arange(len(J)), rows))
-        listed = ", ".join(name for name, _ in names)
-        text = f"redundant joints: {listed}; remove one, or let linear ones be eliminated"
-        raise SolverError(text, Reason.INCONSISTENT, 0.0, names)
+        raise dependent(system, np.setdiff1d(np.arange(len(J)), rows))
     try:
         bordered = augmented(model, M / size, J[rows]) if model.plan else splu(compilation.kkt(M / size, J[rows]).tocsc()).solve
     except RuntimeError as error:  # SuperLU: exactly singular
@@ -105,6 +134,17 @@ def kkt_solver(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.nda
         return z[: len(f)], found if len(rows) == len(J) else np.linalg.lstsq(J.T, J[rows].T @ found, rcond=None)[0]
 
     return solve
+
+
+def dependent(system: System, rows: np.ndarray) -> SolverError:
+    """The error of rows that follow from others and cannot be left out: a drive is among them, or they have no common position."""
+    full = system.full or system
+    if driven := mechanism.driven_against(full, mechanism.redundant(full)):
+        return mechanism.conflict(driven)
+    names = tuple((".".join(system.constraints.names[k]), 0.0) for k in rows)
+    listed = ", ".join(name for name, _ in names)
+    text = f"rows that follow from others and cannot be left out: {listed}; remove one of these joints"
+    return SolverError(text, Reason.INCONSISTENT, 0.0, names)
 
 
 def weightless(system: System, M: csr_array) -> SolverError:
@@ -135,12 +175,14 @@ def augmented(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.ndar
     return solve
 
 
-def first_state(model: Compiled, start: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], c: float) -> State:
-    x, v, a, multipliers = start
-    xc, vc, ac = (np.ascontiguousarray(part[model.order]) for part in (x, v, a))
-    history = np.zeros((stepping.HISTORY, len(x)))
-    history[0] = ac
-    return State(xc, vc, ac.copy(), ac, multipliers * c, history, np.array([1]), np.array([0]))
+def first_state(model: Compiled, start: Start, c: float) -> State:
+    """The state that the first step begins with, in the order of the model."""
+    moved = start.v + start.shift[0], start.a + start.shift[1]
+    xc, vc, ac, early = (np.ascontiguousarray(part[model.order]) for part in (start.x, *moved, start.a))
+    history, past = (np.zeros((stepping.HISTORY, len(part))) for part in (xc, start.multipliers))
+    history[0], past[0] = early, start.multipliers * c
+    known = np.array([1]), np.array([0]), compilation.followed(model, start.x), np.array([np.inf])
+    return State(xc, vc, ac, early, start.multipliers * c, history, past, *known)
 
 
 def workspace(model: Compiled) -> Work:
@@ -163,11 +205,14 @@ def workspace(model: Compiled) -> Work:
         np.zeros(j),
         np.zeros(j),
         np.zeros(A.pairs.size),
+        np.zeros((4, j)),
+        np.array([np.inf, float(model.system.mass.diagonal().max(initial=0.0))]),
         body,
         work,
         np.zeros(n),
         np.zeros(n),
         np.zeros(n),
         np.zeros(m),
-        np.array([0, len(A.turning.table) > 0], np.int64),
+        compilation.last_angles(model.system),
+        np.array([0, len(A.turning.table) > 0, 0], np.int64),
     )

@@ -1,35 +1,37 @@
 r"""Equilibrium by load stepping or over time, and vibration modes of constrained systems.
 
-    f(x) - s Q(t) + Phi_x^T lambda = 0,  Phi(x, t) = 0,  s = s1 .. 1          K v = omega^2 M v  on the null space of Phi_x
+    f(x) - Q(s) + Phi_x^T lambda = 0,  Phi(x, s) = 0,  s = s1 .. 1          K v = omega^2 M v  on the null space of Phi_x
 
+What grows with the load factor s and what follows its history: `loading`.
 Source of the eigenproblem on the constraints' null space: Geradin and Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, ch. 2.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.sparse import csr_array, diags_array, vstack
+from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
 from ..core.errors import InputError, Reason, SolverError, say
-from ..core.linalg import as_dense, independent_rows, is_sparse, null_space, rank
-from ..systems import compiled, pressure
+from ..core.linalg import as_dense, independent_rows, null_space, rank
+from ..systems import compiled, free_motions, pressure
 from ..systems.compiled import Compiled, compile_system
-from ..systems.system import Affine, LoadKind, Signal, System
+from ..systems.system import System
 from .histories import finite_signals
+from .loading import parts, ramped
 from .names import row_names, told, worst
-from .scheme import Newton
+from .scheme import STATIC, Newton, round_off
 from .trajectory import Statistics, Trajectory
 
 SHORTER = 0.55  #: factor of a load step that failed; not 1/2, which would come back to the same load factor
 SINGULAR = 1e-15  #: smallest pivot, relative to the largest, of a balanced matrix that counts as regular
 PIVOT = 0.01  #: share of the largest entry of a column at which its diagonal entry serves as the pivot: little fill in thin plates
+FLOOR = 50.0  #: corrections up to this times the round-off of positions are round-off: thin bodies amplify it
 SHORTEST = 0.02  #: part of the load step asked for below which the solution is given up
 
 
@@ -41,51 +43,23 @@ class Equilibrium:
     x: np.ndarray  #: (n,)
     multipliers: np.ndarray  #: (m,)
     iterations: int
-
-
-def ramped(system: System, time: float = 0.0) -> System:
-    """The system with its loads times s(t) = t, histories of loads and joints taken at `time`; linear springs do not grow.
-
-    The constant part of the force is Q0 - (the springs' part of a change of coordinates), Q0 = constant - K x0: they are at rest in
-    the reference. It stays, and Q0 (t - 1) is added to it.
-    """
-    held = finite_signals(system, np.array([time]))[0]
-    signals: tuple[Signal, ...] = (*(partial(np.full_like, fill_value=value) for value in held), np.positive, partial(np.add, -1.0))
-    loads, grow, value = system.loads, len(held), np.append(held, 1.0)  # the last one is that of the signal -1: none
-    own = loads.constant - system.stiffness @ system.x0
-    grown = replace(
-        loads,
-        row=np.append(loads.row, len(system.probes.offset)),
-        coefficient=np.append(loads.coefficient * value[loads.signal], 1.0),
-        signal=np.append(np.full(len(loads.row), grow), grow + 1),
-        laws=tuple(
-            law if law.kind is LoadKind.SPRING else replace(law, signal=grow, vector=value[law.signal] * law.vector)
-            for law in loads.laws
-        ),
-    )
-    P = system.probes.matrix
-    rows = csr_array(vstack([P, csr_array(own[None, :])])) if is_sparse(P) else np.concatenate([P, own[None, :]])
-    return replace(
-        system,
-        probes=Affine(rows, np.append(system.probes.offset, 0.0)),
-        loads=grown,
-        signals=signals,
-        full=None if system.full is None else ramped(replace(system.full, full=None), time),
-    )
+    angles: np.ndarray | None = None  #: (l,) of springs with their turns; None: less than half a turn from the reference
 
 
 def solve_statics(
     system: System,
     steps: int = 10,
     newton: Newton | None = None,
-    time: float = 0.0,
+    time: float = 1.0,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
-    """Equilibria under the loads times 1/steps, ..., 1, as a Trajectory over the load factor; histories are taken at `time`.
+    """Equilibria at the load factors 0, 1/steps, ..., 1, as a Trajectory over them; the factor 1 stands for `time` [s].
 
-    A load step that does not converge is shortened, several times if need be; then SolverError carries the equilibria found so far.
+    Loads without a history and constant displacements grow with the load factor, histories and drives are followed.
+    A load step that does not converge is taken in shorter ones, several times if need be; then SolverError carries the equilibria
+    found so far.
     """
-    newton = newton or Newton()
+    newton = newton or Newton(STATIC)
     if steps < 1:
         raise InputError(say("analysis.load_steps", "at least one", steps))
     system = ramped(system, time)
@@ -95,14 +69,17 @@ def solve_statics(
         return newton_statics(pressure.at_load_factor(model, factor), last, newton, factor, "load factor")
 
     start = Equilibrium(0.0, system.x0, np.zeros(model.constraints), 0)
-    found = [start]
+    found, latest = [start], start
     try:
-        for state in march(solve, start, 1.0, 1.0 / steps):
-            found.append(state)
-            if progress:
-                progress(state.at)
+        for factor in np.arange(1, steps + 1) / steps:
+            size = (factor - latest.at) / parts(system, latest.at, factor)
+            for state in march(solve, latest, float(factor), size):
+                latest = state
+                if progress:
+                    progress(state.at)
+            found.append(latest)
     except SolverError as error:
-        error.partial = path(system, found)
+        error.partial = path(system, found if latest is found[-1] else [*found, latest])
         raise
     return path(system, found)
 
@@ -113,7 +90,7 @@ def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = 
     Driven positions make a path of prescribed displacements, which passes limit points of the load. A step between two times that
     does not converge is shortened as in `solve_statics`.
     """
-    newton, model = newton or Newton(), compile_system(system)
+    newton, model = newton or Newton(STATIC), compile_system(system)
     targets = np.asarray(times, dtype=float)
     if targets.ndim != 1 or len(targets) < 1 or not (np.diff(targets) > 0).all():
         raise InputError(say("analysis.times", "increasing times", times))
@@ -126,7 +103,8 @@ def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = 
     try:
         found.append(solve(targets[0], Equilibrium(0.0, system.x0, np.zeros(model.constraints), 0)))
         for last, target in pairwise(targets):
-            found.append(list(march(solve, found[-1], target, target - last))[-1])
+            size = (target - last) / parts(system, last, target)
+            found.append(list(march(solve, found[-1], target, size))[-1])
     except SolverError as error:
         error.partial = path(system, found) if found else None
         raise
@@ -162,22 +140,22 @@ def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: fl
     `unit` says what `time` is, for messages.
     """
     place = unit, time
-    x, multipliers, n, still = start.x, start.multipliers, len(start.x), np.zeros(len(start.x))
+    x, multipliers, angles, n, still = start.x, start.multipliers, start.angles, len(start.x), np.zeros(len(start.x))
     last, norm = np.inf, np.inf
     for iteration in range(4 * newton.iterations):
         phi, J = compiled.gap(model, x, time)
-        R = np.concatenate([compiled.forces(model, x, still, time) + J.T @ multipliers, phi])
-        step = balanced_solve(compiled.kkt(compiled.tangent(model, x, multipliers, time), J), R)
+        R = np.concatenate([compiled.forces(model, x, still, time, angles) + J.T @ multipliers, phi])
+        step = balanced_solve(compiled.kkt(compiled.tangent(model, x, multipliers, time, 0.0, angles), J), R)
         if step is None:
             raise static_failure(model, Reason.SINGULAR_TANGENT, place, R)
-        last, norm = norm, float(np.linalg.norm(step[:n]))
+        last, norm = norm, compiled.size(model, step[:n])
         if iteration > 8 and norm > 1e3 * model.system.scale:
             raise static_failure(model, Reason.DIVERGED, place, R)
         short = min(1.0, 0.2 * model.system.scale / max(norm, 1e-300))
         x, multipliers = x - short * step[:n], multipliers - short * step[n:]
-        floor = 1e-13 * model.system.scale
-        if norm <= max(newton.tolerance * model.system.scale * min(1.0, last / max(norm, 1e-300) * 1e-2), floor):
-            return Equilibrium(time, x, multipliers, iteration + 1)
+        enough = newton.tolerance * model.system.scale * min(1.0, last / max(norm, 1e-300) * 1e-2)
+        if norm <= max(enough, FLOOR * round_off(model.system)):
+            return Equilibrium(time, x, multipliers, iteration + 1, compiled.followed(model, x, angles))
     raise static_failure(model, Reason.NOT_CONVERGED, place, R)
 
 
@@ -217,9 +195,12 @@ class Modes:
 def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None, multipliers: np.ndarray | None = None) -> Modes:
     """Lowest `count` modes about x (the reference by default), with all constraints held in linear form.
 
+    Cables curved in space have no stiffness out of their plane in the reference, and are refused there.
     Found by Lanczos iteration on the inverse of the bordered matrix, shifted a little below zero so that free bodies have one;
     where most modes are wanted, by a dense solution on the null space of the constraints.
     """
+    if x is None:
+        free_motions.refuse_limp("vibration_modes", system)
     model = compile_system(system)
     x = system.x0 if x is None else x
     multipliers = np.zeros(model.constraints) if multipliers is None else multipliers

@@ -5,12 +5,29 @@ r"""The compiled time step: generalized-alpha for index-3 DAEs with a modified N
     [ c W      Phi_q^T ] [ dq ]     [ c (M q'' + f) + Phi_q^T lambda ]
     [ Phi_q    0       ] [ dl ] = - [ Phi                            ],   W = bh M + gh C + K,   c = h^2 beta                   (3)
 
+and then velocities that put the next q'' onto the joints,
+
+    Phi_q (v + h (1/2 - beta) a) + D1 + h (1/2 - beta) D2 + h^2 (1/6 - beta (1 + am - af)) D3 = 0,
+    D_k = d^k Phi / dt^k - Phi_q d^k q / dt^k                                                                                   (4)
+
+at the end of the step, by v <- v - [W^-1 Phi_q^T (Phi_q W^-1 Phi_q^T)^-1] (left side). Without (4) the normal parts of v and a are
+carried on by a map with the triple eigenvalue -rho_inf, which a rotation by w rad a step makes one of about -(rho_inf + 1.3 w): the
+motion explodes. (4) follows from q1 = q(t + h) where v, q'' and dq''/dt satisfy the derivatives of Phi = 0: the joints'
+positions then say nothing about a that is not so already. It changes v by O(h^3) in a step, so all stays of second order, and
+reactions are of second order from the first step on, which begins on (4) too. See docs/stability.md.
+
 Here lambda is c times the physical multiplier, which makes the condition number independent of h. The predictor extrapolates q''
 by the order (constant, linear, quadratic) that was best in the step before. A factorisation serves until the iteration contracts
 slowly. The iteration stops on the estimated remaining error |dq| rate / (1 - rate) with the rate measured in the same step: a good
-predictor makes the first correction small without making q'' accurate, so there are at least two.
+predictor makes the first correction small without making q'' accurate, so there are at least two. |dq| is a root mean square
+displacement (`systems.lengths`).
 
-Sources: Arnold and Bruels, Multibody Syst. Dyn. 18 (2007) 185-202, doi 10.1007/s11044-007-9084-0 (method);
+An error d of q is one of d / (beta h^2) in q'' and in the reactions, which grows as h falls. Beside the tolerance the remaining
+error has therefore to be a small part of beta h^2 |second difference of q''|: the method's own error of q'' is of that size. Where
+round-off is in the way the tolerance alone decides.
+
+Sources: Arnold and Bruels, Multibody Syst. Dyn. 18 (2007) 185-202, doi 10.1007/s11044-007-9084-0 (method); Arnold, Bruels and
+Cardona, Numer. Math. 129 (2015) 149-179, doi 10.1007/s00211-014-0633-1 (errors of velocities normal to the joints, and of starts);
 Bottasso, Bauchau and Cardona, SIAM J. Sci. Comput. 29 (2007) 397-414, doi 10.1137/050638503 (scaling).
 """
 
@@ -23,13 +40,16 @@ import numpy as np
 from ..core import lapack
 from ..core.entries import borrowed
 from ..core.jit import jit, summing
-from ..systems import kernels, turning
-from ..systems.kernels import Arrays
+from ..systems import kernels, springs, turning
+from ..systems.kernels import Arrays, Csr, Terms
 
 DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR = range(5)
 STEPS, ITERATIONS, FACTORISATIONS, HALVED = range(4)  #: counters
+CHOLESKY, BAND, FULL = 1, 2, 3  #: kinds of factors: Cholesky band, general band, dense
 FLOOR = 1e-4  #: a correction below this part of the tolerance needs no second one
+PATIENT = 6  #: corrections after which the tolerance alone decides
 CHEAP = 0.2  #: part of `slow` where tangents are turned: new factors cost little then
+OLD = 0.1  #: part of (4) that old factors may leave
 HISTORY = 3  #: accelerations kept for the predictor
 
 
@@ -44,9 +64,11 @@ class Method(NamedTuple):
     bh: float
     gh: float
     c: float
-    tolerance: float  #: on the remaining error of q, absolute
+    tolerance: float  #: on the remaining error of q [m]
     iterations: int
     slow: float  #: contraction above which the matrix is factored anew for the next step
+    floor: float  #: round-off of q [m]
+    sharp: float  #: remaining error of q over the second difference of q'' [s2]
 
 
 class State(NamedTuple):
@@ -58,8 +80,11 @@ class State(NamedTuple):
     acceleration: np.ndarray  #: q''
     multipliers: np.ndarray  #: c times the physical ones
     history: np.ndarray  #: (3, n) earlier q'', latest first
-    known: np.ndarray  #: (1,) number of valid rows of history
+    past: np.ndarray  #: (3, m) earlier multipliers, latest first
+    known: np.ndarray  #: (1,) number of valid rows of history and past
     order: np.ndarray  #: (1,) order of the predictor
+    angles: np.ndarray  #: (l,) angles of springs with their turns
+    change: np.ndarray  #: (1,) size of the second difference of q'' [m/s2], infinite where it is not known
 
 
 class Work(NamedTuple):
@@ -79,13 +104,16 @@ class Work(NamedTuple):
     y: np.ndarray
     g: np.ndarray
     H: np.ndarray
+    paths: np.ndarray  #: (4, j) rows of `kernels.drift`
+    pull: np.ndarray  #: (2,) size of the last correction of the multipliers, infinite before the first; the largest mass [kg]
     body: np.ndarray
     work: np.ndarray
     x: np.ndarray
     v: np.ndarray
     acceleration: np.ndarray
     multipliers: np.ndarray
-    kind: np.ndarray  #: (2,) 0 no factors, 1 Cholesky band, 2 general band, 3 dense; 1 while tangents are turned
+    angles: np.ndarray  #: (l,) those of springs at the last accepted step
+    kind: np.ndarray  #: (3,) kind of the factors, 0 to factor anew; 1 while tangents are turned; kind of those that are there
 
 
 @jit
@@ -103,7 +131,7 @@ def residual(A: Arrays, w: Work, c: float, signals: np.ndarray) -> None:
     if len(w.y) > 0:
         kernels.affine(A.probes, A.probes_offset, w.x, w.y)
         kernels.clear(w.g)
-        kernels.add_loads(A.forces, A.probes, w.y, w.v, signals, w.g)
+        kernels.add_loads(A.forces, A.probes, w.y, w.v, signals, w.angles, w.g)
         kernels.constrain(A.terms, w.y, signals, w.rhs[0, n:], w.Jy)
         for j in range(len(w.y)):
             total = -c * w.g[j]
@@ -123,10 +151,10 @@ def factorise(A: Arrays, w: Work, method: Method, signals: np.ndarray) -> int:
     for m in range(len(w.multipliers)):
         kernels.add_transposed(A.probes, 1.0, w.Jy[m], w.J[m])
     kernels.clear(w.H)
-    kernels.load_slopes(A.forces, A.probes, w.y, w.v, signals, -method.c, method.gh, w.H)
+    kernels.load_slopes(A.forces, A.probes, w.y, w.v, signals, w.angles, -method.c, method.gh, w.H)
     kernels.constraint_slopes(A.terms, w.y, signals, w.multipliers, w.H)
     info = 1
-    for kind in range(3 if A.dense else 1, 4 if A.dense else 3):
+    for kind in range(FULL if A.dense else CHOLESKY, FULL + 1 if A.dense else FULL):
         combine(method.bh, A.mass.store, method.gh, A.damping.store, A.stiffness.store, w.W)
         if w.kind[1] == 1:
             turning.add_turned_tangent(A.turning, w.x, method.gh, w.W)
@@ -134,7 +162,7 @@ def factorise(A: Arrays, w: Work, method: Method, signals: np.ndarray) -> int:
             kernels.add_elastic_tangent(A.groups, A.scatter, A.lift, A.lift_offset, w.x, w.body[0], method.gh, w.work, w.W)
         scale(method.c, w.W)
         kernels.add_pairs(A.pairs, w.H, A.dense, w.W)
-        w.kind[0] = kind
+        w.kind[0] = w.kind[2] = kind
         info = factors(w)
         if info == 0:
             break
@@ -161,13 +189,13 @@ def scale(c: float, W: np.ndarray) -> None:
 def factors(w: Work) -> int:
     """Factor W and J by `kind`: band by Cholesky or LU with the Schur complement of J, or all dense; 0, or LAPACK's info."""
     n, m = len(w.x), len(w.multipliers)
-    if w.kind[0] == 3:
+    if w.kind[2] == FULL:
         bordered(w.W, w.J, w.kkt)
         info = lapack.getrf(w.addresses, w.kkt, w.pivots)
         for i in range(n + m):
             w.kkt[i, i] = 1.0 / w.kkt[i, i]
         return info
-    if w.kind[0] == 1:
+    if w.kind[2] == CHOLESKY:
         info = lapack.pbtrf(w.addresses, w.W)
         for i in range(n):
             w.W[i, 0] = 1.0 / w.W[i, 0]
@@ -218,7 +246,7 @@ def mirror_band(low: np.ndarray, general: np.ndarray) -> None:
 @jit
 def solve_band(w: Work, rhs: np.ndarray) -> None:
     """rhs rows <- W^-1 rhs."""
-    if w.kind[0] == 1:
+    if w.kind[2] == CHOLESKY:
         for k in range(len(rhs)):
             substitute(w.W, rhs[k])
     else:
@@ -288,15 +316,20 @@ def substitute(L: np.ndarray, x: np.ndarray) -> None:
 @jit
 def solve(w: Work) -> None:
     """rhs <- KKT^-1 rhs with the current factors."""
-    n, m = len(w.x), len(w.multipliers)
-    if w.kind[0] == 3:
+    if w.kind[2] == FULL:
         substitute_dense(w.kkt, w.pivots, w.rhs[0])
         return
-    R = w.rhs[0, :n].reshape(1, n)
-    solve_band(w, R)
-    if m == 0:
-        return
-    small = w.rhs[0, n:].reshape(1, m)
+    n = len(w.x)
+    solve_band(w, w.rhs[0, :n].reshape(1, n))
+    if len(w.multipliers) > 0:
+        close(w)
+
+
+@jit
+def close(w: Work) -> None:
+    """rhs <- KKT^-1 (r, g) from rhs = (W^-1 r, g), with band factors."""
+    n, m = len(w.x), len(w.multipliers)
+    R, small = w.rhs[0, :n].reshape(1, n), w.rhs[0, n:].reshape(1, m)
     for k in range(m):
         total = -small[0, k]
         for i in range(n):
@@ -310,15 +343,17 @@ def solve(w: Work) -> None:
 
 @jit
 def predict(s: State, w: Work, method: Method) -> None:
-    """Trial state from extrapolated q''."""
+    """Trial state from extrapolated q'' and multipliers."""
     order, h = min(s.order[0], s.known[0] - 1), method.h
     extrapolate(s.history, order, w.acceleration)
+    extrapolate(s.past, order, w.multipliers)
+    w.pull[0] = np.inf
     for i in range(len(s.x)):
         a1 = algorithmic(method, w.acceleration[i], s.acceleration[i], s.a[i])
         w.x[i] = s.x[i] + h * s.v[i] + h * h * ((0.5 - method.beta) * s.a[i] + method.beta * a1)
         w.v[i] = s.v[i] + h * ((1.0 - method.gamma) * s.a[i] + method.gamma * a1)
-    for k in range(len(s.multipliers)):
-        w.multipliers[k] = s.multipliers[k]
+    for k in range(len(s.angles)):
+        w.angles[k] = s.angles[k]
 
 
 @jit
@@ -343,29 +378,36 @@ def extrapolate(history: np.ndarray, order: int, guess: np.ndarray) -> None:
 
 
 @summing
-def best_order(history: np.ndarray, known: int, true: np.ndarray) -> int:
-    """Order of the extrapolation that came closest to what is `true` now."""
+def best_order(norm: np.ndarray, history: np.ndarray, known: int, true: np.ndarray) -> tuple[int, float]:
+    """Order of the extrapolation that came closest to what is `true` now, and the size of the second difference."""
     latest, before, first = history[0], history[1], history[2]
     constant, linear, quadratic = 0.0, 0.0, 0.0
     for i in range(len(true)):
         a, b, c = latest[i] - true[i], 2.0 * latest[i] - before[i] - true[i], 3.0 * (latest[i] - before[i]) + first[i] - true[i]
-        constant += a * a
-        linear += b * b
-        quadratic += c * c
+        constant += norm[i] * a * a
+        linear += norm[i] * b * b
+        quadratic += norm[i] * c * c
     order = 1 if known > 1 and linear < constant else 0
-    return 2 if known > 2 and quadratic < min(constant, linear) else order
+    order = 2 if known > 2 and quadratic < min(constant, linear) else order
+    return order, np.sqrt(linear) if known > 1 else np.inf
 
 
 @jit
-def accept(s: State, w: Work, method: Method) -> None:
+def remember(history: np.ndarray, new: np.ndarray) -> None:
+    """Put the newest values before the earlier ones."""
+    for i in range(len(new)):
+        history[2, i], history[1, i], history[0, i] = history[1, i], history[0, i], new[i]
+
+
+@jit
+def accept(norm: np.ndarray, s: State, w: Work, method: Method) -> None:
     """Take over the converged trial state and choose the predictor of the next step."""
-    s.order[0] = best_order(s.history, s.known[0], w.acceleration)
-    latest, before, first = s.history[0], s.history[1], s.history[2]
+    s.order[0], s.change[0] = best_order(norm, s.history, s.known[0], w.acceleration)
     for i in range(len(s.x)):
         s.a[i] = algorithmic(method, w.acceleration[i], s.acceleration[i], s.a[i])
         s.x[i], s.v[i], s.acceleration[i] = w.x[i], w.v[i], w.acceleration[i]
-    for i in range(len(s.x)):
-        first[i], before[i], latest[i] = before[i], latest[i], w.acceleration[i]
+    remember(s.history, w.acceleration)
+    remember(s.past, w.multipliers)
     if s.known[0] < HISTORY:
         s.known[0] += 1
         s.order[0] = min(s.order[0] + 1, s.known[0] - 1)
@@ -374,33 +416,125 @@ def accept(s: State, w: Work, method: Method) -> None:
 
 
 @jit
-def correct(w: Work, method: Method) -> float:
-    """One Newton correction from the residual in rhs; the norm of dq."""
-    solve(w)
-    return apply(w, method)
+def drift(probes: Csr, offset: np.ndarray, terms: Terms, s: State, w: Work, method: Method, signals: np.ndarray) -> None:
+    """rhs = (0, r), r what the accepted state is off (4), and a copy of r in the multipliers of `w`; v of `w` is overwritten."""
+    n, lead = len(s.x), method.h * (0.5 - method.beta)
+    third = method.h**2 * (1.0 / 6.0 - method.beta * (1.0 + method.am - method.af))
+    for i in range(n):
+        w.v[i] = s.v[i] + lead * s.a[i]
+    kernels.probe_paths(probes, offset, s.x, w.v, s.v, s.acceleration, w.paths)
+    kernels.clear(w.rhs[0, :n])
+    kernels.drift(terms, w.paths, signals, lead, third, w.rhs[0, n:])
+    for k in range(len(w.multipliers)):
+        w.multipliers[k] = w.rhs[0, n + k]
 
 
 @jit
-def apply(w: Work, method: Method) -> float:
-    """Add the correction in rhs to the trial state; the norm of dq."""
-    square = 0.0
+def settle(A: Arrays, s: State, w: Work, method: Method, signals: np.ndarray) -> None:
+    """Put the accepted velocities onto (4) with the factors that are there."""
+    if len(s.multipliers) == 0:
+        return
+    drift(A.probes, A.probes_offset, A.terms, s, w, method, signals)
+    if w.kind[2] == FULL:
+        substitute_dense(w.kkt, w.pivots, w.rhs[0])
+    else:
+        close(w)
+    turn(A.probes, w)
+    solve(w)
+    shift(A.norm, A.probes, s, w)
+
+
+@jit
+def turn(probes: Csr, w: Work) -> None:
+    """rhs for the direction of the joints as they are now, from (d, mu) = KKT^-1 (0, r) with the joints J0 of the factors.
+
+    W d' + J^T mu' = 0,  J d' = r:    KKT (d', .) = (- J^T mu, r + r - J d)  up to the square of J - J0
+    """
+    n, y = len(w.x), w.paths[0]
+    kernels.clear(w.g)
+    kernels.add_combination(w.Jy, w.rhs[0, n:], w.g)
+    kernels.clear(y)
+    kernels.add_product(probes, 1.0, w.rhs[0, :n], y)
+    for k in range(len(w.multipliers)):
+        w.rhs[0, n + k] = 2.0 * w.multipliers[k]
+        for j in range(len(y)):
+            w.rhs[0, n + k] -= w.Jy[k, j] * y[j]
+    kernels.clear(w.rhs[0, :n])
+    kernels.add_transposed(probes, -1.0, w.g, w.rhs[0, :n])
+
+
+@jit
+def shift(norm: np.ndarray, probes: Csr, s: State, w: Work) -> None:
+    """v -= d, the front of rhs, where Phi_q d is r; else the factors are too old, as near a singular position.
+
+    A change beyond v itself is left out as well: at a dead centre the joints do not determine it.
+    """
+    square, change, wanted, missed = 0.0, 0.0, 0.0, 0.0
+    for i in range(len(s.x)):
+        square += norm[i] * s.v[i] * s.v[i]
+        change += norm[i] * w.rhs[0, i] * w.rhs[0, i]
+    kernels.clear(w.g)
+    kernels.add_product(probes, 1.0, w.rhs[0, : len(s.x)], w.g)
+    for k in range(len(w.multipliers)):
+        rest = w.multipliers[k]
+        wanted += rest * rest
+        for j in range(len(w.g)):
+            rest -= w.Jy[k, j] * w.g[j]
+        missed += rest * rest
+    if missed > OLD * OLD * wanted:
+        w.kind[0] = 0
+    elif change <= square:
+        for i in range(len(s.x)):
+            s.v[i] -= w.rhs[0, i]
+
+
+@jit
+def correct(norm: np.ndarray, w: Work, method: Method) -> float:
+    """One Newton correction from the residual in rhs; the size of dq [m]."""
+    solve(w)
+    return apply(norm, w, method)
+
+
+@jit
+def apply(norm: np.ndarray, w: Work, method: Method) -> float:
+    """Add the correction in rhs to the trial state; the size of dq [m].
+
+    Factors with which the multipliers' corrections grow are discarded: near singular positions |dq| does not show it. What a
+    displacement of the tolerance stands for, |dlambda| = tolerance times mass, does not count.
+    """
+    square, pull = 0.0, 0.0
     for i in range(len(w.x)):
         d = w.rhs[0, i]
-        square += d * d
+        square += norm[i] * d * d
         w.x[i] -= d
         w.v[i] -= method.gh * d
         w.acceleration[i] -= method.bh * d
     for k in range(len(w.multipliers)):
-        w.multipliers[k] -= w.rhs[0, len(w.x) + k]
+        d = w.rhs[0, len(w.x) + k]
+        pull += d * d
+        w.multipliers[k] -= d
+    pull = np.sqrt(pull)
+    if pull > w.pull[0] and pull > method.tolerance * w.pull[1]:
+        w.kind[0] = 0
+    w.pull[0] = pull
     return np.sqrt(square)
 
 
 @jit
-def judge(w: Work, method: Method, iteration: int, norm: float, last: float, fresh: int) -> int:
+def goal(method: Method, change: float, iteration: int) -> float:
+    """Remaining error of q [m] at which the iteration may stop after a second difference `change` of q''."""
+    if iteration >= PATIENT:
+        return method.tolerance
+    return max(min(method.tolerance, method.sharp * change), method.floor)
+
+
+@jit
+def judge(w: Work, method: Method, change: float, iteration: int, norm: float, last: float, fresh: int) -> int:
     """Go on, accept or give up after a correction of size `norm`, `last` the one before; a slow iteration discards its factors.
 
-    `fresh` counts the corrections with factors of this step, 0 where they are older. Turned tangents that contract slowly when they
-    are new are given up for the exact ones.
+    `change` is the second difference of q'' before the step. `fresh` counts the corrections with factors of this step, 0 where they
+    are older: with old directions of the joints a correction of the multipliers leaves forces behind, however small that of q is,
+    so the first one is not believed. Turned tangents that contract slowly when they are new are given up for the exact ones.
     """
     rate = norm / last if iteration > 0 and last > 0.0 else 1.0
     slow = CHEAP * method.slow if w.kind[1] == 1 else method.slow
@@ -408,7 +542,10 @@ def judge(w: Work, method: Method, iteration: int, norm: float, last: float, fre
         w.kind[1] = 0
     if not np.isfinite(norm):
         return NOT_FINITE
-    if norm <= FLOOR * method.tolerance or (rate < 1.0 and norm * rate <= method.tolerance * (1.0 - rate)):
+    if w.kind[0] == 0 and fresh == 0:
+        return NOT_CONVERGED
+    sure, enough = iteration > 0 or fresh > 0, goal(method, change, iteration)
+    if (sure and norm <= max(FLOOR * enough, method.floor)) or (rate < 1.0 and norm * rate <= enough * (1.0 - rate)):
         if rate > slow and iteration > 0:
             w.kind[0] = 0
         return DONE
@@ -447,16 +584,18 @@ def advance(
                     status = SINGULAR
                     break
                 fresh = 1
-            norm = correct(w, method)
+            norm = correct(A.norm, w, method)
             counters[ITERATIONS] += 1
-            status = judge(w, method, iteration, norm, last, fresh)
+            status = judge(w, method, s.change[0], iteration, norm, last, fresh)
             if status != NOT_CONVERGED:
                 break
             last, fresh = norm, fresh + 1 if fresh > 0 and w.kind[0] > 0 else 0
         if status != DONE:
             w.kind[:] = 0
             return status, k
-        accept(s, w, method)
+        accept(A.norm, s, w, method)
+        springs.follow(A.forces.laws, A.probes, A.probes_offset, s.x, s.angles)
+        settle(A, s, w, method, signals[k])
         counters[STEPS] += 1
         if rows[k] >= 0:
             store(s, method.c, rows[k], out, multipliers)

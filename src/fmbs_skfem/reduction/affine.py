@@ -10,30 +10,31 @@ the nominal case to the bit; of the a(mu_t) only as many are stored as are indep
 as mu, or as log mu where that needs a lower degree.
 
 Degrees are found along the axes through the nominal case and verified at hold-out points. An error counts relative to the number
-itself, down to the round-off of its row. Leja points: A. Chkifa, A. Cohen, C. Schwab, Found. Comput. Math. 14 (2014) 601-633,
-doi 10.1007/s10208-013-9154-z.
+itself, down to the round-off of its row, or to what round-off of the geometry makes of it (`family_samples`).
+
+Leja points: A. Chkifa, A. Cohen, C. Schwab, Found. Comput. Math. 14 (2014) 601-633, doi 10.1007/s10208-013-9154-z.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import scipy.linalg
-from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
-from . import cases
+from . import cases, family_samples
 from . import parameters as boxes
-from .cases import Case, Family, Leaf, Place, Sample
+from .cases import Case, Family, Place
+from .family_samples import HARD, ROUND, Samples, sample, sizes_of, stacked
 from .parameters import Parameter, Scale
 
-ROUND = 32 * np.finfo(float).eps  #: round-off of a sampled number, relative to the largest in its row
 CHECKS = 2  #: nodes beyond those of a degree at which it is checked
 FINE = 2000  #: candidates for a Leja point
-HARD = "keep it out of the parameters, or take a smaller range"
+MANY = 5000  #: most cases that are made for one leaf
 
 
 @dataclass(frozen=True)
@@ -67,17 +68,6 @@ class ParametricCase:
     error: float  #: at the hold-out points, the largest of a number relative to the largest in its row
 
 
-@dataclass(frozen=True)
-class Samples:
-    """A family with what is known of it."""
-
-    family: Family
-    parameters: tuple[Parameter, ...]
-    nominal: Case
-    nodes: tuple[np.ndarray, ...]
-    found: dict[tuple[float, ...], Sample]
-
-
 def at(model: ParametricCase, values: Mapping[str, float]) -> Case:
     """The case of a value for every parameter; outside of the ranges the polynomials go on."""
     row = boxes.row_of(model.parameters, values)
@@ -98,26 +88,38 @@ def degrees(model: ParametricCase) -> dict[str, int]:
     return {parameter.name: degree for parameter, degree in zip(model.parameters, highest, strict=True)}
 
 
-def fit(family: Family, parameters: Sequence[Parameter], tolerance: float = 1e-11, max_degree: int = 12) -> ParametricCase:
+def fit(family: Family, parameters: Sequence[Parameter], tolerance: float = 1e-11, max_degree: int = 24) -> ParametricCase:
     """The polynomials of a family; InputError names the parameter where a dependence is not smooth or the structure changes.
+
+    Where numbers are no polynomials to their own round-off, that of the geometry is measured and they are tried again.
+    """
+    boxes.check(parameters)
+    nodes = tuple(nodes_of(parameter, max_degree + 1 + CHECKS) for parameter in parameters)
+    known = family_samples.samples(family, parameters, nodes)
+    try:
+        return fitted(known, tolerance, max_degree)
+    except InputError as problem:
+        try:
+            again = family_samples.careful(known, inner_points(known.parameters))
+        except InputError:
+            raise problem from None
+        return fitted(again, tolerance, max_degree)
+
+
+def fitted(known: Samples, tolerance: float, max_degree: int) -> ParametricCase:
+    """The polynomials of samples.
 
     Where the hold-out points show what the axes through the nominal case do not, degrees are looked for through those points too.
     """
-    boxes.check(parameters)
-    parameters = tuple(parameters)
-    row = np.array([parameter.nominal for parameter in parameters])
-    nominal = cases.plain(family(boxes.named(parameters, row)))
-    nodes = tuple(nodes_of(parameter, max_degree + 1 + CHECKS) for parameter in parameters)
-    known = Samples(family, parameters, nominal, nodes, {tuple(row.tolist()): {}})
-    orders = scans(known, row, tolerance, max_degree)
-    holdout = holdout_points(parameters)
+    orders = scans(known, family_samples.nominal_row(known.parameters), tolerance, max_degree)
+    holdout = holdout_points(known.parameters)
     while True:
         place, point, excess, error = worst_error(known, orders, holdout, tolerance)
         if excess <= 1.0:
             return tabulated(known, orders, error)
         wider = widened(orders, scans(known, holdout[point], tolerance, max_degree))
         if wider == orders:
-            values = ", ".join(f"{name} = {value:g}" for name, value in boxes.named(parameters, holdout[point]).items())
+            values = boxes.text(known.parameters, boxes.named(known.parameters, holdout[point]))
             expected = f"polynomials that hold to {tolerance:.0e}"
             raise InputError(say(f"{cases.label(place)} at {values}", expected, f"{excess * tolerance:.1e}", HARD))
         orders = wider
@@ -139,45 +141,12 @@ def nodes_of(parameter: Parameter, count: int) -> np.ndarray:
 def holdout_points(parameters: Sequence[Parameter]) -> np.ndarray:
     """Both corners of the box, for the relative accuracy over wide ranges, and random points (k, d)."""
     corners = [[parameter.low for parameter in parameters], [parameter.high for parameter in parameters]]
-    return np.concatenate([boxes.latin_hypercube(parameters, len(parameters) + 1, seed=1), corners])
+    return np.concatenate([inner_points(parameters), corners])
 
 
-def sample(known: Samples, row: np.ndarray) -> Sample:
-    """The leaves of the case at (d,) values that differ from the nominal ones."""
-    key = tuple(row.tolist())
-    if key not in known.found:
-        values = boxes.named(known.parameters, row)
-        found: Sample = {}
-        try:
-            cases.collect(known.nominal, cases.plain(known.family(values)), (), found)
-        except cases.Change as change:
-            moved = [p for p in known.parameters if values[p.name] != p.nominal]
-            where = "parameter " + ", ".join(f"'{p.name}' = {values[p.name]:g}" for p in moved)
-            raise InputError(
-                say(where, "a case with other numbers, but of the same structure", f"another {change}", HARD)
-            ) from None
-        known.found[key] = found
-    return known.found[key]
-
-
-def stacked(known: Samples, place: Place, rows: np.ndarray) -> tuple[Leaf, np.ndarray]:
-    """The nominal leaf, of the pattern of all samples, and the leaf's numbers (k, n) at values (k, d)."""
-    base: Leaf = cases.leaf_at(known.nominal, place)
-    leaves = [sample(known, row).get(place, base) for row in rows]
-    if isinstance(base, csr_array) and not all(cases.same_pattern(base, leaf) for leaf in leaves):
-        keys = [csr_array((np.ones(leaf.nnz), leaf.indices, leaf.indptr), shape=leaf.shape) for leaf in (base, *leaves)]
-        pattern = csr_array(sum(keys[1:], keys[0]))
-        pattern.sum_duplicates()
-        leaves = [cases.spread_over(leaf, pattern) for leaf in leaves]
-        base = cases.spread_over(base, pattern)
-    return base, np.stack([cases.numbers_of(leaf, base) for leaf in leaves])
-
-
-def sizes_of(base: Leaf, values: np.ndarray) -> np.ndarray:
-    """The largest magnitude (k, n) in the row in which every number stands; vectors and sparse arrays are one row."""
-    rows = (base.T if cases.by_columns(base) else base).shape[0] if isinstance(base, np.ndarray) and base.ndim > 1 else 1
-    size = np.abs(values).reshape(len(values), rows, -1).max(axis=2, initial=0.0)
-    return np.repeat(size, values.shape[1] // max(rows, 1), axis=1)
+def inner_points(parameters: Sequence[Parameter]) -> np.ndarray:
+    """Random points inside the box."""
+    return boxes.latin_hypercube(parameters, len(parameters) + 1, seed=1)
 
 
 def misfit(
@@ -213,6 +182,9 @@ def lagrange(nodes: Sequence[np.ndarray], order: Order, row: np.ndarray) -> np.n
 
 def grid_of(known: Samples, order: Order) -> np.ndarray:
     """Values (t, d) at the nodes of a tensor grid; the first are the nominal ones."""
+    count = math.prod(degree + 1 for degree in order.degrees)
+    if count > MANY:
+        raise InputError(say("polynomials of the parameters", f"at most {MANY} cases to be made", f"{count}", HARD))
     axes = [nodes[: degree + 1] for nodes, degree in zip(known.nodes, order.degrees, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
 
@@ -248,7 +220,7 @@ def axis_of(
 ) -> tuple[int, bool] | None:
     """The lowest degree of a leaf in parameter p that holds at all further points of an axis (k, d), at two at least."""
     base, values = stacked(known, place, rows)
-    sizes, moving = sizes_of(base, values), (values != values[0]).any(axis=0)
+    sizes, moving = sizes_of(known, place, base, values), (values != values[0]).any(axis=0)
     values, sizes, nodes = values[:, moving], sizes[:, moving], rows[:, p]
     for degree in range(len(rows) - CHECKS):
         used = slice(degree + 1)
@@ -283,7 +255,7 @@ def worst_error(
     for place in dict.fromkeys(place for leaves in known.found.values() for place in leaves):
         order = orders.get(place, constant)
         base, values = stacked(known, place, np.concatenate([grid_of(known, order), holdout]))
-        sizes, first = sizes_of(base, values), len(values) - len(holdout)
+        sizes, first = sizes_of(known, place, base, values), len(values) - len(holdout)
         for k, row in enumerate(holdout):
             weights = lagrange(known.nodes, order, row)
             excess, relative = misfit(weights, values[:first], sizes[:first], values[first + k], sizes[first + k], tolerance)
@@ -322,7 +294,7 @@ def tabulated(known: Samples, orders: Mapping[Place, Order], error: float) -> Pa
     for place, order in orders.items():
         base, values = stacked(known, place, grid_of(known, order))
         positions = np.flatnonzero((values != values[0]).any(axis=0))
-        rows, mixture = independent(values[:, positions], sizes_of(base, values)[:, positions])
+        rows, mixture = independent(values[:, positions], sizes_of(known, place, base, values)[:, positions])
         cases.insert(tree, place, base)
         varying.append(Varying(place, order, positions, values[np.ix_(rows, positions)], mixture))
     highest = [max((order.degrees[p] for order in orders.values()), default=0) for p in range(len(known.parameters))]

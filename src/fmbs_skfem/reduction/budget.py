@@ -61,7 +61,7 @@ def choose(setting: Setting, run: FullRun, tolerance: float, step: float | None 
 
     `step` is the error of the full model's own step, where it is known.
     """
-    if not 0.0 < tolerance < 1.0:
+    if not 0.0 < tolerance <= 1.0:
         raise InputError(say("tolerance", "a relative error between 0 and 1", tolerance, "1e-4 for instance"))
     eps, truncation = choose_eps(setting, run, tolerance)
     eta, whole = choose_eta(setting, run, tolerance, eps, truncation)
@@ -110,7 +110,7 @@ def error_at(setting: Setting, run: FullRun, plan: Plan) -> float:
     with_plan = replace(setting, plan=plan)
     try:
         case = member(with_plan, trained(with_plan, [run]), run.values)
-        return full_runs.error(setting, raw_of(setting, run.values), run, reduced_run(with_plan, case))
+        return full_runs.wanted_error(setting, raw_of(setting, run.values), run, reduced_run(with_plan, case))
     except FmbsError:
         return math.inf
 

@@ -2,12 +2,13 @@ r"""From an error indicator to a predicted error, calibrated at the full runs th
 
     log10 e = a + b (log10 I - m) +- t_(k-p) s sqrt(1 + 1/k + (log10 I - m)^2 / S),   m = mean log10 I,   S = sum (log10 I - m)^2
 
-e is the true error, equation (48), I the indicator (49), k the pairs (I, e), p the constants fitted. The slope b is 1 where an
-indicator is proportional to the error; it is fitted, within SLOPES, from three pairs on where they span SPAN decades, and is 1
-otherwise. The band is that of Student's t for one further observation. With few pairs their own scatter says little: s^2 joins it
-to a scatter of PRIOR decades that counts as BELIEF pairs, and the degrees of freedom are k - p + BELIEF. A slope that is not fitted
-is known to SLOPE only, a standard deviation from which SLOPES are two away: S = (s / SLOPE)^2, so that the band of one full run
-opens where the indicator is far from the one at which it was calibrated.
+e is the true error in any measure that follows the indicator, of outputs or equation (48) of states, I the indicator (49), k the
+pairs (I, e), p the constants fitted. The slope b is 1 where an indicator is proportional to the error; it is fitted, within
+SLOPES, from three pairs on where they span SPAN decades, and is 1 otherwise. The band is that of Student's t for one further
+observation. With few pairs their own scatter says little: s^2 joins it to a scatter of PRIOR decades that counts as BELIEF pairs,
+and the degrees of freedom are k - p + BELIEF. A slope that is not fitted is known to SLOPE only, a standard deviation from which
+SLOPES are two away: S = (s / SLOPE)^2, so that the band of one full run opens where the indicator is far from the one at which it
+was calibrated.
 
 Source: regression and its prediction band: N. R. Draper, H. Smith, Applied Regression Analysis, 3rd ed., Wiley 1998, section 1.4,
 doi 10.1002/9781118625590; error and indicator: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.

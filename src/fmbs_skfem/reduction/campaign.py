@@ -21,7 +21,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.errors import InputError, SolverError, say
+from ..core import durable
+from ..core.errors import InputError, NoModel, NoRoom, SolverError, say
 from ..dynamics.trajectory import Trajectory
 from . import budget, calibration, full_runs, greedy
 from . import parameters as boxes
@@ -105,10 +106,15 @@ class Work:
     lowered: int = 0
     discarded: int = 0
     stale: bool = False  #: whether the last model has to be made again
+    savable: bool = False  #: whether a file has to be able to hold the models
 
 
 class Enough(Exception):
     """The predicted error is as small as it was wanted."""
+
+
+class Unsavable(Exception):
+    """A file cannot hold the model; this ends the training, where a full run that fails does not."""
 
 
 def search(parameters: Sequence[Parameter], candidates: ArrayLike, samples: ArrayLike, first: ArrayLike | None = None) -> Search:
@@ -143,17 +149,24 @@ def train(
     folder: Path | str | None = None,
     tolerance: float | None = None,
     progress: Callable[[float], None] | None = None,
+    savable: bool = False,
 ) -> Campaign:
     """Train a reduced model over the candidates of a search.
 
     With a `folder` every run, model and iteration is stored, and a training that was interrupted, or is given more iterations, goes
-    on from there. `tolerance` is the wanted error (48): it replaces eps and eta of the plan and ends the training.
+    on from there. `tolerance` is the wanted error (48): it replaces eps and eta of the plan and ends the training. With `savable`
+    it ends with NoModel at the first full run where the model is no polynomial of the parameters: a file holds nothing else.
     """
     options = options or Options()
-    work = prepared(setting, search, options, folder, tolerance)
-    done = resumed(work) if work.folder else ()
+    work = replace(prepared(setting, search, options, folder, tolerance), savable=savable)
     try:
-        outcome = loop(work, options, done, progress)
+        with durable.room(Path(folder or ""), "make room, then train again with this folder: what is complete is not run again"):
+            done = resumed(work) if work.folder else ()
+            outcome = loop(work, options, done, progress)
+    except Unsavable as problem:
+        raise NoModel(str(problem)) from None
+    except NoRoom:
+        raise
     except OSError as problem:
         remedy = "make room, then train again with this folder: what is complete is not run again"
         raise InputError(say(str(work.folder), "a folder that can be written", problem, remedy)) from problem
@@ -168,7 +181,10 @@ def prepared(setting: Setting, search: Search, options: Options, folder: Path | 
     if folder is not None:
         mark = store.fingerprint(setting, search, replace(options, iterations=1), tolerance)
         try:
-            place = store.opened(folder, mark)
+            with durable.room(Path(folder)):
+                place = store.opened(folder, mark)
+        except NoRoom:
+            raise
         except OSError as problem:
             raise InputError(say(str(folder), "a folder that can be written", problem)) from problem
     if tolerance is not None:
@@ -188,7 +204,7 @@ def resumed(work: Work) -> tuple[greedy.Iteration, ...]:
         work.pairs, work.lowered, work.discarded = list(notes.pairs), notes.lowered, notes.discarded
         if notes.choice is not None:
             settle(work, notes.choice)
-        work.models.append(store.model(work.folder, number) or model_of(work.fast, work.runs[:number]))
+        work.models.append(store.model(work.folder, number) or made(work, work.runs[:number]))
     work.indicators = dict(known.indicators) if len(work.models) == len(work.runs) else {}
     return known.iterations[: len(work.models)]
 
@@ -300,7 +316,7 @@ def extended(work: Work, point: int) -> None:
     before = pairs_at(work, [number]) if number == len(work.models) and work.models else []
     if work.tolerance is not None and work.choice is None:
         settle(work, budget.choose(work.fast, run, work.tolerance, full_runs.step_error(work.setting, values, run)))
-    model = model_of(work.fast, work.runs)
+    model = made(work, work.runs)
     work.models, work.indicators, work.motions, work.stale = [*work.models[:number], model], {}, {}, False
     work.pairs = [*work.pairs, *before]
     work.pairs = [*work.pairs, *pairs_at(work, range(len(work.runs)))]
@@ -308,6 +324,14 @@ def extended(work: Work, point: int) -> None:
         notes = store.Notes(tuple(work.pairs), work.choice, work.lowered, work.discarded)
         store.keep_model(work.folder, number + 1, model, notes)
         store.keep_indicators(work.folder, number + 1, work.indicators)
+
+
+def made(work: Work, runs: Sequence[FullRun]) -> FamilyModel:
+    """The model of some runs."""
+    model = model_of(work.fast, runs)
+    if work.savable and model.obstacle:
+        raise Unsavable(f"no file can hold the reduced model, it is no polynomial of its parameters: {model.obstacle}")
+    return model
 
 
 def settle(work: Work, choice: Choice) -> None:
@@ -339,6 +363,6 @@ def pairs_at(work: Work, numbers: Iterable[int]) -> list[Pair]:
         run, point = work.runs[number], work.points[number]
         motion = work.motions.get(point) or measure(work, point)
         if motion is not None:
-            error = full_runs.error(work.fast, work.fast.family(run.values).system, run, motion)
+            error = full_runs.wanted_error(work.fast, work.fast.family(run.values).system, run, motion)
             found.append(Pair(number, len(work.models), work.indicators[point], error))
     return found

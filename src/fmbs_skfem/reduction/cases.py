@@ -19,6 +19,7 @@ from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..systems import quartic
 from ..systems.system import System
 
+APART: dict[type, tuple[str, ...]] = {Expression: ("text",), System: ("metric", "weight", "scale")}  #: fields that are no leaves
 Place: TypeAlias = tuple[str | int, ...]
 Leaf: TypeAlias = float | np.ndarray | csr_array
 Sample: TypeAlias = dict[Place, Leaf]  #: leaves that differ from those of another case
@@ -85,10 +86,13 @@ def is_number(value: Any) -> bool:
 
 
 def items(value: Any) -> Iterator[tuple[str | int, Any]]:
-    """Parts of a struct by field, key or position; the text of an expression is only what its program is called."""
+    """Parts of a struct by field, key or position.
+
+    The text of an expression is only what its program is called; the lengths of a system are no numbers of its motion.
+    """
     if is_dataclass(value):
-        named_text = isinstance(value, Expression)
-        yield from ((part.name, getattr(value, part.name)) for part in fields(value) if not (named_text and part.name == "text"))
+        apart = APART.get(type(value), ())
+        yield from ((part.name, getattr(value, part.name)) for part in fields(value) if part.name not in apart)
     elif isinstance(value, dict):
         yield from value.items()
     else:

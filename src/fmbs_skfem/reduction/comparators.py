@@ -25,7 +25,6 @@ import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias
 
 import numpy as np
 
@@ -35,11 +34,10 @@ from . import affine, campaign, costs, family_model, full_runs, galerkin, grassm
 from .campaign import Search
 from .cases import Case, Family
 from .family_model import Members, Polynomials
-from .full_runs import FullRun, Setting
+from .full_runs import Full, FullRun, Setting
 from .greedy import Options
+from .output_errors import OutputError
 from .pod import Basis
-
-Full: TypeAlias = Callable[[Mapping[str, float]], FullRun]
 
 
 @dataclass(frozen=True)
@@ -55,20 +53,22 @@ class Comparator:
 
 @dataclass(frozen=True)
 class Trial:
-    """A reduced run beside its full run; one that fails has the error infinity and a reason."""
+    """A reduced run beside its full run; one that fails has a reason and the error infinity, or NaN where the full run fails."""
 
-    error: float = math.inf  #: eq. (48)
+    error: float = math.inf  #: in the measure of the setting
+    states: float = math.inf  #: of the states, eq. (48)
     modes: Mapping[str, int] = field(default_factory=dict)  #: by component
     elements: int = 0  #: cells in use; 0 for the exact polynomial
     points: int = 0  #: quadrature points in use
     prepare_s: float = math.nan  #: CPU time from parameters to the reduced system [s]
     run_s: float = math.nan  #: CPU time of the reduced run [s]
     reason: str = ""
+    outputs: Mapping[str, OutputError] = field(default_factory=dict)  #: errors by column
 
 
 @dataclass(frozen=True)
 class Row:
-    """A comparator at the hold-out points: sizes of its largest member, medians of its times."""
+    """A comparator at the hold-out points with a full run: sizes of its largest member, medians of its times."""
 
     name: str
     full_runs: int
@@ -189,19 +189,30 @@ def compare(
     points: np.ndarray,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Row, ...]:
-    """Every comparator at the hold-out points (k, d), values in the order of the parameters."""
+    """Every comparator at the hold-out points (k, d), values in the order of the parameters.
+
+    A point at which the full model has no motion is marked, with a notice, and the others go on.
+    """
     rows = parameters.table(setting.parameters, points)
     if len(rows) == 0 or len(comparators) == 0:
         raise InputError(say("comparators.compare", "comparators and hold-out points", f"{len(comparators)} and {len(rows)}"))
     tried: list[list[Trial]] = [[] for _ in comparators]
     for number, row in enumerate(rows):
-        truth = full(parameters.named(setting.parameters, row))
-        raw = setting.family(truth.values).system
-        for trials, comparator in zip(tried, comparators, strict=True):
-            trials.append(trial(setting, comparator, raw, truth))
+        found = trials_at(setting, comparators, full, parameters.named(setting.parameters, row))
+        for trials, one in zip(tried, found, strict=True):
+            trials.append(one)
         if progress:
             progress((number + 1) / len(rows))
     return tuple(row_of(comparator, trials) for comparator, trials in zip(comparators, tried, strict=True))
+
+
+def trials_at(setting: Setting, comparators: Sequence[Comparator], full: Full, values: Mapping[str, float]) -> list[Trial]:
+    """Every comparator at one point."""
+    truth = full_runs.reached(setting, full, values)
+    if isinstance(truth, str):
+        return [Trial(math.nan, reason=truth)] * len(comparators)
+    raw = setting.family(values).system
+    return [trial(setting, comparator, raw, truth) for comparator in comparators]
 
 
 def trial(setting: Setting, comparator: Comparator, raw: System, truth: FullRun) -> Trial:
@@ -213,7 +224,9 @@ def trial(setting: Setting, comparator: Comparator, raw: System, truth: FullRun)
         motion = family_model.reduced_run(setting, case)
     except FmbsError as error:
         return replace(made, reason=str(error))
-    return replace(made, error=full_runs.error(setting, raw, truth, motion), run_s=motion.statistics.cpu_s)
+    outputs = full_runs.errors_of_outputs(raw, truth, motion)
+    errors = (full_runs.wanted_error(setting, raw, truth, motion), full_runs.error(setting, raw, truth, motion))
+    return replace(made, error=errors[0], states=errors[1], outputs=outputs, run_s=motion.statistics.cpu_s)
 
 
 def measured(system: System) -> Trial:
@@ -228,7 +241,7 @@ def measured(system: System) -> Trial:
 def row_of(comparator: Comparator, trials: Sequence[Trial]) -> Row:
     """All trials of a comparator in one row."""
     names = dict.fromkeys(name for one in trials for name in one.modes)
-    found = np.array([one.error for one in trials])
+    found = np.array([one.error for one in trials if not math.isnan(one.error)])
     return Row(
         comparator.name,
         comparator.full_runs,
@@ -236,8 +249,8 @@ def row_of(comparator: Comparator, trials: Sequence[Trial]) -> Row:
         {name: max(one.modes.get(name, 0) for one in trials) for name in names},
         max(one.elements for one in trials),
         max(one.points for one in trials),
-        float(found.max()),
-        float(found.mean()),
+        float(found.max()) if len(found) else math.nan,
+        float(found.mean()) if len(found) else math.nan,
         comparator.offline_s,
         median([one.prepare_s for one in trials]),
         median([one.run_s for one in trials]),

@@ -21,7 +21,7 @@ from scipy.linalg import lu_factor, lu_solve
 
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.linalg import as_dense
-from ..dynamics.scheme import GeneralizedAlpha, Newton, method_of
+from ..dynamics.scheme import GeneralizedAlpha, Newton, method_of, steps_in
 from ..dynamics.stepping import Method
 from ..dynamics.trajectory import Statistics, Trajectory
 from ..systems import compiled
@@ -116,17 +116,20 @@ def integrate(
     newton, system = newton or Newton(), model.reduced
     if np.any(system.v0):
         raise InputError(say("deim.integrate", "a start at rest", f"velocities up to {np.abs(system.v0).max():.3g}"))
-    method = method_of(scheme, newton, scheme.step, system.scale)
+    method = method_of(scheme, newton, scheme.step, system)
     begun, x, v = clock.process_time(), system.x0, system.v0
     acceleration, multipliers = start(model)
-    a, kept = acceleration, [(0.0, x, v, acceleration, multipliers)]
-    for step in range(1, round(duration / scheme.step) + 1):
+    a, angles, kept = acceleration, compiled.followed(model.rest, x), [(0.0, x, v, acceleration, multipliers)]
+    steps = steps_in(scheme, duration)
+    for step in range(1, steps + 1):
         try:
-            x, v, a, acceleration, multipliers = advance(model, method, step * scheme.step, x, v, a, acceleration, multipliers)
+            state = x, v, a, acceleration, multipliers
+            x, v, a, acceleration, multipliers = advance(model, method, step * scheme.step, angles, *state)
         except SolverError as error:
             error.partial = gathered(system, kept, clock.process_time() - begun)
             raise
-        if step % every == 0:
+        angles = compiled.followed(model.rest, x, angles)
+        if step % every == 0 or step == steps:
             kept.append((step * scheme.step, x, v, acceleration, multipliers))
     return gathered(system, kept, clock.process_time() - begun)
 
@@ -155,22 +158,26 @@ def advance(
     model: Interpolated,
     method: Method,
     t: float,
+    angles: np.ndarray,
     x: np.ndarray,
     v: np.ndarray,
     a: np.ndarray,
     acceleration: np.ndarray,
     multipliers: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """x, v, a, q'' and multipliers after a step to time t; factors are renewed where the iteration contracts badly."""
+    """x, v, a, q'' and multipliers after a step to time t; factors are renewed where the iteration contracts badly.
+
+    `angles` are those of springs before the step.
+    """
     M, h, guess, n = as_dense(model.reduced.mass), method.h, acceleration, len(x)
     a1 = ((1 - method.af) * guess + method.af * acceleration - method.am * a) / (1 - method.am)
     q = x + h * v + h * h * ((0.5 - method.beta) * a + method.beta * a1)
     rate, factors, last = v + h * ((1 - method.gamma) * a + method.gamma * a1), None, np.inf
     for _ in range(method.iterations):
         phi, J = compiled.gap(model.rest, q, t)
-        R = M @ guess + model.force(q) + compiled.forces(model.rest, q, rate, t) + J.T @ multipliers
+        R = M @ guess + model.force(q) + compiled.forces(model.rest, q, rate, t, angles) + J.T @ multipliers
         if factors is None:
-            outer = as_dense(compiled.tangent(model.rest, q, multipliers, t, method.gh))
+            outer = as_dense(compiled.tangent(model.rest, q, multipliers, t, method.gh, angles))
             W = method.bh * M + model.tangent(q) + outer
             if not np.isfinite(W).all():
                 break

@@ -35,6 +35,7 @@ from .galerkin import (
     all_directions,
     inner_constraints,
     is_rigid,
+    metric_of,
     projected,
     reduce_system,
     row_samples,
@@ -62,6 +63,7 @@ class FamilyModel:
     selections: tuple[Selection, ...] = ()
     training_s: float = 0.0  #: CPU time of bases, projection, hyper-reduction and polynomials [s]
     bases: Modes = field(default_factory=dict)  #: about the initial state; empty where the model was read from a file
+    obstacle: str = ""  #: why the cases are no polynomials of the parameters
 
     @property
     def parametric(self) -> ParametricCase:
@@ -91,17 +93,17 @@ def model_of(setting: Setting, runs: Sequence[FullRun]) -> FamilyModel:
     begun = clock.process_time()
     members = trained(setting, runs)
     sizes = {name: basis.modes.shape[1] for name, basis in members.bases.items()}
-    cases = polynomials_of(partial(member, setting, members), setting.parameters)
-    return FamilyModel(cases, sizes, members.selections, clock.process_time() - begun, members.bases)
+    cases, obstacle = polynomials_of(partial(member, setting, members), setting.parameters)
+    return FamilyModel(cases, sizes, members.selections, clock.process_time() - begun, members.bases, obstacle)
 
 
-def polynomials_of(family: Family, parameters: Sequence[Parameter]) -> ParametricCase | Family:
-    """The polynomials of a family, or the family where it has none, with a notice."""
+def polynomials_of(family: Family, parameters: Sequence[Parameter]) -> tuple[ParametricCase | Family, str]:
+    """The polynomials of a family; or the family where it has none, with a notice, and the reason."""
     try:
-        return affine.fit(family, parameters)
+        return affine.fit(family, parameters), ""
     except InputError as problem:
         notify(f"the reduced model is no polynomial of its parameters, every value assembles the full system: {problem}")
-        return family
+        return family, str(problem)
 
 
 class Polynomials:
@@ -148,15 +150,15 @@ def bases(setting: Setting, raw: System, runs: Sequence[FullRun]) -> dict[str, B
     plan, found = setting.plan, {}
     for name, members in plan.components.items():
         rows = rows_of(raw, members)
-        A, a = inner_constraints(raw, rows)
+        W, (A, a) = metric_of(raw, rows), inner_constraints(raw, rows)
         if is_rigid(raw, members):
             values = np.concatenate([run.factors[name].values for run in runs])
-            found[name] = Basis(all_directions(A), np.zeros(len(rows)), np.sort(values)[::-1])
+            found[name] = Basis(all_directions(W, A), np.zeros(len(rows)), np.sort(values)[::-1])
             continue
         wanted = plan.modes.get(name) if isinstance(plan.modes, Mapping) else plan.modes
         known = [(run.factors[name].modes, run.factors[name].values) for run in runs]
-        basis = pod.update(known, np.zeros(len(rows)), plan.tolerance if wanted is None else None, wanted)
-        found[name] = replace(basis, modes=np.ascontiguousarray(satisfying(basis.modes.T, A, 0 * a).T))
+        basis = pod.update(known, np.zeros(len(rows)), plan.tolerance if wanted is None else None, wanted, metric=W)
+        found[name] = replace(basis, modes=pod.orthonormal(W, satisfying(basis.modes.T, A, 0 * a).T))
     return found
 
 
@@ -190,7 +192,7 @@ def kept_rows(setting: Setting, systems: Sequence[System], runs: Sequence[FullRu
         reduced = projection(setting, found, None, raw)
         names = reduced.constraints.names
         few = np.unique(np.linspace(0, len(run.times) - 1, FEW).round().astype(np.int64))
-        samples.append(row_samples(reduced, states(setting, raw, run, few), run.times[few]))
+        samples.append(row_samples(raw, reduced, states(setting, raw, run, few), run.times[few]))
     return frozenset(names[k] for k in rows_to_keep(samples)) if names else frozenset()
 
 

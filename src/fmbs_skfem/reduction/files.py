@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import Enum
@@ -21,20 +22,23 @@ from typing import Any, TypeAlias
 
 import h5py
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, eye_array
 
 from ..bodies.body import Cells
 from ..bodies.laws import Law
-from ..core import durable
-from ..core.errors import CorruptFile, InputError, say
+from ..core import durable, hdf5
+from ..core.errors import CorruptFile, InputError, NoRoom, say
 from ..core.expressions import Expression
 from ..core.linalg import is_sparse
+from ..core.problems import shown
+from ..dynamics.integration import integrate
 from ..dynamics.scheme import GeneralizedAlpha, Newton
+from ..dynamics.trajectory import Trajectory
 from ..systems import quartic
 from ..systems.quartic import Quartic
 from ..systems.signals import Cosine, Sine
 from ..systems.system import Affine, Constraints, Elastic, Line, LoadKind, Loads, Output, PointLaw, Sampled, Skin, System
-from . import soundness
+from . import extent, soundness
 from .affine import Order, ParametricCase, Varying
 from .cases import Case
 from .ecsw import Sample
@@ -43,9 +47,8 @@ from .parameters import Parameter, Scale
 from .soundness import Unsound
 
 FORMAT = "fmbs_skfem reduced model"
-VERSION = 1
+VERSION = 2
 HEADER = 512  #: size of the text in front, a user block of HDF5 [bytes]
-DAMAGE = (OSError, LookupError, MemoryError, RuntimeError, ValueError, TypeError, AttributeError)  #: what reading a bad file raises
 ENUMS: dict[str, type[Enum]] = {kind.__name__: kind for kind in (Law, LoadKind, Level, Scale)}
 TYPES: dict[str, type] = {
     kind.__name__: kind
@@ -75,12 +78,46 @@ def save(system: System, path: str | Path, **notes: Any) -> Path:
     return write(path, FORMAT, system=replace(system, full=None), notes=notes)
 
 
+def case_of(
+    saved: Saved, duration: float | None = None, step: float | None = None, where: str = "reduced model"
+) -> tuple[Case, list[str]]:
+    """The case of a model, and where it leaves the training, with a notice; times [s] not given are those of the training."""
+    times = trained_times(saved.notes, where)
+    missing = [name for name, value in (("duration", duration), ("step", step)) if value is None and name not in times]
+    if missing:
+        raise InputError(say(where, "a duration and a step", f"no {' and no '.join(missing)}", "give both in seconds"))
+    end, h = duration or times["duration"], step or times["step"]
+    scheme = GeneralizedAlpha(times.get("step", h), times.get("rho_inf", 0.8))
+    trained = Case(saved.system, scheme, times.get("duration", end))
+    case = extent.timed(trained, duration, step, where)
+    found = extent.departures(trained, case)
+    extent.warn(found)
+    return case, found
+
+
+def run(saved: Saved, every: int | np.ndarray = 1, duration: float | None = None, step: float | None = None) -> Trajectory:
+    """The motion of a model over the times of its training, or others [s]; a longer run or another step with a notice."""
+    case, _ = case_of(saved, duration, step)
+    return integrate(case.system, case.scheme, case.duration, case.newton, every)
+
+
+def trained_times(notes: Mapping[str, Any], where: str) -> dict[str, float]:
+    """Duration, step and spectral radius of the training, as far as the notes of a file have them."""
+    known = notes.get("report", {})
+    found = {key: known[key] for key in ("duration", "step", "rho_inf") if isinstance(known, Mapping) and key in known}
+    wrong = [key for key, value in found.items() if type(value) not in (int, float) or not math.isfinite(value)]
+    if wrong:
+        remedy = "copy the file again, or train and save the model anew"
+        raise CorruptFile(say(f"{where}: notes.report.{wrong[0]}", "a number", shown(found[wrong[0]]), remedy))
+    return {key: float(value) for key, value in found.items()}
+
+
 def write(path: str | Path, kind: str, **parts: Any) -> Path:
     """A file of a kind, its first line, with named parts."""
     target, arrays = Path(path), list[np.ndarray]()
     tree = {name: encode(part, arrays, name) for name, part in parts.items()}
     try:
-        with durable.place(target) as part:
+        with durable.room(target), durable.place(target) as part:
             with h5py.File(part, "w", userblock_size=HEADER) as file:
                 file["tree"] = np.frombuffer(json.dumps(tree).encode(), dtype=np.uint8)
                 group = file.create_group("arrays")
@@ -88,6 +125,8 @@ def write(path: str | Path, kind: str, **parts: Any) -> Path:
                     group[str(number)] = array
             with part.open("r+b") as raw:
                 raw.write(header(part.read_bytes()[HEADER:], kind))
+    except NoRoom:
+        raise
     except OSError as problem:
         raise InputError(say(str(target), "a place that can be written", problem)) from problem
     return target
@@ -117,27 +156,20 @@ def contents(path: str | Path, kind: str, **types: type) -> dict[str, Any]:
     check_header(Path(path).read_bytes(), place, kind)
     try:
         with h5py.File(path, "r") as file:
-            text = stored_array(file["tree"]).tobytes()
-            arrays = [stored_array(file[f"arrays/{number}"]) for number in range(len(file["arrays"]))]
+            text, group = hdf5.array(file, "tree").tobytes(), hdf5.member(file, "arrays")
+            arrays = [hdf5.array(group, str(number)) for number in range(len(group))]
         tree = json.loads(text)
         parts = {name: decode(tree[name], arrays, name) for name in types}
         for name, part in parts.items():
             soundness.check(part, name)
     except Unsound as problem:
         raise corrupt(f"{place}: {problem.name}", problem.expected, problem.got) from problem
-    except DAMAGE as problem:
+    except hdf5.DAMAGE as problem:
         raise corrupt(place, f"content of version {VERSION}", str(problem).strip("'\"") or type(problem).__name__) from problem
     for name, part in parts.items():
         if not isinstance(part, types[name]):
             raise corrupt(place, f"{types[name].__name__} under '{name}'", type(part).__name__)
     return parts
-
-
-def stored_array(item: h5py.Dataset) -> np.ndarray:
-    """The numbers of a dataset whose every byte is in the file: none is made from a shape that the file merely claims."""
-    if item.dtype.kind not in "biuf" or item.id.get_storage_size() != item.nbytes:
-        raise ValueError(f"{item.name} of {item.nbytes} bytes of {item.dtype}, of which {item.id.get_storage_size()} are stored")
-    return np.asarray(item[()])
 
 
 def check_header(data: bytes, place: str, kind: str = FORMAT) -> None:
@@ -151,7 +183,8 @@ def check_header(data: bytes, place: str, kind: str = FORMAT) -> None:
         remedy = "it was written by a newer release; install that, or save the model with this one"
         raise CorruptFile(say(place, f"version {VERSION} of the format", f"version {version}", remedy))
     body = data[HEADER:]
-    found = {"version": str(VERSION), "bytes": str(len(body)), "sha256": hashlib.sha256(body).hexdigest()}
+    known = version if version.isdigit() and 1 <= int(version) <= VERSION else str(VERSION)
+    found = {"version": known, "bytes": str(len(body)), "sha256": hashlib.sha256(body).hexdigest()}
     for name, value in found.items():
         if facts.get(name) != value:
             raise corrupt(place, f"{name} {facts.get(name, 'in the first lines')}", value)
@@ -237,12 +270,19 @@ def decode_type(tree: dict[str, Any], arrays: Sequence[np.ndarray], where: str) 
     kind = TYPES.get(tree["type"])
     if kind is None:
         raise ValueError(f"the unknown type {tree['type']} at {where}")
-    expected, got = {field.name for field in fields(kind)}, set(tree["fields"])
+    values = {name: decode(item, arrays, f"{where}.{name}") for name, item in tree["fields"].items()}
+    values = with_lengths(values) if kind is System and "metric" not in values else values
+    expected, got = {field.name for field in fields(kind)}, set(values)
     if expected != got:
         lists = f"missing {sorted(expected - got)}, unknown {sorted(got - expected)}"
         raise ValueError(f"other fields of {tree['type']} at {where}: {lists}")
-    found = kind(**{name: decode(item, arrays, f"{where}.{name}") for name, item in tree["fields"].items()})
+    found = kind(**values)
     return aligned(found, where) if isinstance(found, Quartic) else found
+
+
+def with_lengths(values: dict[str, Any]) -> dict[str, Any]:
+    """The fields of a system of version 1: its tolerance refers to the norm of all coordinates, from the origin of the scene."""
+    return values | {"metric": csr_array(eye_array(len(values["x0"]))), "weight": 1.0, "origin": np.zeros(values["dim"])}
 
 
 def aligned(polynomial: Quartic, where: str) -> Quartic:

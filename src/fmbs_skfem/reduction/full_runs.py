@@ -11,28 +11,34 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (48), (50), doi 10.1016
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
-from scipy.integrate import trapezoid
 
-from ..core.errors import InputError, say
+from ..core.errors import InputError, SolverError, say
+from ..core.notices import notify
 from ..dynamics.integration import integrate
 from ..dynamics.outputs import lifted
 from ..dynamics.trajectory import Trajectory
 from ..systems.assembly import eliminate
-from ..systems.system import System
+from ..systems.system import System, sizes
+from . import output_errors, pod
 from . import parameters as boxes
-from . import pod
 from .cases import Case, Family
-from .errors import BLOCK, part
-from .galerkin import all_directions, inner_constraints, is_rigid, rows_of, satisfying
+from .errors import BLOCK, mean_error, part
+from .galerkin import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfying
+from .output_errors import OutputError
 from .parameters import Parameter
 from .training import Plan, newton_for
 
 FINER = 1e-4  #: eps of the factors over that of the bases
 ALL = 1e-20  #: eps of the factors where bases have a given number of modes
+
+
+Measure: TypeAlias = Callable[[System, "FullRun", Trajectory], float]
 
 
 @dataclass(frozen=True)
@@ -44,13 +50,14 @@ class Setting:
     plan: Plan
     interval: float | np.ndarray  #: between snapshots, or their times (s,) [s]
     form: Callable[[System], System] = eliminate  #: of the full system that is run
+    measure: Measure | None = None  #: e(mu), what is predicted; None for the error of the states
 
 
 @dataclass(frozen=True)
 class Factor:
     """Deviations of one component from its initial state, modes @ coefficients."""
 
-    modes: np.ndarray  #: (n, r) U, orthonormal
+    modes: np.ndarray  #: (n, r) U, orthonormal in the mass
     values: np.ndarray  #: (r,) S
     coefficients: np.ndarray  #: (r, s) S W^T
 
@@ -63,6 +70,10 @@ class FullRun:
     times: np.ndarray  #: (s,) [s]
     factors: dict[str, Factor]
     cpu_s: float
+    outputs: Mapping[str, np.ndarray] = field(default_factory=dict)  #: columns (s,); none where they were not kept
+
+
+Full: TypeAlias = Callable[[Mapping[str, float]], FullRun]
 
 
 def full_run(setting: Setting, values: Mapping[str, float], sharp: bool = True) -> FullRun:
@@ -81,20 +92,20 @@ def factored(setting: Setting, values: Mapping[str, float], raw: System, motion:
     """What is kept of a motion of the full system `raw`."""
     q = lifted(motion)[0]
     found = {name: factor(setting.plan, raw, q, members) for name, members in setting.plan.components.items()}
-    return FullRun(dict(values), motion.times, found, motion.statistics.cpu_s)
+    return FullRun(dict(values), motion.times, found, motion.statistics.cpu_s, output_errors.columns(motion))
 
 
 def factor(plan: Plan, raw: System, q: np.ndarray, members: Sequence[str]) -> Factor:
     """Truncated factors of a component's deviations from its initial state, for snapshots q (s, q)."""
     rows = rows_of(raw, members)
-    A, a = inner_constraints(raw, rows)
+    W, (A, a) = metric_of(raw, rows), inner_constraints(raw, rows)
     X = satisfying(q[:, rows] - raw.lift(raw.x0)[rows], A, 0 * a).T
     if is_rigid(raw, members):
-        modes = all_directions(A)
-        return Factor(modes, np.linalg.svd(X, compute_uv=False)[: modes.shape[1]], modes.T @ X)
+        modes = all_directions(W, A)
+        return Factor(modes, pod.left_singular(W, X)[1][: modes.shape[1]], modes.T @ (W @ X))
     eps = ALL if plan.modes is not None else FINER * plan.tolerance
-    basis = pod.basis(X, eps, mean=np.zeros(len(rows)))
-    return Factor(basis.modes, basis.singular_values[: basis.modes.shape[1]], basis.modes.T @ X)
+    basis = pod.basis(X, eps, mean=np.zeros(len(rows)), metric=W)
+    return Factor(basis.modes, basis.singular_values[: basis.modes.shape[1]], basis.modes.T @ (W @ X))
 
 
 def steps(case: Case, interval: float | np.ndarray) -> np.ndarray:
@@ -121,7 +132,7 @@ def states(setting: Setting, raw: System, run: FullRun, samples: slice | np.ndar
 
 
 def error(setting: Setting, raw: System, run: FullRun, motion: Trajectory) -> float:
-    """Error (48) of a reduced motion at the samples of a full run."""
+    """Error of a reduced motion at the samples of a full run: the integral of its distance over that of the displacement."""
     if len(motion.times) != len(run.times) or np.abs(motion.times - run.times).max() > 1e-9 * run.times[-1]:
         got = f"{len(motion.times)} and {len(run.times)} samples"
         raise InputError(say("error of a reduced run", "the times of the full run", got, "take the same snapshots and step"))
@@ -129,24 +140,59 @@ def error(setting: Setting, raw: System, run: FullRun, motion: Trajectory) -> fl
     for first in range(0, len(run.times), block):
         samples = slice(first, first + block)
         q = states(setting, raw, run, samples)
-        apart.append(np.linalg.norm(q - lifted(part(motion, samples))[0], axis=1))
-        size.append(np.linalg.norm(q, axis=1))
-    return float(trapezoid(np.concatenate(apart), run.times) / trapezoid(np.concatenate(size), run.times))
+        apart.append(sizes(raw, q - lifted(part(motion, samples))[0]))
+        size.append(sizes(raw, q - raw.lift(raw.x0)))
+    return mean_error(run.times, np.concatenate(apart), np.concatenate(size))
+
+
+def wanted_error(setting: Setting, raw: System, run: FullRun, motion: Trajectory) -> float:
+    """e(mu) of the setting at a full run; the error of the states where it has no measure, or one that tells nothing."""
+    found = math.nan if setting.measure is None else setting.measure(raw, run, motion)
+    return error(setting, raw, run, motion) if math.isnan(found) else found
+
+
+@dataclass(frozen=True)
+class OutputMeasure:
+    """e(mu) of the outputs: the largest part of a range, or where there are tolerances [their unit] the largest part of them."""
+
+    tolerances: Mapping[str, float] = field(default_factory=dict)  #: by output
+
+    def __call__(self, raw: System, run: FullRun, motion: Trajectory) -> float:
+        found = errors_of_outputs(raw, run, motion)
+        lost = sorted({one.output for one in found.values() if one.output in self.tolerances and math.isnan(one.error)})
+        if lost:
+            got = f"{', '.join(lost)}, which the reduced model does not know"
+            raise InputError(say("training.tolerance", "outputs of the reduced model", got, "leave them out"))
+        return output_errors.measure(found, self.tolerances)
+
+
+def errors_of_outputs(raw: System, run: FullRun, motion: Trajectory) -> dict[str, OutputError]:
+    """Errors of the outputs of a reduced motion at the samples of a full run; none where those of the run were not kept."""
+    return output_errors.between(run.outputs, output_errors.columns(motion), raw.outputs) if run.outputs else {}
 
 
 def step_error(setting: Setting, values: Mapping[str, float], run: FullRun) -> float:
-    """Error (48) of the full model's own step, |q_h - q_2h| / 3 for a method of second order."""
+    """Error of the full model's own step in the measure of the setting, |q_h - q_2h| / 3 for a method of second order."""
     case = setting.family(values)
     doubled = replace(case, scheme=replace(case.scheme, step=2.0 * case.scheme.step))
     mine = np.round(run.times / case.scheme.step).astype(np.int64)
-    even = np.flatnonzero((mine % 2 == 0) & (mine <= 2 * (round(case.duration / case.scheme.step) // 2)))
-    rough = integrate(setting.form(case.system), doubled.scheme, doubled.duration, case.newton, mine[even] // 2)
-    q, other = states(setting, case.system, run, even), lifted(rough)[0]
-    times = run.times[even]
-    return float(trapezoid(np.linalg.norm(q - other, axis=1), times) / trapezoid(np.linalg.norm(q, axis=1), times)) / 3.0
+    pairs = round(case.duration / case.scheme.step) // 2
+    even = np.flatnonzero((mine % 2 == 0) & (mine <= 2 * pairs))
+    rough = integrate(setting.form(case.system), doubled.scheme, pairs * doubled.scheme.step, case.newton, mine[even] // 2)
+    return wanted_error(setting, case.system, thinned(run, even), rough) / 3.0
 
 
-def described(setting: Setting, run: FullRun) -> str:
-    """The point of a run as text."""
-    row = boxes.row_of(setting.parameters, run.values)
-    return ", ".join(f"{p.name} = {value:g} {p.unit}".strip() for p, value in zip(setting.parameters, row, strict=True))
+def thinned(run: FullRun, samples: np.ndarray) -> FullRun:
+    """A full run at some of its samples."""
+    factors = {name: replace(one, coefficients=one.coefficients[:, samples]) for name, one in run.factors.items()}
+    outputs = {name: values[samples] for name, values in run.outputs.items()}
+    return replace(run, times=run.times[samples], factors=factors, outputs=outputs)
+
+
+def reached(setting: Setting, full: Full, values: Mapping[str, float]) -> FullRun | str:
+    """The full run at a point, or the reason why the full model has no motion there, with a notice."""
+    try:
+        return full(values)
+    except (SolverError, InputError) as error:
+        notify(f"the full model has no motion at {boxes.text(setting.parameters, values)}, the point is left out: {error}")
+        return str(error)

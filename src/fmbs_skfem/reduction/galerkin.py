@@ -20,18 +20,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import null_space
+from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
+from ..core.linalg import as_dense
 from ..dynamics.outputs import lifted
 from ..dynamics.trajectory import Trajectory
 from ..systems import compiled
 from ..systems.compiled import compile_system
-from ..systems.system import System, change_coordinates, is_linear, keep_constraints, linear_part
+from ..systems.system import Matrix, System, change_coordinates, is_linear, keep_constraints, linear_part, sizes
 from . import pivots, pod
 from .pod import Basis
 
-REACH = 10.0  #: change that closes the gaps of a constraint row, over the distance of the snapshots from the basis
+REACH = 1.0  #: change that closes the gaps of a constraint row, over the distance of the snapshots from the basis
 NOISE = 1e-8  #: change, over the motion, that is always within reach: snapshots close their joints to Newton's tolerance only
+ROUND = 1e-13  #: entry beside the diagonal, relative to the largest of all, that is round-off
 FEW = 8  #: configurations, at least, at which dependent constraint rows are looked for
 
 
@@ -56,6 +59,7 @@ def snapshots(trajectory: Trajectory, interval: float | np.ndarray | None = None
         if stride < 1 or abs(stride * step - interval) > 1e-6 * interval:
             raise InputError(say("reduction.snapshots", f"a multiple of the stored interval {step:.6g} s", f"{interval} s"))
         picked = np.arange(0, len(times), stride)
+        picked = picked[np.abs(times[picked] - interval * np.arange(len(picked))) <= 1e-3 * step]  # the last state may stand closer
     part = replace(trajectory, times=times[picked], x=trajectory.x[picked], v=trajectory.v[picked], a=trajectory.a[picked])
     return Snapshots(part.times, lifted(part)[0])
 
@@ -108,12 +112,12 @@ def bases(
         rows = rows_of(system, members)
         A, a = inner_constraints(system, rows)
         states = satisfying(data.q[:, rows], A, a)
-        start = system.lift(system.x0)[rows]
+        start, W = system.lift(system.x0)[rows], metric_of(system, rows)
         if is_rigid(system, members):
-            found[name] = Basis(all_directions(A), start, np.linalg.svd(states - start, compute_uv=False))
+            found[name] = Basis(all_directions(W, A), start, pod.left_singular(W, (states - start).T)[1])
             continue
-        basis = pod.basis(states.T, tolerance if modes is None else None, modes, keep=start)
-        found[name] = replace(basis, modes=np.ascontiguousarray(satisfying(basis.modes.T, A, 0 * a).T))
+        basis = pod.basis(states.T, tolerance if modes is None else None, modes, keep=start, metric=W)
+        found[name] = replace(basis, modes=pod.orthonormal(W, satisfying(basis.modes.T, A, 0 * a).T))
     return found
 
 
@@ -122,9 +126,14 @@ def is_rigid(system: System, members: Sequence[str]) -> bool:
     return not {elastic.name for elastic in system.elastic} & set(members)
 
 
-def all_directions(A: np.ndarray) -> np.ndarray:
-    """Orthonormal modes (n, r) of all q with A q = 0, A (m, n)."""
-    return np.ascontiguousarray(null_space(A)) if len(A) else np.eye(A.shape[1])
+def metric_of(system: System, rows: np.ndarray) -> csr_array:
+    """The mass of some coordinates over that of all bodies (n, n): modes are orthonormal in it, singular values lengths."""
+    return csr_array(csr_array(system.metric)[rows][:, rows] / system.weight)
+
+
+def all_directions(W: csr_array, A: np.ndarray) -> np.ndarray:
+    """Modes (n, r) of all q with A q = 0, A (m, n), orthonormal in the metric W (n, n)."""
+    return np.ascontiguousarray(pod.left_singular(W, null_space(A) if len(A) else np.eye(A.shape[1]))[0])
 
 
 def inner_constraints(system: System, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -190,6 +199,7 @@ def reduce_system(
     check_interfaces(system, components, found, classes)
     kept = np.sort(np.concatenate([classes.linking, classes.others]))
     reduced = replace(change_coordinates(keep_constraints(system, kept), V, mean), components=spans, full=None)
+    reduced = replace(reduced, mass=diagonal(reduced.mass), damping=diagonal(reduced.damping))
     if eliminate and len(classes.linking):
         _, D, d = linear_part(reduced)
         apart = pivots.independent_rows([np.column_stack([D.toarray(), d])])  # others hold for every mode, or follow from these
@@ -198,9 +208,15 @@ def reduce_system(
         free = change_coordinates(keep_constraints(reduced, rest), np.asarray(T), x0)
         reduced = replace(free, components=(("eliminated", 0, free.size),))
     if configurations is not None and len(reduced.constraints.names):
-        samples = row_samples(reduced, configurations[:: max(1, len(configurations) // FEW)])
+        samples = row_samples(system, reduced, configurations[:: max(1, len(configurations) // FEW)])
         reduced = keep_constraints(reduced, rows_to_keep([samples]))
     return reduced
+
+
+def diagonal(A: Matrix) -> Matrix:
+    """A matrix (n, n) without round-off beside its diagonal, as the mass of modes that are orthonormal in it."""
+    D = np.diag(np.diag(as_dense(A)))
+    return D if np.abs(A - D).max(initial=0.0) <= ROUND * np.abs(D).max(initial=0.0) else A
 
 
 def projected(system: System, q: np.ndarray) -> np.ndarray:
@@ -250,12 +266,12 @@ class RowSamples:
 
     jacobians: np.ndarray  #: (s, m, n)
     gaps: np.ndarray  #: (s, m) of rows that may be left out, 0 for the others
-    distance: np.ndarray  #: (s,) of the states from the space of the reduced system
-    motion: np.ndarray  #: (s,) of the states from the start
+    distance: np.ndarray  #: (s,) of the states from the space of the reduced system [m]
+    motion: np.ndarray  #: (s,) of the states from the start [m]
 
 
-def row_samples(reduced: System, q: np.ndarray, times: np.ndarray | None = None) -> RowSamples:
-    """Constraint rows at the projections of states q (s, q)."""
+def row_samples(system: System, reduced: System, q: np.ndarray, times: np.ndarray | None = None) -> RowSamples:
+    """Constraint rows at the projections of states q (s, q) of the full system."""
     x = projected(reduced, q)
     model, terms = compile_system(reduced), reduced.constraints
     found = [compiled.gap(model, state, float(t)) for state, t in zip(x, np.zeros(len(q)) if times is None else times, strict=True)]
@@ -264,8 +280,8 @@ def row_samples(reduced: System, q: np.ndarray, times: np.ndarray | None = None)
     return RowSamples(
         np.array([jacobian for _, jacobian in found]),
         np.array([gap for gap, _ in found]) * may_go,
-        np.linalg.norm(q - x @ np.asarray(reduced.lift.matrix).T - reduced.lift.offset, axis=1),
-        np.linalg.norm(q - reduced.lift(reduced.x0), axis=1),
+        sizes(system, q - x @ np.asarray(reduced.lift.matrix).T - reduced.lift.offset),
+        sizes(system, q - reduced.lift(reduced.x0)),
     )
 
 

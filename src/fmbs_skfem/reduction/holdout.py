@@ -5,6 +5,7 @@ The error is that of equation (48), doi 10.1016/j.cma.2019.112690; predicted fro
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -44,10 +45,12 @@ class Holdout:
 
 
 def truths(setting: Setting, points: ArrayLike, progress: Callable[[float], None] | None = None) -> tuple[FullRun, ...]:
-    """Full runs at points (k, d)."""
-    found, rows = [], boxes.table(setting.parameters, points)
+    """Full runs at points (k, d); a point at which the full model has no motion is left out with a notice."""
+    found: list[FullRun] = []
+    rows, full = boxes.table(setting.parameters, points), functools.partial(full_run, setting)
     for number, row in enumerate(rows):
-        found.append(full_run(setting, boxes.named(setting.parameters, row)))
+        run = full_runs.reached(setting, full, boxes.named(setting.parameters, row))
+        found += [run] if isinstance(run, FullRun) else []
         if progress:
             progress((number + 1) / len(rows))
     return tuple(found)
@@ -72,5 +75,5 @@ def measured(setting: Setting, model: FamilyModel, run: FullRun) -> tuple[float,
     except SolverError:
         return math.inf, math.inf, math.nan
     raw = setting.family(run.values).system
-    error = full_runs.error(setting, raw, run, motion)
+    error = full_runs.wanted_error(setting, raw, run, motion)
     return indicator(setting, motion, run.values), error, motion.statistics.cpu_s

@@ -1,8 +1,9 @@
 """Members of a sweep: what a worker process does with them, and what they leave.
 
-    task -> prepare, once a worker -> work, on a few members at a time -> results
+    task -> prepare, once a worker -> work, on one member after the other -> results
 
-Tasks: members of any family, and of a reduced model that was saved.
+A member is computed by itself: its numbers do not depend on which others ran in its process. Tasks: members of any family, and of a
+reduced model that was saved.
 """
 
 from __future__ import annotations
@@ -28,17 +29,6 @@ if TYPE_CHECKING:
     from .cases import Case, Family
 
 INSTANTS = 601  #: of the histories that a member leaves, at most
-BLOCK = 16  #: members of a saved model that advance together
-#: kind of output -> SI unit; slopes are numbers
-UNITS = {
-    "position": "m",
-    "velocity": "m/s",
-    "angle": "rad",
-    "angular velocity": "rad/s",
-    "stress": "Pa",
-    "deflection": "m",
-    "energy": "J",
-}
 
 
 class Status(Enum):
@@ -83,21 +73,17 @@ class Record:
     notices: tuple[str, ...] = ()
 
 
-Work: TypeAlias = Callable[[Sequence[Mapping[str, float]]], Sequence[Result | FmbsError]]
+Work: TypeAlias = Callable[[Mapping[str, float]], Result]
 
 
 class Task(Protocol):
     """What a sweep runs; it is pickled and sent to the workers."""
 
-    @property
-    def block(self) -> int:
-        """Members that advance together."""
-
     def prepare(self) -> Work:
-        """Read and compile what all members share; the function that runs up to `block` of them."""
+        """Read and compile what all members share; the function that runs one of them."""
 
 
-READY: dict[str, tuple[int, Work]] = {}  #: the task that this worker process has prepared, by token
+READY: dict[str, Work] = {}  #: the task that this worker process has prepared, by token
 
 
 def prepare(token: str, task: Task) -> tuple[type[FmbsError], str, Any] | None:
@@ -108,46 +94,39 @@ def prepare(token: str, task: Task) -> tuple[type[FmbsError], str, Any] | None:
     threadpool_limits(limits=1, user_api="blas")
     READY.clear()
     try:
-        READY[token] = task.block, task.prepare()
+        READY[token] = task.prepare()
     except FmbsError as error:
         return type(error), str(error), getattr(error, "reason", None)
     return None
 
 
 def work(token: str, batch: Sequence[Member], timeout: float | None) -> list[Record]:
-    """Run a batch in this worker, a block at a time."""
-    block, function = READY[token]
-    found: list[Record] = []
-    for first in range(0, len(batch), block):
-        found += together(function, batch[first : first + block], timeout)
-    return found
+    """Run a batch in this worker."""
+    return [settled(READY[token], member, timeout) for member in batch]
 
 
-def together(function: Work, some: Sequence[Member], timeout: float | None) -> list[Record]:
-    """Records of members that advance together; where they cannot, one by one."""
+def settled(function: Work, member: Member, timeout: float | None) -> Record:
+    """The record of a member."""
     cpu, wall = clock.process_time(), clock.perf_counter()
-    with limited(timeout, len(some)), warnings.catch_warnings(record=True) as caught:
+    with limited(timeout), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", Notice)
         try:
-            results: Sequence[Result | BaseException] = function([member.values for member in some])
+            result: Result | BaseException = function(member.values)
         except (Exception, SystemExit) as error:
-            results = [error] * len(some)
-    cpu, wall = (clock.process_time() - cpu) / len(some), (clock.perf_counter() - wall) / len(some)
-    if len(some) > 1 and any(isinstance(result, BaseException) for result in results):
-        return [record for member in some for record in together(function, [member], timeout)]
+            result = error
+    cpu, wall = clock.process_time() - cpu, clock.perf_counter() - wall
     notices = tuple(dict.fromkeys(str(item.message) for item in caught if issubclass(item.category, Notice)))
-    records = (entry(member, result) for member, result in zip(some, results, strict=True))
-    return [replace(record, cpu_s=cpu, wall_s=wall, notices=notices) for record in records]
+    return replace(entry(member, result), cpu_s=cpu, wall_s=wall, notices=notices)
 
 
 @contextlib.contextmanager
-def limited(timeout: float | None, count: int) -> Iterator[None]:
+def limited(timeout: float | None) -> Iterator[None]:
     """End this process when it takes longer, whatever it does: the timer needs no interpreter lock."""
     if timeout is None:
         yield
         return
     with open(os.devnull, "w") as nowhere:
-        faulthandler.dump_traceback_later(timeout * count, exit=True, file=nowhere)
+        faulthandler.dump_traceback_later(timeout, exit=True, file=nowhere)
         try:
             yield
         finally:
@@ -170,19 +149,18 @@ def word(error: BaseException) -> str:
 
 @dataclass(frozen=True)
 class FamilyTask:
-    """Members of a family, full or reduced, one by one."""
+    """Members of a family, full or reduced."""
 
     family: Family
     nominal: Mapping[str, float]  #: values at which the compiled code is made ready
     form: Callable[[System], System] | None = None  #: of the system that is solved
     instants: int = INSTANTS
-    block: int = 1
 
     def prepare(self) -> Work:
         first = self.case(self.nominal)
         with warming():
             integrated(replace(first, duration=first.scheme.step), self.instants)
-        return lambda several: [integrated(self.case(values), self.instants) for values in several]
+        return lambda values: integrated(self.case(values), self.instants)
 
     def case(self, values: Mapping[str, float]) -> Case:
         found = self.family(values)
@@ -191,23 +169,21 @@ class FamilyTask:
 
 @dataclass(frozen=True)
 class ProductTask:
-    """Members of a reduced model that was saved, some at a time."""
+    """Members of a reduced model that was saved."""
 
     path: str  #: of the file, as the workers see it
     fixed: Mapping[str, float] = field(default_factory=dict)  #: parameters that no member changes
     instants: int = INSTANTS
-    block: int = BLOCK
 
     def prepare(self) -> Work:
         from . import affine, product
         from . import parameters as boxes
 
         model = product.load(self.path).model
-        short = replace(model.nominal, duration=model.nominal.scheme.step)
         with warming():
-            advanced([short, short], self.instants)
-        return lambda several: advanced(
-            [affine.at(model, boxes.completed(model.parameters, {**self.fixed, **values})) for values in several], self.instants
+            integrated(replace(model.nominal, duration=model.nominal.scheme.step), self.instants)
+        return lambda values: integrated(
+            affine.at(model, boxes.completed(model.parameters, {**self.fixed, **values})), self.instants
         )
 
 
@@ -227,18 +203,6 @@ def integrated(case: Case, instants: int) -> Result:
     return measured(integrate(case.system, case.scheme, case.duration, case.newton, kept, lambda fraction: None))
 
 
-def advanced(cases: Sequence[Case], instants: int) -> list[Result | FmbsError]:
-    """What cases of one structure give that advance together; those of other steps or durations one by one."""
-    from ..dynamics.batch import integrate_many
-
-    first = cases[0]
-    if any((case.duration, case.scheme.step, case.newton) != (first.duration, first.scheme.step, first.newton) for case in cases):
-        return [found for case in cases for found in advanced([case], instants)]
-    systems, schemes = [case.system for case in cases], [case.scheme for case in cases]
-    motions = integrate_many(systems, schemes, first.duration, first.newton, stored(first, instants))
-    return [motion if isinstance(motion, FmbsError) else measured(motion) for motion in motions]
-
-
 def stored(case: Case, instants: int) -> np.ndarray:
     """Numbers of the steps that are stored: all, or `instants` of them over the duration."""
     if instants < 2:
@@ -250,6 +214,8 @@ def stored(case: Case, instants: int) -> np.ndarray:
 def measured(motion: Trajectory) -> Result:
     """The outputs of a motion."""
     from ..dynamics import outputs
+    from . import output_errors
 
-    units = {name: UNITS.get(output.kind, "") for output in motion.system.outputs.values() for name in output.columns}
+    known = motion.system.outputs.items()
+    units = {column: unit for name, one in known for column, unit in zip(one.columns, output_errors.units(name, one), strict=True)}
     return Result(motion.times, outputs(motion), units)

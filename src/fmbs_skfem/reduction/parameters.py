@@ -151,6 +151,12 @@ def named(parameters: Sequence[Parameter], row: ArrayLike) -> dict[str, float]:
     return {parameter.name: float(value) for parameter, value in zip(parameters, values, strict=True)}
 
 
+def text(parameters: Sequence[Parameter], values: Mapping[str, float]) -> str:
+    """One point as people read it, `E = 7e+10 Pa, d = 0.008 m`."""
+    row = zip(parameters, row_of(parameters, values), strict=True)
+    return ", ".join(f"{parameter.name} = {value:.6g} {parameter.unit}".strip() for parameter, value in row)
+
+
 def row_of(parameters: Sequence[Parameter], values: Mapping[str, float]) -> np.ndarray:
     """Values (d,) in the order of the parameters; every parameter is named once and nothing else is."""
     check(parameters)

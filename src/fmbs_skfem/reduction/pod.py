@@ -1,9 +1,13 @@
 """Proper orthogonal decomposition of snapshots.
 
-    q ~ mean + U xi,   X - mean = U S W^T,   keep the smallest r with   eps >= sum_{i>r} s_i^2 / sum_i s_i^2
+    q ~ mean + U xi,   X - mean = U S Z^T,   U^T W U = 1,   keep the smallest r with   eps >= sum_{i>r} s_i^2 / sum_i s_i^2
 
-Arrays: snapshots X (n,s), modes U (n,r), singular values s (i,). The decomposition is a thin QR followed by the SVD of the
-triangular factor; a Gram matrix would lose the singular values below 1e-8 of the largest.
+Arrays: snapshots X (n,s), modes U (n,r), singular values s (i,), metric W (n,n), symmetric and positive definite, by default the
+identity. With the mass as the metric singular values are displacements, the same on every mesh, and the reduced mass is the
+identity. The decomposition is a thin QR followed by the SVD of a triangular factor; a Gram matrix of the snapshots would lose the
+singular values below 1e-8 of the largest, one of the orthonormal columns Q, with rows scaled by the diagonal of W, loses none:
+
+    X = Q R,   Q^T W Q = C C^T,   C^T R = Y S Z^T,   U = Q C^-T Y
 
 Source: Y. Hou, C. Liu, H. Hu, Comput. Methods Appl. Mech. Engrg. 361 (2020) 112690, equations (9), (13), (14), (18), (50),
 doi 10.1016/j.cma.2019.112690.
@@ -16,6 +20,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import solve_triangular
+from scipy.sparse import csr_array, diags_array, eye_array
 
 from fmbs_skfem.core.errors import InputError, say
 from fmbs_skfem.core.notices import notify
@@ -30,7 +36,7 @@ SAME = 1e-12  #: a kept state that differs from the mean by less than this, rela
 class Basis:
     """q = mean + modes @ xi; `singular_values` are those of all deviations from the mean, also beyond the truncation."""
 
-    modes: Array  #: (n,r), orthonormal columns: a kept state first, then the largest singular value first
+    modes: Array  #: (n,r), columns orthonormal in the metric: a kept state first, then the largest singular value first
     mean: Array  #: (n,)
     singular_values: Array  #: (i,), falling
 
@@ -41,6 +47,7 @@ def basis(
     modes: int | None = None,
     keep: ArrayLike | None = None,
     mean: ArrayLike | None = None,
+    metric: csr_array | None = None,
 ) -> Basis:
     """POD basis of the snapshots (n,s), truncated by `tolerance` (the eps of equation (14)) or to a number of `modes`.
 
@@ -50,7 +57,8 @@ def basis(
     """
     x = _states(snapshots, "snapshots")
     centre = x.mean(axis=1) if mean is None else _state(mean, "mean", x.shape[0])
-    return _decompose(x - centre[:, None], centre, EPS * _size(x), tolerance, modes, keep)
+    W = _metric(metric, x.shape[0])
+    return _decompose(W, x - centre[:, None], centre, EPS * _size(W, x), tolerance, modes, keep)
 
 
 def update(
@@ -59,6 +67,7 @@ def update(
     tolerance: float | None = None,
     modes: int | None = None,
     keep: ArrayLike | None = None,
+    metric: csr_array | None = None,
 ) -> Basis:
     """Basis of several runs from their truncated factors: left singular vectors of [U_1 S_1, U_2 S_2, ...], equation (50).
 
@@ -78,8 +87,8 @@ def update(
         sizes = [block.shape[0] for block in columns]
         raise InputError(say("pod.update", "factors of one component, with equally many rows", f"{sizes} rows"))
     weighted = np.hstack(columns)
-    centre = _state(mean, "mean", weighted.shape[0])
-    return _decompose(weighted, centre, EPS * _size(weighted), tolerance, modes, keep)
+    centre, W = _state(mean, "mean", weighted.shape[0]), _metric(metric, weighted.shape[0])
+    return _decompose(W, weighted, centre, EPS * _size(W, weighted), tolerance, modes, keep)
 
 
 def truncation(singular_values: ArrayLike, tolerance: float) -> int:
@@ -99,54 +108,65 @@ def _tail_count(s: Array, tolerance: float, every: Array) -> int:
     return int(np.argmax(tails <= tolerance * np.sum(np.square(every / unit))))
 
 
-def _decompose(x: Array, mean: Array, floor: float, tolerance: float | None, modes: int | None, keep: ArrayLike | None) -> Basis:
+def _decompose(
+    W: csr_array, x: Array, mean: Array, floor: float, tolerance: float | None, modes: int | None, keep: ArrayLike | None
+) -> Basis:
     """Basis of the deviations x (n,s); singular values up to `floor` are round-off.
 
     A kept state is the first direction, and the decomposition is that of the rest: it costs at most one more mode, as a rule none.
     """
-    left, s = _left_singular(x)
+    left, s = left_singular(W, x)
     if not np.any(s > floor):
         remedy = "train on a longer or more lively run, or leave this component out of the reduction"
         raise InputError(say("pod", "snapshots that differ from their mean", "a constant state", remedy))
-    first = np.zeros((len(mean), 0)) if keep is None else _direction(_state(keep, "keep", x.shape[0]), mean)
+    first = np.zeros((len(mean), 0)) if keep is None else _direction(W, _state(keep, "keep", x.shape[0]), mean)
     rest = s
     if first.shape[1]:
-        left, rest = _left_singular(_outside(x, first))
+        left, rest = left_singular(W, _outside(W, x, first))
     count = _count(rest, int(np.sum(rest > floor)), tolerance, modes, s, first.shape[1])
-    return Basis(np.ascontiguousarray(np.hstack([first, _outside(left[:, :count], first)])), mean, s)
+    return Basis(np.ascontiguousarray(np.hstack([first, _outside(W, left[:, :count], first)])), mean, s)
 
 
-def _direction(state: Array, mean: Array) -> Array:
+def _direction(W: csr_array, state: Array, mean: Array) -> Array:
     """The deviation of a state as a unit column (n,1), or no column when it is round-off."""
     deviation = state - mean
-    length = _size(deviation)
-    if length <= SAME * max(_size(state), _size(mean)):
+    length = _size(W, deviation)
+    if length <= SAME * max(_size(W, state), _size(W, mean)):
         return np.zeros((len(mean), 0))
     return (deviation / length)[:, None]
 
 
-def _size(x: Array) -> float:
-    """Euclidean norm of all entries, also where their squares overflow or vanish."""
+def _metric(metric: csr_array | None, n: int) -> csr_array:
+    """The metric, the identity where there is none."""
+    return csr_array(eye_array(n)) if metric is None else metric
+
+
+def _size(W: csr_array, x: Array) -> float:
+    """Norm of all entries in the metric, also where their squares overflow or vanish."""
     unit = float(np.max(np.abs(x)))
-    return unit * float(np.linalg.norm(x / unit)) if unit > 0.0 else 0.0
+    return unit * float(np.sqrt(np.sum((x / unit) * (W @ (x / unit))))) if unit > 0.0 else 0.0
 
 
-def _outside(x: Array, first: Array) -> Array:
+def _outside(W: csr_array, x: Array, first: Array) -> Array:
     """x without its part along the orthonormal columns `first`."""
     for _ in range(2):
-        x = x - first @ (first.T @ x)
+        x = x - first @ (first.T @ (W @ x))
     return x
 
 
-def _left_singular(x: Array) -> tuple[Array, Array]:
-    """U (n,i) and s (i,) of x (n,s) by the QR of its longer side and the SVD of the triangle."""
-    n, samples = x.shape
-    if samples <= n:
-        q, r = np.linalg.qr(x)
-        u, s, _ = np.linalg.svd(r)
-        return q @ u, s
-    u, s, _ = np.linalg.svd(np.asarray(np.linalg.qr(x.T, mode="r")).T)
-    return u, s
+def orthonormal(W: csr_array, columns: Array) -> Array:
+    """Columns (n,r) made orthonormal in the metric W (n,n), each a combination of itself and those before it."""
+    C = np.linalg.cholesky(columns.T @ (W @ columns))
+    return np.ascontiguousarray(solve_triangular(C, columns.T, lower=True).T)
+
+
+def left_singular(W: csr_array, x: Array) -> tuple[Array, Array]:
+    """U (n,i), orthonormal in the metric W (n,n), and s (i,) of x (n,s)."""
+    scale = np.sqrt(W.diagonal())
+    q, r = np.linalg.qr(scale[:, None] * x)
+    C = np.linalg.cholesky(q.T @ (diags_array(1.0 / scale) @ W @ diags_array(1.0 / scale) @ q))
+    u, s, _ = np.linalg.svd(C.T @ r, full_matrices=False)
+    return np.asarray(q @ solve_triangular(C, u, lower=True, trans="T") / scale[:, None]), s
 
 
 def _count(rest: Array, rank: int, tolerance: float | None, modes: int | None, s: Array, kept: int) -> int:

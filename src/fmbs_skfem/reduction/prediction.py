@@ -3,7 +3,7 @@ r"""The error that a saved parametric model predicts for itself within its train
     log10 I(mu) ~ m(mu) +- 2 s(mu)     surrogate of the indicator (49), fitted to the reduced runs of the last iteration
     log10 e(mu) = calibration of m(mu),  its band widened by that of the surrogate:  d^2 = d_calibration^2 + d_surrogate^2
 
-e is the error (48) of all coordinates over the run. Both bands hold about 95 % each.
+e is the error in the measure of the training: of the outputs, or (48) of all coordinates. Both bands hold about 95 % each.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (48), (49), doi 10.1016/j.cma.2019.112690.
 """
@@ -27,13 +27,14 @@ if TYPE_CHECKING:
     from .campaign import Campaign
 
 KEY = "prediction"  #: of the record in the notes of a model
+DOUBTS = "doubts"  #: in the notes of a model, why its training cannot promise the prediction
 BAND = 2.0  #: standard deviations of the surrogate
 FEWEST = 2  #: indicators away from full runs that are enough
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """A predicted error (48) and its band; NaN where nothing can be said."""
+    """A predicted error, in the measure of the training, and its band; NaN where nothing can be said."""
 
     error: float
     low: float

@@ -19,12 +19,11 @@ from typing import Any
 
 import numpy as np
 
-from ..core import durable
+from ..core import durable, hdf5
 from ..core.errors import InputError, say
-from ..core.notices import notify
 from ..dynamics.integration import integrate
 from ..dynamics.trajectory import Trajectory
-from . import affine, files
+from . import affine, extent, files
 from . import parameters as boxes
 from .affine import ParametricCase
 from .cases import Case
@@ -56,30 +55,36 @@ def load(path: str | Path) -> Product:
     product = Product(**files.contents(path, FORMAT, model=ParametricCase, notes=dict))
     try:
         affine.at(product.model, boxes.completed(product.model.parameters, {}))
-    except files.DAMAGE as problem:
+    except hdf5.DAMAGE as problem:
         raise files.corrupt(str(path), "numbers that fit their places", problem) from problem
     return product
 
 
-def run(product: Product, every: int | np.ndarray = 1, /, **values: float) -> Trajectory:
+def run(
+    product: Product, every: int | np.ndarray = 1, duration: float | None = None, step: float | None = None, /, **values: float
+) -> Trajectory:
     """The motion at values of the parameters, nominal where none is given; `every` as in `dynamics.integrate`.
 
-    A name that is no parameter is refused; values outside of the trained ranges are run with a notice.
+    `duration` and `step` [s] replace those of the training. A name that is no parameter is refused; a run outside of the training,
+    by its values, a longer duration or another step, is made with a notice.
     """
-    case = case_of(product, values)
+    case, _ = case_of(product, values, duration, step)
     return integrate(case.system, case.scheme, case.duration, case.newton, every)
 
 
-def case_of(product: Product, values: Mapping[str, float]) -> Case:
-    """The case at values of the parameters, nominal where none is given, with a notice outside of the trained ranges."""
+def case_of(
+    product: Product, values: Mapping[str, float], duration: float | None = None, step: float | None = None
+) -> tuple[Case, list[str]]:
+    """The case at values of the parameters, nominal where none is given, and where it leaves the training, with a notice."""
     model = product.model
     point = boxes.completed(model.parameters, values)
-    found = affine.at(model, point)
+    trained = affine.at(model, point)
+    case = extent.timed(trained, duration, step, "reduced model")
     far = boxes.outside(model.parameters, point)
-    if far:
-        listed = [f"{p.name} = {point[p.name]:g}, {distance(p, point[p.name])}" for p in model.parameters if p.name in far]
-        notify(f"the reduced model runs outside its training: {'; '.join(listed)}; check its error against a full run")
-    return found
+    found = [f"{p.name} = {point[p.name]:g}, {distance(p, point[p.name])}" for p in model.parameters if p.name in far]
+    found += extent.departures(trained, case)
+    extent.warn(found)
+    return case, found
 
 
 def distance(parameter: Parameter, value: float) -> str:

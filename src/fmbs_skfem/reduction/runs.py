@@ -51,7 +51,8 @@ class TimeError:
     step: float  #: [s]
     difference: float  #: largest distance of the motions with h and h/2, or h and 2h [m]
     position: float  #: error of h, 4/3 or 1/3 of it [m]
-    relative: float  #: the same for the coordinates, largest over time
+    distance: float  #: the same as root mean square over the mass [m]
+    relative: float  #: and over the largest displacement
     order: float | None  #: observed, with h/4
 
 
@@ -111,7 +112,8 @@ def step_error(full: Trajectory, others: Mapping[float, Trajectory], step: float
     if further and further[0] < near:
         second = compare(others[near], others[further[0]]).position_maximum
         order = math.log2(first.position_maximum / second) if first.position_maximum * second > 0.0 else None
-    return TimeError(step, first.position_maximum, factor * first.position_maximum, factor * first.maximum, order)
+    position, distance, relative = (factor * one for one in (first.position_maximum, first.distance_maximum, first.maximum))
+    return TimeError(step, first.position_maximum, position, distance, relative, order)
 
 
 def stored(step: float, h: float, kept: np.ndarray) -> np.ndarray:

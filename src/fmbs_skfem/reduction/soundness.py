@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import functools
 import math
+import re
 from collections.abc import Sequence
 from functools import singledispatch
 from typing import Any
@@ -33,13 +34,15 @@ from . import cases
 from .affine import ParametricCase, Varying
 from .cases import Case
 
-STEPS = 10**9  #: more steps than any run has
+STEPS = 10_000_000  #: most steps of a run, as of the analysis of a scene
+TITLE = re.compile(r"[^\W\d][^,;\"'\x00-\x1f\x7f]*")  #: of a column
 SIZES = {  #: kind of an output: rows and columns by dimension, None where others decide
     "position": lambda dim: (None, None),
     "slope": lambda dim: (None, None),
     "velocity": lambda dim: (None, None),
     "angle": lambda dim: (2, 1),
     "angular velocity": lambda dim: (2, 1),
+    "spin": lambda dim: (None, 1),
     "stress": lambda dim: (None, 2),
     "deflection": lambda dim: (3 * dim, 1),
     "energy": lambda dim: (0, 4),
@@ -180,11 +183,15 @@ def system(part: System, name: str) -> None:
     (n,) = rank(part.x0, f"{name}.x0", 1)
     for key in ("x0", "v0"):
         numbers(getattr(part, key), f"{name}.{key}", n)
-    for key in ("mass", "damping", "stiffness"):
+    for key in ("mass", "damping", "stiffness", "metric"):
         numbers(getattr(part, key), f"{name}.{key}", n, n)
     q, probes, sensors = (affine(getattr(part, key), f"{name}.{key}", n) for key in ("lift", "probes", "sensors"))
     numbers(part.unit, f"{name}.unit", q // part.dim)
-    require(math.isfinite(part.scale) and part.scale > 0.0, f"{name}.scale", "a positive number", part.scale)
+    numbers(part.origin, f"{name}.origin", part.dim)
+    for key in ("scale", "weight"):
+        value = getattr(part, key)
+        require(math.isfinite(value) and value > 0.0, f"{name}.{key}", "a positive number", value)
+    require(bool((part.metric.diagonal() > 0.0).all()), f"{name}.metric", "a positive diagonal", "another")
     for k, signal in enumerate(part.signals):
         history(signal, f"{name}.signals[{k}]")
     for k, elastic in enumerate(part.elastic):
@@ -197,6 +204,8 @@ def system(part: System, name: str) -> None:
         for k, (_, first, last) in enumerate(spans):
             span(slice(first, last), f"{name}.{key}[{k}]", end)
     for key, output in part.outputs.items():
+        for title in (key, *output.columns):
+            headed(title, f"{name}.outputs")
         sensed(output, f"{name}.outputs.{key}", part.dim, sensors)
     for k, (_, _, rows) in enumerate(part.markers):
         listed(rows, f"{name}.markers[{k}]", sensors)
@@ -287,6 +296,12 @@ def point_law(law: PointLaw, name: str, dim: int, probes: int, signals: int) -> 
     numbers(law.vector, f"{name}.vector", 3)
 
 
+def headed(title: str, name: str) -> None:
+    """A text that may head a column of a table, where others begin a formula of a spreadsheet or end the column."""
+    fine = isinstance(title, str) and TITLE.fullmatch(title) is not None
+    require(fine, name, "names that begin with a letter, without commas, semicolons, quotes and line breaks", told(title))
+
+
 def sensed(part: Output, name: str, dim: int, sensors: int) -> None:
     """A known kind of output with the rows that it reads."""
     require(part.kind in SIZES, f"{name}.kind", f"one of {', '.join(SIZES)}", told(part.kind))
@@ -297,6 +312,9 @@ def sensed(part: Output, name: str, dim: int, sensors: int) -> None:
         require(law in tuple(Law), f"{name}.parameters", "the number of a law first", law)
         rows, count = laws.vectors(int(law)) * dim, 2 + laws.rows(int(law))
         require(len(part.parameters) == count, f"{name}.parameters", f"{count} numbers", len(part.parameters))
+    if part.kind == "spin":
+        require(dim == 3 and len(part.rows) in (3, 6, 9), f"{name}.rows", "one to three vectors in space", len(part.rows))
+        require(len(part.parameters) == 3, f"{name}.parameters", "an axis", len(part.parameters))
     if part.kind in EACH:
         columns = len(part.rows)
     for key, wanted in (("rows", rows), ("columns", columns)):

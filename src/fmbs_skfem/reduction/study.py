@@ -1,9 +1,9 @@
 r"""Study of a system: the full model once, then every reduced, coarser and larger-step model against it, error beside cost.
 
-    e_max = max_t |q - (qbar + U xi)| / |q|   (53),      e_mean   (48),      d = max_t max_S |r - r_full|
+    e_max = max_t |q - (qbar + U xi)|_M / max_t |q - q0|_M,      e_mean,      d = max_t max_S |r - r_full|      (`errors`)
     training pays after  (training + its full run) / (full run - reduced run)  runs
 
-Models on other meshes have other coordinates: their e_max and e_mean are those of the centre lines, |r - r_full| / |r_full|.
+Models on other meshes have other coordinates: they are compared along the centre lines.
 Planar membranes without stiffness damping have the exact polynomial of `hyper.exact` beside ECSW.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
@@ -18,19 +18,18 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.integrate import trapezoid
 
 from ..core.errors import FmbsError
 from ..dynamics.integration import integrate
-from ..dynamics.outputs import lifted, positions
 from ..dynamics.trajectory import Trajectory
 from ..systems.assembly import eliminate
 from ..systems.system import System
-from . import costs
-from .errors import Errors, common_times, compare
+from . import costs, output_errors
+from .errors import Errors, compare
 from .ffrf import reduce_floating
 from .galerkin import Snapshots, snapshots, system_level
 from .hyper import Level, polynomial_bodies
+from .output_errors import OutputError
 from .runs import Options, TimeError, kept_steps, other_steps, sharp_newton, step_error, stored, timed
 from .training import Components, Trained, newton_of_reduced, polynomial, reduced, sampled
 
@@ -71,6 +70,10 @@ class Record:
     mean_error: float = math.nan
     median_error: float = math.nan
     position_error: float = math.nan  #: [m]
+    outputs: Mapping[str, OutputError] = field(default_factory=dict)  #: errors by column
+    distance_error: float = math.nan  #: largest, root mean square over the mass [m]
+    coordinates_error: float = math.nan  #: largest of eq. (53)
+    coordinates_mean: float = math.nan  #: eq. (48)
     iterations: int = 0
     factorisations: int = 0
     pays_after_runs: float | None = None  #: None: never, or nothing was trained
@@ -217,7 +220,7 @@ def evaluate(
     record = sizes(record, model, raw)
     try:
         motion = job.ready or timed(model.system, options, job.step, stored(job.step, options.scheme.step, kept), newton)
-        errors = line_errors(compare(full, motion), full, motion)
+        errors, outputs = compare(full, motion), output_errors.compare(full, motion)
     except FmbsError as error:
         return replace(record, status=str(error)), model, None, None
     cost, parts = motion.statistics, costs.shares(motion, replace(options.scheme, step=job.step))
@@ -234,27 +237,14 @@ def evaluate(
         mean_error=errors.mean,
         median_error=errors.median,
         position_error=errors.position_maximum,
+        outputs=outputs,
+        distance_error=errors.distance_maximum,
+        coordinates_error=errors.coordinates_maximum,
+        coordinates_mean=errors.coordinates_mean,
         iterations=cost.iterations,
         factorisations=cost.factorisations,
     )
     return record, model, motion, errors
-
-
-def line_errors(errors: Errors, full: Trajectory, other: Trajectory) -> Errors:
-    """Errors of the centre lines in the place of those of coordinates that differ in kind."""
-    if math.isfinite(errors.maximum):
-        return errors
-    i, j = common_times(full.times, other.times)
-    one, two = all_positions(full, i), all_positions(other, j)
-    apart, size = np.linalg.norm(one - two, axis=1), np.linalg.norm(one, axis=1)
-    mean = float(trapezoid(apart, errors.times) / trapezoid(size, errors.times))
-    return replace(errors, relative=apart / size, maximum=float((apart / size).max()), mean=mean)
-
-
-def all_positions(motion: Trajectory, samples: np.ndarray) -> np.ndarray:
-    """Positions of all centre lines at some samples, (s, x c)."""
-    system, q = motion.system, lifted(motion)[0][samples]
-    return np.hstack([positions(line, q, system.dim).reshape(len(q), -1) for line in system.lines])
 
 
 def sizes(record: Record, model: Trained, raw: System) -> Record:

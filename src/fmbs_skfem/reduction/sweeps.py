@@ -8,6 +8,10 @@ it costs next to nothing. A worker that ends takes its batch with it: its member
 which a worker ends again is listed as killed. A member that takes longer than the time limit ends its worker by a timer outside of
 the interpreter (so that compiled code cannot hold it up) and is listed as timeout.
 
+On this machine scheduler and workers talk by TLS, with a key that is made for the sweep and lives in the memory of its processes:
+whoever may hand tasks to a worker runs code as its user, and other users of the machine reach its ports. A cluster that is given is
+secured by those who run it.
+
 M. Rocklin, Dask: parallel computation with blocked algorithms and task scheduling, Proc. 14th Python in Science Conf. (2015)
 126-132, doi 10.25080/Majora-7b98e3ed-013.
 """
@@ -161,19 +165,30 @@ def run(
     return Outcome(dict(desk.counts), desk.most, begun, end - start, desk.busy_s, desk.cpu_s, desk.deaths)
 
 
+class Stopped(KeyboardInterrupt):
+    """A signal ended a sweep; the records so far are kept."""
+
+    def __init__(self, number: int, settled: int) -> None:
+        super().__init__(f"{signal.Signals(number).name} after {settled} members")
+        self.number, self.settled = number, settled
+
+
 @contextlib.contextmanager
 def interrupts() -> Iterator[list[int]]:
-    """SIGINT goes into a list, from which `serve` takes it: raised inside of a callback, as dask has many, it would be lost."""
+    """SIGINT and SIGTERM go into a list for `serve`: raised inside of a callback, as dask has many, they would be lost."""
     asked: list[int] = []
-    before = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or before in (signal.SIG_IGN, None):
-        yield asked
-        return
-    signal.signal(signal.SIGINT, lambda number, frame: asked.append(number))
+    before: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():
+        before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    for number, handler in before.items():
+        if handler not in (signal.SIG_IGN, None):
+            signal.signal(number, lambda number, frame: asked.append(number))
     try:
         yield asked
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            if handler is not None:
+                signal.signal(number, handler)
 
 
 def serve(desk: Desk, total: int, asked: Sequence[int], progress: Callable[[float], None] | None) -> None:
@@ -190,7 +205,7 @@ def serve(desk: Desk, total: int, asked: Sequence[int], progress: Callable[[floa
         if progress:
             progress(sum(desk.counts.values()) / total)
     if asked:
-        raise KeyboardInterrupt
+        raise Stopped(asked[0], sum(desk.counts.values()))
 
 
 @contextlib.contextmanager
@@ -200,7 +215,7 @@ def cluster(options: Options, members: int) -> Iterator[Client]:
 
     import dask
     from dask.system import CPU_COUNT
-    from distributed import Client, LocalCluster
+    from distributed import Client, LocalCluster, Security
 
     if options.scheduler:
         try:
@@ -210,17 +225,29 @@ def cluster(options: Options, members: int) -> Iterator[Client]:
         with client, client.as_current():
             yield client
         return
-    settings = {
+    settings: dict[str, Any] = {
         "distributed.scheduler.allowed-failures": 0,  # a batch whose worker ends comes back at once
         "distributed.scheduler.worker-ttl": None,  # compiled code may leave no time for signs of life
         "distributed.nanny.pre-spawn-environ": dict.fromkeys(ONE_THREAD, "1"),
+        "distributed.scheduler.http.routes": [],  # pages need no key
+        "distributed.worker.http.routes": [],
     }
-    closed = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}  # health checks, on a free port of this machine
+    closed = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
+    secret = Security.temporary()
     count, quiet = min(options.workers or CPU_COUNT, members), logging.CRITICAL
     with (
         dask.config.set(settings),
-        LocalCluster(count, threads_per_worker=1, processes=True, silence_logs=quiet, scheduler_kwargs=closed) as local,
-        Client(local, set_as_default=False) as client,
+        LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            protocol="tls://",
+            security=secret,
+            silence_logs=quiet,
+            scheduler_kwargs=closed,
+        ) as local,
+        Client(local, security=secret, set_as_default=False) as client,
         client.as_current(),
     ):
         yield client
@@ -257,10 +284,10 @@ def send(desk: Desk) -> None:
 
 
 def length(desk: Desk) -> int:
-    """Members of the next batch: one at first, then as many whole blocks as take the wanted time, fewer towards the end."""
-    settled, block = desk.counts[Status.OK] + desk.counts[Status.FAILED], desk.task.block
+    """Members of the next batch: one at first, then as many as take the wanted time, fewer towards the end."""
+    settled = desk.counts[Status.OK] + desk.counts[Status.FAILED]
     mean = max(desk.busy_s / settled, SHORTEST) if settled else math.inf
-    wanted = block * max(1, round(desk.options.batch / (mean * block))) if settled else 1
+    wanted = max(1, round(desk.options.batch / mean)) if settled else 1
     return max(1, min(wanted, math.ceil(len(desk.queue) / (2 * len(desk.ready)))))
 
 

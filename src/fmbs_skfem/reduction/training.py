@@ -3,7 +3,7 @@ r"""Training: from the motion of a full model to a reduced model, as one plan sa
     full motion -> snapshots -> bases, eps (14) -> projection (21) -> ECSW, eta (44), or the exact polynomial
 
 The snapshots have to be sharper than the modes that are kept: the Newton tolerance of the training run is at most 1e-6 sqrt(eps),
-relative to the reference coordinates. Above that the smallest modes are noise. Reduced models iterate to 5e-3 sqrt(eps): what they
+relative to the size of the mechanism. Above that the smallest modes are noise. Reduced models iterate to 2e-5 sqrt(eps): what they
 leave adds up over the steps, and has to stay below the error of truncation.
 """
 
@@ -25,8 +25,8 @@ Components = Mapping[str, Sequence[str]]
 Modes = int | Mapping[str, int] | None
 
 SHARP = 1e-6  #: Newton tolerance of the training run over sqrt(eps)
-ENOUGH = 2e-3  #: Newton tolerance of a reduced run over sqrt(eps)
-FINEST = 1e-12  #: smallest Newton tolerance asked for
+ENOUGH = 2e-5  #: Newton tolerance of a reduced run over sqrt(eps)
+FINEST = 1e-13  #: smallest Newton tolerance asked for
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def newton_for(newton: Newton, tolerance: float) -> Newton:
 
 def newton_of_reduced(newton: Newton, tolerance: float) -> Newton:
     """Newton's iteration of a reduced model with modes kept to eps = `tolerance`."""
-    return replace(newton, tolerance=min(newton.tolerance, max(ENOUGH * math.sqrt(tolerance), FINEST)))
+    return replace(newton, tolerance=max(ENOUGH * math.sqrt(tolerance), FINEST))
 
 
 def reduced(raw: System, data: Snapshots, plan: Plan) -> Trained:

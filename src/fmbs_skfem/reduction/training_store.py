@@ -17,7 +17,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from enum import Enum
 from pathlib import Path
@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from ..core import durable
-from ..core.errors import CorruptFile, InputError, say
+from ..core.errors import CorruptFile, InputError, Reason, SolverError, say
 from ..core.linalg import is_sparse
 from . import files, greedy, product
 from .budget import Choice
@@ -47,7 +47,7 @@ class Pair:
     run: int  #: number of the full run, from 0
     bases: int  #: number of full runs in the bases of the reduced model
     indicator: float
-    error: float  #: (48)
+    error: float  #: in the measure of the setting
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,23 @@ def keep_iteration(folder: Path, iteration: greedy.Iteration) -> None:
     write_tree(folder / f"iteration-{iteration.number:03d}.h5", tree)
 
 
+def made(path: Path, make: Callable[[], FullRun]) -> FullRun:
+    """The full run of a file, or one that is made and kept there; one that has failed fails again without being run."""
+    if path.is_file():
+        return run_of(read_tree(path), path)
+    try:
+        run = make()
+    except SolverError as error:
+        write_tree(path, {"failed": str(error), "reason": error.reason.value, "time": error.time})
+        raise
+    write_tree(path, asdict(run))
+    return run
+
+
 def run_of(tree: dict[str, Any], path: Path) -> FullRun:
+    """The full run in the contents of a file."""
+    if "failed" in tree:
+        raise SolverError(tree["failed"], Reason(tree["reason"]), tree["time"])
     try:
         return FullRun(**{**tree, "factors": {name: Factor(**part) for name, part in tree["factors"].items()}})
     except (TypeError, LookupError) as problem:
@@ -187,7 +203,9 @@ def fingerprint(setting: Setting, *others: Any) -> str:
     """What a training is, as a text: the family at both corners of the box, parameters, plan and snapshots, and `others`."""
     corners = [{p.name: end for p, end in zip(setting.parameters, ends, strict=True)} for ends in corner_values(setting)]
     digest = hashlib.sha256()
-    for value in (*(setting.family(corner) for corner in corners), setting.parameters, setting.plan, setting.interval, *others):
+    measure = () if setting.measure is None else (setting.measure,)
+    families = (setting.family(corner) for corner in corners)
+    for value in (*families, setting.parameters, setting.plan, setting.interval, *measure, *others):
         add(value, digest)
     return digest.hexdigest()
 

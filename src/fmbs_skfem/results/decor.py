@@ -57,6 +57,12 @@ def _font(height: int) -> FreeTypeFont:
     return ImageFont.truetype(str(Path(matplotlib.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")), height)
 
 
+def plain(text: str) -> str:
+    """A text from outside as matplotlib draws it letter by letter: no formula, and no label that is hidden for its underscore."""
+    text = text.replace("$", r"\$")
+    return f" {text}" if text.startswith("_") else text
+
+
 def letter(image: Pixels, texts: list[Text]) -> Pixels:
     """`image` (height, width, 3) with the texts on it, each on a white halo.
 
@@ -133,7 +139,7 @@ def _scale(axes: Axes, job: Job) -> None:
 
     bar = axes.figure.colorbar(ScalarMappable(norm(job), cmap(job)), cax=axes)
     bar.ax.tick_params(labelsize=9)
-    bar.set_label(job.label, fontsize=10)
+    bar.set_label(plain(job.label), fontsize=10)
     if not job.logarithmic:
         bar.formatter.set_powerlimits((-3, 3))  # type: ignore[attr-defined]
         bar.ax.yaxis.get_offset_text().set(fontsize=9, horizontalalignment="left")
@@ -143,7 +149,8 @@ def _key(axes: Axes, job: Job) -> None:
     from matplotlib.lines import Line2D
 
     axes.set_axis_off()
-    handles = [] if job.label else [Line2D([], [], color=palette.colour(i), lw=4, label=name) for i, name in enumerate(job.bodies)]
+    names = () if job.label else job.bodies
+    handles = [Line2D([], [], color=palette.colour(i), lw=4, label=plain(name)) for i, name in enumerate(names)]
     for kind in dict.fromkeys(job.kinds):
         marker, tint = GLYPHS[kind]
         handles.append(Line2D([], [], color=tint, marker=marker, ls="", ms=8, label=kind))

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..core import errors as errors_
 from . import palette, speed
+from .decor import plain
 from .frames import Array
 from .speed import Point
 
@@ -57,6 +58,7 @@ def history_grid(
     """Several outputs, one small axes each with a common time axis and one legend: label with unit -> {model: (s,)}."""
     if not outputs:
         raise errors_.InputError(errors_.say("plots: outputs", "at least one", "none"))
+    outputs = {plain(label): _plain(models) for label, models in outputs.items()}
     rows = math.ceil(len(outputs) / columns)
     figure = _figure(7.2 if columns == 1 else 4.6 * columns, 4.2 if len(outputs) == 1 else 2.3 * rows + 0.6, title)
     grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
@@ -123,6 +125,7 @@ def singular_values(
             raise errors_.InputError(errors_.say(f"plots: singular values of '{name}'", "a falling sequence (i,) above 0", got))
         tint, scaled = palette.colour(number), _positive(spectrum / spectrum[0])
         kept = (modes or {}).get(name)
+        name = plain(name)
         text = name if kept is None else f"{name}: {kept} modes kept"
         axes.semilogy(np.arange(1, spectrum.size + 1), scaled, color=tint, marker=MARKERS[number % 10], ms=3.5, lw=1, label=text)
         if kept is not None and 1 <= kept <= spectrum.size:
@@ -238,8 +241,13 @@ def _figure(width: float, height: float, title: str = "") -> Figure:
     figure = Figure(figsize=(width, height), dpi=150, layout="constrained")
     FigureCanvasAgg(figure)
     if title:
-        figure.suptitle(title, fontsize=12)
+        figure.suptitle(plain(title), fontsize=12)
     return figure
+
+
+def _plain(models: Mapping[str, Array]) -> dict[str, Array]:
+    """Curves whose names a legend shows as they are."""
+    return {plain(name): values for name, values in models.items()}
 
 
 def _checked(where: str, times: Array, models: Mapping[str, Array]) -> None:

@@ -13,7 +13,6 @@ executed. Other programs read the segments as plain HDF5.
 from __future__ import annotations
 
 import contextlib
-import errno
 import fcntl
 import hashlib
 import io
@@ -28,8 +27,8 @@ from typing import IO, Any
 
 import numpy as np
 
-from ..core import durable
-from ..core.errors import CorruptFile, FmbsError, InputError, say
+from ..core import durable, hdf5
+from ..core.errors import CorruptFile, InputError, say
 from ..core.notices import notify
 from ..dynamics.checkpoint import Checkpoint, Moment, Resumed, Rows
 
@@ -38,15 +37,7 @@ FORMAT, VERSION = "fmbs_skfem history", 1
 EVERY = 10.0  #: time between two segments of a run [s]
 SHARE = 0.02  #: of the time of a run that segments may take
 LARGEST = 2**28  #: states that wait for the next segment [bytes]
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 COLUMNS = ("times", "x", "v", "a", "multipliers")
-DAMAGE = (OSError, LookupError, RuntimeError, ValueError, TypeError, AttributeError)  #: what reading a bad file raises
-
-
-class NoRoom(FmbsError, OSError):
-    """The disk is full, or a limit of file sizes is reached."""
-
-    exit_code = 6
 
 
 class State(Enum):
@@ -120,12 +111,13 @@ class Recorder:
         if moment.kept > self.kept:
             rows = moment.rows(self.kept, moment.kept)
             name = f"segment-{len(segments) + 1:05d}.h5"
-            entry = close(self.folder / name, image({column: getattr(rows, column) for column in COLUMNS}))
+            columns = {column: getattr(rows, column) for column in COLUMNS}
+            entry = close(self.folder / name, image(columns), self.folder.parent)
             segments = (*segments, replace(entry, first=self.kept, last=moment.kept))
         number = 1 if old is None else int(old.name.split("-")[1].split(".")[0]) + 1
         held = moment.checkpoint()
         facts = {"done": held.done, "kept": held.kept, "cpu_s": held.cpu_s, "wall_s": held.wall_s, **prefixed(held.facts)}
-        checkpoint = close(self.folder / f"checkpoint-{number:05d}.h5", image(held.arrays, facts))
+        checkpoint = close(self.folder / f"checkpoint-{number:05d}.h5", image(held.arrays, facts), self.folder.parent)
         state = State.DONE if moment.done == moment.steps else State.RUNNING
         found = replace(self.manifest, state=state, done=moment.done, steps=moment.steps, time=moment.time)
         self.manifest = replace(found, segments=segments, checkpoint=checkpoint)
@@ -159,29 +151,25 @@ def image(arrays: Mapping[str, np.ndarray], facts: Mapping[str, Any] | None = No
     return buffer.getbuffer()
 
 
-def close(path: Path, data: memoryview | bytes) -> Entry:
-    """Put a complete file into its place; NoRoom where the disk is full."""
-    with room(path), durable.place(path) as part:
+def close(path: Path, data: memoryview | bytes, folder: Path | None = None) -> Entry:
+    """Put a complete file into its place; NoRoom where the disk is full. `folder`: of the run that it belongs to."""
+    with room(path, folder), durable.place(path) as part:
         part.write_bytes(data)
     return Entry(path.name, len(data), hashlib.sha256(data).hexdigest())
 
 
 @contextlib.contextmanager
-def room(path: Path) -> Iterator[None]:
-    """A full disk as an error that says so; other errors of the file system pass."""
-    try:
+def room(path: Path, folder: Path | None = None) -> Iterator[None]:
+    """A full disk as an error that says so, and whether the run in `folder` has closed what it can go on from."""
+    remedy = "everything closed before is intact: make room, then go on with fmbs resume"
+    with durable.room(path, remedy if folder is not None and exists(folder) else "make room, then run it again"):
         yield
-    except OSError as problem:
-        if problem.errno not in FULL:
-            raise
-        remedy = "everything closed before is intact: make room, then go on with fmbs resume"
-        raise NoRoom(say(f"{path}", "room on the disk", os.strerror(problem.errno or 0).lower(), remedy)) from problem
 
 
 def write_manifest(folder: Path, manifest: Manifest) -> None:
     """The manifest, with a checksum of itself."""
     content = {"format": FORMAT, "version": VERSION, **asdict(manifest), "state": manifest.state.value}
-    close(folder / MANIFEST, json.dumps({**content, "sha256": checksum(content)}, indent=1).encode())
+    close(folder / MANIFEST, json.dumps({**content, "sha256": checksum(content)}, indent=1).encode(), folder.parent)
 
 
 def checksum(content: Mapping[str, Any]) -> str:
@@ -204,7 +192,7 @@ def manifest(folder: Path) -> Manifest:
         content = json.loads(path.read_text(encoding="utf-8"))
         told = content.pop("sha256")
         kind, version = content.pop("format"), content.pop("version")
-    except DAMAGE as problem:
+    except hdf5.DAMAGE as problem:
         raise corrupt(path, "a manifest", str(problem)) from problem
     if kind == FORMAT and version != VERSION:
         remedy = "go on with the release that wrote it, or run the scene anew"
@@ -249,8 +237,8 @@ def read_arrays(folder: Path, entry: Entry) -> tuple[dict[str, np.ndarray], dict
         raise corrupt(path, f"sha256 {entry.sha256}", got)
     try:
         with h5py.File(io.BytesIO(data), "r") as file:
-            return {name: np.asarray(item[()]) for name, item in file.items()}, dict(file.attrs)
-    except DAMAGE as problem:
+            return {name: hdf5.array(file, name) for name in file}, dict(file.attrs)
+    except hdf5.DAMAGE as problem:
         raise corrupt(path, "arrays", str(problem)) from problem
 
 

@@ -22,8 +22,8 @@ from typing import Any
 import h5py
 import numpy as np
 
-from ..core import durable
-from ..core.errors import CorruptFile, InputError, say
+from ..core import durable, hdf5
+from ..core.errors import CorruptFile, InputError, NoRoom, say
 from ..core.notices import notify
 from ..reduction.members import Record, Result, Status
 from ..reduction.parameters import Parameter
@@ -31,8 +31,8 @@ from ..reduction.parameters import Parameter
 MEMBERS = "members"
 CSV, HDF5 = "sweep.csv", "sweep.h5"
 VERSION = 1
-DAMAGE = (OSError, LookupError, RuntimeError, ValueError, TypeError)  #: what reading a damaged record raises
 EXTREMES = ("min", "max", "final")
+TAKEN = ("member", "status", "reason", "message")  #: headers beside those of parameters and outputs
 
 
 @dataclass(frozen=True)
@@ -90,10 +90,13 @@ def image(record: Record) -> bytes:
 def replaced(target: Path, data: bytes) -> Path:
     """Put a complete file into its place."""
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with durable.place(target) as part:
-            part.write_bytes(data)
+        with durable.room(target, "what is there is kept; make room and go on with --resume"):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            with durable.place(target) as part:
+                part.write_bytes(data)
         return target
+    except NoRoom:
+        raise
     except OSError as problem:
         remedy = "what is there is kept; make room and go on with --resume"
         raise InputError(say(str(target), "a place that can be written", problem, remedy)) from problem
@@ -103,8 +106,8 @@ def read(place: Path) -> Record:
     """The record in a file; CorruptFile where it is not as it was written."""
     try:
         with h5py.File(place, "r") as file:
-            facts: dict[str, Any] = json.loads(file["facts"][()].tobytes())
-            histories = None if facts["outputs"] is None else file["histories"][()]
+            facts: dict[str, Any] = json.loads(hdf5.array(file, "facts").tobytes())
+            histories = None if facts["outputs"] is None else hdf5.array(file, "histories")
         if facts["version"] != VERSION:
             raise ValueError(f"version {facts['version']}")
         result = None if histories is None else result_of(facts, histories)
@@ -119,7 +122,7 @@ def read(place: Path) -> Record:
             result,
             tuple(facts["notices"]),
         )
-    except DAMAGE as problem:
+    except hdf5.DAMAGE as problem:
         raise CorruptFile(
             say(str(place), f"a record of version {VERSION}", problem, "remove it and go on with --resume")
         ) from problem
@@ -202,8 +205,17 @@ def headed(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
+def check_names(parameters: Sequence[Parameter]) -> None:
+    """Raises an InputError for a parameter whose header is that of another column of the table."""
+    for own in parameters:
+        if headed(own.name, own.unit) in TAKEN:
+            expected = f"another name than {', '.join(TAKEN)}, columns of {CSV}"
+            raise InputError(say(f"parameter '{own.name}'", expected, "one of them", "rename it"))
+
+
 def table(sweep: Sweep) -> dict[str, Sequence[Any] | np.ndarray]:
     """The columns of sweep.csv by their headers."""
+    check_names(sweep.parameters)
     found: dict[str, Sequence[Any] | np.ndarray] = {"member": range(len(sweep.points))}
     found |= {headed(p.name, p.unit): sweep.points[:, k] for k, p in enumerate(sweep.parameters)}
     for name, values in sweep.columns.items():

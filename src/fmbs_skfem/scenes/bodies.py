@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, StrictInt, StrictStr
+from pydantic import Field, StrictBool, StrictInt, StrictStr
 
 from . import fields, plate_fields
 from .models import Count, MeshFile, Model
@@ -119,7 +119,9 @@ class Shell(Model):
     """A thin plate or shell over the NURBS patches of a file (.json, .igs, .iges, .3dm).
 
     Every span of the file is split into `cells` and raised to `degree`; `unit` is the length of the file's unit. Edges, points
-    and faces have the names of the file and of its patches.
+    and faces have the names of the file and of its patches. Sides of patches that coincide are joined, also those of one patch,
+    which closes it; `join: false` leaves all of them apart, for a surface with a slit. A joined side is no edge any more: supports
+    and loads there are refused, unless `join: true` says that the line inside the surface is meant.
     """
 
     type: Literal["shell"]
@@ -127,6 +129,9 @@ class Shell(Model):
     cells: Count = 1
     degree: Annotated[StrictInt, Field(ge=1, le=10)] | None = None
     unit: fields.Length = 1.0
+    join: Annotated[
+        StrictBool | None, Field(description="true or false; without it the file says, else sides that meet are joined")
+    ] = None
     thickness: plate_fields.Thickness
     material: Material
     rims: dict[str, plate_fields.Rim] = Field(default_factory=dict)

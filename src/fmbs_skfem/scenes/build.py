@@ -5,8 +5,8 @@ Strings of the scene are resolved here, once; whatever does not fit is reported 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -16,9 +16,10 @@ from ..bodies.body import Body
 from ..core import expressions
 from ..core.errors import InputError, say
 from ..core.expressions import Expression
+from ..shapes import meshes
 from ..shapes.surface import Surface
 from ..systems import assembly, edges
-from ..systems.system import Output, System
+from ..systems.system import System, is_linear
 from . import schema, times
 from .consistency import PLACES
 from .fields import Place
@@ -27,7 +28,9 @@ from .rules import at, joint, load, probe
 
 __all__ = ["system", "chosen_form", "kept_steps", "snapshot_steps", "part", "remeshed", "joint", "load", "probe", "at"]
 
-LARGE = 500  #: functions of a plate above which sparse factors are used, which need constraints as multipliers
+LARGE = 500  #: functions of a plate above which sparse factors are used, which turn with it where constraints are multipliers
+MANY = 500  #: linear constraints, a dense column of the factors' inverse each, above which they are eliminated all the same
+SUBJECT = re.compile(r"(joint|load|output) '([^']*)'")
 
 
 def system(scene: schema.Scene, cells: int | None = None, allow_outside: bool = False) -> System:
@@ -35,35 +38,63 @@ def system(scene: schema.Scene, cells: int | None = None, allow_outside: bool = 
 
     `allow_outside` permits meshes outside the scene's project folder.
     """
-    _check_functions(scene)
-    parts = [_body(scene, name, cells, allow_outside) for name in scene.bodies]
+    check_functions(scene)  # before meshes are read
+    return of_parts(scene, parts(scene, cells, allow_outside))
+
+
+def check_files(scene: schema.Scene, allow_outside: bool = False) -> None:
+    """Files of bodies are there, and within the project: before anything of them is read."""
+    for name, model in scene.bodies.items():
+        for key in ("mesh", "nurbs"):
+            if text := getattr(model, key, None):
+                try:
+                    path = meshes.path(text, scene.folder, allow_outside)
+                    if not path.exists():
+                        meshes.present(path, f"{key} {path}")
+                except InputError as error:
+                    raise InputError(f"{schema.where(scene, 'bodies', name)}: {error}") from error
+
+
+def parts(scene: schema.Scene, cells: int | None = None, allow_outside: bool = False) -> list[Body]:
+    """The bodies of a scene; arguments as those of `system`."""
+    return [_body(scene, name, cells, allow_outside) for name in scene.bodies]
+
+
+def of_parts(scene: schema.Scene, parts: list[Body], pictures: bool = True) -> System:
+    """The system of a scene with its bodies made; without `pictures` for those who look at numbers only."""
     _check_places(scene, {part.name: part for part in parts})
     initial = {name: _motion(motion) for name, motion in scene.initial.bodies.items()}
-    found = assembly.assemble(
-        parts,
-        [joint(model, name) for name, model in scene.joints.items()],
-        [load(model, name) for name, model in scene.loads.items()],
-        assembly.Rayleigh(scene.damping.mass, scene.damping.stiffness),
-        {name: probe(model) for name, model in scene.outputs.items()},
-        initial,
-    )
-    return replace(found, outputs={name: narrowed(scene, name, output) for name, output in found.outputs.items()})
+    try:
+        return assembly.assemble(
+            parts,
+            [joint(model, name) for name, model in scene.joints.items()],
+            [load(model, name) for name, model in scene.loads.items()],
+            assembly.Rayleigh(scene.damping.mass, scene.damping.stiffness),
+            {name: probe(model) for name, model in scene.outputs.items()},
+            initial,
+            pictures,
+        )
+    except InputError as error:
+        raise InputError(located(scene, str(error))) from error
 
 
-def narrowed(scene: schema.Scene, name: str, output: Output) -> Output:
-    """An output of the system with the one component that the scene wants, in a column of the output's name."""
-    model = scene.outputs[name]
-    if not isinstance(model, schema.PointOutput) or model.component is None:
-        return output
-    return replace(output, rows=(output.rows["xyz".index(model.component)],), columns=(name,))
+def located(scene: schema.Scene, message: str) -> str:
+    """A message of the assembly, which begins with the joint, load or output that it is about, with its file and line."""
+    found = SUBJECT.match(message)
+    if found is None:
+        return message
+    keys = (f"{found[1]}s", found[2])
+    return f"{schema.where(scene, *keys)}: {message}" if found[2] in getattr(scene, keys[0]) else message
 
 
 def chosen_form(scene: schema.Scene, full: System) -> System:
     """The form in which the scene wants its full system solved: without its linear constraints, or with all multipliers.
 
-    Unless the scene chooses, motions of plates of more than LARGE functions keep multipliers and everything else is eliminated.
+    Unless the scene chooses, motions of plates of more than LARGE functions keep multipliers, up to MANY linear constraints, and
+    everything else is eliminated.
     """
-    multipliers = isinstance(scene.analysis, schema.Dynamic) and has_large_plates(scene, full)
+    few = int(is_linear(full.constraints).sum()) <= MANY
+    multipliers = few and isinstance(scene.analysis, schema.Dynamic) and has_large_plates(scene, full)
     form = scene.analysis.constraints or ("multipliers" if multipliers else "eliminate")
     return full if form == "multipliers" else assembly.eliminate(full)
 
@@ -151,15 +182,23 @@ def _check_groups(part: Body, key: str, names: tuple[str, ...]) -> None:
         edges.chosen(where, part.space, names)
 
 
-def _check_functions(scene: schema.Scene) -> None:
-    """Histories and drives are finite at every step of the analysis."""
-    analysis = scene.analysis
-    if not isinstance(analysis, schema.Dynamic):
-        return
+def _instants(analysis: schema.Dynamic) -> np.ndarray:
+    """All steps of a motion [s]."""
     if analysis.duration > times.STEPS * analysis.step:
         got = f"{analysis.duration:g} s in steps of {analysis.step:g} s"
         raise InputError(say("duration", f"at most {times.STEPS} steps", got, "shorten it, or lengthen the step"))
-    instants = np.minimum(np.arange(int(np.ceil(analysis.duration / analysis.step)) + 1) * analysis.step, analysis.duration)
+    return np.minimum(np.arange(int(np.ceil(analysis.duration / analysis.step)) + 1) * analysis.step, analysis.duration)
+
+
+def check_functions(scene: schema.Scene) -> None:
+    """Histories and drives are finite at every step of the analysis."""
+    analysis = scene.analysis
+    if isinstance(analysis, schema.Modes):
+        return
+    if isinstance(analysis, schema.Static):
+        instants = analysis.time * np.linspace(0.0, 1.0, analysis.load_steps + 1)
+    else:
+        instants = _instants(analysis)
     for name, model in scene.loads.items():
         history = getattr(model, "history", None)
         if isinstance(history, Expression):

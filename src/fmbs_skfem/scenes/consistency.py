@@ -9,11 +9,14 @@ import math
 import re
 from collections.abc import Collection, Iterator
 
-from ..core.errors import closest
+from ..bodies import sections
+from ..bodies.body import BENDS_ALIKE, BENDS_ALIKE_REMEDY
+from ..core.errors import closest, listed
 from ..core.problems import Problem, shown
-from . import plausibility, times
+from . import plausibility, times, unused, yamlfile
 from .fields import Place
-from .models import Found
+from .models import Found, Told
+from .parts import section
 from .plate_fields import Spans
 from .schema import (
     AngleOutput,
@@ -39,9 +42,22 @@ from .schema import (
     StressOutput,
     TorsionSpring,
 )
+from .training import Allowed
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
+SINE = re.compile(r"\b(sin|cos|tan)\(\s*([-+]?[0-9]+(?:\.[0-9]*)?)\s*\)")
 PLACES = ("at", "to", "tip", "root", "carrier")  #: keys of joints, loads and outputs that may hold a place
+OUTPUT_UNITS = {  #: as quantities of a scene have them
+    "position": "m",
+    "deflection": "m",
+    "velocity": "m/s",
+    "slope": "",
+    "angle": "rad",
+    "angular_velocity": "rad/s",
+    "stress": "Pa",
+    "energy": "N m",
+    "reaction": "N",
+}
 TURNING = (DrivenAngle, Revolute, Gear, TorsionSpring, AngleOutput)  #: what turns, in space about an axis that has to be given
 
 
@@ -60,13 +76,15 @@ def problems(scene: Scene) -> Iterator[Found]:
     yield from _comparisons(scene)
 
 
-def notices(scene: Scene) -> Iterator[tuple[tuple[str, ...], str]]:
+def notices(scene: Scene) -> Iterator[Told]:
     """Values that are allowed but hardly meant: paths of keys and what is odd about them."""
     for name, limits in scene.ranges.items():
         if not limits.low <= scene.parameters[name] <= limits.high:
             text = f"the value {scene.parameters[name]:g} {limits.unit}".strip()
             yield ("parameters", name), f"{text} is outside the range of {limits}, where reduced models are trained"
     yield from ((finding.keys, str(finding)) for finding in plausibility.materials(scene))
+    yield from unused.notices(scene)
+    yield from _degrees(() if scene._node is None else yamlfile.plain(scene._node), ())
     for name, body in scene.bodies.items():
         rotation = getattr(body, "rotation", None)
         if rotation is not None and abs(rotation.angle) > 2 * math.pi * (1 + 1e-12):
@@ -78,6 +96,17 @@ def notices(scene: Scene) -> Iterator[tuple[tuple[str, ...], str]]:
             and abs(float(joint.angle(0.0))) > 2 * math.pi * (1 + 1e-12)
         ):
             yield ("joints", name, "angle"), _turns(float(joint.angle(0.0)))
+
+
+def _degrees(value: object, keys: tuple[str | int, ...]) -> Iterator[Told]:
+    """Sines of plain numbers beyond one turn anywhere in a file."""
+    inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, entry in inside:
+        yield from _degrees(entry, (*keys, key))
+    for name, number in SINE.findall(value) if isinstance(value, str) else ():
+        if abs(float(number)) > 2 * math.pi:
+            degrees = f"a parameter 'a: {number} deg' gives {name}(a) if degrees are meant"
+            yield keys, f"{name}({number}) takes radians, more than one turn: {degrees}"
 
 
 def _turns(angle: float) -> str:
@@ -98,7 +127,7 @@ def _bodies(scene: Scene) -> Iterator[Found]:
     for name, body in scene.bodies.items():
         key = ("bodies", name)
         if isinstance(body, Cable):
-            yield from _cable(key, body)
+            yield from _cable(key, body, scene.dimension)
         if isinstance(body, Plate) and body.arcs is not None and body.interpolation != "ancf":
             got = f"arcs with {body.interpolation}, whose sides are straight"
             yield (*key, "arcs"), Problem("arcs with ancf only", got, "delete them")
@@ -113,7 +142,9 @@ def _bodies(scene: Scene) -> Iterator[Found]:
                 )
 
 
-def _cable(key: tuple[str, str], body: Cable) -> Iterator[Found]:
+def _cable(key: tuple[str, str], body: Cable, dimension: int) -> Iterator[Found]:
+    if dimension == 3 and not sections.bends_alike(section(body.section)):
+        yield (*key, "section"), Problem(BENDS_ALIKE, f"one that is {body.section.shape}", BENDS_ALIKE_REMEDY)
     if not isinstance(body.section, Given) and body.material is None:
         yield (*key, "material"), Problem("a material for a solid section", "nothing", "or give EA, EI and rhoA (shape: given)")
     if body.continuity >= body.degree:
@@ -171,8 +202,8 @@ def _plate(scene: Scene, key: tuple[str, ...], name: str) -> Iterator[Found]:
     if name not in scene.bodies:
         yield key, _unknown("body", "plates and shells", name, known)
     elif name not in known:
-        listed = ", ".join(known) or "there are none"
-        yield key, Problem(f"one of the plates and shells ({listed})", f"'{name}', a {scene.bodies[name].type}")
+        expected = f"one of the plates and shells ({listed(known, name, 'there are none')})"
+        yield key, Problem(expected, f"'{name}', a {scene.bodies[name].type}")
 
 
 def _axes(scene: Scene) -> Iterator[Found]:
@@ -236,8 +267,17 @@ def _times(scene: Scene) -> Iterator[Found]:
         yield ("analysis", "step"), Problem(f"at most {times.STEPS} steps", got, "shorten the duration, or lengthen the step")
     if isinstance(analysis.every, tuple):
         yield from _spans(("analysis", "every"), analysis.every, analysis.step)
-    if scene.reduction is not None and isinstance(scene.reduction.snapshots, tuple):
-        yield from _spans(("reduction", "snapshots"), scene.reduction.snapshots, analysis.step)
+    if scene.reduction is not None:
+        yield from _snapshots(scene.reduction.snapshots, analysis)
+
+
+def _snapshots(interval: float | Spans, analysis: Dynamic) -> Iterator[Found]:
+    """Snapshots at whole numbers of steps."""
+    key = ("reduction", "snapshots")
+    if isinstance(interval, tuple):
+        yield from _spans(key, interval, analysis.step)
+    elif times.whole(interval, analysis.step) is None:
+        yield key, Problem(f"a multiple of the step {analysis.step:g} s", f"{interval:g} s")
 
 
 def _spans(key: tuple[str, str], spans: Spans, step: float) -> Iterator[Found]:
@@ -282,6 +322,21 @@ def _training(scene: Scene) -> Iterator[Found]:
     if scene.reduction is None or not isinstance(scene.analysis, Dynamic):
         got = f"analysis {scene.analysis.type}" if scene.reduction else "none"
         yield ("training",), Problem("a section 'reduction' and a dynamic analysis", got, "add them")
+    if isinstance(scene.training.tolerance, Allowed):
+        yield from _tolerances(scene, scene.training.tolerance)
+
+
+def _tolerances(scene: Scene, wanted: Allowed) -> Iterator[Found]:
+    """Tolerances belong to outputs, in their units."""
+    for name, given in wanted.units.items():
+        key = ("training", "tolerance", name)
+        if name not in scene.outputs:
+            yield key, _unknown("output", "outputs", name, scene.outputs)
+            continue
+        unit = OUTPUT_UNITS[scene.outputs[name].type]
+        if given not in ("", unit):
+            expected = f"an error in {unit}" if unit else "a number"
+            yield key, Problem(expected, f"one in {given}", f"output '{name}' is of the type {scene.outputs[name].type}")
 
 
 def _comparisons(scene: Scene) -> Iterator[Found]:
@@ -296,4 +351,4 @@ def _comparisons(scene: Scene) -> Iterator[Found]:
 
 def _unknown(kind: str, many: str, name: str, known: Collection[str]) -> Problem:
     hint = closest(name, known).removeprefix("; ")
-    return Problem(f"one of the {many} {', '.join(sorted(known)) or '(there are none)'}", f"the {kind} {shown(name)}", hint)
+    return Problem(f"one of the {many} {listed(sorted(known), name)}", f"the {kind} {shown(name)}", hint)

@@ -15,7 +15,7 @@ from pydantic import BeforeValidator, PlainSerializer, PlainValidator, Validatio
 from ..core import expressions
 from ..core.expressions import Expression
 from ..core.problems import Problem, shown
-from . import units
+from . import functions, units
 from .parameters import SCHEMA as PARAMETER
 from .parameters import Range
 
@@ -29,6 +29,7 @@ class Context:
     dimension: int = 3
     parameters: Mapping[str, units.Quantity] = field(default_factory=dict)
     ranges: Mapping[str, Range] = field(default_factory=dict)
+    clock: bool = True  #: whether t is a time; in statics it stands for the load factor
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,14 @@ def quantity(value: object, dimension: units.Dimension, context: Context, sign: 
     number = units.convert(value, dimension, context.parameters)
     if (sign == "> 0" and number <= 0.0) or (sign == ">= 0" and number < 0.0):
         raise Problem(f"{dimension} {sign}", shown(value))
+    return number
+
+
+def tolerance(value: object, limit: float, context: Context) -> float:
+    """A number above zero and below a limit."""
+    number = quantity(value, units.NUMBER, context)
+    if not 0.0 < number < limit:
+        raise Problem(f"a number > 0 and < {limit:g}", shown(value))
     return number
 
 
@@ -130,19 +139,22 @@ def turn(value: object, context: Context) -> Turn:
     return Turn(quantity(value["angle"], units.ANGLE, context), axis(value["axis"], context))
 
 
-def of_time(value: object, context: Context) -> Expression:
-    """An expression of t [s] and of the scene's parameters (in SI units), or a number."""
+def of_time(value: object, context: Context, dimension: units.Dimension = units.NUMBER) -> Expression:
+    """An expression of t [s] and of the scene's parameters (in SI units) of a dimension, or a number."""
     if isinstance(value, Expression):
         return value
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise Problem("an expression of t", shown(value), expressions.GRAMMAR)
-    return expressions.of_time(value, {name: quantity.value for name, quantity in context.parameters.items()})
+    found = expressions.of_time(value, {name: quantity.value for name, quantity in context.parameters.items()})
+    if isinstance(value, str):
+        functions.check(value, dimension, context.parameters, context.clock)
+    return found
 
 
 def angle_of_time(value: object, context: Context) -> Expression:
     """An angle [rad] as an expression of t, or as a constant quantity such as '90 deg'."""
     try:
-        return of_time(value, context)
+        return of_time(value, context, units.ANGLE)
     except Problem:
         try:
             return expressions.of_time(units.convert(value, units.ANGLE, context.parameters))
@@ -155,7 +167,7 @@ def motions(value: object, context: Context) -> tuple[Expression, ...]:
     """One expression of t a coordinate."""
     if not isinstance(value, list | tuple) or len(value) != context.dimension:
         raise Problem(f"a list of {context.dimension} expressions of t", shown(value))
-    return tuple(of_time(entry, context) for entry in value)
+    return tuple(of_time(entry, context, units.LENGTH) for entry in value)
 
 
 def counts(value: object, context: Context) -> int | dict[str, int]:
@@ -195,6 +207,13 @@ def _quantity(dimension: units.Dimension, sign: str = "") -> tuple[BeforeValidat
     return _before(quantity, dimension, sign), WithJsonSchema(number_schema(dimension, sign))
 
 
+def _below(limit: float) -> tuple[BeforeValidator, WithJsonSchema]:
+    """A tolerance: a number between zero and a limit."""
+    number = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": limit}
+    schema = {"anyOf": [number, {"type": "string"}], "description": f"a number > 0 and < {limit:g}"}
+    return _before(tolerance, limit), WithJsonSchema(schema)
+
+
 def _vector(dimension: units.Dimension, law: Callable[..., Any] = vector) -> tuple[BeforeValidator, WithJsonSchema]:
     schema = {"type": "array", "items": number_schema(dimension), "minItems": 2, "maxItems": 3}
     text = f"{dimension} per coordinate"
@@ -232,7 +251,8 @@ BendingStiffness = Annotated[float, *_quantity(units.BENDING_STIFFNESS, "> 0")]
 LineDensity = Annotated[float, *_quantity(units.LINE_DENSITY, "> 0")]
 Rate = Annotated[float, *_quantity(units.RATE, ">= 0")]
 Delay = Annotated[float, *_quantity(units.TIME, ">= 0")]
-Tolerance = Annotated[float, *_quantity(units.NUMBER, "> 0")]
+Tolerance = Annotated[float, *_below(1.0)]
+NewtonTolerance = Annotated[float, *_below(0.01)]
 Number = Annotated[float, *_quantity(units.NUMBER)]
 Parameter = Annotated[float, WithJsonSchema(PARAMETER)]
 

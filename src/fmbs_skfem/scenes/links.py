@@ -212,7 +212,7 @@ class Torque(Model):
 class TorsionSpring(Model):
     """Torque - stiffness (theta - rest_angle) - damping dtheta/dt about z, in space about `axis`, against `to` or the ground.
 
-    theta is the angle turned since the reference.
+    theta is the angle turned since the reference, its turns counted: of less than half a turn a step.
     """
 
     type: Literal["torsion_spring"]

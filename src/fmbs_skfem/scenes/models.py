@@ -12,6 +12,7 @@ Count: TypeAlias = Annotated[StrictInt, Field(ge=1, le=1_000_000)]
 MeshFile: TypeAlias = Annotated[StrictStr, Field(description="a mesh file (.msh, .vtu), its path from the folder of the scene")]
 BodyName: TypeAlias = Annotated[StrictStr, Field(description="a name of a body")]
 Found: TypeAlias = tuple[tuple[str | int, ...], Problem]
+Told: TypeAlias = tuple[tuple[str | int, ...], str]  #: path of keys and a notice
 
 
 class Model(BaseModel):

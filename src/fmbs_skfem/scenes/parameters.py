@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 from ..core import expressions
-from ..core.errors import closest
+from ..core.errors import closest, listed
 from ..core.problems import Problem, shown
 from . import units
 from .models import Found
@@ -57,21 +57,41 @@ class Range:
         return f"{self.low:g} to {self.high:g} {self.unit}".strip()
 
 
+class Values(dict[str, Quantity]):
+    """Parameters by name, which remember those that were read."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.read: set[str] = set()
+
+    def __getitem__(self, name: str) -> Quantity:
+        self.read.add(name)
+        return super().__getitem__(name)
+
+
 @dataclass(frozen=True)
 class Resolved:
-    """The parameters of a scene in file order, those that have a range, and what is wrong with them."""
+    """The parameters of a scene in file order, those that have a range, what is wrong with them, and which ones each is made of."""
 
-    values: dict[str, Quantity]
+    values: Values
     ranges: dict[str, Range]
     found: list[Found]
+    parts: dict[str, frozenset[str]] = field(default_factory=dict)
+
+    def used(self) -> frozenset[str]:
+        """Parameters that were read, and those that they are made of."""
+        used = set(self.values.read)
+        for name in reversed(self.parts):
+            used |= self.parts[name] if name in used else frozenset()
+        return frozenset(used)
 
 
 def resolve(raw: Any, changed: Changes) -> Resolved:
     """The section `parameters`; `changed` replaces values."""
     raw = {} if raw is None else raw
     if not isinstance(raw, dict):
-        return Resolved({}, {}, [(("parameters",), Problem("a mapping of names and quantities", shown(raw)))])
-    known = Resolved({}, {}, [])
+        return Resolved(Values(), {}, [(("parameters",), Problem("a mapping of names and quantities", shown(raw)))])
+    known = Resolved(Values(), {}, [])
     for name, entry in raw.items():
         key = ("parameters", name)
         try:
@@ -84,10 +104,12 @@ def resolve(raw: Any, changed: Changes) -> Resolved:
                 known.ranges[name] = limits
         except Problem as problem:
             known.found.append((key, problem))
+        known.parts[name] = frozenset(known.values.read)
+        known.values.read.clear()
     for name in changed:
         if name not in raw:
             got = f"{shown(name)}{closest(name, raw)}"
-            known.found.append((("parameters",), Problem(f"one of the parameters {', '.join(raw) or '(there are none)'}", got)))
+            known.found.append((("parameters",), Problem(f"one of the parameters {listed(raw, name)}", got)))
     return known
 
 
@@ -148,7 +170,7 @@ def _limited(
     except Problem as problem:
         return None, None, [((*key, "range"), problem)]
     value = read[2].value if len(read) > 2 else middle(limits)
-    return Quantity(value, exponents), limits, []
+    return Quantity(value, exponents, max(quantity.cycles for quantity in read)), limits, []
 
 
 def _alike(quantity: Quantity, others: list[Quantity], text: Any) -> Quantity:
@@ -183,7 +205,7 @@ def _changed(own: Quantity, text: float | str, values: Mapping[str, Quantity]) -
     """A new value of a parameter; a plain number has the dimension of the old one."""
     new = units.read(text, values)
     if new.exponents == units.NUMBER.exponents:
-        return Quantity(new.value, own.exponents)
+        return replace(own, value=new.value)
     if units.NUMBER.exponents != own.exponents != new.exponents:
         raise Problem(f"a value of the dimension of the parameter ({units.describe(own.exponents)})", shown(text))
     return new

@@ -15,14 +15,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import singledispatch
 from typing import Any
 
 import numpy as np
 
+from ..bodies import body as bodies
 from ..bodies import sections
 from ..bodies.body import Body
+from ..bodies.plate import on_nodes
 from ..shapes import surface
 from ..shapes.surface import Parent, Surface
 from . import schema
@@ -35,8 +37,10 @@ MASSES = (1e-9, 1e7)  #: of a body [kg]
 LENGTHS = (1e-6, 1e3)  #: of a body [m]
 THIN = (15.0, 4e6)  #: L / i of a line; a circular section has i = d / 4
 PLATE_THIN = (5.0, 1e5)  #: sqrt(area) / thickness
+LOCKING = 1e4  #: EA h^2 / EI of quadratic cells of lines
 STRAIN, SAG = 0.01, 1e4  #: under the own weight; sag over length
 WEIGHT = 500.0  #: largest plausible gravity [m/s2]
+COUNTED = 2000  #: cells of a plate up to which those from edge to edge are counted
 ASPECT, ANGLE, JACOBIAN, SIZES = 20.0, 15.0, 0.1, 1e3  #: of cells: largest, smallest [deg], smallest, largest
 RATIO = 1e4  #: of the largest body over the smallest
 TONNES = 1e12  #: 1 t/mm3 in kg/m3
@@ -77,6 +81,7 @@ class Cells:
     jacobian: float = 1.0  #: smallest ratio J_min / J_max in a cell
     worst: int = 0  #: number of the cell of the largest aspect
     place: tuple[float, ...] = ()  #: its middle [m]
+    across: int = 0  #: cells from edge to edge of a plate that Poisson's ratio bends crosswise
 
 
 @dataclass(frozen=True)
@@ -108,17 +113,10 @@ def mass_of(part: Body) -> float:
     return float(part.constant @ (part.mass @ part.constant))
 
 
-def extent_of(part: Body) -> float:
-    """Diagonal of the box around the positions among the coordinates of a body, or around its places in its own axes [m]."""
-    rigid = part.space is None and bool(part.frames)
-    points = np.array(list(part.places.values())) if rigid else part.reference[part.constant > 0.5]
-    return float(np.linalg.norm(np.ptp(points, axis=0)))
-
-
 @singledispatch
 def of_body(model: Any, part: Body, gravity: float) -> Figures:
     """The figures of a body under gravity [m/s2]; rigid bodies and mass points have a mass and a size."""
-    return Figures(part.name, mass_of(part), extent_of(part))
+    return Figures(part.name, mass_of(part), bodies.extent(part))
 
 
 @of_body.register
@@ -132,7 +130,7 @@ def _(model: schema.Cable, part: Body, gravity: float) -> Figures:
     return Figures(
         part.name,
         mass_of(part),
-        extent_of(part),
+        bodies.extent(part),
         math.sqrt(data.EA / data.rhoA),
         length / math.sqrt(data.EI / data.EA),
         weight * length**3 / (8 * data.EI) if gravity else None,
@@ -146,13 +144,16 @@ def _(model: schema.Cable, part: Body, gravity: float) -> Figures:
 def _(model: schema.Plate | schema.Shell, part: Body, gravity: float) -> Figures:
     speed = math.sqrt(model.material.young_modulus / model.material.density)
     cells, area = plate_cells(part)
+    if isinstance(model, schema.Plate) and part.dim == 3 and model.material.poisson_ratio and cells.count <= COUNTED:
+        assert isinstance(part.space, Surface)
+        cells = replace(cells, across=cells_across(part.space))
     length, t = math.sqrt(float(area.sum())), float(np.mean(part.thickness))
     sag = 1.5 * length**3 / (speed**2 * t**2)
     bent = gravity and part.dim == 3
     return Figures(
         part.name,
         mass_of(part),
-        extent_of(part),
+        bodies.extent(part),
         speed,
         length / t if part.dim == 3 else None,
         sag * gravity if bent else None,
@@ -171,28 +172,39 @@ def plate_cells(part: Body) -> tuple[Cells, np.ndarray]:
     """Shape of the cells of a plate at Gauss points of its reference surface, and their areas (e,) [m2]."""
     shape = part.space
     assert isinstance(shape, Surface)
-    table = surface.tabulate(shape)
     reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
-    points, *tangents = np.einsum("epkb,ebc->kepc", table.values[:, :, :3], reference[shape.nodes], optimize=True)
+    found = [shapes_of(shape, reference, cells) for cells in surface.parts(shape)]
+    aspect, angle, jacobian, area, middle = (np.concatenate(figure) for figure in zip(*found, strict=True))
+    worst, ratio = int(np.argmax(aspect)), float(area.max() / area.min())
+    place = tuple(middle[worst].tolist())
+    return Cells(len(aspect), ratio, float(aspect[worst]), float(angle.min()), float(jacobian.min()), worst, place), area
+
+
+def shapes_of(shape: Surface, reference: np.ndarray, part: slice) -> tuple[np.ndarray, ...]:
+    """Aspect, smallest angle [deg], J_min / J_max, area [m2] (e,) and middle (e, c) [m] of some cells."""
+    table = surface.tabulate(shape, part=part)
+    points, *tangents = np.moveaxis(on_nodes(table.values[:, :, :3], reference[table.nodes]), 2, 0)
     sides = [*tangents, tangents[1] - tangents[0]] if shape.parent is Parent.TRIANGLE else tangents
     gram = np.einsum("kepc,lepc->epkl", tangents, tangents)
     J = np.sqrt(np.maximum(np.linalg.det(gram), 0.0))
     cosines = [np.abs(np.einsum("epc,epc->ep", a, b)) for k, a in enumerate(sides) for b in sides[k + 1 :]]
     strong = np.linalg.eigvalsh(IDEAL[shape.parent].T @ gram @ IDEAL[shape.parent])
     aspect = np.sqrt(strong[:, :, 1] / np.maximum(strong[:, :, 0], 1e-300)).max(axis=1)
-    area, worst = np.einsum("ep,ep->e", table.weights, J), int(np.argmax(aspect))
-    return (
-        Cells(
-            len(aspect),
-            float(area.max() / area.min()),
-            float(aspect[worst]),
-            float(np.degrees(np.arctan2(J, np.max(cosines, axis=0))).min()),
-            float((J.min(axis=1) / J.max(axis=1)).min()),
-            worst,
-            tuple(points[worst].mean(axis=0).tolist()),
-        ),
-        area,
-    )
+    angle = np.degrees(np.arctan2(J, np.max(cosines, axis=0))).min(axis=1)
+    area = np.einsum("ep,ep->e", table.weights, J)
+    return aspect, angle, J.min(axis=1) / J.max(axis=1), area, points.mean(axis=1)
+
+
+def cells_across(shape: Surface) -> int:
+    """Number of square cells that reach from edge to edge: neighbours at two opposite sides and none at the others."""
+    if shape.parent is not Parent.SQUARE:
+        return 0
+    one, two, _ = surface.coincident_sides(shape)
+    inner = np.zeros((len(shape.nodes), 4), dtype=bool)
+    for cell, side in (one.T, two.T):
+        inner[cell, side] = True
+    first, second = inner[:, [0, 2]], inner[:, [1, 3]]
+    return int(((first.any(axis=1) & ~second.any(axis=1)) | (second.any(axis=1) & ~first.any(axis=1))).sum())
 
 
 def materials(scene: schema.Scene) -> Iterator[Finding]:
@@ -214,6 +226,7 @@ def findings(scene: schema.Scene, known: Mapping[str, Figures]) -> Iterator[Find
     for name, own in known.items():
         yield from _material(scene.bodies[name], name, own, waves)
         yield from _sizes(name, own)
+        yield from _locking(scene.bodies[name], name, own)
         yield from _cells(name, own.cells)
     large, small = (pick((own.extent, name) for name, own in known.items() if own.extent > 0.0) for pick in (_largest, _smallest))
     if large[0] > RATIO * small[0] > 0.0:
@@ -285,6 +298,16 @@ def _sizes(name: str, own: Figures) -> Iterator[Finding]:
         yield Finding(key, f"as a cantilever it would sag by {own.sag:.3g} times its length: it has hardly any bending stiffness")
 
 
+def _locking(model: Any, name: str, own: Figures) -> Iterator[Finding]:
+    """Quadratic cells of a slender line: errors of 1 % of a bent arc at EA h^2 / EI = 1e4, growing with it."""
+    if not isinstance(model, schema.Cable) or model.degree > 2 or own.slenderness is None or own.cells is None:
+        return
+    ratio = (own.slenderness / own.cells.count) ** 2
+    if ratio > LOCKING:
+        text = f"quadratic cells with EA h^2 / EI = {ratio:.3g}, above {LOCKING:g}, are too stiff where they curve: take degree 3"
+        yield Finding(("bodies", name, "degree"), f"{text}, or {math.ceil(own.slenderness / math.sqrt(LOCKING))} cells")
+
+
 def _cells(name: str, cells: Cells | None) -> Iterator[Finding]:
     """Cells too long, too sharp, too crooked or too different in size."""
     if cells is None:
@@ -299,3 +322,7 @@ def _cells(name: str, cells: Cells | None) -> Iterator[Finding]:
     for found, text in wrong:
         if found:
             yield Finding(("bodies", name), f"the mesh has {text}: mesh it more evenly for full accuracy")
+    if cells.across:
+        text = f"{cells.across} of {cells.count} cells reach from edge to edge: "
+        remedy = "bent crosswise by Poisson's ratio, one cell is up to 1 % off, take two"
+        yield Finding(("bodies", name), text + remedy)

@@ -50,7 +50,9 @@ def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, chan
     known = parameters.resolve(data.get("parameters"), changed)
     _stop(name, node, known.found)
     values = {key: value.value for key, value in known.values.items()}
-    context = Context(2 if data.get("dimension") == 2 else 3, known.values, known.ranges)
+    analysis = data.get("analysis")
+    clock = not (isinstance(analysis, dict) and analysis.get("type") == "static")
+    context = Context(2 if data.get("dimension") == 2 else 3, known.values, known.ranges, clock)
     data = data | ({"parameters": values} if values else {})
     try:
         scene = schema.Scene.model_validate(data, context=context)
@@ -58,7 +60,7 @@ def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, chan
         _stop(name, node, [_found(dict(item), data) for item in error.errors(include_url=False)])
         raise
     scene._path, scene._folder, scene._node, scene._ranges, scene._changed = path, folder, node, known.ranges, dict(changed)
-    scene._repair = repair
+    scene._used, scene._repair = known.used(), repair
     _stop(name, node, consistency.problems(scene))
     return scene
 
@@ -114,12 +116,14 @@ def _found(error: dict[str, Any], data: Any) -> Found:
         return (*keys, context["discriminator"].strip("'")), Problem(
             f"one of {', '.join(_tags(node))}", f"{shown(tag)}{closest(tag, _tags(node))}"
         )
+    if kind == "too_short":
+        return keys, Problem(f"at least {context['min_length']} entry of '{keys[-1]}'", "none", "write 'name: {...}' for each")
     original = context.get("error")
     if isinstance(original, Problem):
         return keys, original
     expected = _EXPECTED.get(kind, "").format(**context) or error["msg"]
     hint = closest(str(error["input"]), _quoted(expected)) if kind == "literal_error" else ""
-    return keys, Problem(expected, shown(error["input"]) + hint)
+    return keys, Problem(expected, shown(error["input"]) + hint, _REMEDIES.get(kind, ""))
 
 
 _EXPECTED = {
@@ -134,8 +138,10 @@ _EXPECTED = {
     "greater_than_equal": "a number >= {ge:g}",
     "less_than": "a number < {lt:g}",
     "less_than_equal": "a number <= {le:g}",
-    "too_short": "at least {min_length}",
 }
+
+
+_REMEDIES = {"dict_type": "write 'name: ...' for each"}
 
 
 def _quoted(text: str) -> list[str]:

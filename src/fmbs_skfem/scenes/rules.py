@@ -161,10 +161,10 @@ def probe(model: object) -> probes.Probe:
 
 @probe.register
 def _(model: schema.PointOutput) -> probes.Probe:
-    kinds: dict[str, Callable[[At], probes.Probe]] = {
+    kinds: dict[str, Callable[[At, str | None], probes.Probe]] = {
         "position": probes.Position, "velocity": probes.Velocity, "slope": probes.Slope,
     }  # fmt: skip
-    return kinds[model.type](at(model.at))
+    return kinds[model.type](at(model.at), model.component)
 
 
 @probe.register

@@ -151,22 +151,27 @@ class Dynamic(Model):
         Field(ge=0.0, le=1.0, description="spectral radius at infinite frequency, from 0 (damps most) to 1 (damps nothing)"),
     ] = 0.8
     every: plate_fields.Every = 1
-    tolerance: fields.Tolerance = 1e-10
+    tolerance: fields.NewtonTolerance = 5e-12
     solver: Literal["own", "pardiso"] = "own"
 
 
 class Static(Model):
-    """Equilibrium by load steps, or by arc length along a path through limit points, its first step 1/load_steps."""
+    """Equilibrium by load steps, or by arc length along a path through limit points, its first step 1/load_steps.
+
+    The load factor s goes from 0 to 1 and stands for t = s `time`: histories and drives are taken there. Loads without a history,
+    and displacements, angles and histories that are constant, grow with s.
+    """
 
     type: Literal["static"]
     method: Literal["load_steps", "arc_length"] = "load_steps"
     constraints: Literal["eliminate", "multipliers"] | None = None
     load_steps: Count = 10
-    tolerance: fields.Tolerance = 1e-10
+    time: fields.Time = 1.0
+    tolerance: fields.NewtonTolerance = 1e-10
 
 
 class Modes(Model):
-    """Vibration modes about the reference configuration."""
+    """Vibration modes about the unloaded reference: of the loads only torsion springs act."""
 
     type: Literal["modes"]
     constraints: Literal["eliminate", "multipliers"] | None = None
@@ -185,7 +190,7 @@ class PointOutput(Model):
 
 
 class AngleOutput(Model):
-    """Angle [rad] turned since the reference, continuous over time, or its rate [rad/s]: about z in the plane, `axis` in space."""
+    """Angle [rad] turned since the reference, its turns counted, or angular velocity [rad/s]: about z, or along `axis` in space."""
 
     type: Literal["angle", "angular_velocity"]
     at: fields.At
@@ -285,6 +290,7 @@ class Scene(Model):
     _node: yamlfile.Node | None = PrivateAttr(default=None)
     _ranges: dict[str, Range] = PrivateAttr(default_factory=dict)
     _changed: dict[str, float | str] = PrivateAttr(default_factory=dict)
+    _used: frozenset[str] = PrivateAttr(default=frozenset())
     _repair: bool = PrivateAttr(default=False)
 
     @property
@@ -306,6 +312,16 @@ class Scene(Model):
     def ranges(self) -> dict[str, Range]:
         """The parameters that have a range, in the order of the file."""
         return self._ranges
+
+    @property
+    def changed(self) -> dict[str, float | str]:
+        """The parameters that were replaced when the scene was read."""
+        return self._changed
+
+    @property
+    def used(self) -> frozenset[str]:
+        """The parameters that some value of the scene depends on."""
+        return self._used
 
 
 def where(scene: Scene, *keys: str | int) -> str:

@@ -41,7 +41,8 @@ def _(model: schema.Plate, folder: Path, allow_outside: bool = False, repair: bo
 @shape.register
 def _(model: schema.Shell, folder: Path, allow_outside: bool = False, repair: bool = False) -> Surface:
     path = meshes.path(model.nurbs, folder, allow_outside)
-    return ordered(nurbs_file.read(path, cells=model.cells, degree=model.degree, scale=model.unit), model.order)
+    shape = nurbs_file.read(path, cells=model.cells, degree=model.degree, scale=model.unit, join=model.join)
+    return ordered(shape, model.order)
 
 
 def ordered(surface: Surface, order: int | None) -> Surface:

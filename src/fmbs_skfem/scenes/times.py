@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from ..core.errors import InputError, say
@@ -34,6 +36,14 @@ def numbers(spans: Spans, step: float, duration: float) -> np.ndarray:
 def kept(every: int | Spans, step: float, duration: float) -> int | np.ndarray:
     """What `dynamics.integrate` takes as `every`; with spans the last step is always kept."""
     return every if isinstance(every, int) else np.union1d(numbers(every, step, duration), round(duration / step))
+
+
+def fitted(step: float, duration: float, counted: Iterable[float] = ()) -> float:
+    """The largest step, not above `step`, that divides a duration; `step` itself where it would not divide the times `counted`."""
+    found = duration / np.ceil(duration / step * (1.0 - NEAR))
+    if whole(duration, step) is not None or any(whole(time, found) is None for time in counted):
+        return step
+    return float(found)
 
 
 def snapshots(interval: float | Spans, step: float, duration: float) -> np.ndarray:

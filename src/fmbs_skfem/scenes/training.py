@@ -48,6 +48,14 @@ class Listed:
     rows: tuple[Row, ...]
 
 
+@dataclass(frozen=True)
+class Allowed:
+    """Largest errors of outputs by name, each in SI units with the unit that was written."""
+
+    values: dict[str, float]
+    units: dict[str, str]
+
+
 Design: TypeAlias = Spread | Grid | Listed
 
 
@@ -126,6 +134,25 @@ def _count(value: object) -> int:
     return value
 
 
+def tolerance(value: object, context: Context) -> float | Allowed:
+    """A relative error between 0 and 1, or errors of outputs by name: quantities."""
+    if isinstance(value, Allowed):
+        return value
+    if not isinstance(value, dict):
+        found = fields.quantity(value, units.NUMBER, context, "> 0")
+        if not found < 1.0:
+            raise Problem("a relative error below 1, or errors of outputs by name", shown(value), "1e-4 for instance")
+        return found
+    if not value:
+        raise Problem("errors of outputs by name", "none", "write {C: 0.1 mm} for instance")
+    read = {str(name): units.read(entry, context.parameters) for name, entry in value.items()}
+    for name, entry in read.items():
+        if not entry.value > 0.0:
+            raise Problem(f"a largest error of {name} above 0", shown(value[name]))
+    named = {name: units.unit(entry.exponents) for name, entry in read.items()}
+    return Allowed({name: entry.value for name, entry in read.items()}, named)
+
+
 def _refuse(value: object) -> Listed:
     raise Problem("a number of points, a grid, a design or a list of points", shown(value))
 
@@ -157,6 +184,20 @@ _DESIGN: dict[str, Any] = {
 }
 
 Points = Annotated[Design, PlainValidator(_design), WithJsonSchema(_DESIGN)]
+Wanted = Annotated[
+    float | Allowed,
+    fields.plain(tolerance),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1},
+                {"type": "string"},
+                {"type": "object", "additionalProperties": _VALUE, "minProperties": 1},
+            ],
+            "description": "a relative error, or largest errors by output",
+        }
+    ),
+]
 Point = Annotated[
     tuple[float, ...],
     fields.plain(point),
@@ -169,8 +210,10 @@ class Training(Model):
 
     Full runs are made at `first` (by default the candidate in the middle) and where the error indicator over the `candidates` is
     largest, at most `iterations` of them; the surrogate of the indicator starts from `samples` and takes at most `max_samples` an
-    iteration. A `tolerance` is the wanted relative error: eps and eta are chosen for it, instead of those of `reduction`, and
-    training ends when the predicted error is below it. Errors are checked at the points `holdout`.
+    iteration. Errors are those of the outputs, the largest of any column as a part of its range; without outputs those of all
+    coordinates. A `tolerance` is the wanted error, or `{C: 0.1 mm}` the wanted largest errors of some outputs: eps and eta are
+    chosen for it, instead of those of `reduction`, and training ends when the predicted error is below it. Errors are checked at
+    the points `holdout`. Where the training cannot promise its predicted error, its report says so, with the reasons.
     """
 
     candidates: Points = _default(101)
@@ -178,6 +221,6 @@ class Training(Model):
     first: Point | None = None
     iterations: Count = 5
     max_samples: Count = 15
-    tolerance: Annotated[fields.Tolerance, Field(lt=1.0)] | None = None
+    tolerance: Wanted | None = None
     holdout: Points | None = None
     seed: Annotated[StrictInt, Field(ge=0, le=2**31 - 1)] = 0

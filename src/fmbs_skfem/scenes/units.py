@@ -3,7 +3,8 @@
     value [SI] = number * product_i (prefix_i unit_i)^n_i,    dimension = sum_i n_i dimension_i
 
 A quantity is a plain number (SI), a number with a unit, or an expression of the scene's parameters, whose dimensions are carried
-through the arithmetic. Exponents of a dimension count kilogram, metre, second and radian.
+through the arithmetic. Exponents of a dimension count kilogram, metre, second and radian. Hertz counts turns, which a factor pi
+makes radians: 2 pi f is an angular velocity, f alone is refused as one.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import math
 import operator
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -42,6 +43,7 @@ class Quantity:
 
     value: float
     exponents: Exponents
+    cycles: int = 0  #: 1 for a count of turns, as that of hertz; -1 with a factor pi, which makes turns radians
 
 
 def _dimension(name: str, unit: str, kg: int = 0, m: int = 0, s: int = 0, rad: int = 0) -> Dimension:
@@ -68,6 +70,7 @@ LINE_FORCE = _dimension("force per length", "N/m", kg=1, s=-2)
 INERTIA = _dimension("moment of inertia", "kg m^2", kg=1, m=2)
 TORSIONAL_STIFFNESS = _dimension("torsional stiffness", "N m/rad", kg=1, m=2, s=-2, rad=-1)
 TORSIONAL_DAMPING = _dimension("torsional damping", "N m s/rad", kg=1, m=2, s=-1, rad=-1)
+PI = Quantity(math.pi, NUMBER.exponents, -1)
 POWER = _dimension("power", "W", kg=1, m=2, s=-3)
 DIMENSIONS = (
     NUMBER, LENGTH, AREA, TIME, MASS, ANGLE, VELOCITY, ANGULAR_VELOCITY, ACCELERATION, RATE, FORCE, MOMENT, PRESSURE, DENSITY,
@@ -93,6 +96,7 @@ UNITS: dict[str, tuple[Fraction, Exponents]] = {
     "rpm": (Fraction(math.pi) / 30, ANGULAR_VELOCITY.exponents),
     "1": (Fraction(1), NUMBER.exponents),
 }  #: scale to SI and exponents
+CYCLES = frozenset(prefix + "Hz" for prefix in _PREFIXES)
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[A-Za-zµμ]|1\s*/).*)?\s*", re.ASCII | re.DOTALL)
 _FACTOR = re.compile(r"\s*([*·/]?)\s*([A-Za-zµμ]+|1(?=\s*/))\s*(?:(?:\^|\*\*)\s*([-+]?\d))?\s*", re.ASCII)
@@ -106,7 +110,15 @@ def convert(value: object, dimension: Dimension, parameters: Mapping[str, Quanti
     got, wanted = quantity.exponents, dimension.exponents
     if got not in (wanted, NUMBER.exponents) and not (wanted[3] and not got[3] and got[:3] == wanted[:3]):
         raise Problem(str(dimension), f"{shown(value)} ({describe(got)})", _advice(dimension))
+    refuse_cycles(quantity, dimension, value)
     return quantity.value
+
+
+def refuse_cycles(quantity: Quantity, dimension: Dimension, got: object) -> None:
+    """Raises a Problem where turns stand for radians."""
+    if quantity.cycles > 0 and dimension.exponents[3]:
+        same = f"1 Hz is {2 * math.pi:.10g} rad/s or 60 rpm; a frequency f of parameters is written 2 * pi * f"
+        raise Problem(str(dimension), f"{shown(got)}, which counts turns in hertz", same)
 
 
 def read(value: object, parameters: Mapping[str, Quantity] | None = None) -> Quantity:
@@ -118,8 +130,8 @@ def read(value: object, parameters: Mapping[str, Quantity] | None = None) -> Qua
     match = _QUANTITY.fullmatch(value) if len(value) <= LENGTH_LIMIT else None
     if match is None:
         return _evaluate(value, parameters or {})
-    scale, exponents = _unit(match[2].rstrip(), value) if match[2] else (Fraction(1), NUMBER.exponents)
-    return Quantity(_finite(_scaled(float(match[1]), scale), value), exponents)
+    scale, exponents, cycles = _unit(match[2].rstrip(), value) if match[2] else (Fraction(1), NUMBER.exponents, 0)
+    return Quantity(_finite(_scaled(float(match[1]), scale), value), exponents, cycles)
 
 
 def describe(exponents: Exponents) -> str:
@@ -155,9 +167,9 @@ def _scaled(value: float, scale: Fraction) -> float:
     return value * scale.numerator / scale.denominator if exact else value * float(scale)
 
 
-def _unit(text: str, whole: str) -> tuple[Fraction, Exponents]:
-    """Scale and exponents of `kg/m^3`, `N m`, `1/s`."""
-    scale, exponents, position = Fraction(1), NUMBER.exponents, 0
+def _unit(text: str, whole: str) -> tuple[Fraction, Exponents, int]:
+    """Scale and exponents of `kg/m^3`, `N m`, `1/s`, and whether it counts turns."""
+    scale, exponents, cycles, position = Fraction(1), NUMBER.exponents, 0, 0
     while position < len(text):
         match = _FACTOR.match(text, position)
         if match is None:
@@ -168,22 +180,22 @@ def _unit(text: str, whole: str) -> tuple[Fraction, Exponents]:
         power = int(match[3] or 1) * (-1 if match[1] == "/" else 1)
         factor, own = UNITS[match[2]]
         scale, exponents = scale * factor**power, tuple(n + power * m for n, m in zip(exponents, own, strict=True))
-        position = match.end()
+        cycles, position = max(cycles, int(match[2] in CYCLES and power > 0)), match.end()
         if abs(max(exponents, key=abs)) > EXPONENT:
             raise Problem("a unit with small powers", shown(whole))
-    return scale, exponents
+    return scale, exponents, cycles
 
 
 def _evaluate(text: str, parameters: Mapping[str, Quantity]) -> Quantity:
     program = expressions.parse(text, parameters.keys())
-    names = {"pi": Quantity(math.pi, NUMBER.exponents)} | dict(parameters)
+    names = {"pi": PI} | {name: parameters[name] for name in program if isinstance(name, str) and name in parameters}
     try:
         result: Quantity = expressions.evaluate(program, names, _ALGEBRA, lambda number: Quantity(number, NUMBER.exponents))
     except (ArithmeticError, ValueError) as error:
         raise error if isinstance(error, Problem) else Problem("a quantity", f"{shown(text)} ({error})") from error
     if abs(max(result.exponents, key=abs)) > EXPONENT:
         raise Problem("a quantity whose unit has small powers", shown(text))
-    return Quantity(_finite(result.value, text), result.exponents)
+    return Quantity(_finite(result.value, text), result.exponents, result.cycles)
 
 
 def _same(symbol: str) -> Callable[[Quantity, Quantity], Quantity]:
@@ -193,7 +205,8 @@ def _same(symbol: str) -> Callable[[Quantity, Quantity], Quantity]:
     def apply(a: Quantity, b: Quantity) -> Quantity:
         if a.exponents[:3] != b.exponents[:3]:
             raise Problem(f"both sides of '{symbol}' of one dimension", f"{describe(a.exponents)} and {describe(b.exponents)}")
-        return Quantity(law(a.value, b.value), NUMBER.exponents if symbol[0] in "<>" else a.exponents)
+        value = law(a.value, b.value)
+        return Quantity(value, NUMBER.exponents) if symbol[0] in "<>" else Quantity(value, a.exponents, max(a.cycles, b.cycles))
 
     return apply
 
@@ -205,20 +218,26 @@ def _pure(symbol: str) -> Callable[[Quantity], Quantity]:
     def apply(a: Quantity) -> Quantity:
         if any(a.exponents[:3]):
             raise Problem(f"a number or an angle in {symbol}(...)", describe(a.exponents))
+        refuse_cycles(a, ANGLE, f"{symbol}(...)")
         return Quantity(law(a.value), NUMBER.exponents)
 
     return apply
 
 
-def _product(a: Quantity, b: Quantity) -> Quantity:
-    return Quantity(a.value * b.value, tuple(map(operator.add, a.exponents, b.exponents)))
+def product(a: Quantity, b: Quantity) -> Quantity:
+    """a b."""
+    cycles = max(-1, min(1, a.cycles + b.cycles))
+    return Quantity(a.value * b.value, tuple(map(operator.add, a.exponents, b.exponents)), cycles)
 
 
-def _quotient(a: Quantity, b: Quantity) -> Quantity:
-    return Quantity(a.value / b.value, tuple(map(operator.sub, a.exponents, b.exponents)))
+def quotient(a: Quantity, b: Quantity) -> Quantity:
+    """a / b; turns over turns are a number."""
+    cycles = a.cycles if b.cycles < 1 else min(0, a.cycles)
+    return Quantity(a.value / b.value, tuple(map(operator.sub, a.exponents, b.exponents)), cycles)
 
 
-def _power(a: Quantity, b: Quantity) -> Quantity:
+def power(a: Quantity, b: Quantity) -> Quantity:
+    """a to the power of a number."""
     if any(b.exponents):
         raise Problem("a number as exponent of '**'", describe(b.exponents))
     power = Fraction(b.value).limit_denominator(12) if math.isfinite(b.value) and any(a.exponents) else Fraction(0)
@@ -234,11 +253,11 @@ def _where(condition: Quantity, a: Quantity, b: Quantity) -> Quantity:
 _ALGEBRA: expressions.Algebra = {
     **{symbol: _same(symbol) for symbol in ("+", "-", "min", "max", "<", "<=", ">", ">=")},
     **{symbol: _pure(symbol) for symbol in ("sin", "cos", "tan", "tanh", "exp", "log")},
-    "*": _product,
-    "/": _quotient,
-    "**": _power,
-    "sqrt": lambda a: _power(a, Quantity(0.5, NUMBER.exponents)),
-    "abs": lambda a: Quantity(abs(a.value), a.exponents),
-    "neg": lambda a: Quantity(-a.value, a.exponents),
+    "*": product,
+    "/": quotient,
+    "**": power,
+    "sqrt": lambda a: power(a, Quantity(0.5, NUMBER.exponents)),
+    "abs": lambda a: replace(a, value=abs(a.value)),
+    "neg": lambda a: replace(a, value=-a.value),
     "where": _where,
 }

@@ -1,8 +1,9 @@
-r"""Edges that NURBS patches have in common: where they are, derivatives across them, springs against folding.
+r"""Lines along which a NURBS surface may fold: where they are, derivatives across them, springs against folding.
 
     jump(x) = dN/dn_a + dN/dn_b,    n outward unit normals of both sides in the reference surface
 
-Patches that share the functions of an edge are continuous there, free to fold; `penalty_stiffness` keeps the angle.
+Patches that share the functions of an edge are continuous there, free to fold; so is a patch along an inner knot that is repeated
+degree times, as in every circle of quadratic arcs. `penalty_stiffness` keeps the angle.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from scipy.sparse import csr_array, diags_array
 from scipy.spatial import cKDTree
 
 from ..core.errors import InputError, closest, say
-from . import nurbs
+from . import line, nurbs
 from . import surface as surfaces
 from .surface import VERTICES, Surface
 from .table import Floats, Ints
@@ -25,12 +26,37 @@ ALPHA = 1e3  #: penalty of a kink over the bending stiffness of one cell
 
 
 def seams(shape: Surface) -> list[tuple[str, str]]:
-    """Pairs of edges whose functions are shared by two patches (or two sides of one): the places where the surface may fold."""
-    found: dict[frozenset[int], list[str]] = {}
-    for name, numbers in shape.space.numbers.items():
-        for side, rows in zip(nurbs.SIDES, nurbs.side_rows(numbers), strict=True):
-            found.setdefault(frozenset(rows.tolist()), []).append(nurbs.full_name(name, side))
-    return [(names[0], other) for names in found.values() for other in names[1:]]
+    """Pairs of lines of cell sides that share functions and no slope: edges that are joined, and both sides of inner knots.
+
+    Lines whose slopes are tied (`smoothing`) are none.
+    """
+    smooth = {
+        nurbs.full_name(name, f"xi{axis + 1}_min") for name, ties in shape.space.ties.items() for axis in (0, 1) if 0 in ties[axis]
+    }
+    names = list(inner_lines(shape))
+    edges = [pair for pair in shape.space.joined if not smooth & set(pair)]
+    return edges + list(zip(names[::2], names[1::2], strict=True))
+
+
+def inner_lines(shape: Surface) -> dict[str, Ints]:
+    """Cells and sides (i, 2) before and after every inner knot that is repeated degree times: `xi1 = 0.25-`, `xi1 = 0.25+`.
+
+    Lines whose slopes are tied are left out.
+    """
+    found, begin = {}, 0
+    for name, patch in shape.space.patches.items():
+        cell = begin + np.arange(patch.cells[0] * patch.cells[1]).reshape(patch.cells[::-1]).T
+        begin += cell.size
+        for axis, (spline, sides) in enumerate(zip(patch.lines, ((1, 3), (2, 0)), strict=True)):
+            for k, knot in enumerate(line.breaks(spline)[1:-1], start=1):
+                function = int(np.searchsorted(spline.knots, knot)) - 1
+                if np.count_nonzero(spline.knots == knot) < spline.degree or function in shape.space.ties.get(name, ({}, {}))[axis]:
+                    continue
+                for sign, place, side in zip("-+", (k - 1, k), sides, strict=True):
+                    along = np.take(cell, place, axis)
+                    label = nurbs.full_name(name, f"xi{axis + 1} = {float(knot)}{sign}")
+                    found[label] = np.stack([along, np.full_like(along, side)], axis=1)
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +72,7 @@ class Interface:
 
 
 def between(shape: Surface, edge_a: str, edge_b: str) -> Interface:
-    """Quadrature points along an edge that two named edges have in common, cell by cell."""
+    """Quadrature points along the line that two named edges, or both sides of an inner knot, have in common, cell by cell."""
     a, b = (_named(shape, name) for name in (edge_a, edge_b))
     middle = [_at(shape, sides, np.full(len(sides), 0.5)) for sides in (a, b)]
     touch = 1e-6 * float(np.ptp(shape.reference, axis=0).max())
@@ -73,9 +99,10 @@ def between(shape: Surface, edge_a: str, edge_b: str) -> Interface:
 
 
 def _named(shape: Surface, edge: str) -> Ints:
-    if edge not in shape.edges:
-        raise InputError(say("interfaces.between", f"an edge of {sorted(shape.edges)}", f"'{edge}'{closest(edge, shape.edges)}"))
-    return shape.edges[edge]
+    known = {**shape.edges, **inner_lines(shape)}
+    if edge not in known:
+        raise InputError(say("interfaces.between", f"an edge of {sorted(known)}", f"'{edge}'{closest(edge, known)}"))
+    return known[edge]
 
 
 def _at(shape: Surface, sides: Ints, s: Floats) -> Floats:

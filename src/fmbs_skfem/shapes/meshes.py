@@ -90,9 +90,7 @@ def load(path: Path, where: str, repair: bool = False) -> Raw:
         if reader is None:
             known = " or ".join(_READERS)
             raise errors.InputError(errors.say(where, f"a {known} file", f"'{path.suffix}'", "export it as .msh 4.1"))
-        if not path.is_file():
-            got = "something else" if path.exists() else "no such file"
-            raise errors.InputError(errors.say(where, "a file", got + _neighbour(path)))
+        present(path, where)
         size = path.stat().st_size
         if not 0 < size <= MAX_FILE:
             got = f"{size} bytes" if size else "an empty file"
@@ -103,9 +101,16 @@ def load(path: Path, where: str, repair: bool = False) -> Raw:
         raise errors.InputError(errors.say(where, "a readable file", error.strerror or str(error))) from None
 
 
+def present(path: Path, where: str) -> None:
+    """InputError where a path leads to no file."""
+    if not path.is_file():
+        got = "something else" if path.exists() else "no such file"
+        raise errors.InputError(errors.say(where, "a file", got + _neighbour(path)))
+
+
 def _neighbour(path: Path) -> str:
     with contextlib.suppress(OSError):
-        return errors.closest(path.name, (p.name for p in path.parent.iterdir() if p.suffix in _READERS))
+        return errors.closest(path.name, (p.name for p in path.parent.iterdir() if p.suffix == path.suffix))
     return ""
 
 
@@ -301,7 +306,7 @@ def line_group(mesh: LineMesh, name: str) -> Ints:
 def _member(mesh: LineMesh, name: str, kind: str, groups: dict[str, Ints], other: str, others: dict[str, Ints]) -> Ints:
     if name in groups:
         return groups[name]
-    present = f"{kind}s present: {', '.join(sorted(groups)) or 'none'}" + errors.closest(name, groups)
+    present = f"{kind}s present: {errors.listed(sorted(groups), name, 'none')}" + errors.closest(name, groups)
     got = f"'{name}'" + (f", which is a {other}" if name in others else "")
     raise errors.InputError(errors.say(f"mesh {mesh.path or 'in memory'}", f"the name of a {kind}", got, present))
 

@@ -14,7 +14,8 @@ element data structures based on Bezier extraction, Int. J. Numer. Meth. Engng 8
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -76,12 +77,18 @@ class Patch:
         return first, second
 
 
+Ties: TypeAlias = tuple[dict[int, float], ...]  #: of both directions: function k -> share t in c_k = t c_k-1 + (1 - t) c_k+1
+
+
 @dataclass(frozen=True, eq=False)
 class Nurbs:
     """The interpolation of a surface of NURBS patches."""
 
     patches: dict[str, Patch]
-    numbers: dict[str, Ints]  #: (n1, n2) functions of each patch; patches share those of a common edge
+    numbers: dict[str, Ints]  #: (n1, n2) functions of each patch; patches share those of a common edge; -1 where they are tied
+    joined: tuple[tuple[str, str], ...] = ()  #: pairs of edges that share their functions
+    join: bool | None = None  #: whether edges were asked to do so; None: by default
+    ties: dict[str, Ties] = field(default_factory=dict)  #: functions of patches that follow from their neighbours, see `smoothing`
 
 
 def full_name(patch: str, name: str) -> str:
@@ -108,11 +115,13 @@ def _(space: Nurbs, cell: Ints, xi: Floats) -> Floats:
     cell, begin = np.asarray(cell), 0
     first = next(iter(space.patches.values()))
     values = np.zeros((len(cell), DERIVATIVES, (first.degree1 + 1) * (first.degree2 + 1)))
-    for patch in space.patches.values():
+    for name, patch in space.patches.items():
         end = begin + patch.cells[0] * patch.cells[1]
         here = (cell >= begin) & (cell < end)
         if here.any():
             values[here] = _evaluate(patch, cell[here] - begin, np.asarray(xi, dtype=float)[here])
+            if name in space.ties:
+                values[here] = _tied(patch, space.ties[name], cell[here] - begin, values[here])
         begin = end
     return values
 
@@ -151,6 +160,43 @@ def _quotient(values: Floats) -> Floats:
     return found
 
 
+def _tied(patch: Patch, ties: Ties, cell: Ints, values: Floats) -> Floats:
+    """Values (x, 6, b) of the functions that are left where others follow from them."""
+    one, two = (local_functions(spline, found)[1] for spline, found in zip(patch.lines, ties, strict=True))
+    span2, span1 = np.divmod(cell, patch.cells[0])
+    parts = values.reshape(*values.shape[:2], patch.degree2 + 1, -1)
+    return np.einsum("xkji,xjl,xim->xklm", parts, two[span2], one[span1], optimize=True).reshape(values.shape)
+
+
+def local_functions(spline: line.BSpline, ties: Mapping[int, float]) -> tuple[Ints, Floats]:
+    """Functions (e, b) of the spans of one direction, and what they are of the B-splines there (e, b, b).
+
+    In place of a tied function c_k = t c_k-1 + (1 - t) c_k+1 a span before it has c_k+1, one after it c_k-1; ends of a closed
+    direction, both tied, go round.
+    """
+    p, last = spline.degree, spline.count - 1
+    functions = knotvector.first_functions(p, spline.knots)[:, None] + np.arange(p + 1)
+    shares = np.tile(np.eye(p + 1), (len(functions), 1, 1))
+    begins, finishes = functions[:, 0].copy(), functions[:, -1].copy()
+    for k, t in ties.items():
+        before, after = finishes == k, begins == k
+        functions[before, p], functions[after, 0] = (k + 1 if k < last else 1), (k - 1 if k > 0 else last - 1)
+        shares[before, p, p], shares[before, p, p - 1] = 1.0 - t, t
+        shares[after, 0, 0], shares[after, 0, 1] = t, 1.0 - t
+    return functions, shares
+
+
+def control_points(shape: Surface, name: str) -> Floats:
+    """Control points (n1, n2, c) of a patch, those of tied functions from their neighbours."""
+    found = shape.reference[shape.space.numbers[name]]
+    for axis, ties in enumerate(shape.space.ties.get(name, ())):
+        rows = np.moveaxis(found, axis, 0)
+        last = len(rows) - 1
+        for k, t in ties.items():
+            rows[k] = t * rows[k - 1 if k > 0 else last - 1] + (1.0 - t) * rows[k + 1 if k < last else 1]
+    return found
+
+
 def _local(patch: Patch) -> Ints:
     """Functions (e, b) of the cells, numbered within the patch."""
     one, two = (knotvector.first_functions(s.degree, s.knots)[:, None] + np.arange(s.degree + 1) for s in patch.lines)
@@ -163,18 +209,19 @@ def surface(
     control: ArrayLike | Mapping[str, ArrayLike],
     *,
     order: int | None = None,
-    join: bool = True,
+    join: bool | None = None,
 ) -> Surface:
     """The surface of one patch, or of several named ones, over control points (n1, n2, 2 or 3) [m].
 
     Named places: points `corner_00`, `corner_10`, `corner_01`, `corner_11` (ends of xi1, xi2), edges `xi1_min`, `xi1_max`,
-    `xi2_min`, `xi2_max`; with several patches `name.corner_00` ... and the face `name`. Patches whose control points
-    coincide along an edge share its functions, unless `join` is off: they are tied in position, free to fold.
+    `xi2_min`, `xi2_max`; with several patches `name.corner_00` ... and the face `name`. Sides whose control points coincide, of
+    two patches or of one that closes on itself, share their functions unless `join` is false: they are tied in position, free to
+    fold. Where nobody asked (None), plates of a patch that closes on itself say so, and refuse supports and loads on joined sides.
     """
     if isinstance(patches, Patch):
         patches, control = {"": patches}, {"": np.asarray(control, dtype=float)}
     points = _control(patches, control)
-    numbers, reference = _join(patches, points) if join else _numbered(points)
+    numbers, reference = _numbered(points) if join is False else _join(patches, points)
     nodes, begin = [], 0
     places: dict[str, tuple[int, float, float]] = {}
     edges: dict[str, Ints] = {}
@@ -188,7 +235,7 @@ def surface(
             edges[full_name(name, SIDES[side])] = np.stack([along, np.full_like(along, side)], axis=1)
         faces |= {name: cell.ravel()} if name else {}
         begin += cell.size
-    space = Nurbs(dict(patches), numbers)
+    space = Nurbs(dict(patches), numbers, _joined(numbers), join)
     return Surface(
         space,
         Parent.SQUARE,
@@ -268,6 +315,15 @@ def _join(patches: Mapping[str, Patch], points: Mapping[str, Floats]) -> tuple[d
     _, first, merged = np.unique(connected_components(graph, directed=False)[1], return_index=True, return_inverse=True)
     rank = np.argsort(np.argsort(first))[merged]
     return {name: rank[array] for name, array in numbers.items()}, reference[np.sort(first)]
+
+
+def _joined(numbers: Mapping[str, Ints]) -> tuple[tuple[str, str], ...]:
+    """Pairs of edges whose functions are shared by two patches, or by two sides of one that closes on itself."""
+    found: dict[frozenset[int], list[str]] = {}
+    for name, array in numbers.items():
+        for side, rows in zip(SIDES, side_rows(array), strict=True):
+            found.setdefault(frozenset(rows.tolist()), []).append(full_name(name, side))
+    return tuple((names[0], other) for names in found.values() for other in names[1:])
 
 
 def _check_joint(sides: Sequence[tuple[str, int, Patch]], step: int) -> None:

@@ -6,7 +6,7 @@
                   "knots": [[0, 0, 0, 1, 1, 1], [0, 0, 1, 1]],     open, not decreasing
                   "control": [[[x, y, z], ...], ...],              [m], n1 rows of n2 points of 2 or 3 coordinates
                   "weights": [[w, ...], ...]}],                    optional, n1 rows of n2 positive numbers
-     "join": true,                                                 optional: share functions where control points coincide
+     "join": true,                                                 optional: whether sides that coincide are tied, see `surface`
      "points": {"tip": {"patch": "roof", "xi": [0.5, 1.0]}},       optional, knot parameters; one patch needs no "patch"
      "edges": {"rim": ["roof.xi1_min", "roof.xi1_max"]}}           optional
 
@@ -45,15 +45,16 @@ class _Content:
     """What a file says."""
 
     patches: dict[str, _Shape]
-    join: bool
+    join: bool | None
     points: dict[str, tuple[str, float, float]]  #: patch and knot parameters
     edges: dict[str, list[str]]
 
 
-def read(path: str | Path, *, cells: int = 1, degree: int | None = None, scale: float = 1.0) -> Surface:
+def read(path: str | Path, *, cells: int = 1, degree: int | None = None, scale: float = 1.0, join: bool | None = None) -> Surface:
     """The surface of a `.json`, `.igs`, `.iges` or `.3dm` file; `scale` is the length of the file's unit [m].
 
-    Every patch is raised to `degree` (by default the highest of the file) and each of its spans split into `cells` equal ones.
+    Every patch is raised to `degree` (by default the highest of the file) and each of its spans split into `cells` equal ones;
+    `join` stands above that of the file.
     """
     path = Path(path)
     readers = {".json": _read_json, ".igs": _read_iges, ".iges": _read_iges, ".3dm": _read_3dm}
@@ -65,7 +66,8 @@ def read(path: str | Path, *, cells: int = 1, degree: int | None = None, scale: 
         raise InputError(say(str(path), "a readable file", error.strerror, "look at its name and folder")) from error
     if size > MAX_BYTES:
         raise InputError(say(str(path), f"at most {MAX_BYTES} bytes", size, "split the surface into several files"))
-    return _surface(path, readers[path.suffix.lower()](path), cells, degree, scale)
+    content = readers[path.suffix.lower()](path)
+    return _surface(path, content if join is None else replace(content, join=join), cells, degree, scale)
 
 
 def _surface(path: Path, content: _Content, cells: int, degree: int | None, scale: float) -> Surface:
@@ -131,8 +133,8 @@ def _read_json(path: Path) -> _Content:
         if name in patches:
             raise InputError(say(f"{place}.name", "a name of its own", f"'{name}' again", "rename one of the patches"))
         patches[name] = _patch(place, item)
-    join = data.get("join", True)
-    if not isinstance(join, bool):
+    join = data.get("join")
+    if "join" in data and not isinstance(join, bool):
         raise InputError(say(f"{where} join", "true or false", shown(join)))
     return _Content(patches, join, _points(where, data.get("points", {}), patches), _edges(where, data.get("edges", {})))
 
@@ -260,10 +262,11 @@ def write(path: str | Path, shape: Surface) -> None:
     space = shape.space
     if not isinstance(space, nurbs.Nurbs):
         raise InputError(say("nurbs_file.write", "a surface of nurbs.surface", type(space).__name__, "export others as meshes"))
-    control = {name: shape.reference[numbers] for name, numbers in space.numbers.items()}
-    plain = nurbs.surface(space.patches, control)
+    control = {name: nurbs.control_points(shape, name) for name in space.patches}
+    plain = nurbs.surface(space.patches, control, join=False)
     items = [_item(name, patch, control[name]) for name, patch in space.patches.items()]
-    data: dict[str, Any] = {"format": FORMAT, "version": VERSION, "patches": items, "join": plain.count == shape.count}
+    data: dict[str, Any] = {"format": FORMAT, "version": VERSION, "patches": items}
+    data |= {} if space.join is None else {"join": space.join}
     data["points"] = {name: _parameters(space, at) for name, at in shape.points.items() if name not in plain.points}
     data["edges"] = {name: _parts(name, rows, plain) for name, rows in shape.edges.items() if name not in plain.edges}
     Path(path).write_text(json.dumps(data, allow_nan=False) + "\n", encoding="utf-8")
@@ -313,7 +316,7 @@ def _content(path: Path, shapes: list[_Shape]) -> _Content:
         remedy = "export untrimmed NURBS surfaces"
         raise InputError(say(str(path), f"1 to {MAX_PATCHES} NURBS surfaces", f"{len(shapes)}", remedy))
     names = [""] if len(shapes) == 1 else [f"patch{i + 1}" for i in range(len(shapes))]
-    return _Content(dict(zip(names, shapes, strict=True)), True, {}, {})
+    return _Content(dict(zip(names, shapes, strict=True)), None, {}, {})
 
 
 def _build(path: Path, knots: list[Floats], degrees: list[int], control: Floats, weights: Floats | None) -> _Shape:

@@ -160,7 +160,7 @@ def group(mesh: PlateMesh, name: str, kind: Kind) -> Ints:
     if name in kinds[kind]:
         return kinds[kind][name]
     other = "".join(f", which is a group of {word}s" for word, groups in kinds.items() if name in groups)
-    present = f"{kind} groups present: {', '.join(sorted(kinds[kind])) or 'none'}" + errors.closest(name, kinds[kind])
+    present = f"{kind} groups present: {errors.listed(sorted(kinds[kind]), name, 'none')}" + errors.closest(name, kinds[kind])
     where = f"mesh {mesh.path or 'in memory'}"
     raise errors.InputError(errors.say(where, f"the name of a group of {kind}s", f"'{name}'{other}", present))
 

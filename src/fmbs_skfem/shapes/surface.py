@@ -26,6 +26,7 @@ from . import table
 from .table import Floats, Ints, Table
 
 DERIVATIVES = 6
+BLOCK = 2048  #: cells that are tabulated together
 
 
 class Parent(IntEnum):
@@ -90,18 +91,27 @@ def side_points(parent: Parent, side: Ints, s: Floats) -> Floats:
     return start + np.asarray(s)[:, None] * (end - start)
 
 
-def tabulate(surface: Surface, order: int | None = None) -> Table:
-    """Basis functions and derivatives at the Gauss points: values (e, p, 6, b), weights (e, p) in xi, points (e, p, 2)."""
+def tabulate(surface: Surface, order: int | None = None, part: slice = slice(None)) -> Table:
+    """Basis functions and derivatives at the Gauss points: values (e, p, 6, b), weights (e, p) in xi, points (e, p, 2).
+
+    `part`: of these cells only; tables of all cells of a large surface, with all derivatives, are larger than what is made of them.
+    """
     xi, weights = quadrature(surface.parent, order or surface.order)
-    cells, points = len(surface.nodes), len(xi)
-    values = basis(surface.space, np.repeat(np.arange(cells), points), np.tile(xi, (cells, 1)))
+    numbers = np.arange(len(surface.nodes))[part]
+    cells, points = len(numbers), len(xi)
+    values = basis(surface.space, np.repeat(numbers, points), np.tile(xi, (cells, 1)))
     return Table(
         values.reshape(cells, points, DERIVATIVES, -1),
-        surface.nodes,
+        surface.nodes[part],
         np.tile(weights, (cells, 1)),
         np.tile(xi, (cells, 1)).reshape(cells, points, 2),
         surface.count,
     )
+
+
+def parts(surface: Surface) -> list[slice]:
+    """The cells in runs of at most BLOCK."""
+    return [slice(start, start + BLOCK) for start in range(0, len(surface.nodes), BLOCK)]
 
 
 def sample(surface: Surface, cell: Ints, xi: Floats, derivative: int = 0) -> csr_array:

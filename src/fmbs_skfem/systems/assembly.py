@@ -7,18 +7,19 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import block_diag, csr_array, diags_array, eye_array, kron, vstack
+from scipy.sparse import csr_array, diags_array, kron, vstack
 from scipy.sparse.linalg import spsolve
 
 from ..bodies import laws
 from ..bodies.body import Body, Cells
 from ..bodies.laws import Law
 from ..bodies.plate import local_table
-from ..core.errors import InputError, Reason, SolverError, say
+from ..core.errors import InputError, listed, say
+from ..core.linalg import alike, diagonal
 from ..core.notices import notify
 from ..shapes import line, surface
 from ..shapes.surface import Surface
-from . import echelon
+from . import echelon, lengths, redundancy
 from . import joints as joint_rules
 from . import loads as load_rules
 from . import probes as probe_rules
@@ -39,6 +40,7 @@ from .system import (
 
 FACETS = 2  #: quadrilaterals a direction that picture a cell of a surface
 SAMPLES = 201  #: points of a centre line in pictures and position errors
+SNAP = 1e-12  #: distance from a break, over the length of a line, that is round-off
 
 
 @dataclass(frozen=True)
@@ -68,10 +70,13 @@ def assemble(
     damping: Rayleigh | None = None,
     outputs: Mapping[str, probe_rules.Probe] | None = None,
     initial: Mapping[str, Motion] | None = None,
+    pictures: bool = True,
 ) -> System:
-    """System in body coordinates with every constraint kept as a multiplier row."""
-    parts, joints, loads, damping = list(bodies), list(joints), list(loads), damping or Rayleigh()
-    draft, layout = empty_draft(parts)
+    """System in body coordinates with every constraint kept as a multiplier row; without `pictures` it has no lines and skins."""
+    joints, loads, damping = list(joints), list(loads), damping or Rayleigh()
+    draft, layout = empty_draft(list(bodies))
+    parts = list(layout.bodies.values())
+    shown = parts if pictures else []
     unique("joints", [joint.name for joint in joints])
     for joint in joints:
         joint_rules.gap(joint, draft)
@@ -81,14 +86,16 @@ def assemble(
     following = load_rules.following(loads, draft)
     terms = [term for linear, _ in forces for term in linear]
     sensed = {name: probe_rules.sense(probe, name, draft) for name, probe in (outputs or {}).items()}
-    mass = csr_array(block_diag([kron(part.mass, np.eye(layout.dim)) for part in parts], format="csr"))
+    probe_rules.require_distinct_columns(sensed)
+    mass = diagonal([alike(part.mass, layout.dim) for part in parts])
     probes = draft.probes.affine()
-    q0 = np.concatenate([part.reference.ravel() for part in parts])
+    q0, unit = np.concatenate([part.reference.ravel() for part in parts]), np.concatenate([part.constant for part in parts])
+    sensors = draft.sensors.affine()
     return System(
         dim=layout.dim,
         lift=Affine(csr_array(diags_array(np.ones(layout.size))), np.zeros(layout.size)),
         mass=mass,
-        damping=csr_array(damping.mass * mass),
+        damping=csr_array(damping.mass * mass) if damping.mass else csr_array(mass.shape),
         stiffness=springs(parts, layout.dim),
         elastic=(
             *(Elastic(part.name, damping.stiffness, gather(part, part.cells, layout)) for part in parts if part.cells is not None),
@@ -104,24 +111,27 @@ def assemble(
             laws=tuple(law for _, laws in forces for law in laws),
         ),
         signals=tuple(draft.signals),
-        sensors=draft.sensors.affine(),
+        sensors=replace(sensors, offset=sensors.offset + sensors.matrix @ np.kron(unit, layout.origin)),
         outputs=sensed,
-        lines=tuple(picture_line(part, layout) for part in parts if not isinstance(part.space, Surface)),
-        skins=tuple(picture_skin(part, layout) for part in parts if isinstance(part.space, Surface)),
+        lines=tuple(picture_line(part, layout) for part in shown if not isinstance(part.space, Surface)),
+        skins=tuple(picture_skin(part, layout) for part in shown if isinstance(part.space, Surface)),
         markers=tuple(draft.markers),
         coordinates=tuple((p.name, layout.first[p.name], layout.first[p.name] + p.reference.size) for p in parts),
         components=(),
         x0=q0,
         v0=initial_velocity(layout, parts, initial or {}),
-        unit=np.concatenate([part.constant for part in parts]),
-        scale=float(np.linalg.norm(q0)) or 1.0,
+        unit=unit,
+        metric=csr_array(mass + lengths.massless(parts, mass)),
+        weight=lengths.weight(parts),
+        scale=lengths.extent(parts, probes(q0)),
+        origin=layout.origin,
     )
 
 
 def springs(parts: list[Body], dim: int) -> csr_array:
     """Constant stiffness of all bodies, alike in every component."""
     own = [csr_array(part.mass.shape) if part.stiffness is None else part.stiffness for part in parts]
-    return csr_array(block_diag([kron(matrix, eye_array(dim)) for matrix in own], format="csr"))
+    return diagonal([alike(matrix, dim) for matrix in own])
 
 
 def gather(part: Body, cells: Cells, layout: Layout) -> Cells:
@@ -144,6 +154,7 @@ def orthonormal(part: Body, draft: Draft) -> None:
 
 
 def empty_draft(parts: list[Body]) -> tuple[Draft, Layout]:
+    """Nothing but bodies, with coordinates from the origin that suits them."""
     if not parts:
         raise InputError(say("bodies", "at least one body", "none"))
     unique("bodies", [part.name for part in parts])
@@ -151,7 +162,9 @@ def empty_draft(parts: list[Body]) -> tuple[Draft, Layout]:
     if len(dims) > 1:
         raise InputError(say("bodies", "one dimension for all", sorted(dims)))
     first = dict(zip((p.name for p in parts), np.cumsum([0] + [p.reference.size for p in parts[:-1]]).tolist(), strict=True))
-    layout = Layout(dims.pop(), {p.name: p for p in parts}, first, sum(p.reference.size for p in parts))
+    origin = lengths.origin(parts)
+    moved = {p.name: replace(p, reference=p.reference - np.outer(p.constant, origin)) for p in parts}
+    layout = Layout(dims.pop(), moved, first, sum(p.reference.size for p in parts), origin)
     return Draft(layout, Rows(layout.size), Rows(layout.size)), layout
 
 
@@ -177,20 +190,21 @@ def uniform_field(layout: Layout, parts: list[Body], loads: list[load_rules.Load
 
 
 def initial_velocity(layout: Layout, parts: list[Body], initial: Mapping[str, Motion]) -> np.ndarray:
-    """v = v0 + omega x r for the bodies that move at the start."""
+    """v = v0 + omega x r for the bodies that move at the start, r from the origin of the scene."""
     for name in initial:
         if name not in layout.bodies:
-            raise InputError(say("initial", f"one of the bodies {', '.join(layout.bodies)}", f"'{name}'"))
+            raise InputError(say("initial", f"one of the bodies {listed(layout.bodies, name)}", f"'{name}'"))
     v = []
     for part in parts:
         motion, field = initial.get(part.name, Motion()), np.zeros_like(part.reference)
+        places = part.reference + np.outer(part.constant, layout.origin)
         if len(motion.velocity):
             field += np.outer(part.constant, vector(f"initial '{part.name}'", motion.velocity, layout.dim))
         omega = np.atleast_1d(np.asarray(motion.angular_velocity, dtype=float))
         if omega.size and layout.dim == 2:
-            field += float(omega[0]) * part.reference @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+            field += float(omega[0]) * places @ np.array([[0.0, 1.0], [-1.0, 0.0]])
         elif omega.size:
-            field += np.cross(vector(f"initial '{part.name}'", omega, 3), part.reference)
+            field += np.cross(vector(f"initial '{part.name}'", omega, 3), places)
         v.append(field.ravel())
     return np.concatenate(v)
 
@@ -200,13 +214,19 @@ def picture_line(part: Body, layout: Layout) -> Line:
     if not isinstance(part.space, line.BSpline | line.Hermite) or part.cells is None:
         return Line(part.name, widen(rigid_samples(part), part, layout), part.radius, Law.EXACT)
     breaks = line.breaks(part.space)
-    xi = np.linspace(breaks[0], breaks[-1], SAMPLES)
+    xi = snapped(np.linspace(breaks[0], breaks[-1], SAMPLES), breaks)
     value, first, second = (line.sample(part.space, xi, k) for k in range(3))
     r1, r2 = first @ part.reference, second @ part.reference
     J = np.linalg.norm(r1, axis=1)
     slope = diags_array(1 / J) @ first
     bend = diags_array(1 / J**2) @ second - diags_array(np.einsum("xc,xc->x", r1, r2) / J**4) @ first
     return Line(part.name, widen(csr_array(vstack([value, slope, bend])), part, layout), part.radius, part.cells.law)
+
+
+def snapped(xi: np.ndarray, breaks: np.ndarray) -> np.ndarray:
+    """Places (x,) of a line, those at breaks there to the bit, so that round-off of a length does not choose their cell."""
+    near = breaks[np.clip(np.searchsorted(0.5 * (breaks[1:] + breaks[:-1]), xi), 0, len(breaks) - 1)]
+    return np.asarray(np.where(np.abs(xi - near) <= SNAP * (breaks[-1] - breaks[0]), near, xi))
 
 
 def rigid_samples(part: Body) -> csr_array:
@@ -254,7 +274,7 @@ def widen(rows: csr_array, part: Body, layout: Layout) -> csr_array:
     return csr_array((block.data, (block.row, block.col + layout.first[part.name])), shape=(block.shape[0], layout.size))
 
 
-def eliminate(system: System, tolerance: float = 1e-9) -> System:
+def eliminate(system: System, tolerance: float = redundancy.LINEAR) -> System:
     """The system without its time-independent linear constraints: x = T y + d with sparse T.
 
     Redundant rows are dropped with a notice; contradictory rows raise SolverError(INCONSISTENT) with the joints by name. An initial
@@ -264,7 +284,10 @@ def eliminate(system: System, tolerance: float = 1e-9) -> System:
     if len(rows) == 0:
         return replace(system, full=system)
     found = echelon.solve(A, a, tolerance)
-    report_dependent([system.constraints.names[rows[k]] for k in found.left], found.gap, tolerance * system.scale)
+    dropped = [system.constraints.names[rows[k]] for k in found.left]
+    redundancy.refuse_gaps(dropped, found.gap, tolerance * system.scale)
+    if dropped:
+        redundancy.notify_left_out(dropped)
     kept = np.setdiff1d(np.arange(system.size), found.dependent)
     place = np.full(system.size, -1)
     place[kept] = np.arange(len(kept))
@@ -301,15 +324,3 @@ def admissible_velocity(system: System, T: csr_array, free: System) -> np.ndarra
     if size > 1e-9 * max(1.0, float(np.abs(system.v0).max())):
         notify(f"initial velocities are projected onto the joints; largest change {size:.3g} m/s")
     return v
-
-
-def report_dependent(names: list[tuple[str, str]], gap: np.ndarray, tolerance: float) -> None:
-    """Notice redundant rows; refuse contradictory ones."""
-    wrong = sorted(np.flatnonzero(np.abs(gap) > tolerance), key=lambda k: -abs(gap[k]))
-    if wrong:
-        worst = tuple((".".join(names[k]), abs(float(gap[k]))) for k in wrong)
-        listed = ", ".join(f"{name} by {miss:.3g} m" for name, miss in worst)
-        raise SolverError(f"joints contradict each other: {listed}", Reason.INCONSISTENT, 0.0, worst)
-    if names:
-        listed = ", ".join(sorted({".".join(name) for name in names}))
-        notify(f"redundant constraint rows are left out (their reactions are not unique): {listed}")

@@ -82,7 +82,7 @@ def directions(system: System, random: Generator) -> np.ndarray:
 
 def length(system: System) -> float:
     """AMPLITUDE times the root mean square of the coordinates [m]."""
-    return AMPLITUDE * system.scale / float(np.sqrt(len(system.lift.offset)))
+    return AMPLITUDE * (float(np.sqrt(np.mean(system.lift(system.x0) ** 2))) or 1.0)
 
 
 def difference(function: Function, x: np.ndarray, d: np.ndarray) -> np.ndarray:
@@ -112,7 +112,7 @@ def check_tangent(
     def force(z: np.ndarray) -> np.ndarray:
         return compiled.forces(model, z, still, time) + compiled.gap(model, z, time)[1].T @ multipliers
 
-    K, size = compiled.tangent(model, x, multipliers, time), np.linalg.norm(force(x)) / model.system.scale
+    K, size = compiled.tangent(model, x, multipliers, time), AMPLITUDE * np.linalg.norm(force(x)) / length(model.system)
     for d in directions(model.system, random):
         product = K @ d
         scale = np.linalg.norm(product) + size * np.linalg.norm(d)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from functools import partial
 
 import numpy as np
@@ -13,16 +14,24 @@ from scipy.sparse.linalg import splu
 from ..bodies import laws as elastic_laws
 from ..bodies.body import Cells
 from ..core.linalg import as_dense, is_sparse, mirrored
-from . import gathers, kernels, quartic, sparse, turning
+from . import gathers, kernels, quartic, sparse, springs, turning
 from .kernels import Arrays, Csr, Forces, Groups, Operator, Pairs, Scatter, Terms
+from .lengths import LIGHT
 from .quartic import Quartic
 from .springs import ANGLE
 from .system import LoadKind, System
 
-LIGHT = 1e-12  #: mass, relative to the largest, that counts as none
 DENSE = 48  #: systems of at most this size are always treated as dense
 WIDE = 20_000  #: systems from this size on are sparse without looking for a band
 BAND = 96  #: widest band that is factored as a band
+
+
+class Storage(Enum):
+    """How the iteration matrix is stored."""
+
+    DENSE = "dense"
+    BAND = "band"
+    SPARSE = "sparse"
 
 
 @dataclass(frozen=True)
@@ -47,16 +56,8 @@ class Compiled:
 def compile_system(system: System) -> Compiled:
     """Choose order and storage, and flatten a system."""
     cells = gathers.collect(system)
-    dense = not is_sparse(system.lift.matrix) or system.size <= DENSE
-    order, width = np.arange(system.size), system.size - 1
-    if not dense and system.size < WIDE:
-        order, width = band_order(coupling(system, cells))
-    dense = dense or (3 * width > system.size and system.size <= 4 * BAND)
-    loose = not dense and massless(system, cells)
-    dense = dense or (loose and system.size <= 8 * DENSE)
-    large = not dense and (loose or width > BAND)
-    order = np.arange(system.size) if dense or large else order
-    place = np.argsort(order)
+    form, order, width = chosen_storage(system, cells)
+    dense, large, place = form is Storage.DENSE, form is Storage.SPARSE, np.argsort(order)
 
     def scatter_map(part: Cells) -> gathers.Map:
         return gathers.scatter_map(part, csr_array(cells.lift.matrix), place, dense, width)
@@ -67,12 +68,10 @@ def compile_system(system: System) -> Compiled:
     in_use = elastic_laws.addresses(part.law for part in parts if not isinstance(part, Quartic))
     polynomials = quartic.addresses(any(isinstance(part, Quartic) for part in parts))
     groups = Groups(table, beta, integers, numbers, in_use, polynomials)
-    terms, loads = system.constraints, system.loads
-    term_pair, law_pair, pairs = pair_table(system)
+    terms, forces, pairs = laws_of(system)
     probes = permuted(system.probes.matrix, order)
     target, factor = pair_targets(probes, [] if large else pairs)
     store = no_store if large else dense_of if dense else lower_band
-    laws = [[int(law.kind), law.slope, law.position, law.signal, first] for law, first in zip(loads.laws, law_pair, strict=True)]
 
     def operator(A: csr_array | np.ndarray) -> Operator:
         return constant(permuted(A, order, True), store(A, place, width), dense, large, system.dim)
@@ -88,22 +87,59 @@ def compile_system(system: System) -> Compiled:
         dense=dense,
         probes=triple(probes),
         probes_offset=np.ascontiguousarray(system.probes.offset),
-        terms=Terms(terms.row, terms.coefficient, terms.signal, terms.i, terms.j, term_pair),
-        forces=Forces(
-            loads.row,
-            loads.coefficient,
-            loads.signal,
-            np.array(laws, dtype=np.int64).reshape(-1, 5),
-            np.array([law.vector for law in loads.laws], dtype=float).reshape(-1, 3),
-            system.dim,
-        ),
+        terms=terms,
+        forces=forces,
         pairs=Pairs(target, factor, len(pairs)),
-        load=np.ascontiguousarray(loads.constant[order]),
+        load=np.ascontiguousarray(system.loads.constant[order]),
         turning=turning.nothing(system.size),
+        norm=np.ascontiguousarray(system.metric.diagonal()[order] / system.weight),
     )
     if dense and not cells.cells:
         arrays = arrays._replace(turning=turning.turning(system, partial(part_tangent, arrays, work, cells.owners)))
     return Compiled(system, arrays, order, work, sparse.plan(cells, groups, work) if large else None)
+
+
+def chosen_storage(system: System, cells: gathers.Collected) -> tuple[Storage, np.ndarray, int]:
+    """How the iteration matrix is stored, the order of the unknowns, and the half bandwidth of a band."""
+    natural = np.arange(system.size)
+    dense = not is_sparse(system.lift.matrix) or system.size <= DENSE
+    if not dense and system.size >= WIDE:
+        return Storage.SPARSE, natural, system.size - 1
+    order, width = (natural, system.size - 1) if dense else band_order(coupling(system, cells))
+    dense = dense or (3 * width > system.size and system.size <= 4 * BAND)
+    loose = not dense and massless(system, cells)
+    if dense or (loose and system.size <= 8 * DENSE):
+        return Storage.DENSE, natural, width
+    return (Storage.SPARSE, natural, width) if loose or width > BAND else (Storage.BAND, order, width)
+
+
+def storage(system: System) -> tuple[Storage, int]:
+    """How the iteration matrix of a system is stored, and the half bandwidth of a band; nothing is made of wide systems."""
+    if is_sparse(system.lift.matrix) and system.size >= WIDE:
+        return Storage.SPARSE, system.size - 1
+    form, _, width = chosen_storage(system, gathers.collect(system))
+    return form, width
+
+
+def laws_of(system: System) -> tuple[Terms, Forces, list[tuple[int, int]]]:
+    """Constraints and loads of a system for the kernels, and the pairs of probe rows in which they have second derivatives."""
+    terms, loads = system.constraints, system.loads
+    term_pair, law_pair, pairs = pair_table(system)
+    laws = [[int(law.kind), law.slope, law.position, law.signal, first] for law, first in zip(loads.laws, law_pair, strict=True)]
+    forces = Forces(
+        loads.row,
+        loads.coefficient,
+        loads.signal,
+        np.array(laws, dtype=np.int64).reshape(-1, 5),
+        np.array([law.vector for law in loads.laws], dtype=float).reshape(-1, 3),
+        system.dim,
+    )
+    return Terms(terms.row, terms.coefficient, terms.signal, terms.i, terms.j, term_pair), forces, pairs
+
+
+def size(model: Compiled, displacement: np.ndarray) -> float:
+    """Root mean square of a displacement (n,) [m], with the diagonal of the metric."""
+    return float(np.sqrt(model.system.metric.diagonal() @ displacement**2 / model.system.weight))
 
 
 def part_tangent(A: Arrays, work: int, owners: np.ndarray, number: int, x: np.ndarray) -> np.ndarray:
@@ -134,7 +170,8 @@ def constant(A: csr_array, store: np.ndarray, dense: bool, large: bool, dim: int
     entries = coo_array(A)
     used = entries.data != 0.0
     none = triple(csr_array((0, A.shape[1])))
-    if large or dense or not used.any():
+    alone = bool((entries.row[used] == entries.col[used]).all())
+    if large or (dense and not alone) or not used.any():
         rows, components = vectorwise(A, dim) if large and used.any() else (none, 1)
         return Operator(np.zeros(0, np.int64), np.zeros((0, len(store))), rows, components, store, bool(dense and used.any()))
     i, j = entries.row[used], entries.col[used]
@@ -253,8 +290,11 @@ def signal_table(system: System, times: np.ndarray) -> np.ndarray:
     )
 
 
-def forces(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0) -> np.ndarray:
-    """C v + K x + elastic and damping forces minus loads, (n,), without inertia and constraints."""
+def forces(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, angles: np.ndarray | None = None) -> np.ndarray:
+    """C v + K x + elastic and damping forces minus loads, (n,), without inertia and constraints.
+
+    `angles` (l,) are those of springs before (`followed`); without them springs have turned by less than half a turn.
+    """
     A = model.arrays
     body, work = model.buffers()
     f = np.zeros(len(x))
@@ -264,12 +304,24 @@ def forces(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0) -> np.
     kernels.add_operator(A.damping, vc, f)
     kernels.add_operator(A.stiffness, xc, f)
     kernels.affine(A.probes, A.probes_offset, xc, y)
-    kernels.add_loads(A.forces, A.probes, y, vc, signal_table(model.system, np.array([t]))[0], g)
+    kernels.add_loads(A.forces, A.probes, y, vc, signal_table(model.system, np.array([t]))[0], last_angles(model.system, angles), g)
     kernels.add_transposed(A.probes, -1.0, g, f)
     f -= A.load
     out = np.zeros_like(f)
     out[model.order] = f
     return out
+
+
+def last_angles(system: System, angles: np.ndarray | None = None) -> np.ndarray:
+    """The given angles of the load laws of a system, (l,), those of the reference without them."""
+    return np.zeros(len(system.loads.laws)) if angles is None else angles
+
+
+def followed(model: Compiled, x: np.ndarray, angles: np.ndarray | None = None) -> np.ndarray:
+    """Angles of all springs at x that are nearest to those before, (l,)."""
+    A, found = model.arrays, last_angles(model.system, angles).copy()
+    springs.follow(A.forces.laws, A.probes, A.probes_offset, np.ascontiguousarray(x[model.order]), found)
+    return found
 
 
 def strain_energy(model: Compiled, x: np.ndarray) -> float:
@@ -288,21 +340,27 @@ def gap(model: Compiled, x: np.ndarray, t: float = 0.0) -> tuple[np.ndarray, np.
     return phi, np.asarray(jacobian @ model.system.probes.matrix)
 
 
-def tangent(model: Compiled, x: np.ndarray, multipliers: np.ndarray, t: float = 0.0, gh: float = 0.0) -> csr_array:
+def tangent(
+    model: Compiled, x: np.ndarray, multipliers: np.ndarray, t: float = 0.0, gh: float = 0.0, angles: np.ndarray | None = None
+) -> csr_array:
     """d(forces + Phi_x^T lambda)/dx + gh d forces/dv as a sparse array, exact (n, n)."""
-    A = model.arrays
     K = sparse.tangent(model.plan, x, gh) if model.plan else stored_tangent(model, x, gh)
-    signals = signal_table(model.system, np.array([t]))[0]
-    H = np.zeros(A.pairs.size)
-    y = np.asarray(model.system.probes(x))
-    kernels.constraint_slopes(A.terms, y, signals, multipliers, H)
-    kernels.load_slopes(A.forces, A.probes, y, np.zeros_like(x), signals, -1.0, gh, H)
-    K = K + csr_array(model.system.stiffness) + gh * csr_array(model.system.damping)
-    if A.pairs.size:
-        pairs = np.array(pair_table(model.system)[2])
-        P = csr_array(model.system.probes.matrix)
-        K = K + P.T @ csr_array((H, (pairs[:, 0], pairs[:, 1])), shape=(P.shape[0], P.shape[0])) @ P
-    return csr_array(K)
+    return csr_array(K + attached(model.system, x, multipliers, t, gh, angles) + gh * csr_array(model.system.damping))
+
+
+def attached(
+    system: System, x: np.ndarray, multipliers: np.ndarray, t: float = 0.0, gh: float = 0.0, angles: np.ndarray | None = None
+) -> csr_array:
+    """What constant springs, joints and loads add to the tangent (n, n)."""
+    K, (terms, forces, pairs) = csr_array(system.stiffness), laws_of(system)
+    if not pairs:
+        return K
+    H, y, P = np.zeros(len(pairs)), np.asarray(system.probes(x)), csr_array(system.probes.matrix)
+    signals, still = signal_table(system, np.array([t]))[0], np.zeros_like(x)
+    kernels.constraint_slopes(terms, y, signals, multipliers, H)
+    kernels.load_slopes(forces, triple(P), y, still, signals, last_angles(system, angles), -1.0, gh, H)
+    i, j = np.array(pairs).T
+    return csr_array(K + P.T @ csr_array((H, (i, j)), shape=(P.shape[0], P.shape[0])) @ P)
 
 
 def stored_tangent(model: Compiled, x: np.ndarray, gh: float) -> csr_array:

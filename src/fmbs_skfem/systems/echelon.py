@@ -1,7 +1,9 @@
 r"""Linear constraints solved for some of their unknowns: A x + a = 0 becomes x_d = S x_rest + s.
 
 Rows that share no unknown are solved apart: an edge of a plate has as many small systems as it has nodes. Each one is eliminated by
-Gauss and Jordan with full pivoting, which finds the same pivots as the elimination of all rows together would.
+Gauss and Jordan with full pivoting, which finds the same pivots as the elimination of all rows together would. Entries count as
+zero relative to r_i c_j, the largest entries of their row and, of rows divided by r_i, of their column: slopes of cells of a
+nanometre and positions in kilometres have equal rights.
 """
 
 from __future__ import annotations
@@ -25,12 +27,13 @@ class Echelon:
 
 
 def solve(A: csr_array, a: np.ndarray, tolerance: float) -> Echelon:
-    """Echelon form of A x + a = 0; pivots are larger than `tolerance` times the largest entry, entries of S larger than it."""
-    limit = tolerance * max(float(abs(A).max()), 1e-300)
+    """Echelon form of A x + a = 0; pivots are larger than `tolerance` times r_i c_j, entries of S than that times c_j / c_i."""
     labels = connected_components(csr_array(abs(A) @ abs(A).T), directed=False)[1]
-    order = np.argsort(labels, kind="stable")
-    blocks = np.split(order, np.flatnonzero(np.diff(labels[order])) + 1)
-    parts = [solve_block(A, a, rows, limit, tolerance) for rows in blocks]
+    alone = (np.bincount(labels)[labels] == 1) & (np.diff(A.indptr) == 1)
+    order = np.flatnonzero(~alone)
+    order = order[np.argsort(labels[order], kind="stable")]
+    blocks = np.split(order, np.flatnonzero(np.diff(labels[order])) + 1) if len(order) else []
+    parts = [solve_alone(A, a, np.flatnonzero(alone)), *(solve_block(A, a, rows, tolerance) for rows in blocks)]
     return Echelon(
         np.concatenate([part.dependent for part in parts]),
         csr_array(vstack([part.solution for part in parts])),
@@ -40,14 +43,24 @@ def solve(A: csr_array, a: np.ndarray, tolerance: float) -> Echelon:
     )
 
 
-def solve_block(A: csr_array, a: np.ndarray, rows: np.ndarray, limit: float, tolerance: float) -> Echelon:
+def solve_alone(A: csr_array, a: np.ndarray, rows: np.ndarray) -> Echelon:
+    """Rows that fix one unknown each, which no other row reads: edges that are held, thousands of them."""
+    at = A.indptr[rows]
+    entry, unknown = A.data[at], A.indices[at].astype(np.int64)
+    good = entry != 0.0
+    left, solution = rows[~good], csr_array((int(good.sum()), A.shape[1]))
+    return Echelon(unknown[good], solution, -a[rows[good]] / entry[good], left, -a[left])
+
+
+def solve_block(A: csr_array, a: np.ndarray, rows: np.ndarray, tolerance: float) -> Echelon:
     """Echelon form of some rows that share no unknown with the others."""
     used, work = dense(A, rows)
-    pivots, left, right = eliminated(work, -a[rows], limit)
+    columns = sizes(work)[1]
+    pivots, left, right = eliminated(work, -a[rows], tolerance)
     first, mine = np.array(pivots, dtype=np.int64).reshape(-1, 2).T
     others = np.setdiff1d(np.arange(len(used)), mine)
     S = -work[np.ix_(first, others)]
-    S[np.abs(S) <= tolerance] = 0.0
+    S[np.abs(S) * columns[mine, None] <= tolerance * columns[others]] = 0.0
     i, j = np.nonzero(S)
     solution = csr_array((S[i, j], (i, used[others[j]])), shape=(len(mine), A.shape[1]))
     return Echelon(used[mine], solution, right[first], rows[left], right[left])
@@ -63,14 +76,26 @@ def dense(A: csr_array, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return used, block
 
 
-def eliminated(work: np.ndarray, right: np.ndarray, limit: float) -> tuple[list[tuple[int, int]], list[int], np.ndarray]:
+def sizes(work: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """r (m,), the largest entry of every row, and c (n,), of every column of the rows divided by them; 1 for zeros."""
+    rows = np.abs(work).max(axis=1, initial=0.0)
+    rows[rows == 0.0] = 1.0
+    columns = np.abs(work / rows[:, None]).max(axis=0, initial=0.0)
+    columns[columns == 0.0] = 1.0
+    return rows, columns
+
+
+def eliminated(work: np.ndarray, right: np.ndarray, tolerance: float) -> tuple[list[tuple[int, int]], list[int], np.ndarray]:
     """Gauss and Jordan's elimination with full pivoting in place: pivots (row, column), rows without one, right-hand side."""
     pivots: list[tuple[int, int]] = []
-    left = [*range(len(work))]
+    left, weights = [*range(len(work))], np.outer(*sizes(work))
     while left and work.size:
-        i, j = np.unravel_index(np.argmax(np.abs(work[left])), (len(left), work.shape[1]))
+        entries, shape = np.abs(work[left]), (len(left), work.shape[1])
+        i, j = np.unravel_index(np.argmax(entries), shape)
+        if entries[i, j] <= tolerance * weights[left[i], j]:
+            i, j = np.unravel_index(np.argmax(entries / weights[left]), shape)
         row = left[i]
-        if abs(work[row, j]) <= limit:
+        if entries[i, j] <= tolerance * weights[row, j]:
             break
         left.remove(row)
         pivots.append((row, int(j)))

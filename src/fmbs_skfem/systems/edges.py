@@ -16,8 +16,8 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, kron
 
 from ..bodies.body import Body
-from ..bodies.plate import dependent, edge, local_table, trace
-from ..core.errors import InputError, say
+from ..bodies.plate import dependent, edge, local_first, trace
+from ..core.errors import InputError, listed, say
 from ..shapes import surface
 from ..shapes.surface import Surface
 from .gaps import AXES, gap, where
@@ -126,7 +126,7 @@ def surface_weights(part: Body, shape: Surface, cells: np.ndarray, normal: bool)
     reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
     table = surface.tabulate(shape)
     nodes, values = shape.nodes[cells], table.values[cells]
-    _, area, _ = local_table(values, table.weights[cells], reference[nodes])
+    area = local_first(values, table.weights[cells], reference[nodes])[1]
     tangents = np.einsum("epkb,ebc->epkc", values[:, :, 1:3], reference[nodes])
     field = surface.local_axes(tangents)[1] if normal else np.ones((*area.shape, 1))
     return gathered(part, shape, nodes, np.einsum("epb,epc,ep->ebc", values[:, :, 0], field, area))
@@ -163,5 +163,5 @@ def chosen(name: str, shape: Surface, faces: Iterable[str]) -> np.ndarray:
     names = tuple(faces)
     unknown = [face for face in names if face not in shape.faces]
     if unknown:
-        raise InputError(say(name, f"one of its faces ({', '.join(sorted(shape.faces)) or 'none'})", f"'{unknown[0]}'"))
+        raise InputError(say(name, f"one of its faces ({listed(sorted(shape.faces), unknown[0], 'none')})", f"'{unknown[0]}'"))
     return np.unique(np.concatenate([shape.faces[face] for face in names])) if names else np.arange(len(shape.nodes))

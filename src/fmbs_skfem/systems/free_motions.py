@@ -11,15 +11,18 @@ Source: M. Geradin, D. Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, ch. 2 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import null_space, qr
 from scipy.sparse import block_diag
 
-from .compiled import compile_system, tangent
-from .mechanism import FLAT, RIGID, center, coordinates_read, extent, idle, least, motions, moved, on_motions
-from .redundancy import ITERATIONS, Rows, rows_of, units
+from ..bodies.body import LIMP, STIFF, limp
+from ..core.errors import InputError, say
+from .compiled import attached
+from .mechanism import FLAT, RIGID, center, coordinates_read, idle, least, motions, moved, on_motions
+from .quartic import Quartic
+from .redundancy import ITERATIONS, Rows, relative, rows_of, units
 from .system import System
 
 STEP = 1e-3  #: of the size of the system, over which the potential is differenced
@@ -40,20 +43,34 @@ def unsupported(system: System) -> tuple[tuple[Motion, ...], tuple[Motion, ...]]
     """Rigid motions at the start that neither joints nor springs resist: those that nothing holds, and those that weight holds."""
     rows = rows_of(system)[0] if system.constraints.names else None
     A, blocks = on_motions(system, rows, system.x0), motions(system, system.x0)
-    A = np.concatenate([A, block_diag([idle(B) for B in blocks]).toarray()])
+    A = np.concatenate([A, block_diag(idle(system)).toarray()])
     length = np.linalg.norm(A, axis=0)
     length[length == 0.0] = 1.0
-    Z = null_space(units(A / length), RIGID) / length[:, None]
+    unit = units(A / length)
+    Z = null_space(np.linalg.qr(unit, mode="r") if len(unit) > unit.shape[1] else unit, RIGID) / length[:, None]
     if not Z.shape[1]:
         return (), ()
     Z = np.linalg.qr(Z)[0]
-    K = tangent(compile_system(replace(system, elastic=())), system.x0, np.zeros(len(system.constraints.names)))
+    K = attached(system, system.x0, np.zeros(len(system.constraints.names)))
     Y = block_diag(blocks) @ Z
     stiff = np.asarray(Y.T @ (K @ Y)) / max(float(abs(K).max() * np.max(np.sum(Y * Y, axis=0))), 1e-300)
     if np.linalg.norm(stiff) > FLAT:
         Z = Z @ null_space(stiff, FLAT)
     free, hung = by_weight(system, rows, Z)
     return tuple(motion(system, z) for z in sparse_basis(free)), tuple(motion(system, z) for z in sparse_basis(hung))
+
+
+def limp_bodies(system: System) -> tuple[str, ...]:
+    """Cables curved in space, by names of bodies or components: without tension nothing resists their bending out of the plane."""
+    known = ((part.name, part.gather) for part in system.elastic if not isinstance(part.gather, Quartic))
+    return tuple(name for name, gather in known if limp(gather.law, system.dim, gather.section))
+
+
+def refuse_limp(where: str, system: System) -> None:
+    """Refuse modes about a reference without tension where cables are curved in space: those that are asked for would all be 0."""
+    if names := limp_bodies(system):
+        got = f"{' and '.join(map(repr, names))}, which {LIMP}: the lowest frequencies are all 0"
+        raise InputError(say(where, "straight cables, or a planar scene, for modes about the reference", got, STIFF))
 
 
 def by_weight(system: System, rows: Rows | None, Z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -63,7 +80,7 @@ def by_weight(system: System, rows: Rows | None, Z: np.ndarray) -> tuple[np.ndar
     size = float(np.linalg.norm(force))
     if not count or size == 0.0 or np.linalg.norm(Z.T @ force) > RIGID * size:
         return Z, Z[:, :0]
-    step = STEP * extent(system)
+    step = STEP * system.scale
 
     def potential(a: np.ndarray) -> float:
         return -float(system.loads.constant @ (reached(system, rows, Z @ (step * a)) - system.x0))
@@ -74,7 +91,7 @@ def by_weight(system: System, rows: Rows | None, Z: np.ndarray) -> tuple[np.ndar
         for j in range(i):
             both = axes[i] + axes[j]
             H[i, j] = H[j, i] = 0.5 * (potential(both) + potential(-both) - H[i, i] - H[j, j])
-    values, vectors = np.linalg.eigh(H / (step**2 * size / extent(system)))
+    values, vectors = np.linalg.eigh(H / (step**2 * size / system.scale))
     held = values > RIGID
     return Z @ vectors[:, ~held], Z @ vectors[:, held]
 
@@ -86,11 +103,10 @@ def reached(system: System, rows: Rows | None, z: np.ndarray) -> np.ndarray:
         return q
     used = coordinates_read(system)
     for _ in range(ITERATIONS):
-        phi = rows(q[used])[0]
-        if np.abs(phi).max() < 1e-14 * max(1.0, float(np.abs(q).max())):
+        if np.abs(relative(rows, q[used])[0]).max() < 1e-14 * max(1.0, float(np.abs(q[used] / rows.scale).max())):
             break
         A = on_motions(system, rows, q)
-        q = moved(system, q, -least(A, phi, len(A)))
+        q = moved(system, q, -least(A, rows(q[used])[0], len(A)))
     return q
 
 
@@ -106,7 +122,7 @@ def sparse_basis(Z: np.ndarray) -> np.ndarray:
 
 def motion(system: System, z: np.ndarray) -> Motion:
     """The motion z (z,) by bodies."""
-    dim, size = system.dim, extent(system)
+    dim, size = system.dim, system.scale
     moving, places = {}, {}
     for (name, first, last), own in zip(system.coordinates, z.reshape(len(system.coordinates), -1), strict=True):
         if np.abs(own).max() > RIGID:

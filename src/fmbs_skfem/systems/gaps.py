@@ -14,14 +14,18 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.sparse import csr_array
 
+from ..bodies.body import extent
 from ..core.errors import InputError, say
-from .places import At, Draft, Ground, Layout, vector
+from ..core.notices import notify
+from .places import QUARTER, At, Draft, Ground, Layout, vector
 
 AXES = "xyz"
 Vector: TypeAlias = int | np.ndarray  #: first of c probe rows, or a fixed vector (c,)
 Term: TypeAlias = tuple[float, int, int, int]  #: coefficient, signal, i, j
 End: TypeAlias = At | Ground | None  #: None and fixed points belong to the ground
 ALONG = 1e-9  #: sine of an angle that counts as zero
+CLOSE, FINE = 1e-6, 1e-9  #: gaps, relative to the size of the bodies, that joints close: with a notice, without one
+ROUND = 64 * float(np.finfo(np.float64).eps)  #: of the coordinates, in gaps
 
 
 @singledispatch
@@ -52,13 +56,8 @@ def fixed(joint: Any, draft: Draft, at: At, target: np.ndarray) -> None:
 
 
 def joined(joint: Any, draft: Draft, at: At, to: At) -> None:
-    """Rows r_a - r_b = 0; the places must coincide in the reference."""
+    """Rows r_a - r_b = 0."""
     layout = draft.layout
-    apart = float(np.linalg.norm(layout.reference(where(joint), at) - layout.reference(where(joint), to)))
-    if apart > 1e-8 * max(1.0, float(np.abs(layout.reference(where(joint), at)).max())):
-        raise InputError(
-            say(where(joint), f"{at} and {to} at one point", f"a gap of {apart:.6g} m", "move a body, or use a distance")
-        )
     first = draft.probes.add(layout.read(where(joint), at) - layout.read(where(joint), to))
     for c in range(layout.dim):
         draft.constraints.row(joint.name, AXES[c], (1.0, -1, first + c, -1))
@@ -66,10 +65,38 @@ def joined(joint: Any, draft: Draft, at: At, to: At) -> None:
 
 def coincide(joint: Any, draft: Draft, at: At, to: End) -> None:
     """Equal positions; to None: the position in the reference."""
+    reference = draft.layout.reference(where(joint), at)
+    target = reference if to is None else draft.layout.reference(where(joint), to)
+    check_meeting(joint, draft.layout, at, to, np.stack([reference, target]))
     if isinstance(to, At):
         return joined(joint, draft, at, to)
-    reference = draft.layout.reference(where(joint), at)
-    fixed(joint, draft, at, reference if to is None else vector(where(joint), to, draft.layout.dim))
+    fixed(joint, draft, at, target)
+
+
+def check_meeting(joint: Any, layout: Layout, at: At, to: End, points: np.ndarray) -> None:
+    """Places that a joint puts together, points (2, c), are at one point in the reference.
+
+    A gap above CLOSE of the size of the bodies is refused, one that rounded coordinates leave is closed with a notice.
+    """
+    apart = float(np.linalg.norm(points[1] - points[0]))
+    size = size_of(layout, {end.body for end in (at, to) if isinstance(end, At)})
+    points = points + layout.origin
+    exact = ROUND * float(np.abs(points).max())
+    other = str(to) if isinstance(to, At) else f"the fixed point ({', '.join(f'{x:g}' for x in points[1])})"
+    if apart > CLOSE * size + exact:
+        remedy = "move a body, or use a distance" if isinstance(to, At) else "move the body or the point, or leave 'to' out"
+        raise InputError(say(where(joint), f"{at} and {other} at one point", f"a gap of {apart:.6g} m", remedy))
+    if apart > FINE * size + exact:
+        notify(f"{where(joint)} closes a gap of {apart:.3g} m between {at} and {other}: give their coordinates more digits")
+
+
+def size_of(layout: Layout, names: set[str]) -> float:
+    """Size of the largest of some bodies, or of all where those are points [m]."""
+    own = max(extent(layout.bodies[name]) for name in names)
+    if own:
+        return own
+    points = np.concatenate([part.reference[part.constant > 0.5] for part in layout.bodies.values()])
+    return max(*map(extent, layout.bodies.values()), float(np.linalg.norm(np.ptp(points, axis=0))))
 
 
 def unit(place: str, values: object, size: int) -> np.ndarray:
@@ -82,7 +109,9 @@ def unit(place: str, values: object, size: int) -> np.ndarray:
 
 
 def normals(direction: np.ndarray) -> np.ndarray:
-    """Unit vectors normal to a direction, (c - 1, c)."""
+    """Unit vectors normal to a direction, (c - 1, c); in the plane the direction turned by 90 degrees."""
+    if len(direction) == 2:
+        return (QUARTER @ direction)[None, :]
     return np.asarray(np.linalg.svd(direction[None, :])[2][1:])
 
 

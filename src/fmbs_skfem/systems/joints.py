@@ -23,7 +23,7 @@ from ..shapes import line
 from .edges import Edge, RimNodes
 from .frame_joints import Cylindrical, Gear, Prismatic, Revolute, Universal
 from .gaps import AXES, basis, carried, coincide, dot, fixed, gap, guided, locked, mark, normals, unit, where
-from .places import At, Draft, Ground, vector
+from .places import At, Draft, Ground
 from .signals import Cosine, Sine
 
 __all__ = [
@@ -197,13 +197,13 @@ def _(joint: Distance, draft: Draft) -> None:
     length = float(np.linalg.norm(apart)) if joint.length is None else joint.length
     if not length > 0:
         raise InputError(say(f"{name}.length", "a positive length [m]", length, "use a pin for points that coincide"))
-    rows = layout.read(name, joint.at) - (
-        layout.read(name, joint.to) if isinstance(joint.to, At) else 0 * layout.read(name, joint.at)
-    )
-    first, ground = draft.probes.add(rows), np.zeros(layout.dim) if isinstance(joint.to, At) else vector(name, joint.to, layout.dim)
+    rows = layout.read(name, joint.at)
+    if isinstance(joint.to, At):
+        first = draft.probes.add(rows - layout.read(name, joint.to))
+    else:
+        first = draft.probes.add(rows, -layout.fixed(name, joint.to))
     terms = [(0.5, -1, first + c, first + c) for c in range(layout.dim)]
-    terms += [(-float(g), -1, first + c, -1) for c, g in enumerate(ground)]
-    draft.constraints.row(joint.name, "length", *terms, (0.5 * float(ground @ ground - length**2), -1, -1, -1))
+    draft.constraints.row(joint.name, "length", *terms, (-0.5 * length**2, -1, -1, -1))
 
 
 @gap.register

@@ -17,7 +17,7 @@ from ..bodies import laws
 from ..core.entries import view
 from ..core.jit import jit, summing
 from . import quartic, springs
-from .springs import ANGLE
+from .springs import ANGLE, SPRING
 from .turning import Turning
 
 # columns of `groups`
@@ -116,6 +116,7 @@ class Arrays(NamedTuple):
     pairs: Pairs
     load: np.ndarray  #: (n,) constant generalised force [N]
     turning: Turning  #: of reduced bodies in the plane
+    norm: np.ndarray  #: (n,) weights of the unknowns in the norm of a displacement, sqrt(sum norm_n x_n^2) [m]
 
 
 @jit
@@ -424,16 +425,16 @@ def elastic_energy(groups: Groups, lift: Csr, offset: np.ndarray, x: np.ndarray,
 
 
 @jit
-def add_loads(A: Forces, probes: Csr, y: np.ndarray, v: np.ndarray, signals: np.ndarray, g: np.ndarray) -> None:
-    """g += forces on the probe rows (j,); only dampers read the velocities v (n,)."""
+def add_loads(A: Forces, probes: Csr, y: np.ndarray, v: np.ndarray, signals: np.ndarray, angles: np.ndarray, g: np.ndarray) -> None:
+    """g += forces on the probe rows (j,); only dampers read the velocities v (n,), only springs their last angles (l,)."""
     for k in range(len(A.row)):
         g[A.row[k]] += A.value[k] * (signals[A.signal[k]] if A.signal[k] >= 0 else 1.0)
     for k in range(len(A.laws)):
         slope, position = A.laws[k, 1], A.laws[k, 2]
         s = signals[A.laws[k, 3]] if A.laws[k, 3] >= 0 else 1.0
         a = A.vectors[k]
-        if A.laws[k, 0] == 2:
-            springs.add_spring(probes, A.laws[k], a, y, v, s, g)
+        if A.laws[k, 0] == SPRING:
+            springs.add_spring(probes, A.laws[k], a, y, v, angles[k], s, g)
             continue
         square = 0.0
         for c in range(A.dim):
@@ -458,15 +459,23 @@ def add_loads(A: Forces, probes: Csr, y: np.ndarray, v: np.ndarray, signals: np.
 
 @jit
 def load_slopes(
-    A: Forces, probes: Csr, y: np.ndarray, v: np.ndarray, signals: np.ndarray, factor: float, gh: float, H: np.ndarray
+    A: Forces,
+    probes: Csr,
+    y: np.ndarray,
+    v: np.ndarray,
+    signals: np.ndarray,
+    angles: np.ndarray,
+    factor: float,
+    gh: float,
+    H: np.ndarray,
 ) -> None:
     """H[pair] += factor (d force / dy + gh d force / dy') for the point laws; pairs (c, d) of a law in row order."""
     for k in range(len(A.laws)):
         slope, first = A.laws[k, 1], A.laws[k, 4]
         s = factor * (signals[A.laws[k, 3]] if A.laws[k, 3] >= 0 else 1.0)
         a, dim = A.vectors[k], A.dim
-        if A.laws[k, 0] == 2:
-            springs.spring_slopes(probes, A.laws[k], a, y, v, s, gh, H)
+        if A.laws[k, 0] == SPRING:
+            springs.spring_slopes(probes, A.laws[k], a, y, v, angles[k], s, gh, H)
             continue
         square = 0.0
         for c in range(dim):
@@ -496,25 +505,89 @@ def constrain(A: Terms, y: np.ndarray, signals: np.ndarray, gap: np.ndarray, jac
     clear(gap)
     clear(jacobian.reshape(-1))
     for k in range(len(A.row)):
-        value = A.value[k] * (signals[A.signal[k]] if A.signal[k] >= 0 else 1.0)
-        m, i, j = A.row[k], A.i[k], A.j[k]
-        if A.signal[k] == ANGLE:
-            if i < 0:
-                gap[m] = springs.remainder(gap[m], value)
-                continue
-            gap[m] += value * springs.angle(y, i, j)
-            square = y[i] ** 2 + y[j] ** 2
-            jacobian[m, i] -= value * y[j] / square
-            jacobian[m, j] += value * y[i] / square
-        elif i < 0:
-            gap[m] += value
-        elif j < 0:
-            gap[m] += value * y[i]
-            jacobian[m, i] += value
-        else:
-            gap[m] += value * y[i] * y[j]
-            jacobian[m, i] += value * y[j]
-            jacobian[m, j] += value * y[i]
+        a, b = add_term(A, k, y, signals, gap)
+        if A.i[k] >= 0:
+            jacobian[A.row[k], A.i[k]] += a
+        if A.j[k] >= 0:
+            jacobian[A.row[k], A.j[k]] += b
+
+
+@jit
+def constrain_sparse(A: Terms, y: np.ndarray, signals: np.ndarray, gap: np.ndarray, slopes: np.ndarray) -> None:
+    """gap (m,) = Phi and slopes (k, 2), the derivatives of every term by y_i and y_j."""
+    clear(gap)
+    for k in range(len(A.row)):
+        slopes[k] = add_term(A, k, y, signals, gap)
+
+
+@jit
+def add_term(A: Terms, k: int, y: np.ndarray, signals: np.ndarray, gap: np.ndarray) -> tuple[float, float]:
+    """gap += term k; its derivatives by y_i and y_j."""
+    value = A.value[k] * (signals[A.signal[k]] if A.signal[k] >= 0 else 1.0)
+    m, i, j = A.row[k], A.i[k], A.j[k]
+    if A.signal[k] == ANGLE:
+        if i < 0:
+            gap[m] = springs.remainder(gap[m], value)
+            return 0.0, 0.0
+        gap[m] += value * springs.angle(y, i, j)
+        square = y[i] ** 2 + y[j] ** 2
+        return -value * y[j] / square, value * y[i] / square
+    if i < 0:
+        gap[m] += value
+        return 0.0, 0.0
+    if j < 0:
+        gap[m] += value * y[i]
+        return value, 0.0
+    gap[m] += value * y[i] * y[j]
+    return value * y[j], value * y[i]
+
+
+@jit
+def drift(A: Terms, paths: np.ndarray, signals: np.ndarray, second: float, third: float, out: np.ndarray) -> None:
+    """out (m,) = Phi_y z + D1 + second D2 + third D3, D_k the part of d^k Phi/dt^k without Phi_y times the k-th derivative of y.
+
+    `paths` (4, j) are y, z, v = dy/dt and a = dv/dt of the probe rows; `signals` holds the values of all signals, then their first,
+    second and third derivatives, where a constraint reads one. A term s(t) p(y), p = y_i y_j, with the derivatives s1, s2, s3 and
+    p1, p2 by time has
+
+        D1 = s1 p,   D2 = s2 p + 2 s1 p1 + 2 s v_i v_j,   D3 = s3 p + 3 s2 p1 + 3 s1 p2 + 3 s (v_i a_j + a_i v_j)
+    """
+    clear(out)
+    y, z, v, a, many = paths[0], paths[1], paths[2], paths[3], len(signals) // 4
+    for k in range(len(A.row)):
+        m, i, j, signal = A.row[k], A.i[k], A.j[k], A.signal[k]
+        if signal == ANGLE:
+            if i >= 0:
+                out[m] += A.value[k] * springs.angle_drift(paths, i, j, second, third)
+            continue
+        s, s1, s2, s3 = A.value[k], 0.0, 0.0, 0.0
+        if signal >= 0:
+            s1, s2, s3 = s * signals[many + signal], s * signals[2 * many + signal], s * signals[3 * many + signal]
+            s *= signals[signal]
+        p, pz, p1, p2, twice, mixed = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        if j >= 0:
+            p, pz, p1 = y[i] * y[j], y[i] * z[j] + z[i] * y[j], y[i] * v[j] + v[i] * y[j]
+            twice, mixed = 2.0 * v[i] * v[j], 3.0 * (v[i] * a[j] + a[i] * v[j])
+            p2 = y[i] * a[j] + a[i] * y[j] + twice
+        elif i >= 0:
+            p, pz, p1, p2 = y[i], z[i], v[i], a[i]
+        out[m] += s * (pz + second * twice + third * mixed)
+        if signal >= 0:
+            out[m] += s1 * p + second * (s2 * p + 2.0 * s1 * p1) + third * (s3 * p + 3.0 * (s2 * p1 + s1 * p2))
+
+
+@summing
+def probe_paths(A: Csr, offset: np.ndarray, x: np.ndarray, z: np.ndarray, v: np.ndarray, a: np.ndarray, paths: np.ndarray) -> None:
+    """paths (4, j) = A x + offset, A z, A v, A a; a row of A is read once."""
+    for i in range(len(offset)):
+        p, q, r, s = offset[i], 0.0, 0.0, 0.0
+        for k in range(A.indptr[i], A.indptr[i + 1]):
+            value, n = A.data[k], A.indices[k]
+            p += value * x[n]
+            q += value * z[n]
+            r += value * v[n]
+            s += value * a[n]
+        paths[0, i], paths[1, i], paths[2, i], paths[3, i] = p, q, r, s
 
 
 @jit

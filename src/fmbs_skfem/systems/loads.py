@@ -121,7 +121,7 @@ class EdgeLoad:
 class TorsionSpring:
     """Torque - k (theta - angle0) - d theta' about z, in space about `axis`, on `at` against `to` (None: the ground).
 
-    theta is the angle turned since the reference, taken within half a turn of angle0. In space `to` is the ground.
+    theta is the angle turned since the reference, its turns counted (see `springs`). In space `to` is the ground.
     """
 
     name: str

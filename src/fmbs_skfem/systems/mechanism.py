@@ -25,10 +25,11 @@ import numpy as np
 from scipy.linalg import lstsq, qr
 from scipy.sparse import block_diag, coo_array, csgraph, csr_array
 
+from ..core.errors import Reason, SolverError
 from ..core.linalg import independent_rows, rank
 from . import redundancy
-from .redundancy import AMPLITUDES, ITERATIONS, RANK, Rows, rows_of, units
-from .system import System, is_linear
+from .redundancy import AMPLITUDES, ITERATIONS, RANK, Rows, relative, rows_of, units
+from .system import System, is_linear, keep_constraints
 
 RIGID = 1e-6  #: smallest pivot of unit rows that counts as independent: scenes state places and axes to some six digits
 FLAT = 1e-9  #: share below which a motion or a row counts as nothing
@@ -129,7 +130,7 @@ def joints_of(system: System) -> tuple[list[str], np.ndarray, np.ndarray]:
 
 def motions(system: System, q: np.ndarray) -> list[np.ndarray]:
     """B_b (coordinates, 3 or 6) of every body in the state q, turns times the size of the system [m]."""
-    dim, size, found = system.dim, extent(system), []
+    dim, size, found = system.dim, system.scale, []
     for _, first, last in system.coordinates:
         part, unit = q[first:last].reshape(-1, dim), system.unit[first // dim : last // dim]
         apart = part - np.outer(unit, unit @ part / (unit @ unit))
@@ -145,22 +146,20 @@ def turn(apart: np.ndarray, axis: np.ndarray) -> np.ndarray:
     return np.asarray(np.cross(axis, np.pad(apart, ((0, 0), (0, 3 - dim))))[:, :dim])
 
 
-def extent(system: System) -> float:
-    """Size of the system [m]: root mean square of the distances of positions from their middle."""
-    points = system.x0.reshape(-1, system.dim)[system.unit > 0.5]
-    return float(np.sqrt(np.mean(np.sum((points - points.mean(axis=0)) ** 2, axis=1)))) or 1.0
-
-
-def idle(B: np.ndarray) -> np.ndarray:
-    """Combinations (i, 3 or 6) of the motions B of a body that move nothing: turns of a point, of a straight line about itself."""
-    _, s, V = np.linalg.svd(np.concatenate([B, np.zeros((B.shape[1],) * 2)]), full_matrices=False)
-    return np.asarray(V[s <= FLAT * s[0]])
+def idle(system: System) -> list[np.ndarray]:
+    """Combinations (i, 3 or 6) of motions of every body that move nothing: turns of a point, of a straight line about itself."""
+    found, weight = [], np.repeat(np.where(system.unit > 0.5, 1.0, system.scale), system.dim)
+    for (_, first, last), B in zip(system.coordinates, motions(system, system.x0), strict=True):
+        moving = weight[first:last, None] * B  # turns of axes and slopes by the size of the system beside positions
+        _, s, V = np.linalg.svd(np.concatenate([moving, np.zeros((B.shape[1],) * 2)]), full_matrices=False)
+        found.append(np.asarray(V[s <= FLAT * s[0]]))
+    return found
 
 
 def motion_counts(system: System) -> dict[str, int]:
     """rank B_b of every body."""
-    blocks = motions(system, system.x0)
-    return {name: B.shape[1] - len(idle(B)) for (name, _, _), B in zip(system.coordinates, blocks, strict=True)}
+    whole = 3 if system.dim == 2 else 6
+    return {name: whole - len(none) for (name, _, _), none in zip(system.coordinates, idle(system), strict=True)}
 
 
 def on_motions(system: System, rows: Rows | None, q: np.ndarray) -> np.ndarray:
@@ -170,8 +169,9 @@ def on_motions(system: System, rows: Rows | None, q: np.ndarray) -> np.ndarray:
         return np.zeros((0, B.shape[1]))
     used = coordinates_read(system)
     J = rows(q[used])[1]
-    A = np.asarray((B[used].T @ J.T).T)
-    A[np.linalg.norm(A, axis=1) <= FLAT * np.linalg.norm(J, axis=1)] = 0.0
+    B = csr_array(B[used])
+    A = (J @ B).toarray()
+    A[np.linalg.norm(A, axis=1) <= FLAT * np.linalg.norm((abs(J) @ abs(B)).toarray(), axis=1)] = 0.0
     return A
 
 
@@ -203,9 +203,9 @@ def ties(system: System, joint: np.ndarray, count: int, start: np.ndarray) -> tu
     probes = csr_array(system.probes.matrix)
     touched, ground = np.zeros((count, len(bodies)), dtype=bool), np.zeros(count, dtype=bool)
     for part in (terms.i, terms.j):
-        for row, probe in zip(terms.row[part >= 0], part[part >= 0], strict=True):
-            if joint[row] >= 0:
-                touched[joint[row], owner[probes[[probe]].indices]] = True
+        mine = (part >= 0) & (joint[terms.row] >= 0)
+        read = coo_array(probes[part[mine]])
+        touched[joint[terms.row[mine]][read.row], owner[read.col]] = True
     whole = start @ common(system)
     for k in range(count):
         mine = joint == k
@@ -215,7 +215,7 @@ def ties(system: System, joint: np.ndarray, count: int, start: np.ndarray) -> tu
 
 def common(system: System) -> np.ndarray:
     """Motions (z, 3 or 6) of all bodies as one: z_b = (t + w x (c_b - c), w)."""
-    dim, size, blocks = system.dim, extent(system), []
+    dim, size, blocks = system.dim, system.scale, []
     centers = np.array([center(system, first, last) for _, first, last in system.coordinates])
     for apart in centers - centers.mean(axis=0):
         turns = [turn(apart[None], axis)[0] / size for axis in np.eye(3)[2 if dim == 2 else 0 :]]
@@ -245,7 +245,7 @@ def moved(system: System, q: np.ndarray, step: np.ndarray) -> np.ndarray:
     """The state q after finite rigid motions z = step of all bodies."""
     from scipy.spatial.transform import Rotation
 
-    dim, size, out = system.dim, extent(system), q.copy()
+    dim, size, out = system.dim, system.scale, q.copy()
     for (_, first, last), z in zip(system.coordinates, step.reshape(len(system.coordinates), -1), strict=True):
         part, unit = q[first:last].reshape(-1, dim), system.unit[first // dim : last // dim]
         middle = unit @ part / (unit @ unit)
@@ -262,20 +262,19 @@ def nearby(system: System, rows: Rows | None, passive: np.ndarray) -> list[np.nd
     """
     if rows is None or not passive.any():
         return []
-    random, used, size = np.random.default_rng(0), coordinates_read(system), extent(system)
+    random, used, size = np.random.default_rng(0), coordinates_read(system), system.scale
     A, found = on_motions(system, rows, system.x0), []
-    close = 1e-11 * max(1.0, float(np.abs(system.x0[used]).max()))
+    close = 1e-11 * max(1.0, float(np.abs(system.x0[used] / rows.scale).max()))
     for amplitude in AMPLITUDES:
         change = amplitude * size * random.normal(size=(A.shape[1],))
         change -= least(A[passive], A[passive] @ change, rank_of(A[passive]))
         for directions in (rank_of(A[passive]), A.shape[1]):
             q = moved(system, system.x0, change)
             for _ in range(ITERATIONS):
-                phi = rows(q[used])[0][passive]
-                if np.abs(phi).max() < close:
+                if np.abs(relative(rows, q[used])[0][passive]).max() < close:
                     break
-                q = moved(system, q, -least(on_motions(system, rows, q)[passive], phi, directions))
-            if np.abs(rows(q[used])[0][passive]).max() < close:
+                q = moved(system, q, -least(on_motions(system, rows, q)[passive], rows(q[used])[0][passive], directions))
+            if np.abs(relative(rows, q[used])[0][passive]).max() < close:
                 found.append(on_motions(system, rows, q))
                 break
     return found
@@ -317,11 +316,15 @@ def redundant(system: System) -> tuple[Dependence, ...]:
 
     The gap of linear rows says whether they agree with those they follow from.
     """
+    if not system.constraints.names:
+        return ()
+    system = keep_constraints(system, redundancy.doubtful(*rows_of(system)))
     names = system.constraints.names
     if not names:
         return ()
     rows, z = rows_of(system)
-    phi, J = rows(z)
+    phi, sparse = rows(z)
+    J = sparse.toarray() * rows.scale
     labels, linear = [".".join(pair) for pair in names], is_linear(system.constraints)
     if rank(J, RANK) == len(names):
         return ()
@@ -332,3 +335,17 @@ def redundant(system: System) -> tuple[Dependence, ...]:
     rest = np.array([k for k in range(len(names)) if labels[k] not in dropped])
     axes = joints_of(system)[1][rest] < 0
     return (*found, *dependences(best[rest], [labels[k] for k in rest], RANK, kept=axes))
+
+
+def driven_against(system: System, found: Sequence[Dependence]) -> list[Dependence]:
+    """Dependences with a drive among their rows: what it moves is held or driven already."""
+    names, terms = system.constraints.names, system.constraints
+    driven = {".".join(names[row]) for row in terms.row[terms.signal >= 0]}
+    return [one for one in found if driven & {one.row, *one.on}]
+
+
+def conflict(found: Sequence[Dependence]) -> SolverError:
+    """The error of drives that move what is held or driven already."""
+    listed = "; ".join(f"{one.row} with {' and '.join(one.on)}" if one.on else f"{one.row} with what is held" for one in found)
+    text = f"joints contradict each other: {listed}; what a drive moves must be free, remove the drive or what stands against it"
+    return SolverError(text, Reason.INCONSISTENT, 0.0, tuple((one.row, 0.0) for one in found))

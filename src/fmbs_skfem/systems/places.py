@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array, kron, vstack
 
 from ..bodies.body import Body, locate, probe
-from ..core.errors import InputError, closest, say
+from ..core.errors import InputError, closest, listed, say
 from ..shapes.surface import Surface
 from .system import Affine, Signal
 
@@ -59,11 +59,12 @@ class Layout:
     bodies: dict[str, Body]
     first: dict[str, int]
     size: int
+    origin: np.ndarray  #: (c,) from which coordinates count [m]
 
     def body(self, where: str, at: At) -> Body:
         if at.body not in self.bodies:
             raise InputError(
-                say(where, f"one of the bodies {', '.join(self.bodies)}", f"'{at.body}'") + closest(at.body, self.bodies)
+                say(where, f"one of the bodies {listed(self.bodies, at.body)}", f"'{at.body}'") + closest(at.body, self.bodies)
             )
         return self.bodies[at.body]
 
@@ -86,10 +87,14 @@ class Layout:
         block = csr_array(rows).tocoo()
         return csr_array((block.data, (block.row, block.col + self.first[name])), shape=(block.shape[0], self.size))
 
+    def fixed(self, where: str, point: Ground) -> np.ndarray:
+        """A fixed point (c,) from the origin of the coordinates."""
+        return vector(where, point, self.dim) - self.origin
+
     def reference(self, where: str, at: At | Ground, derivative: int = 0) -> np.ndarray:
         """Reference position or slope (c,) of a place or fixed point."""
         if not isinstance(at, At):
-            return vector(where, at, self.dim)
+            return self.fixed(where, at)
         part = self.body(where, at)
         return np.asarray(probe(part, locate(part, at.place), derivative) @ part.reference)[0]
 

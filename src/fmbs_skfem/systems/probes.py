@@ -1,7 +1,11 @@
-"""Outputs by name: what a scene wants to know over time. Vector outputs B have the columns B_x, B_y (, B_z)."""
+"""Outputs by name: what a scene wants to know over time. Vector outputs B have the columns B_x, B_y (, B_z).
+
+Every column has a name of its own, and none is called `t`, which is the first one of every table.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import singledispatch
 
@@ -11,38 +15,43 @@ from scipy.sparse import csr_array, kron
 from ..bodies import laws
 from ..bodies.body import locate
 from ..bodies.plate import local_table
-from ..core.errors import InputError, closest, say
+from ..core.errors import InputError, closest, listed, say
 from ..shapes import surface
 from . import edges
-from .gaps import AXES, arm
+from .gaps import AXES, arm, unit
 from .places import At, Draft, Ground
 from .system import Output
+
+TIME = "t"  #: the first column of every table
 
 
 @dataclass(frozen=True)
 class Position:
-    """Position of a point [m]."""
+    """Position of a point [m]; of one `component` alone in a column of the output's own name."""
 
     at: At
+    component: str | None = None
 
 
 @dataclass(frozen=True)
 class Velocity:
-    """Velocity of a point [m/s]."""
+    """Velocity of a point [m/s]; of one `component` alone in a column of the output's own name."""
 
     at: At
+    component: str | None = None
 
 
 @dataclass(frozen=True)
 class Slope:
-    """Slope dr/dS of a line at a point [-]."""
+    """Slope dr/dS of a line at a point [-]; of one `component` alone in a column of the output's own name."""
 
     at: At
+    component: str | None = None
 
 
 @dataclass(frozen=True)
 class Angle:
-    """Angle [rad] turned since the reference, about z or, in space, about `axis`: continuous over the stored samples."""
+    """Angle [rad] turned since the reference, about z or, in space, about `axis`; its turns are counted between stored samples."""
 
     at: At
     axis: Ground | None = None
@@ -50,7 +59,7 @@ class Angle:
 
 @dataclass(frozen=True)
 class AngularVelocity:
-    """Rate [rad/s] of that angle."""
+    """Angular velocity [rad/s]: about z or, in space, its component along `axis`."""
 
     at: At
     axis: Ground | None = None
@@ -97,23 +106,40 @@ def rows(draft: Draft, name: str, at: At, derivative: int = 0) -> tuple[int, ...
     return tuple(range(first, first + draft.layout.dim))
 
 
-def columns(name: str, dim: int) -> tuple[str, ...]:
-    return tuple(f"{name}_{axis}" for axis in AXES[:dim])
+def vector_output(kind: str, name: str, draft: Draft, probe: Position | Velocity | Slope, derivative: int = 0) -> Output:
+    """The output of a vector at a point, or of one component of it."""
+    read, axes = rows(draft, name, probe.at, derivative), AXES[: draft.layout.dim]
+    if probe.component is None:
+        return Output(kind, read, tuple(f"{name}_{axis}" for axis in axes))
+    if probe.component not in tuple(axes):
+        raise InputError(say(f"output '{name}'", f"one of the components {', '.join(axes)}", probe.component))
+    return Output(kind, (read[axes.index(probe.component)],), (name,))
+
+
+def require_distinct_columns(outputs: Mapping[str, Output]) -> None:
+    """Raises an InputError that names the outputs where two columns, or one and the time, have the same name."""
+    owner = {TIME: ""}
+    for name, output in outputs.items():
+        for column in output.columns:
+            if column in owner:
+                of = f"one of '{owner[column]}'" if owner[column] else "the time in every table"
+                raise InputError(say(f"output '{name}'", "columns of its own", f"'{column}', which is also {of}", "rename one"))
+            owner[column] = name
 
 
 @sense.register
 def _(probe: Position, name: str, draft: Draft) -> Output:
-    return Output("position", rows(draft, name, probe.at), columns(name, draft.layout.dim))
+    return vector_output("position", name, draft, probe)
 
 
 @sense.register
 def _(probe: Velocity, name: str, draft: Draft) -> Output:
-    return Output("velocity", rows(draft, name, probe.at), columns(name, draft.layout.dim))
+    return vector_output("velocity", name, draft, probe)
 
 
 @sense.register
 def _(probe: Slope, name: str, draft: Draft) -> Output:
-    return Output("slope", rows(draft, name, probe.at, 1), columns(name, draft.layout.dim))
+    return vector_output("slope", name, draft, probe, 1)
 
 
 @sense.register
@@ -123,7 +149,14 @@ def _(probe: Angle, name: str, draft: Draft) -> Output:
 
 @sense.register
 def _(probe: AngularVelocity, name: str, draft: Draft) -> Output:
-    return Output("angular velocity", angle_rows(probe, name, draft), (name,))
+    if draft.layout.dim == 2:
+        return Output("angular velocity", angle_rows(probe, name, draft), (name,))
+    where = f"output '{name}'"
+    arm(where, draft.layout, probe.at, probe.axis)
+    axis, first = unit(f"{where}, axis", probe.axis, 3), draft.sensors.count
+    for vector in draft.layout.vectors(where, probe.at):
+        draft.sensors.add(vector)
+    return Output("spin", tuple(range(first, draft.sensors.count)), (name,), parameters=tuple(float(a) for a in axis))
 
 
 def angle_rows(probe: Angle | AngularVelocity, name: str, draft: Draft) -> tuple[int, int]:
@@ -171,7 +204,6 @@ def _(probe: Reaction, name: str, draft: Draft) -> Output:
     held = [label for joint, label in draft.constraints.names if joint == probe.joint]
     if not held:
         known = sorted({joint for joint, _ in draft.constraints.names})
-        raise InputError(
-            say(f"output '{name}'", f"one of the joints {', '.join(known)}", f"'{probe.joint}'") + closest(probe.joint, known)
-        )
+        expected = f"one of the joints {listed(known, probe.joint)}"
+        raise InputError(say(f"output '{name}'", expected, f"'{probe.joint}'") + closest(probe.joint, known))
     return Output("reaction", (), tuple(f"{name}_{label.replace(' ', '_')}" for label in held), probe.joint)

@@ -1,11 +1,13 @@
-r"""Redundant nonlinear constraint rows: found by rank, and left out.
+r"""Redundant constraint rows: found by rank, and left out.
 
     rank Phi_x(x) < m  in the start and in all positions near it        redundant rows
     rank Phi_x(x) < m  in the start alone                               a singular position (dead centre): nothing is redundant
 
 Nearby positions are found by a random change along the null space of Phi_x, moved back onto Phi = 0 by Newton steps of least norm.
-Linear rows are kept (elimination drops redundant ones), and so are rows on which a driven row depends: those joints may contradict
-each other later.
+Rows whose distances to the span of others, square roots of the pivots of the sparse J J^T, are clearly above zero are looked at no
+further: dense arrays have only the rows in doubt, and those that share coordinates with them, directly or by others.
+Linear rows are found first, by elimination. Rows on which a driven row depends are kept: such joints may contradict each other
+later. Ranks are those of rows without units: positions over the size of the system, axes and slopes as they are.
 
 Source: M. Wojtyra, J. Fraczek, Multibody Syst. Dyn. 30 (2013) 153-171, doi:10.1007/s11044-013-9352-y (redundant constraints).
 """
@@ -16,18 +18,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import qr
-from scipy.sparse import csr_array
+from scipy.sparse import coo_array, csr_array, diags_array, eye_array
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import splu
 
+from ..core.errors import Reason, SolverError
 from ..core.linalg import rank
 from ..core.notices import notify
-from . import kernels
+from . import echelon, kernels
 from .compiled import signal_table
-from .system import System, is_linear, keep_constraints
+from .system import System, is_linear, keep_constraints, linear_part
 
 START = 1e-5  #: smallest pivot of unit rows at the start, which may miss the joints a little, that needs no closer look
 RANK = 1e-8  #: smallest pivot of unit rows that counts as independent in a position where the joints hold
+DIGITS = 1e-12  #: change of a row in a large motion, relative to its summands, that is round-off
+SHIFT = 1e-14  #: of J J^T for unit rows, which lets factors of dependent rows exist
 AMPLITUDES = (0.05, 0.02, 0.005)  #: change of the coordinates, in units of their root mean square
 ITERATIONS = 20
+ALONE = 1e-2  #: part of a change within which the joints hold at the start only, where they are singular
+LINEAR = 1e-9  #: smallest pivot of linear rows, relative to row and column; gap, relative to the size, below which they agree
 
 
 @dataclass(frozen=True)
@@ -36,16 +45,29 @@ class Rows:
 
     terms: kernels.Terms
     signals: np.ndarray
-    probes: np.ndarray  #: (j, u)
+    probes: csr_array  #: (j, u)
     offset: np.ndarray  #: (j,) y at z = 0
     count: int
+    scale: np.ndarray  #: (u,) changes of z that count as large
 
-    def __call__(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def reads(self) -> csr_array:
+        """Which coordinates every row reads, wherever it is, (m, u)."""
+        terms = self.terms
+        parts = [(terms.row[on], places[on]) for places in (terms.i, terms.j) for on in [places >= 0]]
+        rows, columns = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return csr_array(csr_array((np.ones(len(rows)), (rows, columns)), shape=(self.count, len(self.offset))) @ abs(self.probes))
+
+    def __call__(self, z: np.ndarray) -> tuple[np.ndarray, csr_array]:
         """Phi (m,) and Phi_z (m, u)."""
-        y = self.probes @ z + self.offset
-        phi, slopes = np.zeros(self.count), np.zeros((self.count, len(y)))
-        kernels.constrain(self.terms, y, self.signals, phi, slopes)
-        return phi, slopes @ self.probes
+        y, terms = self.probes @ z + self.offset, self.terms
+        phi, slopes = np.zeros(self.count), np.zeros((len(terms.row), 2))
+        kernels.constrain_sparse(terms, y, self.signals, phi, slopes)
+        parts = [(slopes[on, k], terms.row[on], places[on]) for k, places in enumerate((terms.i, terms.j)) for on in [places >= 0]]
+        data, rows, columns = (np.concatenate(part) for part in zip(*parts, strict=True))
+        at_probes = csr_array(coo_array((data, (rows, columns)), shape=(self.count, len(y))))
+        J, summands = csr_array(at_probes @ self.probes), abs(at_probes) @ np.abs(y)
+        moves = abs(J) @ self.scale > DIGITS * summands  # other rows, such as one of a vector that is held, are round-off
+        return phi, csr_array(diags_array(moves.astype(float)) @ J)
 
 
 def rows_of(system: System) -> tuple[Rows, np.ndarray]:
@@ -59,8 +81,15 @@ def rows_of(system: System) -> tuple[Rows, np.ndarray]:
     i, j = (np.where(part >= 0, place[part], -1) for part in (terms.i, terms.j))
     flat = kernels.Terms(terms.row, terms.coefficient, terms.signal, i, j, np.full(len(i), -1))
     signals = signal_table(system, np.zeros(1))[0]
-    dense = np.ascontiguousarray(matrix[:, used].toarray())
-    return Rows(flat, signals, dense, system.probes.offset[read], len(terms.names)), system.x0[used]
+    probes, scale = csr_array(matrix[:, used]), scale_of(system)[used]
+    return Rows(flat, signals, probes, system.probes.offset[read], len(terms.names), scale), system.x0[used]
+
+
+def scale_of(system: System) -> np.ndarray:
+    """Changes (n,) of the unknowns that move positions by the size of the system, or turn axes and slopes by 1, and none more."""
+    matrix, limits = csr_array(system.lift.matrix), np.repeat(np.where(system.unit > 0.5, system.scale, 1.0), system.dim)
+    largest = abs(matrix).multiply(1.0 / limits[:, None]).max(axis=0).toarray().ravel()
+    return 1.0 / np.where(largest > 0.0, largest, 1.0)
 
 
 def units(J: np.ndarray) -> np.ndarray:
@@ -69,31 +98,61 @@ def units(J: np.ndarray) -> np.ndarray:
     return J / np.where(length > 0.0, length, 1.0)
 
 
+def doubtful(rows: Rows, z: np.ndarray) -> np.ndarray:
+    """Rows (i,) that may depend on each other at z: those within START of others, and what is coupled to them."""
+    unit = relative(rows, z)[1]
+    shifted = (unit @ unit.T + SHIFT * eye_array(rows.count)).tocsc()
+    factors = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    near = factors.U.diagonal()[factors.perm_c] <= START**2
+    reads = rows.reads()
+    group = connected_components(csr_array(reads @ reads.T), directed=False)[1]
+    return np.flatnonzero(np.isin(group, group[near]))
+
+
 def nearby(rows: Rows, z: np.ndarray) -> list[np.ndarray]:
-    """Jacobians in positions near z where the joints hold."""
-    random, size, found = np.random.default_rng(0), float(np.sqrt(np.mean(z**2))) or 1.0, []
-    J = rows(z)[1]
+    """Jacobians, of unit rows and dense, in positions near z where the joints hold; z itself counts where nothing can move."""
+    if not len(z):
+        return [np.zeros((rows.count, 0))]
+    random, found = np.random.default_rng(0), []
+    J = relative(rows, z)[1].toarray()
+    far = max(1.0, float(np.abs(z / rows.scale).max()))
     for amplitude in AMPLITUDES:
-        change = amplitude * size * random.normal(size=len(z))
-        moved = z + change - np.linalg.lstsq(J, J @ change, rcond=1e-9)[0]
+        change = amplitude * random.normal(size=len(z))
+        change -= np.linalg.lstsq(J, J @ change, rcond=1e-9)[0]
+        moved = z + rows.scale * change
         for _ in range(ITERATIONS):
-            phi, slopes = rows(moved)
-            if np.abs(phi).max() < 1e-13 * max(1.0, float(np.abs(z).max())):
+            gap, slopes = relative(rows, moved)
+            if np.abs(gap).max() < 1e-13 * far:
                 break
-            moved = moved - np.linalg.lstsq(slopes, phi, rcond=1e-9)[0]
-        if np.abs(rows(moved)[0]).max() < 1e-11 * max(1.0, float(np.abs(z).max())):
-            found.append(rows(moved)[1])
+            moved = moved - rows.scale * np.linalg.lstsq(slopes.toarray(), gap, rcond=1e-9)[0]
+        gap, slopes = relative(rows, moved)
+        back = np.abs(moved - z) / rows.scale
+        if np.abs(gap).max() < 1e-11 * far and not back.max() < ALONE * np.abs(change).max():
+            found.append(slopes.toarray())
     return found
+
+
+def relative(rows: Rows, z: np.ndarray) -> tuple[np.ndarray, csr_array]:
+    """Phi (m,) and Phi_z (m, u) in units of z and with rows of length 1, so that units of lengths and equations do not matter."""
+    phi, J = rows(z)
+    J = csr_array(J @ diags_array(rows.scale))
+    length = np.sqrt(np.asarray((J * J).sum(axis=1)).ravel())
+    factor = 1.0 / np.where(length > 0.0, length, 1.0)
+    return factor * phi, csr_array(diags_array(factor) @ J)
 
 
 def singular_start(system: System) -> bool:
     """Whether rows depend on each other in the start although they do not near it."""
-    rows, z = rows_of(system)
+    near = doubtful(*rows_of(system))
+    if not len(near):
+        return False
+    rows, z = rows_of(keep_constraints(system, near))
     return any(rank(J, RANK) == rows.count for J in nearby(rows, z))
 
 
 def without_redundant(system: System) -> System:
-    """The system without nonlinear rows that follow from the others in all positions near the start; a notice names them."""
+    """The system without rows that follow from the others in all positions near the start; a notice names them."""
+    system = without_redundant_linear(system)
     terms = system.constraints
     candidate = ~is_linear(terms)
     driven = np.zeros(len(terms.names), dtype=bool)
@@ -101,20 +160,54 @@ def without_redundant(system: System) -> System:
     candidate &= ~driven
     if not candidate.any():
         return system
-    rows, z = rows_of(system)
-    if rank(rows(z)[1], START) == rows.count:
+    near = doubtful(*rows_of(system))
+    if not len(near):
         return system
-    near = nearby(rows, z)
-    best = max(near, key=lambda J: rank(J, RANK), default=None)
+    rows, z = rows_of(keep_constraints(system, near))
+    if rank(relative(rows, z)[1], START) == rows.count:
+        return system
+    best = max(nearby(rows, z), key=lambda J: rank(J, RANK), default=None)
     if best is None or rank(best, RANK) == rows.count:
         return system
-    dropped = dependent_rows(units(best), candidate, driven)
+    dropped = near[dependent_rows(best, candidate[near], driven[near])]
     if not len(dropped):
         return system
-    listed = ", ".join(".".join(terms.names[k]) for k in dropped)
-    notify(f"redundant constraint rows are left out (their reactions are not unique): {listed}")
-    kept = keep_constraints(system, np.setdiff1d(np.arange(rows.count), dropped))
+    return left_out(system, dropped)
+
+
+def without_redundant_linear(system: System) -> System:
+    """The system without rows that follow from other linear ones; SolverError where those contradict each other."""
+    rows, A, a = linear_part(system)
+    shared = connected_components(csr_array(abs(A) @ abs(A).T), directed=False)[1] if len(rows) else rows
+    mine = np.flatnonzero(np.bincount(shared)[shared] > 1) if len(rows) else rows
+    if not len(mine):
+        return system
+    found = echelon.solve(csr_array(A[mine]), a[mine], LINEAR)
+    dropped = rows[mine[found.left]]
+    refuse_gaps([system.constraints.names[k] for k in dropped], found.gap, LINEAR * system.scale)
+    return left_out(system, dropped) if len(dropped) else system
+
+
+def refuse_gaps(names: list[tuple[str, str]], gap: np.ndarray, tolerance: float) -> None:
+    """SolverError that names the rows that miss those they follow from by more than a tolerance [m]."""
+    wrong = sorted(np.flatnonzero(np.abs(gap) > tolerance), key=lambda k: -abs(gap[k]))
+    if wrong:
+        worst = tuple((".".join(names[k]), abs(float(gap[k]))) for k in wrong)
+        listed = ", ".join(f"{name} by {miss:.3g} m" for name, miss in worst)
+        raise SolverError(f"joints contradict each other: {listed}", Reason.INCONSISTENT, 0.0, worst)
+
+
+def left_out(system: System, rows: np.ndarray) -> System:
+    """The system without some rows, which a notice names; their reactions are zero."""
+    notify_left_out([system.constraints.names[k] for k in rows])
+    kept = keep_constraints(system, np.setdiff1d(np.arange(len(system.constraints.names)), rows))
     return replace(kept, full=system.full or system)
+
+
+def notify_left_out(names: list[tuple[str, str]]) -> None:
+    """The notice of rows that are left out."""
+    listed = ", ".join(sorted({".".join(name) for name in names}))
+    notify(f"redundant constraint rows are left out (their reactions are not unique): {listed}")
 
 
 def dependent_rows(J: np.ndarray, candidate: np.ndarray, driven: np.ndarray) -> np.ndarray:

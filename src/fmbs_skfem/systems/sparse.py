@@ -10,14 +10,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, eye_array
 
 from ..bodies import laws
+from ..bodies.body import Cells
 from ..core.jit import jit
 from ..core.linalg import is_identity, mirrored
 from . import kernels
 from .gathers import Collected, cell_coordinates
 from .kernels import Groups
+from .system import System
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,25 @@ def entries(local: np.ndarray, n: int) -> np.ndarray:
     low, column = np.tril_indices(len(local))
     i, j = local[low].astype(np.int64), local[column].astype(np.int64)
     return np.maximum(i, j) * n + np.minimum(i, j)
+
+
+def function_pattern(system: System) -> csr_array:
+    """Pattern (b, b) of the iteration matrix over the functions of all bodies, each the place of a vector of unknowns."""
+    dim, count = system.dim, system.lift.matrix.shape[0] // system.dim
+    pattern = csr_array(eye_array(count, dtype=np.float32))  # frames without mass and stiffness have entries too
+    for matrix in (system.mass, system.stiffness):
+        pattern = csr_array(pattern + abs(csr_array(matrix)[::dim, ::dim].astype(np.float32)))
+    for part in system.elastic:
+        if not isinstance(part.gather, Cells):
+            continue
+        nodes = part.gather.nodes // dim
+        indptr = np.arange(nodes.shape[1] + 1) * len(nodes)
+        width = count if part.gather.spread is None else part.gather.spread.shape[0] // dim
+        reads = csr_array((np.ones(nodes.size, np.float32), nodes.T.ravel(), indptr), shape=(nodes.shape[1], width))
+        if part.gather.spread is not None:
+            reads = csr_array(reads @ abs(csr_array(part.gather.spread)[::dim, ::dim].astype(np.float32)))
+        pattern = csr_array(pattern + reads.T @ reads)
+    return csr_array(pattern, dtype=float)
 
 
 def tangent(plan: Plan, x: np.ndarray, gh: float = 0.0) -> csr_array:

@@ -166,12 +166,26 @@ class System:
     x0: np.ndarray
     v0: np.ndarray
     unit: np.ndarray  #: (q / c,) coordinates of the field 1 in q
-    scale: float  #: norm of q in the reference configuration, to which Newton's tolerance refers
+    metric: Matrix  #: (n, n) mass, with unknowns that have none by the length they stand for [kg m2 per unit2]
+    weight: float  #: mass that the norm sqrt(u^T metric u / weight) of displacements refers to [kg]
+    scale: float  #: size of the mechanism, to which Newton's tolerance refers [m]
+    origin: np.ndarray  #: (c,) origin of q and of fixed points; sensors and pictures count from that of the scene [m]
     full: System | None = None  #: the form with all multipliers, from which reactions are recovered
 
     @property
     def size(self) -> int:
         return len(self.x0)
+
+
+def in_scene(system: System, q: np.ndarray) -> np.ndarray:
+    """Body coordinates (..., q) from the origin of the scene."""
+    return q + np.kron(system.unit, system.origin)
+
+
+def sizes(system: System, displacements: np.ndarray) -> np.ndarray:
+    """Root mean squares (s,) [m] of displacements (s, n) of the unknowns, sqrt(u^T W u / w)."""
+    u = np.atleast_2d(displacements)
+    return np.sqrt(np.maximum(np.einsum("sn,ns->s", u, np.asarray(system.metric @ u.T)), 0.0) / system.weight)
 
 
 def is_linear(constraints: Constraints) -> np.ndarray:
@@ -214,15 +228,23 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
     multiplied by any V. x0 and v0 are projected orthogonally; they are exact when they lie in the range of V.
     """
 
+    kept = chosen(V)
+
     def square(A: Matrix) -> Matrix:
+        if kept is not None and is_sparse(A):
+            return csr_array(csr_array(A[kept])[:, kept])
         product = V.T @ (A @ V)
         return csr_array(product) if is_sparse(product) else product
 
     def compose(affine: Affine) -> Affine:
+        if kept is not None and is_sparse(affine.matrix):
+            return Affine(csr_array(affine.matrix[:, kept]), affine(d))
         product = affine.matrix @ V
         return Affine(csr_array(product) if is_sparse(product) else product, affine(d))
 
     def project(x: np.ndarray) -> np.ndarray:
+        if kept is not None:
+            return np.asarray(x[kept])
         if not isinstance(V, np.ndarray):
             return np.asarray(spsolve((V.T @ V).tocsc(), V.T @ x)).reshape(V.shape[1])
         return np.linalg.lstsq(V, x, rcond=None)[0]
@@ -240,6 +262,7 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
         system,
         lift=lift,
         mass=square(system.mass),
+        metric=square(system.metric),
         damping=square(system.damping),
         stiffness=square(system.stiffness),
         elastic=tuple(carry(e) for e in system.elastic),
@@ -249,6 +272,14 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
         x0=project(system.x0 - d),
         v0=project(system.v0),
     )
+
+
+def chosen(V: Matrix) -> np.ndarray | None:
+    """The rows (r,) that a sparse V takes as they are, one a column, where it does nothing else: held edges, fixed points."""
+    if isinstance(V, np.ndarray) or V.nnz != V.shape[1] or np.any(V.data != 1.0):
+        return None
+    rows = csr_array(V.T).indices
+    return rows if (np.diff(csr_array(V).indptr) <= 1).all() and (np.diff(csr_array(V.T).indptr) == 1).all() else None
 
 
 def sampled(gather: Cells | Sampled, lift: Affine, V: np.ndarray, d: np.ndarray) -> Sampled:

@@ -216,7 +216,7 @@ def extensible_cantilever() -> list[Quantity]:
 @case("lee-frame", group="statics", source="rod with the strain |r'| - 1, by shooting")
 def lee() -> list[Quantity]:
     """A hinged frame snaps through and back: the path of its equilibria, by arc length."""
-    path = follow_path(lee_frame(), ArcLength(0.05), TIGHT)
+    path = follow_path(lee_frame(), ArcLength(0.05, wanted=4), TIGHT)
     P, u, v = lee_path(path)
     limits = limit_points(path)
     spline = CubicSpline(np.append(0.0, np.cumsum(np.linalg.norm(np.diff(np.stack([u, v])), axis=0))), np.stack([v, P], 1))

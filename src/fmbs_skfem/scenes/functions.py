@@ -1,0 +1,133 @@
+"""Dimensions of functions of time: a parameter of a wrong dimension is refused, plain numbers may stand for any unit.
+
+    A * sin(w * t)      A [m], w [rad/s]: a length                   0.1 * t      0.1 is a speed where a length is wanted
+    5 * (t - T)         5 is a rate where a number is wanted         F * sin(t)   F [N] is no number: refused as a history
+
+Powers of kilogram and metre come from parameters. A plain number may bring powers of the second to them, and any unit where
+there is no parameter; so may t by itself. Numbers beside pi bring none: 2 pi T t with a period T is refused.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from ..core import expressions
+from ..core.problems import Problem, shown
+from . import units
+from .units import NUMBER, PI, TIME, Dimension, Quantity
+
+Rule = Callable[..., "Term"]
+
+REMEDY = "look at the dimensions of its parameters; t is in seconds"
+
+
+@dataclass(frozen=True)
+class Term:
+    """Part of a function of time: the dimension that parameters and t give it, and what may change that."""
+
+    quantity: Quantity  #: its value is nan where it depends on t
+    number: bool = False  #: holds a plain number, which may have a unit
+    bare: bool = False  #: holds no parameter with a dimension
+
+    def fits(self, wanted: units.Exponents) -> bool:
+        """Whether the term can have a dimension; radians count as numbers."""
+        own, none = self.quantity.exponents[:3], NUMBER.exponents
+        return own in (wanted[:3], none[:3]) or ((self.number or self.bare) and own[:2] in (wanted[:2], none[:2]))
+
+    def beside(self, other: Term) -> bool:
+        """Whether the term can stand in a sum with another one: both alike, without parameters, or numbers among them fit."""
+        own, its = self.quantity.exponents[:3], other.quantity.exponents[:3]
+        if own == its or (self.bare and other.bare):
+            return True
+        return (self.number and own[:2] in (its[:2], (0, 0))) or (other.number and its[:2] in (own[:2], (0, 0)))
+
+
+def check(text: str, dimension: Dimension, parameters: Mapping[str, Quantity], clock: bool = True) -> None:
+    """Raises a Problem where the function of time `text` cannot have a dimension; without `clock` t is a number, not a time."""
+    program = expressions.parse(text, parameters.keys() | {"t"})
+    fixed = {"pi": Term(PI, bare=True), "t": Term(Quantity(math.nan, TIME.exponents), number=not clock, bare=True)}
+    names = fixed | {name: _constant(parameters[name]) for name in program if isinstance(name, str) and name in parameters}
+    found: Term = expressions.evaluate(program, names, _ALGEBRA, lambda number: _constant(Quantity(number, NUMBER.exponents)))
+    if not found.fits(dimension.exponents):
+        got = f"{shown(text)} ({units.describe(found.quantity.exponents)})"
+        raise Problem(f"{dimension} as a function of t", got, REMEDY)
+    units.refuse_cycles(found.quantity, dimension, text)
+
+
+def _constant(quantity: Quantity) -> Term:
+    plain = not any(quantity.exponents)
+    return Term(quantity, number=plain, bare=plain)
+
+
+def _sum(symbol: str) -> Rule:
+    """Both sides of one dimension, which a plain number beside a term takes over."""
+
+    def apply(a: Term, b: Term) -> Term:
+        if not a.beside(b):
+            got = f"{units.describe(a.quantity.exponents)} and {units.describe(b.quantity.exponents)}"
+            raise Problem(f"all parts of '{symbol}' of one dimension", got, REMEDY)
+        lead = min((a, b), key=lambda term: (term.number, term.bare, not any(term.quantity.exponents)))
+        bare = (a.bare and b.bare) or any(term.bare and not term.number for term in (a, b))
+        return Term(replace(lead.quantity, value=math.nan), number=a.number and b.number, bare=bare)
+
+    return apply
+
+
+def _compared(symbol: str) -> Rule:
+    both = _sum(symbol)
+
+    def apply(a: Term, b: Term) -> Term:
+        both(a, b)
+        return _PURE
+
+    return apply
+
+
+def _pure(symbol: str) -> Rule:
+    """Functions of numbers and angles."""
+
+    def apply(a: Term) -> Term:
+        if not a.fits(NUMBER.exponents):
+            raise Problem(f"a number or an angle in {symbol}(...)", units.describe(a.quantity.exponents), REMEDY)
+        units.refuse_cycles(a.quantity, units.ANGLE, f"{symbol}(...)")
+        return _PURE
+
+    return apply
+
+
+def _product(law: Callable[[Quantity, Quantity], Quantity]) -> Rule:
+    def apply(a: Term, b: Term) -> Term:
+        number = (a.number and b.quantity != PI) or (b.number and a.quantity != PI)
+        return Term(law(a.quantity, b.quantity), number, a.bare and b.bare)
+
+    return apply
+
+
+def _power(a: Term, b: Term) -> Term:
+    if not b.fits(NUMBER.exponents):
+        raise Problem("a number as exponent of '**'", units.describe(b.quantity.exponents), REMEDY)
+    if not any(a.quantity.exponents) or math.isnan(b.quantity.value):
+        return Term(replace(a.quantity, value=math.nan), a.number, a.bare)
+    exponent = Quantity(b.quantity.value, NUMBER.exponents)
+    return Term(units.power(replace(a.quantity, value=1.0), exponent), a.number, a.bare)
+
+
+def _same(a: Term) -> Term:
+    return Term(replace(a.quantity, value=-a.quantity.value), a.number, a.bare)
+
+
+_PURE = Term(Quantity(math.nan, NUMBER.exponents), bare=True)
+_ALGEBRA: expressions.Algebra = {
+    **{symbol: _sum(symbol) for symbol in ("+", "-", "min", "max")},
+    **{symbol: _compared(symbol) for symbol in ("<", "<=", ">", ">=")},
+    **{symbol: _pure(symbol) for symbol in ("sin", "cos", "tan", "tanh", "exp", "log")},
+    "*": _product(units.product),
+    "/": _product(units.quotient),
+    "**": _power,
+    "sqrt": lambda a: _power(a, _constant(Quantity(0.5, NUMBER.exponents))),
+    "abs": lambda a: a,
+    "neg": _same,
+    "where": lambda condition, a, b: _sum("where")(a, b),
+}

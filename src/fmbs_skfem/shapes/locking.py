@@ -1,0 +1,70 @@
+r"""Quadrature of the axial strain of smooth cubic lines, which lock under the Gauss rule of their bending.
+
+A line that bends without stretching, r'.r' = 1, has two unknowns a cell (in the plane) where it is C2, and at three Gauss points a
+cell three conditions to meet: it stiffens with EA h^2 / EI. The strain is therefore integrated with about as many points as its
+space S^2_1 of C1 quadratics has functions, one in the middle of every cell, three in the first and the last,
+
+    sum_i W_i N_b(x_i) = int N_b    for all N_b of S^2_1,        min sum_i (W_i - G_i)^2 / G_i
+
+nearest to the Gauss weights G (h where a cell has one point; so is W between equal cells, exact on C1 cubics there). All are Gauss
+points of the bending, so that nothing new is evaluated. Beside cells of very different lengths weights would be negative: there all
+three points stay. The part LIMIT EI / h^2 of EA, which cannot lock, stays under the Gauss rule, so that a line of fine cells is
+integrated as ever, and orders of convergence are those of full integration in the end.
+
+C. Adam, S. Bouabdallah, M. Zarroug, H. Maitournam, Improved numerical integration for locking treatment in isogeometric structural
+elements, Part I: Beams, Comput. Methods Appl. Mech. Engrg. 279 (2014) 1-28, doi:10.1016/j.cma.2014.06.023.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csc_array, diags_array
+from scipy.sparse.linalg import splu
+
+from . import line
+from .table import Floats, Table
+
+LIMIT = 1e2  #: EA h^2 / EI up to which the Gauss rule does not lock: as much of EA keeps it
+POINTS = 3  #: Gauss points a cell of the bending of a cubic
+SMALL = 0.05  #: of the length of its cell: weights below it bring back the points of the cells around
+
+
+def locks(space: line.BSpline | line.Hermite) -> bool:
+    """Whether a line is a C2 cubic B-spline without weights."""
+    if not isinstance(space, line.BSpline) or space.weights is not None:
+        return False
+    return space.degree == POINTS and space.count == len(line.breaks(space)) + 2
+
+
+def axial_shares(space: line.BSpline | line.Hermite, table: Table, ratio: float) -> Floats:
+    """Factors (e, p) of EA at the Gauss points of a table, for the largest ratio EA h^2 / EI of its cells; 1 without locking."""
+    whole = min(1.0, LIMIT / ratio)
+    if whole == 1.0 or not locks(space) or table.weights.shape[1] != POINTS:
+        return np.ones_like(table.weights)
+    assert isinstance(space, line.BSpline)
+    return whole + (1.0 - whole) * axial_weights(space, table) / table.weights
+
+
+def axial_weights(space: line.BSpline, table: Table) -> Floats:
+    """The weights W (e, p) in xi of a C2 cubic at its three Gauss points a cell."""
+    length = table.weights.sum(axis=1, keepdims=True)
+    whole = np.zeros(len(length), dtype=bool)
+    whole[[0, -1]] = True
+    found = _weights(space, table, whole)
+    while (wrong := ((found != 0.0) & (found < SMALL * length)).any(axis=1)).any():
+        whole = np.convolve(whole | wrong, [True, True, True])[1:-1] > 0  # one cell more a round: it ends with the Gauss rule
+        found = _weights(space, table, whole)
+    return found
+
+
+def _weights(space: line.BSpline, table: Table, whole: np.ndarray) -> Floats:
+    """W (e, p) with all points of the cells that are `whole`, and the middle one of the others."""
+    gauss = np.where(whole[:, None], table.weights, 0.0)
+    gauss[~whole, 1] = table.weights[~whole].sum(axis=1)
+    used = gauss > 0.0
+    strains = line.uniform(line.breaks(space), 2, 1)
+    integrals = (strains.knots[3:] - strains.knots[:-3]) / 3.0
+    rows, start = csc_array(line.sample(strains, table.points[used])), gauss[used]
+    shares = splu(csc_array(rows.T @ diags_array(start) @ rows)).solve(integrals - rows.T @ start)
+    gauss[used] = start + start * (rows @ shares)
+    return gauss

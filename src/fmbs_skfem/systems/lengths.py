@@ -1,0 +1,69 @@
+r"""Lengths that displacements, errors and tolerances are measured with.
+
+    |u| = sqrt(u^T W u / w),   W = M + D,   w = 1^T M 1
+
+The mass norm is the root mean square of the displacement over the mass [m]: the same on every mesh, for every interpolation and
+wherever the origin is. D holds the coordinates without mass, such as the axes of thin rigid parts: those of a body count together
+as an average body does that moves by the length they stand for, which is 1 for positions, the size of the body for axes and slopes.
+Where nothing has a mass, as in statics, all coordinates count so.
+
+A mechanism far from the origin of its scene has coordinates from its own middle: differences of large numbers would cost digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.sparse import csr_array, diags_array
+
+from ..bodies.body import Body, positions
+
+LIGHT = 1e-12  #: mass, relative to that of the heaviest coordinate, that counts as none
+FAR = 30.0  #: distance of a mechanism from the origin of its scene, over its size, from which it counts from a point of its own
+DIGITS = 8.0 * float(np.finfo(np.float64).eps)  #: round-off of a position, relative to the largest coordinate
+
+
+def masses(parts: Sequence[Body]) -> list[float]:
+    """Mass of every body [kg]."""
+    return [float(part.constant @ (part.mass @ part.constant)) for part in parts]
+
+
+def weight(parts: Sequence[Body]) -> float:
+    """Mass of all bodies, 1 where they have none [kg]."""
+    return sum(masses(parts)) or 1.0
+
+
+def massless(parts: Sequence[Body], mass: csr_array) -> csr_array:
+    """D (q, q): diagonal, zero for coordinates with mass [kg m2 per unit2]."""
+    diagonal, share, size = mass.diagonal(), weight(parts) / len(parts), extent(parts)
+    least, found, first = LIGHT * diagonal.max(initial=0.0), [np.zeros(0)], 0
+    for part in parts:
+        dim = part.reference.shape[1]
+        none = diagonal[first : first + part.reference.size : dim] <= least
+        first += part.reference.size
+        length = np.where(part.constant == 1.0, 1.0, spread(positions(part)) or size)
+        own = np.where(none, share / max(1, int((none & (part.constant == 1.0)).sum())) * length**2, 0.0)
+        found.append(np.repeat(own, dim))
+    return csr_array(diags_array(np.concatenate(found)))
+
+
+def spread(places: np.ndarray) -> float:
+    """Largest distance of places (x, c) from their mean [m]."""
+    return float(np.linalg.norm(places - places.mean(axis=0), axis=1).max(initial=0.0)) if len(places) else 0.0
+
+
+def origin(parts: Sequence[Body]) -> np.ndarray:
+    """The point from which coordinates count (c,): the middle of the bodies if that is far away, else the origin of the scene."""
+    places = np.concatenate([positions(part) for part in parts])
+    middle = places.mean(axis=0)
+    return middle if np.linalg.norm(middle) > FAR * (spread(places) or 1.0) else np.zeros_like(middle)
+
+
+def extent(parts: Sequence[Body], probes: np.ndarray | None = None) -> float:
+    """Size of a mechanism: the largest distance of its points from their mean [m].
+
+    Of a single point the largest of its probe rows (j,), as the length of a link that holds it; 1 m where nothing has a size.
+    """
+    found = spread(np.concatenate([positions(part) for part in parts]))
+    return found or float(np.abs(probes).max(initial=0.0) if probes is not None else 0.0) or 1.0

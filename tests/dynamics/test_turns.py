@@ -1,0 +1,189 @@
+"""Torsion springs, angles and angular velocities over many turns: full, reduced, saved, large models, batches, resumed runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.bodies.rigid import rigid
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, outputs, reactions, solve_statics
+from fmbs_skfem.dynamics.batch import integrate_many
+from fmbs_skfem.reduction import files, galerkin, hyper, pod
+from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, compiled, eliminate, joints, loads, probes, springs
+from fmbs_skfem.systems.system import LoadKind
+
+from .. import models
+from .test_batch import complete
+from .test_checkpoint import assert_same, stopped
+
+Z = (0.0, 0.0, 1.0)
+TIGHT = Newton(tolerance=1e-12)
+
+
+def oscillator(rest: float = 0.0, speed: float = 10.0, dim: int = 2, moment: float = 0.0, damping: float = 0.0) -> System:
+    """A disc of inertia 0.01 on a spring of 0.01 N m/rad about z: theta'' = rest - theta."""
+    inertia: Any = 0.01 if dim == 2 else (0.008, 0.009, 0.01)
+    axis = {} if dim == 2 else {"axis": Z}
+    at = At("disc", "frame")
+    pushes = [loads.Moment("push", at, moment if dim == 2 else (0.0, 0.0, moment))] if moment else []
+    return eliminate(
+        assemble(
+            [rigid("disc", 1.0, inertia, (0.0,) * dim, dim=dim)],
+            [joints.Revolute("pin", at, **axis)],
+            [loads.TorsionSpring("spring", at, None, 0.01, damping, rest, **axis), *pushes],
+            outputs={"angle": probes.Angle(at, **axis), "rate": probes.AngularVelocity(at, **axis)},
+            initial={"disc": Motion(angular_velocity=speed if dim == 2 else (0.0, 0.0, speed))},
+        )
+    )
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_spring_counts_its_turns(dim: int) -> None:
+    """10 sin t: more than a turn and a half to either side, with the energy k theta^2 / 2 of all of it."""
+    motion = integrate(oscillator(dim=dim), GeneralizedAlpha(2e-3), 6.0, TIGHT)
+    found, t = outputs(motion), motion.times
+    assert_allclose(found["angle"], 10.0 * np.sin(t), atol=5e-3)
+    assert_allclose(found["rate"], 10.0 * np.cos(t), atol=5e-3)
+    assert_allclose(energies(motion)[:, 3], 0.5, atol=1e-4)
+
+
+def test_a_rest_angle_of_more_than_half_a_turn() -> None:
+    motion = integrate(oscillator(4.0, 0.0), GeneralizedAlpha(2e-3), 3.0, TIGHT)
+    assert_allclose(outputs(motion)["angle"], 4.0 * (1.0 - np.cos(motion.times)), atol=1e-3)
+
+
+def test_a_spring_between_two_bodies_counts_the_turns_between_them() -> None:
+    """Equal discs, one of them at 20 rad/s: their mean turns at 10 rad/s, their difference is 10 sqrt 2 sin(sqrt 2 t)."""
+    ends = [At(name, "frame") for name in ("a", "b")]
+    discs = [rigid(end.body, 1.0, 0.01, (0.0, 0.0), dim=2) for end in ends]
+    pins = [joints.Revolute(end.body.upper(), end) for end in ends]
+    system = assemble(
+        discs,
+        pins,
+        [loads.TorsionSpring("spring", *ends, 0.01)],
+        outputs={end.body: probes.Angle(end) for end in ends},
+        initial={"a": Motion(angular_velocity=20.0)},
+    )
+    motion = integrate(eliminate(system), GeneralizedAlpha(1e-3), 4.0, TIGHT)
+    found, t = outputs(motion), motion.times
+    assert_allclose(found["a"] + found["b"], 20.0 * t, atol=1e-2)
+    assert_allclose(found["a"] - found["b"], 10.0 * np.sqrt(2.0) * np.sin(np.sqrt(2.0) * t), atol=2e-2)
+
+
+def test_turns_of_nearly_half_a_turn_a_step() -> None:
+    """The angle is followed from any step to the next by less than half a turn, to either side."""
+    system = oscillator()
+    model, angles = compile_system(system), np.zeros(2)
+    (spring,) = (k for k, law in enumerate(system.loads.laws) if law.kind is LoadKind.SPRING)
+    angles = compiled.last_angles(system)
+    first = system.loads.laws[spring].slope
+    P = np.asarray(system.probes.matrix[[first, first + 1]].toarray())
+    for step, theta in enumerate([3.1 * k for k in range(8)] + [3.1 * k for k in range(6, -8, -1)]):
+        x = np.linalg.lstsq(P, np.array([np.cos(theta), np.sin(theta)]) - system.probes.offset[[first, first + 1]])[0]
+        angles = compiled.followed(model, x, angles)
+        assert angles[spring] == pytest.approx(theta, abs=1e-9), step
+        torque = springs.continued(np.arctan2(np.sin(theta), np.cos(theta)), theta - 3.0)
+        assert torque == pytest.approx(theta, abs=1e-9)
+
+
+def rotor(stiffness: float = 0.03, E: float = 1e9) -> System:
+    """A beam that turns on a pin against a spring; about 0.06 kg m^2."""
+    beam = body.cable("beam", models.straight(4), sections.Circular(0.01), sections.Material(E, 2300.0), dim=2)
+    root = At("beam", "left")
+    return assemble(
+        [beam],
+        [joints.Pin("pin", root)],
+        [loads.TorsionSpring("spring", root, stiffness=stiffness, angle0=0.5)],
+        outputs={"angle": probes.Angle(root), "pin": probes.Reaction("pin"), "E": probes.Energy()},
+        initial={"beam": Motion(angular_velocity=10.0)},
+    )
+
+
+def test_reduced_hyper_reduced_and_saved_models_count_turns(tmp_path: Path) -> None:
+    scheme = GeneralizedAlpha(2e-3)
+    raw = rotor()
+    full = integrate(eliminate(raw), scheme, 2.0, TIGHT)
+    data = galerkin.snapshots(full)
+    bases = {name: pod.basis(data.q[:, galerkin.rows_of(raw, part)].T, 1e-14) for name, part in galerkin.body_level(raw).items()}
+    reduced = galerkin.reduce_system(raw, galerkin.body_level(raw), bases)
+    hyper_reduced = hyper.apply(reduced, hyper.train(reduced, galerkin.projected(reduced, data.q), 1e-8))
+    files.save(reduced, tmp_path / "model.h5")
+    expected = outputs(full)
+    assert expected["angle"].max() > 4 * np.pi
+    for system in (reduced, hyper_reduced, files.load(tmp_path / "model.h5")):
+        found = outputs(integrate(system, scheme, 2.0, TIGHT))
+        assert_allclose(found["angle"], expected["angle"], atol=1e-3)
+        assert_allclose(found["E_balance"], expected["E_balance"], atol=1e-3)
+    assert_allclose(expected["E_balance"], expected["E_balance"][0], atol=1e-3 * expected["E_kinetic"].max())
+
+
+def test_members_of_a_batch_count_turns() -> None:
+    systems = [complete(rotor(stiffness)) for stiffness in (0.03, 0.05)]
+    scheme = GeneralizedAlpha(2e-3)
+    for system, found in zip(systems, integrate_many(systems, scheme, 1.5, TIGHT, every=10), strict=True):
+        alone = outputs(integrate(system, scheme, 1.5, TIGHT, every=10))
+        assert "members together" in found.statistics.solver
+        assert_allclose(outputs(found)["angle"], alone["angle"], atol=1e-8)
+        assert alone["angle"].max() > 3 * np.pi
+
+
+def test_large_models_count_turns(monkeypatch: pytest.MonkeyPatch) -> None:
+    system, scheme = rotor(), GeneralizedAlpha(2e-3)
+    band = integrate(system, scheme, 1.0, TIGHT)
+    monkeypatch.setattr(compiled, "BAND", 1)
+    monkeypatch.setattr(compiled, "DENSE", 1)
+    large = integrate(system, scheme, 1.0, TIGHT)
+    assert large.statistics.solver.startswith("sparse")
+    found, expected = outputs(large), outputs(band)
+    assert expected["angle"].max() > 2 * np.pi
+    assert_allclose(found["angle"], expected["angle"], atol=1e-6)
+
+
+@pytest.mark.parametrize("after", [16, 700])
+def test_a_split_run_keeps_the_turns(after: int) -> None:
+    """Stopped early and in the second turn, and taken up with the same bits."""
+    system, scheme, steps = oscillator(damping=1e-3), GeneralizedAlpha(1e-3), 2000
+    whole = integrate(system, scheme, steps * scheme.step, every=7)
+    assert outputs(whole)["angle"].max() > 2.5 * np.pi
+    part = stopped(system, after, scheme, steps, every=7)
+    assert_same(integrate(system, scheme, steps * scheme.step, every=7, resume=part), whole)
+
+
+def test_equilibria_count_turns() -> None:
+    """theta = M / k: a turn and more by a moment that grows over the load factor."""
+    path = solve_statics(oscillator(moment=0.09, speed=0.0), 10, TIGHT)
+    assert_allclose(outputs(path)["angle"], 9.0 * path.times, atol=1e-8)
+    assert_allclose(reactions(path)[("pin", "x")], 0.0, atol=1e-9)
+
+
+def test_few_stored_states_still_tell_the_turns() -> None:
+    """0.9 s at up to 10 rad/s between two states: the angle, and the energy of the spring at the end, are known all the same."""
+    motion = integrate(oscillator(), GeneralizedAlpha(2e-3), 2.7, TIGHT, every=450)
+    assert len(motion.times) == 4
+    assert_allclose(outputs(motion)["angle"], 10.0 * np.sin(motion.times), atol=5e-3)
+
+
+def test_too_few_stored_states_are_told() -> None:
+    motion = integrate(oscillator(), GeneralizedAlpha(2e-3), 8.0, TIGHT, every=2000)
+    with pytest.warns(Notice, match="output 'angle': stored states are too far apart to count the turns"):
+        outputs(motion)
+
+
+def test_angular_velocity_about_a_fixed_axis_of_a_body_that_tumbles() -> None:
+    """A free body of equal moments of inertia keeps its angular velocity vector, whose components are its outputs."""
+    omega, at = np.array([3.0, -2.0, 5.0]), At("ball", "frame")
+    axes = {"x": (1.0, 0.0, 0.0), "y": (0.0, 2.0, 0.0), "skew": (1.0, 1.0, 1.0)}
+    system = assemble(
+        [rigid("ball", 1.0, (0.1, 0.1, 0.1), (0.0, 0.0, 0.0))],
+        outputs={name: probes.AngularVelocity(at, axis) for name, axis in axes.items()},
+        initial={"ball": Motion(angular_velocity=tuple(omega))},
+    )
+    found = outputs(integrate(eliminate(system), GeneralizedAlpha(1e-3), 3.0, TIGHT))
+    for name, axis in axes.items():
+        assert_allclose(found[name], omega @ axis / np.linalg.norm(axis), atol=1e-3)

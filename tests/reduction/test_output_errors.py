@@ -1,0 +1,101 @@
+"""Errors of outputs: in their unit and as parts of their ranges, for a known difference of two motions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
+from fmbs_skfem.reduction import galerkin, output_errors
+from fmbs_skfem.systems import eliminate, loads
+from fmbs_skfem.systems.system import Output
+from tests import models
+
+T = np.linspace(0.0, 1.0, 201)
+KNOWN = {
+    "tip": Output("position", (), ("tip_x", "tip_y", "tip_z")),
+    "clamp": Output("reaction", (), ("clamp_x", "clamp_slope_x"), "clamp"),
+    "still": Output("position", (), ("still",)),
+}
+
+
+def reference() -> dict[str, np.ndarray]:
+    return {
+        "tip_x": 200.0 + 2.0 * T,
+        "tip_y": 1e-6 * T,
+        "tip_z": 0.0 * T,
+        "clamp_x": 10.0 * np.sin(2 * np.pi * T),
+        "clamp_slope_x": 0.5 * T,
+        "still": 200.0 + 0.0 * T,
+    }
+
+
+def changed(**by: float) -> Mapping[str, np.ndarray]:
+    return {name: values + by.get(name, 0.0) * T**2 for name, values in reference().items()}
+
+
+def test_errors_stand_in_their_unit_and_as_parts_of_their_range() -> None:
+    found = output_errors.between(reference(), changed(tip_x=1e-3, clamp_x=0.2, clamp_slope_x=0.01), KNOWN)
+    assert found["tip_x"].error == pytest.approx(1e-3, rel=1e-9)
+    assert found["tip_x"].relative == pytest.approx(5e-4, rel=1e-9)
+    assert (found["clamp_x"].range, found["clamp_x"].relative) == pytest.approx((20.0, 0.01), rel=1e-12)
+    assert found["clamp_slope_x"].relative == pytest.approx(0.02)
+    assert [found[name].unit for name in ("tip_x", "clamp_x", "clamp_slope_x")] == ["m", "N", "N m"]
+    assert output_errors.measure(found) == pytest.approx(0.02)
+
+
+def test_a_column_that_hardly_moves_counts_relative_to_its_output() -> None:
+    """1e-9 m of a component that moves by 1e-6 m beside one that moves by 2 m is 5e-8 of what counts, a hundredth of 2 m."""
+    found = output_errors.between(reference(), changed(tip_y=1e-9, tip_z=1e-9), KNOWN)
+    assert [found[name].relative for name in ("tip_y", "tip_z")] == pytest.approx([5e-8, 5e-8], rel=1e-6)
+    assert found["tip_y"].range == pytest.approx(1e-6)
+
+
+def test_the_energy_balance_counts_relative_to_the_energies() -> None:
+    """A balance that drifts by 1e-6 J beside an exchange of 2 J."""
+    parts = ("kinetic", "strain", "potential", "balance")
+    known = {"energy": Output("energy", (), tuple(f"energy_{part}" for part in parts))}
+    mine = dict(zip(known["energy"].columns, (2.0 * T, T**2, -3.0 * T, 1e-6 * T), strict=True))
+    found = output_errors.between(mine, {**mine, "energy_balance": 3e-6 * T}, known)
+    assert found["energy_balance"].range == pytest.approx(1e-6)
+    assert found["energy_balance"].relative == pytest.approx(2e-6 / 3.0)
+
+
+def test_what_stands_still_has_no_part_of_a_range_and_what_is_unknown_no_error() -> None:
+    found = output_errors.between(reference(), {**changed(), "clamp_x": np.full(len(T), np.nan)}, KNOWN)
+    assert math.isnan(found["still"].relative)
+    assert found["still"].error == 0.0
+    assert math.isnan(found["clamp_x"].error)
+    assert output_errors.measure(found) == 0.0
+    assert math.isnan(output_errors.measure({"still": found["still"]}))
+
+
+def test_tolerances_are_met_in_their_unit() -> None:
+    found = output_errors.between(reference(), changed(tip_x=1e-3, clamp_x=5.0), KNOWN)
+    assert output_errors.measure(found, {"tip": 1e-4}) == pytest.approx(10.0, rel=1e-9)
+    assert output_errors.measure(found, {"tip": 1e-2, "clamp": 10.0}) == pytest.approx(0.5, rel=1e-9)
+
+
+def test_a_reduced_cantilever_in_all_its_outputs() -> None:
+    """A beam that is pushed: the errors are those that the two motions show, as far as the reduced one knows the output."""
+    full = models.cantilever(6, lambda tip: [loads.PointForce("tip", tip, (0.0, -1.0))], all_multipliers=True)
+    scheme, sharp = GeneralizedAlpha(2e-3), Newton(1e-12)
+    motion = integrate(eliminate(full), scheme, 0.2, sharp)
+    components = galerkin.system_level(full)
+    bases = galerkin.bases(full, galerkin.snapshots(motion), components, 1e-8)
+    other = integrate(galerkin.reduce_system(full, components, bases), scheme, 0.2, sharp, 2)
+    found = output_errors.compare(motion, other)
+    mine, theirs = output_errors.columns(motion), output_errors.columns(other)
+    assert set(found) == set(mine)
+    for name, one in found.items():
+        assert one.error == pytest.approx(float(np.abs(mine[name][::2] - theirs[name]).max()), nan_ok=True)
+        assert one.range == float(np.ptp(mine[name][::2]))
+    assert 1e-4 < found["tip_y"].relative < 1e-2 < output_errors.measure(found)
+    assert all(math.isnan(one.error) for one in found.values() if one.output == "clamp"), "its constraint is in the basis"
+    with pytest.raises(InputError, match="two trajectories with common times"):
+        output_errors.compare(motion, replace(other, times=other.times + 1e-3))

@@ -1,0 +1,250 @@
+"""The same motion wherever a mechanism stands, however it is turned, numbered, ordered, measured or cut into pieces.
+
+Examples are moved and turned as a whole; generated chains of cables and rigid bodies are built again in other units, in another
+order, along reversed lines, cut in two, and reduced. `--hypothesis-seed` and INVARIANCE=1000 in the environment give a longer run.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import threadpoolctl
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fmbs_skfem import bodies, reduction, scenes
+from fmbs_skfem.bodies.body import Body
+from fmbs_skfem.bodies.rigid import rigid
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
+from fmbs_skfem.dynamics.outputs import lifted
+from fmbs_skfem.scenes import build
+from fmbs_skfem.systems import At, System, assemble, assembly, eliminate, joints, loads
+from fmbs_skfem.systems.system import in_scene, sizes
+
+from .. import models
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+STEPS = 40
+QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  #: a turn of 90 degrees about z
+POINTS, VECTORS = ("to",), ("direction", "axis", "force", "acceleration", "moment")  #: fields of joints and loads
+MANY = int(os.environ.get("INVARIANCE", "40"))
+
+
+def states(motion: Trajectory) -> np.ndarray:
+    """Vectors of all bodies from the origin of the scene (s, b, c)."""
+    q = in_scene(motion.system, lifted(motion)[0])
+    return q.reshape(len(q), -1, motion.system.dim)
+
+
+def apart(one: np.ndarray, other: np.ndarray, system: System) -> float:
+    """Largest distance of two motions (s, b, c) over the size of the mechanism."""
+    full = system.full or system
+    return float(sizes(full, (one - other).reshape(len(one), -1)).max()) / full.scale
+
+
+def placed(part: Any, R: np.ndarray, shift: np.ndarray) -> Any:
+    """A body, joint or load turned by R and moved."""
+    if isinstance(part, Body):
+        reference = part.reference @ R.T + np.outer(part.constant, shift)
+        return replace(part, reference=reference)
+    found = {}
+    for field in fields(part):
+        value = getattr(part, field.name)
+        if not isinstance(value, tuple | list | np.ndarray) or len(value) != len(R):
+            continue
+        if field.name in POINTS:
+            found[field.name] = tuple(R @ np.asarray(value, dtype=float) + shift)
+        elif field.name in VECTORS and not isinstance(part, loads.Follower):
+            found[field.name] = tuple(R @ np.asarray(value, dtype=float))
+    return replace(part, **found)
+
+
+def example(name: str, R: np.ndarray | None = None, shift: np.ndarray | None = None) -> tuple[System, GeneralizedAlpha]:
+    """The system of an example, turned and moved."""
+    scene = scenes.read(EXAMPLES / name)
+    d = scene.dimension
+    R, shift = np.eye(d) if R is None else R[:d, :d], np.zeros(d) if shift is None else shift[:d]
+    parts: list[Any] = []
+
+    def moved(many: Any, joined: Any, loaded: Any, *rest: Any) -> System:
+        parts.extend(placed(part, R, shift) for part in many)
+        return ASSEMBLE(parts, [placed(j, R, shift) for j in joined], [placed(one, R, shift) for one in loaded], *rest)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(assembly, "assemble", moved)
+        full = build.system(scene)
+    analysis = build.dynamic(scene)
+    return build.chosen_form(scene, full), GeneralizedAlpha(analysis.step, analysis.rho_inf)
+
+
+ASSEMBLE = assembly.assemble
+
+
+@pytest.mark.parametrize(
+    "name", ["double_pendulum.yaml", "spin_up.yaml", "four_bar.yaml", "hanging_mass.yaml", "crank_slider_coarse.yaml"]
+)
+@pytest.mark.parametrize("shift", [(1e4, -1e4, 1e4), (0.0, 0.0, 0.0)], ids=["10 km away", "turned"])
+def test_examples_do_not_depend_on_the_frame(name: str, shift: tuple[float, float, float]) -> None:
+    """To 1e-7 of their size; turned by 90 degrees where nothing in them is bound to an axis of the scene."""
+    far = np.array(shift)
+    bound = name in ("hanging_mass.yaml",)  # its support is driven along x
+    R = np.eye(3) if far.any() or bound else QUARTER
+    system, scheme = example(name)
+    other, _ = example(name, R, far)
+    one, two = (integrate(s, scheme, STEPS * scheme.step) for s in (system, other))
+    d = system.dim
+    unit = system.unit[None, :, None]
+    back = (states(two) - unit * far[:d]) @ R[:d, :d]
+    assert apart(states(one), back, system) < 1e-7
+
+
+@dataclass(frozen=True)
+class Chain:
+    """A chain of links that hangs at a point and falls: what it is, and how it is written down."""
+
+    kinds: tuple[str, ...]  #: of the links: cable or rigid
+    dim: int
+    angle: float  #: of the first link with the x-axis [rad]; every further one turns by as much
+    payload: bool
+    unit: float = 1.0  #: lengths are numbers of 1/unit metres
+    shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    turn: float = 0.0  #: of the scene about z [rad]
+    reverse: bool = False  #: lines run from the far end
+    swapped: bool = False  #: order of bodies and joints
+    cut: bool = False  #: cables in two pieces, welded
+    cells: int = 6
+
+    def system(self) -> System:
+        """With all lengths times `unit`; masses and times stay."""
+        L, d = self.unit, self.dim
+        E, rho = 1e8 / L, 1500.0 / L**3  # Pa = kg/(m s2)
+        section, material = bodies.Circular(0.01 * L), bodies.Material(E, rho)
+        R = rotation(self.turn)
+        parts: list[Body] = []
+        held: list[Any] = []
+        at: Any = tuple((np.array(self.shift) * L)[:d])
+        foot = np.array(self.shift) * L
+        for k, kind in enumerate(self.kinds):
+            a = self.angle * (k + 1)
+            tip = foot + R @ np.array([np.cos(a), np.sin(a), 0.0]) * 0.5 * L
+            name = f"link{k}"
+            if kind == "rigid":
+                middle = 0.5 * (foot + tip)
+                places = {"a": tuple(foot[:d]), "b": tuple(tip[:d])}
+                inertia: Any = 0.02 * L**2 if d == 2 else np.eye(3) * 0.02 * L**2
+                parts.append(rigid(name, 0.4, inertia, tuple(middle[:d]), dim=d, places=places))
+                first, last = At(name, "a"), At(name, "b")
+            else:
+                pieces = [(name, foot, tip)]
+                if self.cut:
+                    pieces = [(name, foot, 0.5 * (foot + tip)), (f"{name}b", 0.5 * (foot + tip), tip)]
+                for piece, start, end in pieces:
+                    ends = (end, start) if self.reverse else (start, end)
+                    mesh = models.straight(self.cells // len(pieces), tuple(ends[0]), tuple(ends[1]))
+                    parts.append(bodies.cable(piece, mesh, section, material, dim=d))
+                near, far = ("right", "left") if self.reverse else ("left", "right")
+                if self.cut:
+                    held.append(joints.Weld(f"{name} weld", At(name, far), At(f"{name}b", near)))
+                first, last = At(name, near), At(pieces[-1][0], far)
+            held.append(joints.Pin(f"pin{k}", first, at))
+            foot, at = tip, last
+        if self.payload:
+            parts.append(bodies.point_mass("payload", 0.3, foot[:d]))
+            held.append(joints.Pin("hook", At("payload", "center"), at))
+        gravity = R @ np.array([0.0, -9.81, 0.0]) * L
+        if self.swapped:
+            parts, held = parts[::-1], held[::-1]
+        return eliminate(assemble(parts, held, [loads.Gravity(tuple(gravity[:d]))]))
+
+    def ends(self, motion: Trajectory) -> np.ndarray:
+        """Positions of all link ends in the unturned frame in metres (s, x, c)."""
+        system = motion.system
+        q = in_scene(system, lifted(motion)[0])
+        found = []
+        for k, kind in enumerate(self.kinds):
+            name = f"link{k}b" if kind == "cable" and self.cut else f"link{k}"
+            line = next(one for one in system.lines if one.name == name)
+            points = np.asarray(line.samples[: line.samples.shape[0] // 3] @ q.T).T.reshape(len(q), -1, self.dim)
+            found.append(points[:, 0 if self.reverse and kind == "cable" else -1])
+        R = rotation(self.turn)[: self.dim, : self.dim]
+        return (np.stack(found, axis=1) - np.array(self.shift)[: self.dim] * self.unit) @ R / self.unit
+
+
+def rotation(angle: float) -> np.ndarray:
+    """About z."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+CHAINS = st.builds(
+    Chain,
+    kinds=st.lists(st.sampled_from(["cable", "rigid"]), min_size=1, max_size=3).map(tuple),
+    dim=st.sampled_from([2, 3]),
+    angle=st.floats(-1.0, 1.0).map(lambda x: round(x, 2)),
+    payload=st.booleans(),
+)
+SCHEME, TIGHT = GeneralizedAlpha(2e-3), Newton(1e-13)
+CHANGES: dict[str, tuple[Callable[[Chain], Chain], float]] = {
+    "moved": (lambda one: replace(one, shift=(3000.0, -7000.0, 0.0)), 1e-7),
+    "turned": (lambda one: replace(one, turn=1.234), 1e-8),
+    "millimetres": (lambda one: replace(one, unit=1000.0), 1e-8),
+    "swapped": (lambda one: replace(one, swapped=True), 1e-8),
+    "reversed": (lambda one: replace(one, reverse=True), 1e-8),
+    "cut": (lambda one: replace(one, cut=True), 1e-8),
+    "refined": (lambda one: replace(one, cells=24), 2e-3),
+}
+
+
+def run(chain: Chain) -> np.ndarray:
+    """Ends of the links at all instants (s, x, c) [m]."""
+    return chain.ends(integrate(chain.system(), SCHEME, STEPS * SCHEME.step, TIGHT))
+
+
+@settings(max_examples=MANY, deadline=None, derandomize=MANY < 100)
+@given(chain=CHAINS, change=st.sampled_from(sorted(CHANGES)))
+def test_chains_move_alike_however_they_are_written_down(chain: Chain, change: str) -> None:
+    make, allowed = CHANGES[change]
+    one, other = run(chain), run(make(chain))
+    assert np.abs(one - other).max() < allowed
+
+
+@pytest.mark.parametrize("change", ["moved", "turned", "millimetres", "swapped"])
+def test_reduced_models_move_alike(change: str) -> None:
+    """Trained and run in both ways of writing the chain down: the same number of modes, the same motion to 1e-6 m."""
+    chain = Chain(("cable", "rigid", "cable"), 2, 0.4, True)
+    found = []
+    for one in (chain, CHANGES[change][0](chain)):
+        system = one.system()
+        raw = system.full
+        assert raw is not None
+        data = reduction.snapshots(integrate(system, SCHEME, STEPS * SCHEME.step, TIGHT))
+        parts = reduction.body_level(raw)
+        bases = reduction.bases(raw, data, parts, 1e-12)
+        small = reduction.reduce_system(raw, parts, bases, False, data.q)
+        modes = sorted((name, basis.modes.shape[1]) for name, basis in bases.items())
+        found.append((modes, one.ends(integrate(small, SCHEME, STEPS * SCHEME.step, TIGHT))))
+    assert found[0][0] == found[1][0]
+    assert np.abs(found[0][1] - found[1][1]).max() < 1e-6
+
+
+def test_threads_of_the_linear_algebra_change_nothing() -> None:
+    chain = Chain(("cable", "cable"), 3, 0.5, True)
+    with threadpoolctl.threadpool_limits(limits=2, user_api="blas"):
+        two = run(chain)
+    assert np.abs(run(chain) - two).max() < 1e-10
+
+
+def test_a_parameter_set_to_its_own_value_changes_nothing() -> None:
+    for name in ("four_bar.yaml", "hanging_mass.yaml"):
+        scene = scenes.read(EXAMPLES / name)
+        again = scenes.read(EXAMPLES / name, dict(scene.parameters))
+        one, two = build.system(scene), build.system(again)
+        assert np.array_equal(one.mass.toarray(), two.mass.toarray())
+        assert np.array_equal(one.loads.constant, two.loads.constant)
+        assert np.array_equal(one.x0, two.x0)
