@@ -30,6 +30,7 @@ import numpy as np
 from ..bodies.laws import Law
 from ..core.errors import InputError, SolverError, say
 from ..core.linalg import as_dense
+from ..systems import kernels
 from ..systems.system import Elastic, Sampled, System
 from . import array_laws, array_step, integration, stepping
 from .array_step import Array, Data, Group, State, Structure, Trial
@@ -271,6 +272,7 @@ def march(
     run = Run(f, data, newton, methods, mass, xp, host, stale, counters)
     state, histories, live = start(entries, data, xp), signals_of(entries, xp), np.ones(count, dtype=bool)
     size = data.mass.shape[1] + data.term_rows.shape[1]
+    steady = kernels.steady(entries[0].model.arrays.terms)
     inverse, out = xp.zeros((count, size, size)), [snapshot(state._replace(v=stacked(xp, [e.start.v for e in entries])), host)]
     for step in range(steps):
         on_joints, on_loads = histories[0][:, step], histories[1][:, step]
@@ -278,8 +280,9 @@ def march(
         q, inverse, good = solved(run, f.predict(data, state), inverse, live, now, host(state.change))
         live &= good
         state = f.accept(data, state, q, min(step + 1, stepping.HISTORY), xp.asarray(live))
-        state, old = f.settle(data, state, inverse, on_joints, xp.asarray(live))
-        run.stale[host(old)] = True
+        if not steady:
+            state, old = f.settle(data, state, inverse, on_joints, xp.asarray(live))
+            run.stale[host(old)] = True
         if not live.any():
             return {}
         if rows[step + 1] >= 0:

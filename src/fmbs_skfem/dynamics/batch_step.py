@@ -296,7 +296,7 @@ def begin(M: Members, s: State, w: Work, room: Room) -> int:
 @inlined
 def settle(A: Arrays, M: Members, s: State, w: Work, room: Room, method: Method, step: int, b: int) -> None:
     """As `stepping.settle`, of one member."""
-    if len(s.multipliers) > 0:
+    if not kernels.steady(A.terms):
         terms = Terms(A.terms.row, M.terms[b], A.terms.signal, A.terms.i, A.terms.j, A.terms.pair)
         stepping.drift(A.probes, M.probes_offset[b], terms, s, w, method, M.signals[b, step])
         stepping.substitute_dense(room.factors[b], w.pivots, w.rhs[0])

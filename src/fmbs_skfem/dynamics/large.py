@@ -148,8 +148,8 @@ class Large:
 
     def settle(self, s: State, w: Work, method: Method, signals: np.ndarray) -> None:
         """As `stepping.settle`."""
-        if len(s.multipliers):
-            A = self.model.arrays
+        A = self.model.arrays
+        if not kernels.steady(A.terms):
             stepping.drift(A.probes, A.probes_offset, A.terms, s, w, method, signals)
             turns = [now @ then.T for now, then in zip(fitted_turns(self, w.x), self.factored, strict=True)]
             self.close(w, method, signals, turns, np.zeros(self.size))

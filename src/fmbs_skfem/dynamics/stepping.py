@@ -431,8 +431,8 @@ def drift(probes: Csr, offset: np.ndarray, terms: Terms, s: State, w: Work, meth
 
 @jit
 def settle(A: Arrays, s: State, w: Work, method: Method, signals: np.ndarray) -> None:
-    """Put the accepted velocities onto (4) with the factors that are there."""
-    if len(s.multipliers) == 0:
+    """Put the accepted velocities onto (4) with the factors that are there; with steady joints they are there."""
+    if kernels.steady(A.terms):
         return
     drift(A.probes, A.probes_offset, A.terms, s, w, method, signals)
     if w.kind[2] == FULL:

@@ -543,6 +543,12 @@ def add_term(A: Terms, k: int, y: np.ndarray, signals: np.ndarray, gap: np.ndarr
 
 
 @jit
+def steady(A: Terms) -> bool:
+    """Whether the constraints are linear in the unknowns and independent of time: their directions stay as they are."""
+    return bool(np.all(A.j < 0) and np.all(A.signal == -1))
+
+
+@jit
 def drift(A: Terms, paths: np.ndarray, signals: np.ndarray, second: float, third: float, out: np.ndarray) -> None:
     """out (m,) = Phi_y z + D1 + second D2 + third D3, D_k the part of d^k Phi/dt^k without Phi_y times the k-th derivative of y.
 
