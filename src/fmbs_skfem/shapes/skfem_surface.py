@@ -63,6 +63,12 @@ def _(space: Global, cell: Ints, xi: Floats) -> Floats:
     return values
 
 
+@surfaces.basis_in_cells.register
+def _(space: Global, cells: Ints, xi: Floats) -> Floats:
+    rows = _monomials(space.powers, xi - space.center).reshape(len(xi) * DERIVATIVES, -1)
+    return np.asarray(rows @ space.coefficients[cells]).reshape(len(cells), len(xi), DERIVATIVES, -1)
+
+
 def _monomials(powers: Ints, xi: Floats) -> Floats:
     """Derivatives (x, 6, m) of the monomials x^i y^j at the points xi (x, 2)."""
     degree = int(powers.max())

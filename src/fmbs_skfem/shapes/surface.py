@@ -73,6 +73,13 @@ def basis(space: Any, cell: Ints, xi: Floats) -> Floats:
     raise InputError(say("surface.basis", "an interpolation of surfaces", type(space).__name__, remedy))
 
 
+@singledispatch
+def basis_in_cells(space: Any, cells: Ints, xi: Floats) -> Floats:
+    """Basis functions and derivatives (e, p, 6, b) at the same parent points xi (p, 2) in all of the cells (e,)."""
+    values = basis(space, np.repeat(cells, len(xi)), np.tile(xi, (len(cells), 1)))
+    return values.reshape(len(cells), len(xi), DERIVATIVES, -1)
+
+
 def quadrature(parent: Parent, order: int) -> tuple[Floats, Floats]:
     """Points (p, 2) and weights (p,) on a parent: Gauss points, on triangles collapsed to one vertex."""
     x, w = np.polynomial.legendre.leggauss(order)
@@ -99,9 +106,8 @@ def tabulate(surface: Surface, order: int | None = None, part: slice = slice(Non
     xi, weights = quadrature(surface.parent, order or surface.order)
     numbers = np.arange(len(surface.nodes))[part]
     cells, points = len(numbers), len(xi)
-    values = basis(surface.space, np.repeat(numbers, points), np.tile(xi, (cells, 1)))
     return Table(
-        values.reshape(cells, points, DERIVATIVES, -1),
+        basis_in_cells(surface.space, numbers, xi),
         surface.nodes[part],
         np.tile(weights, (cells, 1)),
         np.tile(xi, (cells, 1)).reshape(cells, points, 2),

@@ -121,7 +121,7 @@ def assemble(
         x0=q0,
         v0=initial_velocity(layout, parts, initial or {}),
         unit=unit,
-        metric=csr_array(mass + lengths.massless(parts, mass)),
+        metric=lengths.metric(parts, mass),
         weight=lengths.weight(parts),
         scale=lengths.extent(parts, probes(q0)),
         origin=layout.origin,

@@ -34,8 +34,14 @@ def weight(parts: Sequence[Body]) -> float:
     return sum(masses(parts)) or 1.0
 
 
-def massless(parts: Sequence[Body], mass: csr_array) -> csr_array:
-    """D (q, q): diagonal, zero for coordinates with mass [kg m2 per unit2]."""
+def metric(parts: Sequence[Body], mass: csr_array) -> csr_array:
+    """W = M + D (q, q), the mass itself where all coordinates have one [kg m2 per unit2]."""
+    added = massless(parts, mass)
+    return csr_array(mass + diags_array(added)) if added.any() else mass
+
+
+def massless(parts: Sequence[Body], mass: csr_array) -> np.ndarray:
+    """Diagonal (q,) of D, zero for coordinates with mass [kg m2 per unit2]."""
     diagonal, share, size = mass.diagonal(), weight(parts) / len(parts), extent(parts)
     least, found, first = LIGHT * diagonal.max(initial=0.0), [np.zeros(0)], 0
     for part in parts:
@@ -45,7 +51,7 @@ def massless(parts: Sequence[Body], mass: csr_array) -> csr_array:
         length = np.where(part.constant == 1.0, 1.0, spread(positions(part)) or size)
         own = np.where(none, share / max(1, int((none & (part.constant == 1.0)).sum())) * length**2, 0.0)
         found.append(np.repeat(own, dim))
-    return csr_array(diags_array(np.concatenate(found)))
+    return np.concatenate(found)
 
 
 def spread(places: np.ndarray) -> float:

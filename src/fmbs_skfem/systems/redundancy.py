@@ -17,7 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import qr
+from scipy.linalg import qr, svdvals
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
@@ -35,6 +35,7 @@ DIGITS = 1e-12  #: change of a row in a large motion, relative to its summands, 
 SHIFT = 1e-14  #: of J J^T for unit rows, which lets factors of dependent rows exist
 AMPLITUDES = (0.05, 0.02, 0.005)  #: change of the coordinates, in units of their root mean square
 ITERATIONS = 20
+SMALL = 100_000  #: numbers of an array whose singular values cost little
 ALONE = 1e-2  #: part of a change within which the joints hold at the start only, where they are singular
 LINEAR = 1e-9  #: smallest pivot of linear rows, relative to row and column; gap, relative to the size, below which they agree
 
@@ -87,8 +88,11 @@ def rows_of(system: System) -> tuple[Rows, np.ndarray]:
 
 def scale_of(system: System) -> np.ndarray:
     """Changes (n,) of the unknowns that move positions by the size of the system, or turn axes and slopes by 1, and none more."""
-    matrix, limits = csr_array(system.lift.matrix), np.repeat(np.where(system.unit > 0.5, system.scale, 1.0), system.dim)
-    largest = abs(matrix).multiply(1.0 / limits[:, None]).max(axis=0).toarray().ravel()
+    matrix, factor = system.lift.matrix, np.repeat(np.where(system.unit > 0.5, 1.0 / system.scale, 1.0), system.dim)
+    if isinstance(matrix, np.ndarray):
+        largest = np.abs(factor[:, None] * matrix).max(axis=0)
+    else:
+        largest = abs(csr_array(matrix)).multiply(factor[:, None]).max(axis=0).toarray().ravel()
     return 1.0 / np.where(largest > 0.0, largest, 1.0)
 
 
@@ -180,12 +184,17 @@ def without_redundant_linear(system: System) -> System:
     rows, A, a = linear_part(system)
     shared = connected_components(csr_array(abs(A) @ abs(A).T), directed=False)[1] if len(rows) else rows
     mine = np.flatnonzero(np.bincount(shared)[shared] > 1) if len(rows) else rows
-    if not len(mine):
+    if not len(mine) or apart(csr_array(A[mine])):
         return system
     found = echelon.solve(csr_array(A[mine]), a[mine], LINEAR)
     dropped = rows[mine[found.left]]
     refuse_gaps([system.constraints.names[k] for k in dropped], found.gap, LINEAR * system.scale)
     return left_out(system, dropped) if len(dropped) else system
+
+
+def apart(A: csr_array) -> bool:
+    """Whether rows (i, n) are found to be independent at small cost."""
+    return A.shape[0] * A.shape[1] <= SMALL and float(svdvals(units(A.toarray()))[-1]) > START
 
 
 def refuse_gaps(names: list[tuple[str, str]], gap: np.ndarray, tolerance: float) -> None:

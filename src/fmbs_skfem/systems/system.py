@@ -257,12 +257,12 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
             raise InputError(say(f"body '{elastic.name}'", "cells or sampled points", "a polynomial", remedy))
         return replace(elastic, gather=sampled(elastic.gather, lift, as_dense(V), d))
 
-    lift = compose(system.lift)
+    lift, mass = compose(system.lift), square(system.mass)
     return replace(
         system,
         lift=lift,
-        mass=square(system.mass),
-        metric=square(system.metric),
+        mass=mass,
+        metric=mass if system.metric is system.mass else square(system.metric),
         damping=square(system.damping),
         stiffness=square(system.stiffness),
         elastic=tuple(carry(e) for e in system.elastic),
