@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import resource
 import subprocess
 import sys
 from dataclasses import replace
@@ -14,7 +15,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import reduction
-from fmbs_skfem.core.errors import CorruptFile, InputError
+from fmbs_skfem.core.errors import CorruptFile, InputError, NoRoom
 from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.dynamics import integrate, outputs
 from fmbs_skfem.dynamics.outputs import centre_lines, lifted
@@ -131,6 +132,20 @@ def test_a_file_appears_when_it_is_complete(sampled: System, saved: Path, tmp_pa
         files.save(sampled, tmp_path / "nowhere" / "model.rom")
     with pytest.raises(InputError, match="a file of a reduced model, got no file"):
         files.load(tmp_path / "absent.rom")
+
+
+@pytest.mark.parametrize("part", [0.1, 0.5, 0.99])
+def test_a_full_disk_is_an_error_wherever_the_file_meets_it(part: float, sampled: System, saved: Path) -> None:
+    """The largest size of a file stands for the room that is left; the file that is there stays."""
+    before, (soft, hard) = saved.read_bytes(), resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(part * len(before)), hard))
+    try:
+        with pytest.raises(NoRoom, match=r"model\.rom: expected room on the disk, got file too large; make room"):
+            files.save(sampled, saved, training={"E": 2e9})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert saved.read_bytes() == before
+    assert [path.name for path in saved.parent.iterdir()] == ["model.rom"]
 
 
 def test_any_damage_is_found(saved: Path) -> None:

@@ -241,11 +241,14 @@ def searched(work: Work, options: Options, done: Sequence[greedy.Iteration], pro
     def extend(point: int) -> None:
         extended(work, point)
 
+    def name(point: int) -> str:
+        return boxes.text(work.setting.parameters, values_at(work, point))
+
     arguments = (evaluate, extend, unit, work.search.samples, work.search.first)
     try:
         if small_enough(work, complete):
             raise Enough
-        return greedy.run(*arguments, options, done, keep, functools.partial(truncates, work))
+        return greedy.run(*arguments, options, done, keep, functools.partial(truncates, work), name)
     except Enough:
         small = replace(options, tolerance=complete[-1].largest)
         return greedy.run(*arguments, small, [*complete[:-1], replace(complete[-1], next=None)])

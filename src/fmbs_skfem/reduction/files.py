@@ -12,6 +12,7 @@ files too, each with a first line of its own.
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -118,13 +119,7 @@ def write(path: str | Path, kind: str, **parts: Any) -> Path:
     tree = {name: encode(part, arrays, name) for name, part in parts.items()}
     try:
         with durable.room(target), durable.place(target) as part:
-            with h5py.File(part, "w", userblock_size=HEADER) as file:
-                file["tree"] = np.frombuffer(json.dumps(tree).encode(), dtype=np.uint8)
-                group = file.create_group("arrays")
-                for number, array in enumerate(arrays):
-                    group[str(number)] = array
-            with part.open("r+b") as raw:
-                raw.write(header(part.read_bytes()[HEADER:], kind))
+            part.write_bytes(image(json.dumps(tree), arrays, kind))
     except NoRoom:
         raise
     except OSError as problem:
@@ -132,7 +127,20 @@ def write(path: str | Path, kind: str, **parts: Any) -> Path:
     return target
 
 
-def header(body: bytes, kind: str = FORMAT) -> bytes:
+def image(tree: str, arrays: Arrays, kind: str) -> memoryview:
+    """The bytes of a file; made in memory, because HDF5 ends the process where it has no room on the disk."""
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w", userblock_size=HEADER) as file:
+        file["tree"] = np.frombuffer(tree.encode(), dtype=np.uint8)
+        group = file.create_group("arrays")
+        for number, array in enumerate(arrays):
+            group[str(number)] = array
+    found = buffer.getbuffer()
+    found[:HEADER] = header(found[HEADER:], kind)
+    return found
+
+
+def header(body: bytes | memoryview, kind: str = FORMAT) -> bytes:
     """The text in front of a body."""
     text = f"{kind}\nversion {VERSION}\nbytes {len(body)}\nsha256 {hashlib.sha256(body).hexdigest()}\n"
     return text.encode().ljust(HEADER)

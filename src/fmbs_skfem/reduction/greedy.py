@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.distance import cdist
 
-from ..core.errors import FmbsError, InputError, say
+from ..core.errors import FmbsError, InputError, NoModel, NoRoom, say
 from . import kriging
 
 Array = NDArray[np.float64]
@@ -140,13 +140,15 @@ def run(
     done: Sequence[Iteration] = (),
     keep: Callable[[Iteration], None] | None = None,
     truncates: Callable[[], bool] = lambda: True,
+    name: Callable[[int], str] = "candidate {}".format,
 ) -> Outcome:
     """Algorithm 1 over candidates (c,d) in the unit box.
 
     `evaluate(i)` is the indicator of the present reduced model at candidate i, `extend(i)` makes the full run there and enlarges
     the basis. `samples` are evaluated first in every iteration, `first` is the first full run. `keep` is given every complete
     iteration (the last one again when later full runs fail). As `done` they continue an interrupted loop: nothing of them is run
-    again, the caller restores their basis. `truncates()` says whether the present basis leaves out anything of its full runs.
+    again, the caller restores their basis. `truncates()` says whether the present basis leaves out anything of its full runs,
+    `name(i)` what candidate i is called. NoModel where every full run that is tried first fails; a full disk passes as NoRoom.
     """
     problem = _problem(evaluate, extend, candidates, samples, first, options or Options(), truncates)
     history = _checked(done, problem)
@@ -157,7 +159,7 @@ def run(
             failed = (*failed, (following, reason))
             following, stop = decide(history, problem, failed)
         if following is None:
-            return _finished(history, stop, failed, keep)
+            return _finished(history, stop, failed, keep, name)
         history = (*history, _iteration(problem, history, following, failed))
         history = (*history[:-1], replace(history[-1], next=decide(history, problem)[0]))
         if keep:
@@ -274,6 +276,8 @@ def _indicator(problem: Problem, candidate: int) -> float:
     """The indicator, infinite where the reduced run fails."""
     try:
         value = float(problem.evaluate(candidate))
+    except NoRoom:
+        raise
     except FAILURES:
         return math.inf
     if value < 0.0:
@@ -285,6 +289,8 @@ def _attempt(problem: Problem, candidate: int) -> str | None:
     """Make the full run; the reason when it fails."""
     try:
         problem.extend(candidate)
+    except NoRoom:
+        raise
     except FAILURES as error:
         return str(error) or type(error).__name__
     return None
@@ -295,11 +301,12 @@ def _finished(
     stop: Stop | None,
     failed: tuple[tuple[int, str], ...],
     keep: Callable[[Iteration], None] | None,
+    name: Callable[[int], str],
 ) -> Outcome:
     """The outcome; full runs that failed since the last iteration are added to it."""
     if not history:
-        tried = "; ".join(f"candidate {k}: {reason}" for k, reason in failed)
-        raise InputError(say("greedy.run", "a first full run that succeeds", tried, "narrow the parameter ranges"))
+        tried = "; ".join(f"{name(k)}: {reason.split(';')[0]}" for k, reason in failed)
+        raise NoModel(say("training", "a first full run that succeeds", tried, "narrow the ranges of the parameters"))
     if failed != history[-1].failed:
         history = (*history[:-1], replace(history[-1], next=None, failed=failed))
         if keep:
