@@ -12,7 +12,7 @@ import pytest
 from fmbs_skfem.core import krylov
 from fmbs_skfem.scenes import json_schema
 
-from .calls import EXAMPLES, ROOT, fmbs, scene
+from .calls import CANTILEVER, EXAMPLES, ROOT, fmbs, scene
 
 STATIC = "{type: static, load_steps: 4}"
 SHORT = "{type: dynamic, duration: 10 ms, step: 1 ms}"
@@ -299,6 +299,19 @@ def test_velocities_that_fit_are_not_changed(tmp_path: Path) -> None:
     assert found["initial"]["worst_velocities"] == []
     assert found["initial"]["energy_lost"] < 1e-12
     assert found["notices"] == []
+
+
+@pytest.mark.parametrize("analysis", ["{type: static}", "{type: modes, count: 2}"])
+def test_velocities_are_those_of_motions_alone(analysis: str, tmp_path: Path) -> None:
+    """A drive moves at once, and the joints stop the initial motion: of an equilibrium and of modes neither is told."""
+    text = CANTILEVER.replace("outputs:", "initial: {{bodies: {{beam: {{velocity: [1, 0]}}}}}}\noutputs:")
+    drive = "  lift: {{type: driven_position, at: beam.right, displacement: [0, 0.1*t]}}\nloads:"
+    for written in (text, text.replace("loads:", drive)):
+        done = fmbs("check", scene(tmp_path, analysis, text=written), "--json")
+        assert done.code == 0, done.err
+        assert set(done.json["initial"]) == {"position_change"}
+        assert not [notice for notice in done.json["notices"] if "initial velocities" in notice]
+        assert [notice for notice in done.json["notices"] if "initial: does nothing" in notice]
 
 
 def test_a_linkage_at_its_change_point_is_told(tmp_path: Path) -> None:

@@ -147,15 +147,18 @@ def mechanism(scene: Scene, raw: System) -> Mechanism:
 
 
 def solved_form(scene: Scene, raw: System) -> tuple[System, dict[str, Any]]:
-    """The form the scene is solved in, and what its joints make of the initial state."""
-    from ..dynamics import start
+    """The form the scene is solved in, and what its joints make of the initial state; velocities are those of motions alone."""
+    from ..dynamics import loading, start
     from ..dynamics.scheme import GeneralizedAlpha
     from ..scenes import build
     from ..systems.redundancy import without_redundant
 
-    gaps = velocity_gaps(raw)
     reduced = without_redundant(build.chosen_form(scene, raw))
-    x, v = start.admissible(reduced, GeneralizedAlpha(getattr(scene.analysis, "step", 1e-3)))
+    if scene.analysis.type != "dynamic":
+        start.hold(loading.ramped(reduced, scene.analysis.time) if scene.analysis.type == "static" else reduced)
+        return reduced, {"position_change": float(np.abs(reduced.lift(reduced.x0) - raw.x0).max(initial=0.0))}
+    gaps = velocity_gaps(raw)
+    x, v = start.admissible(reduced, GeneralizedAlpha(scene.analysis.step))
     taken = np.asarray(reduced.lift.matrix @ v)
     given, left = (float(u @ (raw.mass @ u)) for u in (raw.v0, taken))
     lost = max(0.0, 1.0 - left / given) if given > 0.0 else 0.0

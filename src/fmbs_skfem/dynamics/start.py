@@ -54,10 +54,15 @@ def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np
     """x0 and v0 with Phi_q v + Phi_t = 0; SolverError where Phi(x0) is not zero. Of wide systems at rest nothing is solved."""
     if system.size < compilation.WIDE or system.v0.any() or (system.constraints.signal >= 0).any():
         return consistent_start(compilation.compile_system(system), scheme)[:2]
+    hold(system)
+    return system.x0, system.v0
+
+
+def hold(system: System) -> None:
+    """SolverError(INCONSISTENT) where the joints do not hold in the initial positions, by name: Phi(x0) is not zero at t = 0."""
     if system.constraints.names:
         rows, z = rows_of(system)
         closed(system, rows(z)[0])
-    return system.x0, system.v0
 
 
 def closed(system: System, phi: np.ndarray) -> None:

@@ -63,7 +63,8 @@ def parts(scene: schema.Scene, cells: int | None = None, allow_outside: bool = F
 def of_parts(scene: schema.Scene, parts: list[Body], pictures: bool = True) -> System:
     """The system of a scene with its bodies made; without `pictures` for those who look at numbers only."""
     _check_places(scene, {part.name: part for part in parts})
-    initial = {name: _motion(motion) for name, motion in scene.initial.bodies.items()}
+    moving = isinstance(scene.analysis, schema.Dynamic)
+    initial = {name: _motion(motion) for name, motion in scene.initial.bodies.items()} if moving else {}
     try:
         return assembly.assemble(
             parts,
