@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
@@ -45,6 +46,16 @@ REMEASURE = 8  #: steps after which the contraction is measured again
 EMPTY = 1e-8  #: diagonal of W, relative to the largest, below which an interface unknown counts as massless
 
 
+class Standing(NamedTuple):
+    """The interface (b unknowns, m constraints) as the bodies stand: [[1 + F H, F J^T], [J, 0]] with the flexibility F = W^-1."""
+
+    turns: list[np.ndarray]  #: of the bodies since W was factored
+    small: np.ndarray = np.eye(0)  #: the same on the interface (b, b)
+    H: np.ndarray = np.eye(0)  #: second derivatives of joints and loads (b, b)
+    J: np.ndarray = np.eye(0)  #: Phi_q (m, b)
+    factors: tuple[np.ndarray, np.ndarray] = (np.eye(0), np.zeros(0))
+
+
 class Large:
     """Factors of one model in the course of a run."""
 
@@ -57,11 +68,13 @@ class Large:
         self.interface = interface(model, self.turns)
         self.probes = np.asarray(csr_array(system.probes.matrix)[:, self.interface].toarray())
         self.bodies = rotation_weights(model) if self.turns else []
+        self.owned = [np.flatnonzero((self.interface >= at.start) & (self.interface < at.stop)) for at, _ in self.bodies]
         self.label = "sparse factors"  #: of the solver, more exactly once there are factors
         self.rate = 1.0  #: contraction, the largest of late measurements
         self.place = model.system.x0  #: configuration where W was factored
         self.factored: list[np.ndarray] = []  #: rotations of the bodies there
         self.motions = rigid_motions(model)
+        self.now = Standing([])
 
     def advance(
         self,
@@ -141,40 +154,41 @@ class Large:
 
     def solve(self, w: Work, method: Method, signals: np.ndarray) -> None:
         """rhs <- KKT^-1 rhs."""
-        turns = [now @ then.T for now, then in zip(fitted_turns(self, w.x), self.factored, strict=True)]
+        now = self.now = self.standing(w, method, signals)
         r = w.rhs[0, : self.size].copy()
-        turned(self, r, [R.T for R in turns])
-        self.close(w, method, signals, turns, self.inverse.solve(r[None, :])[0])
+        turned(self, r, [R.T for R in now.turns])
+        self.close(w, now, self.inverse.solve(r[None, :])[0])
 
     def settle(self, s: State, w: Work, method: Method, signals: np.ndarray) -> None:
-        """As `stepping.settle`."""
+        """As `stepping.settle`, with the interface of the last correction."""
         A = self.model.arrays
         if not kernels.steady(A.terms):
             stepping.drift(A.probes, A.probes_offset, A.terms, s, w, method, signals)
-            turns = [now @ then.T for now, then in zip(fitted_turns(self, w.x), self.factored, strict=True)]
-            self.close(w, method, signals, turns, np.zeros(self.size))
+            self.close(w, self.now, np.zeros(self.size))
             stepping.shift(A.norm, A.probes, s, w)
 
-    def close(self, w: Work, method: Method, signals: np.ndarray, turns: list[np.ndarray], r: np.ndarray) -> None:
-        """rhs <- KKT^-1 (., g) from rhs = (., g) and W^-1 of what stands for the point, as the bodies stood when W was factored."""
-        n, nb, m = self.size, len(self.interface), len(w.multipliers)
+    def standing(self, w: Work, method: Method, signals: np.ndarray) -> Standing:
+        """The interface in the trial state of `w`."""
+        turns = [now @ then.T for now, then in zip(fitted_turns(self, w.x), self.factored, strict=True)]
+        nb, m = len(self.interface), len(w.multipliers)
         if nb == 0:
-            turned(self, r, turns)
-            w.rhs[0, :n] = r
-            return
+            return Standing(turns)
         small = block_turns(self, turns)
-        F = small @ self.flexible @ small.T
-        J = w.Jy @ self.probes
+        F, J = small @ self.flexible @ small.T, w.Jy @ self.probes
         H = self.slopes(w, method, signals)
         A = np.block([[np.eye(nb) + F @ H, F @ J.T], [J, np.zeros((m, m))]])
-        found = lu_solve(
-            lu_factor(A, check_finite=False), np.concatenate([small @ r[self.interface], w.rhs[0, n:]]), check_finite=False
-        )
-        push = H @ found[:nb] + J.T @ found[nb:]
-        r -= (small.T @ push).astype(np.float32) @ self.spread
-        turned(self, r, turns)
+        return Standing(turns, small, H, J, lu_factor(A, check_finite=False))
+
+    def close(self, w: Work, now: Standing, r: np.ndarray) -> None:
+        """rhs <- KKT^-1 (., g) from rhs = (., g) and W^-1 of what stands for the point, as the bodies stood when W was factored."""
+        n, nb = self.size, len(self.interface)
+        if nb:
+            found = lu_solve(now.factors, np.concatenate([now.small @ r[self.interface], w.rhs[0, n:]]), check_finite=False)
+            push = now.H @ found[:nb] + now.J.T @ found[nb:]
+            r -= (now.small.T @ push).astype(np.float32) @ self.spread
+            w.rhs[0, n:] = found[nb:]
+        turned(self, r, now.turns)
         w.rhs[0, :n] = r
-        w.rhs[0, n:] = found[nb:]
 
     def slopes(self, w: Work, method: Method, signals: np.ndarray) -> np.ndarray:
         """Second derivatives of joints and loads on the interface, less the shift."""
@@ -248,12 +262,12 @@ def turned(large: Large, r: np.ndarray, turns: list[np.ndarray]) -> None:
 
 
 def block_turns(large: Large, turns: list[np.ndarray]) -> np.ndarray:
-    """R on the interface unknowns (nb, nb)."""
-    out = np.eye(len(large.interface))
-    for (where, _), R in zip(large.bodies, turns, strict=True):
-        mine = np.flatnonzero((large.interface >= where.start) & (large.interface < where.stop))
-        if len(mine):
-            out[np.ix_(mine, mine)] = np.kron(np.eye(len(mine) // large.dim), R)
+    """R on the interface unknowns (b, b)."""
+    out, dim = np.eye(len(large.interface)), large.dim
+    for mine, R in zip(large.owned, turns, strict=True):
+        for i in range(dim):
+            for j in range(dim):
+                out[mine[i::dim], mine[j::dim]] = R[i, j]
     return out
 
 
