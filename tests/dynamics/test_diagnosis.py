@@ -172,6 +172,16 @@ def cause(way: str) -> diagnosis.Cause:
     return {one.name: one for one in failed(way)[1].causes}[way]
 
 
+def test_a_step_that_is_large_from_rest_is_named() -> None:
+    """Example 2 as it begins, of which all but the surroundings of the pin falls by g h^2 = 2.45 m in a step."""
+    with pytest.raises(SolverError) as caught:
+        integrate(models.double_pendulum(8), GeneralizedAlpha(0.5), 3.0)
+    found = diagnosis.explain(caught.value)
+    assert [one.name for one in found.causes] == ["large step"]
+    assert "moves the mechanism by 2.4" in found.causes[0].what
+    assert found.way == pytest.approx(9.81 * 0.5**2, rel=0.02)
+
+
 @pytest.mark.parametrize("way", WAYS)
 def test_every_way_to_fail_is_told(way: str) -> None:
     error, found = failed(way)

@@ -18,6 +18,7 @@ from ..bodies.body import LIMP, STIFF
 from ..core.errors import Reason, SolverError
 from ..core.linalg import is_sparse
 from ..systems import free_motions
+from ..systems.system import sizes
 from . import evidence
 from .attempts import Attempt, attempts
 from .evidence import Stop
@@ -36,7 +37,7 @@ SQUEEZED = 0.02  #: strain of a reduced model that beams and plates would have a
 CLOSE = 0.02  #: smallest singular value of unit rows near a dead centre, relative to the start
 WEAK = 1e-12  #: relative singular value of a matrix that counts as singular
 SOFT = 0.05  #: part of the smallest eigenvalue that is left near a bifurcation
-WHOLE = 0.3  #: way that a load moves its place in one step, in sizes of the system
+WHOLE = 0.3  #: way that a load moves its place, or accelerations the mechanism, in one step, in sizes of the system
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,7 @@ class Diagnosis:
     strains: dict[str, tuple[float, float]] = field(default_factory=dict)  #: smallest and largest in the last good state [-]
     stiffest: float | None = None  #: h omega of the stiffest wave
     turns: dict[str, float] = field(default_factory=dict)  #: in one step by body, in the last state whose energy is sound [rad]
+    way: float | None = None  #: root mean square of h^2 q'' in that state [m]
     sound: float | None = None  #: time of that state where the energy comes from nowhere afterwards [s]
     singular: tuple[float, float] | None = None  #: smallest singular value of the joints' unit rows, at the start and now
     causes: tuple[Cause, ...] = ()
@@ -84,7 +86,7 @@ def explain(error: SolverError) -> Diagnosis:
     with np.errstate(all="ignore"):
         found = measured(stop, error, found)
         causes = tuple(cause for rule in RULES if (cause := rule(stop, found)))
-    return replace(found, causes=causes or (UNKNOWN,))
+    return replace(found, causes=causes or (long_way(stop, found) or UNKNOWN,))
 
 
 def measured(stop: Stop, error: SolverError, found: Diagnosis) -> Diagnosis:
@@ -118,11 +120,14 @@ def measured(stop: Stop, error: SolverError, found: Diagnosis) -> Diagnosis:
 
 
 def sound(stop: Stop, error: SolverError) -> dict[str, Any]:
-    """Turns in one step by body [rad] in the last state whose energy can be believed, and its time where it is not the last one."""
+    """Turns and way in one step in the last state whose energy can be believed, and its time where it is not the last one."""
     x, v, motion, since = stop.x, stop.v, error.partial, None
-    if stop.h and ((last := last_sound(motion)) < len(motion.times) - 1 or error.reason is Reason.UNSTABLE):
+    if not stop.h:
+        return {"turns": {}}
+    if (last := last_sound(motion)) < len(motion.times) - 1 or error.reason is Reason.UNSTABLE:
         x, v, since = motion.x[last], motion.v[last], float(motion.times[last])
-    return {"turns": {name: stop.h * rate for name, rate in evidence.turns(stop.system, x, v).items()}, "sound": since}
+    turned = {name: stop.h * rate for name, rate in evidence.turns(stop.system, x, v).items()}
+    return {"turns": turned, "way": stop.h**2 * float(sizes(stop.system, motion.a[last])[0]), "sound": since}
 
 
 def largest(values: dict[str, float]) -> tuple[tuple[str, float], ...]:
@@ -306,6 +311,16 @@ def indefinite(stop: Stop, found: Diagnosis) -> Cause | None:
     what = f"the last good state is unstable for a step of {stop.h:.3g} s ({found.negative} negative eigenvalues of its matrix): "
     what += f"{name} is compressed by {100 * max(0.0, -low):.3g} %"
     return Cause("indefinite", what, "begin without compression (see the initial state), or with a step ten times shorter")
+
+
+def long_way(stop: Stop, found: Diagnosis) -> Cause | None:
+    """An acceleration that alone moves the mechanism far in one step, from rest too; looked at where no other rule holds."""
+    size = stop.system.scale
+    if found.way is None or not found.way > WHOLE * size:
+        return None
+    what = f"its acceleration moves the mechanism by {found.way:.3g} m in a step of {stop.h:.3g} s (its size: {size:.3g} m)"
+    remedy = f"try a step of {stop.h * float(np.sqrt(0.01 * size / found.way)):.1g} s, or look at the units of loads"
+    return Cause("large step", what, remedy)
 
 
 UNKNOWN = Cause(
