@@ -435,6 +435,41 @@ def test_a_training_with_a_tolerance_goes_on(tmp_path: Path) -> None:
     assert other.model_plan == one.model_plan
 
 
+@pytest.mark.parametrize("tolerance", [None, 1e-3])
+def test_checks_calibrate_the_last_model_without_being_in_it(tolerance: float | None, tmp_path: Path) -> None:
+    """Beside full runs that are the same without them; the same call again makes none of them anew."""
+    setting, count = counted()
+    plain = campaign.train(setting, places(setting), OPTIONS, tolerance=tolerance)
+    setting, count = counted()
+    found = campaign.train(setting, places(setting), OPTIONS, tmp_path, tolerance, checks=2)
+    assert len(found.checks) == 2
+    assert len(count.full) == len(found.runs) + 2 + (tolerance is not None)
+    assert [run.values for run in found.runs[: len(plain.runs)]] == [run.values for run in plain.runs]
+    assert not {run.values["E"] for run in found.checks} & {run.values["E"] for run in found.runs}
+    assert sum(pair.run == campaign.CHECK for pair in found.pairs) == 2
+    assert {pair.bases for pair in found.pairs} == {len(found.runs)}
+    last = found.outcome.iterations[-1]
+    assert len(last.samples) == OPTIONS.max_samples
+    for run, pair in zip(found.checks, found.pairs[-2:], strict=True):
+        seen = family_model.quick(found.setting)
+        assert holdout.measured(seen, found.model, run)[:2] == pytest.approx((pair.indicator, pair.error), rel=1e-6)
+    made = list(count.full)
+    again = campaign.train(setting, places(setting), OPTIONS, tmp_path, tolerance, checks=2)
+    assert count.full == made
+    assert again.predicted == pytest.approx(found.predicted, rel=1e-6)
+    assert again.outcome.points == found.outcome.points
+
+
+def test_own_runs_count_as_one_where_they_scatter_little() -> None:
+    def pairs(*errors: float) -> list[store.Pair]:
+        return [store.Pair(k, 2, 1e-5, error) for k, error in enumerate(errors)]
+
+    (one,) = campaign.middle(pairs(1e-3, 2.25e-3))
+    assert (one.indicator, one.error) == pytest.approx((1e-5, 1.5e-3))
+    assert campaign.middle(pairs(1e-3, 1e-2)) == pairs(1e-3, 1e-2)
+    assert campaign.middle(pairs(0.0)) == []
+
+
 def test_the_folder_of_another_training_is_refused(tmp_path: Path) -> None:
     setting, _ = counted()
     campaign.train(setting, places(setting), dataclasses.replace(OPTIONS, iterations=1), tmp_path)

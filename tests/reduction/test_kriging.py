@@ -213,3 +213,21 @@ def test_the_library_behind_it_is_silent() -> None:
 def test_bad_samples_are_refused(points: list[object], values: list[object]) -> None:
     with pytest.raises(InputError, match=r"kriging\.fit"):
         kriging.fit(points, values)
+
+
+def test_the_deviation_is_held_against_every_sample_left_out() -> None:
+    """The factor is that of processes of one kernel from which one sample after the other is left out, computed one by one."""
+    points = design(9, 2, 3)
+    found = kriging.fit(points, 10.0 ** (branin(points) / 100.0))
+    process, missed = found.process, []
+    K = process.kernel_(points) + process.alpha * np.eye(len(points))
+    y = process.y_train_
+    order = [int(np.flatnonzero((process.X_train_ == point).all(axis=1))[0]) for point in points]
+    for k in range(len(points)):
+        rest = np.delete(np.arange(len(points)), k)
+        weights = np.linalg.solve(K[np.ix_(rest, rest)], K[rest, k])
+        missed.append((y[order[k]] - weights @ y[np.array(order)[rest]]) / np.sqrt(K[k, k] - weights @ K[rest, k]))
+    factor = max(1.0, float(np.sqrt(np.mean(np.square(missed)))))
+    others = design(5, 2, 4)
+    expected = factor * np.hypot(kriging.predict(found, others)[1], found.roughness)
+    assert kriging.deviation(found, others) == pytest.approx(expected, rel=1e-6)

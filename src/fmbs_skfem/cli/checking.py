@@ -92,7 +92,7 @@ def stored(found: Campaign, out: Path, sharp: bool = True) -> Full:
     folder = out / "training"
 
     def full(values: Mapping[str, float]) -> FullRun:
-        for run in found.runs:
+        for run in (*found.runs, *found.checks):
             if run.values == values:
                 return run
         text = repr((sorted(values.items()), found.setting.plan.tolerance, found.setting.plan.modes))

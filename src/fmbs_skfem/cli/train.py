@@ -175,7 +175,7 @@ def trained(job: Job, out: Path, advance: Callable[[float], None]) -> Campaign:
     """The training, stored in the folder."""
     from ..reduction import campaign
 
-    return campaign.train(job.setting, job.search, job.options, out / STORE, job.tolerance, advance, savable=True)
+    return campaign.train(job.setting, job.search, job.options, out / STORE, job.tolerance, advance, True, campaign.CHECKS)
 
 
 def save(job: Job, found: Campaign, out: Path) -> Product:
@@ -202,7 +202,7 @@ def promised(job: Job, found: Campaign, checked: Checked | None) -> list[str]:
 
     true = [] if checked is None else checked.true.tolist()
     high = [] if checked is None else [one.high for one in checked.predictions]
-    return promise.doubts(len(found.runs), found.calibration, found.predicted, true, high, job.tolerance)
+    return promise.doubts(len(found.runs) + len(found.checks), found.predicted, true, high, job.tolerance)
 
 
 def record(found: Campaign, job: Job) -> dict[str, Any]:
@@ -213,6 +213,7 @@ def record(found: Campaign, job: Job) -> dict[str, Any]:
     candidates = found.search.candidates
     return {
         "full_runs": len(found.runs),
+        "checks": [run.values for run in found.checks],
         "reduced_runs": found.reduced_runs,
         "hyper_reductions": sum(bool(model.selections) for model in found.models),
         "stop": found.outcome.stop.value,
@@ -230,7 +231,7 @@ def record(found: Campaign, job: Job) -> dict[str, Any]:
         "budget": None if found.choice is None else {**asdict(found.choice), "statement": found.choice.statement},
         "largest_indicator": found.outcome.iterations[-1].largest,
         "predicted_error": dict(zip(("error", "low", "high"), found.predicted, strict=True)),
-        "cpu_s_full_runs": sum(run.cpu_s for run in found.runs),
+        "cpu_s_full_runs": sum(run.cpu_s for run in (*found.runs, *found.checks)),
         "cpu_s_models": sum(model.training_s for model in found.models),
     }
 
@@ -283,7 +284,18 @@ def words(report: Mapping[str, Any]) -> list[str]:
     largest = f"Largest predicted {report['measure']}, among the candidates: {error['error']:.2g}, {spread}."
     doubts = [f"The training cannot promise its predicted error: {'; '.join(report['doubts'])}."] if report["doubts"] else []
     lost = motionless([*report["failed"], *report.get("holdout", {}).get("failed", ())])
-    return [text, f"Full runs at {points}.", f"The training ended because {report['stop']}.", *lost, budget, largest, *doubts]
+    checks = "; ".join(map(listed, report["checks"]))
+    unseen = [f"Checked by full runs that are not in the model, at {checks}."] if checks else []
+    return [
+        text,
+        f"Full runs at {points}.",
+        *unseen,
+        f"The training ended because {report['stop']}.",
+        *lost,
+        budget,
+        largest,
+        *doubts,
+    ]
 
 
 def motionless(failed: Sequence[Mapping[str, Any]]) -> list[str]:

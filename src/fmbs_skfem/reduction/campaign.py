@@ -3,7 +3,12 @@ r"""Training of a reduced model over a box of parameters: full runs, bases and i
     extend(mu):    full run at mu -> factors -> bases and hyper-reduction of all runs so far -> reduced family
     evaluate(mu):  reduced run at mu -> I(mu) = int |R(mu)|_g dt                                                          (49)
     pairs (I, e):  the reduced model at the full runs, before and after each of them joined it -> predicted errors (48)
+    checks:        further full runs, which never join the model: (I, e) of the last model at points that it has not seen
 
+At its own full runs a model errs less than between them, and indicators of earlier models are proportional to their errors by
+other factors, of up to a hundred: with checks, the calibration is that of the last model alone, where its own runs count as one.
+Before them a survey fills the samples of the last iteration up to `max_samples`, each as far as possible from the others: greedy
+looks for the maximum of I, and a surrogate of what it has seen there is too sure elsewhere. Greedy goes on where that finds more.
 A wanted error chooses eps and eta at the first full run (`budget`); training then ends when the predicted error, with its spread,
 is below it. Where truncation is the limit before that, eps is lowered and the runs that exist serve once more.
 
@@ -14,7 +19,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -40,6 +45,8 @@ LOWER_EPS, LOWER_ETA = 1e-2, 0.3  #: factors where truncation and hyper-reductio
 LOWERINGS = 2
 NEAR = 1e-9  #: distance in the unit box at which points are the same
 LIMITS = (Stop.FLOOR, Stop.REPEATED)
+CHECKS = 2  #: that trainings of scenes make
+CHECK = -1  #: number of the run of a pair that is a check
 
 
 @dataclass(frozen=True)
@@ -65,6 +72,7 @@ class Campaign:
     choice: Choice | None  #: of a wanted error
     lowered: int = 0  #: how often eps was lowered because it was the limit
     discarded: int = 0  #: reduced runs of iterations before that
+    checks: tuple[FullRun, ...] = ()  #: full runs that calibrate the last model without being in it
 
     @property
     def model(self) -> FamilyModel:
@@ -103,6 +111,8 @@ class Work:
     choice: Choice | None = None
     indicators: dict[int, float] = field(default_factory=dict)  #: of the present model by candidate
     motions: dict[int, Trajectory] = field(default_factory=dict)  #: of the present model by candidate
+    checks: dict[int, FullRun] = field(default_factory=dict)  #: by candidate
+    present: list[Pair] = field(default_factory=list)  #: of the present model: one for its full runs, one at every check
     lowered: int = 0
     discarded: int = 0
     stale: bool = False  #: whether the last model has to be made again
@@ -150,19 +160,21 @@ def train(
     tolerance: float | None = None,
     progress: Callable[[float], None] | None = None,
     savable: bool = False,
+    checks: int = 0,
 ) -> Campaign:
     """Train a reduced model over the candidates of a search.
 
     With a `folder` every run, model and iteration is stored, and a training that was interrupted, or is given more iterations, goes
     on from there. `tolerance` is the wanted error (48): it replaces eps and eta of the plan and ends the training. With `savable`
     it ends with NoModel at the first full run where the model is no polynomial of the parameters: a file holds nothing else.
+    After the last iteration so many `checks` calibrate the error that is predicted.
     """
     options = options or Options()
     work = replace(prepared(setting, search, options, folder, tolerance), savable=savable)
     try:
         with durable.room(Path(folder or ""), "make room, then train again with this folder: what is complete is not run again"):
             done = resumed(work) if work.folder else ()
-            outcome = loop(work, options, done, progress)
+            outcome = loop(work, options, done, checks, progress)
     except Unsavable as problem:
         raise NoModel(str(problem)) from None
     except NoRoom:
@@ -171,8 +183,9 @@ def train(
         remedy = "make room, then train again with this folder: what is complete is not run again"
         raise InputError(say(str(work.folder), "a folder that can be written", problem, remedy)) from problem
     found = replace(work.setting, plan=work.fast.plan)
-    known = (tuple(work.runs), tuple(work.models), tuple(work.pairs), calibrated(work.pairs))
-    return Campaign(found, search, outcome, *known, work.choice, work.lowered, work.discarded)
+    pairs, seen = tuple(known_pairs(work)), tuple(unseen(work).values())
+    known = (tuple(work.runs), tuple(work.models), pairs, calibrated(pairs))
+    return Campaign(found, search, outcome, *known, work.choice, work.lowered, work.discarded, seen)
 
 
 def prepared(setting: Setting, search: Search, options: Options, folder: Path | str | None, tolerance: float | None) -> Work:
@@ -205,14 +218,26 @@ def resumed(work: Work) -> tuple[greedy.Iteration, ...]:
         if notes.choice is not None:
             settle(work, notes.choice)
         work.models.append(store.model(work.folder, number) or made(work, work.runs[:number]))
-    work.indicators = dict(known.indicators) if len(work.models) == len(work.runs) else {}
+    work.checks = store.checks(work.folder)
+    if len(work.models) == len(work.runs):
+        work.indicators = dict(known.indicators)
+        recalibrate(work)
     return known.iterations[: len(work.models)]
 
 
-def loop(work: Work, options: Options, done: Sequence[greedy.Iteration], progress: Callable[[float], None] | None) -> Outcome:
-    """Algorithm 1, again with a lower eps where that is the limit and the wanted error is not reached."""
+def loop(
+    work: Work, options: Options, done: Sequence[greedy.Iteration], checks: int, progress: Callable[[float], None] | None
+) -> Outcome:
+    """Algorithm 1, again where survey or checks tell more than it knew, and with a lower eps where that is the limit."""
     while True:
         outcome = searched(work, options, done, progress)
+        if checks:
+            last = surveyed(work, outcome.iterations[-1], options)
+            news = check(work, last, checks) or last is not outcome.iterations[-1]
+            outcome = replace(outcome, iterations=(*outcome.iterations[:-1], last))
+            if news:
+                done = outcome.iterations
+                continue
         enough = work.tolerance is None or small_enough(work, outcome.iterations)
         if enough or outcome.stop not in LIMITS or not lower(work, outcome.iterations[-1]):
             return outcome
@@ -271,12 +296,27 @@ def small_enough(work: Work, iterations: Sequence[greedy.Iteration]) -> bool:
     largest = iterations[-1].largest if iterations else math.inf
     if work.tolerance is None or not math.isfinite(largest):
         return False
-    return calibration.predict(calibrated(work.pairs), largest)[2] <= work.tolerance
+    return calibration.predict(calibrated(known_pairs(work)), largest)[2] <= work.tolerance
+
+
+def known_pairs(work: Work) -> list[Pair]:
+    """The pairs that calibrate: with checks those of the present model, without them those of all models."""
+    return work.present if work.checks else work.pairs
+
+
+def unseen(work: Work) -> dict[int, FullRun]:
+    """The checks that have not joined the model, by candidate."""
+    return {point: run for point, run in work.checks.items() if point not in work.points}
 
 
 def calibrated(pairs: Sequence[Pair]) -> Calibration:
-    known = [pair for pair in pairs if math.isfinite(pair.indicator) and pair.indicator > 0.0 and pair.error > 0.0]
+    known = usable(pairs)
     return calibration.fit([pair.indicator for pair in known], [pair.error for pair in known])
+
+
+def usable(pairs: Sequence[Pair]) -> list[Pair]:
+    """Those with a finite indicator and an error."""
+    return [pair for pair in pairs if math.isfinite(pair.indicator) and pair.indicator > 0.0 and pair.error > 0.0]
 
 
 def evaluated(work: Work, point: int) -> float:
@@ -311,7 +351,7 @@ def extended(work: Work, point: int) -> None:
     number = work.points.index(point) if known else len(work.runs)
     if number < len(work.models) and not work.stale:
         return
-    run = work.runs[number] if known else full_run(work.setting, values)
+    run = work.runs[number] if known else work.checks.get(point) or full_run(work.setting, values)
     if not known:
         work.runs, work.points = [*work.runs, run], [*work.points, point]
         if work.folder:
@@ -322,7 +362,8 @@ def extended(work: Work, point: int) -> None:
     model = made(work, work.runs)
     work.models, work.indicators, work.motions, work.stale = [*work.models[:number], model], {}, {}, False
     work.pairs = [*work.pairs, *before]
-    work.pairs = [*work.pairs, *pairs_at(work, range(len(work.runs)))]
+    own = pairs_at(work, range(len(work.runs)))
+    work.pairs, work.present = [*work.pairs, *own], [*middle(own), *checked(work)]
     if work.folder:
         notes = store.Notes(tuple(work.pairs), work.choice, work.lowered, work.discarded)
         store.keep_model(work.folder, number + 1, model, notes)
@@ -361,11 +402,90 @@ def lower(work: Work, last: greedy.Iteration) -> bool:
 
 def pairs_at(work: Work, numbers: Iterable[int]) -> list[Pair]:
     """Indicator and error of the present model at full runs, where the reduced run succeeds."""
-    found = []
-    for number in numbers:
-        run, point = work.runs[number], work.points[number]
-        motion = work.motions.get(point) or measure(work, point)
-        if motion is not None:
-            error = full_runs.wanted_error(work.fast, work.fast.family(run.values).system, run, motion)
-            found.append(Pair(number, len(work.models), work.indicators[point], error))
+    found = (pair_at(work, work.runs[number], work.points[number], number) for number in numbers)
+    return [pair for pair in found if pair is not None]
+
+
+def pair_at(work: Work, run: FullRun, point: int, number: int) -> Pair | None:
+    """Indicator and error of the present model at a full run; None where the reduced run fails."""
+    motion = work.motions.get(point) or measure(work, point)
+    if motion is None:
+        return None
+    error = full_runs.wanted_error(work.fast, work.fast.family(run.values).system, run, motion)
+    return Pair(number, len(work.models), work.indicators[point], error)
+
+
+def surveyed(work: Work, last: greedy.Iteration, options: Options) -> greedy.Iteration:
+    """The last iteration with as many samples as there may be: the candidates farthest from those that it has."""
+    known = dict(zip(last.samples, last.indicators, strict=True))
+    closed = {*work.points, *dict(last.failed)}
+    while len(known) < options.max_samples:
+        choices = [k for k in range(len(work.search.candidates)) if k not in known and k not in closed]
+        if not choices:
+            break
+        point = farthest(work, choices, [*known, *work.points])
+        known[point] = evaluated(work, point)
+    if len(known) == len(last.samples):
+        return last
+    found = replace(last, samples=tuple(known), indicators=tuple(known.values()))
+    if work.folder:
+        store.keep_iteration(work.folder, found)
     return found
+
+
+def farthest(work: Work, choices: Sequence[int], used: Sequence[int]) -> int:
+    """The candidate among `choices` that is farthest from all `used` ones."""
+    rows = work.search.candidates
+    away = distances(work.setting.parameters, rows[list(used)], rows[list(choices)]).min(axis=1)
+    return choices[int(np.argmax(away))]
+
+
+def check(work: Work, last: greedy.Iteration, count: int) -> bool:
+    """Make checks at samples of the last iteration until there are so many that the model has not seen; whether any was made.
+
+    The first one is where the indicator is largest, others are as far as possible from all full runs; a point at which a run
+    fails is followed by the next one.
+    """
+    lost, known = dict(last.failed), dict(zip(last.samples, last.indicators, strict=True))
+    used = [*work.points, *work.checks]
+    choices = [k for k, value in known.items() if k not in lost and k not in used and math.isfinite(value)]
+    before = len(work.checks)
+    while choices and len(unseen(work)) < count:
+        point = farthest(work, choices, used) if work.checks else max(choices, key=lambda k: known[k])
+        choices.remove(point)
+        used.append(point)
+        run = full_runs.reached(work.setting, functools.partial(kept_check, work, point), values_at(work, point))
+        if isinstance(run, FullRun):
+            work.checks[point] = run
+    recalibrate(work)
+    return len(work.checks) > before
+
+
+def recalibrate(work: Work) -> None:
+    """The pairs of the present model, where there are checks."""
+    work.present = [*middle(pairs_at(work, range(len(work.runs)))), *checked(work)] if work.checks else []
+
+
+def middle(pairs: Sequence[Pair]) -> list[Pair]:
+    """One pair in the middle of several, where they scatter no more than is expected of any.
+
+    At its own full runs a model errs alike, by what truncation leaves, which tells little of the scatter elsewhere.
+    """
+    known = usable(pairs)
+    logarithms = np.log10([(pair.indicator, pair.error) for pair in known]).reshape(-1, 2)
+    if len(known) < 2 or np.std(logarithms[:, 1] - logarithms[:, 0]) > calibration.PRIOR:
+        return known
+    indicator, error = (float(10.0**value) for value in logarithms.mean(axis=0))
+    return [replace(known[0], indicator=indicator, error=error)]
+
+
+def checked(work: Work) -> list[Pair]:
+    """Indicator and error of the present model at the checks that it has not seen."""
+    found = (pair_at(work, run, point, CHECK) for point, run in unseen(work).items())
+    return [pair for pair in found if pair is not None]
+
+
+def kept_check(work: Work, point: int, values: Mapping[str, float]) -> FullRun:
+    """The full run of a check, kept in the folder."""
+    make = functools.partial(full_run, work.setting, values)
+    return make() if work.folder is None else store.made(store.check_file(work.folder, point), make)

@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import cho_solve
 from scipy.special import ndtr
 
 from ..core.errors import InputError, say
@@ -81,6 +82,21 @@ def predict(surrogate: Surrogate, points: ArrayLike) -> tuple[Array, Array]:
         mean, deviation = surrogate.process.predict(x, return_std=True)
     smooth = np.sqrt(np.maximum(deviation**2 - surrogate.process.kernel_.k2.noise_level, 0.0))
     return surrogate.shift + surrogate.scale * mean, surrogate.scale * smooth
+
+
+def deviation(surrogate: Surrogate, points: ArrayLike) -> Array:
+    """Standard deviation (k,) [decades] of a further sample at points (k,d): of the smooth part and the roughness together.
+
+    Both are scaled up by what samples deviate from the mean of all the others, in their standard deviations, where that is more
+    than 1: a likelihood of few samples may be greatest for a process that is much too sure.
+
+        d_i = [K^-1 y]_i / sqrt([K^-1]_ii)      S. Sundararajan, S. S. Keerthi, Neural Comput. 13 (2001) 1103-1118
+    """
+    process = surrogate.process
+    inverse = cho_solve((process.L_, True), np.eye(len(surrogate.points)))
+    missed = (inverse @ process.y_train_) / np.sqrt(np.diag(inverse))
+    factor = max(1.0, float(np.sqrt(np.mean(missed**2))))
+    return factor * np.hypot(predict(surrogate, points)[1], surrogate.roughness)
 
 
 def gain(surrogate: Surrogate, points: ArrayLike) -> Array:

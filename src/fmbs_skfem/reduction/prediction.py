@@ -1,6 +1,6 @@
 r"""The error that a saved parametric model predicts for itself within its trained ranges, without the full model.
 
-    log10 I(mu) ~ m(mu) +- 2 s(mu)     surrogate of the indicator (49), fitted to the reduced runs of the last iteration
+    log10 I(mu) ~ m(mu) +- 2 s(mu)     surrogate of the indicator (49) of the reduced runs of the last iteration; s of a further one
     log10 e(mu) = calibration of m(mu),  its band widened by that of the surrogate:  d^2 = d_calibration^2 + d_surrogate^2
 
 e is the error in the measure of the training: of the outputs, or (48) of all coordinates. Both bands hold about 95 % each.
@@ -94,7 +94,7 @@ def predict(
     if boxes.outside(known, whole):
         return Prediction(math.nan, math.nan, math.nan)
     point = boxes.to_box(known, [boxes.row_of(known, whole)])
-    mean, std = (float(value[0]) for value in kriging.predict(surrogate, point))
+    mean, std = float(kriging.predict(surrogate, point)[0][0]), float(kriging.deviation(surrogate, point)[0])
     error, low, high = calibration.predict(calibrated, 10.0**mean)
     wide = [calibration.predict(calibrated, 10.0 ** (mean + sign * BAND * std))[0] for sign in (-1.0, 1.0)]
     down, up = (

@@ -1,7 +1,7 @@
 r"""Whether a training may promise its predicted error: what speaks against it, in words.
 
     one full run                   nothing shows how the error depends on the parameters
-    spread s > SCATTER             indicator and error do not go together
+    high > WIDE low                indicator and error do not go together, or nothing tells how they do
     hold-out e(mu) > high(mu)      the band has been seen to fail
     high > tolerance, e > tolerance, e >= 1,  no full motion
 
@@ -15,16 +15,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .calibration import Calibration
-
-SCATTER = 0.5  #: standard deviation of log10 e about the calibration [decades]
+WIDE = 2.5  #: widest band that tells anything [decades]
 LEFT = 0.1  #: part of the hold-out points that may lie above their bands
 WHOLE = 1.0  #: error of the size of what is predicted
 
 
 def doubts(
     full_runs: int,
-    calibration: Calibration,
     predicted: tuple[float, float, float],
     true: Sequence[float] | np.ndarray,
     high: Sequence[float] | np.ndarray,
@@ -32,15 +29,15 @@ def doubts(
 ) -> list[str]:
     """Why the predicted error of a training cannot be promised; empty where it can.
 
-    `predicted` is the largest error over the candidates with its band, `true` (k,) the errors at the hold-out points, NaN where the
-    full model has no motion, `high` (k,) the upper ends of their bands.
+    `full_runs` counts checks, too. `predicted` is the largest error over the candidates with its band, `true` (k,) are errors at
+    hold-out points, NaN where the full model has no motion, `high` (k,) the upper ends of their bands.
     """
     e, top = np.asarray(true, dtype=float), np.asarray(high, dtype=float)
     known, found = ~np.isnan(e), list[str]()
     if full_runs == 1:
         found.append("there is one full run only, which does not show how the error depends on the parameters")
-    if calibration.spread > SCATTER:
-        found.append(f"the error scatters about its indicator by a factor of {10**calibration.spread:.2g}")
+    if math.isfinite(predicted[2]) and predicted[2] > 10.0**WIDE * predicted[1] > 0.0:
+        found.append(f"the predicted band spans a factor of {predicted[2] / predicted[1]:.2g}, too wide to tell anything")
     above = int(np.sum(e[known] > top[known])) if len(top) else 0
     if above > LEFT * known.sum():
         found.append(f"{above} of {int(known.sum())} hold-out points lie above the predicted band")

@@ -6,6 +6,7 @@
     notes-001.json       pairs of indicator and error known with this model, the choice of eps and eta
     indicators-001.json  its indicators, as far as they are known
     iteration-001.h5     the first iteration of the greedy loop, complete
+    check-00007.h5       full run of a check at candidate 7
 
 Every file is written under another name, flushed to the disk and renamed into its place: it is there completely or not at all.
 A folder of another training is refused. A fingerprint is made of the numbers of the family at both corners of the box, to nine
@@ -44,7 +45,7 @@ TIMES = np.linspace(0.0, 1.0, 17)  #: where functions of time are sampled for a 
 class Pair:
     """A reduced run beside its full run."""
 
-    run: int  #: number of the full run, from 0
+    run: int  #: number of the full run, from 0; -1 of a check
     bases: int  #: number of full runs in the bases of the reduced model
     indicator: float
     error: float  #: in the measure of the setting
@@ -168,6 +169,21 @@ def made(path: Path, make: Callable[[], FullRun]) -> FullRun:
         raise
     write_tree(path, asdict(run))
     return run
+
+
+def checks(folder: Path) -> dict[int, FullRun]:
+    """The checks that have succeeded, by candidate."""
+    found = {}
+    for path in sorted(folder.glob("check-*.h5")):
+        tree = read_tree(path)
+        if "failed" not in tree:
+            found[int(path.stem.split("-")[1])] = run_of(tree, path)
+    return found
+
+
+def check_file(folder: Path, point: int) -> Path:
+    """Where the check at a candidate is kept."""
+    return folder / f"check-{point:05d}.h5"
 
 
 def run_of(tree: dict[str, Any], path: Path) -> FullRun:

@@ -210,10 +210,11 @@ class Training(Model):
 
     Full runs are made at `first` (by default the candidate in the middle) and where the error indicator over the `candidates` is
     largest, at most `iterations` of them; the surrogate of the indicator starts from `samples` and takes at most `max_samples` an
-    iteration. Errors are those of the outputs, the largest of any column as a part of its range; without outputs those of all
-    coordinates. A `tolerance` is the wanted error, or `{C: 0.1 mm}` the wanted largest errors of some outputs: eps and eta are
-    chosen for it, instead of those of `reduction`, and training ends when the predicted error is below it. Errors are checked at
-    the points `holdout`. Where the training cannot promise its predicted error, its report says so, with the reasons.
+    iteration. Two more full runs, which are not in the model, calibrate the error that it predicts. Errors are those of the
+    outputs, the largest of any column as a part of its range; without outputs those of all coordinates. A `tolerance` is the wanted
+    error, or `{C: 0.1 mm}` the wanted largest errors of some outputs: eps and eta are chosen for it, instead of those of
+    `reduction`, and training ends when the predicted error is below it. Errors are checked at the points `holdout`. Where the
+    training cannot promise its predicted error, its report says so, with the reasons.
     """
 
     candidates: Points = _default(101)
