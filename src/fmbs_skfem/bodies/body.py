@@ -9,6 +9,8 @@ so that |r0'| = 1. The mass matrix m_ij = int rhoA N_i N_j dS is constant and th
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -22,7 +24,7 @@ from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface
 from ..shapes.table import Table
 from .cable_law import Curvature, curvatures
-from .laws import Law
+from .laws import Law, vectors
 from .sections import Given, Material, bends_alike, positive, stiffness
 
 BENDS_ALIKE = "a section that bends alike about all its axes"  #: of a cable in space, which has one bending stiffness
@@ -31,13 +33,18 @@ BENDS_ALIKE_REMEDY = (
 )
 
 
+Numbers: TypeAlias = Callable[[], tuple[np.ndarray, np.ndarray]]  #: table (k, p, b, e) and section (i, p, e) of cells
+
 LIMP = "is curved in space, where a cable without torsion bends out of its plane at no cost and only tension holds it"
 STIFF = "take dimension 2 if it moves in its plane, a straight mesh that loads and joints bend, or a shell"
 
 
 @dataclass(frozen=True)
 class Cells:
-    """Gather and law data of the cells of a body; the cell axis is last, so that kernels run along it."""
+    """Gather and law data of the cells of a body; the cell axis is last, so that kernels run along it.
+
+    Table and section of `later` cells are made when one of them is first read.
+    """
 
     law: Law
     table: np.ndarray  #: (k, p, b, e), derivatives of the basis that the law reads [1/m, 1/m2]
@@ -45,6 +52,32 @@ class Cells:
     dim: int  #: number of components c
     section: np.ndarray  #: (i, p, e), rows of the law, the last one the quadrature weight
     spread: csr_array | None = None  #: coordinates of the cells from those of the body where they are not the same
+
+    @classmethod
+    def later(cls, law: Law, nodes: np.ndarray, dim: int, points: int, numbers: Numbers) -> Cells:
+        """Cells with p = `points` whose table and section `numbers` makes."""
+        cells = object.__new__(cls)
+        cells.__dict__.update(law=law, nodes=nodes, dim=dim, spread=None, points=points, numbers=numbers)
+        return cells
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in ("table", "section") or "numbers" not in self.__dict__:
+            raise AttributeError(f"'Cells' has no attribute '{name}'")
+        table, section = self.__dict__.pop("numbers")()
+        self.__dict__.update(table=table, section=section)
+        return self.__dict__[name]
+
+    @property
+    def shape(self) -> tuple[int, int, int, int]:
+        """(k, p, b, e) of the table."""
+        points = self.points if "numbers" in self.__dict__ else self.table.shape[1]
+        return (vectors(self.law), points, *self.nodes.shape)
+
+    def moved(self, first: int, spread: csr_array | None = None) -> Cells:
+        """The cells in coordinates where theirs begin at `first`, or are `spread` from all."""
+        cells = copy(self)
+        cells.__dict__.update(nodes=self.nodes + first if first else self.nodes, spread=spread)
+        return cells
 
 
 @dataclass(frozen=True)
@@ -108,7 +141,7 @@ def cable(
     where = {int(node): float(xi) for node, xi in zip(order, breaks, strict=True)}
     places = {key: where[int(ids[0])] for key, ids in mesh.point_groups.items() if len(ids) == 1 and int(ids[0]) in where}
     cells = cable_cells(name, space, reference, data, curvature, points or order_of(space))
-    if limp(cells.law, dim, cells.section):
+    if limp(cells, dim):
         notify(f"body '{name}' {LIMP}; {STIFF}")
     return Body(
         name=name,
@@ -200,13 +233,13 @@ def cable_cells(
     )
 
 
-def limp(law: Law, dim: int, section: np.ndarray) -> bool:
-    """Whether a law with its section (i, p, e) is that of a cable which is curved in space.
+def limp(cells: Any, dim: int) -> bool:
+    """Whether cells, or points sampled from them, are those of a cable which is curved in space.
 
     W depends on the size of the curvature alone: to first order it does not change where the line bends out of its plane, and as
     there is no torsion, no energy holds that motion; the tension N r' does, once there is one.
     """
-    return law in (Law.QUADRATIC, Law.MATERIAL, Law.EXACT) and dim == 3 and bool(section[2].any())
+    return cells.law in (Law.QUADRATIC, Law.MATERIAL, Law.EXACT) and dim == 3 and bool(cells.section[2].any())
 
 
 Place: TypeAlias = float | tuple[int, float, float] | str  #: xi on a line, (cell, xi1, xi2) on a surface, name of a frame

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import singledispatch
+from functools import partial, singledispatch
 from typing import Any
 
 import numpy as np
@@ -161,7 +161,16 @@ def on_nodes(rows: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
 
 
 def cells(shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, material: Material) -> Cells:
-    """Table and section of the membrane (two components) or shell law, cell axis last."""
+    """Cells of the membrane (two components) or shell law, with numbers that are made when they are needed."""
+    dim, points = reference.shape[1], len(surfaces.quadrature(shape.parent, shape.order)[1])
+    numbers = partial(numbers_of, shape, reference, thickness, material)
+    return Cells.later(Law.MEMBRANE if dim == 2 else Law.SHELL, np.ascontiguousarray(shape.nodes.T * dim), dim, points, numbers)
+
+
+def numbers_of(
+    shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, material: Material
+) -> tuple[np.ndarray, np.ndarray]:
+    """Table (k, p, b, e) and section (i, p, e) of the cells of a plate or shell."""
     (count, basis), dim, points = shape.nodes.shape, reference.shape[1], len(surfaces.quadrature(shape.parent, shape.order)[1])
     table = np.empty((2 if dim == 2 else 5, points, basis, count))
     area, curved = np.empty((points, count)), np.empty((3, points, count))
@@ -177,8 +186,7 @@ def cells(shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, 
     nu = material.poisson_ratio
     A = material.young_modulus * t / (1 - nu**2)
     rows = [A, nu + 0 * A, area] if dim == 2 else [A, A * t**2 / 12, nu + 0 * A, *curved, area]
-    law = Law.MEMBRANE if dim == 2 else Law.SHELL
-    return Cells(law, table, np.ascontiguousarray(shape.nodes.T * dim), dim, np.stack(rows))
+    return table, np.stack(rows)
 
 
 def mass_matrix(shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, density: float) -> csr_array:

@@ -137,8 +137,8 @@ def springs(parts: list[Body], dim: int) -> csr_array:
 def gather(part: Body, cells: Cells, layout: Layout) -> Cells:
     """Cells of a body that read all coordinates q, or the coordinates of its space where frames slave some of them."""
     if part.spread is None:
-        return replace(cells, nodes=cells.nodes + layout.first[part.name])
-    return replace(cells, spread=widen(part.spread, part, layout))
+        return cells.moved(layout.first[part.name])
+    return cells.moved(0, widen(part.spread, part, layout))
 
 
 def orthonormal(part: Body, draft: Draft) -> None:

@@ -63,7 +63,7 @@ def unsupported(system: System) -> tuple[tuple[Motion, ...], tuple[Motion, ...]]
 def limp_bodies(system: System) -> tuple[str, ...]:
     """Cables curved in space, by names of bodies or components: without tension nothing resists their bending out of the plane."""
     known = ((part.name, part.gather) for part in system.elastic if not isinstance(part.gather, Quartic))
-    return tuple(name for name, gather in known if limp(gather.law, system.dim, gather.section))
+    return tuple(name for name, gather in known if limp(gather, system.dim))
 
 
 def refuse_limp(where: str, system: System) -> None:
