@@ -110,7 +110,7 @@ def test_runs_and_choices_are_told(call: Call, scene: Path) -> None:
 
 
 def test_a_true_error_is_the_error_against_the_full_scene(call: Call, scene: Path) -> None:
-    """The error of the outputs and equation (48) at the stiffest hold-out point, from runs of the scene and of the saved model."""
+    """Errors of outputs and displacements at the stiffest hold-out point, from runs of the scene and of the saved model."""
     held = call.json["holdout"]
     point = held["points"][-1][0]
     assert point == 1.5e9
@@ -209,7 +209,11 @@ def test_a_wanted_error_chooses_eps_and_eta_and_is_met(scene: Path, tmp_path: Pa
     ("rest", "options", "told"),
     [
         (REDUCTION, ("--compare",), "--compare: expected hold-out points, got none; give --holdout N"),
-        (REDUCTION + TRAINING, ("--tolerance", "2"), "--tolerance: expected a relative error between 0 and 1, got 2.0"),
+        (
+            REDUCTION + TRAINING,
+            ("--tolerance", "2"),
+            "--tolerance: expected an error between 0 and 1, a part of the ranges of the outputs, got 2.0",
+        ),
         (REDUCTION + TRAINING, ("--resume",), "--resume: expected a training in '"),
         (TRAINING, (), "training: expected a section 'reduction' and a dynamic analysis"),
         ("", (), "expected a dynamic analysis and a section 'reduction', got none"),
@@ -329,7 +333,7 @@ def test_a_tolerance_of_an_output_is_met_in_its_unit(scene: Path, tmp_path: Path
         ("{tipp: 1 mm}", "training.tolerance.tipp: expected one of the outputs tip, got the output 'tipp'; did you mean 'tip'?"),
         ("{tip: 1 N}", "training.tolerance.tip: expected an error in m, got one in N"),
         ("{tip: 0}", "expected a largest error of tip above 0, got 0"),
-        ("2", "expected a relative error below 1, or errors of outputs by name, got 2"),
+        ("2", "expected a part of the ranges of the outputs below 1, or errors of outputs by name, got 2"),
         ("{}", "expected errors of outputs by name, got none"),
     ],
 )

@@ -57,7 +57,7 @@ def hyper_reduced(model: Reduced, level: Level = Level.ELEMENTS, eta: float = 1e
 
 
 def error(full: Full, system: System, scheme: GeneralizedAlpha = SCHEME) -> float:
-    """Largest relative error (53) of a reduced model over the run of the full one."""
+    """Largest distance of a reduced model from the full one over the largest displacement, in the norm of the mass."""
     every = round(full.run.times[1] / scheme.step)
     run = integrate(system, scheme, float(full.run.times[-1]), NEWTON, every)
     return reduction.compare(full.run, run).maximum

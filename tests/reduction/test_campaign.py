@@ -374,7 +374,7 @@ def test_smaller_tolerances_choose_smaller_eps() -> None:
     rough, fine = (budget.choose(setting, run, tolerance) for tolerance in (1e-2, 1e-4))
     assert fine.eps < rough.eps
     assert (fine.truncation, rough.truncation) < (budget.TRUNCATION * 1e-4, budget.TRUNCATION * 1e-2)
-    with pytest.raises(InputError, match="a relative error between 0 and 1"):
+    with pytest.raises(InputError, match="an error between 0 and 1"):
         budget.choose(setting, run, 0.0)
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..results.speed import Point
     from ..scenes import Scene
 
-WRONG = 1.0  #: relative error above which a model has nothing in common with the full one
+WRONG = 1.0  #: error over the size of the motion above which a model has nothing in common with the full one
 SKIPPED = ("energy", "reaction")  #: outputs that are not drawn: reduced models do not know all reactions
 ERROR = "error.png"
 SLIDER = "slider.png"
@@ -38,7 +38,7 @@ def draw(scene: Scene, study: Study, out: Path) -> list[Path]:
     files = histories(scene, study, out)
     if study.errors:
         times = next(iter(study.errors.values())).times
-        curves = {name: readable(error.distance) for name, error in study.errors.items()}
+        curves = {name: readable(error.distance, float(error.motion.max())) for name, error in study.errors.items()}
         floor = study.time_error.distance if study.time_error else None
         files.append(plots.errors(out / "errors.png", times, curves, floor, "error, root mean square [m]"))
     files += spectra(scene, study, out)
@@ -58,7 +58,9 @@ def cloud(scene: Scene, study: Study, out: Path, name: str = "speed_error.png") 
 
 def histories(scene: Scene, study: Study, out: Path) -> list[Path]:
     """One figure an output, all models in it; of a planar crank-slider also displacement and speed together."""
+    from ..reduction import output_errors
     from ..results import plots
+    from ..results.sweep_files import headed
 
     models = {"full": study.full, **study.motions}
     columns = {name: drawn_outputs(motion) for name, motion in models.items()}
@@ -69,7 +71,8 @@ def histories(scene: Scene, study: Study, out: Path) -> list[Path]:
 
     for name, output in study.full.system.outputs.items():
         if output.kind not in SKIPPED:
-            grid = {f"{column} [{unit(output.kind)}]": curves(column) for column in output.columns}
+            units = output_errors.units(name, output)
+            grid = {headed(column, unit): curves(column) for column, unit in zip(output.columns, units, strict=True)}
             files.append(plots.history_grid(out / f"history_{name}.png", times, grid, title=scene.name))
     if (known := slider_columns(scene)) is not None:
         axis, position, speed = known
@@ -114,14 +117,9 @@ def inside(curves: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {name: np.where((values < low - span) | (values > high + span), np.nan, values) for name, values in curves.items()}
 
 
-def readable(error: np.ndarray) -> np.ndarray:
-    """Errors over time without the start, where they are zero but for round-off, and without what is wrong altogether."""
-    return np.where((error > 10 * WRONG) | (error < 1e-4 * np.median(error)), np.nan, error)
-
-
-def unit(kind: str) -> str:
-    units = {"velocity": "m/s", "slope": "-", "angle": "rad", "angular velocity": "rad/s", "spin": "rad/s", "stress": "Pa"}
-    return units.get(kind, "m")
+def readable(error: np.ndarray, size: float) -> np.ndarray:
+    """Errors (s,) [m] of a motion of some size [m], without the start, where they are round-off, and what is wrong altogether."""
+    return np.where((error > 10 * WRONG * size) | (error < 1e-4 * np.median(error)), np.nan, error)
 
 
 def spectra(scene: Scene, study: Study, out: Path) -> list[Path]:

@@ -47,12 +47,14 @@ class Job:
     def measure(self) -> str:
         """What errors are, in words."""
         if self.setting.measure is None:
-            return "relative error (48)"
+            return "error of the displacements over their size"
         return "error of the outputs over their tolerances" if self.allowed else "error of the outputs over their ranges"
 
 
 @common.command("train")
-@click.option("--tolerance", type=float, metavar="ERROR", help="Wanted relative error: chooses eps and eta, and ends the training.")
+@click.option(
+    "--tolerance", type=float, metavar="ERROR", help="Wanted error of outputs over their ranges; chooses eps, eta and the end."
+)
 @click.option("--iterations", type=click.IntRange(1), metavar="N", help="Largest number of full runs, instead of the scene's.")
 @click.option(
     "--holdout", type=click.IntRange(0), metavar="N", help="Number of hold-out points, instead of the scene's; 0 for none."
@@ -151,7 +153,9 @@ def prepared(
     own = 1.0 if isinstance(section.tolerance, Allowed) else section.tolerance
     wanted = own if tolerance is None else tolerance
     if tolerance is not None and not 0.0 < tolerance < 1.0:
-        raise InputError(say("--tolerance", "a relative error between 0 and 1", wanted, "1e-4 for instance"))
+        raise InputError(
+            say("--tolerance", "an error between 0 and 1, a part of the ranges of the outputs", wanted, "1e-4 for instance")
+        )
     return Job(scene, setting, search, options, chosen, wanted, allowed)
 
 

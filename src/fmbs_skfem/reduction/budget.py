@@ -2,11 +2,11 @@ r"""How sharp a reduced model has to be for a wanted error: eps of truncation an
 
     e <= e(eps) + (e(eps, eta) - e(eps)),     e(eps) <= T tolerance,     e(eps, eta) <= (T + H) tolerance
 
-The rest of the tolerance is left for parameters between the full runs. Errors (48) fall about as sqrt(eps), by a factor that
+The rest of the tolerance is left for parameters between the full runs. Errors fall about as sqrt(eps), by a factor that
 differs from system to system: it is measured, and eps is tightened until the reduced model at the parameters of the run keeps its
 share. The error of the step belongs to full and reduced model alike and is stated beside the others.
 
-Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (14), (45), (48), doi 10.1016/j.cma.2019.112690.
+Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (14), (45), doi 10.1016/j.cma.2019.112690.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SAFE = 0.5  #: of the eps that just keeps its share
 
 @dataclass(frozen=True)
 class Choice:
-    """What was chosen for a tolerance, with the errors (48) found at one full run."""
+    """What was chosen for a tolerance, with the errors found at one full run."""
 
     tolerance: float
     eps: float
@@ -62,7 +62,7 @@ def choose(setting: Setting, run: FullRun, tolerance: float, step: float | None 
     `step` is the error of the full model's own step, where it is known.
     """
     if not 0.0 < tolerance <= 1.0:
-        raise InputError(say("tolerance", "a relative error between 0 and 1", tolerance, "1e-4 for instance"))
+        raise InputError(say("tolerance", "an error between 0 and 1", tolerance, "1e-4 for instance"))
     eps, truncation = choose_eps(setting, run, tolerance)
     eta, whole = choose_eta(setting, run, tolerance, eps, truncation)
     return Choice(tolerance, eps, eta, truncation, max(0.0, whole - truncation), step)
@@ -106,7 +106,7 @@ def choose_eta(setting: Setting, run: FullRun, tolerance: float, eps: float, tru
 
 
 def error_at(setting: Setting, run: FullRun, plan: Plan) -> float:
-    """Error (48) of the reduced model of one run at its own parameters; infinite where it fails."""
+    """Error of the reduced model of one run at its own parameters; infinite where it fails."""
     with_plan = replace(setting, plan=plan)
     try:
         case = member(with_plan, trained(with_plan, [run]), run.values)

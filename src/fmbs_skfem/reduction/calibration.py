@@ -2,7 +2,7 @@ r"""From an error indicator to a predicted error, calibrated at the full runs th
 
     log10 e = a + b (log10 I - m) +- t_(k-p) s sqrt(1 + 1/k + (log10 I - m)^2 / S),   m = mean log10 I,   S = sum (log10 I - m)^2
 
-e is the true error in any measure that follows the indicator, of outputs or equation (48) of states, I the indicator (49), k the
+e is the true error in any measure that follows the indicator, of outputs or of displacements, I the indicator (49), k the
 pairs (I, e), p the constants fitted. The slope b is 1 where an indicator is proportional to the error; it is fitted, within
 SLOPES, from three pairs on where they span SPAN decades, and is 1 otherwise. The band is that of Student's t for one further
 observation. With few pairs their own scatter says little: s^2 joins it to a scatter of PRIOR decades that counts as BELIEF pairs,

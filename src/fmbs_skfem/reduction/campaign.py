@@ -2,7 +2,7 @@ r"""Training of a reduced model over a box of parameters: full runs, bases and i
 
     extend(mu):    full run at mu -> factors -> bases and hyper-reduction of all runs so far -> reduced family
     evaluate(mu):  reduced run at mu -> I(mu) = int |R(mu)|_g dt                                                          (49)
-    pairs (I, e):  the reduced model at the full runs, before and after each of them joined it -> predicted errors (48)
+    pairs (I, e):  the reduced model at the full runs, before and after each of them joined it -> predicted errors
     checks:        further full runs, which never join the model: (I, e) of the last model at points that it has not seen
 
 At its own full runs a model errs less than between them, and indicators of earlier models are proportional to their errors by
@@ -165,9 +165,9 @@ def train(
     """Train a reduced model over the candidates of a search.
 
     With a `folder` every run, model and iteration is stored, and a training that was interrupted, or is given more iterations, goes
-    on from there. `tolerance` is the wanted error (48): it replaces eps and eta of the plan and ends the training. With `savable`
-    it ends with NoModel at the first full run where the model is no polynomial of the parameters: a file holds nothing else.
-    After the last iteration so many `checks` calibrate the error that is predicted.
+    on from there. `tolerance` is the wanted error in the measure of the setting: it replaces eps and eta of the plan and ends the
+    training. With `savable` it ends with NoModel at the first full run where the model is no polynomial of the parameters: a file
+    holds nothing else. After the last iteration so many `checks` calibrate the error that is predicted.
     """
     options = options or Options()
     work = replace(prepared(setting, search, options, folder, tolerance), savable=savable)

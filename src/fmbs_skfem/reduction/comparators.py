@@ -14,7 +14,7 @@ parameter. The others are polynomials of the parameters (`affine`) where the mem
 
 Sources: K. Luo, H. Hu, C. Liu, Q. Tian, CMAME 324 (2017) 573-594, doi 10.1016/j.cma.2017.06.029 (fast to slow); D. Amsallem,
 C. Farhat, AIAA J. 46 (2008) 1803-1813, doi 10.2514/1.35374; Y. Hou, C. Liu, H. Hu, CMAME 361 (2020) 112690,
-doi 10.1016/j.cma.2019.112690, Figs. 13 and 14, error (48).
+doi 10.1016/j.cma.2019.112690, Figs. 13 and 14.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Trial:
     """A reduced run beside its full run; one that fails has a reason and the error infinity, or NaN where the full run fails."""
 
     error: float = math.inf  #: in the measure of the setting
-    states: float = math.inf  #: of the states, eq. (48)
+    states: float = math.inf  #: of the displacements, `full_runs.error`
     modes: Mapping[str, int] = field(default_factory=dict)  #: by component
     elements: int = 0  #: cells in use; 0 for the exact polynomial
     points: int = 0  #: quadrature points in use

@@ -6,7 +6,7 @@ q0(mu) is the initial state of the member itself, so that every member starts in
 parameters. X satisfies the linear constraints inside a component without their constant parts. Factors are truncated far below the
 modes that a reduced model keeps.
 
-Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (48), (50), doi 10.1016/j.cma.2019.112690.
+Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equation (50), doi 10.1016/j.cma.2019.112690.
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ def states(setting: Setting, raw: System, run: FullRun, samples: slice | np.ndar
 
 
 def error(setting: Setting, raw: System, run: FullRun, motion: Trajectory) -> float:
-    """Error of a reduced motion at the samples of a full run: the integral of its distance over that of the displacement."""
+    """Error of the displacements of a reduced motion at the samples of a full run, int |q - p|_M dt / int |q - q0|_M dt."""
     if len(motion.times) != len(run.times) or np.abs(motion.times - run.times).max() > 1e-9 * run.times[-1]:
         got = f"{len(motion.times)} and {len(run.times)} samples"
         raise InputError(say("error of a reduced run", "the times of the full run", got, "take the same snapshots and step"))

@@ -1,6 +1,7 @@
 """Hold-out points: full runs that no training has seen, beside what the reduced model and its calibration say there.
 
-The error is that of equation (48), doi 10.1016/j.cma.2019.112690; predicted from the indicator (49) of the reduced run itself.
+The error is that of the displacements (`full_runs.error`), predicted from the indicator (49) of the reduced run itself, doi
+10.1016/j.cma.2019.112690.
 """
 
 from __future__ import annotations

@@ -3,9 +3,9 @@ r"""The error that a saved parametric model predicts for itself within its train
     log10 I(mu) ~ m(mu) +- 2 s(mu)     surrogate of the indicator (49) of the reduced runs of the last iteration; s of a further one
     log10 e(mu) = calibration of m(mu),  its band widened by that of the surrogate:  d^2 = d_calibration^2 + d_surrogate^2
 
-e is the error in the measure of the training: of the outputs, or (48) of all coordinates. Both bands hold about 95 % each.
+e is the error in the measure of the training: of the outputs, or of the displacements. Both bands hold about 95 % each.
 
-Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (48), (49), doi 10.1016/j.cma.2019.112690.
+Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equation (49), doi 10.1016/j.cma.2019.112690.
 """
 
 from __future__ import annotations

@@ -135,13 +135,15 @@ def _count(value: object) -> int:
 
 
 def tolerance(value: object, context: Context) -> float | Allowed:
-    """A relative error between 0 and 1, or errors of outputs by name: quantities."""
+    """An error between 0 and 1 as a part of the ranges of the outputs, or errors of outputs by name: quantities."""
     if isinstance(value, Allowed):
         return value
     if not isinstance(value, dict):
         found = fields.quantity(value, units.NUMBER, context, "> 0")
         if not found < 1.0:
-            raise Problem("a relative error below 1, or errors of outputs by name", shown(value), "1e-4 for instance")
+            raise Problem(
+                "a part of the ranges of the outputs below 1, or errors of outputs by name", shown(value), "1e-4 for instance"
+            )
         return found
     if not value:
         raise Problem("errors of outputs by name", "none", "write {C: 0.1 mm} for instance")
@@ -194,7 +196,7 @@ Wanted = Annotated[
                 {"type": "string"},
                 {"type": "object", "additionalProperties": _VALUE, "minProperties": 1},
             ],
-            "description": "a relative error, or largest errors by output",
+            "description": "an error of outputs as a part of their ranges, or largest errors by output",
         }
     ),
 ]
