@@ -59,7 +59,7 @@ def signal() -> object:
     return integrate(pushed(lambda t: np.where(t > 0.1005, np.nan, 1.0)), STEP, 1.0)
 
 
-def redundant() -> object:
+def contradiction() -> object:
     """A drive that turns a clamped end."""
     held: list[joints.Joint] = [joints.Clamp("clamp", END), joints.DrivenAngle("drive", END, lambda t: t)]
     return integrate(eliminate(assemble([beam()], held)), STEP, 0.01)
@@ -149,7 +149,7 @@ WAYS: dict[str, tuple[Callable[[], object], Reason | None]] = {
     "large step": (large_step, Reason.DIVERGED),
     "stiff spring": (stiff_spring, None),
     "signal": (signal, Reason.NOT_FINITE),
-    "redundant": (redundant, Reason.INCONSISTENT),
+    "contradiction": (contradiction, Reason.INCONSISTENT),
     "dead centre": (locked, None),
     "buckling": (buckling, Reason.NOT_CONVERGED),
     "outside training": (outside, None),
@@ -206,7 +206,7 @@ def test_the_first_cause_is_the_one_built_in(way: str) -> None:
         ("large step", ["II turns by 1.9", "step of 0.2 s"]),
         ("stiff spring", ["a torsion spring on wheel vibrates with h omega = 10", "step of 0.001 s"]),
         ("signal", ["a load on beam is no finite number at t = 0.101 s"]),
-        ("redundant", ["drive.angle"]),
+        ("contradiction", ["drive.angle", "ask for different motions"]),
         ("dead centre", ["joint second", "joint first", "joint pull"]),
         ("buckling", ["near load factor 0.47"]),
         ("outside training", ["strains I"]),

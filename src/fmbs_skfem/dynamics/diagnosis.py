@@ -162,8 +162,8 @@ def at_start(found: Diagnosis) -> Cause:
         what = f"the initial state misses {listed}, the worst by {found.residuals[0][1]:.3g}"
         return Cause("closure", what, "move the bodies or the joint's places until they meet; fmbs check names lengths and places")
     return Cause(
-        "redundant",
-        f"rows that follow from others: {listed}",
+        "contradiction",
+        f"joints and drives that ask for different motions of one place: {listed}",
         "remove one of the joints, or the drive against them: what a drive moves must be free",
     )
 
