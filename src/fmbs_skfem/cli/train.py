@@ -233,7 +233,7 @@ def record(found: Campaign, job: Job) -> dict[str, Any]:
         "eta": None if plan.exact else plan.hyper_tolerance,
         "level": "exact" if plan.exact else plan.level.value,
         "budget": None if found.choice is None else {**asdict(found.choice), "statement": found.choice.statement},
-        "largest_indicator": found.outcome.iterations[-1].largest,
+        "largest_indicator": found.last.largest,
         "predicted_error": dict(zip(("error", "low", "high"), found.predicted, strict=True)),
         "cpu_s_full_runs": sum(run.cpu_s for run in (*found.runs, *found.checks)),
         "cpu_s_models": sum(model.training_s for model in found.models),

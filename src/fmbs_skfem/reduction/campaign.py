@@ -8,7 +8,8 @@ r"""Training of a reduced model over a box of parameters: full runs, bases and i
 At its own full runs a model errs less than between them, and indicators of earlier models are proportional to their errors by
 other factors, of up to a hundred: with checks, the calibration is that of the last model alone, where its own runs count as one.
 Before them a survey fills the samples of the last iteration up to `max_samples`, each as far as possible from the others: greedy
-looks for the maximum of I, and a surrogate of what it has seen there is too sure elsewhere. Greedy goes on where that finds more.
+looks for the maximum of I, and a surrogate of what it has seen there is too sure elsewhere. Where a wanted error is not reached
+after all, greedy goes on.
 A wanted error chooses eps and eta at the first full run (`budget`); training then ends when the predicted error, with its spread,
 is below it. Where truncation is the limit before that, eps is lowered and the runs that exist serve once more.
 
@@ -65,6 +66,7 @@ class Campaign:
     setting: Setting  #: with the plan of the model
     search: Search
     outcome: Outcome
+    last: greedy.Iteration  #: of the outcome, with the samples of the survey
     runs: tuple[FullRun, ...]
     models: tuple[FamilyModel, ...]  #: after every full run
     pairs: tuple[Pair, ...]
@@ -85,13 +87,13 @@ class Campaign:
 
     @property
     def reduced_runs(self) -> int:
-        """Reduced runs of the greedy loop; those at full runs that serve the calibration alone are not among them."""
+        """Reduced runs of the greedy loop; those of the survey and at full runs serve the prediction and are not among them."""
         return self.outcome.evaluations + self.discarded
 
     @property
     def predicted(self) -> tuple[float, float, float]:
         """Predicted largest error over the candidates, with its band."""
-        error, low, high = calibration.predict(self.calibration, self.outcome.iterations[-1].largest)
+        error, low, high = calibration.predict(self.calibration, self.last.largest)
         return float(error), float(low), float(high)
 
 
@@ -174,7 +176,7 @@ def train(
     try:
         with durable.room(Path(folder or ""), "make room, then train again with this folder: what is complete is not run again"):
             done = resumed(work) if work.folder else ()
-            outcome = loop(work, options, done, checks, progress)
+            outcome, last = loop(work, options, done, checks, progress)
     except Unsavable as problem:
         raise NoModel(str(problem)) from None
     except NoRoom:
@@ -185,7 +187,7 @@ def train(
     found = replace(work.setting, plan=work.fast.plan)
     pairs, seen = tuple(known_pairs(work)), tuple(unseen(work).values())
     known = (tuple(work.runs), tuple(work.models), pairs, calibrated(pairs))
-    return Campaign(found, search, outcome, *known, work.choice, work.lowered, work.discarded, seen)
+    return Campaign(found, search, outcome, last, *known, work.choice, work.lowered, work.discarded, seen)
 
 
 def prepared(setting: Setting, search: Search, options: Options, folder: Path | str | None, tolerance: float | None) -> Work:
@@ -227,21 +229,27 @@ def resumed(work: Work) -> tuple[greedy.Iteration, ...]:
 
 def loop(
     work: Work, options: Options, done: Sequence[greedy.Iteration], checks: int, progress: Callable[[float], None] | None
-) -> Outcome:
-    """Algorithm 1, again where survey or checks tell more than it knew, and with a lower eps where that is the limit."""
+) -> tuple[Outcome, greedy.Iteration]:
+    """Algorithm 1, and its last iteration with the samples of the survey.
+
+    Where the wanted error is not reached, it goes on with a lower eps if that is the limit, or with what survey and checks tell.
+    """
     while True:
         outcome = searched(work, options, done, progress)
+        *before, last = outcome.iterations
         if checks:
-            last = surveyed(work, outcome.iterations[-1], options)
-            news = check(work, last, checks) or last is not outcome.iterations[-1]
-            outcome = replace(outcome, iterations=(*outcome.iterations[:-1], last))
-            if news:
-                done = outcome.iterations
-                continue
-        enough = work.tolerance is None or small_enough(work, outcome.iterations)
-        if enough or outcome.stop not in LIMITS or not lower(work, outcome.iterations[-1]):
-            return outcome
-        done = outcome.iterations[:-1]
+            last = surveyed(work, last, options)
+            check(work, last, checks)
+        if work.tolerance is None or small_enough(work, [last]):
+            return outcome, last
+        if outcome.stop is Stop.TOLERANCE and options.tolerance is None and len(work.runs) < options.iterations:
+            if work.folder:
+                store.keep_iteration(work.folder, last)
+            done = [*before, last]
+        elif outcome.stop in LIMITS and lower(work, last):
+            done = before
+        else:
+            return outcome, last
 
 
 def searched(work: Work, options: Options, done: Sequence[greedy.Iteration], progress: Callable[[float], None] | None) -> Outcome:
@@ -425,12 +433,7 @@ def surveyed(work: Work, last: greedy.Iteration, options: Options) -> greedy.Ite
             break
         point = farthest(work, choices, [*known, *work.points])
         known[point] = evaluated(work, point)
-    if len(known) == len(last.samples):
-        return last
-    found = replace(last, samples=tuple(known), indicators=tuple(known.values()))
-    if work.folder:
-        store.keep_iteration(work.folder, found)
-    return found
+    return replace(last, samples=tuple(known), indicators=tuple(known.values()))
 
 
 def farthest(work: Work, choices: Sequence[int], used: Sequence[int]) -> int:
@@ -440,8 +443,8 @@ def farthest(work: Work, choices: Sequence[int], used: Sequence[int]) -> int:
     return choices[int(np.argmax(away))]
 
 
-def check(work: Work, last: greedy.Iteration, count: int) -> bool:
-    """Make checks at samples of the last iteration until there are so many that the model has not seen; whether any was made.
+def check(work: Work, last: greedy.Iteration, count: int) -> None:
+    """Make checks at samples of the last iteration until there are so many that the model has not seen.
 
     The first one is where the indicator is largest, others are as far as possible from all full runs; a point at which a run
     fails is followed by the next one.
@@ -449,7 +452,6 @@ def check(work: Work, last: greedy.Iteration, count: int) -> bool:
     lost, known = dict(last.failed), dict(zip(last.samples, last.indicators, strict=True))
     used = [*work.points, *work.checks]
     choices = [k for k, value in known.items() if k not in lost and k not in used and math.isfinite(value)]
-    before = len(work.checks)
     while choices and len(unseen(work)) < count:
         point = farthest(work, choices, used) if work.checks else max(choices, key=lambda k: known[k])
         choices.remove(point)
@@ -458,7 +460,6 @@ def check(work: Work, last: greedy.Iteration, count: int) -> bool:
         if isinstance(run, FullRun):
             work.checks[point] = run
     recalibrate(work)
-    return len(work.checks) > before
 
 
 def recalibrate(work: Work) -> None:

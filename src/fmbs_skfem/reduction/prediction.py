@@ -49,7 +49,7 @@ def record(campaign: Campaign) -> dict[str, Any]:
 
     Indicators at full runs are left out where others are enough: they dip to what truncation leaves.
     """
-    last, runs = campaign.outcome.iterations[-1], set(campaign.outcome.points)
+    last, runs = campaign.last, set(campaign.outcome.points)
     away = [k for k, point in enumerate(last.samples) if point not in runs]
     chosen = away if len(away) >= FEWEST else list(range(len(last.samples)))
     points = campaign.search.candidates[[last.samples[k] for k in chosen]]
