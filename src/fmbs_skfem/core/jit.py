@@ -94,6 +94,13 @@ def jit(function: F) -> F:
     return compiled
 
 
+def inlined(function: F) -> F:
+    """As `jit`, and compiled into its callers as well: a call that passes all arrays of a model costs a tenth of a step."""
+    with caching() as cache:
+        compiled: F = numba.njit(cache=cache, inline="always", **OPTIONS)(function)
+    return compiled
+
+
 def summing(function: F) -> F:
     """As `jit`, and sums may be taken in another order, so that they use all lanes; NaN and infinity survive."""
     with caching() as cache:

@@ -188,7 +188,7 @@ def stacked(entries: list[Entry], newton: Newton, kept: np.ndarray) -> Block:
     methods = [method_of(e.scheme, newton, e.scheme.step, e.model.system) for e in entries]
     A, n, m = models[0].arrays, models[0].system.size, models[0].constraints
     groups = A.groups._replace(numbers=A.groups.numbers.copy(), beta=A.groups.beta.copy())
-    A = A._replace(groups=groups, mass=filled(A.mass), damping=filled(A.damping), stiffness=filled(A.stiffness))
+    A = A._replace(groups=groups, damping=filled(A.damping), stiffness=filled(A.stiffness))
     states = [start.first_state(e.model, e.start, h.c) for e, h in zip(entries, methods, strict=True)]
     state = State(*(np.stack(parts) for parts in zip(*states, strict=True)))
     out, multipliers = np.zeros((count, 3, len(kept), n)), np.zeros((count, len(kept), m))
@@ -213,6 +213,7 @@ def differences(entries: list[Entry], methods: list[Method]) -> Members:
         sections=np.stack([np.concatenate([B.groups.numbers[part] for part in section_slices(B.groups)]) for B in all_arrays]),
         beta=np.stack([B.groups.beta for B in all_arrays]),
         mass=np.stack([B.mass.store for B in all_arrays]),
+        lumped=np.stack([np.diagonal(B.mass.store) for B in all_arrays]),
         damping=np.stack([B.damping.store for B in all_arrays]),
         stiffness=np.stack([B.stiffness.store for B in all_arrays]),
         probes_offset=np.stack([B.probes_offset for B in all_arrays]),

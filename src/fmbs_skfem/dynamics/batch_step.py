@@ -11,12 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
-import numba
 import numpy as np
 
 from ..bodies import laws
 from ..core.entries import borrowed
-from ..core.jit import jit
+from ..core.jit import inlined, jit
 from ..systems import kernels, springs
 from ..systems.kernels import Arrays, Forces, Groups, Operator, Pairs, Terms
 from ..systems.turning import Turning
@@ -25,9 +24,6 @@ from .stepping import DONE, FACTORISATIONS, ITERATIONS, NOT_CONVERGED, SINGULAR,
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-#: Compiled into its caller: to pass all arrays of a block costs as much as a third of a correction.
-inlined = numba.njit(inline="always", error_model="numpy")
-
 
 class Members(NamedTuple):
     """What differs between the members of a block, first axis b."""
@@ -35,6 +31,7 @@ class Members(NamedTuple):
     sections: np.ndarray  #: (b, i) sections of all groups behind each other
     beta: np.ndarray  #: (b, g)
     mass: np.ndarray  #: (b, n, n)
+    lumped: np.ndarray  #: (b, n) its diagonal, which is all where `Arrays.mass` is not full
     damping: np.ndarray
     stiffness: np.ndarray
     probes_offset: np.ndarray  #: (b, j)
@@ -220,6 +217,9 @@ def residual(A: Arrays, M: Members, w: Work, room: Room, k: int, b: int, c: floa
     R[:] = room.force[k]
     if A.mass.full:
         kernels.add_combination(M.mass[b], w.acceleration, R)
+    else:
+        for i in range(n):
+            R[i] += M.lumped[b, i] * w.acceleration[i]
     if A.damping.full:
         kernels.add_combination(M.damping[b], w.v, R)
     if A.stiffness.full:

@@ -19,7 +19,7 @@ from .stepping import Method
 
 WHOLE = 1e-6  #: part of a duration by which whole steps may miss it: round-off
 SHARP = 0.03  #: part of the method's own error in q'' that the iteration may leave
-DYNAMIC, STATIC = 5e-12, 1e-10  #: default tolerances: errors of steps add up, those of equilibria do not
+DYNAMIC, STATIC = 2e-12, 1e-10  #: default tolerances: errors of steps add up, those of equilibria do not
 Solver: TypeAlias = Literal["own", "pardiso"]
 
 

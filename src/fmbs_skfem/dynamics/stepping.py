@@ -39,7 +39,7 @@ import numpy as np
 
 from ..core import lapack
 from ..core.entries import borrowed
-from ..core.jit import jit, summing
+from ..core.jit import inlined, jit, summing
 from ..systems import kernels, springs, turning
 from ..systems.kernels import Arrays, Csr, Terms
 
@@ -116,7 +116,7 @@ class Work(NamedTuple):
     kind: np.ndarray  #: (3,) kind of the factors, 0 to factor anew; 1 while tangents are turned; kind of those that are there
 
 
-@jit
+@inlined
 def residual(A: Arrays, w: Work, c: float, signals: np.ndarray) -> None:
     """rhs = (c (M q'' + f) + Phi_q^T lambda, Phi) at the trial state of `w`."""
     n = len(w.x)
@@ -313,7 +313,7 @@ def substitute(L: np.ndarray, x: np.ndarray) -> None:
         x[j] = value * L[j, 0]
 
 
-@jit
+@inlined
 def solve(w: Work) -> None:
     """rhs <- KKT^-1 rhs with the current factors."""
     if w.kind[2] == FULL:
@@ -341,7 +341,7 @@ def close(w: Work) -> None:
             R[0, i] -= w.spread[k, i] * small[0, k]
 
 
-@jit
+@inlined
 def predict(s: State, w: Work, method: Method) -> None:
     """Trial state from extrapolated q'' and multipliers."""
     order, h = min(s.order[0], s.known[0] - 1), method.h
@@ -399,7 +399,7 @@ def remember(history: np.ndarray, new: np.ndarray) -> None:
         history[2, i], history[1, i], history[0, i] = history[1, i], history[0, i], new[i]
 
 
-@jit
+@inlined
 def accept(norm: np.ndarray, s: State, w: Work, method: Method) -> None:
     """Take over the converged trial state and choose the predictor of the next step."""
     s.order[0], s.change[0] = best_order(norm, s.history, s.known[0], w.acceleration)
@@ -431,9 +431,7 @@ def drift(probes: Csr, offset: np.ndarray, terms: Terms, s: State, w: Work, meth
 
 @jit
 def settle(A: Arrays, s: State, w: Work, method: Method, signals: np.ndarray) -> None:
-    """Put the accepted velocities onto (4) with the factors that are there; with steady joints they are there."""
-    if kernels.steady(A.terms):
-        return
+    """Put the accepted velocities onto (4) with the factors that are there."""
     drift(A.probes, A.probes_offset, A.terms, s, w, method, signals)
     if w.kind[2] == FULL:
         substitute_dense(w.kkt, w.pivots, w.rhs[0])
@@ -488,14 +486,14 @@ def shift(norm: np.ndarray, probes: Csr, s: State, w: Work) -> None:
             s.v[i] -= w.rhs[0, i]
 
 
-@jit
+@inlined
 def correct(norm: np.ndarray, w: Work, method: Method) -> float:
     """One Newton correction from the residual in rhs; the size of dq [m]."""
     solve(w)
     return apply(norm, w, method)
 
 
-@jit
+@inlined
 def apply(norm: np.ndarray, w: Work, method: Method) -> float:
     """Add the correction in rhs to the trial state; the size of dq [m].
 
@@ -528,7 +526,7 @@ def goal(method: Method, change: float, iteration: int) -> float:
     return max(min(method.tolerance, method.sharp * change), method.floor)
 
 
-@jit
+@inlined
 def judge(w: Work, method: Method, change: float, iteration: int, norm: float, last: float, fresh: int) -> int:
     """Go on, accept or give up after a correction of size `norm`, `last` the one before; a slow iteration discards its factors.
 
@@ -573,6 +571,7 @@ def advance(
     Returns the status and the number of steps done. On failure `s` stays at the last good step, and `w` keeps the trial state.
     """
     A, s, w, signals = borrowed(A), borrowed(s), borrowed(w), borrowed(signals)
+    moving = not kernels.steady(A.terms)  # on steady joints velocities are at the end of a step, too
     for k in range(len(signals)):
         predict(s, w, method)
         status, last, fresh = NOT_CONVERGED, 0.0, 0
@@ -595,7 +594,8 @@ def advance(
             return status, k
         accept(A.norm, s, w, method)
         springs.follow(A.forces.laws, A.probes, A.probes_offset, s.x, s.angles)
-        settle(A, s, w, method, signals[k])
+        if moving:
+            settle(A, s, w, method, signals[k])
         counters[STEPS] += 1
         if rows[k] >= 0:
             store(s, method.c, rows[k], out, multipliers)

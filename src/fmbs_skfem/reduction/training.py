@@ -25,7 +25,7 @@ Components = Mapping[str, Sequence[str]]
 Modes = int | Mapping[str, int] | None
 
 SHARP = 1e-6  #: Newton tolerance of the training run over sqrt(eps)
-ENOUGH = 5e-5  #: Newton tolerance of a reduced run over sqrt(eps)
+ENOUGH = 2e-5  #: Newton tolerance of a reduced run over sqrt(eps)
 FINEST = 1e-13  #: smallest Newton tolerance asked for
 
 

@@ -151,7 +151,7 @@ class Dynamic(Model):
         Field(ge=0.0, le=1.0, description="spectral radius at infinite frequency, from 0 (damps most) to 1 (damps nothing)"),
     ] = 0.8
     every: plate_fields.Every = 1
-    tolerance: fields.NewtonTolerance = 5e-12
+    tolerance: fields.NewtonTolerance = 2e-12
     solver: Literal["own", "pardiso"] = "own"
 
 
