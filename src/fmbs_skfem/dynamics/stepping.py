@@ -341,7 +341,7 @@ def close(w: Work) -> None:
             R[0, i] -= w.spread[k, i] * small[0, k]
 
 
-@inlined
+@jit
 def predict(s: State, w: Work, method: Method) -> None:
     """Trial state from extrapolated q'' and multipliers."""
     order, h = min(s.order[0], s.known[0] - 1), method.h
@@ -399,7 +399,7 @@ def remember(history: np.ndarray, new: np.ndarray) -> None:
         history[2, i], history[1, i], history[0, i] = history[1, i], history[0, i], new[i]
 
 
-@inlined
+@jit
 def accept(norm: np.ndarray, s: State, w: Work, method: Method) -> None:
     """Take over the converged trial state and choose the predictor of the next step."""
     s.order[0], s.change[0] = best_order(norm, s.history, s.known[0], w.acceleration)

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..bodies import laws
 from ..core.entries import view
-from ..core.jit import inlined, jit, summing
+from ..core.jit import jit, summing
 from . import quartic, springs
 from .springs import ANGLE, SPRING
 from .turning import Turning
@@ -374,7 +374,7 @@ def gather(groups: Groups, g: int, x: np.ndarray, q: np.ndarray, fixed: float, w
     return view(work, 0, shape)
 
 
-@inlined
+@jit
 def add_elastic_force(
     groups: Groups, lift: Csr, offset: np.ndarray, x: np.ndarray, v: np.ndarray, body: np.ndarray, work: np.ndarray, f: np.ndarray
 ) -> None:
