@@ -81,16 +81,16 @@ def locked() -> object:
 
 
 def stiff_spring() -> object:
-    """A wheel of 0.01 kg m^2 that turns at 20 000 rad/s against 10^6 N m/rad: omega = 10^4 rad/s, 10 in a step."""
+    """A wheel of 0.01 kg m^2 that turns at 20 000 rad/s against 4 10^6 N m/rad: omega = 2 10^4 rad/s, 20 in a step."""
     wheel = rigid.rigid("wheel", 1.0, np.array(0.01), (0.0, 0.0), dim=2)
-    spring = loads.TorsionSpring("spring", At("wheel", "frame"), stiffness=1e6)
+    spring = loads.TorsionSpring("spring", At("wheel", "frame"), stiffness=4e6)
     motion = {"wheel": Motion(angular_velocity=20_000.0)}
     return integrate(assemble([wheel], [joints.Revolute("pin", At("wheel", "frame"))], [spring], initial=motion), STEP, 0.1)
 
 
 def buckling() -> object:
     """The truss of von Mises under load control with few iterations: the limit load is 0.475 of the load."""
-    return solve_statics(truss(load=8.0), 20, Newton(iterations=3))
+    return solve_statics(truss(load=8.0), 20, Newton(iterations=2))
 
 
 @functools.cache
@@ -204,7 +204,7 @@ def test_the_first_cause_is_the_one_built_in(way: str) -> None:
         ("huge load", ["loads on beam"]),
         ("jump", ["between t = 0.005 and 0.006 s", "a load on beam jumps from 1 to 1e+12"]),
         ("large step", ["II turns by 1.9", "step of 0.2 s"]),
-        ("stiff spring", ["a torsion spring on wheel vibrates with h omega = 10", "step of 0.001 s"]),
+        ("stiff spring", ["a torsion spring on wheel vibrates with h omega = 20", "step of 0.001 s"]),
         ("signal", ["a load on beam is no finite number at t = 0.101 s"]),
         ("contradiction", ["drive.angle", "ask for different motions"]),
         ("dead centre", ["joint second", "joint first", "joint pull"]),

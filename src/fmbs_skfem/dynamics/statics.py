@@ -31,6 +31,7 @@ from .trajectory import Statistics, Trajectory
 SHORTER = 0.55  #: factor of a load step that failed; not 1/2, which would come back to the same load factor
 SINGULAR = 1e-15  #: smallest pivot, relative to the largest, of a balanced matrix that counts as regular
 PIVOT = 0.01  #: share of the largest entry of a column at which its diagonal entry serves as the pivot: little fill in thin plates
+NEAR, FAR = 0.02, 0.2  #: longest corrections over the size of the mechanism, at first and at most
 FLOOR = 50.0  #: corrections up to this times the round-off of positions are round-off: thin bodies amplify it
 SHORTEST = 0.02  #: part of the load step asked for below which the solution is given up
 
@@ -137,11 +138,12 @@ def path(system: System, found: list[Equilibrium]) -> Trajectory:
 def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: float, unit: str) -> Equilibrium:
     """Full Newton iteration with the exact tangent; corrections are shortened where they would leave the basin of attraction.
 
-    `unit` says what `time` is, for messages.
+    The longest one allowed is doubled while corrections become smaller, and halved where they grow: what hardly bends has other
+    equilibria nearby, with folds. `unit` says what `time` is, for messages.
     """
     place = unit, time
     x, multipliers, angles, n, still = start.x, start.multipliers, start.angles, len(start.x), np.zeros(len(start.x))
-    last, norm = np.inf, np.inf
+    last, norm, reach = np.inf, np.inf, NEAR * model.system.scale
     for iteration in range(4 * newton.iterations):
         phi, J = compiled.gap(model, x, time)
         R = np.concatenate([compiled.forces(model, x, still, time, angles) + J.T @ multipliers, phi])
@@ -151,7 +153,8 @@ def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: fl
         last, norm = norm, compiled.size(model, step[:n])
         if iteration > 8 and norm > 1e3 * model.system.scale:
             raise static_failure(model, Reason.DIVERGED, place, R)
-        short = min(1.0, 0.2 * model.system.scale / max(norm, 1e-300))
+        reach = min(2.0 * reach, FAR * model.system.scale) if norm < last else max(0.5 * reach, NEAR * model.system.scale)
+        short = min(1.0, reach / max(norm, 1e-300))
         x, multipliers = x - short * step[:n], multipliers - short * step[n:]
         enough = newton.tolerance * model.system.scale * min(1.0, last / max(norm, 1e-300) * 1e-2)
         if norm <= max(enough, FLOOR * round_off(model.system)):

@@ -48,8 +48,8 @@ def massless(parts: Sequence[Body], mass: csr_array) -> np.ndarray:
         dim = part.reference.shape[1]
         none = diagonal[first : first + part.reference.size : dim] <= least
         first += part.reference.size
-        length = np.where(part.constant == 1.0, 1.0, spread(positions(part)) or size)
-        own = np.where(none, share / max(1, int((none & (part.constant == 1.0)).sum())) * length**2, 0.0)
+        length = np.where(part.constant > 0.5, 1.0, spread(positions(part)) or size)
+        own = np.where(none, share / max(1, int((none & (part.constant > 0.5)).sum())) * length**2, 0.0)
         found.append(np.repeat(own, dim))
     return np.concatenate(found)
 
