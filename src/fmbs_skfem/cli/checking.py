@@ -217,10 +217,11 @@ def table(checked: Checked, measure: str) -> Table:
 
 def draw(job: Job, found: Campaign, checked: Checked | None, out: Path) -> list[Path]:
     """surrogate.png; with hold-out points errors.png and predicted.png."""
+    from ..results import sweep_files
     from ..results import training_plots as plots
 
     known = found.setting.parameters
-    labels = [f"{p.name} [{p.unit}]" if p.unit else p.name for p in known]
+    labels = [sweep_files.headed(p.name, p.unit) for p in known]
     columns = {label: found.search.candidates[:, k] for k, label in enumerate(labels)}
     panels = [panel(iteration, found.outcome.points[: iteration.number]) for iteration in found.outcome.iterations]
     files = [plots.surrogate(out / SURROGATE, columns, panels, "indicator (49)")]

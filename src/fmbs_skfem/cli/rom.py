@@ -120,11 +120,13 @@ def noted(path: Path) -> dict[str, Any]:
 
 def views(found: Mapping[str, Any]) -> list[Any]:
     """A model as tables: its parameters, then its facts, then the notes on its training."""
+    from ..results import sweep_files
+
     ranged = {name: facts for name, facts in found["parameters"].items() if isinstance(facts, dict)}
     columns = ("parameter", "from", "to", "nominal", "scale", "degree")
     rows = [
         (
-            f"{name} [{facts['unit']}]" if facts["unit"] else name,
+            sweep_files.headed(name, facts["unit"]),
             *(facts[key] for key in ("low", "high", "nominal", "scale", "degree")),
         )
         for name, facts in ranged.items()

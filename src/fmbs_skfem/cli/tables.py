@@ -101,8 +101,10 @@ def accuracy(study: Study) -> Table:
 
 def output_errors(found: Mapping[str, Mapping[str, Any]]) -> list[Table]:
     """Largest error of every output column of one model, in its unit and as a part of its range; nothing without outputs."""
+    from ..results import sweep_files
+
     rows = [
-        (headed_column(column, one), part(one["error"]), f"{one['range']:.3g}", part(one["relative"]))
+        (sweep_files.headed(column, one["unit"]), part(one["error"]), f"{one['range']:.3g}", part(one["relative"]))
         for column, one in found.items()
     ]
     heads = ("output", "largest error", "range", "part of the range")
@@ -111,6 +113,8 @@ def output_errors(found: Mapping[str, Mapping[str, Any]]) -> list[Table]:
 
 def errors_of_outputs(study: Study) -> list[Table]:
     """Largest errors of all output columns, and those as parts of their ranges, with a column a model."""
+    from ..results import sweep_files
+
     found = {record.name: {name: asdict(one) for name, one in record.outputs.items()} for record in main(study) if record.outputs}
     if not found:
         return []
@@ -119,15 +123,15 @@ def errors_of_outputs(study: Study) -> list[Table]:
     shown = []
     for key, title in titles.items():
         rows = [
-            (headed_column(name, one), f"{one['range']:.3g}", *(part(columns[name][key]) for columns in found.values()))
+            (
+                sweep_files.headed(name, one["unit"]),
+                f"{one['range']:.3g}",
+                *(part(columns[name][key]) for columns in found.values()),
+            )
             for name, one in first.items()
         ]
         shown.append(named(screen.table(title, ("output", "range", *found), rows)))
     return shown
-
-
-def headed_column(name: str, error: Mapping[str, Any]) -> str:
-    return f"{name} [{error['unit']}]" if error["unit"] else name
 
 
 def part(error: float | None) -> str:

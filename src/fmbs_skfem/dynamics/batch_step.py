@@ -296,13 +296,12 @@ def begin(M: Members, s: State, w: Work, room: Room) -> int:
 @inlined
 def settle(A: Arrays, M: Members, s: State, w: Work, room: Room, method: Method, step: int, b: int) -> None:
     """As `stepping.settle`, of one member."""
-    if not kernels.steady(A.terms):
-        terms = Terms(A.terms.row, M.terms[b], A.terms.signal, A.terms.i, A.terms.j, A.terms.pair)
-        stepping.drift(A.probes, M.probes_offset[b], terms, s, w, method, M.signals[b, step])
-        stepping.substitute_dense(room.factors[b], w.pivots, w.rhs[0])
-        stepping.turn(A.probes, w)
-        stepping.substitute_dense(room.factors[b], w.pivots, w.rhs[0])
-        stepping.shift(M.norm[b], A.probes, s, w)
+    terms = Terms(A.terms.row, M.terms[b], A.terms.signal, A.terms.i, A.terms.j, A.terms.pair)
+    stepping.drift(A.probes, M.probes_offset[b], terms, s, w, method, M.signals[b, step])
+    stepping.substitute_dense(room.factors[b], w.pivots, w.rhs[0])
+    stepping.turn(A.probes, w)
+    stepping.substitute_dense(room.factors[b], w.pivots, w.rhs[0])
+    stepping.shift(M.norm[b], A.probes, s, w)
 
 
 @inlined
@@ -319,7 +318,7 @@ def end(
     counters: np.ndarray,
 ) -> bool:
     """Accept the step of the members that have converged; whether all have."""
-    good = True
+    good, moving = True, not kernels.steady(A.terms)
     for b in range(len(room.live)):
         if room.live[b] == 0:
             continue
@@ -330,7 +329,8 @@ def end(
         method = method_of(M, b)
         stepping.accept(M.norm[b], state_of(s, b), work_of(w, b), method)
         springs.follow(A.forces.laws, A.probes, M.probes_offset[b], s.x[b], s.angles[b])
-        settle(A, M, state_of(s, b), work_of(w, b), room, method, step, b)
+        if moving:
+            settle(A, M, state_of(s, b), work_of(w, b), room, method, step, b)
         counters[b, STEPS] += 1
         if row >= 0:
             stepping.store(state_of(s, b), method.c, row, out[b], multipliers[b])

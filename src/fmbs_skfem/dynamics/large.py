@@ -88,6 +88,7 @@ class Large:
         counters: np.ndarray,
     ) -> tuple[int, int]:
         """As `stepping.advance`."""
+        moving = not kernels.steady(self.model.arrays.terms)
         for k in range(len(signals)):
             stepping.predict(s, w, method)
             status, last, fresh = stepping.NOT_CONVERGED, 0.0, 0
@@ -111,7 +112,8 @@ class Large:
                 return status, k
             stepping.accept(self.model.arrays.norm, s, w, method)
             s.angles[:] = compiled.followed(self.model, s.x, s.angles)
-            self.settle(s, w, method, signals[k])
+            if moving:
+                self.settle(s, w, method, signals[k])
             counters[stepping.STEPS] += 1
             if rows[k] >= 0:
                 stepping.store(s, method.c, rows[k], out, multipliers)
@@ -162,10 +164,9 @@ class Large:
     def settle(self, s: State, w: Work, method: Method, signals: np.ndarray) -> None:
         """As `stepping.settle`, with the interface of the last correction."""
         A = self.model.arrays
-        if not kernels.steady(A.terms):
-            stepping.drift(A.probes, A.probes_offset, A.terms, s, w, method, signals)
-            self.close(w, self.now, np.zeros(self.size))
-            stepping.shift(A.norm, A.probes, s, w)
+        stepping.drift(A.probes, A.probes_offset, A.terms, s, w, method, signals)
+        self.close(w, self.now, np.zeros(self.size))
+        stepping.shift(A.norm, A.probes, s, w)
 
     def standing(self, w: Work, method: Method, signals: np.ndarray) -> Standing:
         """The interface in the trial state of `w`."""

@@ -24,6 +24,7 @@ from ..reduction.parameters import Parameter, Scale
 from . import palette
 from .frames import Array
 from .plots import DASHES, MARKERS, _figure, _legend_below, _positive, _save
+from .sweep_files import headed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -181,7 +182,7 @@ def _cut(known: Sequence[Parameter], model: Surrogate, axes: tuple[int, ...]) ->
 
 def _scaled(axes: Axes, known: Sequence[Parameter], sides: tuple[int, ...], label: str) -> None:
     """Names and scales of the axes of a cut."""
-    names = [f"{known[k].name} [{known[k].unit}]" if known[k].unit else known[k].name for k in sides]
+    names = [headed(known[k].name, known[k].unit) for k in sides]
     axes.set(xlabel=names[0], ylabel=label if len(names) == 1 else names[1])
     for k, set_scale in zip(sides, (axes.set_xscale, axes.set_yscale), strict=False):
         if known[k].scale is Scale.LOG:

@@ -53,19 +53,21 @@ class Rows:
 
     def reads(self) -> csr_array:
         """Which coordinates every row reads, wherever it is, (m, u)."""
-        terms = self.terms
-        parts = [(terms.row[on], places[on]) for places in (terms.i, terms.j) for on in [places >= 0]]
-        rows, columns = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return csr_array(csr_array((np.ones(len(rows)), (rows, columns)), shape=(self.count, len(self.offset))) @ abs(self.probes))
+        return csr_array(self.on_probes(np.ones((len(self.terms.row), 2))) @ abs(self.probes))
+
+    def on_probes(self, slopes: np.ndarray) -> csr_array:
+        """Slopes (t, 2) of the terms in their two probe rows as (m, j)."""
+        places = np.stack([self.terms.i, self.terms.j], axis=1)
+        on = places >= 0
+        entries = slopes[on], (np.repeat(self.terms.row, 2)[on.ravel()], places[on])
+        return csr_array(coo_array(entries, shape=(self.count, len(self.offset))))
 
     def __call__(self, z: np.ndarray) -> tuple[np.ndarray, csr_array]:
         """Phi (m,) and Phi_z (m, u)."""
         y, terms = self.probes @ z + self.offset, self.terms
         phi, slopes = np.zeros(self.count), np.zeros((len(terms.row), 2))
         kernels.constrain_sparse(terms, y, self.signals, phi, slopes)
-        parts = [(slopes[on, k], terms.row[on], places[on]) for k, places in enumerate((terms.i, terms.j)) for on in [places >= 0]]
-        data, rows, columns = (np.concatenate(part) for part in zip(*parts, strict=True))
-        at_probes = csr_array(coo_array((data, (rows, columns)), shape=(self.count, len(y))))
+        at_probes = self.on_probes(slopes)
         J, summands = csr_array(at_probes @ self.probes), abs(at_probes) @ np.abs(y)
         moves = abs(J) @ self.scale > DIGITS * summands  # other rows, such as one of a vector that is held, are round-off
         return phi, csr_array(diags_array(moves.astype(float)) @ J)
