@@ -13,13 +13,11 @@ from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, outputs, reactions, solve_statics
-from fmbs_skfem.dynamics.batch import integrate_many
 from fmbs_skfem.reduction import files, galerkin, hyper, pod
 from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, compiled, eliminate, joints, loads, probes, springs
 from fmbs_skfem.systems.system import LoadKind
 
 from .. import models
-from .test_batch import complete
 from .test_checkpoint import assert_same, stopped
 
 Z = (0.0, 0.0, 1.0)
@@ -121,16 +119,6 @@ def test_reduced_hyper_reduced_and_saved_models_count_turns(tmp_path: Path) -> N
         assert_allclose(found["angle"], expected["angle"], atol=1e-3)
         assert_allclose(found["E_balance"], expected["E_balance"], atol=1e-3)
     assert_allclose(expected["E_balance"], expected["E_balance"][0], atol=1e-3 * expected["E_kinetic"].max())
-
-
-def test_members_of_a_batch_count_turns() -> None:
-    systems = [complete(rotor(stiffness)) for stiffness in (0.03, 0.05)]
-    scheme = GeneralizedAlpha(2e-3)
-    for system, found in zip(systems, integrate_many(systems, scheme, 1.5, TIGHT, every=10), strict=True):
-        alone = outputs(integrate(system, scheme, 1.5, TIGHT, every=10))
-        assert "members together" in found.statistics.solver
-        assert_allclose(outputs(found)["angle"], alone["angle"], atol=1e-8)
-        assert alone["angle"].max() > 3 * np.pi
 
 
 def test_large_models_count_turns(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -94,6 +94,13 @@ def jit(function: F) -> F:
     return compiled
 
 
+def released(function: F) -> F:
+    """As `jit`, without the interpreter lock: threads run side by side."""
+    with caching() as cache:
+        compiled: F = numba.njit(cache=cache, nogil=True, **OPTIONS)(function)
+    return compiled
+
+
 def inlined(function: F) -> F:
     """As `jit`, and compiled into its callers as well: a call that passes all arrays of a model costs a tenth of a step."""
     with caching() as cache:

@@ -1,9 +1,9 @@
 """Time integration, statics and vibration modes."""
 
 from .arclength import ArcLength, at_load_factor, follow_path, limit_points
-from .batch import integrate_many
 from .diagnosis import Diagnosis, explain
 from .integration import integrate
+from .many import integrate_many
 from .outputs import energies, energy_drift, energy_errors, outputs, reactions
 from .scheme import GeneralizedAlpha, Newton, acceleration_noise
 from .stability import unstable

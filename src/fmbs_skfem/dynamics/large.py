@@ -166,7 +166,8 @@ class Large:
         A = self.model.arrays
         stepping.drift(A.probes, A.probes_offset, A.terms, s, w, method, signals)
         self.close(w, self.now, np.zeros(self.size))
-        stepping.shift(A.norm, A.probes, s, w)
+        if not stepping.shift(A.norm, A.probes, s, w):
+            w.kind[0] = 0
 
     def standing(self, w: Work, method: Method, signals: np.ndarray) -> Standing:
         """The interface in the trial state of `w`."""

@@ -39,7 +39,7 @@ import numpy as np
 
 from ..core import lapack
 from ..core.entries import borrowed
-from ..core.jit import inlined, jit, summing
+from ..core.jit import inlined, jit, released, summing
 from ..systems import kernels, springs, turning
 from ..systems.kernels import Arrays, Csr, Terms
 
@@ -49,7 +49,7 @@ CHOLESKY, BAND, FULL = 1, 2, 3  #: kinds of factors: Cholesky band, general band
 FLOOR = 1e-4  #: a correction below this part of the tolerance needs no second one
 PATIENT = 6  #: corrections after which the tolerance alone decides
 CHEAP = 0.2  #: part of `slow` where tangents are turned: new factors cost little then
-OLD = 0.1  #: part of (4) that old factors may leave
+OLD = 0.01  #: part of (4) that old factors may leave
 HISTORY = 3  #: accelerations kept for the predictor
 
 
@@ -430,16 +430,32 @@ def drift(probes: Csr, offset: np.ndarray, terms: Terms, s: State, w: Work, meth
 
 
 @jit
-def settle(A: Arrays, s: State, w: Work, method: Method, signals: np.ndarray) -> None:
-    """Put the accepted velocities onto (4) with the factors that are there."""
-    drift(A.probes, A.probes_offset, A.terms, s, w, method, signals)
-    if w.kind[2] == FULL:
-        substitute_dense(w.kkt, w.pivots, w.rhs[0])
-    else:
-        close(w)
-    turn(A.probes, w)
-    solve(w)
-    shift(A.norm, A.probes, s, w)
+def settle(A: Arrays, s: State, w: Work, method: Method, signals: np.ndarray, counters: np.ndarray) -> None:
+    """Put the accepted velocities onto (4) with the factors that are there, or with new ones of the accepted state."""
+    for attempt in range(2):
+        drift(A.probes, A.probes_offset, A.terms, s, w, method, signals)
+        if w.kind[2] == FULL:
+            substitute_dense(w.kkt, w.pivots, w.rhs[0])
+        else:
+            close(w)
+        turn(A.probes, w)
+        solve(w)
+        if shift(A.norm, A.probes, s, w) or attempt == 1:
+            return
+        restore(s, w)
+        counters[FACTORISATIONS] += 1
+        if factorise(A, w, method, signals) != 0:
+            w.kind[0] = 0
+            return
+
+
+@jit
+def restore(s: State, w: Work) -> None:
+    """The trial state of velocities and multipliers is the accepted one."""
+    for i in range(len(s.x)):
+        w.v[i] = s.v[i]
+    for k in range(len(s.multipliers)):
+        w.multipliers[k] = s.multipliers[k]
 
 
 @jit
@@ -462,8 +478,8 @@ def turn(probes: Csr, w: Work) -> None:
 
 
 @jit
-def shift(norm: np.ndarray, probes: Csr, s: State, w: Work) -> None:
-    """v -= d, the front of rhs, where Phi_q d is r; else the factors are too old, as near a singular position.
+def shift(norm: np.ndarray, probes: Csr, s: State, w: Work) -> bool:
+    """v -= d, the front of rhs, where Phi_q d is r; else the factors are too old, as near a singular position. Whether it is.
 
     A change beyond v itself is left out as well: at a dead centre the joints do not determine it.
     """
@@ -480,10 +496,11 @@ def shift(norm: np.ndarray, probes: Csr, s: State, w: Work) -> None:
             rest -= w.Jy[k, j] * w.g[j]
         missed += rest * rest
     if missed > OLD * OLD * wanted:
-        w.kind[0] = 0
-    elif change <= square:
+        return False
+    if change <= square:
         for i in range(len(s.x)):
             s.v[i] -= w.rhs[0, i]
+    return True
 
 
 @inlined
@@ -554,7 +571,7 @@ def judge(w: Work, method: Method, change: float, iteration: int, norm: float, l
     return NOT_CONVERGED
 
 
-@jit
+@released
 def advance(
     A: Arrays,
     s: State,
@@ -595,7 +612,7 @@ def advance(
         accept(A.norm, s, w, method)
         springs.follow(A.forces.laws, A.probes, A.probes_offset, s.x, s.angles)
         if moving:
-            settle(A, s, w, method, signals[k])
+            settle(A, s, w, method, signals[k], counters)
         counters[STEPS] += 1
         if rows[k] >= 0:
             store(s, method.c, rows[k], out, multipliers)

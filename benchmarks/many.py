@@ -1,6 +1,6 @@
-"""Reduced runs a second: members of one reduced structure together against one by one.
+"""Reduced runs a second: members of one reduced structure in threads against one by one.
 
-    python benchmarks/batch.py [members] [members over arrays]
+    python benchmarks/many.py [members]
 
 Example 2 of Hou, Liu, Hu (doi 10.1016/j.cma.2019.112690): 100 cells a beam, component level with eps = 1e-12, ECSW at quadrature
 points with eta = 1e-3, 6000 steps of 5e-4 s. Members differ in Young's modulus (0.7 to 1.3 GPa) and gravity (8 to 12 m/s2), at
@@ -24,8 +24,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmbs_skfem import dynamics, reduction, scenes, systems
-from fmbs_skfem.dynamics.arrays import integrate_arrays
-from fmbs_skfem.dynamics.batch import Result, integrate_many
+from fmbs_skfem.dynamics.many import Result
 from fmbs_skfem.reduction import training
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems.system import Elastic, Sampled
@@ -85,9 +84,7 @@ def ways() -> dict[str, Callable[[list[systems.System], dynamics.Newton, float],
     """How the members are run."""
     return {
         "one by one": one_by_one,
-        "together, 1 thread": lambda s, newton, T: integrate_many(s, SCHEME, T, newton, EVERY),
-        "together, 2 threads": lambda s, newton, T: integrate_many(s, SCHEME, T, newton, EVERY, threads=2),
-        "arrays (NumPy)": lambda s, newton, T: integrate_arrays(s, SCHEME, T, newton, EVERY),
+        "2 threads": lambda s, newton, T: dynamics.integrate_many(s, SCHEME, T, newton, EVERY, threads=2),
     }
 
 
@@ -98,23 +95,22 @@ def end_of(result: Result) -> np.ndarray:
     return np.stack([columns[f"C_{axis}"] for axis in "xyz"], axis=1)
 
 
-def measured(chosen: list[systems.System], few: int, idle: bool) -> list[Row]:
+def measured(chosen: list[systems.System], idle: bool) -> list[Row]:
     rows: list[Row] = []
     newton, base = dynamics.Newton(), 0.0
     reference: list[Result] = []
     for way, run in ways().items():
-        mine = chosen[:few] if way.startswith("arrays") else chosen
-        run(mine[:2], newton, 2 * EVERY * SCHEME.step)
+        run(chosen[:2], newton, 2 * EVERY * SCHEME.step)
         cpu, wall = time.process_time(), time.perf_counter()
-        found = run(mine, newton, DURATION)
-        cpu, wall = (time.process_time() - cpu) / len(mine), (time.perf_counter() - wall) / len(mine)
+        found = run(chosen, newton, DURATION)
+        cpu, wall = (time.process_time() - cpu) / len(chosen), (time.perf_counter() - wall) / len(chosen)
         reference, base = reference or found, base or cpu
         apart = max(float(np.abs(end_of(a) - end_of(b)).max()) for a, b in zip(found, reference, strict=False))
         iterations, factorisations = (
             float(np.mean([getattr(one.statistics, name) for one in found if isinstance(one, dynamics.Trajectory)]))
             for name in ("iterations", "factorisations")
         )
-        rows.append(Row(way, len(mine), cpu, wall if idle else None, base / cpu, iterations, factorisations, apart))
+        rows.append(Row(way, len(chosen), cpu, wall if idle else None, base / cpu, iterations, factorisations, apart))
     return rows
 
 
@@ -128,26 +124,26 @@ def page(rows: list[Row], load: float) -> str:
         wall = "" if r.wall_s is None else f"{1e3 * r.wall_s:.1f}"
         figures = f"{1e3 * r.cpu_s:.1f} | {wall} | {1 / r.cpu_s:.1f} | {r.ratio:.2f} | {r.iterations:.0f} | {r.factorisations:.0f}"
         lines.append(f"| {r.way} | {r.members} | {figures} | {r.difference:.1e} |")
-    title = "# Reduced runs of example 2 (6000 steps) together and one by one"
+    title = "# Reduced runs of example 2 (6000 steps) in threads and one by one"
     note = f"Load average of the machine at the start: {load:.1f}" + (
         "." if load < IDLE else ": others were running, no wall times."
     )
     return "\n".join([title, "", *lines, "", "Ratio: CPU time of one by one over that of the row. " + note, ""])
 
 
-def main(count: int = 64, few: int = 8) -> list[Row]:
-    """Measure, print the table, and write batch.json and batch.md into benchmarks/results."""
+def main(count: int = 64) -> list[Row]:
+    """Measure, print the table, and write many.json and many.md into benchmarks/results."""
     load = os.getloadavg()[0]
     with threadpool_limits(limits=1):
-        rows = measured(members(reduced(), count), few, load < IDLE)
+        rows = measured(members(reduced(), count), load < IDLE)
     machine = {"processor": platform.machine(), "python": platform.python_version(), "cores": os.cpu_count(), "load": load}
     RESULTS.mkdir(parents=True, exist_ok=True)
     report = {"machine": machine, "rows": [asdict(row) for row in rows]}
-    (RESULTS / "batch.json").write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
-    (RESULTS / "batch.md").write_text(page(rows, load), encoding="utf-8")
+    (RESULTS / "many.json").write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
+    (RESULTS / "many.md").write_text(page(rows, load), encoding="utf-8")
     print(page(rows, load))
     return rows
 
 
 if __name__ == "__main__":
-    main(*(int(word) for word in sys.argv[1:3]))
+    main(*(int(word) for word in sys.argv[1:2]))
