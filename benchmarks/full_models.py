@@ -35,7 +35,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmbs_skfem import dynamics, scenes, systems
-from fmbs_skfem.bodies.cable_law import Curvature
+from fmbs_skfem.bodies.laws import Law
 from fmbs_skfem.scenes import build
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -72,18 +72,16 @@ class Row:
     ratio: float  #: CPU time over ours
 
 
-def model(example: str, curvature: Curvature = Curvature.EXACT) -> systems.System:
+def model(example: str, law: Law = Law.EXACT) -> systems.System:
     """The scene's system with its linear constraints eliminated, at a chosen measure of curvature."""
     system = systems.eliminate(build.system(scenes.read(ROOT / "examples" / f"{example}.yaml")))
-    elastic = tuple(replace(part, gather=replace(part.gather, curvature=curvature)) for part in system.elastic)
+    elastic = tuple(replace(part, gather=replace(part.gather, law=law)) for part in system.elastic)
     return replace(system, elastic=elastic)
 
 
-def ours(
-    example: str, curvature: Curvature = Curvature.EXACT, finer: int = 1, newton: dynamics.Newton | None = None
-) -> Callable[[], Run]:
+def ours(example: str, law: Law = Law.EXACT, finer: int = 1, newton: dynamics.Newton | None = None) -> Callable[[], Run]:
     """A run of the full model with the step h / finer, sampled every h."""
-    system = model(example, curvature)
+    system = model(example, law)
 
     def run() -> Run:
         scheme = dynamics.GeneralizedAlpha(STEP / finer, RHO)
@@ -220,7 +218,7 @@ def measure(example: str, repetitions: int) -> tuple[list[Row], dict[str, float]
     runs = {"fmbs_skfem": ours(example)}
     references = {"fmbs_skfem": exact}
     if importlib.util.find_spec("exudyn"):
-        same = ours(example, Curvature.MATERIAL, FINER, fine)().history
+        same = ours(example, Law.MATERIAL, FINER, fine)().history
         for name, tolerance in TOLERANCES.items():
             label = f"Exudyn {version('exudyn')}, {name} ({tolerance:.0e})"
             runs[label], references[label] = exudyn_run(example, tolerance), same

@@ -13,8 +13,9 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from fmbs_skfem.bodies import Curvature, Given, cable, point_mass
+from fmbs_skfem.bodies import Given, Law, cable, point_mass
 from fmbs_skfem.bodies.body import Body, locate, probe
+from fmbs_skfem.bodies.laws import CABLES
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import vibration_modes
@@ -111,12 +112,12 @@ def test_reference_curvature_of_an_arc_converges_with_order_two() -> None:
     assert backwards.cells.section[2].max() < 0.0
 
 
-@pytest.mark.parametrize("curvature", [Curvature.EXACT, Curvature.MATERIAL])
+@pytest.mark.parametrize("law", [Law.EXACT, Law.MATERIAL])
 @pytest.mark.parametrize("make", [arc, wave])
-def test_ancf_and_splines_of_one_mesh_are_the_same_body(make: Callable[[int], Any], curvature: Curvature) -> None:
+def test_ancf_and_splines_of_one_mesh_are_the_same_body(make: Callable[[int], Any], law: Law) -> None:
     """With q_spline = T q_ancf: equal energies, f_ancf = T^T f_spline, m_ancf = T^T m_spline T."""
-    ancf = cable("body", make(6), SECTION, ancf=True, curvature=curvature)
-    spline = cable("body", make(6), SECTION, curvature=curvature)
+    ancf = cable("body", make(6), SECTION, ancf=True, law=law)
+    spline = cable("body", make(6), SECTION, law=law)
     assert isinstance(ancf.space, line.Hermite)
     T = line.hermite_to_bspline(ancf.space)
     assert_allclose(T @ ancf.reference, spline.reference, atol=1e-14)
@@ -128,12 +129,12 @@ def test_ancf_and_splines_of_one_mesh_are_the_same_body(make: Callable[[int], An
     assert_allclose(T.T @ force(second, T @ q), f, atol=1e-11 * np.abs(f).max())
 
 
-@pytest.mark.parametrize("curvature", Curvature)
+@pytest.mark.parametrize("law", CABLES)
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("space", SPACES)
-def test_rigid_motions_cost_nothing(space: dict[str, Any], dim: int, curvature: Curvature) -> None:
-    mesh = straight(4) if curvature is Curvature.QUADRATIC else arc(4)
-    body = cable("beam", mesh, SECTION, dim=dim, curvature=curvature, **space)
+def test_rigid_motions_cost_nothing(space: dict[str, Any], dim: int, law: Law) -> None:
+    mesh = straight(4) if law is Law.QUADRATIC else arc(4)
+    body = cable("beam", mesh, SECTION, dim=dim, law=law, **space)
     system = assemble([body])
     turn = ROTATION if dim == 3 else np.array([[0.6, -0.8], [0.8, 0.6]])
     moved = body.reference @ turn.T + np.outer(body.constant, [3.0, -2.0, 1.0][:dim])
@@ -166,11 +167,11 @@ def test_energy_of_a_bent_beam_converges_with_order_four() -> None:
     assert min(orders(error, (8, 16, 32))) > 3.7
 
 
-@pytest.mark.parametrize("curvature", [Curvature.EXACT, Curvature.MATERIAL])
-def test_planar_and_spatial_bodies_agree(curvature: Curvature) -> None:
+@pytest.mark.parametrize("law", [Law.EXACT, Law.MATERIAL])
+def test_planar_and_spatial_bodies_agree(law: Law) -> None:
     """A planar motion in space: the same energy and forces as in the plane, and forces normal to it that are exactly zero."""
-    planar = cable("body", arc(6), SECTION, dim=2, curvature=curvature)
-    spatial = cable("body", arc(6), SECTION, dim=3, curvature=curvature)
+    planar = cable("body", arc(6), SECTION, dim=2, law=law)
+    spatial = cable("body", arc(6), SECTION, dim=3, law=law)
     assert abs(planar.mass - spatial.mass).max() == 0.0
     q = planar.reference + 0.002 * np.random.default_rng(5).normal(size=planar.reference.shape)
     flat = np.column_stack([q, np.zeros(len(q))])
@@ -237,7 +238,7 @@ def test_point_mass() -> None:
         (lambda: probe(point_mass("bob", 1.0, np.zeros(3)), 0.0, 1), "expected a body with a slope"),
         (lambda: point_mass("bob", -1.0, np.zeros(3)), r"'bob'\.mass: expected a positive and finite number"),
         (lambda: cable("beam", wave(4), SECTION, dim=2), "plane z = 0, got z up to 0.5 m"),
-        (lambda: cable("beam", arc(4), SECTION, curvature=Curvature.QUADRATIC), "a straight line for quadratic curvature"),
+        (lambda: cable("beam", arc(4), SECTION, law=Law.QUADRATIC), "a straight line for quadratic curvature"),
         (lambda: cable("beam", straight(4), SECTION, group="upper"), "upper"),
         (lambda: cable("beam", straight(4), SECTION, degree=2, continuity=2), "continuity"),
     ],

@@ -69,7 +69,10 @@ def test_borrowed_arrays_are_the_same_arrays_and_nobody_frees_them() -> None:
     assert [sys.getrefcount(array) for array in (pair.first, pair.numbers[0])] == before
 
 
-def test_only_the_laws_in_use_have_addresses() -> None:
-    table = laws.addresses([Law.MEMBRANE]).reshape(-1, laws.KINDS)
-    assert np.flatnonzero(table.all(axis=1)).tolist() == [int(Law.MEMBRANE)]
-    assert not table[np.arange(len(table)) != Law.MEMBRANE].any()
+def test_only_what_is_called_has_addresses() -> None:
+    """One row a law in use; functions with damping are not compiled where nothing is damped."""
+    table = laws.addresses([Law.MATERIAL, Law.EXACT], 2, damped=False).reshape(2, laws.COLUMNS)
+    assert table[:, : laws.MODULUS + 1].all()
+    assert not table[:, laws.DAMPED_STRESS : laws.OPTION].any()
+    assert table[:, laws.OPTION].tolist() == [2, 3]
+    assert laws.addresses([], 3).size == 0

@@ -7,7 +7,7 @@ import functools
 import numpy as np
 import pytest
 
-from fmbs_skfem.bodies.cable_law import Curvature
+from fmbs_skfem.bodies.laws import Law
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate, outputs
 
 from .. import models
@@ -49,7 +49,7 @@ def test_stored_figures() -> None:
 
 def test_published_solver_at_the_same_step() -> None:
     """C at 1 s and 2 s of Exudyn 1.13.6 (100 ANCF cable elements a beam, curvature |r' x r''|/|r'|^2, h = 5e-4, rho_inf = 0.8)."""
-    system = models.double_pendulum(100, curvature=Curvature.MATERIAL)
+    system = models.double_pendulum(100, law=Law.MATERIAL)
     found = free_end(integrate(system, GeneralizedAlpha(STEP), 2.0))
     np.testing.assert_allclose(found[2000], [-1.39851478, -0.31858691, -1.17197463], atol=2e-6)
     np.testing.assert_allclose(found[4000], [0.73923065, -0.14984121, -1.42125200], atol=2e-6)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fmbs_skfem.bodies.cable_law import Curvature
+from fmbs_skfem.bodies.laws import Law
 from fmbs_skfem.verification.statics import ELASTICA, FINE, circle, gerstmayr_irschik, pushed, rolled
 
 
@@ -22,14 +22,14 @@ from fmbs_skfem.verification.statics import ELASTICA, FINE, circle, gerstmayr_ir
 @pytest.mark.parametrize("turns", [0.25, 0.5, 1.0, 2.0])
 def test_roll_up_with_material_curvature(turns: float, dim: int) -> None:
     """M = EI theta' and no stretch: a circle of exactly the reference length."""
-    np.testing.assert_allclose(rolled(turns, dim, Curvature.MATERIAL), circle(turns), atol=2e-8)
+    np.testing.assert_allclose(rolled(turns, dim, Law.MATERIAL), circle(turns), atol=2e-8)
 
 
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("turns", [0.25, 0.5, 1.0, 2.0])
 def test_roll_up_with_exact_curvature(turns: float, dim: int) -> None:
     """kappa = theta'/l stretches too: l^2 = 1 + 2 M^2/(EA EI), theta' = M l^2/EI, tip = l (sin theta', 1 - cos theta')/theta'."""
-    np.testing.assert_allclose(rolled(turns, dim, Curvature.EXACT), circle(turns, 1e4), atol=2e-8)
+    np.testing.assert_allclose(rolled(turns, dim, Law.EXACT), circle(turns, 1e4), atol=2e-8)
 
 
 def test_elastica_in_space() -> None:
@@ -46,9 +46,9 @@ def test_the_inextensible_limit() -> None:
 
 def test_gerstmayr_irschik_cantilever() -> None:
     """The published rod has the strain |r'| - 1 where the cable here has (r'.r' - 1)/2: they differ by eps^2/2 with eps = 6e-4."""
-    converged = gerstmayr_irschik(64, curvature=Curvature.MATERIAL)
+    converged = gerstmayr_irschik(64, law=Law.MATERIAL)
     np.testing.assert_allclose(converged[:2], [-0.508537480605, -1.207239353373], atol=1e-9)  # stored figure of this package
-    np.testing.assert_allclose(gerstmayr_irschik(64, curvature=Curvature.MATERIAL, ancf=True), converged, atol=1e-8)
+    np.testing.assert_allclose(gerstmayr_irschik(64, law=Law.MATERIAL, ancf=True), converged, atol=1e-8)
     assert np.abs(gerstmayr_irschik(64) - converged).max() > 1e-4  # the geometric curvature is another law
 
 

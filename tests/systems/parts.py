@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fmbs_skfem.bodies import Body, Curvature, Given, cable, point_mass
+from fmbs_skfem.bodies import Body, Given, Law, cable, point_mass
 from fmbs_skfem.systems import At, System, joints, loads
 from fmbs_skfem.systems.system import Signal
 
@@ -18,12 +18,10 @@ A0, A1, B0, B1, C0, C1 = (At(name, end) for name in "abc" for end in ("left", "r
 BOB = At("bob", "center")
 
 
-def beams(dim: int, cells: int = 4, curvature: Curvature = Curvature.EXACT, **options: Any) -> list[Body]:
+def beams(dim: int, cells: int = 4, law: Law = Law.EXACT, **options: Any) -> list[Body]:
     """a from (0, 0) to (1, 0), b in line to (2, 0), c from (1, 0) to (1.8, 0.6), and the point mass bob at (2, 1)."""
     ends = {"a": ((0, 0, 0), (1, 0, 0)), "b": ((1, 0, 0), (2, 0, 0)), "c": ((1, 0, 0), (1.8, 0.6, 0))}
-    lines = [
-        cable(name, straight(cells, *points), SECTION, dim=dim, curvature=curvature, **options) for name, points in ends.items()
-    ]
+    lines = [cable(name, straight(cells, *points), SECTION, dim=dim, law=law, **options) for name, points in ends.items()]
     return [*lines, point_mass("bob", 0.7, np.array([2.0, 1.0, 0.0][:dim]))]
 
 

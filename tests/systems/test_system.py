@@ -12,7 +12,8 @@ from numpy.testing import assert_allclose
 from scipy.linalg import block_diag
 from scipy.sparse import csr_array, random_array
 
-from fmbs_skfem.bodies import Body, Curvature, point_mass
+from fmbs_skfem.bodies import Body, Law, point_mass
+from fmbs_skfem.bodies.laws import CABLES
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.systems import (
@@ -59,10 +60,10 @@ def forces(system: System, x: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("space", [{"ancf": True}, {"degree": 2}, {"degree": 3}, {"degree": 4, "continuity": 3}])
-@pytest.mark.parametrize("curvature", Curvature)
+@pytest.mark.parametrize("law", CABLES)
 @pytest.mark.parametrize("dim", [2, 3])
-def test_contract(dim: int, curvature: Curvature, space: dict[str, Any]) -> None:
-    check_system(everything(dim, curvature=curvature, **space))
+def test_contract(dim: int, law: Law, space: dict[str, Any]) -> None:
+    check_system(everything(dim, law=law, **space))
 
 
 @pytest.mark.parametrize("cells", [1, 30])

@@ -1,8 +1,7 @@
 """Bodies and their laws: cables, plates and shells (`plate.plate`), rigid bodies (`rigid.rigid`), mass points; stress fields."""
 
-from . import fields, plate, rigid
+from . import fields, own_laws, plate, rigid
 from .body import Body, Cells, cable, point_mass
-from .cable_law import Curvature
 from .checks import check_law
 from .laws import Law
 from .plate import Rim
@@ -13,8 +12,8 @@ __all__ = [
     "Circular",
     "Rectangular",
     "Given",
-    "Curvature",
     "Law",
+    "own_laws",
     "Cells",
     "Body",
     "cable",

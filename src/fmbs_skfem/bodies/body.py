@@ -9,7 +9,7 @@ so that |r0'| = 1. The mass matrix m_ij = int rhoA N_i N_j dS is constant and th
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,8 +23,8 @@ from ..core.notices import notify
 from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface
 from ..shapes.table import Table
-from .cable_law import Curvature, curvatures
-from .laws import Law, vectors
+from .cable_law import curvatures
+from .laws import Law
 from .sections import Given, Material, bends_alike, positive, stiffness
 
 BENDS_ALIKE = "a section that bends alike about all its axes"  #: of a cable in space, which has one bending stiffness
@@ -71,7 +71,7 @@ class Cells:
     def shape(self) -> tuple[int, int, int, int]:
         """(k, p, b, e) of the table."""
         points = self.points if "numbers" in self.__dict__ else self.table.shape[1]
-        return (vectors(self.law), points, *self.nodes.shape)
+        return (self.law.vectors, points, *self.nodes.shape)
 
     def moved(self, first: int, spread: csr_array | None = None) -> Cells:
         """The cells in coordinates where theirs begin at `first`, or are `spread` from all."""
@@ -114,7 +114,8 @@ def cable(
     degree: int = 3,
     continuity: int = 1,
     ancf: bool = False,
-    curvature: Curvature = Curvature.EXACT,
+    law: Law = Law.EXACT,
+    numbers: Mapping[str, float] | None = None,
     origin: np.ndarray | None = None,
     rotation: np.ndarray | None = None,
     points: int | None = None,
@@ -124,7 +125,7 @@ def cable(
     `group` picks a named group of lines; `origin` (c,) [m] and `rotation` (c, c) place the mesh, x -> origin + rotation x. Straight
     polylines stay straight, others become a smooth spline through the mesh points; one that is curved in space is `limp`, and said
     to be. `points` is the number of quadrature points a cell, `degree` by default: for cubics three points differ from exact
-    integration by 6e-11 of the response.
+    integration by 6e-11 of the response. `law` is one of r' and r''; `numbers` are those of its section beside EA, EI and kappa0.
     """
     if not ancf and (degree < 2 or not 1 <= continuity < degree):
         got, remedy = f"degree {degree}, continuity {continuity}", "bending needs a slope without jumps"
@@ -140,7 +141,7 @@ def cable(
     data = stiffness(section, material)
     where = {int(node): float(xi) for node, xi in zip(order, breaks, strict=True)}
     places = {key: where[int(ids[0])] for key, ids in mesh.point_groups.items() if len(ids) == 1 and int(ids[0]) in where}
-    cells = cable_cells(name, space, reference, data, curvature, points or order_of(space))
+    cells = cable_cells(name, space, reference, data, law, numbers or {}, points or order_of(space))
     if limp(cells, dim):
         notify(f"body '{name}' {LIMP}; {STIFF}")
     return Body(
@@ -212,20 +213,32 @@ def mass_matrix(space: line.BSpline | line.Hermite, reference: np.ndarray, densi
 
 
 def cable_cells(
-    name: str, space: line.BSpline | line.Hermite, reference: np.ndarray, data: Given, curvature: Curvature, points: int
+    name: str,
+    space: line.BSpline | line.Hermite,
+    reference: np.ndarray,
+    data: Given,
+    law: Law,
+    numbers: Mapping[str, float],
+    points: int,
 ) -> Cells:
     """Law data at the quadrature points; the reference configuration is free of stress."""
+    if law.vectors != 2 or law.follows:
+        raise InputError(say(f"body '{name}'.law", "a law of r' and r''", law.name))
     table, values, weights = arc_length_table(space, reference, points)
     jets = np.einsum("epkb,ebc->epkc", values[:, :, 1:], reference[table.nodes])
-    kappa = curvatures(int(curvature), reference.shape[1], jets.reshape(jets.shape[0], jets.shape[1], -1))
+    measure = law if law.bends else Law.EXACT
+    kappa = curvatures(measure.option, reference.shape[1], jets.reshape(jets.shape[0], jets.shape[1], -1))
     noise = 64.0 * np.finfo(float).eps * np.abs(reference).max() / weights.sum(axis=1).min() ** 2  # of rounded positions
     kappa[np.abs(kappa) < 1e-9 / weights.sum() + noise] = 0.0
-    if curvature is Curvature.QUADRATIC and kappa.any():
+    if law is Law.QUADRATIC and kappa.any():
         raise InputError(say(f"body '{name}'", "a straight line for quadratic curvature", "a curved one", "use exact curvature"))
     shares = locking.axial_shares(space, table, data.EA * weights.sum(axis=1).max() ** 2 / data.EI)
-    section = np.stack([data.EA * shares, np.full_like(weights, data.EI), kappa, weights])
+    rows: dict[str, Any] = {"EA": data.EA * shares, "EI": data.EI, "kappa0": kappa, "weight": weights} | dict(numbers)
+    if missing := [row for row in law.section if row not in rows]:
+        raise InputError(say(f"body '{name}'.numbers", f"the numbers of the law: {', '.join(missing)}", sorted(numbers)))
+    section = np.stack([np.broadcast_to(rows[row], weights.shape) for row in law.section])
     return Cells(
-        Law(int(curvature)),
+        law,
         np.ascontiguousarray(values[:, :, 1:].transpose(2, 1, 3, 0)),
         np.ascontiguousarray(table.nodes.T * reference.shape[1]),
         reference.shape[1],
@@ -239,7 +252,7 @@ def limp(cells: Any, dim: int) -> bool:
     W depends on the size of the curvature alone: to first order it does not change where the line bends out of its plane, and as
     there is no torsion, no energy holds that motion; the tension N r' does, once there is one.
     """
-    return cells.law in (Law.QUADRATIC, Law.MATERIAL, Law.EXACT) and dim == 3 and bool(cells.section[2].any())
+    return cells.law.bends and dim == 3 and bool(cells.section[2].any())
 
 
 Place: TypeAlias = float | tuple[int, float, float] | str  #: xi on a line, (cell, xi1, xi2) on a surface, name of a frame

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.errors import InputError, say
-from .laws import Law, rows, vectors
+from .laws import Law
 
 COMPONENTS = {Law.MEMBRANE: 2, Law.SHELL: 3}  #: c of the laws with fields
 NU = {Law.MEMBRANE: 1, Law.SHELL: 2}  #: row of the section that holds Poisson's ratio
@@ -45,7 +45,7 @@ def check_shapes(law: Law, u: np.ndarray, section: np.ndarray, thickness: float 
     where = "fields.recover"
     if law not in COMPONENTS:
         raise InputError(say(where, "the law MEMBRANE or SHELL", law.name))
-    expected = (vectors(law) * COMPONENTS[law], rows(law))
+    expected = (law.vectors * COMPONENTS[law], law.rows)
     if (len(u), len(section)) != expected or u.shape[1:] != section.shape[1:]:
         raise InputError(say(where, f"jets and section with {expected} rows at the same points", f"{u.shape}, {section.shape}"))
     if not np.all(np.asarray(thickness) > 0.0):

@@ -1,4 +1,4 @@
-r"""The elastic laws behind one door: strain energy W(u) of jets u (k c, p, e), by number.
+r"""Laws of what happens at a point, behind one door: an energy W(u) of jets u (k c, p, e), derivatives of the position.
 
     S = dW/du,   D = d2W/du2,   u = (r,1, ... r,k)
 
@@ -8,82 +8,126 @@ r"""The elastic laws behind one door: strain energy W(u) of jets u (k c, p, e), 
     SHELL                          r,1 r,2 r,11 r,22 r,12     A, B, nu, b0_11, b0_22, b0_12, weight        `shell_law`
     PRESSURE, EDGE_PRESSURE        r r,1 r,2 | r r,1          p, v0, weight                                `pressure_law`
 
-The numbers of the cable laws are those of their `Curvature`. The last two are loads that follow a surface, not elastic. Laws are
-called by address, so that a model compiles only its own. `checks.check_law` tests every elastic law.
+The last two are loads that follow a surface, not elastic. `own_laws.define` makes a law of an energy in symbols. Laws are called by
+address, so that a model compiles only its own; `checks.check_law` tests any law.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from enum import IntEnum
+from importlib import import_module
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..core.entries import call
+from ..core.errors import InputError, closest, listed, say
 from ..core.jit import jit
-from . import cable_law, membrane_law, pressure_law, shell_law
+
+KINDS = ("energy", "stress", "modulus", "damped_stress", "damped_modulus")  #: functions of a law
+ENERGY, STRESS, MODULUS, DAMPED_STRESS, DAMPED_MODULUS, OPTION = range(len(KINDS) + 1)  #: columns of `addresses`
+COLUMNS = len(KINDS) + 1
+KNOWN: dict[str, Law] = {}  #: laws by name
 
 
-class Law(IntEnum):
-    """Number of an elastic law."""
+class Law:
+    """A law, known by its name; `find` gives it back."""
 
-    QUADRATIC = 0
-    MATERIAL = 2
-    EXACT = 3
-    MEMBRANE = 4
-    SHELL = 5
-    PRESSURE = 6
-    EDGE_PRESSURE = 7
+    QUADRATIC: ClassVar[Law]
+    MATERIAL: ClassVar[Law]
+    EXACT: ClassVar[Law]
+    MEMBRANE: ClassVar[Law]
+    SHELL: ClassVar[Law]
+    PRESSURE: ClassVar[Law]
+    EDGE_PRESSURE: ClassVar[Law]
+
+    def __init__(
+        self,
+        name: str,
+        vectors: int,
+        section: tuple[str, ...],
+        dims: tuple[int, ...],
+        entry: Callable[[int, str], int],
+        option: int = 0,
+        follows: bool = False,
+    ) -> None:
+        self.name = name
+        self.vectors = vectors  #: derivatives of r that it reads
+        self.section = section  #: rows of its section, the last one the quadrature weight
+        self.dims = dims  #: numbers of components c that it serves
+        self.entry = entry  #: address of its function of a kind in c components
+        self.option = option  #: what its functions are told beside the numbers
+        self.follows = follows  #: whether it is a load that follows a surface or an edge
+        if KNOWN.setdefault(name, self) is not self:
+            raise InputError(say("law", "a name of its own", f"a second '{name}'"))
+
+    def __repr__(self) -> str:
+        return f"Law.{self.name}"
+
+    def __reduce__(self) -> Any:
+        return find, (self.name,)
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of its section."""
+        return len(self.section)
+
+    @property
+    def bends(self) -> bool:
+        """Whether it is that of a cable, whose bending depends on the size of the curvature in space."""
+        return self.section[: len(CABLE)] == CABLE
 
 
-LOADS = (Law.PRESSURE, Law.EDGE_PRESSURE)  #: laws of loads on surfaces and edges, which have no strains
-VECTORS = {
-    **dict.fromkeys((Law.QUADRATIC, Law.MATERIAL, Law.EXACT, Law.MEMBRANE, Law.EDGE_PRESSURE), 2),
-    Law.SHELL: 5,
-    Law.PRESSURE: 3,
-}  #: derivatives of r that a law reads
-ROWS = {
-    **dict.fromkeys((Law.QUADRATIC, Law.MATERIAL, Law.EXACT), cable_law.LINES),
-    Law.MEMBRANE: membrane_law.LINES,
-    Law.SHELL: shell_law.LINES,
-    **dict.fromkeys(LOADS, pressure_law.LINES),
-}  #: rows of its section
+def find(name: str) -> Law:
+    """The law of this name."""
+    if name not in KNOWN:
+        raise InputError(say("law", f"one of {listed(KNOWN, name)}", f"'{name}'", "define it first") + closest(name, KNOWN))
+    return KNOWN[name]
 
 
-def vectors(law: int) -> int:
-    """Number k of derivatives of r that a law reads."""
-    return VECTORS[Law(law)]
+def written(module: str, prefix: str = "") -> Callable[[int, str], int]:
+    """Addresses of functions that are written by hand, one for both stresses and one for both moduli."""
+    return lambda dim, kind: int(getattr(import_module(module, __package__), f"{prefix}{kind.removeprefix('damped_')}_at")())
 
 
-def rows(law: int) -> int:
-    """Number of rows of the section of a law; the last one is the quadrature weight."""
-    return ROWS[Law(law)]
+def generated(**prefixes: str) -> Callable[[int, str], int]:
+    """Addresses of functions in `cable_loops`, by the prefix of their names in the plane and in space."""
+    names = {2: prefixes["planar"], 3: prefixes["spatial"]}
+    return lambda dim, kind: int(getattr(import_module(".cable_loops", __package__), f"{names[dim]}_{dim}_{kind}")())
 
 
-KINDS = 3  #: functions of a law
-ENERGY, STRESS, MODULUS = range(KINDS)
-ENTRIES: dict[Law, tuple[Callable[[], int], ...]] = {
-    **dict.fromkeys((Law.QUADRATIC, Law.MATERIAL, Law.EXACT), (cable_law.energy_at, cable_law.stress_at, cable_law.modulus_at)),
-    Law.MEMBRANE: (membrane_law.energy_at, membrane_law.stress_at, membrane_law.modulus_at),
-    Law.SHELL: (shell_law.energy_at, shell_law.stress_at, shell_law.modulus_at),
-    Law.PRESSURE: (pressure_law.energy_at, pressure_law.stress_at, pressure_law.modulus_at),
-    Law.EDGE_PRESSURE: (pressure_law.edge_energy_at, pressure_law.edge_stress_at, pressure_law.edge_modulus_at),
-}
+CABLE = ("EA", "EI", "kappa0", "weight")
+BEAM = generated(planar="planar", spatial="spatial")
+PRESSED = ("p", "v0", "weight")
+Law.QUADRATIC = Law("QUADRATIC", 2, CABLE, (2, 3), generated(planar="quadratic", spatial="quadratic"))
+Law.MATERIAL = Law("MATERIAL", 2, CABLE, (2, 3), BEAM, option=2)
+Law.EXACT = Law("EXACT", 2, CABLE, (2, 3), BEAM, option=3)
+CABLES = (Law.QUADRATIC, Law.MATERIAL, Law.EXACT)
+Law.MEMBRANE = Law("MEMBRANE", 2, ("A", "nu", "weight"), (2,), written(".membrane_law"))
+Law.SHELL = Law("SHELL", 5, ("A", "B", "nu", "b0_11", "b0_22", "b0_12", "weight"), (3,), written(".shell_law"))
+Law.PRESSURE = Law("PRESSURE", 3, PRESSED, (3,), written(".pressure_law"), follows=True)
+Law.EDGE_PRESSURE = Law("EDGE_PRESSURE", 2, PRESSED, (2,), written(".pressure_law", "edge_"), follows=True)
+#: numbers of laws in outputs, and in files of reduced models of version 2
+NUMBERS = {0: Law.QUADRATIC, 2: Law.MATERIAL, 3: Law.EXACT, 4: Law.MEMBRANE, 5: Law.SHELL, 6: Law.PRESSURE, 7: Law.EDGE_PRESSURE}
 
 
-def addresses(used: Iterable[int]) -> np.ndarray:
-    """Where the functions of the laws in use are, (law, kind) flat; zeros for the others, which are not compiled."""
-    table = np.zeros((max(Law) + 1, KINDS), dtype=np.int64)
-    for law in {Law(number) for number in used}:
-        table[law] = [entry() for entry in ENTRIES[law]]
-    return table.ravel()
+def number(law: Law) -> int:
+    """The number of a law of this package."""
+    return next(k for k, one in NUMBERS.items() if one is law)
+
+
+def addresses(used: Iterable[Law], dim: int, damped: bool = True) -> np.ndarray:
+    """Where the functions of the laws in use are and their options, (law, column) flat; zero where nothing is called."""
+    kinds = KINDS if damped else KINDS[: MODULUS + 1]
+    table = [[law.entry(dim, kind) for kind in kinds] + [0] * (len(KINDS) - len(kinds)) + [law.option] for law in used]
+    return np.array(table, dtype=np.int64).ravel()
 
 
 @jit
 def call_energy(calls: np.ndarray, law: int, u: np.ndarray, section: np.ndarray) -> float:
-    """`energy` in compiled code, with the `addresses` of the laws."""
-    W = np.zeros(1)
-    call(calls[KINDS * law + ENERGY], (u, u, section, W), (u.shape[0], u.shape[1], u.shape[2], law), 0.0)
+    """`energy` in compiled code, with the `addresses` of the laws, `law` the place in them."""
+    W, at = np.zeros(1), COLUMNS * law
+    call(calls[at + ENERGY], (u, u, section, W), (u.shape[0], u.shape[1], u.shape[2], calls[at + OPTION]), 0.0)
     return W[0]
 
 
@@ -91,26 +135,30 @@ def call_energy(calls: np.ndarray, law: int, u: np.ndarray, section: np.ndarray)
 def call_stress(
     calls: np.ndarray, law: int, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray
 ) -> None:
-    """`stress` in compiled code, with the `addresses` of the laws."""
-    call(calls[KINDS * law + STRESS], (u, rate, section, S), (u.shape[0], u.shape[1], u.shape[2], law), beta)
+    """`stress` in compiled code, with the `addresses` of the laws, `law` the place in them."""
+    at = COLUMNS * law
+    kind = DAMPED_STRESS if beta > 0.0 else STRESS
+    call(calls[at + kind], (u, rate, section, S), (u.shape[0], u.shape[1], u.shape[2], calls[at + OPTION]), beta)
 
 
 @jit
 def call_modulus(calls: np.ndarray, law: int, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
-    """`modulus` in compiled code, with the `addresses` of the laws."""
-    call(calls[KINDS * law + MODULUS], (u, u, section, D), (u.shape[0], u.shape[1], u.shape[2], law), beta)
+    """`modulus` in compiled code, with the `addresses` of the laws, `law` the place in them."""
+    at = COLUMNS * law
+    kind = DAMPED_MODULUS if beta > 0.0 else MODULUS
+    call(calls[at + kind], (u, u, section, D), (u.shape[0], u.shape[1], u.shape[2], calls[at + OPTION]), beta)
 
 
-def energy(law: int, u: np.ndarray, section: np.ndarray) -> float:
+def energy(law: Law, u: np.ndarray, section: np.ndarray) -> float:
     """Strain energy [J] summed over all points."""
-    return float(call_energy(addresses([law]), law, u, section))
+    return float(call_energy(addresses([law], len(u) // law.vectors, False), 0, u, section))
 
 
-def stress(law: int, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
+def stress(law: Law, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
     """S = weight dW/du (+ damping with time `beta` [s] and jet rates `rate`), shapes (k c, p, e)."""
-    call_stress(addresses([law]), law, u, rate, beta, section, S)
+    call_stress(addresses([law], len(u) // law.vectors, beta > 0.0), 0, u, rate, beta, section, S)
 
 
-def modulus(law: int, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
+def modulus(law: Law, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
     """D = weight d2W/du2 + beta (material part), shape (k c, k c, p, e), symmetric; `beta` [-]: damping time times gh."""
-    call_modulus(addresses([law]), law, u, beta, section, D)
+    call_modulus(addresses([law], len(u) // law.vectors, beta > 0.0), 0, u, beta, section, D)

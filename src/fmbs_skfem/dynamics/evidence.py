@@ -26,7 +26,6 @@ from scipy.sparse.linalg import norm, splu
 from ..bodies.body import Cells
 from ..bodies.fields import COMPONENTS
 from ..bodies.fields import strains as plane_strains
-from ..bodies.laws import LOADS
 from ..core.errors import Reason, SolverError
 from ..core.linalg import null_space
 from ..systems import compiled
@@ -197,7 +196,7 @@ def strains(system: System, x: np.ndarray) -> dict[str, tuple[float, float]]:
     """Smallest and largest axial or principal strain of every elastic body, at its quadrature points."""
     q, found = system.lift(x), {}
     for elastic in system.elastic:
-        if not isinstance(elastic.gather, Quartic) and elastic.gather.law not in LOADS:
+        if not isinstance(elastic.gather, Quartic) and not elastic.gather.law.follows:
             e = point_strains(elastic, q, x, system.dim)
             found[elastic.name] = (float(e.min()), float(e.max()))
     return found

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..bodies.fields import recover
-from ..bodies.laws import Law
+from ..bodies.laws import NUMBERS
 from ..core.jit import jit
 from ..core.notices import notify
 from ..systems import compiled, kernels
@@ -311,7 +311,7 @@ def stress_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: n
     law, thickness, *section = output.parameters
     jets = y[:, list(output.rows)].T
     data = np.tile(np.array(section)[:, None], (1, jets.shape[1]))
-    return list(recover(Law(int(law)), jets, data, thickness).von_mises)
+    return list(recover(NUMBERS[int(law)], jets, data, thickness).von_mises)
 
 
 def deflection_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:

@@ -25,6 +25,7 @@ import h5py
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
+from ..bodies import laws
 from ..bodies.body import Cells
 from ..bodies.laws import Law
 from ..core import durable, hdf5
@@ -50,7 +51,7 @@ from .soundness import Unsound
 FORMAT = "fmbs_skfem reduced model"
 VERSION = 2
 HEADER = 512  #: size of the text in front, a user block of HDF5 [bytes]
-ENUMS: dict[str, type[Enum]] = {kind.__name__: kind for kind in (Law, LoadKind, Level, Scale)}
+ENUMS: dict[str, type[Enum]] = {kind.__name__: kind for kind in (LoadKind, Level, Scale)}
 TYPES: dict[str, type] = {
     kind.__name__: kind
     for kind in (
@@ -206,6 +207,8 @@ def encode(value: Any, arrays: Arrays, where: str) -> Any:
     """A value as JSON; arrays are appended to `arrays` and stand by number."""
     if isinstance(value, Enum):
         return {"enum": type(value).__name__, "value": value.value}
+    if isinstance(value, Law):
+        return {"enum": "Law", "value": laws.number(value)} if value in laws.NUMBERS.values() else {"law": value.name}
     if isinstance(value, np.generic):
         return encode(value.item(), arrays, where)
     if value is None or isinstance(value, bool | int | float | str):
@@ -302,6 +305,10 @@ def aligned(polynomial: Quartic, where: str) -> Quartic:
     return replace(polynomial, coefficients=coefficients)
 
 
+def decode_enum(kind: str, value: Any) -> Enum | Law:
+    return laws.NUMBERS[value] if kind == "Law" else ENUMS[kind](value)
+
+
 def decode_dict(tree: dict[str, Any], arrays: Sequence[np.ndarray], where: str) -> dict[Any, Any]:
     return {decode(name, arrays, where): decode(item, arrays, f"{where}.{name}") for name, item in tree["dict"]}
 
@@ -310,7 +317,8 @@ RULES: dict[str, Callable[[dict[str, Any], Sequence[np.ndarray], str], Any]] = {
     "array": decode_array,
     "csr": decode_csr,
     "type": decode_type,
-    "enum": lambda tree, arrays, where: ENUMS[tree["enum"]](tree["value"]),
+    "enum": lambda tree, arrays, where: decode_enum(tree["enum"], tree["value"]),
+    "law": lambda tree, arrays, where: laws.find(tree["law"]),
     "slice": lambda tree, arrays, where: slice(*tree["slice"]),
     "tuple": lambda tree, arrays, where: tuple(decode(item, arrays, where) for item in tree["tuple"]),
     "dict": decode_dict,

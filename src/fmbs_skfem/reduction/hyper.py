@@ -200,7 +200,7 @@ def forces(elastic: Elastic, states: np.ndarray, level: Level) -> np.ndarray:
     u = (gather.jets @ states.T + gather.offset[:, None]).reshape(rows, points, len(states))
     section = np.repeat(gather.section.reshape(len(gather.section), points, 1), len(states), axis=2)
     S = np.empty_like(u)
-    laws.stress(int(gather.law), u, u, 0.0, section, S)
+    laws.stress(gather.law, u, u, 0.0, section, S)
     out = np.matmul(S.transpose(1, 2, 0), gather.jets.reshape(rows, points, modes).transpose(1, 0, 2)).reshape(points, -1)
     if level is Level.ELEMENTS:
         out = csr_array((np.ones(points), (gather.cell, np.arange(points)))) @ out

@@ -21,9 +21,8 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..bodies import laws
 from ..bodies.body import Cells
-from ..bodies.laws import Law
+from ..bodies.laws import NUMBERS
 from ..core.errors import say
 from ..core.linalg import is_sparse
 from ..systems import quartic
@@ -236,8 +235,8 @@ def gathered(part: Any, name: str, dim: int, n: int, q: int) -> None:
 def _(part: Cells, name: str, dim: int, n: int, q: int) -> None:
     require(part.dim == dim, f"{name}.dim", str(dim), part.dim)
     _, points, functions, cells = rank(part.table, f"{name}.table", 4)
-    numbers(part.table, f"{name}.table", laws.vectors(part.law), points, functions, cells)
-    numbers(part.section, f"{name}.section", laws.rows(part.law), points, cells)
+    numbers(part.table, f"{name}.table", part.law.vectors, points, functions, cells)
+    numbers(part.section, f"{name}.section", part.law.rows, points, cells)
     width = q
     if part.spread is not None:
         width = part.spread.shape[0]
@@ -248,10 +247,10 @@ def _(part: Cells, name: str, dim: int, n: int, q: int) -> None:
 @gathered.register
 def _(part: Sampled, name: str, dim: int, n: int, q: int) -> None:
     modes, (points,) = span(part.columns, f"{name}.columns", n), rank(part.cell, f"{name}.cell", 1)
-    rows = laws.vectors(part.law) * dim * points
+    rows = part.law.vectors * dim * points
     numbers(part.jets, f"{name}.jets", rows, modes)
     numbers(part.offset, f"{name}.offset", rows)
-    numbers(part.section, f"{name}.section", laws.rows(part.law), 1, points)
+    numbers(part.section, f"{name}.section", part.law.rows, 1, points)
     indices(part.cell, f"{name}.cell", 0, np.iinfo(np.int64).max, points)
 
 
@@ -309,8 +308,8 @@ def sensed(part: Output, name: str, dim: int, sensors: int) -> None:
     rows, columns = SIZES[part.kind](dim)
     if part.kind == "stress":
         law = next(iter(part.parameters), -1.0)
-        require(law in tuple(Law), f"{name}.parameters", "the number of a law first", law)
-        rows, count = laws.vectors(int(law)) * dim, 2 + laws.rows(int(law))
+        require(law in NUMBERS, f"{name}.parameters", "the number of a law first", law)
+        rows, count = NUMBERS[int(law)].vectors * dim, 2 + NUMBERS[int(law)].rows
         require(len(part.parameters) == count, f"{name}.parameters", f"{count} numbers", len(part.parameters))
     if part.kind == "spin":
         require(dim == 3 and len(part.rows) in (3, 6, 9), f"{name}.rows", "one to three vectors in space", len(part.rows))
@@ -332,10 +331,10 @@ def drawn(part: Line | Skin, name: str, dim: int, q: int) -> None:
         return
     (samples,) = rank(part.thickness, f"{name}.thickness", 1)
     numbers(part.thickness, f"{name}.thickness", samples)
-    numbers(part.section, f"{name}.section", laws.rows(part.law), 1, samples)
+    numbers(part.section, f"{name}.section", part.law.rows, 1, samples)
     count, _ = rank(part.cells, f"{name}.cells", 2)
     indices(part.cells, f"{name}.cells", 0, samples, count, 4)
-    size, height = span(part.columns, f"{name}.columns", q), (1 + laws.vectors(part.law)) * samples
+    size, height = span(part.columns, f"{name}.columns", q), (1 + part.law.vectors) * samples
     whole = (rows, width * dim) == (height, size)
     require(whole, f"{name}.samples", f"an array ({height}, {size // dim})", told(part.samples))
 

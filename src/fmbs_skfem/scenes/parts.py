@@ -11,13 +11,13 @@ from ..bodies import body as bodies
 from ..bodies import plate as plates
 from ..bodies import rigid, sections
 from ..bodies.body import Body
-from ..bodies.cable_law import Curvature
+from ..bodies.laws import CABLES
 from ..core.errors import InputError, say
 from ..shapes import curves, meshes, plate_meshes
 from . import schema, surfaces
 from .fields import Turn, Vector
 
-CURVATURES = {"exact": Curvature.EXACT, "material": Curvature.MATERIAL, "quadratic": Curvature.QUADRATIC}
+CURVATURES = {law.name.lower(): law for law in CABLES}
 
 
 @singledispatch
@@ -44,7 +44,7 @@ def _(model: schema.Cable, scene: schema.Scene, name: str, cells: int | None, al
         degree=model.degree,
         continuity=model.continuity,
         ancf=model.interpolation == "ancf",
-        curvature=CURVATURES[model.curvature],
+        law=CURVATURES[model.curvature],
         origin=array(model.origin),
         rotation=matrix(model.rotation),
     )

@@ -10,7 +10,6 @@ import numpy as np
 from scipy.sparse import csr_array, diags_array, kron, vstack
 from scipy.sparse.linalg import spsolve
 
-from ..bodies import laws
 from ..bodies.body import Body, Cells
 from ..bodies.laws import Law
 from ..bodies.plate import local_table
@@ -250,7 +249,7 @@ def picture_skin(part: Body, layout: Layout) -> Skin:
     values = surface.basis(shape.space, np.repeat(np.arange(count), points), np.tile(xi, (count, 1)))
     reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
     local, _, curved = local_table(values.reshape(count, points, 6, -1), np.ones((count, points)), reference[shape.nodes])
-    vectors = laws.vectors(cells.law)
+    vectors = cells.law.vectors
     tables = np.concatenate([values.reshape(count, points, 6, -1)[:, :, :1], local[:, :, :vectors]], axis=2)
     tables = tables.transpose(2, 0, 1, 3).reshape((1 + vectors) * count * points, -1)
     columns = np.tile(np.repeat(shape.nodes, points, axis=0), (1 + vectors, 1))

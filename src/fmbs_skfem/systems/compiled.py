@@ -42,6 +42,7 @@ class Compiled:
     arrays: Arrays
     order: np.ndarray  #: (n,)
     work: int  #: length of a work vector
+    laws: tuple[elastic_laws.Law, ...]  #: in use, by their numbers
     plan: sparse.Plan | None  #: where the iteration matrix is sparse
 
     @property
@@ -62,12 +63,11 @@ def compile_system(system: System) -> Compiled:
     def scatter_map(part: Cells) -> gathers.Map:
         return gathers.scatter_map(part, csr_array(cells.lift.matrix), place, dense, width)
 
-    table, integers, numbers, scatter, work = gathers.flatten(system.dim, cells, gathers.nowhere if large else scatter_map)
+    flat = gathers.flatten(system.dim, cells, gathers.nowhere if large else scatter_map)
     beta = np.array([e.beta for e in system.elastic])[cells.owners] if len(cells.groups) else np.zeros(1)
-    parts = [part for _, part in cells.groups]
-    in_use = elastic_laws.addresses(part.law for part in parts if not isinstance(part, Quartic))
-    polynomials = quartic.addresses(any(isinstance(part, Quartic) for part in parts))
-    groups = Groups(table, beta, integers, numbers, in_use, polynomials)
+    in_use = elastic_laws.addresses(flat.laws, system.dim, bool(np.any(beta > 0.0)))
+    polynomials = quartic.addresses(any(isinstance(part, Quartic) for _, part in cells.groups))
+    groups = Groups(flat.table, beta, flat.integers, flat.numbers, in_use, polynomials)
     terms, forces, pairs = laws_of(system)
     probes = permuted(system.probes.matrix, order)
     target, factor = pair_targets(probes, [] if large else pairs)
@@ -78,7 +78,7 @@ def compile_system(system: System) -> Compiled:
 
     arrays = Arrays(
         groups=groups,
-        scatter=Scatter(*scatter),
+        scatter=Scatter(*flat.scatter),
         lift=triple(permuted(cells.lift.matrix, order)),
         lift_offset=cells.lift.offset,
         mass=operator(system.mass),
@@ -95,8 +95,8 @@ def compile_system(system: System) -> Compiled:
         norm=np.ascontiguousarray(system.metric.diagonal()[order] / system.weight),
     )
     if dense and not cells.cells:
-        arrays = arrays._replace(turning=turning.turning(system, partial(part_tangent, arrays, work, cells.owners)))
-    return Compiled(system, arrays, order, work, sparse.plan(cells, groups, work) if large else None)
+        arrays = arrays._replace(turning=turning.turning(system, partial(part_tangent, arrays, flat.work, cells.owners)))
+    return Compiled(system, arrays, order, flat.work, flat.laws, sparse.plan(cells, groups, flat.work) if large else None)
 
 
 def chosen_storage(system: System, cells: gathers.Collected) -> tuple[Storage, np.ndarray, int]:

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_array, vstack
 
-from ..bodies import laws
 from ..bodies.body import Cells
+from ..bodies.laws import Law
 from . import kernels, quartic
 from .quartic import Quartic
 from .system import Affine, Sampled, System
@@ -111,6 +111,7 @@ class Tape:
         self.scatters = [NOWHERE]
         self.at_integer = self.at_number = self.at_scatter = 0
         self.work = 1  #: length of a work vector
+        self.laws: list[Law] = []  #: those in use; groups know them by their place here
 
     def put(self, *arrays: np.ndarray) -> int:
         """Append numbers; where they begin."""
@@ -118,6 +119,12 @@ class Tape:
         self.numbers += [array.ravel() for array in arrays]
         self.at_number += sum(array.size for array in arrays)
         return start
+
+    def law(self, law: Law) -> int:
+        """The place of a law among those in use."""
+        if law not in self.laws:
+            self.laws.append(law)
+        return self.laws.index(law)
 
     def group(self, **columns: int) -> None:
         """A row of the table of groups, columns of `kernels` by name."""
@@ -129,14 +136,25 @@ class Tape:
     def jets(self, part: Cells | Sampled, dim: int, **columns: int) -> None:
         """A group whose law acts on jets; its section is written last."""
         lines, points, count = part.section.shape
-        vectors = laws.vectors(part.law)
+        vectors = part.law.vectors
         self.work = max(self.work, (vectors * dim) ** 2 * points * count)
-        sizes = {"LAW": int(part.law), "VECTORS": vectors, "COMPONENTS": dim, "ROWS": lines, "POINTS": points, "CELLS": count}
+        sizes = {"LAW": self.law(part.law), "VECTORS": vectors, "COMPONENTS": dim, "ROWS": lines, "POINTS": points, "CELLS": count}
         self.group(**sizes, **columns, SECTION=self.put(part.section))
 
 
-def flatten(dim: int, collected: Collected, scatter: Callable[[Cells], Map]) -> tuple[np.ndarray, np.ndarray, np.ndarray, Map, int]:
-    """Tables of all groups behind each other: groups (g, 16), integers, numbers, scatter, length of the work vector."""
+class Flat(NamedTuple):
+    """Tables of all groups behind each other."""
+
+    table: np.ndarray  #: (g, 16)
+    integers: np.ndarray
+    numbers: np.ndarray
+    scatter: Map
+    work: int  #: length of the work vector
+    laws: tuple[Law, ...]  #: in use
+
+
+def flatten(dim: int, collected: Collected, scatter: Callable[[Cells], Map]) -> Flat:
+    """The tables of all groups."""
     tape = Tape()
     for _, part in collected.groups:
         if isinstance(part, Quartic):
@@ -149,13 +167,14 @@ def flatten(dim: int, collected: Collected, scatter: Callable[[Cells], Map]) -> 
     groups = np.array(tape.rows, dtype=np.int64).reshape(-1, 16)
     numbers = quartic.aligned(tape.at_number)
     np.concatenate(tape.numbers, out=numbers)
-    return groups, np.concatenate(tape.integers).astype(np.int64), numbers, (source, target, factor), tape.work
+    integers = np.concatenate(tape.integers).astype(np.int64)
+    return Flat(groups, integers, numbers, (source, target, factor), tape.work, tuple(tape.laws))
 
 
 def flatten_cells(tape: Tape, part: Cells, dim: int, targets: Map) -> None:
     basis, count = part.nodes.shape
-    size, jets = basis * dim, laws.vectors(part.law) * dim * part.section[0].size
-    tape.work = max(tape.work, jets + size * count, (size * (size + 1) // 2 + laws.vectors(part.law)) * count)
+    size, jets = basis * dim, part.law.vectors * dim * part.section[0].size
+    tape.work = max(tape.work, jets + size * count, (size * (size + 1) // 2 + part.law.vectors) * count)
     places = {"NODES": tape.at_integer, "TABLE": tape.put(part.table), "PAIR": tape.at_scatter, "COUNT": len(targets[0])}
     tape.jets(part, dim, BASIS=basis, **places)
     tape.integers.append(part.nodes.ravel())

@@ -12,7 +12,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..bodies import laws
 from ..bodies.body import Body, Cells
 from ..bodies.laws import Law
 from ..shapes import surface
@@ -73,7 +72,7 @@ def loaded(law: Law, dim: int, nodes: np.ndarray, values: np.ndarray, load: floa
 def at_load_factor(model: Compiled, factor: float) -> Compiled:
     """The model with the pressures of its cells times a load factor."""
     groups = model.arrays.groups
-    rows = [row for row in groups.table if row[kernels.SAMPLED] != kernels.QUARTIC and row[kernels.LAW] in laws.LOADS]
+    rows = [row for row in groups.table if row[kernels.SAMPLED] != kernels.QUARTIC and model.laws[row[kernels.LAW]].follows]
     if not rows:
         return model
     numbers = groups.numbers.copy()
@@ -86,4 +85,4 @@ def at_load_factor(model: Compiled, factor: float) -> Compiled:
 
 def present(system: System) -> list[str]:
     """Names of the loads that follow surfaces or edges."""
-    return [part.name for part in system.elastic if getattr(part.gather, "law", None) in laws.LOADS]
+    return [part.name for part in system.elastic if isinstance(part.gather, Cells) and part.gather.law.follows]

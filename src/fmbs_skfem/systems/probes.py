@@ -176,7 +176,7 @@ def _(probe: Stress, name: str, draft: Draft) -> Output:
     values = surface.basis(shape.space, np.array([cell]), np.array([place[1:]]))[None]
     reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
     local, _, curved = local_table(values, np.ones((1, 1)), reference[shape.nodes[[cell]]])
-    vectors, dim = laws.vectors(part.cells.law), part.dim
+    vectors, dim = part.cells.law.vectors, part.dim
     indptr = np.arange(vectors + 1) * values.shape[3]
     jets = csr_array((local[0, 0, :vectors].ravel(), np.tile(shape.nodes[cell], vectors), indptr), shape=(vectors, shape.count))
     first = draft.sensors.add(draft.layout.widen(where, at.body, kron(edges.own(part, jets), np.eye(dim))))
@@ -184,7 +184,7 @@ def _(probe: Stress, name: str, draft: Draft) -> Output:
     if dim == 3:
         section[3:6] = curved[0, 0]
     thickness = np.broadcast_to(part.thickness, len(shape.nodes))[cell]
-    parameters = (float(part.cells.law), float(thickness), *(float(value) for value in section))
+    parameters = (float(laws.number(part.cells.law)), float(thickness), *(float(value) for value in section))
     return Output("stress", tuple(range(first, first + vectors * dim)), (f"{name}_bottom", f"{name}_top"), parameters=parameters)
 
 

@@ -22,7 +22,7 @@ from numpy.polynomial.legendre import leggauss
 from scipy.optimize import brentq, fsolve
 
 from ..bodies import body, laws, sections
-from ..bodies.cable_law import Curvature
+from ..bodies.laws import Law
 from ..dynamics import Newton, outputs, solve_statics
 from ..shapes import line
 from ..shapes.meshes import LineMesh
@@ -232,7 +232,7 @@ def bent(S: np.ndarray, dim: int) -> np.ndarray:
     return np.stack([axial, 0.8 * bow, 0.5 * dip][:dim], axis=1)
 
 
-def law_stress(law: int, jets: np.ndarray, section: np.ndarray) -> np.ndarray:
+def law_stress(law: Law, jets: np.ndarray, section: np.ndarray) -> np.ndarray:
     """weight dW/du (k c, p, e) of a law."""
     jets = np.ascontiguousarray(jets)
     found = np.zeros_like(jets)
@@ -240,22 +240,22 @@ def law_stress(law: int, jets: np.ndarray, section: np.ndarray) -> np.ndarray:
     return found
 
 
-def contact_force(S: np.ndarray, law: Curvature, dim: int) -> np.ndarray:
+def contact_force(S: np.ndarray, law: Law, dim: int) -> np.ndarray:
     """n* = P1 - dP2/dS (dim, ...) of `bent`."""
 
     def stress(at: np.ndarray) -> np.ndarray:
         flat = at.reshape(1, -1)
         section = np.stack([np.full_like(flat, value) for value in (MANUFACTURED.EA, MANUFACTURED.EI, 0.0, 1.0)])
-        return law_stress(int(law), bent(flat, dim)[1:].reshape(2 * dim, *flat.shape), section).reshape(2, dim, *at.shape)
+        return law_stress(law, bent(flat, dim)[1:].reshape(2 * dim, *flat.shape), section).reshape(2, dim, *at.shape)
 
     nodes = chebyshev.chebpts1(DEGREE + 1)
     moments = np.linalg.solve(chebyshev.chebvander(nodes, DEGREE), stress(0.5 * (nodes + 1))[1].T)
     return stress(S)[0] - chebyshev.chebval(2 * S - 1, 2 * chebyshev.chebder(moments))
 
 
-def manufactured(space: str, cells: int, law: Curvature, dim: int) -> float:
+def manufactured(space: str, cells: int, law: Law, dim: int) -> float:
     """Error of the cantilever under the load of `bent`: the mean-square distance from r* [m]."""
-    part = body.cable("line", straight(cells), MANUFACTURED, dim=dim, curvature=law, **SPACES[space][0])
+    part = body.cable("line", straight(cells), MANUFACTURED, dim=dim, law=law, **SPACES[space][0])
     assert isinstance(part.space, line.BSpline | line.Hermite)
     table, values, weights = body.arc_length_table(part.space, part.reference, POINTS)
     S = np.einsum("epb,eb->ep", values[:, :, 0], part.reference[table.nodes][..., 0])
@@ -268,11 +268,11 @@ def manufactured(space: str, cells: int, law: Curvature, dim: int) -> float:
     return float(np.sqrt((weights * (gap**2).sum(axis=0)).sum()))
 
 
-def law_orders(law: Curvature, dim: int) -> list[Quantity]:
+def law_orders(law: Law, dim: int) -> list[Quantity]:
     """Observed order of every interpolation."""
     found = []
     for name, (_, degree, smooth, meshes) in SPACES.items():
-        expected = degree + 1 if smooth or law is Curvature.QUADRATIC else degree
+        expected = degree + 1 if smooth or law is Law.QUADRATIC else degree
         errors = [manufactured(name, cells, law, dim) for cells in meshes]
         found.append(order(name, [1 / cells for cells in meshes], errors, expected, 0.03))
     return found
@@ -284,22 +284,22 @@ STRANG = "r* chosen; orders p + 1 and p: Strang and Fix, An Analysis of the Fini
 @case("manufactured-cable-exact", group="manufactured", source=STRANG)
 def manufactured_exact() -> list[Quantity]:
     """A planar cantilever bent into a given curve, law of the exact curvature |r' x r''|/|r'|^3."""
-    return law_orders(Curvature.EXACT, 2)
+    return law_orders(Law.EXACT, 2)
 
 
 @case("manufactured-cable-exact-space", group="manufactured", source=STRANG)
 def manufactured_exact_space() -> list[Quantity]:
     """A cantilever bent into a given curve in space, law of the exact curvature."""
-    return law_orders(Curvature.EXACT, 3)
+    return law_orders(Law.EXACT, 3)
 
 
 @case("manufactured-cable-material", group="manufactured", source=STRANG)
 def manufactured_material() -> list[Quantity]:
     """A planar cantilever bent into a given curve, law of the material curvature |r' x r''|/|r'|^2."""
-    return law_orders(Curvature.MATERIAL, 2)
+    return law_orders(Law.MATERIAL, 2)
 
 
 @case("manufactured-cable-quadratic", group="manufactured", source=STRANG)
 def manufactured_quadratic() -> list[Quantity]:
     """A cantilever bent into a given curve in space, quadratic law |r''|."""
-    return law_orders(Curvature.QUADRATIC, 3)
+    return law_orders(Law.QUADRATIC, 3)

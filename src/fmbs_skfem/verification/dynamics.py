@@ -13,7 +13,7 @@ from numpy.polynomial.legendre import leggauss
 from scipy.integrate import solve_ivp
 
 from ..bodies import Body, body, sections
-from ..bodies.cable_law import Curvature
+from ..bodies.laws import Law
 from ..dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate, outputs
 from ..systems import At, Motion, assemble, eliminate, joints, loads, probes
 from .beams import GRAVITY, polyline, straight
@@ -47,7 +47,7 @@ def hub_angle(time: np.ndarray) -> np.ndarray:
 def spin_up(h: float) -> tuple[np.ndarray, np.ndarray]:
     """Times (s,) and tip displacement in the rotating frame (s, 2): L = 10, EA = 2.8e7, EI = 1.4e4, rhoA = 1.2."""
     section = sections.Given(2.8e7, 1.4e4, 1.2)
-    part = body.cable("rod", straight(16, end=(10, 0, 0)), section, dim=2, curvature=Curvature.MATERIAL)
+    part = body.cable("rod", straight(16, end=(10, 0, 0)), section, dim=2, law=Law.MATERIAL)
     root = At("rod", "left")
     driven: list[joints.Joint] = [joints.Pin("hub", root), joints.DrivenAngle("motor", root, hub_angle)]
     system = eliminate(assemble([part], driven, outputs={"tip": probes.Position(At("rod", "right"))}))
@@ -124,9 +124,9 @@ CONVERGED = {1.0: (-1.39851319, -0.31859187, -1.17197751), 2.0: (0.7392188, -0.1
 def beams_double_pendulum() -> list[Quantity]:
     """Spatial double pendulum of two beams: free end at 1 s and 2 s beside another code, drift of the energy."""
 
-    def motion(cells: int, h: float, curvature: Curvature) -> Trajectory:
-        first = body.cable("I", straight(cells), SECTION, MATERIAL, curvature=curvature)
-        second = body.cable("II", straight(cells, (1, 0, 0), (1, 1, 0)), SECTION, MATERIAL, curvature=curvature)
+    def motion(cells: int, h: float, law: Law) -> Trajectory:
+        first = body.cable("I", straight(cells), SECTION, MATERIAL, law=law)
+        second = body.cable("II", straight(cells, (1, 0, 0), (1, 1, 0)), SECTION, MATERIAL, law=law)
         held = [joints.Pin("A", At("I", "left")), joints.Pin("B", At("I", "right"), At("II", "left"))]
         sensed = {"C": probes.Position(At("II", "right"))}
         system = eliminate(assemble([first, second], held, [loads.Gravity((0, 0, -GRAVITY))], outputs=sensed))
@@ -136,8 +136,8 @@ def beams_double_pendulum() -> list[Quantity]:
         columns = outputs(found)
         return np.column_stack([columns[f"C_{axis}"][[round(t / h) for t in EXUDYN]] for axis in "xyz"])
 
-    runs = {h: motion(20, h, Curvature.EXACT) for h in (1e-3, 5e-4)}
-    other, exact = free_end(motion(100, 5e-4, Curvature.MATERIAL), 5e-4), np.array(list(CONVERGED.values()))
+    runs = {h: motion(20, h, Law.EXACT) for h in (1e-3, 5e-4)}
+    other, exact = free_end(motion(100, 5e-4, Law.MATERIAL), 5e-4), np.array(list(CONVERGED.values()))
     drifts = [energy_drift(found) for found in runs.values()]
     return [
         farthest("free end, |r'|^2 in the curvature", list(EXUDYN.values()), other, 2e-6, "m"),
@@ -167,7 +167,7 @@ def flexible_pendulum() -> list[Quantity]:
     found, h = [], 2.5e-4
     for name, ancf in (("B-spline", False), ("ANCF", True)):
         section = sections.Given(1e4, 1.0, 1.0)
-        part = body.cable("rod", straight(20), section, dim=2, curvature=Curvature.MATERIAL, ancf=ancf)
+        part = body.cable("rod", straight(20), section, dim=2, law=Law.MATERIAL, ancf=ancf)
         tip, middle = At("rod", "right"), At("rod", 0.5)
         sensed: dict[str, probes.Probe] = {"tip": probes.Position(tip), "middle": probes.Position(middle)}
         sensed |= {"v": probes.Velocity(tip), "E": probes.Energy()}
@@ -218,7 +218,7 @@ def pulse(time: np.ndarray) -> np.ndarray:
 def flown(stiffness: float, moment: float, h: float, duration: float = 10.0) -> tuple[Trajectory, Body]:
     """Free rod L = 10, EA = 1e4, rhoA = 1 from (6, 0) to (0, 8): force 8 and a moment at its first end, a smooth pulse of 2.5 s."""
     section = sections.Given(1e4, stiffness, 1.0)
-    part = body.cable("rod", straight(20, (6, 0, 0), (0, 8, 0)), section, dim=2, curvature=Curvature.MATERIAL)
+    part = body.cable("rod", straight(20, (6, 0, 0), (0, 8, 0)), section, dim=2, law=Law.MATERIAL)
     end = At("rod", "left")
     pushes: list[loads.Load] = [loads.PointForce("F", end, (8.0, 0.0), pulse), loads.Moment("M", end, moment, pulse)]
     system = assemble([part], [], pushes, outputs={"a": probes.Position(end), "b": probes.Position(At("rod", "right"))})

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from ..bodies import Body, Material, laws
+from ..bodies import Body, Material
 from ..bodies.laws import Law
 from ..bodies.plate import local_table, plate
 from ..dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate, outputs, solve_statics
@@ -93,7 +93,7 @@ def pushed(x: np.ndarray, dim: int) -> np.ndarray:
 def forces_of(x: np.ndarray, dim: int, section: np.ndarray) -> np.ndarray:
     """n1*, n2* (2, dim, ...) of `pushed` at x (2, ...); `section` (i,) of the flat plate without its weight."""
     law = Law.MEMBRANE if dim == 2 else Law.SHELL
-    vectors = laws.vectors(law)
+    vectors = law.vectors
 
     def stress(at: np.ndarray) -> np.ndarray:
         flat = at.reshape(2, 1, -1)

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ..bodies import body, sections
-from ..bodies.cable_law import Curvature
+from ..bodies.laws import Law
 from ..dynamics import ArcLength, Newton, Trajectory, at_load_factor, follow_path, limit_points, outputs, solve_statics
 from ..results.verification_plots import LoadPath
 from ..systems import At, System, assemble, eliminate, joints, loads, probes
@@ -84,11 +84,11 @@ def cantilever(cells: int, load: Callable[[At], Any], section: object, length: f
     return eliminate(assemble([beam], [joints.Clamp("clamp", At("beam", "left"))], [load(end)], outputs=sensed))
 
 
-def rolled(turns: float, dim: int, curvature: Curvature, stiffness: float = 1e4, cells: int = 24, **options: Any) -> np.ndarray:
+def rolled(turns: float, dim: int, law: Law, stiffness: float = 1e4, cells: int = 24, **options: Any) -> np.ndarray:
     """Tip (2,) under the end moment 2 pi turns; EA = `stiffness`."""
     moment = 2 * np.pi * turns
     section = sections.Given(stiffness, 1.0, 1.0)
-    options = {**(options or FINE), "curvature": curvature}
+    options = {**(options or FINE), "law": law}
     value = moment if dim == 2 else (0.0, 0.0, moment)
     return tip(cantilever(cells, lambda end: loads.Moment("M", end, value), section, dim=dim, **options), max(3, round(10 * turns)))
 
@@ -131,7 +131,7 @@ def gerstmayr_irschik(cells: int, **options: Any) -> np.ndarray:
 def lee_frame(cells: int = 20, load: float = 2.0, all_multipliers: bool = False) -> System:
     """Lee's frame: two legs of 120 cm with a rigid corner, hinged at both ends, a force down at 24 cm from the corner."""
     section = sections.Given(720.0 * 6.0, 720.0 * 2.0, 1.0)
-    options: dict[str, Any] = {**FINE, "dim": 2, "curvature": Curvature.MATERIAL}
+    options: dict[str, Any] = {**FINE, "dim": 2, "law": Law.MATERIAL}
     beam = straight(cells, (0.0, 120.0, 0.0), (120.0, 120.0, 0.0))
     beam = replace(beam, point_groups={**beam.point_groups, "loaded": np.array([cells // 5])})
     parts = [
@@ -177,10 +177,10 @@ def truss_load(w: np.ndarray, height: float = 0.1, stiffness: float = 1e4) -> np
 @case("roll-up", group="statics", source="closed form; Mattiasson (1981), doi 10.1002/nme.1620170113")
 def roll_up() -> list[Quantity]:
     """A cantilever is rolled up, once and twice, by an end moment."""
-    material = [rolled(turns, 2, Curvature.MATERIAL) for turns in TURNS]
-    exact = [rolled(turns, 3, Curvature.EXACT) for turns in TURNS]
+    material = [rolled(turns, 2, Law.MATERIAL) for turns in TURNS]
+    exact = [rolled(turns, 3, Law.EXACT) for turns in TURNS]
     cells = (8, 16, 32)
-    errors = [float(np.linalg.norm(rolled(0.5, 2, Curvature.MATERIAL, cells=n, degree=3) - circle(0.5))) for n in cells]
+    errors = [float(np.linalg.norm(rolled(0.5, 2, Law.MATERIAL, cells=n, degree=3) - circle(0.5))) for n in cells]
     return [
         farthest("tip, material curvature", [circle(turns) for turns in TURNS], material, 3e-8, "L"),
         farthest("tip, exact curvature, in space", [circle(turns, 1e4) for turns in TURNS], exact, 3e-8, "L"),
@@ -205,7 +205,7 @@ def follower_force() -> list[Quantity]:
 @case("gerstmayr-irschik", group="statics", source="Gerstmayr and Irschik (2008), doi 10.1016/j.jsv.2008.04.019, converged")
 def extensible_cantilever() -> list[Quantity]:
     """A thick cantilever whose stretch counts; its strain |r'| - 1 and ours, (r'.r' - 1)/2, differ by 2e-7."""
-    found = gerstmayr_irschik(64, curvature=Curvature.MATERIAL)
+    found = gerstmayr_irschik(64, law=Law.MATERIAL)
     names = (("tip, x", "m"), ("tip, y", "m"), ("angle of the tip", "rad"))
     return [
         Quantity(name, wanted, float(got), 1e-6, unit)

@@ -1,0 +1,163 @@
+r"""Laws written as their energy in symbols: stress, modulus and damping follow and become compiled loops.
+
+    S = w (dW/du + beta dR/dv),     D = w (d2W/du2 + b d2R/dv2),     v = du/dt,     b = gh beta
+
+with an energy W(u) of the jets u and, for damping of Kelvin-Voigt type, a dissipation R(u, v), half the power that a damping
+time beta of 1 s turns into heat. A law that is given by its strains e(u) and a section stiffness C has
+
+    W = (e - e0)^T C (e - e0) / 2,     R = (de/du v)^T C (de/du v) / 2  (`quadratic_dissipation`)
+
+Derivatives are taken by SymPy, common subexpressions once, and the loop runs over all points, so that it becomes vector
+instructions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import sympy
+from sympy.printing.pycode import PythonCodePrinter
+
+Expression: TypeAlias = Any
+Vectors: TypeAlias = list[sympy.Matrix]  #: r,1 ... r,k
+Energy: TypeAlias = Callable[..., Expression]  #: W of vectors and of the numbers of a section but the weight
+Dissipation: TypeAlias = Callable[..., Expression]  #: R of vectors, their rates and those numbers
+
+OPTION = sympy.Symbol("option", integer=True)  #: number by which laws that share their loops differ
+KINDS = ("energy", "stress", "modulus", "damped_stress", "damped_modulus")
+HEAD = "(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:"
+
+
+FRAMES = {  # of a loop over all points, with where the results of a point go
+    "energy": (
+        """    {views}
+    total = 0.0
+    for q in range(count):
+        {point}
+    carray(out, 1)[0] = total""",
+        "total +=",
+    ),
+    "stress": (
+        """    {views}
+    S = carray(out, (rows, count))
+    for q in range(count):
+        {point}""",
+        "S[{0}, q] =",
+    ),
+    "modulus": (
+        """    {views}
+    D, T = carray(out, (rows, rows, count)), np.empty(({size}, LANES))
+    for first in range(0, count, LANES):
+        for k in range(min(LANES, count - first)):
+            q = first + k
+            {point}
+        unfold(T, first, D)""",
+        "T[{0}, k] =",
+    ),
+    "small modulus": (
+        """    {views}
+    D = carray(out, (rows, rows, count))
+    for q in range(count):
+        {point}""",
+        "D[{1}, {2}, q] = D[{2}, {1}, q] =",
+    ),
+}
+SMALL = 12  #: results of a loop that need no room of their own to become vector instructions
+
+
+@dataclass(frozen=True)
+class Symbols:
+    """An energy [J/m or J/m2] of `vectors` derivatives of r, with the `section` numbers but the weight, and its dissipation."""
+
+    vectors: int
+    section: tuple[str, ...]
+    energy: Energy
+    dissipation: Dissipation | None = None
+
+
+class Printer(PythonCodePrinter):
+    """Small powers as products, and numbers as floats."""
+
+    def _print_Pow(self, power: Expression, rational: bool = False) -> str:
+        base, twice = self.parenthesize(power.base, 100), 2 * power.exp
+        if not twice.is_Integer or abs(twice) > 16:
+            return str(super()._print_Pow(power, rational))
+        whole, half = divmod(abs(int(twice)), 2)
+        text = " * ".join([base] * whole + [f"math.sqrt({self._print(power.base)})"] * half)
+        return f"(1.0 / ({text}))" if twice < 0 else f"({text})"
+
+    def _print_Rational(self, number: Expression) -> str:
+        return repr(float(number))
+
+    def _print_Function(self, call: Expression) -> str:
+        """Functions that the module of the loops imports."""
+        return f"{type(call).__name__}({', '.join(self._print(one) for one in call.args)})"
+
+    _print_Integer = _print_Half = _print_Rational
+
+
+def quadratic_dissipation(
+    strains: Callable[..., Sequence[Expression]], stiffness: Callable[..., Sequence[Sequence[Expression]]]
+) -> Dissipation:
+    """R = (de/dt)^T C (de/dt) / 2 of strains e of vectors and a section, with the section stiffness C."""
+
+    def dissipation(r: Vectors, v: Vectors, *section: Expression) -> Expression:
+        rates = sympy.Matrix([rate(e, r, v) for e in strains(r, *section)])
+        return (rates.T * sympy.Matrix(stiffness(*section)) * rates)[0] / 2
+
+    return dissipation
+
+
+def rate(value: Expression, r: Vectors, v: Vectors) -> Expression:
+    """Time derivative of a function of the jets."""
+    return sum(sympy.diff(value, x) * y for one, other in zip(r, v, strict=True) for x, y in zip(one, other, strict=True))
+
+
+def results(law: Symbols, dim: int, kind: str) -> tuple[list[Expression], list[Expression]]:
+    """Results of one kind for one point, of a symmetric matrix the lower triangle, and the symbols u, v, section, w and beta."""
+    count = law.vectors * dim
+    u, v = sympy.symbols(f"u:{count}", real=True), sympy.symbols(f"v:{count}", real=True)
+    section, w, beta = sympy.symbols(law.section, real=True), sympy.Symbol("w"), sympy.Symbol("beta")
+    r, rates = ([sympy.Matrix(one[k * dim : (k + 1) * dim]) for k in range(law.vectors)] for one in (u, v))
+    W, symbols = law.energy(r, *section), [*u, *v, *section, w, beta]
+    if kind == "energy":
+        return [w * W], symbols
+    S = [sympy.diff(W, x) for x in u]
+    damped = kind.startswith("damped") and law.dissipation is not None
+    pull = [sympy.diff(law.dissipation(r, rates, *section), y) for y in v] if damped and law.dissipation else [0] * count
+    if kind.endswith("stress"):
+        return [w * (a + beta * b) for a, b in zip(S, pull, strict=True)], symbols
+    pairs = [(i, j) for i in range(count) for j in range(i + 1)]
+    return [w * (sympy.diff(S[i], u[j]) + beta * sympy.diff(pull[i], v[j])) for i, j in pairs], symbols
+
+
+def loop(law: Symbols, dim: int, kind: str, name: str) -> str:
+    """Source of the entry `name` for one kind."""
+    wanted, symbols = results(law, dim, kind)
+    shared, reduced = sympy.cse(wanted, optimizations="basic")
+    needed = set().union(*(one.free_symbols for one in (*reduced, *(value for _, value in shared))))
+    count, numbers, write = law.vectors * dim, len(law.section) + 1, Printer().doprint
+    places = [f"{array}[{i}, q]" for array, size in (("u", count), ("v", count), ("s", numbers)) for i in range(size)]
+    read = [(str(symbol), place) for symbol, place in zip(symbols, places, strict=False) if symbol in needed]
+    small = kind.endswith("modulus") and len(reduced) <= SMALL
+    frame, target = FRAMES["small modulus" if small else kind.removeprefix("damped_")]
+    pairs = [(i, j) for i in range(count) for j in range(i + 1)]
+    point = [f"{', '.join(symbol for symbol, _ in read)} = {', '.join(place for _, place in read)}"]
+    point += [f"{symbol} = {write(value)}" for symbol, value in shared]
+    point += [f"{target.format(k, *pair)} {write(value)}" for k, (value, pair) in enumerate(zip(reduced, pairs, strict=False))]
+    views = ["u = carray(u, (rows, count))", f"s = carray(s, ({numbers}, count))"]
+    views += ["v = carray(v, (rows, count))"] if any(place.startswith("v") for _, place in read) else []
+    indent = " " * (12 if target[0] == "T" else 8)
+    text = frame.format(views="\n    ".join(views), point=f"\n{indent}".join(point), size=len(reduced))
+    return f"@entry\ndef {name}{HEAD}\n    count = points * cells\n{text}"
+
+
+def source(laws: Sequence[tuple[str, Symbols, Sequence[int]]], about: str, imports: Sequence[str] = ()) -> str:
+    """A module with the entries of laws (prefix of their names, symbols, dimensions)."""
+    head = [f'"""{about}"""', "# fmt: off", "# ruff: noqa", "# mypy: ignore-errors", "from __future__ import annotations"]
+    head += ["import math", "from typing import Any", "import numpy as np", "from numba import carray"]
+    head += ["from fmbs_skfem.core.entries import LANES, entry, unfold", *imports]
+    loops = [loop(law, dim, kind, f"{name}_{dim}_{kind}") for name, law, dims in laws for dim in dims for kind in KINDS]
+    return "\n".join(head) + "\n\n\n" + "\n\n\n".join(loops) + "\n"

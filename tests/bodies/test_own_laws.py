@@ -1,0 +1,106 @@
+"""Laws in symbols: the committed loops are those of their symbols, and a user's own law is one like any other."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+from numpy.testing import assert_allclose
+
+from fmbs_skfem.bodies import Given, cable, cable_symbols, check_law, laws, own_laws, symbolic
+from fmbs_skfem.bodies.laws import CABLES, Law
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs, solve_statics
+from fmbs_skfem.reduction import files
+from fmbs_skfem.systems import At, assemble, eliminate, joints, loads, probes
+
+from ..models import straight
+
+
+def stiffening_energy(r: Any, EA: Any, EI: Any, c: Any) -> Any:
+    """EA/2 (eps^2 + c eps^4 / 2) + EI/2 |r''|^2."""
+    eps = (r[0].dot(r[0]) - 1) / 2
+    return EA / 2 * (eps**2 + c * eps**4 / 2) + EI / 2 * r[1].dot(r[1])
+
+
+def planar_twin(r: Any, EA: Any, EI: Any, kappa0: Any) -> Any:
+    return (
+        cable_symbols.planar_energy(r, EA, EI, kappa0)
+        .subs(symbolic.OPTION, 3)
+        .replace(cable_symbols.fall, lambda a, n: a ** (-n / 2))
+    )
+
+
+STIFFENING = own_laws.define("stiffening", 2, ("EA", "EI", "c"), stiffening_energy)
+TWIN = own_laws.define("twin", 2, ("EA", "EI", "kappa0"), planar_twin, dims=(2,))
+
+
+@pytest.mark.parametrize("law, dim", [(law, dim) for law in CABLES for dim in (2, 3)])
+def test_committed_loops_are_those_of_the_symbols(law: Law, dim: int) -> None:
+    """Energy, stress and modulus, damped or not, at random jets against SymPy's own numbers."""
+    given = cable_symbols.QUADRATIC if law is Law.QUADRATIC else cable_symbols.PLANAR if dim == 2 else cable_symbols.SPATIAL
+    random = np.random.default_rng(dim)
+    u, v, section = random.normal(size=(2 * dim, 1, 3)), random.normal(size=(2 * dim, 1, 3)), random.uniform(0.5, 2.0, (4, 1, 3))
+    u[0] += 2.0
+    found = {"energy": np.array([laws.energy(law, u[:, :, k : k + 1].copy(), section[:, :, k : k + 1].copy()) for k in range(3)])}
+    for beta, kind in ((0.0, ""), (0.3, "damped_")):
+        S, D = np.zeros((2 * dim, 1, 3)), np.zeros((2 * dim, 2 * dim, 1, 3))
+        laws.stress(law, u, v, beta, section, S)
+        laws.modulus(law, u, beta, section, D)
+        found |= {f"{kind}stress": S[:, 0], f"{kind}modulus": D[np.tril_indices(2 * dim)][:, 0]}
+    for kind, numbers in found.items():
+        wanted, symbols = symbolic.results(given, dim, kind)
+        power = {cable_symbols.fall: lambda a, n: a ** (-n / 2)}
+        exact = [one.subs(symbolic.OPTION, law.option).replace(*next(iter(power.items()))) for one in wanted]
+        values = sympy.lambdify(symbols, exact, "numpy")(*u[:, 0], *v[:, 0], *section[:, 0], 0.3)
+        expected = np.array([np.broadcast_to(value, 3) for value in values]).reshape(numbers.shape)
+        assert_allclose(numbers, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+def test_a_law_of_ones_own_stretches_as_it_says() -> None:
+    """F = dW/dl = EA (eps + c eps^3) l with eps = (l^2 - 1)/2 at the stretch l."""
+    rod = cable("rod", straight(4), Given(EA=100.0, EI=1.0, rhoA=1.0), dim=2, law=STIFFENING, numbers={"c": 40.0})
+    held = [joints.Clamp("wall", At("rod", "left")), joints.Slider("guide", At("rod", "right"), (1.0, 0.0))]
+    force = 30.0
+    system = assemble(
+        [rod],
+        held,
+        [loads.PointForce("pull", At("rod", "right"), (force, 0.0))],
+        outputs={"tip": probes.Position(At("rod", "right"))},
+    )
+    tip = outputs(solve_statics(eliminate(system), 5))["tip_x"][-1]
+    eps = (tip**2 - 1) / 2
+    assert 100.0 * (eps + 40.0 * eps**3) * tip == pytest.approx(force, rel=1e-8)
+
+
+def test_a_law_of_ones_own_moves_as_its_twin_among_the_built_in() -> None:
+    def swing(law: Law) -> np.ndarray:
+        rod = cable("rod", straight(6), Given(EA=1e4, EI=2.0, rhoA=1.0), dim=2, law=law)
+        system = assemble([rod], [joints.Pin("pin", At("rod", "left"))], [loads.Gravity((0.0, -9.81))])
+        return integrate(eliminate(system), GeneralizedAlpha(1e-3), 0.3).x
+
+    check_law(TWIN, 2)
+    check_law(STIFFENING, 3)
+    assert_allclose(swing(TWIN), swing(Law.EXACT), atol=1e-9)
+
+
+def test_a_model_with_a_law_of_ones_own_is_saved_and_sent(tmp_path: Any) -> None:
+    rod = cable("rod", straight(4), Given(EA=100.0, EI=1.0, rhoA=1.0), dim=2, law=TWIN)
+    system = eliminate(assemble([rod], [joints.Clamp("wall", At("rod", "left"))]))
+    files.save(system, tmp_path / "model.h5")
+    for found in (files.load(tmp_path / "model.h5"), pickle.loads(pickle.dumps(system))):
+        assert found.elastic[0].gather.law is TWIN
+
+
+def test_wrong_definitions_are_refused() -> None:
+    with pytest.raises(InputError, match="a name of its own"):
+        own_laws.define("twin", 2, ("EA",), stiffening_energy)
+    with pytest.raises(InputError, match="a word of letters"):
+        own_laws.define("my law", 2, ("EA",), stiffening_energy)
+    with pytest.raises(InputError, match="numbers of the law: c"):
+        cable("rod", straight(4), Given(EA=100.0, EI=1.0, rhoA=1.0), dim=2, law=STIFFENING)
+    with pytest.raises(InputError, match=r"one of .*EXACT"):
+        laws.find("exakt")
