@@ -142,7 +142,8 @@ def conditions(model: Trained) -> list[dict[str, Any]]:
 
 
 def condition(system: System, h: float) -> dict[str, float]:
-    built, method = compile_system(system), method_of(SCHEME, Newton(), h, system)
+    built = compile_system(system)
+    method = method_of(SCHEME, Newton(), h, built)
     J = compiled.gap(built, system.x0)[1]
     W = as_dense(compiled.tangent(built, system.x0, np.zeros(len(J)))) + method.bh * as_dense(system.mass)
     plain, scaled = as_dense(compiled.kkt(W, J)), as_dense(compiled.kkt(method.c * W, J))

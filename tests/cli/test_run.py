@@ -234,7 +234,7 @@ def test_energy_from_nowhere_is_told(step: str, told: bool, tmp_path: Path) -> N
     """A beam turns at 10 rad/s. Steps of 0.2 rad converge without numerical damping, and about double its energy."""
     (tmp_path / "beam_10.msh").write_bytes((ROOT / "meshes" / "beam_10.msh").read_bytes())
     path = tmp_path / "spinning.yaml"
-    path.write_text(SPINNING.replace("20 ms", step))
+    path.write_text(SPINNING.replace("20 ms", step).replace("2 s", "0.8 s"))
     done = fmbs("run", path, "--out", tmp_path / "out", "--json", "--no-plots")
     assert done.code == 0, done.err
     assert any("energy balance rises" in notice for notice in done.json["notices"]) == told
@@ -323,7 +323,7 @@ $EndElements
 """
 
 
-@pytest.mark.parametrize("duration,code", [("2.31 s", 4), ("0.6 s", 0)])
+@pytest.mark.parametrize("duration,code", [("1.5 s", 4), ("0.6 s", 0)])
 def test_an_energy_that_rises_tenfold_ends_with_exit_code_4(duration: str, code: int, tmp_path: Path) -> None:
     """Two cells turn at 10 rad/s in steps of 0.3 rad, which all converge: the motion is kept up to where its energy is sound."""
     (tmp_path / "beam_10.msh").write_text(TWO_CELLS)
@@ -338,6 +338,6 @@ def test_an_energy_that_rises_tenfold_ends_with_exit_code_4(duration: str, code:
     assert done.json["status"] == "error"
     assert failure["reason"] == "the energy comes from nowhere"
     assert 0.0 < end < 1.9
-    assert failure["turns"]["beam"] == pytest.approx(0.3, rel=0.2)
+    assert 0.25 < failure["turns"]["beam"] < 0.5
     assert [cause["name"] for cause in failure["causes"]] == ["unstable"]
     assert np.loadtxt(tmp_path / "out" / "outputs.csv", delimiter=",", skiprows=1)[-1, 0] == pytest.approx(end)

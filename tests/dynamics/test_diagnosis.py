@@ -51,7 +51,7 @@ def jump() -> object:
 
 
 def large_step() -> object:
-    """Example 2 falls through 2 rad in a step."""
+    """Example 2 turns by 1.6 rad in a step."""
     return integrate(models.double_pendulum(8), GeneralizedAlpha(0.2), 3.0)
 
 
@@ -81,10 +81,10 @@ def locked() -> object:
 
 
 def stiff_spring() -> object:
-    """A wheel of 0.01 kg m^2 that turns at 20 000 rad/s against 4 10^6 N m/rad: omega = 2 10^4 rad/s, 20 in a step."""
+    """A wheel of 0.01 kg m^2 that turns at 2 10^5 rad/s against 4 10^8 N m/rad: omega = 2 10^5 rad/s, 200 in a step."""
     wheel = rigid.rigid("wheel", 1.0, np.array(0.01), (0.0, 0.0), dim=2)
-    spring = loads.TorsionSpring("spring", At("wheel", "frame"), stiffness=4e6)
-    motion = {"wheel": Motion(angular_velocity=20_000.0)}
+    spring = loads.TorsionSpring("spring", At("wheel", "frame"), stiffness=4e8)
+    motion = {"wheel": Motion(angular_velocity=200_000.0)}
     return integrate(assemble([wheel], [joints.Revolute("pin", At("wheel", "frame"))], [spring], initial=motion), STEP, 0.1)
 
 
@@ -105,7 +105,7 @@ def trained() -> System:
 def outside() -> object:
     """Gravity turned round and 300 times as strong."""
     model = trained()
-    return integrate(replace(model, loads=replace(model.loads, constant=-300 * model.loads.constant)), GeneralizedAlpha(2e-3), 1.0)
+    return integrate(replace(model, loads=replace(model.loads, constant=-300 * model.loads.constant)), GeneralizedAlpha(1e-2), 1.0)
 
 
 def indefinite() -> object:
@@ -173,13 +173,13 @@ def cause(way: str) -> diagnosis.Cause:
 
 
 def test_a_step_that_is_large_from_rest_is_named() -> None:
-    """Example 2 as it begins, of which all but the surroundings of the pin falls by g h^2 = 2.45 m in a step."""
+    """Example 2 as it begins, of which all but the surroundings of the pin falls by g h^2 = 9.81 m in a step."""
     with pytest.raises(SolverError) as caught:
-        integrate(models.double_pendulum(8), GeneralizedAlpha(0.5), 3.0)
+        integrate(models.double_pendulum(8), GeneralizedAlpha(1.0), 3.0)
     found = diagnosis.explain(caught.value)
     assert [one.name for one in found.causes] == ["large step"]
-    assert "moves the mechanism by 2.4" in found.causes[0].what
-    assert found.way == pytest.approx(9.81 * 0.5**2, rel=0.02)
+    assert "moves the mechanism by 9.7" in found.causes[0].what
+    assert found.way == pytest.approx(9.81 * 1.0**2, rel=0.02)
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -203,8 +203,8 @@ def test_the_first_cause_is_the_one_built_in(way: str) -> None:
     [
         ("huge load", ["loads on beam"]),
         ("jump", ["between t = 0.005 and 0.006 s", "a load on beam jumps from 1 to 1e+12"]),
-        ("large step", ["II turns by 1.9", "step of 0.2 s"]),
-        ("stiff spring", ["a torsion spring on wheel vibrates with h omega = 20", "step of 0.001 s"]),
+        ("large step", ["II turns by 1.6", "step of 0.2 s"]),
+        ("stiff spring", ["a torsion spring on wheel vibrates with h omega = 200", "step of 0.001 s"]),
         ("signal", ["a load on beam is no finite number at t = 0.101 s"]),
         ("contradiction", ["drive.angle", "ask for different motions"]),
         ("dead centre", ["joint second", "joint first", "joint pull"]),

@@ -69,7 +69,8 @@ def test_sampling_keeps_the_energy_as_the_reduced_model_does(level: Level, famil
 
 
 def condition(system: System, h: float, scaled: bool) -> float:
-    built, method = compile_system(system), method_of(SCHEME, Newton(), h, system)
+    built = compile_system(system)
+    method = method_of(SCHEME, Newton(), h, built)
     J = compiled.gap(built, system.x0)[1]
     W = as_dense(compiled.tangent(built, system.x0, np.zeros(len(J)))) + method.bh * as_dense(system.mass)
     return float(np.linalg.cond(as_dense(compiled.kkt((method.c if scaled else 1.0) * W, J))))

@@ -45,7 +45,8 @@ def main(path: str) -> None:
 
 def end_of_step(system: System) -> None:
     """Factors, solution and what follows them, then tangents."""
-    model, method = compile_system(system), method_of(GeneralizedAlpha(costs.STEP), Newton(), costs.STEP, system)
+    model = compile_system(system)
+    method = method_of(GeneralizedAlpha(costs.STEP), Newton(), costs.STEP, model)
     A, w, signals = model.arrays, workspace(model), signal_table(system, np.zeros(1))[0]
     none = 0 * system.x0
     s = first_state(model, Start(system.x0, system.v0, none, np.zeros(model.constraints), np.zeros((2, len(none)))), method.c)

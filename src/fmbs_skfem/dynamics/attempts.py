@@ -37,7 +37,7 @@ def attempts(run: Run) -> tuple[Attempt, ...]:
 def attempt(run: Run, parts: int) -> Attempt:
     """The failed step in equal parts, up to the one that fails."""
     model, system = run.model, run.model.system
-    n, method = system.size, method_of(run.scheme, run.newton, run.scheme.step / parts, system)
+    n, method = system.size, method_of(run.scheme, run.newton, run.scheme.step / parts, run.model)
     state, counters = type(run.state)(*(part.copy() for part in run.state)), np.zeros_like(run.counters)
     for part in (state.multipliers, state.past):
         part *= method.c / run.method.c

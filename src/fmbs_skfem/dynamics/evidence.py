@@ -111,7 +111,7 @@ def stop_of(error: SolverError) -> Stop | None:
 def stop_of_run(run: Run, time: float) -> Stop:
     """The same for a step that was halved in vain."""
     model, back = run.model, np.argsort(run.model.order)
-    method = method_of(run.scheme, run.newton, run.scheme.step / 2**HALVINGS, model.system)
+    method = method_of(run.scheme, run.newton, run.scheme.step / 2**HALVINGS, model)
     stepping.residual(model.arrays, run.work, method.c, signal_table(model.system, np.array([time]))[0])
     rest, n = run.work.rhs[0].copy(), model.system.size
     rest[:n] = rest[:n][back] / method.c

@@ -117,7 +117,7 @@ def begun(
     n, m = system.size, model.constraints
     none = np.zeros(n)
     start = consistent_start(model, scheme) if resume is None else Start(system.x0, system.v0, none, np.zeros(m), np.zeros((2, n)))
-    method = method_of(scheme, newton, scheme.step, system)
+    method = method_of(scheme, newton, scheme.step, model)
     rows = np.full(steps + 1, -1)
     rows[kept] = np.arange(len(kept))
     state, counters = first_state(model, start, method.c), np.zeros(4, np.int64)
@@ -248,12 +248,12 @@ def halved_step(
     counters: np.ndarray,
 ) -> tuple[int, float]:
     """One step of the full size in 2, 4, ... parts, stored in `row` as `advance` does; status and time of the last failure."""
-    full = method_of(scheme, newton, scheme.step, model.system)
+    full = method_of(scheme, newton, scheme.step, model)
     saved = [array.copy() for array in state]
     status, reached = stepping.NOT_CONVERGED, scheme.step * done
     for halving in range(1, HALVINGS + 1):
         parts = 2**halving
-        method = method_of(scheme, newton, scheme.step / parts, model.system)
+        method = method_of(scheme, newton, scheme.step / parts, model)
         for kept in (state.multipliers, state.past):
             kept *= method.c / full.c
         restart(state, work)
@@ -304,7 +304,7 @@ def failure(
         broken.partial = partial
         return broken
     reason, n = REASONS[status], model.system.size
-    c = method_of(scheme, Newton(), scheme.step / 2**HALVINGS, model.system).c
+    c = method_of(scheme, Newton(), scheme.step / 2**HALVINGS, model).c
     stepping.residual(model.arrays, work, c, signals[0])
     work.rhs[0, :n] /= c
     names = row_names(model.system)

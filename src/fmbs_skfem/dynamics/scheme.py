@@ -13,12 +13,15 @@ import numpy as np
 from ..core import pardiso
 from ..core.errors import InputError, say
 from ..core.notices import notify
+from ..systems.compiled import Compiled
 from ..systems.lengths import DIGITS
 from ..systems.system import System
 from .stepping import Method
 
 WHOLE = 1e-6  #: part of a duration by which whole steps may miss it: round-off
 SHARP = 0.03  #: part of the method's own error in q'' that the iteration may leave
+BRISK, LAZY = 0.005, 0.05  #: contractions above which new factors pay, where they cost little and much
+FEW = 24  #: unknowns of reduced models whose factors cost little
 DYNAMIC, STATIC = 2e-12, 1e-10  #: default tolerances: errors of steps add up, those of equilibria do not
 Solver: TypeAlias = Literal["own", "pardiso"]
 
@@ -51,7 +54,7 @@ class Newton:
 
     tolerance: float = DYNAMIC
     iterations: int = 25
-    slow: float = 0.05  #: contraction above which the iteration matrix is factored anew
+    slow: float | None = None  #: contraction above which the iteration matrix is factored anew; by the cost of its factors
     solver: Solver = "own"  #: of large models: factors or multigrid of this package, or PARDISO (the extra `pardiso`)
 
     def __post_init__(self) -> None:
@@ -74,12 +77,20 @@ def steps_in(scheme: GeneralizedAlpha, duration: float) -> int:
     return steps
 
 
-def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, system: System) -> Method:
-    """Coefficients of a step h [s], and the tolerance of the iteration in metres."""
+def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, model: Compiled) -> Method:
+    """Coefficients of a step h [s], and the tolerance of the iteration in metres.
+
+    Where factors cost as much as a few corrections, new ones at a contraction of BRISK pay: what two corrections leave is then far
+    below the tolerance. Where they cost ten, those of reduced and of large models, LAZY is faster.
+    """
+    system = model.system
+    reduced = len(model.arrays.lift.indptr) <= 1  # no cells to gather from
+    dear = model.plan is not None or (reduced and system.size > FEW)
+    slow = newton.slow or (LAZY if dear else BRISK)
     am, af, gamma, beta = scheme.coefficients
     bh, gh = (1 - am) / (h**2 * beta * (1 - af)), gamma / (h * beta)
     c = h**2 * beta
-    control = newton.tolerance * system.scale, newton.iterations, newton.slow, round_off(system)
+    control = newton.tolerance * system.scale, newton.iterations, slow, round_off(system)
     return Method(h, am, af, gamma, beta, bh, gh, c, *control, SHARP * c)
 
 

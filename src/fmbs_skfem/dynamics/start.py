@@ -86,7 +86,7 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha) -> Start:
     closed(system, phi)
     M = csr_array(system.mass)
     if any(isinstance(part.gather, Quartic) or part.gather.law in PLATES for part in system.elastic):
-        method = method_of(scheme, Newton(), h, system)
+        method = method_of(scheme, Newton(), h, model)
         M = M + (compilation.tangent(model, x, np.zeros(len(phi)), 0.0, method.gh)) / method.bh
     solve = kkt_solver(model, csr_array(M), J)
     d = DRIFT * h
@@ -219,5 +219,5 @@ def workspace(model: Compiled) -> Work:
         np.zeros(n),
         np.zeros(m),
         compilation.last_angles(model.system),
-        np.array([0, len(A.turning.table) > 0, 0], np.int64),
+        np.array([0, len(A.turning.table) > 0, 0, 0], np.int64),
     )

@@ -113,7 +113,7 @@ class Work(NamedTuple):
     acceleration: np.ndarray
     multipliers: np.ndarray
     angles: np.ndarray  #: (l,) those of springs at the last accepted step
-    kind: np.ndarray  #: (3,) kind of the factors, 0 to factor anew; 1 while tangents are turned; kind of those that are there
+    kind: np.ndarray  #: (4,) kind of the factors, 0: anew; 1 while tangents are turned; kind of those there are; their age in steps
 
 
 @inlined
@@ -296,7 +296,7 @@ def substitute_dense(LU: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
 
 @jit
 def substitute(L: np.ndarray, x: np.ndarray) -> None:
-    """x <- (L L^T)^-1 x with the band factor (n, d+1), its diagonal inverted; five times as fast as LAPACK's pbtrs for narrow bands.
+    """x <- (L L^T)^-1 x with the band factor (n, d+1), its diagonal inverted; faster than LAPACK's pbtrs for narrow bands.
 
     Four columns at a time, as `substitute_dense`: first the unknowns of a triangle, then those that all four reach, then the rest.
     """
@@ -623,10 +623,11 @@ def advance(
     moving = not kernels.steady(A.terms)  # on steady joints velocities are at the end of a step, too
     for k in range(len(signals)):
         predict(s, w, method)
-        status, last, fresh = NOT_CONVERGED, 0.0, 0
+        status, last, fresh, brief = NOT_CONVERGED, 0.0, 0, False
         for iteration in range(method.iterations):
             residual(A, w, method.c, signals[k])
             if w.kind[0] == 0:
+                brief, w.kind[3] = iteration > 0 and w.kind[3] < 2, 0
                 counters[FACTORISATIONS] += 1
                 if factorise(A, w, method, signals[k]) != 0:
                     status = SINGULAR
@@ -641,6 +642,7 @@ def advance(
         if status != DONE:
             w.kind[:] = 0
             return status, k
+        w.kind[0], w.kind[3] = 0 if brief else w.kind[0], w.kind[3] + 1
         accept(A.norm, s, w, method)
         springs.follow(A.forces.laws, A.probes, A.probes_offset, s.x, s.angles)
         if moving:

@@ -143,7 +143,7 @@ def prepared(model: Compiled, scheme: GeneralizedAlpha) -> tuple[Work, Method, n
     """Work space at x0 with a current residual, the method of a step, and the signals at t = 0."""
     work = workspace(model)
     work.x[:] = model.system.x0[model.order]
-    method = method_of(scheme, Newton(), scheme.step, model.system)
+    method = method_of(scheme, Newton(), scheme.step, model)
     signals = signal_table(model.system, np.zeros(1))[0]
     stepping.residual(model.arrays, work, method.c, signals)
     return work, method, signals

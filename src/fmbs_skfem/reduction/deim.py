@@ -116,7 +116,7 @@ def integrate(
     newton, system = newton or Newton(), model.reduced
     if np.any(system.v0):
         raise InputError(say("deim.integrate", "a start at rest", f"velocities up to {np.abs(system.v0).max():.3g}"))
-    method = method_of(scheme, newton, scheme.step, system)
+    method = method_of(scheme, newton, scheme.step, model.rest)
     begun, x, v = clock.process_time(), system.x0, system.v0
     acceleration, multipliers = start(model)
     a, angles, kept = acceleration, compiled.followed(model.rest, x), [(0.0, x, v, acceleration, multipliers)]

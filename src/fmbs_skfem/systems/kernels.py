@@ -699,23 +699,28 @@ def cell_matrices(groups: Groups, g: int, D: np.ndarray, work: np.ndarray) -> No
                     line = bi * dim + ci
                     if line >= m:
                         target = matrices[line * (line + 1) // 2 + m]
-                        for k in range(vectors):
-                            N, entry = table[k, p, bi], DB[k]
+                        N0, N1, first, second = table[0, p, bi], table[1, p, bi], DB[0], DB[1]
+                        for e in range(cells):
+                            target[e] += N0[e] * first[e] + N1[e] * second[e]
+                        for k in range(2, vectors):
+                            N0, first = table[k, p, bi], DB[k]
                             for e in range(cells):
-                                target[e] += N[e] * entry[e]
+                                target[e] += N0[e] * first[e]
 
 
 @jit
 def modulus_times_basis(D: np.ndarray, table: np.ndarray, p: int, b: int, c: int, ci: int, DB: np.ndarray) -> None:
-    """DB[k, e] = sum_l D[(k, ci), (l, c), p, e] table[l, p, b, e]."""
+    """DB[k, e] = sum_l D[(k, ci), (l, c), p, e] table[l, p, b, e]; two terms at once: every law reads at least two vectors."""
     vectors, dim, cells = len(DB), len(D) // len(DB), DB.shape[1]
     for k in range(vectors):
-        target = DB[k]
-        clear(target)
-        for l in range(vectors):
-            entry, N = D[k * dim + ci, l * dim + c, p], table[l, p, b]
+        target, row = DB[k], k * dim + ci
+        first, second, N0, N1 = D[row, c, p], D[row, dim + c, p], table[0, p, b], table[1, p, b]
+        for e in range(cells):
+            target[e] = first[e] * N0[e] + second[e] * N1[e]
+        for l in range(2, vectors):
+            first, N0 = D[row, l * dim + c, p], table[l, p, b]
             for e in range(cells):
-                target[e] += entry[e] * N[e]
+                target[e] += first[e] * N0[e]
 
 
 @jit
