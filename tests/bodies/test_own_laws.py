@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pickle
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -93,6 +95,15 @@ def test_a_model_with_a_law_of_ones_own_is_saved_and_sent(tmp_path: Any) -> None
     files.save(system, tmp_path / "model.h5")
     for found in (files.load(tmp_path / "model.h5"), pickle.loads(pickle.dumps(system))):
         assert found.elastic[0].gather.law is TWIN
+
+
+def test_the_recipe_for_an_own_law_runs() -> None:
+    """docs/own_law.md: its code calls the contract, and holds the stretch against the exact force."""
+    text = (Path(__file__).parents[2] / "docs" / "own_law.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    names: dict[str, Any] = {"__name__": "own_law"}
+    exec(compile(code, "own_law.md", "exec"), names)
+    assert names["stretch"] > 1.1
 
 
 def test_wrong_definitions_are_refused() -> None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -142,6 +143,8 @@ def cable(
     where = {int(node): float(xi) for node, xi in zip(order, breaks, strict=True)}
     places = {key: where[int(ids[0])] for key, ids in mesh.point_groups.items() if len(ids) == 1 and int(ids[0]) in where}
     cells = cable_cells(name, space, reference, data, law, numbers or {}, points or order_of(space))
+    if law is Law.QUADRATIC:
+        cells.section  # noqa: B018  (which refuses a curved line)
     if limp(cells, dim):
         notify(f"body '{name}' {LIMP}; {STIFF}")
     return Body(
@@ -189,10 +192,10 @@ def unit_field(xi: np.ndarray, derivative: int = 0) -> np.ndarray:
 
 
 def arc_length_table(
-    space: line.BSpline | line.Hermite, reference: np.ndarray, points: int
+    space: line.BSpline | line.Hermite, reference: np.ndarray, points: int, derivatives: int = 2
 ) -> tuple[Table, np.ndarray, np.ndarray]:
     """Table in xi; basis and derivatives in S, (e, p, k, b); weights in S [m], (e, p)."""
-    table = line.tabulate(space, points)
+    table = line.tabulate(space, points, derivatives)
     jets = np.einsum("epkb,ebc->epkc", table.values, reference[table.nodes])
     first, second = jets[:, :, 1], jets[:, :, 2]
     J = np.linalg.norm(first, axis=2)
@@ -205,7 +208,7 @@ def arc_length_table(
 
 def mass_matrix(space: line.BSpline | line.Hermite, reference: np.ndarray, density: float) -> csr_array:
     """m_ij = int rhoA N_i N_j dS, (b, b)."""
-    table, values, weights = arc_length_table(space, reference, order_of(space) + 1)
+    table, values, weights = arc_length_table(space, reference, order_of(space) + 1, 1)
     blocks = density * np.einsum("epb,epd,ep->ebd", values[:, :, 0], values[:, :, 0], weights)
     rows = np.repeat(table.nodes, table.nodes.shape[1], axis=1).ravel()
     columns = np.tile(table.nodes, (1, table.nodes.shape[1])).ravel()
@@ -224,6 +227,24 @@ def cable_cells(
     """Law data at the quadrature points; the reference configuration is free of stress."""
     if law.vectors != 2 or law.follows:
         raise InputError(say(f"body '{name}'.law", "a law of r' and r''", law.name))
+    missing = [row for row in law.section if row not in ("EA", "EI", "kappa0", "weight", *numbers)]
+    if missing:
+        raise InputError(say(f"body '{name}'.numbers", f"the numbers of the law: {', '.join(missing)}", sorted(numbers)))
+    made = partial(cable_numbers, name, space, reference, data, law, numbers, points)
+    nodes = np.ascontiguousarray(line.functions(space).T * reference.shape[1])
+    return Cells.later(law, nodes, reference.shape[1], points, made)
+
+
+def cable_numbers(
+    name: str,
+    space: line.BSpline | line.Hermite,
+    reference: np.ndarray,
+    data: Given,
+    law: Law,
+    numbers: Mapping[str, float],
+    points: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Table and section of `cable_cells`."""
     table, values, weights = arc_length_table(space, reference, points)
     jets = np.einsum("epkb,ebc->epkc", values[:, :, 1:], reference[table.nodes])
     measure = law if law.bends else Law.EXACT
@@ -234,16 +255,8 @@ def cable_cells(
         raise InputError(say(f"body '{name}'", "a straight line for quadratic curvature", "a curved one", "use exact curvature"))
     shares = locking.axial_shares(space, table, data.EA * weights.sum(axis=1).max() ** 2 / data.EI)
     rows: dict[str, Any] = {"EA": data.EA * shares, "EI": data.EI, "kappa0": kappa, "weight": weights} | dict(numbers)
-    if missing := [row for row in law.section if row not in rows]:
-        raise InputError(say(f"body '{name}'.numbers", f"the numbers of the law: {', '.join(missing)}", sorted(numbers)))
     section = np.stack([np.broadcast_to(rows[row], weights.shape) for row in law.section])
-    return Cells(
-        law,
-        np.ascontiguousarray(values[:, :, 1:].transpose(2, 1, 3, 0)),
-        np.ascontiguousarray(table.nodes.T * reference.shape[1]),
-        reference.shape[1],
-        np.ascontiguousarray(section.transpose(0, 2, 1)),
-    )
+    return np.ascontiguousarray(values[:, :, 1:].transpose(2, 1, 3, 0)), np.ascontiguousarray(section.transpose(0, 2, 1))
 
 
 def limp(cells: Any, dim: int) -> bool:

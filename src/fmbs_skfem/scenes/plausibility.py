@@ -25,7 +25,7 @@ from ..bodies import body as bodies
 from ..bodies import sections
 from ..bodies.body import Body
 from ..bodies.plate import on_nodes
-from ..shapes import surface
+from ..shapes import line, surface
 from ..shapes.surface import Parent, Surface
 from . import schema
 from .parts import section
@@ -163,9 +163,9 @@ def _(model: schema.Plate | schema.Shell, part: Body, gravity: float) -> Figures
 
 
 def line_cells(part: Body) -> np.ndarray:
-    """Lengths (e,) of the cells of a line [m]."""
-    assert part.cells is not None
-    return np.asarray(part.cells.section[-1].sum(axis=0))
+    """Lengths (e,) of the cells of a line between their ends [m]."""
+    assert isinstance(part.space, line.BSpline | line.Hermite)
+    return np.diff(line.breaks(part.space))
 
 
 def plate_cells(part: Body) -> tuple[Cells, np.ndarray]:

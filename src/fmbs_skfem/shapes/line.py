@@ -114,32 +114,31 @@ def _(space: Hermite) -> Floats:
     return space.breaks
 
 
-@tabulate.register
-def _(space: BSpline, points: int = 4) -> Table:
-    return _tabulate(
-        space, knotvector.spans(space.degree, space.knots, breaks(space)[:-1]) - space.degree, space.degree + 1, points
-    )
+def functions(space: BSpline | Hermite) -> Ints:
+    """The functions (e, b) that live on every cell; they have neighbouring numbers."""
+    if isinstance(space, Hermite):
+        return 2 * np.arange(len(space.breaks) - 1)[:, None] + np.arange(4)
+    first = knotvector.spans(space.degree, space.knots, breaks(space)[:-1]) - space.degree
+    return np.asarray(first[:, None] + np.arange(space.degree + 1))
 
 
-@tabulate.register
-def _(space: Hermite, points: int = 4) -> Table:
-    return _tabulate(space, 2 * np.arange(len(space.breaks) - 1), 4, points)
-
-
-def _tabulate(space: BSpline | Hermite, first: Ints, functions: int, points: int) -> Table:
-    """Gauss table of a space in which cell e carries the functions first[e] .. first[e] + functions - 1."""
+@tabulate.register(BSpline)
+@tabulate.register(Hermite)
+def _(space: BSpline | Hermite, points: int = 4, derivatives: int = 2) -> Table:
+    """Gauss table with the derivatives up to the given one; those beyond are zero."""
     if not isinstance(points, int | np.integer) or points < 1:
         raise InputError(say("tabulate.points", "a whole number of at least 1", points, "4 points are exact for cubic cables"))
     ends = breaks(space)
     half = np.diff(ends)[:, None] / 2.0
-    nodes, gauss = legendre.leggauss(int(points))
-    xi = (ends[:-1] + ends[1:])[:, None] / 2.0 + half * nodes
-    values = np.zeros((len(first), points, 3, functions))
-    for k in range(3):
+    sites, gauss = legendre.leggauss(int(points))
+    xi = (ends[:-1] + ends[1:])[:, None] / 2.0 + half * sites
+    nodes = functions(space)
+    values = np.zeros((len(nodes), points, 3, nodes.shape[1]))
+    for k in range(derivatives + 1):
         rows = sample(space, xi.ravel(), k).tocoo()
         cell, point = np.divmod(rows.row, points)
-        values[cell, point, k, rows.col - first[cell]] = rows.data
-    return Table(values, first[:, None] + np.arange(functions), half * gauss, xi, space.count)
+        values[cell, point, k, rows.col - nodes[cell, 0]] = rows.data
+    return Table(values, nodes, half * gauss, xi, space.count)
 
 
 # ---------------------------------------------------------------------------------------------------------- evaluation

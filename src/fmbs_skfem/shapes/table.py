@@ -75,8 +75,10 @@ def breaks(space: Any) -> Floats:
 
 
 @singledispatch
-def tabulate(space: Any, points: int = 4) -> Table:
-    """Basis functions at `points` Gauss points a cell; exact for polynomials of degree 2 points - 1 in xi."""
+def tabulate(space: Any, points: int = 4, derivatives: int = 2) -> Table:
+    """Basis functions and derivatives up to `derivatives`, zero beyond, at `points` Gauss points a cell, which are exact for
+    polynomials of degree 2 points - 1 in xi.
+    """
     _unknown("tabulate", space)
 
 
