@@ -124,14 +124,17 @@ def residual(A: Arrays, w: Work, c: float, signals: np.ndarray) -> None:
     kernels.clear(R)
     kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, w.x, w.v, w.body, w.work, R)
     kernels.add_operator(A.mass, w.acceleration, R)
-    kernels.add_operator(A.damping, w.v, R)
-    kernels.add_operator(A.stiffness, w.x, R)
+    if A.damping.store.size > 0:
+        kernels.add_operator(A.damping, w.v, R)
+    if A.stiffness.store.size > 0:
+        kernels.add_operator(A.stiffness, w.x, R)
     for i in range(n):
         R[i] = c * (R[i] - A.load[i])
     if len(w.y) > 0:
         kernels.affine(A.probes, A.probes_offset, w.x, w.y)
         kernels.clear(w.g)
-        kernels.add_loads(A.forces, A.probes, w.y, w.v, signals, w.angles, w.g)
+        if len(A.forces.row) + len(A.forces.laws) > 0:
+            kernels.add_loads(A.forces, A.probes, w.y, w.v, signals, w.angles, w.g)
         kernels.constrain(A.terms, w.y, signals, w.rhs[0, n:], w.Jy)
         for j in range(len(w.y)):
             total = -c * w.g[j]
