@@ -1,0 +1,81 @@
+"""Every benchmark script runs at its smallest size and writes what it should."""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+FOLDER = Path(__file__).resolve().parents[1] / "benchmarks"
+
+
+def script(name: str, results: Path, monkeypatch: pytest.MonkeyPatch, **smaller: Any) -> ModuleType:
+    """A benchmark as a module that writes into `results`, with smaller sizes."""
+    spec = importlib.util.spec_from_file_location(f"benchmark_{name}", FOLDER / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, spec.name, module)
+    spec.loader.exec_module(module)
+    if hasattr(module, "RESULTS"):
+        monkeypatch.setattr(module, "RESULTS", results)
+    for key, value in smaller.items():
+        assert hasattr(module, key)
+        monkeypatch.setattr(module, key, value)
+    return module
+
+
+def test_full_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = script("full_models", tmp_path, monkeypatch, STEPS=1700, FINER=2).main(1)
+    assert {row.example for row in rows} == {"spin_up", "double_pendulum"}
+    assert all(row.cpu_s > 0.0 for row in rows)
+    assert (tmp_path / "full_models.md").read_text(encoding="utf-8").startswith("# ")
+
+
+def test_many(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = script("many", tmp_path, monkeypatch, DURATION=0.1).main(2)
+    assert [row.difference for row in rows] == [0.0, 0.0]
+    assert (tmp_path / "many.md").exists()
+
+
+def test_large_plates(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = script("large_plates", tmp_path, monkeypatch).main([6], 4)
+    assert text == (tmp_path / "large_plates.md").read_text(encoding="utf-8")
+    assert len(text.splitlines()) > 4
+
+
+def test_snnls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (figures,) = script("snnls", tmp_path, monkeypatch, CASES=((20, 6, 30, 1e-3),)).main()
+    assert figures.residual <= 1e-3
+
+
+def test_stability(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "argv", ["stability.py"])
+    script("stability", tmp_path, monkeypatch, TRAINING=0.2, HORIZON=2).main()
+    assert "|" in capsys.readouterr().out
+
+
+def test_compare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    reports = script("compare", tmp_path, monkeypatch).main(["spin_up"])
+    assert reports["spin_up"]["status"] == "ok"
+    assert (tmp_path / "compare_spin_up.png").exists()
+
+
+def test_greedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (row,) = script("greedy", tmp_path, monkeypatch).main("spin_up", every=1000)
+    assert row.name == "spin_up"
+
+
+def test_sweep(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With scenes of a tenth of the time."""
+    examples = tmp_path / "examples"
+    shutil.copytree(FOLDER.parent / "examples", examples)
+    shutil.copytree(FOLDER.parent / "meshes", tmp_path / "meshes")
+    for path in examples.glob("*.yaml"):
+        path.write_text(path.read_text(encoding="utf-8").replace("duration: 3 s", "duration: 0.3 s"), encoding="utf-8")
+    assert "| tolerance 1e-4 |" in script("sweep", tmp_path, monkeypatch, EXAMPLES=examples).main(3)
