@@ -18,6 +18,15 @@ import threadpoolctl
 from fmbs_skfem.core.errors import MissingFeature
 from fmbs_skfem.results import pictures
 
+FAST = ("core", "shapes", "bodies", "systems", "dynamics")  #: folders whose tests are marked `fast`
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """`pytest -m fast` takes the tests of the floors that most changes touch."""
+    for item in items:
+        if item.path.parent.name in FAST:
+            item.add_marker(pytest.mark.fast)
+
 
 @pytest.fixture(scope="session", autouse=True)
 def one_blas_thread() -> Iterator[None]:

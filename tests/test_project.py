@@ -147,7 +147,7 @@ def shell_lines(text: str) -> list[str]:
 def test_readme_sets_up_in_two_lines_and_ci_runs_the_second() -> None:
     demo, tests, *_ = shell_lines((ROOT / "README.md").read_text())
     assert demo.endswith("&& .venv/bin/fmbs demo")
-    assert tests.endswith("&& .venv/bin/python -m pytest")
+    assert tests.endswith("&& .venv/bin/python -m pytest -n logical")
     for line in (demo, tests):
         assert "\n" not in line
         assert line.startswith("python3 -m venv .venv && .venv/bin/pip install -q ")
