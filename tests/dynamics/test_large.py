@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.sparse import csr_array
 
 from fmbs_skfem.bodies import Body, Material
 from fmbs_skfem.bodies.plate import plate
@@ -118,3 +121,18 @@ def test_a_lamina_on_cables(cells: int, corners: str, turn: float) -> None:
     assert thin["place_z"].min() < -1e-4
     for name in ("place_x", "place_y", "place_z"):
         assert_allclose(thin[name], thick[name], atol=1e-6 * np.abs(thin["place_z"]).max())
+
+
+def test_constant_operators_of_sparse_systems_act(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Damping in proportion to mass and constant springs between the functions of a body: the same motion as with a band."""
+    body = plate("plate", rectangle("ancf", 6, 6), 0.01, Material(2e9, 1000.0, 0.3))
+    sprung = replace(body, stiffness=csr_array(50.0 * body.mass))
+    free = assemble([sprung], [joints.Pin("a", At("plate", "a"))], [loads.Gravity((0.0, 0.0, -9.81))])
+    damped = replace(free, damping=csr_array(30.0 * csr_array(free.mass)))
+    monkeypatch.setattr(compiled, "BAND", 10_000)
+    band, still = run(damped), run(replace(damped, damping=0.0 * csr_array(free.mass)))
+    monkeypatch.setattr(compiled, "BAND", 20)
+    found = run(damped)
+    assert found.statistics.solver.startswith("sparse")
+    assert np.abs(still.x - band.x).max() > 1e-6
+    assert_allclose(found.x, band.x, atol=1e-10 * np.linalg.norm(damped.x0))

@@ -124,10 +124,8 @@ def residual(A: Arrays, w: Work, c: float, signals: np.ndarray) -> None:
     kernels.clear(R)
     kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, w.x, w.v, w.body, w.work, R)
     kernels.add_operator(A.mass, w.acceleration, R)
-    if A.damping.store.size > 0:
-        kernels.add_operator(A.damping, w.v, R)
-    if A.stiffness.store.size > 0:
-        kernels.add_operator(A.stiffness, w.x, R)
+    kernels.add_operator(A.damping, w.v, R)
+    kernels.add_operator(A.stiffness, w.x, R)
     for i in range(n):
         R[i] = c * (R[i] - A.load[i])
     if len(w.y) > 0:
