@@ -145,6 +145,8 @@ def test_hyper_reduced_motion() -> None:
     for system, limit in ((small, 1e-4), (few, 1e-3)):
         found = integrate(system, scheme, 0.1).x @ V.T
         assert np.linalg.norm(found - states) < limit * np.linalg.norm(states)
+    with pytest.raises(InputError, match="follow"):
+        follow_path(few)
     kept = hyper.kept(few)
     assert set(kept) == {"plate", "load 'p'"}
     assert max(cells for cells, _ in kept.values()) < 16

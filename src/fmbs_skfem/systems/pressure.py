@@ -18,6 +18,7 @@ from ..shapes import surface
 from ..shapes.surface import Surface
 from . import kernels
 from .compiled import Compiled
+from .quartic import Quartic
 from .system import System
 
 
@@ -85,4 +86,4 @@ def at_load_factor(model: Compiled, factor: float) -> Compiled:
 
 def present(system: System) -> list[str]:
     """Names of the loads that follow surfaces or edges."""
-    return [part.name for part in system.elastic if isinstance(part.gather, Cells) and part.gather.law.follows]
+    return [part.name for part in system.elastic if not isinstance(part.gather, Quartic) and part.gather.law.follows]
