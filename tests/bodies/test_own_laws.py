@@ -78,6 +78,22 @@ def test_a_law_of_ones_own_stretches_as_it_says() -> None:
     assert 100.0 * (eps + 40.0 * eps**3) * tip == pytest.approx(force, rel=1e-8)
 
 
+def test_names_of_a_section_are_not_those_of_the_loops() -> None:
+    """Numbers called like other variables, and an exponential: W = u0/2 eps^2 + w (exp(x0 eps) - 1 - x0 eps) + beta/2 |r''|^2."""
+
+    def energy(r: Any, u0: Any, w: Any, x0: Any, beta: Any) -> Any:
+        eps = (r[0].dot(r[0]) - 1) / 2
+        return u0 / 2 * eps**2 + w * (sympy.exp(x0 * eps) - 1 - x0 * eps) + beta / 2 * r[1].dot(r[1])
+
+    law = own_laws.define("confusing", 2, ("u0", "w", "x0", "beta"), energy)
+    check_law(law, 2)
+    check_law(law, 3)
+    u, section, S = np.array([1.2, 0.0, 0.0, 0.5]), np.array([3.0, 2.0, 0.7, 5.0, 0.25]), np.zeros((4, 1, 1))
+    laws.stress(law, u[:, None, None], np.zeros((4, 1, 1)), 0.0, section[:, None, None], S)
+    pull = 3.0 * 0.22 + 2.0 * 0.7 * (np.exp(0.7 * 0.22) - 1)
+    assert_allclose(S[:, 0, 0], 0.25 * np.array([pull * 1.2, 0.0, 0.0, 5.0 * 0.5]), rtol=1e-13)
+
+
 def test_a_law_of_ones_own_moves_as_its_twin_among_the_built_in() -> None:
     def swing(law: Law) -> np.ndarray:
         rod = cable("rod", straight(6), Given(EA=1e4, EI=2.0, rhoA=1.0), dim=2, law=law)
@@ -113,5 +129,7 @@ def test_wrong_definitions_are_refused() -> None:
         own_laws.define("my law", 2, ("EA",), stiffening_energy)
     with pytest.raises(InputError, match="numbers of the law: c"):
         cable("rod", straight(4), Given(EA=100.0, EI=1.0, rhoA=1.0), dim=2, law=STIFFENING)
+    with pytest.raises(InputError, match="in 3 dimensions"):
+        cable("rod", straight(4), Given(EA=100.0, EI=1.0, rhoA=1.0), dim=3, law=TWIN)
     with pytest.raises(InputError, match=r"one of .*EXACT"):
         laws.find("exakt")

@@ -1,5 +1,4 @@
 """Energy, stress and modulus of cables, written by `cable_symbols` and not to be edited."""
-
 # fmt: off
 # ruff: noqa
 # mypy: ignore-errors
@@ -19,9 +18,9 @@ def planar_2_energy(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, ce
     s = carray(s, (4, count))
     total = 0.0
     for q in range(count):
-        u0, u1, u2, u3, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        u0, u1, u2, u3, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
         x0 = (u0 * u0) + (u1 * u1)
-        total += (0.125)*w*(EA*((x0 - 1.0) * (x0 - 1.0)) + 4.0*EI*((kappa0 - (u0*u3 - u1*u2)*fall(x0, option)) * (kappa0 - (u0*u3 - u1*u2)*fall(x0, option))))
+        total += (0.125)*s3*(s0*((x0 - 1.0) * (x0 - 1.0)) + 4.0*s1*((s2 - (u0*u3 - u1*u2)*fall(x0, option)) * (s2 - (u0*u3 - u1*u2)*fall(x0, option))))
     carray(out, 1)[0] = total
 
 
@@ -32,16 +31,16 @@ def planar_2_stress(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, ce
     s = carray(s, (4, count))
     S = carray(out, (rows, count))
     for q in range(count):
-        u0, u1, u2, u3, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        u0, u1, u2, u3, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
         x0 = (u0 * u0) + (u1 * u1)
-        x1 = (0.5)*EA*(x0 - 1.0)
+        x1 = (0.5)*s0*(x0 - 1.0)
         x2 = u0*u3 - u1*u2
         x3 = option*x2/x0
         x4 = fall(x0, option)
-        x5 = EI*x4*(kappa0 - x2*x4)
-        x6 = w*x5
-        S[0, q] = w*(u0*x1 + x5*(u0*x3 - u3))
-        S[1, q] = w*(u1*x1 + x5*(u1*x3 + u2))
+        x5 = s1*x4*(s2 - x2*x4)
+        x6 = s3*x5
+        S[0, q] = s3*(u0*x1 + x5*(u0*x3 - u3))
+        S[1, q] = s3*(u1*x1 + x5*(u1*x3 + u2))
         S[2, q] = u1*x6
         S[3, q] = -u0*x6
 
@@ -53,11 +52,11 @@ def planar_2_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, c
     s = carray(s, (4, count))
     D = carray(out, (rows, rows, count))
     for q in range(count):
-        u0, u1, u2, u3, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        u0, u1, u2, u3, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
         x0 = (u0 * u0)
         x1 = (u1 * u1)
         x2 = x0 + x1
-        x3 = (0.5)*EA*(x2 - 1.0)
+        x3 = (0.5)*s0*(x2 - 1.0)
         x4 = u0*u3
         x5 = u1*u2
         x6 = x4 - x5
@@ -66,25 +65,25 @@ def planar_2_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, c
         x9 = option*x8
         x10 = u0*x9 - u3
         x11 = fall(x2, option)
-        x12 = EI*(x11 * x11)
+        x12 = s1*(x11 * x11)
         x13 = 2.0*x8
-        x14 = kappa0 - x11*x6
-        x15 = option*x14*x7
-        x16 = EI*x11
+        x14 = x11*x6
+        x15 = option*x7*(s2 - x14)
+        x16 = s1*x11
         x17 = x15*x16
         x18 = u0*u1
         x19 = u1*x9 + u2
-        x20 = x10*x11
-        x21 = w*x16
-        x22 = w*x12
-        D[0, 0, q] = D[0, 0, q] = w*(EA*x0 + (x10 * x10)*x12 - x17*(x0*x13 + x0*x9 - 3.0*x4 + x5) + x3)
-        D[1, 0, q] = D[0, 1, q] = w*(EA*x18 + x10*x12*x19 - x17*(u0*u2 - u1*u3 + x13*x18 + x18*x9))
-        D[1, 1, q] = D[1, 1, q] = w*(EA*x1 + x12*(x19 * x19) - x17*(x1*x13 + x1*x9 - x4 + 3.0*x5) + x3)
-        D[2, 0, q] = D[0, 2, q] = -u1*x21*(u0*x15 - x20)
-        D[2, 1, q] = D[1, 2, q] = -x21*(option*x1*x14*x7 - u1*x11*x19 - x14)
+        x20 = s3*x16
+        x21 = -s2 + x14
+        x22 = s3*x12
+        D[0, 0, q] = D[0, 0, q] = s3*(s0*x0 + (x10 * x10)*x12 - x17*(x0*x13 + x0*x9 - 3.0*x4 + x5) + x3)
+        D[1, 0, q] = D[0, 1, q] = s3*(s0*x18 + x10*x12*x19 - x17*(u0*u2 - u1*u3 + x13*x18 + x18*x9))
+        D[1, 1, q] = D[1, 1, q] = s3*(s0*x1 + x12*(x19 * x19) - x17*(x1*x13 + x1*x9 - x4 + 3.0*x5) + x3)
+        D[2, 0, q] = D[0, 2, q] = -u1*x20*(u0*x15 - x10*x11)
+        D[2, 1, q] = D[1, 2, q] = -x20*(-u1*x11*x19 + x1*x15 + x21)
         D[2, 2, q] = D[2, 2, q] = x1*x22
-        D[3, 0, q] = D[0, 3, q] = -x21*(u0*x20 - x0*x15 + x14)
-        D[3, 1, q] = D[1, 3, q] = -u0*x21*(-u1*x15 + x11*x19)
+        D[3, 0, q] = D[0, 3, q] = -x20*(u0*x10*x11 - x0*x15 - x21)
+        D[3, 1, q] = D[1, 3, q] = -u0*x20*(-u1*x15 + x11*x19)
         D[3, 2, q] = D[2, 3, q] = -x18*x22
         D[3, 3, q] = D[3, 3, q] = x0*x22
 
@@ -97,27 +96,27 @@ def planar_2_damped_stress(u: Any, v: Any, s: Any, out: Any, rows: int, points: 
     v = carray(v, (rows, count))
     S = carray(out, (rows, count))
     for q in range(count):
-        u0, u1, u2, u3, v0, v1, v2, v3, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], v[0, q], v[1, q], v[2, q], v[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        u0, u1, u2, u3, v0, v1, v2, v3, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], v[0, q], v[1, q], v[2, q], v[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
         x0 = (u0 * u0) + (u1 * u1)
-        x1 = (0.5)*EA*(x0 - 1.0)
+        x1 = (0.5)*s0*(x0 - 1.0)
         x2 = u0*u3 - u1*u2
         x3 = option*x2/x0
         x4 = u0*x3 - u3
-        x5 = EI*x4
+        x5 = s1*x4
         x6 = fall(x0, option)
         x7 = x2*x6
-        x8 = kappa0 - x7
+        x8 = s2 - x7
         x9 = x6*x8
-        x10 = EA*(u0*v0 + u1*v1)
+        x10 = s0*(u0*v0 + u1*v1)
         x11 = u1*x3 + u2
         x12 = -u0*v3 + u1*v2 + v0*x4 + v1*x11
         x13 = x12*(x6 * x6)
-        x14 = EI*x11
+        x14 = s1*x11
         x15 = beta*x6
-        x16 = EI*w*x6
-        S[0, q] = w*(beta*(u0*x10 + x13*x5) + u0*x1 + x5*x9)
-        S[1, q] = w*(beta*(u1*x10 + x13*x14) + u1*x1 + x14*x9)
-        S[2, q] = -u1*x16*(-kappa0 - x12*x15 + x7)
+        x16 = s1*s3*x6
+        S[0, q] = s3*(beta*(u0*x10 + x13*x5) + u0*x1 + x5*x9)
+        S[1, q] = s3*(beta*(u1*x10 + x13*x14) + u1*x1 + x14*x9)
+        S[2, q] = -u1*x16*(-s2 - x12*x15 + x7)
         S[3, q] = -u0*x16*(x12*x15 + x8)
 
 
@@ -128,7 +127,7 @@ def planar_2_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points:
     s = carray(s, (4, count))
     D = carray(out, (rows, rows, count))
     for q in range(count):
-        u0, u1, u2, u3, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        u0, u1, u2, u3, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
         x0 = (u0 * u0)
         x1 = u0*u3
         x2 = u1*u2
@@ -140,27 +139,27 @@ def planar_2_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points:
         x8 = option*x7
         x9 = u0*x8 - u3
         x10 = fall(x5, option)
-        x11 = EI*(x10 * x10)
-        x12 = EA*x0 + x11*(x9 * x9)
-        x13 = (0.5)*EA*(x5 - 1.0)
+        x11 = s1*(x10 * x10)
+        x12 = s0*x0 + x11*(x9 * x9)
+        x13 = (0.5)*s0*(x5 - 1.0)
         x14 = 2.0*x7
-        x15 = kappa0 - x10*x3
+        x15 = s2 - x10*x3
         x16 = option*x15*x6
-        x17 = EI*x10
+        x17 = s1*x10
         x18 = x16*x17
         x19 = u0*u1
         x20 = u1*x8 + u2
-        x21 = EA*x19 + x11*x20*x9
-        x22 = EA*x4 + x11*(x20 * x20)
+        x21 = s0*x19 + x11*x20*x9
+        x22 = s0*x4 + x11*(x20 * x20)
         x23 = x10*x9
         x24 = beta*x23
-        x25 = w*x17
+        x25 = s3*x17
         x26 = x10*x20
         x27 = u1*x26
-        x28 = w*x11*(beta + 1.0)
-        D[0, 0, q] = D[0, 0, q] = w*(beta*x12 + x12 + x13 - x18*(x0*x14 + x0*x8 - 3.0*x1 + x2))
-        D[1, 0, q] = D[0, 1, q] = w*(beta*x21 - x18*(u0*u2 - u1*u3 + x14*x19 + x19*x8) + x21)
-        D[1, 1, q] = D[1, 1, q] = w*(beta*x22 + x13 - x18*(-x1 + x14*x4 + 3.0*x2 + x4*x8) + x22)
+        x28 = s3*x11*(beta + 1.0)
+        D[0, 0, q] = D[0, 0, q] = s3*(beta*x12 + x12 + x13 - x18*(x0*x14 + x0*x8 - 3.0*x1 + x2))
+        D[1, 0, q] = D[0, 1, q] = s3*(beta*x21 - x18*(u0*u2 - u1*u3 + x14*x19 + x19*x8) + x21)
+        D[1, 1, q] = D[1, 1, q] = s3*(beta*x22 + x13 - x18*(-x1 + x14*x4 + 3.0*x2 + x4*x8) + x22)
         D[2, 0, q] = D[0, 2, q] = -u1*x25*(option*u0*x15*x6 - x23 - x24)
         D[2, 1, q] = D[1, 2, q] = -x25*(-beta*x27 + option*x15*x4*x6 - x15 - x27)
         D[2, 2, q] = D[2, 2, q] = x28*x4
@@ -177,12 +176,12 @@ def spatial_3_energy(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, c
     s = carray(s, (4, count))
     total = 0.0
     for q in range(count):
-        u0, u1, u2, u3, u4, u5, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        u0, u1, u2, u3, u4, u5, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
         x0 = (u0 * u0) + (u1 * u1) + (u2 * u2)
-        x1 = (kappa0 * kappa0)
+        x1 = (s2 * s2)
         x2 = ((fall(x0, option)) * (fall(x0, option)))
         x3 = x2*((u0*u4 - u1*u3) * (u0*u4 - u1*u3)) + x2*((u0*u5 - u2*u3) * (u0*u5 - u2*u3)) + x2*((u1*u5 - u2*u4) * (u1*u5 - u2*u4))
-        total += (0.125)*w*(EA*((x0 - 1.0) * (x0 - 1.0)) + 4.0*EI*(-2.0*kappa0*(math.sqrt(1.0e-12*x1 + x3 + 1.0e-60)) + x1 + x3))
+        total += (0.125)*s3*(s0*((x0 - 1.0) * (x0 - 1.0)) + 4.0*s1*(-2.0*s2*(math.sqrt(1.0e-12*x1 + x3 + 1.0e-60)) + x1 + x3))
     carray(out, 1)[0] = total
 
 
@@ -193,39 +192,38 @@ def spatial_3_stress(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, c
     s = carray(s, (4, count))
     S = carray(out, (rows, count))
     for q in range(count):
-        u0, u1, u2, u3, u4, u5, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        u0, u1, u2, u3, u4, u5, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
         x0 = (u0 * u0) + (u1 * u1) + (u2 * u2)
-        x1 = (0.5)*EA*(x0 - 1.0)
-        x2 = u0*u4 - u1*u3
-        x3 = u4*x2
-        x4 = u0*u5 - u2*u3
-        x5 = (x2 * x2)
-        x6 = (1.0 / (x0))
-        x7 = (x4 * x4)
-        x8 = u1*u5 - u2*u4
-        x9 = (x8 * x8)
-        x10 = -x4
-        x11 = option*x6
-        x12 = u0*x11
-        x13 = (x10 * x10)
-        x14 = ((fall(x0, option)) * (fall(x0, option)))
-        x15 = kappa0/(math.sqrt(1.0e-12*(kappa0 * kappa0) + x14*x5 + x14*x7 + x14*x9 + 1.0e-60))
-        x16 = EI*x14
-        x17 = u1*x11
-        x18 = u3*x2 - u5*x8 + x17*x5 + x17*x9
-        x19 = u2*x11
-        x20 = u4*x8 + x19*x5 + x19*x9
-        x21 = u1*x2
-        x22 = w*x16
-        x23 = u2*x8
-        x24 = u0*x2
-        x25 = u1*x8
-        S[0, q] = w*(u0*x1 - x16*(option*u0*x5*x6 + option*u0*x6*x7 + option*u0*x6*x9 - u5*x4 - x15*(u5*x10 + x12*x13 + x12*x5 + x12*x9 - x3) - x3))
-        S[1, q] = w*(u1*x1 - x16*(-x15*(x13*x17 + x18) + x17*x7 + x18))
-        S[2, q] = w*(u2*x1 - x16*(u3*x4 - x15*(-u3*x10 + x13*x19 + x20) + x19*x7 + x20))
-        S[3, q] = -x22*(u2*x4 - x15*(-u2*x10 + x21) + x21)
-        S[4, q] = -x22*(x15*(-x23 + x24) + x23 - x24)
-        S[5, q] = x22*(u0*x4 + x15*(u0*x10 - x25) + x25)
+        x1 = (0.5)*s0*(x0 - 1.0)
+        x2 = u0*u5 - u2*u3
+        x3 = -x2
+        x4 = (x3 * x3)
+        x5 = option/x0
+        x6 = u0*x5
+        x7 = u0*u4 - u1*u3
+        x8 = (x7 * x7)
+        x9 = u1*u5 - u2*u4
+        x10 = (x9 * x9)
+        x11 = -u4*x7 + x10*x6 + x6*x8
+        x12 = ((fall(x0, option)) * (fall(x0, option)))
+        x13 = (x2 * x2)
+        x14 = s2/(math.sqrt(1.0e-12*(s2 * s2) + x10*x12 + x12*x13 + x12*x8 + 1.0e-60))
+        x15 = s1*x12
+        x16 = u1*x5
+        x17 = u3*x7 - u5*x9 + x10*x16 + x16*x8
+        x18 = u2*x5
+        x19 = u4*x9 + x10*x18 + x18*x8
+        x20 = u1*x7
+        x21 = s3*x15
+        x22 = u2*x9
+        x23 = u0*x7
+        x24 = u1*x9
+        S[0, q] = s3*(u0*x1 - x15*(-u5*x2 + x11 + x13*x6 - x14*(u5*x3 + x11 + x4*x6)))
+        S[1, q] = s3*(u1*x1 - x15*(x13*x16 - x14*(x16*x4 + x17) + x17))
+        S[2, q] = s3*(u2*x1 - x15*(u3*x2 + x13*x18 - x14*(-u3*x3 + x18*x4 + x19) + x19))
+        S[3, q] = -x21*(u2*x2 - x14*(-u2*x3 + x20) + x20)
+        S[4, q] = -x21*(x14*(-x22 + x23) + x22 - x23)
+        S[5, q] = x21*(u0*x2 + x14*(u0*x3 - x24) + x24)
 
 
 @entry
@@ -237,13 +235,13 @@ def spatial_3_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, 
     for first in range(0, count, LANES):
         for k in range(min(LANES, count - first)):
             q = first + k
-            u0, u1, u2, u3, u4, u5, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
+            u0, u1, u2, u3, u4, u5, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
             x0 = (u0 * u0)
             x1 = (u1 * u1)
             x2 = (u2 * u2)
             x3 = x1 + x2
             x4 = x0 + x3
-            x5 = (0.5)*EA*(x4 - 1.0)
+            x5 = (0.5)*s0*(x4 - 1.0)
             x6 = (u4 * u4)
             x7 = u0*u4
             x8 = u1*u3
@@ -275,14 +273,14 @@ def spatial_3_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, 
             x34 = (u5 * u5) + x29 + x31 + x33
             x35 = x10*x13 + x10*x23 + x13*x17 + x13*x21 - x14*x27 + x17*x23 + x21*x23 - x26*x7 + x34 + x6
             x36 = ((fall(x4, option)) * (fall(x4, option)))
-            x37 = 1.0e-12*(kappa0 * kappa0) + x10*x36 + x17*x36 + x21*x36 + 1.0e-60
+            x37 = 1.0e-12*(s2 * s2) + x10*x36 + x17*x36 + x21*x36 + 1.0e-60
             x38 = (1.0 / (math.sqrt(x37)))
-            x39 = kappa0*x38
+            x39 = s2*x38
             x40 = u4*x9
             x41 = u5*x16
             x42 = u0*x28 + u0*x30 + u0*x32 - x40 - x41
-            x43 = kappa0*x36/(x37 * math.sqrt(x37))
-            x44 = EI*x36
+            x43 = s2*x36/(x37 * math.sqrt(x37))
+            x44 = s1*x36
             x45 = u0*u1
             x46 = u3*x9
             x47 = 2.0*x24
@@ -339,52 +337,51 @@ def spatial_3_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, 
             x98 = u2*x97
             x99 = x48*x98
             x100 = x91 - x98
-            x101 = w*x44
+            x101 = s3*x44
             x102 = x47*x9
             x103 = x1*x102 + x51*x93 - x7 + x80
             x104 = x2*x47
             x105 = x104*x16 - x14 + x72*x91 + x81
-            x106 = x100*x43
-            x107 = x91 + x93
-            x108 = u2*x20
-            x109 = x0*x102 - x108*x48 - x69 + x8
-            x110 = u0*x9
-            x111 = -x108 + x110
-            x112 = u0*u3
-            x113 = x108*x51
-            x114 = x112 - x113 + x92 + x96
-            x115 = -x104*x20 + x110*x72 + x18 - x70
-            x116 = x111*x43
-            x117 = x0 + x2
-            x118 = x20*x47
-            x119 = x16*x47
-            x120 = x0*x119 + x118*x45 + x15 - x49
-            x121 = u1*x20
-            x122 = u0*x97 - x121
-            x123 = x1*x118 + x119*x45 + x19 - x52
-            x124 = x112 + x113 + x95
-            x125 = x122*x43
-            T[0, k] = w*(EA*x0 + x44*(-x35*x39 + x35 + (x42 * x42)*x43) + x5)
-            T[1, k] = w*(EA*x45 + x44*(-x39*x57 + x57 + x59*x60))
-            T[2, k] = w*(EA*x1 + x44*(-x39*x66 + x43*(x59 * x59) + x66) + x5)
-            T[3, k] = w*(EA*x67 + x44*(-x39*x76 + x60*x78 + x76))
-            T[4, k] = w*(EA*x79 + x44*(-x39*x85 + x78*x86 + x85))
-            T[5, k] = w*(EA*x2 + x44*(-x39*x90 + x43*(x78 * x78) + x90) + x5)
+            x106 = x43*(x91 + x93)
+            x107 = u2*x20
+            x108 = x0*x102 - x107*x48 - x69 + x8
+            x109 = u0*x9
+            x110 = -x107 + x109
+            x111 = u0*u3
+            x112 = x107*x51
+            x113 = x111 - x112 + x92 + x96
+            x114 = -x104*x20 + x109*x72 + x18 - x70
+            x115 = x43*x78
+            x116 = x0 + x2
+            x117 = x20*x47
+            x118 = x16*x47
+            x119 = x0*x118 + x117*x45 + x15 - x49
+            x120 = u1*x20
+            x121 = u0*x97 - x120
+            x122 = x1*x117 + x118*x45 + x19 - x52
+            x123 = x111 + x112 + x95
+            x124 = x121*x43
+            T[0, k] = s3*(s0*x0 + x44*(-x35*x39 + x35 + (x42 * x42)*x43) + x5)
+            T[1, k] = s3*(s0*x45 + x44*(-x39*x57 + x57 + x59*x60))
+            T[2, k] = s3*(s0*x1 + x44*(-x39*x66 + x43*(x59 * x59) + x66) + x5)
+            T[3, k] = s3*(s0*x67 + x44*(-x39*x76 + x60*x78 + x76))
+            T[4, k] = s3*(s0*x79 + x44*(-x39*x85 + x78*x86 + x85))
+            T[5, k] = s3*(s0*x2 + x44*(-x39*x90 + x43*(x78 * x78) + x90) + x5)
             T[6, k] = -x101*(u1*u4 + u2*u5 - x100*x60 - x39*(-x92 + x95 + x96 + x99) - x92 - x94)
-            T[7, k] = -x101*(kappa0*x103*x38 - x100*x86 - x103)
-            T[8, k] = -x101*(kappa0*x105*x38 - x105 - x106*x78)
-            T[9, k] = -x101*(kappa0*x3*x38 - x106*x107 - x3)
-            T[10, k] = -x101*(-x109*x39 + x109 + x111*x60)
-            T[11, k] = -x101*(x111*x86 - x114*x39 + x114)
-            T[12, k] = -x101*(-x115*x39 + x115 + x116*x78)
-            T[13, k] = -x101*(x107*x116 - x39*x45 + x45)
-            T[14, k] = -x101*(kappa0*x117*x38 - (x111 * x111)*x43 - x117)
-            T[15, k] = -x101*(-x120*x39 + x120 - x122*x60)
-            T[16, k] = -x101*(-x122*x86 - x123*x39 + x123)
-            T[17, k] = -x101*(x124 - x125*x78 - x39*(x124 - x99) + x94)
-            T[18, k] = -x101*(u0*u2 - x107*x125 - x39*x67)
-            T[19, k] = -x101*(x116*x122 - x39*x79 + x79)
-            T[20, k] = -x101*(-x0 - x1 + x125*(u0*x16 + x121) + x39*(x0 + x1))
+            T[7, k] = -x101*(s2*x103*x38 - x100*x86 - x103)
+            T[8, k] = x101*(-x105*x39 + x105 + x106*x78)
+            T[9, k] = -x101*(s2*x3*x38 - x100*x106 - x3)
+            T[10, k] = -x101*(-x108*x39 + x108 + x110*x60)
+            T[11, k] = -x101*(x110*x86 - x113*x39 + x113)
+            T[12, k] = -x101*(x110*x115 - x114*x39 + x114)
+            T[13, k] = -x101*(x106*x110 - x39*x45 + x45)
+            T[14, k] = -x101*(s2*x116*x38 - (x110 * x110)*x43 - x116)
+            T[15, k] = -x101*(-x119*x39 + x119 - x121*x60)
+            T[16, k] = -x101*(-x121*x86 - x122*x39 + x122)
+            T[17, k] = -x101*(-x115*x121 + x123 - x39*(x123 - x99) + x94)
+            T[18, k] = -x101*(u0*u2 - x106*x121 - x39*x67)
+            T[19, k] = -x101*(x110*x124 - x39*x79 + x79)
+            T[20, k] = -x101*(-x0 - x1 + x124*(u0*x16 + x120) + x39*(x0 + x1))
         unfold(T, first, D)
 
 
@@ -396,78 +393,78 @@ def spatial_3_damped_stress(u: Any, v: Any, s: Any, out: Any, rows: int, points:
     v = carray(v, (rows, count))
     S = carray(out, (rows, count))
     for q in range(count):
-        u0, u1, u2, u3, u4, u5, v0, v1, v2, v3, v4, v5, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], v[0, q], v[1, q], v[2, q], v[3, q], v[4, q], v[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
-        x0 = EA*u0
+        u0, u1, u2, u3, u4, u5, v0, v1, v2, v3, v4, v5, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], v[0, q], v[1, q], v[2, q], v[3, q], v[4, q], v[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        x0 = s0*u0
         x1 = (u0 * u0) + (u1 * u1) + (u2 * u2)
         x2 = (0.5)*x1 - 0.5
-        x3 = u0*u4 - u1*u3
-        x4 = u4*x3
-        x5 = u0*u5 - u2*u3
-        x6 = (x3 * x3)
-        x7 = (1.0 / (x1))
-        x8 = (x5 * x5)
+        x3 = u0*u5 - u2*u3
+        x4 = -x3
+        x5 = (x4 * x4)
+        x6 = (1.0 / (x1))
+        x7 = option*x6
+        x8 = u0*x7
         x9 = u1*u5 - u2*u4
         x10 = (x9 * x9)
-        x11 = option*x7
-        x12 = u0*x11
-        x13 = x10*x12
-        x14 = -x5
-        x15 = (x14 * x14)
-        x16 = ((fall(x1, option)) * (fall(x1, option)))
-        x17 = x10*x16 + x16*x6 + x16*x8
-        x18 = kappa0/(math.sqrt(1.0e-12*(kappa0 * kappa0) + x17 + 1.0e-60))
-        x19 = EI*x16
+        x11 = x10*x8
+        x12 = u0*u4 - u1*u3
+        x13 = (x12 * x12)
+        x14 = -u4*x12 + x11 + x13*x8
+        x15 = ((fall(x1, option)) * (fall(x1, option)))
+        x16 = (x3 * x3)
+        x17 = x10*x15 + x13*x15 + x15*x16
+        x18 = s2/(math.sqrt(1.0e-12*(s2 * s2) + x17 + 1.0e-60))
+        x19 = s1*x15
         x20 = u0*v0
         x21 = u2*v2
         x22 = 2.0*u1*v1 + 2.0*x20 + 2.0*x21
         x23 = u2*x9
-        x24 = u4 + x11*x23
+        x24 = u4 + x23*x7
         x25 = u1*x9
-        x26 = -u5 + x11*x25
-        x27 = -u1*v5 + u2*v4 + v1*x26 + v2*x24 + x11*x20*x9
+        x26 = -u5 + x25*x7
+        x27 = -u1*v5 + u2*v4 + v1*x26 + v2*x24 + x20*x7*x9
         x28 = -x27
         x29 = x28*x9
-        x30 = u0*x14
-        x31 = u5 + x11*x30
-        x32 = u2*x14
-        x33 = -u3 + x11*x32
-        x34 = -option*u1*v1*x5*x7 + u0*v5 - u2*v3 + v0*x31 + v2*x33
+        x30 = u0*x4
+        x31 = u5 + x30*x7
+        x32 = u2*x4
+        x33 = -u3 + x32*x7
+        x34 = -option*u1*v1*x3*x6 + u0*v5 - u2*v3 + v0*x31 + v2*x33
         x35 = -x34
         x36 = 0.02*x35
-        x37 = u0*x3
-        x38 = -u4 + x11*x37
-        x39 = u1*x3
-        x40 = u3 + x11*x39
-        x41 = -u0*v4 + u1*v3 + v0*x38 + v1*x40 + x11*x21*x3
+        x37 = u0*x12
+        x38 = -u4 + x37*x7
+        x39 = u1*x12
+        x40 = u3 + x39*x7
+        x41 = -u0*v4 + u1*v3 + v0*x38 + v1*x40 + x12*x21*x7
         x42 = -x41
         x43 = 0.02*x42
-        x44 = x3*x42
-        x45 = 2.0*x16
-        x46 = x45*(x29 - x35*x5 + x44)
+        x44 = x12*x42
+        x45 = 2.0*x15
+        x46 = x45*(x29 - x3*x35 + x44)
         x47 = (1.0 / ((x17 + 0.01)))
         x48 = x19*x47
         x49 = (0.5)*beta
-        x50 = EA*u1
-        x51 = u1*x11
-        x52 = x51*x8
-        x53 = u3*x3 - u5*x9 + x10*x51 + x51*x6
-        x54 = x45*(-x27*x9 - x3*x41 + x34*x5)
-        x55 = EA*u2
-        x56 = u2*x11
-        x57 = x56*x6
+        x50 = s0*u1
+        x51 = u1*x7
+        x52 = x16*x51
+        x53 = u3*x12 - u5*x9 + x10*x51 + x13*x51
+        x54 = x45*(-x12*x41 - x27*x9 + x3*x34)
+        x55 = s0*u2
+        x56 = u2*x7
+        x57 = x13*x56
         x58 = u4*x9 + x10*x56 + x57
         x59 = 0.02*x28
         x60 = -x32 + x39
         x61 = x47*x49
-        x62 = w*x19
+        x62 = s3*x19
         x63 = -x23 + x37
         x64 = -x25 + x30
-        S[0, q] = w*(x0*x2 - x19*(option*u0*x6*x7 + option*u0*x7*x8 - u5*x5 + x13 - x18*(u5*x14 + x12*x15 + x12*x6 + x13 - x4) - x4) + x49*(x0*x22 - x48*(0.02*x12*x29 + x31*x36 + x38*x43 - x46*(-x13 - x3*x38 + x31*x5))))
-        S[1, q] = w*(-x19*(-x18*(x15*x51 + x53) + x52 + x53) + x2*x50 + x49*(x22*x50 + x48*(0.02*x26*x27 - 0.02*x34*x5*x51 + 0.02*x40*x41 - x54*(x26*x9 + x3*x40 + x52))))
-        S[2, q] = w*(-x19*(u3*x5 - x18*(-u3*x14 + x15*x56 + x58) + x56*x8 + x58) + x2*x55 + x49*(x22*x55 - x48*(x24*x59 + x33*x36 + 0.02*x44*x56 - x46*(-x24*x9 + x33*x5 - x57))))
-        S[3, q] = -x62*(u2*x5 - x18*x60 + x39 + x61*(u1*x43 - u2*x36 + x46*x60))
+        S[0, q] = s3*(x0*x2 - x19*(-u5*x3 + x14 + x16*x8 - x18*(u5*x4 + x14 + x5*x8)) + x49*(x0*x22 - x48*(0.02*x29*x8 + x31*x36 + x38*x43 - x46*(-x11 - x12*x38 + x3*x31))))
+        S[1, q] = s3*(-x19*(-x18*(x5*x51 + x53) + x52 + x53) + x2*x50 + x49*(x22*x50 + x48*(0.02*x26*x27 - 0.02*x3*x34*x51 + 0.02*x40*x41 - x54*(x12*x40 + x26*x9 + x52))))
+        S[2, q] = s3*(-x19*(u3*x3 + x16*x56 - x18*(-u3*x4 + x5*x56 + x58) + x58) + x2*x55 + x49*(x22*x55 - x48*(x24*x59 + x33*x36 + 0.02*x44*x56 - x46*(-x24*x9 + x3*x33 - x57))))
+        S[3, q] = -x62*(u2*x3 - x18*x60 + x39 + x61*(u1*x43 - u2*x36 + x46*x60))
         S[4, q] = x62*(-x18*x63 + x61*(-0.02*u0*x41 + 0.02*u2*x27 + x54*x63) + x63)
-        S[5, q] = x62*(u0*x5 + x18*x64 + x25 - x61*(u0*x36 - u1*x59 + x46*x64))
+        S[5, q] = x62*(u0*x3 + x18*x64 + x25 - x61*(u0*x36 - u1*x59 + x46*x64))
 
 
 @entry
@@ -479,14 +476,14 @@ def spatial_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points
     for first in range(0, count, LANES):
         for k in range(min(LANES, count - first)):
             q = first + k
-            u0, u1, u2, u3, u4, u5, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
+            u0, u1, u2, u3, u4, u5, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
             x0 = (u0 * u0)
-            x1 = EA*x0
+            x1 = s0*x0
             x2 = (u1 * u1)
             x3 = (u2 * u2)
             x4 = x2 + x3
             x5 = x0 + x4
-            x6 = (0.5)*EA*(x5 - 1.0)
+            x6 = (0.5)*s0*(x5 - 1.0)
             x7 = 0.02*x0
             x8 = (option * option)
             x9 = u1*u5
@@ -524,7 +521,7 @@ def spatial_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points
             x41 = x12*x37 + x37*x40
             x42 = x37*x39 + x41
             x43 = (1.0 / ((x42 + 0.01)))
-            x44 = EI*x37
+            x44 = s1*x37
             x45 = x43*x44
             x46 = (0.5)*beta
             x47 = (u4 * u4)
@@ -544,18 +541,18 @@ def spatial_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points
             x61 = -x30
             x62 = (u5 * u5) + x58 + x60 + x61
             x63 = x14*x50 + x15*x49 - x17*x56 - x24*x54 + x47 + x48*x50 + x48*x52 + x50*x51 + x51*x52 + x62
-            x64 = 1.0e-12*(kappa0 * kappa0) + 1.0e-60
+            x64 = 1.0e-12*(s2 * s2) + 1.0e-60
             x65 = x42 + x64
             x66 = (1.0 / (math.sqrt(x65)))
-            x67 = kappa0*x66
+            x67 = s2*x66
             x68 = u5*x20
             x69 = u4*x26
             x70 = u0*x57 + x31 - x69
             x71 = u0*x59 - x68 + x70
-            x72 = kappa0*x37
+            x72 = s2*x37
             x73 = x72/(x65 * math.sqrt(x65))
             x74 = u0*u1
-            x75 = EA*x74
+            x75 = s0*x74
             x76 = u1*x11
             x77 = x16 + x23*x76
             x78 = x11*x77
@@ -585,7 +582,7 @@ def spatial_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points
             x102 = u1*x30 + u1*x57 - x101 + x89
             x103 = x102 + x85
             x104 = x71*x73
-            x105 = EA*x2
+            x105 = s0*x2
             x106 = 0.02*x2
             x107 = (u3 * u3)
             x108 = 2.0*x2
@@ -593,7 +590,7 @@ def spatial_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points
             x110 = 4.0*x93
             x111 = x107 + x108*x15 + x108*x98 + x108*x99 + x109*x14 + x109*x48 + x109*x51 - x110*x9 + x25*x54 + x62
             x112 = u0*u2
-            x113 = EA*x112
+            x113 = s0*x112
             x114 = u2*x11
             x115 = x114*x23
             x116 = u4 + x115
@@ -619,7 +616,7 @@ def spatial_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points
             x136 = u2*x30 + x124 + x135
             x137 = u2*x59 + x129 + x136
             x138 = u1*u2
-            x139 = EA*x138
+            x139 = s0*x138
             x140 = 0.02*u1
             x141 = 0.02*x77
             x142 = x127*x38
@@ -629,7 +626,7 @@ def spatial_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points
             x146 = option*x145
             x147 = -u4*u5 - x101*x131 + x135*x94 + x14*x146 + x143*x55 + x144*x53 + x145*x15 + x145*x98 + x145*x99 + x146*x48 + x146*x51
             x148 = x137*x73
-            x149 = EA*x3
+            x149 = s0*x3
             x150 = u2*x20
             x151 = x150*x23
             x152 = 0.02*x3
@@ -643,13 +640,13 @@ def spatial_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points
             x160 = u1*u4
             x161 = x121*x157
             x162 = -x120 + x81
-            x163 = w*x44
+            x163 = s3*x44
             x164 = 2.0*u1
             x165 = x121*x164
             x166 = x108*x53
             x167 = (x32 * x32)
             x168 = x167*x37 + x41 + x64
-            x169 = kappa0/(math.sqrt(x168))
+            x169 = s2/(math.sqrt(x168))
             x170 = -x162
             x171 = x167*x23
             x172 = u1*x171
@@ -682,18 +679,18 @@ def spatial_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points
             x199 = x160 + x184 + x185
             x200 = x21 + x76
             x201 = x0 + x2
-            T[0, k] = w*(x1 + x44*(-x63*x67 + x63 + (x71 * x71)*x73) + x46*(2.0*x1 + x45*(x15*x7 + 0.02*(x29 * x29) + (x36 * x36)*x38 + 0.02*((-x16 - x21*x23) * (-x16 - x21*x23)))) + x6)
-            T[1, k] = w*(x44*(-x100*x67 + x100 + x103*x104) + x46*(-x45*(0.02*option*u1*x20*x22*x34 + 2.0*x37*x87*x88 - x78*x80 - x83*x84) + 2.0*x75) + x75)
-            T[2, k] = w*(x105 + x44*((x103 * x103)*x73 - x111*x67 + x111) + x46*(2.0*x105 + x45*(x106*x99 + x38*(x87 * x87) + 0.02*(x77 * x77) + 0.02*(x83 * x83))) + x6)
-            T[3, k] = w*(x113 + x44*(x104*x137 - x134*x67 + x134) + x46*(2.0*x113 + x45*(x117*x80 + x119*x35 + x122*x123 + x127*x128)))
-            T[4, k] = w*(x139 + x44*(x103*x148 - x147*x67 + x147) + x46*(2.0*x139 - x45*(-x116*x141 - x119*x86 + x122*x140*x20*x23 + x142*x87)))
-            T[5, k] = w*(x149 + x44*((x137 * x137)*x73 - x155*x67 + x155) + x46*(2.0*x149 + x45*(0.02*(x116 * x116) + (x126 * x126)*x38 + x152*x98 + 0.02*((u3 + x151) * (u3 + x151)))) + x6)
+            T[0, k] = s3*(x1 + x44*(-x63*x67 + x63 + (x71 * x71)*x73) + x46*(2.0*x1 + x45*(x15*x7 + 0.02*(x29 * x29) + (x36 * x36)*x38 + 0.02*((-x16 - x21*x23) * (-x16 - x21*x23)))) + x6)
+            T[1, k] = s3*(x44*(-x100*x67 + x100 + x103*x104) + x46*(-x45*(0.02*option*u1*x20*x22*x34 + 2.0*x37*x87*x88 - x78*x80 - x83*x84) + 2.0*x75) + x75)
+            T[2, k] = s3*(x105 + x44*((x103 * x103)*x73 - x111*x67 + x111) + x46*(2.0*x105 + x45*(x106*x99 + x38*(x87 * x87) + 0.02*(x77 * x77) + 0.02*(x83 * x83))) + x6)
+            T[3, k] = s3*(x113 + x44*(x104*x137 - x134*x67 + x134) + x46*(2.0*x113 + x45*(x117*x80 + x119*x35 + x122*x123 + x127*x128)))
+            T[4, k] = s3*(x139 + x44*(x103*x148 - x147*x67 + x147) + x46*(2.0*x139 - x45*(-x116*x141 - x119*x86 + x122*x140*x20*x23 + x142*x87)))
+            T[5, k] = s3*(x149 + x44*((x137 * x137)*x73 - x155*x67 + x155) + x46*(2.0*x149 + x45*(0.02*(x116 * x116) + (x126 * x126)*x38 + x152*x98 + 0.02*((u3 + x151) * (u3 + x151)))) + x6)
             T[6, k] = -x163*((0.5)*beta*x43*(-u1*x84 + u2*x123 + x128*x162) + u1*u4 - x104*x162 + x156 - x158 - x159 - x67*(x156 - x158 + x160 + x161))
             T[7, k] = -x163*(-x143 + x165 - x166 + x169*(x143 - x165 + x166 - x24) + x170*x173*(x102 + x172) + x176*(0.02*option*u1*u2*x22*x32 - u1*x174 - x175*(-x11*x77 - x172 - x86)) + x24)
-            T[8, k] = -x163*((0.5)*beta*x43*(x118*x122 - x118*x82 + x142*x162) + kappa0*x179*x66 - x148*x162 - x179)
+            T[8, k] = x163*(x148*x180 - x176*(x118*x122 - x118*x82 + x142*x162) - x179*x67 + x179)
             T[9, k] = x163*(x162*x180*x73 + x176*(x106 + x152 + (x180 * x180)*x38) - x4*x67 + x4)
             T[10, k] = x163*((0.5)*beta*x43*(0.02*option*u0*u2*x11*x22 - u0*x84 - x183*x36) - x104*x182 + x181*x67 - x181)
-            T[11, k] = x163*((0.5)*beta*x43*(-u0*x174 + 0.02*u2*x77 - x183*x87) + kappa0*x186*x66 - x182*x187 - x186)
+            T[11, k] = x163*((0.5)*beta*x43*(-u0*x174 + 0.02*u2*x77 - x183*x87) + s2*x186*x66 - x182*x187 - x186)
             T[12, k] = -x163*(-x169*x188 + x176*(0.02*option*u0*u2*x22*x26 - x116*x118 - x183*(-x122*x32 - x125)) + x188 + x189*(u2*x171 - u3*x32 + x136))
             T[13, k] = -x163*(x162*x189 - x169*x74 + x176*(-x175*x182 + x190) + x74)
             T[14, k] = x163*(x176*(x152 + x191*x38 + x7) + x191*x73 - x192*x67 + x192)
@@ -713,10 +710,10 @@ def quadratic_2_energy(u: Any, v: Any, s: Any, out: Any, rows: int, points: int,
     s = carray(s, (4, count))
     total = 0.0
     for q in range(count):
-        u0, u1, u2, u3, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
-        x0 = (kappa0 * kappa0)
+        u0, u1, u2, u3, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        x0 = (s2 * s2)
         x1 = (u2 * u2) + (u3 * u3)
-        total += (0.125)*w*(EA*(((u0 * u0) + (u1 * u1) - 1.0) * ((u0 * u0) + (u1 * u1) - 1.0)) + 4.0*EI*(-2.0*kappa0*(math.sqrt(1.0e-12*x0 + x1 + 1.0e-60)) + x0 + x1))
+        total += (0.125)*s3*(s0*(((u0 * u0) + (u1 * u1) - 1.0) * ((u0 * u0) + (u1 * u1) - 1.0)) + 4.0*s1*(-2.0*s2*(math.sqrt(1.0e-12*x0 + x1 + 1.0e-60)) + x0 + x1))
     carray(out, 1)[0] = total
 
 
@@ -727,9 +724,9 @@ def quadratic_2_stress(u: Any, v: Any, s: Any, out: Any, rows: int, points: int,
     s = carray(s, (4, count))
     S = carray(out, (rows, count))
     for q in range(count):
-        u0, u1, u2, u3, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
-        x0 = (0.5)*EA*w*((u0 * u0) + (u1 * u1) - 1.0)
-        x1 = EI*w*(kappa0/(math.sqrt(1.0e-12*(kappa0 * kappa0) + (u2 * u2) + (u3 * u3) + 1.0e-60)) - 1.0)
+        u0, u1, u2, u3, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        x0 = (0.5)*s0*s3*((u0 * u0) + (u1 * u1) - 1.0)
+        x1 = s1*s3*(s2/(math.sqrt(1.0e-12*(s2 * s2) + (u2 * u2) + (u3 * u3) + 1.0e-60)) - 1.0)
         S[0, q] = u0*x0
         S[1, q] = u1*x0
         S[2, q] = -u2*x1
@@ -743,17 +740,17 @@ def quadratic_2_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points: int
     s = carray(s, (4, count))
     D = carray(out, (rows, rows, count))
     for q in range(count):
-        u0, u1, u2, u3, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        u0, u1, u2, u3, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
         x0 = (u1 * u1)
         x1 = (u0 * u0)
-        x2 = EA*w
+        x2 = s0*s3
         x3 = (0.5)*x2
         x4 = (u2 * u2)
         x5 = (u3 * u3)
-        x6 = 1.0e-12*(kappa0 * kappa0) + x4 + x5 + 1.0e-60
-        x7 = kappa0/(x6 * math.sqrt(x6))
-        x8 = -kappa0/(math.sqrt(x6)) + 1.0
-        x9 = EI*w
+        x6 = 1.0e-12*(s2 * s2) + x4 + x5 + 1.0e-60
+        x7 = s2/(x6 * math.sqrt(x6))
+        x8 = -s2/(math.sqrt(x6)) + 1.0
+        x9 = s1*s3
         D[0, 0, q] = D[0, 0, q] = x3*(x0 + 3.0*x1 - 1.0)
         D[1, 0, q] = D[0, 1, q] = u0*u1*x2
         D[1, 1, q] = D[1, 1, q] = x3*(3.0*x0 + x1 - 1.0)
@@ -774,13 +771,13 @@ def quadratic_2_damped_stress(u: Any, v: Any, s: Any, out: Any, rows: int, point
     v = carray(v, (rows, count))
     S = carray(out, (rows, count))
     for q in range(count):
-        u0, u1, u2, u3, v0, v1, v2, v3, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], v[0, q], v[1, q], v[2, q], v[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
-        x0 = EA*w*(beta*(u0*v0 + u1*v1) + (0.5)*(u0 * u0) + (0.5)*(u1 * u1) - 0.5)
+        u0, u1, u2, u3, v0, v1, v2, v3, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], v[0, q], v[1, q], v[2, q], v[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        x0 = s0*s3*(beta*(u0*v0 + u1*v1) + (0.5)*(u0 * u0) + (0.5)*(u1 * u1) - 0.5)
         x1 = (u2 * u2) + (u3 * u3)
-        x2 = kappa0/(math.sqrt(1.0e-12*(kappa0 * kappa0) + x1 + 1.0e-60)) - 1.0
+        x2 = s2/(math.sqrt(1.0e-12*(s2 * s2) + x1 + 1.0e-60)) - 1.0
         x3 = 2.0*u2*v2 + 2.0*u3*v3
         x4 = (0.5)*beta/(x1 + 0.01)
-        x5 = EI*w
+        x5 = s1*s3
         S[0, q] = u0*x0
         S[1, q] = u1*x0
         S[2, q] = x5*(-u2*x2 + x4*(u2*x3 + 0.02*v2))
@@ -794,19 +791,19 @@ def quadratic_2_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, poin
     s = carray(s, (4, count))
     D = carray(out, (rows, rows, count))
     for q in range(count):
-        u0, u1, u2, u3, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        u0, u1, u2, u3, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
         x0 = (u0 * u0)
         x1 = (u1 * u1)
-        x2 = EA*w
+        x2 = s0*s3
         x3 = (u2 * u2)
         x4 = (u3 * u3)
         x5 = x3 + x4
-        x6 = 1.0e-12*(kappa0 * kappa0) + x5 + 1.0e-60
-        x7 = kappa0/(x6 * math.sqrt(x6))
+        x6 = 1.0e-12*(s2 * s2) + x5 + 1.0e-60
+        x7 = s2/(x6 * math.sqrt(x6))
         x8 = beta/(x5 + 0.01)
         x9 = (0.5)*x8
-        x10 = -kappa0/(math.sqrt(x6)) + 1.0
-        x11 = EI*w
+        x10 = -s2/(math.sqrt(x6)) + 1.0
+        x11 = s1*s3
         D[0, 0, q] = D[0, 0, q] = x2*(beta*x0 + (1.5)*x0 + (0.5)*x1 - 0.5)
         D[1, 0, q] = D[0, 1, q] = u0*u1*x2*(beta + 1.0)
         D[1, 1, q] = D[1, 1, q] = x2*(beta*x1 + (0.5)*x0 + (1.5)*x1 - 0.5)
@@ -826,10 +823,10 @@ def quadratic_3_energy(u: Any, v: Any, s: Any, out: Any, rows: int, points: int,
     s = carray(s, (4, count))
     total = 0.0
     for q in range(count):
-        u0, u1, u2, u3, u4, u5, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
-        x0 = (kappa0 * kappa0)
+        u0, u1, u2, u3, u4, u5, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        x0 = (s2 * s2)
         x1 = (u3 * u3) + (u4 * u4) + (u5 * u5)
-        total += (0.125)*w*(EA*(((u0 * u0) + (u1 * u1) + (u2 * u2) - 1.0) * ((u0 * u0) + (u1 * u1) + (u2 * u2) - 1.0)) + 4.0*EI*(-2.0*kappa0*(math.sqrt(1.0e-12*x0 + x1 + 1.0e-60)) + x0 + x1))
+        total += (0.125)*s3*(s0*(((u0 * u0) + (u1 * u1) + (u2 * u2) - 1.0) * ((u0 * u0) + (u1 * u1) + (u2 * u2) - 1.0)) + 4.0*s1*(-2.0*s2*(math.sqrt(1.0e-12*x0 + x1 + 1.0e-60)) + x0 + x1))
     carray(out, 1)[0] = total
 
 
@@ -840,9 +837,9 @@ def quadratic_3_stress(u: Any, v: Any, s: Any, out: Any, rows: int, points: int,
     s = carray(s, (4, count))
     S = carray(out, (rows, count))
     for q in range(count):
-        u0, u1, u2, u3, u4, u5, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
-        x0 = (0.5)*EA*w*((u0 * u0) + (u1 * u1) + (u2 * u2) - 1.0)
-        x1 = EI*w*(kappa0/(math.sqrt(1.0e-12*(kappa0 * kappa0) + (u3 * u3) + (u4 * u4) + (u5 * u5) + 1.0e-60)) - 1.0)
+        u0, u1, u2, u3, u4, u5, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        x0 = (0.5)*s0*s3*((u0 * u0) + (u1 * u1) + (u2 * u2) - 1.0)
+        x1 = s1*s3*(s2/(math.sqrt(1.0e-12*(s2 * s2) + (u3 * u3) + (u4 * u4) + (u5 * u5) + 1.0e-60)) - 1.0)
         S[0, q] = u0*x0
         S[1, q] = u1*x0
         S[2, q] = u2*x0
@@ -860,21 +857,21 @@ def quadratic_3_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points: int
     for first in range(0, count, LANES):
         for k in range(min(LANES, count - first)):
             q = first + k
-            u0, u1, u2, u3, u4, u5, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
+            u0, u1, u2, u3, u4, u5, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
             x0 = (u1 * u1)
             x1 = (u0 * u0)
             x2 = (u2 * u2)
             x3 = x2 - 1.0
-            x4 = EA*w
+            x4 = s0*s3
             x5 = (0.5)*x4
             x6 = u0*x4
             x7 = (u3 * u3)
             x8 = (u4 * u4)
             x9 = (u5 * u5)
-            x10 = 1.0e-12*(kappa0 * kappa0) + x7 + x8 + x9 + 1.0e-60
-            x11 = kappa0/(x10 * math.sqrt(x10))
-            x12 = -kappa0/(math.sqrt(x10)) + 1.0
-            x13 = EI*w
+            x10 = 1.0e-12*(s2 * s2) + x7 + x8 + x9 + 1.0e-60
+            x11 = s2/(x10 * math.sqrt(x10))
+            x12 = -s2/(math.sqrt(x10)) + 1.0
+            x13 = s1*s3
             x14 = u3*x11*x13
             T[0, k] = x5*(x0 + 3.0*x1 + x3)
             T[1, k] = u1*x6
@@ -908,13 +905,13 @@ def quadratic_3_damped_stress(u: Any, v: Any, s: Any, out: Any, rows: int, point
     v = carray(v, (rows, count))
     S = carray(out, (rows, count))
     for q in range(count):
-        u0, u1, u2, u3, u4, u5, v0, v1, v2, v3, v4, v5, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], v[0, q], v[1, q], v[2, q], v[3, q], v[4, q], v[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
-        x0 = EA*w*(beta*(u0*v0 + u1*v1 + u2*v2) + (0.5)*(u0 * u0) + (0.5)*(u1 * u1) + (0.5)*(u2 * u2) - 0.5)
+        u0, u1, u2, u3, u4, u5, v0, v1, v2, v3, v4, v5, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], v[0, q], v[1, q], v[2, q], v[3, q], v[4, q], v[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        x0 = s0*s3*(beta*(u0*v0 + u1*v1 + u2*v2) + (0.5)*(u0 * u0) + (0.5)*(u1 * u1) + (0.5)*(u2 * u2) - 0.5)
         x1 = (u3 * u3) + (u4 * u4) + (u5 * u5)
-        x2 = kappa0/(math.sqrt(1.0e-12*(kappa0 * kappa0) + x1 + 1.0e-60)) - 1.0
+        x2 = s2/(math.sqrt(1.0e-12*(s2 * s2) + x1 + 1.0e-60)) - 1.0
         x3 = 2.0*u3*v3 + 2.0*u4*v4 + 2.0*u5*v5
         x4 = (0.5)*beta/(x1 + 0.01)
-        x5 = EI*w
+        x5 = s1*s3
         S[0, q] = u0*x0
         S[1, q] = u1*x0
         S[2, q] = u2*x0
@@ -932,13 +929,13 @@ def quadratic_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, poin
     for first in range(0, count, LANES):
         for k in range(min(LANES, count - first)):
             q = first + k
-            u0, u1, u2, u3, u4, u5, EA, EI, kappa0, w = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
+            u0, u1, u2, u3, u4, u5, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
             x0 = (u1 * u1)
             x1 = (0.5)*x0
             x2 = (u0 * u0)
             x3 = (u2 * u2)
             x4 = (0.5)*x3 - 0.5
-            x5 = EA*w
+            x5 = s0*s3
             x6 = beta + 1.0
             x7 = u0*x5*x6
             x8 = (0.5)*x2
@@ -946,12 +943,12 @@ def quadratic_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, poin
             x10 = (u4 * u4)
             x11 = (u5 * u5)
             x12 = x10 + x11 + x9
-            x13 = 1.0e-12*(kappa0 * kappa0) + x12 + 1.0e-60
-            x14 = kappa0/(x13 * math.sqrt(x13))
+            x13 = 1.0e-12*(s2 * s2) + x12 + 1.0e-60
+            x14 = s2/(x13 * math.sqrt(x13))
             x15 = beta/(x12 + 0.01)
             x16 = (0.5)*x15
-            x17 = -kappa0/(math.sqrt(x13)) + 1.0
-            x18 = EI*w
+            x17 = -s2/(math.sqrt(x13)) + 1.0
+            x18 = s1*s3
             x19 = x14 + x15
             x20 = u3*x18*x19
             T[0, k] = x5*(beta*x2 + x1 + (1.5)*x2 + x4)

@@ -75,7 +75,7 @@ class Law:
     @property
     def bends(self) -> bool:
         """Whether it is that of a cable, whose bending depends on the size of the curvature in space."""
-        return self.section[: len(CABLE)] == CABLE
+        return self.section == CABLE
 
 
 def find(name: str) -> Law:
@@ -90,16 +90,16 @@ def written(module: str, prefix: str = "") -> Callable[[int, str], int]:
     return lambda dim, kind: int(getattr(import_module(module, __package__), f"{prefix}{kind.removeprefix('damped_')}_at")())
 
 
-def generated(**prefixes: str) -> Callable[[int, str], int]:
+def generated(planar: str, spatial: str) -> Callable[[int, str], int]:
     """Addresses of functions in `cable_loops`, by the prefix of their names in the plane and in space."""
-    names = {2: prefixes["planar"], 3: prefixes["spatial"]}
+    names = {2: planar, 3: spatial}
     return lambda dim, kind: int(getattr(import_module(".cable_loops", __package__), f"{names[dim]}_{dim}_{kind}")())
 
 
 CABLE = ("EA", "EI", "kappa0", "weight")
-BEAM = generated(planar="planar", spatial="spatial")
+BEAM = generated("planar", "spatial")
 PRESSED = ("p", "v0", "weight")
-Law.QUADRATIC = Law("QUADRATIC", 2, CABLE, (2, 3), generated(planar="quadratic", spatial="quadratic"))
+Law.QUADRATIC = Law("QUADRATIC", 2, CABLE, (2, 3), generated("quadratic", "quadratic"))
 Law.MATERIAL = Law("MATERIAL", 2, CABLE, (2, 3), BEAM, option=2)
 Law.EXACT = Law("EXACT", 2, CABLE, (2, 3), BEAM, option=3)
 CABLES = (Law.QUADRATIC, Law.MATERIAL, Law.EXACT)

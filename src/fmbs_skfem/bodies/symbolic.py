@@ -20,16 +20,15 @@ from typing import Any, TypeAlias
 import sympy
 from sympy.printing.pycode import PythonCodePrinter
 
+from .laws import KINDS
+
 Expression: TypeAlias = Any
 Vectors: TypeAlias = list[sympy.Matrix]  #: r,1 ... r,k
 Energy: TypeAlias = Callable[..., Expression]  #: W of vectors and of the numbers of a section but the weight
 Dissipation: TypeAlias = Callable[..., Expression]  #: R of vectors, their rates and those numbers
 
 OPTION = sympy.Symbol("option", integer=True)  #: number by which laws that share their loops differ
-KINDS = ("energy", "stress", "modulus", "damped_stress", "damped_modulus")
 HEAD = "(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:"
-
-
 FRAMES = {  # of a loop over all points, with where the results of a point go
     "energy": (
         """    {views}
@@ -119,14 +118,15 @@ def results(law: Symbols, dim: int, kind: str) -> tuple[list[Expression], list[E
     """Results of one kind for one point, of a symmetric matrix the lower triangle, and the symbols u, v, section, w and beta."""
     count = law.vectors * dim
     u, v = sympy.symbols(f"u:{count}", real=True), sympy.symbols(f"v:{count}", real=True)
-    section, w, beta = sympy.symbols(law.section, real=True), sympy.Symbol("w"), sympy.Symbol("beta")
+    *section, w = sympy.symbols(f"s:{len(law.section) + 1}", real=True)  # names of a user could be those of other variables
+    beta = sympy.Symbol("beta")
     r, rates = ([sympy.Matrix(one[k * dim : (k + 1) * dim]) for k in range(law.vectors)] for one in (u, v))
     W, symbols = law.energy(r, *section), [*u, *v, *section, w, beta]
     if kind == "energy":
         return [w * W], symbols
     S = [sympy.diff(W, x) for x in u]
-    damped = kind.startswith("damped") and law.dissipation is not None
-    pull = [sympy.diff(law.dissipation(r, rates, *section), y) for y in v] if damped and law.dissipation else [0] * count
+    R = law.dissipation(r, rates, *section) if kind.startswith("damped") and law.dissipation else sympy.Integer(0)
+    pull = [sympy.diff(R, y) for y in v]
     if kind.endswith("stress"):
         return [w * (a + beta * b) for a, b in zip(S, pull, strict=True)], symbols
     pairs = [(i, j) for i in range(count) for j in range(i + 1)]
