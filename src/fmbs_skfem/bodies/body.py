@@ -142,9 +142,12 @@ def cable(
     data = stiffness(section, material)
     where = {int(node): float(xi) for node, xi in zip(order, breaks, strict=True)}
     places = {key: where[int(ids[0])] for key, ids in mesh.point_groups.items() if len(ids) == 1 and int(ids[0]) in where}
-    cells = cable_cells(name, space, reference, data, law, numbers or {}, points or order_of(space))
-    if law is Law.QUADRATIC:
-        cells.section  # noqa: B018  (which refuses a curved line)
+    points, numbers = points or order_of(space), numbers or {}
+    require_line_law(name, law, dim, numbers)
+    made = partial(cable_numbers, space, reference, data, law, numbers, points)
+    cells = Cells.later(law, np.ascontiguousarray(line.functions(space).T * dim), dim, points, made)
+    if law is Law.QUADRATIC and cells.section[2].any():
+        raise InputError(say(f"body '{name}'", "a straight line for quadratic curvature", "a curved one", "use exact curvature"))
     if limp(cells, dim):
         notify(f"body '{name}' {LIMP}; {STIFF}")
     return Body(
@@ -215,44 +218,25 @@ def mass_matrix(space: line.BSpline | line.Hermite, reference: np.ndarray, densi
     return csr_array(coo_array((blocks.ravel(), (rows, columns)), shape=(table.count, table.count)))
 
 
-def cable_cells(
-    name: str,
-    space: line.BSpline | line.Hermite,
-    reference: np.ndarray,
-    data: Given,
-    law: Law,
-    numbers: Mapping[str, float],
-    points: int,
-) -> Cells:
-    """Law data at the quadrature points; the reference configuration is free of stress."""
-    if law.vectors != 2 or law.follows:
-        raise InputError(say(f"body '{name}'.law", "a law of r' and r''", law.name))
+def require_line_law(name: str, law: Law, dim: int, numbers: Mapping[str, float]) -> None:
+    """Refuse a law that does not act on lines of `dim` components, or whose section is not known."""
+    if law.vectors != 2 or law.follows or dim not in law.dims:
+        raise InputError(say(f"body '{name}'.law", f"a law of r' and r'' in {dim} dimensions", law.name))
     missing = [row for row in law.section if row not in ("EA", "EI", "kappa0", "weight", *numbers)]
     if missing:
         raise InputError(say(f"body '{name}'.numbers", f"the numbers of the law: {', '.join(missing)}", sorted(numbers)))
-    made = partial(cable_numbers, name, space, reference, data, law, numbers, points)
-    nodes = np.ascontiguousarray(line.functions(space).T * reference.shape[1])
-    return Cells.later(law, nodes, reference.shape[1], points, made)
 
 
 def cable_numbers(
-    name: str,
-    space: line.BSpline | line.Hermite,
-    reference: np.ndarray,
-    data: Given,
-    law: Law,
-    numbers: Mapping[str, float],
-    points: int,
+    space: line.BSpline | line.Hermite, reference: np.ndarray, data: Given, law: Law, numbers: Mapping[str, float], points: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Table and section of `cable_cells`."""
+    """Table and section at the quadrature points; the reference configuration is free of stress."""
     table, values, weights = arc_length_table(space, reference, points)
     jets = np.einsum("epkb,ebc->epkc", values[:, :, 1:], reference[table.nodes])
     measure = law if law.bends else Law.EXACT
     kappa = curvatures(measure.option, reference.shape[1], jets.reshape(jets.shape[0], jets.shape[1], -1))
     noise = 64.0 * np.finfo(float).eps * np.abs(reference).max() / weights.sum(axis=1).min() ** 2  # of rounded positions
     kappa[np.abs(kappa) < 1e-9 / weights.sum() + noise] = 0.0
-    if law is Law.QUADRATIC and kappa.any():
-        raise InputError(say(f"body '{name}'", "a straight line for quadratic curvature", "a curved one", "use exact curvature"))
     shares = locking.axial_shares(space, table, data.EA * weights.sum(axis=1).max() ** 2 / data.EI)
     rows: dict[str, Any] = {"EA": data.EA * shares, "EI": data.EI, "kappa0": kappa, "weight": weights} | dict(numbers)
     section = np.stack([np.broadcast_to(rows[row], weights.shape) for row in law.section])

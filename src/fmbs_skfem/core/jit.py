@@ -83,36 +83,35 @@ def cache_folder() -> Path | None:
     return prepare(Path(platformdirs.user_cache_dir("fmbs_skfem", appauthor=False)) / "numba")
 
 
+def decorated(function: F, **more: Any) -> F:
+    """`function` compiled with the OPTIONS of this package and more."""
+    with caching() as cache:
+        compiled: F = numba.njit(cache=cache, **OPTIONS, **more)(function)
+    return compiled
+
+
 def jit(function: F) -> F:
     """Compile `function` at its first call: no Python objects, IEEE results of divisions by zero, cached on disk.
 
     No wrapper for C, which nobody calls and which takes a tenth of the compilation. No `fastmath`: NaN and infinity have to survive
     until the solver sees them.
     """
-    with caching() as cache:
-        compiled: F = numba.njit(cache=cache, **OPTIONS)(function)
-    return compiled
+    return decorated(function)
 
 
 def released(function: F) -> F:
     """As `jit`, without the interpreter lock: threads run side by side."""
-    with caching() as cache:
-        compiled: F = numba.njit(cache=cache, nogil=True, **OPTIONS)(function)
-    return compiled
+    return decorated(function, nogil=True)
 
 
 def inlined(function: F) -> F:
     """As `jit`, and compiled into its callers as well: a call that passes all arrays of a model costs a tenth of a step."""
-    with caching() as cache:
-        compiled: F = numba.njit(cache=cache, inline="always", **OPTIONS)(function)
-    return compiled
+    return decorated(function, inline="always")
 
 
 def summing(function: F) -> F:
     """As `jit`, and sums may be taken in another order, so that they use all lanes; NaN and infinity survive."""
-    with caching() as cache:
-        compiled: F = numba.njit(cache=cache, fastmath={"reassoc", "nsz", "contract"}, **OPTIONS)(function)
-    return compiled
+    return decorated(function, fastmath={"reassoc", "nsz", "contract"})
 
 
 def compile_for(function: Callable[..., Any], *arguments: Any) -> None:

@@ -86,7 +86,7 @@ def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, model: Compile
     system = model.system
     reduced = len(model.arrays.lift.indptr) <= 1  # no cells to gather from
     dear = model.plan is not None or (reduced and system.size > FEW)
-    slow = newton.slow or (LAZY if dear else BRISK)
+    slow = newton.slow if newton.slow is not None else LAZY if dear else BRISK
     am, af, gamma, beta = scheme.coefficients
     bh, gh = (1 - am) / (h**2 * beta * (1 - af)), gamma / (h * beta)
     c = h**2 * beta
