@@ -20,7 +20,7 @@ from fmbs_skfem import scenes
 from fmbs_skfem.cli import common, compare, reports, screen
 from fmbs_skfem.cli.tables import published
 from fmbs_skfem.dynamics import integrate
-from fmbs_skfem.reduction import errors, galerkin, training
+from fmbs_skfem.reduction import Exact, errors, galerkin, training
 from fmbs_skfem.reduction.runs import kept_steps
 from fmbs_skfem.reduction.study import Study
 from fmbs_skfem.scenes import Scene, build
@@ -85,7 +85,7 @@ def error_of(scene: Scene, study: Study, trained: training.Trained, counts: Mapp
     bases = {name: replace(basis, modes=basis.modes[:, : counts[name]]) for name, basis in trained.bases.items()}
     data = galerkin.snapshots(study.full, options.interval)
     system = galerkin.reduce_system(raw, trained.components, bases, options.plan.eliminate, data.q)
-    model = training.polynomial(replace(trained, system=system, bases=bases))
+    model = training.hyper_reduced(replace(trained, system=system, bases=bases), raw, data, Exact())
     newton = training.newton_of_reduced(options.newton, options.plan.tolerance)
     motion = integrate(model.system, options.scheme, options.duration, newton, kept_steps(options))
     return errors.compare(study.full, motion).maximum

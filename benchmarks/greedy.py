@@ -29,7 +29,7 @@ from threadpoolctl import threadpool_limits
 
 from fmbs_skfem import scenes
 from fmbs_skfem.cli import checking, compare
-from fmbs_skfem.reduction import Level, campaign, comparators, greedy, holdout
+from fmbs_skfem.reduction import Elements, Points, campaign, comparators, greedy, holdout
 from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction import training_store as store
 from fmbs_skfem.reduction.campaign import Campaign
@@ -117,7 +117,7 @@ def one(found: tuple[Setting, tuple[Parameter, ...]], samples: list[float] | Non
 
 def several(names: tuple[str, ...]) -> Task:
     """Example 2 over some of its parameters, with a tolerance."""
-    made, known = setting("pendulum_family", Plan({"first": ("I",), "second": ("II",)}, hyper_tolerance=1e-3, level=Level.POINTS))
+    made, known = setting("pendulum_family", Plan({"first": ("I",), "second": ("II",)}, hyper=Points()))
     chosen = tuple(parameter for parameter in known if parameter.name in names)
     made = Setting(made.family, chosen, made.plan, made.interval, made.form)
     search = campaign.search(chosen, boxes.sobol(chosen, 256), boxes.sobol(chosen, 4 * len(chosen), seed=1))
@@ -132,7 +132,7 @@ def tasks() -> dict[str, Callable[[], Task]]:
     }
     gpa, newton_metres, finer = [40e9, 47.5e9, 55e9, 62.5e9, 70e9], [5.0, 7.5, 10.0, 12.5, 15.0], {"_coarse.msh": "_fine.msh"}
     return {
-        "spin_up": lambda: one(setting("spin_up", Plan({"beam": ("beam",)}, hyper_tolerance=1e-3), spin), None, None),
+        "spin_up": lambda: one(setting("spin_up", Plan({"beam": ("beam",)}, hyper=Elements()), spin), None, None),
         "young": lambda: one(setting("crank_slider_young"), gpa, 55e9),
         "torque": lambda: one(setting("crank_slider_torque"), newton_metres, 10.5),
         "two": lambda: several(("E", "d")),
@@ -167,7 +167,7 @@ def measure(name: str, task: Task, folder: Path, every: int) -> Row:
         dict(found.model.modes),
         {selection.component: len(selection.sample.indices) for selection in found.model.selections},
         found.model_plan.tolerance,
-        found.model_plan.hyper_tolerance,
+        found.model_plan.hyper.tolerance,
         len(points),
         checked.largest,
         float(checked.errors.mean()),

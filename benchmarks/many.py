@@ -54,7 +54,7 @@ def reduced() -> systems.System:
     """Example 2, reduced and hyper-reduced."""
     raw = build.system(scenes.read(ROOT / "examples" / "double_pendulum.yaml"))
     motion = dynamics.integrate(systems.eliminate(raw), SCHEME, DURATION, SHARP, EVERY)
-    plan = training.Plan(reduction.body_level(raw), 1e-12, hyper_tolerance=1e-3, level=reduction.Level.POINTS)
+    plan = training.Plan(reduction.body_level(raw), 1e-12, hyper=reduction.Points())
     return training.train(raw, reduction.snapshots(motion), plan).system
 
 

@@ -22,7 +22,7 @@ from fmbs_skfem.core.errors import SolverError
 from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate
 from fmbs_skfem.dynamics.scheme import DYNAMIC, method_of
-from fmbs_skfem.reduction import Level, deim, hyper
+from fmbs_skfem.reduction import Level, deim, sampling
 from fmbs_skfem.reduction.galerkin import projected
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems import System, compile_system, compiled, eliminate
@@ -57,7 +57,7 @@ def trained() -> Trained:
     plain = reduction.reduce_system(raw, parts, reduction.bases(raw, data, parts, EPS))
     states, found = projected(plain, data.q), {"reduced": plain}
     for level in Level:
-        found[f"reduced, ECSW over {level.value}"] = hyper.apply(plain, hyper.train(plain, states, ETA, level))
+        found[f"reduced, ECSW over {level.value}"] = sampling.apply(plain, sampling.train([(plain, states)], ETA, level))
     return Trained(full, run, raw, found, plain, data)
 
 

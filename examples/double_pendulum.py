@@ -30,7 +30,7 @@ def main(duration: float = 3.0, step: float = 5e-4, eps: float = 1e-12, eta: flo
     """Sizes of both models, the last position of C [m], and errors and CPU seconds."""
     raw, scheme = pendulum(), dynamics.GeneralizedAlpha(step, rho_inf=0.8)
     full = dynamics.integrate(systems.eliminate(raw), scheme, duration, dynamics.Newton(tolerance=1e-12))
-    plan = training.Plan(reduction.body_level(raw), eps, hyper_tolerance=eta)
+    plan = training.Plan(reduction.body_level(raw), eps, hyper=reduction.Elements(eta))
     small = training.train(raw, reduction.snapshots(full, 10 * step), plan).system
     motion = dynamics.integrate(small, scheme, duration)
     errors = reduction.compare(full, motion)

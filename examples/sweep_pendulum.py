@@ -10,9 +10,8 @@ import sys
 from pathlib import Path
 
 from fmbs_skfem import scenes
-from fmbs_skfem.reduction import body_level, campaign, greedy, members, parameters, prediction, product, sweeps
+from fmbs_skfem.reduction import Points, body_level, campaign, greedy, members, parameters, prediction, product, sweeps
 from fmbs_skfem.reduction.full_runs import Setting
-from fmbs_skfem.reduction.hyper import Level
 from fmbs_skfem.reduction.training import Plan
 from fmbs_skfem.results import sweep_files, sweep_plots
 
@@ -24,7 +23,7 @@ def train(path: Path, duration: float | None, cells: int | None, full_runs: int)
     known, family = scenes.family(scenes.read(SCENE), cells=cells, duration=duration)
     box = tuple(own for own in known if own.name in ("E", "d"))
     nominal = family(parameters.completed(box, {}))
-    plan = Plan(body_level(nominal.system), 1e-12, hyper_tolerance=1e-3, level=Level.POINTS)
+    plan = Plan(body_level(nominal.system), 1e-12, hyper=Points())
     setting = Setting(family, box, plan, interval=min(5e-3, nominal.duration / 20))
     search = campaign.search(box, parameters.grid(box, 21), parameters.grid(box, 3))
     found = campaign.train(setting, search, greedy.Options(iterations=full_runs, max_samples=20))

@@ -10,9 +10,10 @@ import pytest
 
 from fmbs_skfem import reduction
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
-from fmbs_skfem.reduction import Level, hyper
+from fmbs_skfem.reduction import Level, sampling
 from fmbs_skfem.reduction.galerkin import projected
 from fmbs_skfem.reduction.pod import Basis
+from fmbs_skfem.reduction.sampling import Selection
 from fmbs_skfem.systems import System, compile_system, compiled, eliminate
 from tests import models
 
@@ -51,9 +52,9 @@ def reduced(full: Full, components: Mapping[str, tuple[str, ...]], tolerance: fl
     return Reduced(components, bases, system, projected(system, full.data.q))
 
 
-def hyper_reduced(model: Reduced, level: Level = Level.ELEMENTS, eta: float = 1e-3) -> tuple[System, tuple[hyper.Selection, ...]]:
-    selections = hyper.train(model.system, model.states, eta, level)
-    return hyper.apply(model.system, selections), selections
+def hyper_reduced(model: Reduced, level: Level = Level.ELEMENTS, eta: float = 1e-3) -> tuple[System, tuple[Selection, ...]]:
+    selections = sampling.train([(model.system, model.states)], eta, level)
+    return sampling.apply(model.system, selections), selections
 
 
 def error(full: Full, system: System, scheme: GeneralizedAlpha = SCHEME) -> float:

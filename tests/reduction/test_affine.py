@@ -19,7 +19,7 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.linalg import is_sparse
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
 from fmbs_skfem.dynamics.outputs import lifted
-from fmbs_skfem.reduction import Level, affine, galerkin, hyper, parameters
+from fmbs_skfem.reduction import Level, affine, galerkin, parameters, polynomial, sampling
 from fmbs_skfem.reduction.affine import ParametricCase
 from fmbs_skfem.reduction.cases import Case, Family
 from fmbs_skfem.reduction.parameters import Parameter, Scale
@@ -71,11 +71,11 @@ def family() -> Family:
     components = galerkin.body_level(raw)
     bases = galerkin.bases(raw, data, components, 1e-10)
     system = galerkin.reduce_system(raw, components, bases)
-    selections = hyper.train(system, galerkin.projected(system, data.q), 1e-3, Level.POINTS)
+    selections = sampling.train([(system, galerkin.projected(system, data.q))], 1e-3, Level.POINTS)
 
     def member(values: Mapping[str, float]) -> Case:
         reduced = galerkin.reduce_system(pendulum(values), components, bases)
-        return Case(hyper.apply(reduced, selections), SCHEME, DURATION)
+        return Case(sampling.apply(reduced, selections), SCHEME, DURATION)
 
     return member
 
@@ -276,7 +276,7 @@ def plate() -> Family:
     bases = galerkin.bases(full, data, components, modes=8)
 
     def member(values: Mapping[str, float]) -> Case:
-        return Case(hyper.exact(galerkin.reduce_system(raw(values), components, bases)), scheme, 1e-3)
+        return Case(polynomial.exact(galerkin.reduce_system(raw(values), components, bases)), scheme, 1e-3)
 
     return member
 

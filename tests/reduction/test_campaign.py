@@ -19,6 +19,10 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.dynamics.outputs import lifted
 from fmbs_skfem.reduction import (
+    NONE,
+    Elements,
+    Level,
+    Points,
     budget,
     calibration,
     campaign,
@@ -28,15 +32,15 @@ from fmbs_skfem.reduction import (
     galerkin,
     greedy,
     holdout,
-    hyper,
     pod,
+    polynomial,
+    sampling,
 )
 from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction import training_store as store
 from fmbs_skfem.reduction.campaign import Search
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.full_runs import FullRun, Setting
-from fmbs_skfem.reduction.hyper import Level
 from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.training import Plan
 from fmbs_skfem.scenes import build
@@ -48,7 +52,7 @@ from tests import models
 SPIN = expressions.of_time("4*(t - sin(pi*t)/pi)")  #: a driven angle that starts smoothly [rad]
 YOUNG = Parameter("E", 0.7e9, 1.3e9, unit="Pa")
 LENGTH = Parameter("L", 0.8, 1.2, unit="m")
-PLAN = Plan({"beam": ("beam",)}, 1e-10, hyper_tolerance=1e-3)
+PLAN = Plan({"beam": ("beam",)}, 1e-10, hyper=Elements(1e-3))
 INTERVAL = 5e-3
 
 
@@ -156,10 +160,10 @@ def test_the_step_has_an_error_of_its_own(spin: Setting) -> None:
     ("family", "parameter", "plan"),
     [
         (spun, YOUNG, PLAN),
-        (spun, YOUNG, dataclasses.replace(PLAN, level=Level.POINTS, hyper_tolerance=1e-7)),
+        (spun, YOUNG, dataclasses.replace(PLAN, hyper=Points(1e-7))),
         (falling, Parameter("g", 5.0, 12.0), Plan({"one": ("I",), "two": ("II",)}, 1e-10)),
         (falling, Parameter("g", 5.0, 12.0), Plan({"one": ("I",), "two": ("II",)}, 1e-10, eliminate=True)),
-        (falling, Parameter("g", 5.0, 12.0), Plan({"all": ("I", "II")}, modes=8, hyper_tolerance=1e-3)),
+        (falling, Parameter("g", 5.0, 12.0), Plan({"all": ("I", "II")}, modes=8, hyper=Elements(1e-3))),
     ],
     ids=["E", "E points", "g", "g eliminated", "g system"],
 )
@@ -170,7 +174,7 @@ def test_a_reduced_family_is_the_reduction_of_every_member(
     runs = [full_runs.full_run(setting, {parameter.name: value}) for value in (parameter.low, parameter.high)]
     model = family_model.model_of(family_model.quick(setting), runs)
     members = family_model.trained(setting, runs)
-    assert model.problems == (0 if plan.hyper_tolerance is None else 1)
+    assert model.problems == (0 if plan.hyper is NONE else 1)
     for value in np.linspace(parameter.low, parameter.high, 4):
         values = {parameter.name: float(value)}
         here, there = family_model.reduced_case(model, values), family_model.member(setting, members, values)
@@ -207,17 +211,10 @@ def test_the_reduced_model_is_good_between_its_runs(spin: Setting, two: tuple[Fu
         assert found == pytest.approx(direct.mean, rel=1e-2)
 
 
-def test_one_training_run_is_trained_as_ever(spin: Setting, two: tuple[FullRun, ...]) -> None:
-    (system, states), _ = pairs(spin, two)
-    for one, other in zip(hyper.train(system, states), hyper.train_over([(system, states)]), strict=True):
-        assert np.array_equal(one.sample.indices, other.sample.indices)
-        assert np.array_equal(one.sample.weights, other.sample.weights)
-
-
 def pairs(setting: Setting, runs: tuple[FullRun, ...]) -> list[tuple[System, np.ndarray]]:
     systems = [setting.family(run.values).system for run in runs]
     members = family_model.trained(setting, runs)
-    return family_model.training_pairs(setting, systems, runs, members)
+    return [(run.system, run.states()) for run in family_model.training_runs(setting, systems, runs, members)]
 
 
 @pytest.mark.parametrize("eta", [1e-3, 1e-7])
@@ -225,13 +222,13 @@ def test_soft_and_stiff_runs_count_alike(spin: Setting, two: tuple[FullRun, ...]
     """A second run with all forces times 1000 and the same states changes nothing: rows are divided by the norm of their run."""
     (system, states), _ = pairs(spin, two)
     stiff = dataclasses.replace(system, elastic=tuple(stiffer(e) for e in system.elastic))
-    (alone,), (both,) = hyper.train_over([(system, states)], eta), hyper.train_over([(system, states), (stiff, states)], eta)
+    (alone,), (both,) = sampling.train([(system, states)], eta), sampling.train([(system, states), (stiff, states)], eta)
     assert np.array_equal(alone.sample.indices, both.sample.indices)
     np.testing.assert_allclose(alone.sample.weights, both.sample.weights, rtol=1e-4)
 
 
-def stiffer(elastic: hyper.Elastic) -> hyper.Elastic:
-    section = hyper.sampled_gather(elastic).section.copy()
+def stiffer(elastic: sampling.Elastic) -> sampling.Elastic:
+    section = sampling.sampled_gather(elastic).section.copy()
     section[-1] *= 1000.0
     return dataclasses.replace(elastic, gather=dataclasses.replace(elastic.gather, section=section))
 
@@ -241,11 +238,11 @@ def stiffer(elastic: hyper.Elastic) -> hyper.Elastic:
 def test_every_run_keeps_eta(spin: Setting, two: tuple[FullRun, ...], level: Level, eta: float) -> None:
     """The residual of a run is at most eta sqrt(runs) of its own forces."""
     known = pairs(spin, two)
-    (selection,) = hyper.train_over(known, eta, level)
+    (selection,) = sampling.train(known, eta, level)
     w = np.zeros(selection.total)
     w[selection.sample.indices] = selection.sample.weights
     for system, states in known:
-        G = np.vstack(list(hyper.training_blocks(list(system.elastic), states, 0, level)))
+        G = np.vstack(list(sampling.training_blocks(list(system.elastic), states, 0, level)))
         assert np.linalg.norm(G @ w - G.sum(axis=1)) <= eta * np.sqrt(2.0) * np.linalg.norm(G.sum(axis=1)) * (1 + 1e-6)
 
 
@@ -259,10 +256,10 @@ def test_polynomials_that_differ_by_a_factor_are_made_once() -> None:
     system = galerkin.reduce_system(raw, {"c": ["crank"], "l": ["linkage", "slider"]}, found)
     softer = dataclasses.replace(system, elastic=tuple(scaled_modulus(e, 0.6) for e in system.elastic))
     mixed = dataclasses.replace(system, elastic=(system.elastic[0], scaled_modulus(system.elastic[1], 0.6)))
-    known = family_model.Polynomials()
+    known = polynomial.Polynomials()
     known.of(system)
     for other, made in ((softer, 1), (mixed, 2)):
-        direct, memo = hyper.exact(other), known.of(other)
+        direct, memo = polynomial.exact(other), known.of(other)
         assert len(known.known) == made
         for one, two in zip(direct.elastic, memo.elastic, strict=True):
             assert isinstance(one.gather, Quartic)
@@ -271,8 +268,8 @@ def test_polynomials_that_differ_by_a_factor_are_made_once() -> None:
             assert np.abs(one.gather.coefficients - two.gather.coefficients).max() < 1e-13 * size
 
 
-def scaled_modulus(elastic: hyper.Elastic, factor: float) -> hyper.Elastic:
-    section = hyper.sampled_gather(elastic).section.copy()
+def scaled_modulus(elastic: sampling.Elastic, factor: float) -> sampling.Elastic:
+    section = sampling.sampled_gather(elastic).section.copy()
     section[0] *= factor
     return dataclasses.replace(elastic, gather=dataclasses.replace(elastic.gather, section=section))
 
@@ -521,14 +518,14 @@ def test_eps_is_lowered_where_it_is_the_limit(tmp_path: Path, monkeypatch: pytes
     found = campaign.train(setting, places(setting), OPTIONS, tmp_path, tolerance=wanted)
     assert 1 <= found.lowered <= campaign.LOWERINGS
     assert found.model_plan.tolerance == pytest.approx(rough * campaign.LOWER_EPS**found.lowered, rel=1e-12)
-    assert found.model_plan.hyper_tolerance == pytest.approx(1e-3 * campaign.LOWER_ETA**found.lowered, rel=1e-12)
+    assert found.model_plan.hyper.tolerance == pytest.approx(1e-3 * campaign.LOWER_ETA**found.lowered, rel=1e-12)
     assert found.reduced_runs == found.outcome.evaluations + found.discarded
     assert found.discarded >= 3
     points = [run.values["E"] for run in found.runs]
     assert len(set(points)) == len(points)
     before, after = (
         family_model.model_of(family_model.quick(dataclasses.replace(found.setting, plan=plan)), found.runs)
-        for plan in (dataclasses.replace(found.model_plan, tolerance=rough, hyper_tolerance=1e-3), found.model_plan)
+        for plan in (dataclasses.replace(found.model_plan, tolerance=rough, hyper=Elements(1e-3)), found.model_plan)
     )
     truths = holdout.truths(found.setting, boxes.grid((YOUNG,), 5))
     assert holdout.holdout(found, truths, after).largest < 0.3 * holdout.holdout(found, truths, before).largest

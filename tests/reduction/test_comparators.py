@@ -14,7 +14,7 @@ from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
-from fmbs_skfem.reduction import campaign, comparators, galerkin, grassmann
+from fmbs_skfem.reduction import Elements, Exact, campaign, comparators, galerkin, grassmann
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.comparators import Comparator, Row
 from fmbs_skfem.reduction.full_runs import Full, FullRun, Setting
@@ -198,7 +198,7 @@ def test_two_parameters_and_two_components() -> None:
 
 def test_hyper_reduction_of_fixed_bases_only(setting: Setting, full: Full, rows: dict[str, Row]) -> None:
     """Weights are trained over all runs of a basis; an interpolated one keeps all cells."""
-    sampled = replace(setting, plan=replace(setting.plan, hyper_tolerance=1e-4))
+    sampled = replace(setting, plan=replace(setting.plan, hyper=Elements(1e-4)))
     several = [comparators.uniform(sampled, full, [2]), comparators.interpolated(sampled, full, [2])]
     weighted, plain = comparators.compare(sampled, several, full, POINTS[::3])
     assert 0 < weighted.elements < 12 == plain.elements == rows["uniform grid 2"].elements
@@ -210,7 +210,7 @@ def test_hyper_reduction_of_fixed_bases_only(setting: Setting, full: Full, rows:
 def test_exact_polynomials_of_interpolated_bases() -> None:
     """A planar plate without a single point in use moves as with all of them."""
     task = Setting(thrown, (Parameter("E", 1e6, 2e6),), Plan({"plate": ("plate",)}, 1e-10), 5e-3)
-    exact, runs = replace(task, plan=replace(task.plan, exact=True)), comparators.shared(task)
+    exact, runs = replace(task, plan=replace(task.plan, hyper=Exact())), comparators.shared(task)
     (all_points,) = comparators.compare(task, [comparators.interpolated(task, runs, [2])], runs, [[1e6], [1.3e6]])
     (none,) = comparators.compare(exact, [comparators.interpolated(exact, runs, [2])], runs, [[1e6], [1.3e6]])
     assert (all_points.elements, none.elements, none.points) == (8, 0, 0)

@@ -13,7 +13,7 @@ import pytest
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.core import expressions
 from fmbs_skfem.dynamics import GeneralizedAlpha
-from fmbs_skfem.reduction import campaign, greedy, holdout
+from fmbs_skfem.reduction import Elements, campaign, greedy, holdout
 from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction.campaign import Campaign
 from fmbs_skfem.reduction.cases import Case
@@ -42,7 +42,7 @@ def family(values: Mapping[str, float]) -> Case:
 
 @pytest.fixture(scope="module")
 def trained() -> Campaign:
-    setting = Setting(family, (YOUNG,), Plan({"beam": ("beam",)}, 1e-12, hyper_tolerance=1e-3), 5e-3)
+    setting = Setting(family, (YOUNG,), Plan({"beam": ("beam",)}, 1e-12, hyper=Elements(1e-3)), 5e-3)
     search = campaign.search((YOUNG,), boxes.grid((YOUNG,), 101), boxes.grid((YOUNG,), 5))
     return campaign.train(setting, search, greedy.Options(iterations=4))
 

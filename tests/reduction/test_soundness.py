@@ -17,7 +17,7 @@ from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import CorruptFile
 from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
-from fmbs_skfem.reduction import affine, files, galerkin, hyper, product, soundness
+from fmbs_skfem.reduction import affine, files, galerkin, polynomial, product, soundness
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.product import Product
@@ -64,7 +64,7 @@ def sheet() -> System:
 SYSTEMS: dict[str, Callable[[], System]] = {
     "beam": beam,
     "sampled beam": lambda: squeezed(beam(), 5),
-    "polynomial of a sheet": lambda: hyper.exact(squeezed(sheet(), 3)),
+    "polynomial of a sheet": lambda: polynomial.exact(squeezed(sheet(), 3)),
 }
 
 

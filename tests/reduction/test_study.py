@@ -13,7 +13,7 @@ from fmbs_skfem import reduction
 from fmbs_skfem.bodies import body
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
-from fmbs_skfem.reduction import Level, costs, files, runs, study, training
+from fmbs_skfem.reduction import Elements, HyperReduction, Points, costs, files, runs, study, training
 from fmbs_skfem.reduction.runs import Options
 from fmbs_skfem.reduction.study import Record, Study
 from fmbs_skfem.reduction.training import Plan
@@ -22,6 +22,7 @@ from tests import models
 from tests.reduction.conftest import Full, error
 
 SCHEME = GeneralizedAlpha(5e-4)
+MAIN = ("system", "component", "system+ecsw", "component+ecsw", "component+ecsw-points")
 COMPONENTS = {"I": ("I",), "II": ("II",)}
 
 
@@ -32,7 +33,7 @@ def small() -> Study:
         scheme=SCHEME,
         duration=0.8,
         interval=5e-3,
-        plan=Plan(COMPONENTS, 1e-9, hyper_tolerance=1e-3),
+        plan=Plan(COMPONENTS, 1e-9, hyper=Elements(1e-3)),
         newton=Newton(1e-10),
         tolerances=(1e-6,),
         hyper_tolerances=(1e-2,),
@@ -47,7 +48,7 @@ def small() -> Study:
 def test_every_model_is_there_once_and_done(small: Study) -> None:
     names = [record.name for record in small.records]
     assert len(names) == len(set(names))
-    assert {"full", *study.MAIN, "ffrf", "coarse-4", "coarse-8", "step-2.5e-4", "step-1e-3"} <= set(names)
+    assert {"full", *MAIN, "ffrf", "coarse-4", "coarse-8", "step-2.5e-4", "step-1e-3"} <= set(names)
     assert "component+ecsw-points 1e-6/1e-2" in names
     assert {record.status for record in small.records} == {"done"}
     assert all(record.cpu_s > 0 and record.wall_s > 0 and record.iterations > 0 for record in small.records)
@@ -96,7 +97,7 @@ def test_time_error_is_second_order(small: Study) -> None:
 
 
 def test_motions_of_the_main_models_are_kept(small: Study) -> None:
-    assert set(small.motions) == {*study.MAIN, "ffrf"}
+    assert set(small.motions) == {*MAIN, "ffrf"}
     assert small.errors["component"].maximum == small["component"].max_error
     assert small.trained["component"].system.size == small["component"].dofs
 
@@ -110,7 +111,7 @@ def test_failures_are_records_with_their_reason() -> None:
     ]
     pins = [joints.Pin("A", At("I", "left")), joints.Pin("B", At("I", "right"), At("II", "left"))]
     raw = assemble(parts, pins, [loads.Gravity((0, 0, -9.81))])
-    plan = Plan(COMPONENTS, 1e-8, modes={"I": 1, "II": 6}, hyper_tolerance=1e-3)
+    plan = Plan(COMPONENTS, 1e-8, modes={"I": 1, "II": 6}, hyper=Elements(1e-3))
     found = study.run(raw, Options(SCHEME, 0.05, 5e-3, plan, ffrf_modes=4, repeat=1, order=False))
     assert "more than 3 modes" in found["component"].status
     assert "straight" in found["ffrf"].status
@@ -180,10 +181,10 @@ def test_snapshots_are_sharper_than_the_modes_kept() -> None:
     assert training.newton_for(Newton(1e-9), 1e-18).tolerance == training.FINEST
 
 
-@pytest.mark.parametrize("level,kept", [(Level.ELEMENTS, (18, 18)), (Level.POINTS, (18, 19))])
-def test_example_2_at_component_level(example_2: Full, level: Level, kept: tuple[int, int]) -> None:
+@pytest.mark.parametrize("hyper,kept", [(Elements(1e-3), (18, 18)), (Points(1e-3), (18, 19))])
+def test_example_2_at_component_level(example_2: Full, hyper: HyperReduction, kept: tuple[int, int]) -> None:
     """eps 1e-12, eta 1e-3: the sizes of the source (18 + 18 elements) within three, the error below 1.2e-4."""
-    model = training.train(example_2.raw, example_2.data, Plan(COMPONENTS, 1e-12, None, 1e-3, level))
+    model = training.train(example_2.raw, example_2.data, Plan(COMPONENTS, 1e-12, None, hyper))
     assert [basis.modes.shape[1] for basis in model.bases.values()] == pytest.approx([23, 23], abs=2)
     assert [len(selection.sample.indices) for selection in model.selections] == pytest.approx(kept, abs=3)
     assert error(example_2, model.system) < 1.2e-4

@@ -19,11 +19,10 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.core.errors import NoModel, SolverError
-from fmbs_skfem.reduction import campaign, family_model, full_runs, greedy, prediction, promise
+from fmbs_skfem.reduction import Points, campaign, family_model, full_runs, greedy, prediction, promise
 from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction.campaign import Campaign
 from fmbs_skfem.reduction.full_runs import OutputMeasure, Setting
-from fmbs_skfem.reduction.hyper import Level
 from fmbs_skfem.reduction.prediction import Prediction
 from fmbs_skfem.reduction.product import Product
 from fmbs_skfem.reduction.training import Plan
@@ -82,7 +81,7 @@ def trained(name: str) -> Campaign:
     family, chosen = FAMILIES[name], Training()
     known = family.parameters
     nominal = family(boxes.completed(known, {}))
-    plan = Plan({span[0]: (span[0],) for span in nominal.system.coordinates}, hyper_tolerance=1e-3, level=Level.POINTS)
+    plan = Plan({span[0]: (span[0],) for span in nominal.system.coordinates}, hyper=Points())
     setting = Setting(family, known, plan, nominal.scheme.step, measure=OutputMeasure())
     where = points.of(chosen, known)
     search = campaign.search(known, where.candidates, where.samples, where.first)

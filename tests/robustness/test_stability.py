@@ -12,7 +12,7 @@ from fmbs_skfem import reduction
 from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate
 from fmbs_skfem.dynamics.scheme import method_of
-from fmbs_skfem.reduction import Level, hyper
+from fmbs_skfem.reduction import Level, sampling
 from fmbs_skfem.reduction.galerkin import projected
 from fmbs_skfem.systems import System, compile_system, compiled, eliminate
 from fmbs_skfem.verification import registry
@@ -34,7 +34,7 @@ def family() -> dict[str, System]:
     plain = reduction.reduce_system(raw, parts, reduction.bases(raw, data, parts, 1e-12))
     found = {"full": eliminate(raw), "reduced": plain}
     for level in Level:
-        found[level.value] = hyper.apply(plain, hyper.train(plain, projected(plain, data.q), 1e-3, level))
+        found[level.value] = sampling.apply(plain, sampling.train([(plain, projected(plain, data.q))], 1e-3, level))
     return found
 
 

@@ -15,7 +15,7 @@ from fmbs_skfem.bodies.plate import Rim, plate
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, follow_path, integrate, outputs, solve_statics
-from fmbs_skfem.reduction import hyper
+from fmbs_skfem.reduction import polynomial, sampling
 from fmbs_skfem.shapes import ancf_plate, skfem_surface
 from fmbs_skfem.shapes.surface import Surface
 from fmbs_skfem.systems import At, System, assemble, check_system, compile_system, compiled, eliminate, joints, loads, probes
@@ -141,13 +141,13 @@ def test_hyper_reduced_motion() -> None:
     V = np.linalg.svd(states.T, full_matrices=False)[0][:, :12]
     small = replace(change_coordinates(replace(raw, constraints=Constraints()), V, q0), components=(("plate", 0, 12),))
     motion = integrate(small, scheme, 0.1)
-    few = hyper.apply(small, hyper.train(small, motion.x, 1e-3))
+    few = sampling.apply(small, sampling.train([(small, motion.x)]))
     for system, limit in ((small, 1e-4), (few, 1e-3)):
         found = integrate(system, scheme, 0.1).x @ V.T
         assert np.linalg.norm(found - states) < limit * np.linalg.norm(states)
     with pytest.raises(InputError, match="follow"):
         follow_path(few)
-    kept = hyper.kept(few)
+    kept = sampling.kept(few)
     assert set(kept) == {"plate", "load 'p'"}
     assert max(cells for cells, _ in kept.values()) < 16
 
@@ -159,6 +159,6 @@ def test_what_does_not_know_them_says_so() -> None:
     body = plate("plate", grid(2, 2), 0.05, Material(1e5, 500.0), dim=2)
     planar = assemble([body], loads=[loads.FollowerEdgeLoad("pull", "plate", ALL, 300.0)])
     small = change_coordinates(planar, np.eye(planar.size)[:, :4], planar.x0)
-    assert not hyper.polynomial_bodies(small)
+    assert not polynomial.possible(small)
     with pytest.raises(InputError, match="load 'pull'"):
-        hyper.exact(small)
+        polynomial.exact(small)

@@ -78,7 +78,7 @@ def run(scene: Scene, quick: bool = False, allow_outside: bool = False, progress
 
 def plan(scene: Scene) -> Plan:
     """How the scene wants its reduced models trained."""
-    from ..reduction.hyper import Level
+    from ..reduction.hyper_reduction import NONE, named
     from ..reduction.training import Plan
 
     wanted = scene.reduction
@@ -90,8 +90,7 @@ def plan(scene: Scene) -> Plan:
         components=wanted.components or {name: [name] for name in scene.bodies},
         tolerance=wanted.tolerance,
         modes=wanted.modes,
-        hyper_tolerance=hyper.tolerance if hyper else None,
-        level=Level(hyper.sample) if hyper else Level.ELEMENTS,
+        hyper=named(hyper.sample, hyper.tolerance) if hyper else NONE,
         eliminate=wanted.constraints == "eliminate",
     )
 
@@ -147,13 +146,13 @@ def report_of(scene: Scene, study: Study) -> dict[str, Any]:
 
 def cheapest(study: Study) -> Record | None:
     """The fastest of the main reduced models whose training pays."""
-    paying = [record for record in study.records if record.name == record.family and record.pays_after_runs is not None]
+    paying = [record for record in study.records if record.main and record.pays_after_runs is not None]
     return min(paying, key=lambda record: record.cpu_s, default=None)
 
 
 def choice(study: Study) -> Record | None:
     """The fastest hyper-reduced model, ECSW or exact polynomial, of those about as exact as the best of them."""
-    found = [r for r in study.records if r.name == r.family and "+" in r.name and math.isfinite(r.max_error)]
+    found = [r for r in study.records if r.main and r.hyper not in ("", "none") and math.isfinite(r.max_error)]
     best = min((r.max_error for r in found), default=0.0)
     return min((r for r in found if r.max_error <= AS_GOOD * best), key=lambda r: r.cpu_s, default=None)
 

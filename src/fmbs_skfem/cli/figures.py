@@ -149,7 +149,7 @@ def spectra(scene: Scene, study: Study, out: Path) -> list[Path]:
 
 def bases(study: Study, level: str) -> Mapping[str, Basis]:
     """The bases of a level, which all its models share; none where none of them ran."""
-    return next((model.bases for name, model in study.trained.items() if name.split("+")[0] == level), {})
+    return next((model.bases for name, model in study.trained.items() if study[name].level == level), {})
 
 
 def points(study: Study) -> list[Point]:

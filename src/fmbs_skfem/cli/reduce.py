@@ -19,6 +19,15 @@ if TYPE_CHECKING:
 SUFFIXES = (".h5", ".hdf5")
 
 
+def known(context: click.Context, option: click.Parameter, name: str | None) -> str | None:
+    """A name of a hyper-reduction."""
+    from ..reduction import hyper_reduction
+
+    if name is not None and name not in hyper_reduction.KNOWN:
+        raise click.BadParameter(f"expected one of {', '.join(hyper_reduction.KNOWN)}, got '{name}'", context, option)
+    return name
+
+
 @common.command("reduce")
 @click.option(
     "--level", type=click.Choice(["component", "system"]), default="component", help="A basis a component, or one for all."
@@ -28,8 +37,9 @@ SUFFIXES = (".h5", ".hdf5")
 @click.option("--hyper", type=float, metavar="ETA", help="Tolerance of the hyper-reduction, instead of the scene's; 0 for none.")
 @click.option(
     "--sample",
-    type=click.Choice(["elements", "points", "exact"]),
-    help="What the hyper-reduction samples, instead of the scene's; the exact polynomial of planar plates samples nothing.",
+    metavar="NAME",
+    callback=known,
+    help="Hyper-reduction instead of the scene's: elements, points, none, or exact, the polynomial of planar plates.",
 )
 @click.option("--duration", type=float, metavar="SECONDS", help="Train on a run of this duration.")
 def command(
@@ -74,7 +84,7 @@ def target(session: Session, scene: Scene) -> Path:
 
 def chosen(scene: Scene, level: str, tolerance: float | None, modes: int | None, hyper: float | None, sample: str | None) -> Plan:
     """The scene's plan with what the options replace."""
-    from ..reduction.hyper import Level
+    from ..reduction import NONE, Elements, hyper_reduction
     from . import compare
 
     if tolerance is not None and modes is not None:
@@ -91,11 +101,10 @@ def chosen(scene: Scene, level: str, tolerance: float | None, modes: int | None,
         plan = replace(plan, tolerance=tolerance, modes=None)
     if modes is not None:
         plan = replace(plan, modes=modes)
+    own = plan.hyper if plan.hyper.tolerance else Elements()
     if hyper is not None:
-        plan = replace(plan, hyper_tolerance=hyper or None)
-    if sample == "exact":
-        return replace(plan, exact=True)
-    return plan if sample is None else replace(plan, level=Level(sample), hyper_tolerance=plan.hyper_tolerance or 1e-3)
+        plan = replace(plan, hyper=replace(own, tolerance=hyper) if hyper else NONE)
+    return plan if sample is None else replace(plan, hyper=hyper_reduction.named(sample, plan.hyper.tolerance))
 
 
 def train(session: Session, scene: Scene, plan: Plan) -> tuple[Any, dict[str, Any]]:
@@ -126,8 +135,8 @@ def train(session: Session, scene: Scene, plan: Plan) -> tuple[Any, dict[str, An
         "elements": costs.by_component(cells, model.components),
         "points": costs.by_component(costs.kept_points(model.system), model.components),
         "tolerance": plan.tolerance if plan.modes is None else None,
-        "hyper_tolerance": None if plan.exact else plan.hyper_tolerance,
-        "hyper_reduction": "exact" if plan.exact else plan.level.value if plan.hyper_tolerance else "none",
+        "hyper_tolerance": plan.hyper.tolerance,
+        "hyper_reduction": plan.hyper.name,
         "max_error": errors.maximum,
         "median_error": errors.median,
         "mean_error": errors.mean,

@@ -32,7 +32,7 @@ def tables(scene: Scene, study: Study) -> list[Any]:
     """An overview, then products, reduced tangents and training as in Tables 1 to 3 of the source; for plates its Table 4."""
     paper = published().get(scene.name.removesuffix("-coarse"), {})
     known = paper.get("models", {})
-    if any(record.name.endswith("exact") for record in study.records):
+    if any(record.hyper == "exact" for record in study.records):
         shown: list[Any] = [sizes(study, known), shares(study, known), accuracy(study)]
     else:
         shown = [overview(study), products(study, known), tangents(study, known)]
@@ -45,7 +45,7 @@ def tables(scene: Scene, study: Study) -> list[Any]:
 
 def table_4(study: Study) -> list[Record]:
     """The models of Table 4: the full one, its other steps, and the reduced ones of the scene's eps and eta."""
-    return [record for record in study.records if record.name == record.family or record.family == "step"]
+    return [record for record in study.records if record.main or record.family in ("full", "step")]
 
 
 def sizes(study: Study, known: Mapping[str, Any]) -> Table:
@@ -150,7 +150,7 @@ def counts(values: Mapping[str, int]) -> str:
 
 def main(study: Study) -> list[Record]:
     """The reduced models of the scene's own eps and eta."""
-    return [record for record in study.records if record.name == record.family and record.modes]
+    return [record for record in study.records if record.main and record.modes]
 
 
 def overview(study: Study) -> Table:
@@ -158,7 +158,7 @@ def overview(study: Study) -> Table:
     rows = []
     full = study["full"].cpu_s
     for record in study.records:
-        if record.name != record.family and record.family not in ("coarse", "step"):
+        if not record.main and record.family not in ("full", "coarse", "step"):
             continue
         if record.status != "done":
             rows.append((record.name, record.dofs or "none", *[""] * 6))
@@ -185,10 +185,9 @@ def products(study: Study, known: Mapping[str, Any]) -> Table:
     rows = []
     for record in main(study):
         paper = known.get(record.name, {})
-        kept = record.points if record.family.endswith("points") else record.elements
         pairs = (
             (joined(record.modes.values()), joined(paper.get("r", ()))),
-            (joined(kept.values()), joined(paper.get("elements", ()))),
+            (joined((record.kept or record.elements).values()), joined(paper.get("elements", ()))),
             (joined(record.dofs_kept.values()), joined(paper.get("dofs", ()))),
             (str(record.bandwidth), str(paper.get("w", ""))),
             (f"{1e-6 * record.multiplications:.3f}", f"{1e-6 * paper['p']:.3f}" if paper else ""),

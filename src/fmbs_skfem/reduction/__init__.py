@@ -1,12 +1,30 @@
 """Model reduction: snapshots, bases, Galerkin projection, hyper-reduction, comparators, errors and indicators, files; families."""
 
-from . import affine, calibration, ecsw, errors, ffrf, files, galerkin, greedy, hyper, kriging, parameters, pivots, pod, product
+from . import (
+    affine,
+    calibration,
+    ecsw,
+    errors,
+    ffrf,
+    files,
+    galerkin,
+    greedy,
+    hyper_reduction,
+    kriging,
+    parameters,
+    pivots,
+    pod,
+    product,
+    sampling,
+)
 from .cases import Case, Family
 from .errors import Errors, Norms, compare, residual_norms
 from .ffrf import reduce_floating
 from .galerkin import Snapshots, bases, body_level, reduce_system, snapshots, system_level
-from .hyper import Level
+from .hyper_reduction import NONE, HyperReduction
 from .parameters import Parameter, Scale
+from .polynomial import Exact
+from .sampling import Elements, Level, Points
 
 __all__ = [
     "Snapshots",
@@ -19,8 +37,14 @@ __all__ = [
     "pivots",
     "reduce_system",
     "ecsw",
+    "hyper_reduction",
+    "HyperReduction",
+    "NONE",
+    "sampling",
     "Level",
-    "hyper",
+    "Elements",
+    "Points",
+    "Exact",
     "ffrf",
     "reduce_floating",
     "errors",

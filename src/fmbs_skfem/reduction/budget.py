@@ -20,6 +20,7 @@ from ..systems.system import System
 from . import full_runs
 from .family_model import member, reduced_run, trained
 from .full_runs import FullRun, Setting
+from .hyper_reduction import NONE
 from .training import Plan
 
 TRUNCATION, HYPER = 0.1, 0.1  #: shares of the tolerance
@@ -75,10 +76,11 @@ def first_eps(tolerance: float) -> float:
 
 def choose_eps(setting: Setting, run: FullRun, tolerance: float) -> tuple[float, float]:
     """The eps that keeps its share, and the error it makes without hyper-reduction."""
-    eps, share = first_eps(tolerance), TRUNCATION * tolerance
+    eps, share, hyper = first_eps(tolerance), TRUNCATION * tolerance, setting.plan.hyper
+    plain = hyper if hyper.tolerance is None else NONE
     found: dict[float, float] = {}
     for _ in range(TRIALS):
-        found[eps] = error_at(setting, run, replace(setting.plan, tolerance=eps, modes=None, hyper_tolerance=None))
+        found[eps] = error_at(setting, run, replace(setting.plan, tolerance=eps, modes=None, hyper=plain))
         if found[eps] <= share or eps <= SMALLEST_EPS:
             break
         factor = SAFE * (share / found[eps]) ** 2 if math.isfinite(found[eps]) else UNSTABLE
@@ -92,12 +94,13 @@ def choose_eps(setting: Setting, run: FullRun, tolerance: float) -> tuple[float,
 
 def choose_eta(setting: Setting, run: FullRun, tolerance: float, eps: float, truncation: float) -> tuple[float | None, float]:
     """The largest eta whose whole error keeps the share of truncation and hyper-reduction, and that error."""
-    if setting.plan.exact or setting.plan.hyper_tolerance is None:
+    hyper, share = setting.plan.hyper, HYPER * tolerance + truncation
+    if hyper.tolerance is None:
         return None, truncation
-    eta, share = limited(setting.plan.hyper_tolerance, SMALLEST_ETA, LARGEST_ETA), HYPER * tolerance + truncation
+    eta = limited(hyper.tolerance, SMALLEST_ETA, LARGEST_ETA)
     found: dict[float, float] = {}
     for _ in range(TRIALS):
-        found[eta] = error_at(setting, run, replace(setting.plan, tolerance=eps, modes=None, hyper_tolerance=eta))
+        found[eta] = error_at(setting, run, replace(setting.plan, tolerance=eps, modes=None, hyper=replace(hyper, tolerance=eta)))
         if found[eta] <= share or eta <= SMALLEST_ETA:
             break
         eta = limited(0.1 * eta, SMALLEST_ETA, LARGEST_ETA)
@@ -126,4 +129,4 @@ def limited(x: float, low: float, high: float) -> float:
 
 def with_choice(plan: Plan, choice: Choice) -> Plan:
     """The plan with the chosen tolerances."""
-    return replace(plan, tolerance=choice.eps, modes=None, hyper_tolerance=choice.eta)
+    return replace(plan, tolerance=choice.eps, modes=None, hyper=replace(plan.hyper, tolerance=choice.eta))

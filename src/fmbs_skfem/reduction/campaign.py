@@ -396,10 +396,10 @@ def settle(work: Work, choice: Choice) -> None:
 
 def lower(work: Work, last: greedy.Iteration) -> bool:
     """Lower eps and eta, as far as the factors of the runs allow it, and forget the last iteration; False where that is no way."""
-    plan, choice = work.fast.plan, work.choice
+    plan, choice, old = work.fast.plan, work.choice, work.fast.plan.hyper.tolerance
     eps = max(LOWER_EPS * plan.tolerance, budget.SMALLEST_EPS)
-    eta = None if plan.hyper_tolerance is None else max(LOWER_ETA * plan.hyper_tolerance, budget.SMALLEST_ETA)
-    if choice is None or work.lowered == LOWERINGS or (eps == plan.tolerance and eta == plan.hyper_tolerance):
+    eta = None if old is None else max(LOWER_ETA * old, budget.SMALLEST_ETA)
+    if choice is None or work.lowered == LOWERINGS or (eps == plan.tolerance and eta == old):
         return False
     settle(work, replace(choice, eps=eps, eta=eta))
     work.lowered, work.discarded, work.stale = work.lowered + 1, work.discarded + len(last.samples), True

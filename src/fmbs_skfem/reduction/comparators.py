@@ -33,9 +33,10 @@ from ..systems.system import System
 from . import affine, campaign, costs, family_model, full_runs, galerkin, grassmann, parameters
 from .campaign import Search
 from .cases import Case, Family
-from .family_model import Members, Polynomials
+from .family_model import Members
 from .full_runs import Full, FullRun, Setting
 from .greedy import Options
+from .hyper_reduction import NONE
 from .output_errors import OutputError
 from .pod import Basis
 
@@ -143,13 +144,13 @@ def interpolated(setting: Setting, full: Full, counts: Sequence[int]) -> Compara
     rows = [
         family_model.kept_rows(setting, [system], [run], basis) for system, run, basis in zip(systems, given, local, strict=True)
     ]
+    hyper = NONE if setting.plan.hyper.tolerance else setting.plan.hyper
     offline = clock.process_time() - begun + sum(run.cpu_s for run in given)
 
     def family(values: Mapping[str, float]) -> Case:
         here = in_box(setting, values)
         found = {name: about_start(grassmann.interpolate(chart, here)) for name, chart in charts.items()}
-        polynomials = Polynomials() if setting.plan.exact else None
-        return family_model.member(setting, Members(found, rows[closest(places, here)], (), polynomials), values)
+        return family_model.member(setting, Members(found, rows[closest(places, here)], hyper.train([])), values)
 
     return Comparator(f"Grassmann {shape(counts)}", family, len(given), offline)
 

@@ -23,9 +23,8 @@ from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..dynamics.integration import integrate
 from ..dynamics.trajectory import Trajectory
-from ..systems.quartic import Quartic
-from ..systems.system import Elastic, Sampled, System, keep_constraints
-from . import affine, errors, hyper, pod, polynomial
+from ..systems.system import System, keep_constraints
+from . import affine, errors, pod
 from .affine import ParametricCase
 from .cases import Case, Family
 from .full_runs import FullRun, Setting, states, steps
@@ -36,21 +35,22 @@ from .galerkin import (
     inner_constraints,
     is_rigid,
     metric_of,
-    projected,
     reduce_system,
     row_samples,
     rows_of,
     rows_to_keep,
     satisfying,
 )
-from .hyper import Selection, sampled_gather
+from .hyper_reduction import NONE, Rule, TrainingRun
 from .parameters import Parameter
 from .pod import Basis
+from .sampling import Selection
 from .training import newton_of_reduced
 
 Modes = Mapping[str, Basis]
 Names = frozenset[tuple[str, str]]
 
+PLAIN = NONE.train([])
 KEEPS = 1e-10  #: modes that violate a linear constraint by less keep it to round-off
 
 
@@ -94,7 +94,7 @@ def model_of(setting: Setting, runs: Sequence[FullRun]) -> FamilyModel:
     members = trained(setting, runs)
     sizes = {name: basis.modes.shape[1] for name, basis in members.bases.items()}
     cases, obstacle = polynomials_of(partial(member, setting, members), setting.parameters)
-    return FamilyModel(cases, sizes, members.selections, clock.process_time() - begun, members.bases, obstacle)
+    return FamilyModel(cases, sizes, members.hyper.selections, clock.process_time() - begun, members.bases, obstacle)
 
 
 def polynomials_of(family: Family, parameters: Sequence[Parameter]) -> tuple[ParametricCase | Family, str]:
@@ -106,43 +106,21 @@ def polynomials_of(family: Family, parameters: Sequence[Parameter]) -> tuple[Par
         return family, str(problem)
 
 
-class Polynomials:
-    """Exact polynomials of reduced membranes; those whose energies differ by a factor are made once."""
-
-    def __init__(self) -> None:
-        self.known: list[tuple[tuple[Elastic, ...], System]] = []
-
-    def of(self, system: System) -> System:
-        for elastic, made in self.known:
-            factors = [ratio(old, new) for old, new in zip(elastic, system.elastic, strict=True)]
-            if None not in factors and len(set(factors)) == 1:
-                return replace(system, elastic=tuple(scaled(part, factors[0]) for part in made.elastic))
-        made = hyper.exact(system)
-        self.known.append((system.elastic, made))
-        return made
-
-
 @dataclass(frozen=True)
 class Members:
     """What makes a reduced system of the full system at any parameters."""
 
     bases: Modes
     rows: Names  #: constraint rows that are kept
-    selections: tuple[Selection, ...] = ()
-    polynomials: Polynomials | None = None
+    hyper: Rule = PLAIN
 
 
 def trained(setting: Setting, runs: Sequence[FullRun]) -> Members:
     """Bases, constraint rows and hyper-reduction of all runs."""
-    plan, systems = setting.plan, [setting.family(run.values).system for run in runs]
+    systems = [setting.family(run.values).system for run in runs]
     found = bases(setting, systems[0], runs)
     members = Members(found, kept_rows(setting, systems, runs, found))
-    if plan.exact:
-        return replace(members, polynomials=Polynomials())
-    if plan.hyper_tolerance is None:
-        return members
-    pairs = training_pairs(setting, systems, runs, members)
-    return replace(members, selections=hyper.train_over(pairs, plan.hyper_tolerance, plan.level))
+    return replace(members, hyper=setting.plan.hyper.train(training_runs(setting, systems, runs, members)))
 
 
 def bases(setting: Setting, raw: System, runs: Sequence[FullRun]) -> dict[str, Basis]:
@@ -196,47 +174,19 @@ def kept_rows(setting: Setting, systems: Sequence[System], runs: Sequence[FullRu
     return frozenset(names[k] for k in rows_to_keep(samples)) if names else frozenset()
 
 
-def training_pairs(
-    setting: Setting, systems: Sequence[System], runs: Sequence[FullRun], members: Members
-) -> list[tuple[System, np.ndarray]]:
-    """The reduced system of every run with the projected states of it."""
-    pairs = []
-    for raw, run in zip(systems, runs, strict=True):
-        reduced = projection(setting, members.bases, members.rows, raw)
-        points = sum(len(sampled_gather(e).cell) for e in reduced.elastic)
-        few = hyper.thinned(np.arange(len(run.times)), points * len(runs))
-        pairs.append((reduced, projected(reduced, states(setting, raw, run, few))))
-    return pairs
+def training_runs(setting: Setting, systems: Sequence[System], runs: Sequence[FullRun], members: Members) -> list[TrainingRun]:
+    """What a hyper-reduction is trained on: every run with its full and its reduced system."""
+    return [
+        TrainingRun(raw, projection(setting, members.bases, members.rows, raw), partial(states, setting, raw, run))
+        for raw, run in zip(systems, runs, strict=True)
+    ]
 
 
 def member(setting: Setting, members: Members, values: Mapping[str, float]) -> Case:
     """The reduced case at some parameters, made from the full one."""
     case = setting.family(values)
-    system = projection(setting, members.bases, members.rows, case.system)
-    if members.polynomials:
-        system = members.polynomials.of(system)
-    elif members.selections:
-        system = hyper.apply(system, members.selections)
+    system = members.hyper.apply(projection(setting, members.bases, members.rows, case.system))
     return replace(case, system=system, newton=newton_of_reduced(case.newton, setting.plan.tolerance))
-
-
-def scaled(elastic: Elastic, factor: float | None) -> Elastic:
-    """A polynomial body with its energy times a factor."""
-    if not isinstance(elastic.gather, Quartic) or factor in (None, 1.0):
-        return elastic
-    return replace(elastic, gather=polynomial.scaled(elastic.gather, float(factor or 1.0)))
-
-
-def ratio(old: Elastic, new: Elastic) -> float | None:
-    """Factor between the energies of one sampled membrane at two parameters, None where there is none."""
-    a, b = old.gather, new.gather
-    if not (isinstance(a, Sampled) and isinstance(b, Sampled)):
-        return None
-    same = np.array_equal(a.jets, b.jets) and np.array_equal(a.offset, b.offset) and np.array_equal(a.section[1], b.section[1])
-    before, now = (gather.section[0] * gather.section[-1] for gather in (a, b))
-    factors = now / before
-    middle = float(np.median(factors))
-    return middle if same and np.abs(factors - middle).max() <= 1e-14 * abs(middle) else None
 
 
 def reduced_case(model: FamilyModel, values: Mapping[str, float]) -> Case:

@@ -44,8 +44,8 @@ from . import extent, soundness
 from .affine import Order, ParametricCase, Varying
 from .cases import Case
 from .ecsw import Sample
-from .hyper import Level, Selection
 from .parameters import Parameter, Scale
+from .sampling import Level, Selection
 from .soundness import Unsound
 
 FORMAT = "fmbs_skfem reduced model"

@@ -12,13 +12,16 @@ all points up to round-off, at a cost that depends on the number of modes alone.
 
 Rotations cancel between monomials, so that the round-off of a force is that of its largest monomials, about 1e-16 A times the norm
 of the modes, however small the strains are: `floor` estimates it.
+`Exact` is the hyper-reduction of a plan: at other parameters, energies that differ by a factor are made once.
 Tensors of a polynomial energy: J. Barbic, D. L. James, ACM Trans. Graph. 24 (2005) 982-990, doi 10.1145/1073204.1073300.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from math import comb
+from typing import ClassVar
 
 import numpy as np
 from scipy.linalg.blas import dsyrk
@@ -27,9 +30,83 @@ from ..bodies.laws import Law
 from ..core.errors import InputError, say
 from ..systems import quartic
 from ..systems.quartic import Quartic
-from ..systems.system import Sampled
+from ..systems.system import Elastic, Sampled, System
+from .hyper_reduction import HyperReduction, Rule, TrainingRun, register
+from .sampling import sampled_gather
 
 BLOCK = 256  #: points whose strains are formed at once
+
+
+@register
+@dataclass(frozen=True)
+class Exact(HyperReduction):
+    """The exact polynomial of planar membranes: nothing is sampled or trained."""
+
+    name: ClassVar[str] = "exact"
+    label: ClassVar[str] = "exact"
+
+    def train(self, runs: Sequence[TrainingRun]) -> Rule:
+        return Rule(Polynomials().of)
+
+
+class Polynomials:
+    """Exact polynomials of reduced membranes; those whose energies differ by a factor are made once."""
+
+    def __init__(self) -> None:
+        self.known: list[tuple[tuple[Elastic, ...], System]] = []
+
+    def of(self, system: System) -> System:
+        """The reduced system with polynomials in place of its points."""
+        for elastic, made in self.known:
+            factors = [ratio(old, new) for old, new in zip(elastic, system.elastic, strict=True)]
+            if None not in factors and len(set(factors)) == 1:
+                return replace(system, elastic=tuple(rescaled(part, factors[0]) for part in made.elastic))
+        made = exact(system)
+        self.known.append((system.elastic, made))
+        return made
+
+
+def rescaled(elastic: Elastic, factor: float | None) -> Elastic:
+    """A polynomial body with its energy times a factor."""
+    if not isinstance(elastic.gather, Quartic) or factor in (None, 1.0):
+        return elastic
+    return replace(elastic, gather=scaled(elastic.gather, float(factor or 1.0)))
+
+
+def ratio(old: Elastic, new: Elastic) -> float | None:
+    """Factor between the energies of one sampled membrane at two parameters, None where there is none."""
+    a, b = old.gather, new.gather
+    if not (isinstance(a, Sampled) and isinstance(b, Sampled)):
+        return None
+    same = np.array_equal(a.jets, b.jets) and np.array_equal(a.offset, b.offset) and np.array_equal(a.section[1], b.section[1])
+    before, now = (gather.section[0] * gather.section[-1] for gather in (a, b))
+    factors = now / before
+    middle = float(np.median(factors))
+    return middle if same and np.abs(factors - middle).max() <= 1e-14 * abs(middle) else None
+
+
+def exact(system: System) -> System:
+    """The reduced system with the strain energy of its planar membranes as polynomials of the modes: no point is evaluated.
+
+    Bodies that share their unknowns share one polynomial, the sum of theirs.
+    """
+    found: dict[tuple[int, int], Elastic] = {}
+    for elastic in system.elastic:
+        energy = build(sampled_gather(elastic), elastic.beta, elastic.name)
+        span = (energy.columns.start, energy.columns.stop)
+        if span in found and isinstance(other := found[span].gather, Quartic):
+            energy.coefficients[:] += other.coefficients
+            elastic = replace(elastic, name=f"{found[span].name}+{elastic.name}")
+        found[span] = replace(elastic, gather=energy)
+    return replace(system, elastic=tuple(found.values()))
+
+
+def possible(system: System) -> bool:
+    """Whether every elastic body is a planar membrane without stiffness damping, so that `exact` is possible."""
+    planar = system.dim == 2 and len(system.elastic) > 0
+    return planar and all(
+        not isinstance(e.gather, Quartic) and e.gather.law is Law.MEMBRANE and e.beta == 0.0 for e in system.elastic
+    )
 
 
 def build(sampled: Sampled, beta: float = 0.0, name: str = "membrane") -> Quartic:

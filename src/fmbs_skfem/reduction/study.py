@@ -4,7 +4,8 @@ r"""Study of a system: the full model once, then every reduced, coarser and larg
     training pays after  (training + its full run) / (full run - reduced run)  runs
 
 Models on other meshes have other coordinates: they are compared along the centre lines.
-Planar membranes without stiffness damping have the exact polynomial of `hyper.exact` beside ECSW.
+Planar membranes without stiffness damping have their exact polynomial beside ECSW; another hyper-reduction that
+the plan names stands beside them.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
 """
@@ -24,17 +25,18 @@ from ..dynamics.integration import integrate
 from ..dynamics.trajectory import Trajectory
 from ..systems.assembly import eliminate
 from ..systems.system import System
-from . import costs, output_errors
+from . import costs, output_errors, polynomial
 from .errors import Errors, compare
 from .ffrf import reduce_floating
 from .galerkin import Snapshots, snapshots, system_level
-from .hyper import Level, polynomial_bodies
+from .hyper_reduction import NONE, USUAL, HyperReduction
 from .output_errors import OutputError
+from .polynomial import Exact
 from .runs import Options, TimeError, kept_steps, other_steps, sharp_newton, step_error, stored, timed
-from .training import Components, Trained, newton_of_reduced, polynomial, reduced, sampled
+from .sampling import Elements, Points
+from .training import Components, Plan, Trained, hyper_reduced, newton_of_reduced, reduced
 
-MAIN = ("system", "component", "system+ecsw", "component+ecsw", "component+ecsw-points")
-PLANAR = (*MAIN, "system+ecsw-points", "system+exact", "component+exact")  #: where the exact polynomial is possible
+LEVELS = ("system", "component")
 FULL = ("full", "coarse", "step")  #: families of full models
 
 
@@ -45,10 +47,14 @@ class Record:
     name: str
     family: str
     status: str = "done"  #: or the reason why there are no errors
+    level: str = ""  #: "system" or "component" of reduced models with bases
+    hyper: str = ""  #: name of their hyper-reduction
+    main: bool = False  #: of the plan's own eps and eta, as the floating frame is
     dofs: int = 0  #: unknowns; of full models all coordinates
     modes: Mapping[str, int] = field(default_factory=dict)  #: by component
     elements: Mapping[str, int] = field(default_factory=dict)  #: cells in use, by component
     points: Mapping[str, int] = field(default_factory=dict)  #: quadrature points in use, by component
+    kept: Mapping[str, int] = field(default_factory=dict)  #: what a hyper-reduction that samples has chosen, by component
     dofs_kept: Mapping[str, int] = field(default_factory=dict)  #: coordinates touched by the cells in use, by component
     bandwidth: int = 0
     multiplications: int = 0  #: p
@@ -98,13 +104,9 @@ class Study:
 class Job:
     """A model to be run."""
 
-    name: str
-    family: str
-    step: float
+    record: Record  #: as far as it is known before
     make: Callable[[], Trained]
     ready: Trajectory | None = None
-    tolerance: float | None = None
-    hyper_tolerance: float | None = None
 
 
 def run(
@@ -131,14 +133,24 @@ def run(
     for number, job in enumerate(jobs):
         record, model, motion, errors = evaluate(job, raw, full, options, kept)
         records.append(record)
-        if job.name == job.family and model and motion and errors:
-            motions[job.name], found[job.name], trained[job.name] = motion, errors, model
+        if record.main and model and motion and errors:
+            motions[record.name], found[record.name], trained[record.name] = motion, errors, model
         if progress:
             progress((number + 1) / (len(jobs) + 1))
     own_run = full if sharp == own else timed(system, options, h, kept, own)
-    itself = evaluate(Job("full", "full", h, lambda: Trained(system), own_run), raw, own_run, options, kept)[0]
+    itself = evaluate(Job(Record("full", "full", step=h), lambda: Trained(system), own_run), raw, own_run, options, kept)[0]
     told = tuple(with_ratios([itself, *records], full.statistics.cpu_s))
     return Study(told, full, motions, found, trained, step_error(full, fine, h))
+
+
+def variants(raw: System, plan: Plan) -> list[tuple[str, HyperReduction]]:
+    """Levels and hyper-reductions that are compared, with the eta of the plan."""
+    eta, exact = plan.hyper.tolerance or USUAL, polynomial.possible(raw)
+    found: list[tuple[str, HyperReduction]] = [(level, NONE) for level in LEVELS]
+    found += [*((level, Elements(eta)) for level in LEVELS), ("component", Points(eta))]
+    found += [("system", Points(eta)), *((level, Exact()) for level in LEVELS)] if exact else []
+    known = {hyper.name for _, hyper in found}
+    return found + [(level, plan.hyper) for level in LEVELS if plan.hyper.name not in known]
 
 
 def reduced_jobs(raw: System, data: Snapshots, options: Options) -> Iterator[Job]:
@@ -151,31 +163,31 @@ def reduced_jobs(raw: System, data: Snapshots, options: Options) -> Iterator[Job
         modes = None if level == "system" and isinstance(plan.modes, Mapping) else plan.modes
         return reduced(raw, data, replace(plan, components=levels[level], tolerance=tolerance, modes=modes))
 
-    def job(name: str, level: str, eps: float, eta: float | None, suffix: str = "") -> Job:
-        def make() -> Trained:
-            if name.endswith("exact"):
-                return polynomial(base(level, eps))
-            sample = Level.POINTS if name.endswith("points") else Level.ELEMENTS
-            return base(level, eps) if eta is None else sampled(base(level, eps), data, eta, sample)
+    def job(level: str, eps: float, hyper: HyperReduction, main: bool) -> Job:
+        family, eta = (f"{level}+{hyper.label}" if hyper.label else level), hyper.tolerance
+        name = family if main else f"{family} {short(eps)}" + (f"/{short(eta)}" if eta else "")
+        record = Record(
+            name, family, level=level, hyper=hyper.name, main=main, step=h, tolerance=eps, hyper_tolerance=hyper.tolerance
+        )
+        return Job(record, lambda: hyper_reduced(base(level, eps), raw, data, hyper))
 
-        return Job(name + suffix, name, h, make, None, eps, eta)
-
-    main_eta = plan.hyper_tolerance or 1e-3
     with contextlib.suppress(FmbsError):  # compiles training and steps; what fails here is told by the models themselves
-        few = sampled(base("component", plan.tolerance), replace(data, times=data.times[:2], q=data.q[:2]), 0.5, Level.ELEMENTS)
-        integrate(few.system, options.scheme, 2 * h, options.newton)
-    exact = polynomial_bodies(raw)
-    names = [name for name in (PLANAR if exact else MAIN) if "+" in name or options.plain or not exact]
-    for name in names:
-        yield job(name, name.split("+")[0], plan.tolerance, main_eta if "ecsw" in name else None)
+        few = replace(data, times=data.times[:2], q=data.q[:2])
+        model = hyper_reduced(base("component", plan.tolerance), raw, few, Elements(0.5))
+        integrate(model.system, options.scheme, 2 * h, options.newton)
+    found = variants(raw, plan)
+    if not options.plain and polynomial.possible(raw):
+        found = [(level, hyper) for level, hyper in found if hyper is not NONE]
+    for level, hyper in found:
+        yield job(level, plan.tolerance, hyper, True)
     for eps in dict.fromkeys(options.tolerances):
-        for name in names:
-            for eta in dict.fromkeys((main_eta, *options.hyper_tolerances)) if "ecsw" in name else (None,):
-                if (eps, eta or main_eta) != (plan.tolerance, main_eta):
-                    yield job(name, name.split("+")[0], eps, eta, f" {short(eps)}" + (f"/{short(eta)}" if eta else ""))
+        for level, hyper in found:
+            for eta in dict.fromkeys((hyper.tolerance, *options.hyper_tolerances)) if hyper.tolerance else (None,):
+                if (eps, eta) != (plan.tolerance, hyper.tolerance):
+                    yield job(level, eps, replace(hyper, tolerance=eta), False)
     if options.ffrf_modes:
         count = options.ffrf_modes
-        yield Job("ffrf", "ffrf", h, lambda: Trained(reduce_floating(raw, count)))
+        yield Job(Record("ffrf", "ffrf", main=True, step=h), lambda: Trained(reduce_floating(raw, count)))
 
 
 def competitors(
@@ -189,10 +201,10 @@ def competitors(
     """Full models on coarser meshes and with other steps."""
     h = options.scheme.step
     for cells, other in coarse.items():
-        yield Job(f"coarse-{cells}", "coarse", h, functools.partial(formed, form, other))
+        yield Job(Record(f"coarse-{cells}", "coarse", step=h), functools.partial(formed, form, other))
     for step in options.steps:
         ready = next((motion for known, motion in fine.items() if math.isclose(known, step)), None)
-        yield Job(f"step-{short(step)}", "step", step, lambda: Trained(system), ready)
+        yield Job(Record(f"step-{short(step)}", "step", step=step), lambda: Trained(system), ready)
 
 
 def formed(form: Callable[[System], System], raw: System) -> Trained:
@@ -204,26 +216,20 @@ def evaluate(
     job: Job, raw: System, full: Trajectory, options: Options, kept: np.ndarray
 ) -> tuple[Record, Trained | None, Trajectory | None, Errors | None]:
     """Make a model, run it, and compare it with the full one."""
-    newton = newton_of_reduced(options.newton, job.tolerance) if job.tolerance else options.newton
-    record = Record(
-        job.name,
-        job.family,
-        step=job.step,
-        newton=newton.tolerance,
-        tolerance=job.tolerance,
-        hyper_tolerance=job.hyper_tolerance,
-    )
+    eps, step = job.record.tolerance, job.record.step
+    newton = newton_of_reduced(options.newton, eps) if eps else options.newton
+    record = replace(job.record, newton=newton.tolerance)
     try:
         model = job.make()
     except FmbsError as error:
         return replace(record, status=str(error)), None, None, None
     record = sizes(record, model, raw)
     try:
-        motion = job.ready or timed(model.system, options, job.step, stored(job.step, options.scheme.step, kept), newton)
+        motion = job.ready or timed(model.system, options, step, stored(step, options.scheme.step, kept), newton)
         errors, outputs = compare(full, motion), output_errors.compare(full, motion)
     except FmbsError as error:
         return replace(record, status=str(error)), model, None, None
-    cost, parts = motion.statistics, costs.shares(motion, replace(options.scheme, step=job.step))
+    cost, parts = motion.statistics, costs.shares(motion, replace(options.scheme, step=step))
     record = replace(
         record,
         constraints=len(motion.system.constraints.names),
@@ -264,6 +270,7 @@ def sizes(record: Record, model: Trained, raw: System) -> Record:
         dofs_kept=dofs,
         bandwidth=width,
         multiplications=costs.multiplications(dofs, modes, width),
+        kept={selection.component: len(selection.sample.indices) for selection in model.selections},
         snnls_s={selection.component: selection.snnls_s for selection in model.selections},
         training_s=model.training_s,
     )
@@ -272,7 +279,7 @@ def sizes(record: Record, model: Trained, raw: System) -> Record:
 def with_ratios(records: Sequence[Record], taught: float) -> Iterator[Record]:
     """Records with the speed-up in theory and the runs after which training, on a full run of CPU time `taught`, pays."""
     full = records[0].cpu_s
-    system = next((record.multiplications for record in records if record.name == "system"), 0)
+    system = next((record.multiplications for record in records if record.name == LEVELS[0]), 0)
     for record in records:
         ratio = system / record.multiplications if record.multiplications and system else math.nan
         gain = full - record.cpu_s

@@ -1,6 +1,6 @@
 r"""Training: from the motion of a full model to a reduced model, as one plan says.
 
-    full motion -> snapshots -> bases, eps (14) -> projection (21) -> ECSW, eta (44), or the exact polynomial
+    full motion -> snapshots -> bases, eps (14) -> projection (21) -> hyper-reduction, eta (44)
 
 The snapshots have to be sharper than the modes that are kept: the Newton tolerance of the training run is at most 1e-6 sqrt(eps),
 relative to the size of the mechanism. Above that the smallest modes are noise. Reduced models iterate to 2e-5 sqrt(eps): what they
@@ -16,10 +16,10 @@ from dataclasses import dataclass, field, replace
 
 from ..dynamics.scheme import Newton
 from ..systems.system import System
-from . import hyper
-from .galerkin import Snapshots, bases, projected, reduce_system
-from .hyper import Level, Selection
+from .galerkin import Snapshots, bases, reduce_system
+from .hyper_reduction import NONE, HyperReduction, TrainingRun
 from .pod import Basis
+from .sampling import Selection
 
 Components = Mapping[str, Sequence[str]]
 Modes = int | Mapping[str, int] | None
@@ -36,10 +36,8 @@ class Plan:
     components: Components
     tolerance: float = 1e-12  #: eps of equation (14)
     modes: Modes = None  #: instead of eps, for all components or by name
-    hyper_tolerance: float | None = None  #: eta of ECSW; None without hyper-reduction
-    level: Level = Level.ELEMENTS
+    hyper: HyperReduction = NONE  #: how elastic forces are evaluated
     eliminate: bool = False  #: linear constraints between components
-    exact: bool = False  #: the exact polynomial of planar membranes instead of ECSW
 
 
 @dataclass(frozen=True)
@@ -74,23 +72,15 @@ def reduced(raw: System, data: Snapshots, plan: Plan) -> Trained:
     return Trained(system, plan.components, found, (), clock.process_time() - start)
 
 
-def sampled(model: Trained, data: Snapshots, tolerance: float, level: Level) -> Trained:
-    """Hyper-reduction of a reduced model, trained on the projected snapshots."""
+def hyper_reduced(model: Trained, raw: System, data: Snapshots, hyper: HyperReduction) -> Trained:
+    """Hyper-reduction of a reduced model, trained on the snapshots of its full system."""
     start = clock.process_time()
-    selections = hyper.train(model.system, projected(model.system, data.q), tolerance, level)
-    system = hyper.apply(model.system, selections)
-    return replace(model, system=system, selections=selections, training_s=model.training_s + clock.process_time() - start)
-
-
-def polynomial(model: Trained) -> Trained:
-    """Exact hyper-reduction of a reduced model of planar membranes; nothing is trained."""
-    start = clock.process_time()
-    return replace(model, system=hyper.exact(model.system), training_s=model.training_s + clock.process_time() - start)
+    rule = hyper.train([TrainingRun(raw, model.system, lambda: data.q)])
+    system = rule.apply(model.system)
+    spent = clock.process_time() - start
+    return replace(model, system=system, selections=rule.selections, training_s=model.training_s + spent)
 
 
 def train(raw: System, data: Snapshots, plan: Plan) -> Trained:
     """The reduced model of a plan."""
-    model = reduced(raw, data, plan)
-    if plan.exact:
-        return polynomial(model)
-    return model if plan.hyper_tolerance is None else sampled(model, data, plan.hyper_tolerance, plan.level)
+    return hyper_reduced(reduced(raw, data, plan), raw, data, plan.hyper)

@@ -10,7 +10,7 @@ from fmbs_skfem.bodies import sections
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import integrate
 from fmbs_skfem.dynamics.outputs import energies
-from fmbs_skfem.reduction import Level, galerkin, hyper, pod
+from fmbs_skfem.reduction import Level, galerkin, pod, sampling
 from fmbs_skfem.reduction.galerkin import projected
 from fmbs_skfem.systems import System, compiled
 from fmbs_skfem.systems.compiled import compile_system
@@ -25,11 +25,11 @@ def elastic_force(system: System, x: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("level", list(Level))
 def test_weights_of_one_change_nothing(small: Reduced, level: Level) -> None:
     selections = tuple(
-        hyper.Selection(name, level, hyper.Sample(np.arange(n), np.ones(n), 0.0, n), n, 0.0, 0.0)
-        for name, n in ((e.name, hyper.count(e, level)) for e in small.system.elastic)
+        sampling.Selection(name, level, sampling.Sample(np.arange(n), np.ones(n), 0.0, n), n, 0.0, 0.0)
+        for name, n in ((e.name, sampling.count(e, level)) for e in small.system.elastic)
     )
-    same = hyper.apply(small.system, selections)
-    assert hyper.kept(same) == hyper.kept(small.system)
+    same = sampling.apply(small.system, selections)
+    assert sampling.kept(same) == sampling.kept(small.system)
     one, two = (integrate(s, SCHEME, 0.05) for s in (small.system, same))
     assert np.array_equal(one.x, two.x)
     assert np.array_equal(one.multipliers, two.multipliers)
@@ -41,8 +41,8 @@ def test_contributions_add_up_to_the_force(small: Reduced, level: Level) -> None
     total = elastic_force(small.system, x)
     for name, first, last in small.system.components:
         member = next(e for e in small.system.elastic if e.name == name)
-        parts = hyper.forces(member, x[None, first:last], level)
-        assert parts.shape == (1, last - first, hyper.count(member, level))
+        parts = sampling.forces(member, x[None, first:last], level)
+        assert parts.shape == (1, last - first, sampling.count(member, level))
         assert np.allclose(parts.sum(axis=2)[0], total[first:last], rtol=1e-9, atol=1e-9 * np.abs(total).max())
 
 
@@ -52,7 +52,7 @@ def test_elements_and_errors_of_example_2(example_2: Full, by_component: Reduced
     elements = [len(s.sample.indices) for s in selections]
     assert np.abs(np.subtract(elements, 18)).max() <= 3
     assert [s.total for s in selections] == [100, 100]
-    assert {name: cells for name, (cells, _) in hyper.kept(system).items()} == dict(zip(("I", "II"), elements, strict=True))
+    assert {name: cells for name, (cells, _) in sampling.kept(system).items()} == dict(zip(("I", "II"), elements, strict=True))
     assert all(s.sample.residual <= 1e-3 for s in selections)
     assert error(example_2, system) < 1.2e-4
 
@@ -61,14 +61,14 @@ def test_points_of_example_2(example_2: Full, by_component: Reduced) -> None:
     system, selections = hyper_reduced(by_component, Level.POINTS)
     points = [len(s.sample.indices) for s in selections]
     assert max(points) <= 24
-    assert [n for _, n in hyper.kept(system).values()] == points
+    assert [n for _, n in sampling.kept(system).values()] == points
     assert error(example_2, system) < 1.5e-4
 
 
 def test_system_level_of_example_2(example_2: Full, by_system: Reduced) -> None:
     system, (selection,) = hyper_reduced(by_system)
     assert selection.total == 200
-    assert sum(cells for cells, _ in hyper.kept(system).values()) == len(selection.sample.indices) <= 52
+    assert sum(cells for cells, _ in sampling.kept(system).values()) == len(selection.sample.indices) <= 52
     assert error(example_2, system) < 1.5e-4
 
 
@@ -81,7 +81,7 @@ def test_hermite_coordinates_reproduce_the_published_elements(example_2_hermite:
             name: pod.basis(full.data.q[:, galerkin.rows_of(full.raw, members)].T, 1e-12) for name, members in components.items()
         }
         system = reduction.reduce_system(full.raw, components, bases)
-        found = hyper.train(system, projected(system, full.data.q), 1e-3)
+        found = sampling.train([(system, projected(system, full.data.q))])
         assert np.abs(np.subtract([len(s.sample.indices) for s in found], published)).max() <= 3
 
 
@@ -129,7 +129,7 @@ def test_far_from_its_training_the_model_still_holds(factor: float, by_component
     modulus = factor * material.young_modulus
     section = sections.Given(EA=modulus * area, EI=modulus * inertia, rhoA=material.density * area)
     raw = models.double_pendulum(100, section=section, all_multipliers=True)
-    system = hyper.apply(reduction.reduce_system(raw, by_component.components, by_component.bases), selections)
+    system = sampling.apply(reduction.reduce_system(raw, by_component.components, by_component.bases), selections)
     # 7e-4 in an independent implementation; here 7.3e-4 with E x 0.5 and 5e-5 with E x 2
     assert error(full_of(raw), system) <= 7.5e-4
 
@@ -137,33 +137,33 @@ def test_far_from_its_training_the_model_still_holds(factor: float, by_component
 def test_several_bodies_in_one_component(coarse: Full) -> None:
     model = reduced(coarse, reduction.system_level(coarse.raw))
     system, (selection,) = hyper_reduced(model, Level.POINTS)
-    assert selection.total == sum(hyper.count(e, Level.POINTS) for e in model.system.elastic)
-    assert sum(points for _, points in hyper.kept(system).values()) == len(selection.sample.indices) < selection.total
+    assert selection.total == sum(sampling.count(e, Level.POINTS) for e in model.system.elastic)
+    assert sum(points for _, points in sampling.kept(system).values()) == len(selection.sample.indices) < selection.total
     assert error(coarse, system) < 2e-4
 
 
 def test_a_full_system_is_refused(coarse: Full) -> None:
-    with pytest.raises(InputError, match=r"hyper\.train: expected a reduced system, got a full one; reduce it first"):
-        hyper.train(coarse.raw, coarse.data.q)
+    with pytest.raises(InputError, match=r"sampling\.train: expected a reduced system, got a full one; reduce it first"):
+        sampling.train([(coarse.raw, coarse.data.q)])
 
 
 def test_of_very_many_points_those_in_chosen_cells_are_searched(small: Reduced, monkeypatch: pytest.MonkeyPatch) -> None:
-    direct = hyper.train(small.system, small.states, 1e-4, Level.POINTS)
-    cells = hyper.train(small.system, small.states, 1e-4, Level.ELEMENTS)
-    monkeypatch.setattr(hyper, "MANY", 10)
-    staged = hyper.train(small.system, small.states, 1e-4, Level.POINTS)
+    direct = sampling.train([(small.system, small.states)], 1e-4, Level.POINTS)
+    cells = sampling.train([(small.system, small.states)], 1e-4, Level.ELEMENTS)
+    monkeypatch.setattr(sampling, "MANY", 10)
+    staged = sampling.train([(small.system, small.states)], 1e-4, Level.POINTS)
     for one, two, whole, elastic in zip(direct, staged, cells, small.system.elastic, strict=True):
         assert two.sample.residual <= 1e-4
         assert two.total == one.total
         assert len(two.sample.indices) < 1.5 * len(one.sample.indices)
-        assert set(hyper.sampled_gather(elastic).cell[two.sample.indices]) <= set(whole.sample.indices)
+        assert set(sampling.sampled_gather(elastic).cell[two.sample.indices]) <= set(whole.sample.indices)
 
 
 def test_states_are_thinned_evenly_after_the_start() -> None:
     states = np.arange(1500.0)[:, None]
-    assert hyper.thinned(states, 10) is states
-    few = hyper.thinned(states, 4000)[:, 0]
-    assert len(few) == hyper.LEAST
-    assert np.array_equal(few[: hyper.START], np.arange(hyper.START))
+    assert sampling.thinned(states, 10) is states
+    few = sampling.thinned(states, 4000)[:, 0]
+    assert len(few) == sampling.LEAST
+    assert np.array_equal(few[: sampling.START], np.arange(sampling.START))
     assert few[-1] == 1499
-    assert np.ptp(np.diff(few[hyper.START :])) <= 1
+    assert np.ptp(np.diff(few[sampling.START :])) <= 1

@@ -4,7 +4,7 @@ r"""Hyper-reduction by energy-conserving sampling and weighting (ECSW), over cel
     G[(s, r), e] = (U_e^T F_e(q_s))_r,            ||G w - G 1|| <= eta ||G 1||                                          (45)
 
 A weight multiplies the quadrature weight of its points, points without weight are left out: the hyper-reduced system is a System
-with shorter arrays, and its force is still the gradient of an energy.
+with shorter arrays, and its force is still the gradient of an energy. `Elements` and `Points` are the hyper-reductions of a plan.
 
 Source: Farhat, Avery, Chapman, Cortial, Int. J. Numer. Meth. Engng 98 (2014) 625-662, doi 10.1002/nme.4668.
 """
@@ -15,18 +15,18 @@ import time as clock
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import TypeAlias
+from functools import partial
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from ..bodies import laws
-from ..bodies.laws import Law
 from ..core.errors import InputError, say
-from ..systems.quartic import Quartic
 from ..systems.system import Elastic, Sampled, System
-from . import ecsw, polynomial
+from . import ecsw
 from .ecsw import Gram, Sample
+from .hyper_reduction import USUAL, HyperReduction, Rule, TrainingRun, register
 
 WORK = 400_000  #: training states times points: more states than that are thinned out, down to LEAST
 LEAST = 120
@@ -57,23 +57,48 @@ class Selection:
     snnls_s: float  #: CPU time of the sparse non-negative least squares [s]
 
 
-def train(system: System, states: np.ndarray, tolerance: float = 1e-3, level: Level = Level.ELEMENTS) -> tuple[Selection, ...]:
+@register
+@dataclass(frozen=True)
+class Elements(HyperReduction):
+    """ECSW over the cells of a component, to the relative tolerance eta."""
+
+    name: ClassVar[str] = Level.ELEMENTS.value
+    label: ClassVar[str] = "ecsw"
+    tolerance: float = USUAL
+
+    def train(self, runs: Sequence[TrainingRun]) -> Rule:
+        return rule(runs, self.tolerance, Level.ELEMENTS)
+
+
+@register
+@dataclass(frozen=True)
+class Points(HyperReduction):
+    """ECSW over the quadrature points of a component, to the relative tolerance eta."""
+
+    name: ClassVar[str] = Level.POINTS.value
+    label: ClassVar[str] = "ecsw-points"
+    tolerance: float = USUAL
+
+    def train(self, runs: Sequence[TrainingRun]) -> Rule:
+        return rule(runs, self.tolerance, Level.POINTS)
+
+
+def rule(runs: Sequence[TrainingRun], tolerance: float, level: Level) -> Rule:
+    """The weights of all components, trained on the projected motions."""
+    selections = train([(run.system, run.states()) for run in runs], tolerance, level)
+    return Rule(partial(apply, selections=selections), selections)
+
+
+def train(
+    runs: Sequence[tuple[System, np.ndarray]], tolerance: float = USUAL, level: Level = Level.ELEMENTS
+) -> tuple[Selection, ...]:
     """One sparse non-negative least-squares problem per component of a reduced system.
 
-    `states` (s, n) are training states in the reduced unknowns: the projected snapshots.
-    """
-    return train_over([(system, states)], tolerance, level)
-
-
-def train_over(
-    runs: Sequence[tuple[System, np.ndarray]], tolerance: float = 1e-3, level: Level = Level.ELEMENTS
-) -> tuple[Selection, ...]:
-    """The same over several runs of one reduced model, each a system with its own parameters and its states.
-
-    The rows of a run are divided by the norm of its part of b, so that runs of stiff and of soft systems count alike.
+    A run is the system of its own parameters and training states (s, n) in its reduced unknowns. The rows of a run are divided by
+    the norm of its part of b, so that runs of stiff and of soft systems count alike.
     """
     if not runs or not all(system.components for system, _ in runs):
-        raise InputError(say("hyper.train", "a reduced system", "a full one" if runs else "none", "reduce it first"))
+        raise InputError(say("sampling.train", "a reduced system", "a full one" if runs else "none", "reduce it first"))
     found = []
     for name, first, last in runs[0][0].components:
         mine = [([e for e in system.elastic if owned(e, first, last)], states[:, first:last]) for system, states in runs]
@@ -205,30 +230,6 @@ def forces(elastic: Elastic, states: np.ndarray, level: Level) -> np.ndarray:
     if level is Level.ELEMENTS:
         out = csr_array((np.ones(points), (gather.cell, np.arange(points)))) @ out
     return out.reshape(-1, len(states), modes).transpose(1, 2, 0)
-
-
-def exact(system: System) -> System:
-    """The reduced system with the strain energy of its planar membranes as polynomials of the modes: no point is evaluated.
-
-    Bodies that share their unknowns share one polynomial, the sum of theirs.
-    """
-    found: dict[tuple[int, int], Elastic] = {}
-    for elastic in system.elastic:
-        energy = polynomial.build(sampled_gather(elastic), elastic.beta, elastic.name)
-        span = (energy.columns.start, energy.columns.stop)
-        if span in found and isinstance(other := found[span].gather, Quartic):
-            energy.coefficients[:] += other.coefficients
-            elastic = replace(elastic, name=f"{found[span].name}+{elastic.name}")
-        found[span] = replace(elastic, gather=energy)
-    return replace(system, elastic=tuple(found.values()))
-
-
-def polynomial_bodies(system: System) -> bool:
-    """Whether every elastic body is a planar membrane without stiffness damping, so that `exact` is possible."""
-    planar = system.dim == 2 and len(system.elastic) > 0
-    return planar and all(
-        not isinstance(e.gather, Quartic) and e.gather.law is Law.MEMBRANE and e.beta == 0.0 for e in system.elastic
-    )
 
 
 def jet_size(gather: Sampled) -> int:
