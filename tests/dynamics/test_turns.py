@@ -13,7 +13,7 @@ from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, outputs, reactions, solve_statics
-from fmbs_skfem.reduction import files, galerkin, hyper, pod
+from fmbs_skfem.reduction import files, galerkin, pod, sampling
 from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, compiled, eliminate, joints, loads, probes, springs
 from fmbs_skfem.systems.system import LoadKind
 
@@ -110,7 +110,7 @@ def test_reduced_hyper_reduced_and_saved_models_count_turns(tmp_path: Path) -> N
     data = galerkin.snapshots(full)
     bases = {name: pod.basis(data.q[:, galerkin.rows_of(raw, part)].T, 1e-14) for name, part in galerkin.body_level(raw).items()}
     reduced = galerkin.reduce_system(raw, galerkin.body_level(raw), bases)
-    hyper_reduced = hyper.apply(reduced, hyper.train(reduced, galerkin.projected(reduced, data.q), 1e-8))
+    hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, galerkin.projected(reduced, data.q))], 1e-8))
     files.save(reduced, tmp_path / "model.h5")
     expected = outputs(full)
     assert expected["angle"].max() > 4 * np.pi

@@ -28,7 +28,7 @@ def test_names_make_hyper_reductions() -> None:
     assert hyper_reduction.named("points") == Points(hyper_reduction.USUAL)
     assert hyper_reduction.named("exact", 1e-4) == Exact()
     assert Exact().tolerance is None
-    with pytest.raises(InputError, match="expected one of none, .*, got 'point'"):
+    with pytest.raises(InputError, match=r"expected one of none, .*, got 'point'"):
         hyper_reduction.named("point")
 
 

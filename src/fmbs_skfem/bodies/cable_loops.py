@@ -1,4 +1,5 @@
 """Energy, stress and modulus of cables, written by `cable_symbols` and not to be edited."""
+
 # fmt: off
 # ruff: noqa
 # mypy: ignore-errors

@@ -156,7 +156,7 @@ def loop(law: Symbols, dim: int, kind: str, name: str) -> str:
 
 def source(laws: Sequence[tuple[str, Symbols, Sequence[int]]], about: str, imports: Sequence[str] = ()) -> str:
     """A module with the entries of laws (prefix of their names, symbols, dimensions)."""
-    head = [f'"""{about}"""', "# fmt: off", "# ruff: noqa", "# mypy: ignore-errors", "from __future__ import annotations"]
+    head = [f'"""{about}"""', "", "# fmt: off", "# ruff: noqa", "# mypy: ignore-errors", "from __future__ import annotations"]
     head += ["import math", "from typing import Any", "import numpy as np", "from numba import carray"]
     head += ["from fmbs_skfem.core.entries import LANES, entry, unfold", *imports]
     loops = [loop(law, dim, kind, f"{name}_{dim}_{kind}") for name, law, dims in laws for dim in dims for kind in KINDS]
