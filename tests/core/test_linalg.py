@@ -1,11 +1,9 @@
-"""Sparse and dense arrays, rank and null space."""
+"""Sparse and dense arrays."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy.sparse import coo_array, csr_array, csr_matrix
 
 from fmbs_skfem.core import linalg
@@ -36,31 +34,6 @@ def test_block_diag() -> None:
     np.testing.assert_array_equal(mixed.toarray(), expected)
     for empty in (np.zeros((0, 2)), csr_array((0, 2))):
         assert linalg.block_diag([empty, a]).shape == (1, 4)
-
-
-@given(st.integers(1, 6), st.integers(0, 4), st.integers(0, 1000))
-def test_rank_and_null_space_of_repeated_rows(independent: int, repeated: int, seed: int) -> None:
-    random = np.random.default_rng(seed)
-    rows = np.eye(independent, 8) + 0.1 * random.normal(size=(independent, 8))
-    a = np.vstack([rows, random.normal(size=(repeated, independent)) @ rows])[random.permutation(independent + repeated)]
-    assert linalg.rank(a) == linalg.rank(csr_array(a)) == independent
-    kept = a[linalg.independent_rows(a)]
-    assert np.linalg.matrix_rank(kept) == len(kept) == independent
-    z = linalg.null_space(a)
-    assert z.shape == (8, 8 - independent)
-    np.testing.assert_allclose(a @ z, 0.0, atol=1e-12)
-    np.testing.assert_allclose(z.T @ z, np.eye(8 - independent), atol=1e-14)
-
-
-def test_short_rows_count_as_much_as_long_ones() -> None:
-    assert linalg.rank(np.diag([1e9, 1e-9])) == 2
-    assert linalg.rank(np.array([[1.0, 1.0], [1.0, 1.0 + 1e-13]])) == 1
-
-
-@pytest.mark.parametrize("a", [np.zeros((0, 3)), np.zeros((2, 3))])
-def test_nothing_constrains_nothing(a: np.ndarray) -> None:
-    assert linalg.rank(a) == 0
-    np.testing.assert_allclose(np.abs(linalg.null_space(a)), np.eye(3))
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])

@@ -20,10 +20,10 @@ from functools import partial, singledispatch
 from typing import Any
 
 import numpy as np
-from scipy.linalg import lstsq, qr
 from scipy.sparse import block_array, coo_array, csr_array, diags_array, eye_array, vstack
 from scipy.sparse.linalg import splu
 
+from ..core import ranks
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
 from ..shapes import ancf_plate, interfaces, nurbs, smoothing
@@ -266,13 +266,9 @@ def dependent(A: csr_array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     size = np.asarray(abs(columns).max(axis=0).todense()).ravel()
     if regular(csr_array(columns @ diags_array(1.0 / size))):
         return used, used[:0], np.zeros((len(used), 0))
-    dense = columns.toarray()
-    _, R, order = qr(dense / size, mode="economic", pivoting=True)
-    rank = int((np.abs(np.diag(R)) > 1e-9 * abs(R[0, 0])).sum())
-    first, second = np.sort(order[:rank]), np.sort(order[rank:])
-    X = lstsq(dense[:, first], dense[:, second])[0] if len(second) else np.zeros((rank, 0))
-    X[np.abs(X) < NOISE] = 0.0
-    return used[first], used[second], X
+    first, second, weights = ranks.part(columns.toarray().T, ranks.EXACT)
+    weights[np.abs(weights) < NOISE] = 0.0
+    return used[first], used[second], weights.T
 
 
 def regular(columns: csr_array) -> bool:
@@ -298,7 +294,7 @@ def middle(ends: np.ndarray) -> np.ndarray:
     square = np.sum(x * x, axis=1)
     A = np.column_stack([2.0 * x, np.ones(len(x))])
     size = float(np.abs(x).max())
-    return mean + np.asarray(lstsq(A / size, square / size, cond=1e-9)[0])[: ends.shape[2]]
+    return mean + ranks.least(A / size, square / size)[: ends.shape[2]]
 
 
 def slaved(

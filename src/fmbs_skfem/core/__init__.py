@@ -3,7 +3,8 @@
     errors.InputError, SolverError, MissingFeature, CorruptFile    what users meet, each with place, expectation, value, remedy
     notices.Notice                                                 what users should know but what stops nothing
     expressions.of_time                                            functions of time and parameters, written as texts
-    linalg                                                         sparse or dense arrays, rank, null space
+    linalg                                                         sparse or dense arrays
+    ranks                                                          which rows are independent, null space, least norm
     jit.jit                                                        compiled functions with a cache that is never stale
     lapack                                                         factorise and solve inside compiled functions
 
@@ -13,4 +14,4 @@ Axis letters, the same everywhere: `e` cell, `p` quadrature point, `k` derivativ
 `m` constraint, `s` time sample, `r` mode, `x` any sampling point.
 """
 
-__all__ = ["errors", "notices", "expressions", "linalg", "jit", "lapack"]
+__all__ = ["errors", "notices", "expressions", "linalg", "ranks", "jit", "lapack"]

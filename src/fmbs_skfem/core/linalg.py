@@ -1,9 +1,4 @@
-"""Sparse or dense? The one module where that is asked, and the rank of a set of linear constraints.
-
-    A P = Q R,    rank = number of |R[i, i]| > tolerance |R[0, 0]|
-
-by QR with column pivoting (P. Businger, G. H. Golub, Numer. Math. 7, 1965, doi:10.1007/BF01436084).
-"""
+"""Sparse or dense? The one module where that is asked."""
 
 from __future__ import annotations
 
@@ -16,8 +11,6 @@ import scipy.sparse
 from scipy.sparse import csr_array
 
 Array: TypeAlias = np.ndarray | csr_array
-
-TOLERANCE = 1e-10  #: relative size of a pivot that counts as zero [-]
 
 
 def is_sparse(a: Any) -> bool:
@@ -80,27 +73,3 @@ def diagonal(blocks: Sequence[csr_array]) -> csr_array:
     indices = np.concatenate([block.indices + first for block, first in zip(blocks, columns, strict=False)])
     indptr = np.concatenate([[0], *(block.indptr[1:] + first for block, first in zip(blocks, entries, strict=False))])
     return csr_array((np.concatenate([block.data for block in blocks]), indices, indptr), shape=(int(rows[-1]), int(columns[-1])))
-
-
-def independent_rows(a: Array, tolerance: float = TOLERANCE) -> np.ndarray:
-    """Sorted indices of a largest set of linearly independent rows of `a` (m, n); every row counts relative to its own length."""
-    rows = as_dense(a)
-    length = np.linalg.norm(rows, axis=1)
-    used = np.flatnonzero(length > 0.0)
-    if used.size == 0:
-        return used
-    triangle, order = scipy.linalg.qr((rows[used] / length[used, None]).T, mode="r", pivoting=True)
-    pivots = np.abs(np.diag(triangle))
-    return np.sort(used[order[: np.count_nonzero(pivots > tolerance * pivots[0])]])
-
-
-def rank(a: Array, tolerance: float = TOLERANCE) -> int:
-    """Number of linearly independent rows of `a` (m, n)."""
-    return int(independent_rows(a, tolerance).size)
-
-
-def null_space(a: Array, tolerance: float = TOLERANCE) -> np.ndarray:
-    """Orthonormal columns Z (n, n - rank) with a Z = 0."""
-    rows = as_dense(a)[independent_rows(a, tolerance)]
-    q, _ = scipy.linalg.qr(rows.T, mode="full")
-    return np.ascontiguousarray(q[:, len(rows) :])

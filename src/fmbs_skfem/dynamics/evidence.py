@@ -26,12 +26,11 @@ from scipy.sparse.linalg import norm, splu
 from ..bodies.body import Cells
 from ..bodies.fields import COMPONENTS
 from ..bodies.fields import strains as plane_strains
+from ..core import ranks
 from ..core.errors import Reason, SolverError
-from ..core.linalg import null_space
 from ..systems import compiled
 from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.quartic import Quartic
-from ..systems.redundancy import units
 from ..systems.system import Elastic, LoadKind, System, jet_rows
 from . import stepping
 from .histories import signal_names
@@ -150,8 +149,7 @@ def bordered(stop: Stop) -> tuple[csr_array, np.ndarray]:
     """The balanced A (n + m, n + m), whose joint rows have length 1, and its scales."""
     W, size = balanced(stop.matrix)
     J = stop.jacobian * size
-    length = np.linalg.norm(J, axis=1)
-    scale = 1.0 / np.where(length > 0.0, length, 1.0)
+    scale = 1.0 / ranks.lengths(J)
     return compiled.kkt(W, J * scale[:, None]), np.append(size, scale)
 
 
@@ -188,7 +186,7 @@ def eigenvalues(stop: Stop, x: np.ndarray, multipliers: np.ndarray, t: float) ->
         return None
     A, size = balanced(csr_array(0.5 * (K + K.T)))
     J = compiled.gap(stop.model, x, t)[1] * size
-    Z = null_space(J) if len(J) else np.eye(len(size))
+    Z = ranks.null_space(J)
     return np.asarray(eigvalsh(Z.T @ (A @ Z))) if Z.shape[1] else None
 
 
@@ -277,8 +275,8 @@ def stiffest_spring(stop: Stop) -> tuple[str, float]:
 
 def closeness(stop: Stop, x: np.ndarray) -> tuple[float, np.ndarray]:
     """Smallest singular value of the unit rows of J at x, and the combination of rows (m,) that nearly vanishes."""
-    J = compiled.gap(stop.model, x, stop.at)[1]
-    values, vectors = np.linalg.eigh(units(J) @ units(J).T)
+    J = ranks.unit_rows(compiled.gap(stop.model, x, stop.at)[1])
+    values, vectors = np.linalg.eigh(J @ J.T)
     return float(np.sqrt(max(values[0], 0.0))), vectors[:, 0]
 
 

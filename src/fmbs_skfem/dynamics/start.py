@@ -14,9 +14,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 
 from ..bodies.laws import Law
-from ..core import lapack
+from ..core import lapack, ranks
 from ..core.errors import Reason, SolverError
-from ..core.linalg import independent_rows
 from ..core.notices import notify
 from ..systems import compiled as compilation
 from ..systems import mechanism
@@ -125,7 +124,7 @@ def kkt_solver(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.nda
     In a singular position, where rows depend on each other for an instant, independent ones determine a, and l has least norm.
     """
     system, size = model.system, float(abs(M).max()) or 1.0
-    rows = independent_rows(J * scale_of(system))
+    rows = ranks.independent_rows(J, units=scale_of(system))
     if len(rows) < len(J) and not singular_start(system):
         raise dependent(system, np.setdiff1d(np.arange(len(J)), rows))
     try:

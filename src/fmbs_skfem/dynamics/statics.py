@@ -17,10 +17,12 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
+from ..core import ranks
 from ..core.errors import InputError, Reason, SolverError, say
-from ..core.linalg import as_dense, independent_rows, null_space, rank
+from ..core.linalg import as_dense
 from ..systems import compiled, free_motions, pressure
 from ..systems.compiled import Compiled, compile_system
+from ..systems.redundancy import scale_of
 from ..systems.system import System
 from .histories import finite_signals
 from .loading import parts, ramped
@@ -209,7 +211,7 @@ def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None
     multipliers = np.zeros(model.constraints) if multipliers is None else multipliers
     J = compiled.gap(model, x)[1]
     K, M = compiled.tangent(model, x, multipliers), csr_array(system.mass)
-    possible = len(x) - rank(J)
+    possible = len(x) - ranks.rank(J, units=scale_of(system))
     if not 1 <= count <= possible:
         raise InputError(say("analysis.count", f"1 to {possible} modes", count))
     squares, vectors = (dense_modes if 3 * count + 20 > possible else sparse_modes)(0.5 * (K + K.T), M, J, count)
@@ -218,7 +220,7 @@ def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None
 
 def dense_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues and vectors of (K, M) on the null space of J."""
-    Z = null_space(J) if len(J) else np.eye(K.shape[0])
+    Z = ranks.null_space(J)
     squares, vectors = eigh(Z.T @ (K @ Z), Z.T @ (M @ Z), subset_by_index=[0, count - 1])
     return squares, Z @ vectors
 
@@ -228,7 +230,7 @@ def sparse_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple
     n, shift = K.shape[0], -1e-9 * float(abs(K).max() / abs(M).max())
     diagonal = (K - shift * M).diagonal()
     size = 1.0 / np.sqrt(np.where(diagonal > 1e-12 * diagonal.max(), diagonal, np.median(diagonal)))
-    rows = independent_rows(J) if len(J) else np.zeros(0, np.int64)
+    rows = ranks.independent_rows(J)
     border = csr_array(J[rows] * size) if len(J) else np.zeros((0, n))
     factors = splu(compiled.kkt(csr_array(diags_array(size) @ (K - shift * M) @ diags_array(size)), as_dense(border)).tocsc())
 

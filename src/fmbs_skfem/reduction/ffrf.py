@@ -15,10 +15,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import block_diag, eigh, null_space
+from scipy.linalg import block_diag, eigh
 from scipy.sparse import csr_array
 
 from ..bodies.body import Cells
+from ..core import ranks
 from ..core.errors import InputError, say
 from ..systems.places import Terms
 from ..systems.system import Affine, Constraints, System, change_coordinates
@@ -82,7 +83,7 @@ def bending_modes(
     local = np.einsum("pbe,pde,pe->ebd", cells.table[1], cells.table[1], cells.section[1] * cells.section[3])
     K = np.zeros_like(mass)
     np.add.at(K, (nodes.T[:, :, None], nodes.T[:, None, :]), local)
-    Z = null_space(start)
+    Z = ranks.null_space(start)
     squares, vectors = eigh(Z.T @ K @ Z, Z.T @ mass @ Z, subset_by_index=[0, min(count, Z.shape[1]) - 1])
     return squares, Z @ vectors
 

@@ -19,9 +19,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import null_space
 from scipy.sparse import csr_array
 
+from ..core import ranks
 from ..core.errors import InputError, say
 from ..core.linalg import as_dense
 from ..dynamics.outputs import lifted
@@ -133,7 +133,7 @@ def metric_of(system: System, rows: np.ndarray) -> csr_array:
 
 def all_directions(W: csr_array, A: np.ndarray) -> np.ndarray:
     """Modes (n, r) of all q with A q = 0, A (m, n), orthonormal in the metric W (n, n)."""
-    return np.ascontiguousarray(pod.left_singular(W, null_space(A) if len(A) else np.eye(A.shape[1]))[0])
+    return np.ascontiguousarray(pod.left_singular(W, ranks.null_space(A))[0])
 
 
 def inner_constraints(system: System, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -21,6 +21,7 @@ import numpy as np
 import scipy.linalg
 from scipy.interpolate import BarycentricInterpolator
 
+from ..core import ranks
 from ..core.errors import InputError, say
 
 RIGHT = 1e-7  #: cosine below which an angle counts as a right one
@@ -40,8 +41,8 @@ def orthonormal(columns: np.ndarray) -> np.ndarray:
     columns = np.asarray(columns, dtype=np.float64)
     if columns.ndim != 2 or not 1 <= columns.shape[1] <= columns.shape[0] or not np.isfinite(columns).all():
         raise InputError(say("grassmann", "a matrix of finite columns, at most as many as rows", f"shape {columns.shape}"))
-    q, triangle = np.linalg.qr(columns)
-    if np.linalg.matrix_rank(triangle) < columns.shape[1]:
+    q = np.linalg.qr(columns)[0]
+    if ranks.rank(columns.T) < columns.shape[1]:
         raise InputError(say("grassmann", "linearly independent columns", f"{columns.shape[1]} dependent ones", "leave some out"))
     return np.asarray(q)
 

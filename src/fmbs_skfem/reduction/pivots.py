@@ -14,14 +14,12 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import qr
 
+from fmbs_skfem.core import ranks
 from fmbs_skfem.core.errors import InputError, say
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-
-RANK = 1e-9  #: a pivot below this, relative to the first, means a dependent row
 
 
 def independent_columns(D: ArrayLike) -> tuple[Indices, float]:
@@ -31,10 +29,9 @@ def independent_columns(D: ArrayLike) -> tuple[Indices, float]:
     if r < m:
         remedy = "the basis is too small for the interface constraints: keep more modes (a smaller eps)"
         raise InputError(say(where, f"at least {m} modes for {m} constraints", f"{r} modes", remedy))
-    triangle, order = qr(d, mode="r", pivoting=True)
-    pivots = np.abs(np.diagonal(triangle))
-    if m and not pivots[-1] > RANK * pivots[0]:
-        rank = int(np.sum(pivots > RANK * pivots[0]))
+    order, pivots = ranks.pivots(d.T)
+    rank = int(np.sum(pivots > ranks.EXACT * pivots.max(initial=0.0)))
+    if rank < m:
         remedy = "drop repeated constraints and those that hold for every mode, or keep more modes"
         raise InputError(say(where, f"{m} independent constraints", f"rank {rank}", remedy))
     indices = np.sort(order[:m]).astype(np.intp)
@@ -61,7 +58,7 @@ def eliminate(D: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
 
 
 def independent_rows(
-    stack: Sequence[ArrayLike], tolerance: float = 1e-5, gaps: ArrayLike | None = None, reach: float = np.inf
+    stack: Sequence[ArrayLike], tolerance: float = ranks.NEAR, gaps: ArrayLike | None = None, reach: float = np.inf
 ) -> Indices:
     """Indices, rising, of the rows to keep of Jacobians (m,r) in several configurations.
 
@@ -77,11 +74,8 @@ def independent_rows(
     if not 0.0 < tolerance < 1.0:
         raise InputError(say(where, "0 < tolerance < 1", tolerance))
     side_by_side = np.hstack(jacobians)
-    if not np.any(side_by_side):
-        return np.zeros(0, dtype=np.intp)
-    triangle, order = qr(side_by_side.T, mode="r", pivoting=True)
-    pivots = np.abs(np.diagonal(triangle))
-    found = order[: int(np.sum(pivots > tolerance * pivots[0]))]
+    order, pivots = ranks.pivots(side_by_side)
+    found = order[pivots > tolerance * pivots.max(initial=0.0)]
     if gaps is not None:
         found = _within(np.stack(jacobians), np.asarray(gaps, dtype=np.float64), found, reach)
     return np.sort(found).astype(np.intp)
@@ -104,7 +98,7 @@ def _within(jacobians: Array, gaps: Array, candidates: Indices, reach: float) ->
         size = np.linalg.norm(g, axis=1)
         if np.linalg.norm(h) > reach * np.linalg.norm(size):
             continue
-        seen = size > RANK * size.max()
+        seen = size > ranks.EXACT * size.max()
         safe = np.where(seen, size, 1.0)
         kept.append(int(row))
         directions.append(np.where(seen[:, None], g / safe[:, None], 0.0))

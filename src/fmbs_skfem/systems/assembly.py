@@ -13,6 +13,7 @@ from scipy.sparse.linalg import spsolve
 from ..bodies.body import Body, Cells
 from ..bodies.laws import Law
 from ..bodies.plate import local_table
+from ..core import ranks
 from ..core.errors import InputError, listed, say
 from ..core.linalg import alike, diagonal
 from ..core.notices import notify
@@ -273,7 +274,7 @@ def widen(rows: csr_array, part: Body, layout: Layout) -> csr_array:
     return csr_array((block.data, (block.row, block.col + layout.first[part.name])), shape=(block.shape[0], layout.size))
 
 
-def eliminate(system: System, tolerance: float = redundancy.LINEAR) -> System:
+def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
     """The system without its time-independent linear constraints: x = T y + d with sparse T.
 
     Redundant rows are dropped with a notice; contradictory rows raise SolverError(INCONSISTENT) with the joints by name. An initial

@@ -14,6 +14,8 @@ import numpy as np
 from scipy.sparse import csr_array, vstack
 from scipy.sparse.csgraph import connected_components
 
+from ..core import ranks
+
 
 @dataclass(frozen=True)
 class Echelon:
@@ -26,7 +28,7 @@ class Echelon:
     gap: np.ndarray  #: (k,) what those rows miss: zero, or they contradict the others
 
 
-def solve(A: csr_array, a: np.ndarray, tolerance: float) -> Echelon:
+def solve(A: csr_array, a: np.ndarray, tolerance: float = ranks.EXACT) -> Echelon:
     """Echelon form of A x + a = 0; pivots are larger than `tolerance` times r_i c_j, entries of S than that times c_j / c_i."""
     labels = connected_components(csr_array(abs(A) @ abs(A).T), directed=False)[1]
     alone = (np.bincount(labels)[labels] == 1) & (np.diff(A.indptr) == 1)

@@ -14,15 +14,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import null_space, qr
 from scipy.sparse import block_diag
 
 from ..bodies.body import LIMP, STIFF, limp
+from ..core import ranks
 from ..core.errors import InputError, say
 from .compiled import attached
-from .mechanism import FLAT, RIGID, center, coordinates_read, idle, least, motions, moved, on_motions
+from .mechanism import center, coordinates_read, idle, motions, moved, on_motions
 from .quartic import Quartic
-from .redundancy import ITERATIONS, Rows, relative, rows_of, units
+from .redundancy import ITERATIONS, Rows, relative, rows_of
 from .system import System
 
 STEP = 1e-3  #: of the size of the system, over which the potential is differenced
@@ -44,18 +44,16 @@ def unsupported(system: System) -> tuple[tuple[Motion, ...], tuple[Motion, ...]]
     rows = rows_of(system)[0] if system.constraints.names else None
     A, blocks = on_motions(system, rows, system.x0), motions(system, system.x0)
     A = np.concatenate([A, block_diag(idle(system)).toarray()])
-    length = np.linalg.norm(A, axis=0)
-    length[length == 0.0] = 1.0
-    unit = units(A / length)
-    Z = null_space(np.linalg.qr(unit, mode="r") if len(unit) > unit.shape[1] else unit, RIGID) / length[:, None]
+    units = 1.0 / ranks.lengths(A.T)
+    Z = units[:, None] * ranks.null_space(A * units, ranks.STATED)
     if not Z.shape[1]:
         return (), ()
     Z = np.linalg.qr(Z)[0]
     K = attached(system, system.x0, np.zeros(len(system.constraints.names)))
     Y = block_diag(blocks) @ Z
     stiff = np.asarray(Y.T @ (K @ Y)) / max(float(abs(K).max() * np.max(np.sum(Y * Y, axis=0))), 1e-300)
-    if np.linalg.norm(stiff) > FLAT:
-        Z = Z @ null_space(stiff, FLAT)
+    if np.linalg.norm(stiff) > ranks.EXACT:
+        Z = Z @ ranks.null_space(stiff, alike=True)
     free, hung = by_weight(system, rows, Z)
     return tuple(motion(system, z) for z in sparse_basis(free)), tuple(motion(system, z) for z in sparse_basis(hung))
 
@@ -78,7 +76,7 @@ def by_weight(system: System, rows: Rows | None, Z: np.ndarray) -> tuple[np.ndar
     count = Z.shape[1]
     force = block_diag(motions(system, system.x0)).T @ system.loads.constant
     size = float(np.linalg.norm(force))
-    if not count or size == 0.0 or np.linalg.norm(Z.T @ force) > RIGID * size:
+    if not count or size == 0.0 or np.linalg.norm(Z.T @ force) > ranks.STATED * size:
         return Z, Z[:, :0]
     step = STEP * system.scale
 
@@ -92,7 +90,7 @@ def by_weight(system: System, rows: Rows | None, Z: np.ndarray) -> tuple[np.ndar
             both = axes[i] + axes[j]
             H[i, j] = H[j, i] = 0.5 * (potential(both) + potential(-both) - H[i, i] - H[j, j])
     values, vectors = np.linalg.eigh(H / (step**2 * size / system.scale))
-    held = values > RIGID
+    held = values > ranks.STATED
     return Z @ vectors[:, ~held], Z @ vectors[:, held]
 
 
@@ -106,7 +104,7 @@ def reached(system: System, rows: Rows | None, z: np.ndarray) -> np.ndarray:
         if np.abs(relative(rows, q[used])[0]).max() < 1e-14 * max(1.0, float(np.abs(q[used] / rows.scale).max())):
             break
         A = on_motions(system, rows, q)
-        q = moved(system, q, -least(A, rows(q[used])[0], len(A)))
+        q = moved(system, q, -ranks.least(A, rows(q[used])[0]))
     return q
 
 
@@ -114,9 +112,9 @@ def sparse_basis(Z: np.ndarray) -> np.ndarray:
     """Rows that span the columns of Z (n, f), each with as few bodies as an echelon form gives."""
     if not Z.shape[1]:
         return Z.T
-    order = qr(Z.T, mode="r", pivoting=True)[1][: Z.shape[1]]
+    order = ranks.pivots(Z)[0]
     found = np.linalg.solve(Z[order].T, Z.T)
-    found[np.abs(found) < RIGID * np.abs(found).max()] = 0.0
+    found[np.abs(found) < ranks.STATED * np.abs(found).max()] = 0.0
     return np.asarray(found / np.abs(found).max(axis=1, keepdims=True))
 
 
@@ -125,7 +123,7 @@ def motion(system: System, z: np.ndarray) -> Motion:
     dim, size = system.dim, system.scale
     moving, places = {}, {}
     for (name, first, last), own in zip(system.coordinates, z.reshape(len(system.coordinates), -1), strict=True):
-        if np.abs(own).max() > RIGID:
+        if np.abs(own).max() > ranks.STATED:
             moving[name], places[name] = (own[:dim], own[dim:] / size), center(system, first, last)
     return Motion(moving, places)
 
@@ -133,13 +131,13 @@ def motion(system: System, z: np.ndarray) -> Motion:
 def said(name: str, v: np.ndarray, w: np.ndarray, place: np.ndarray) -> str:
     """`beam turns about (0, 0)` or `mass moves along (1, 0)`."""
     rate = float(np.linalg.norm(w))
-    if rate * float(np.linalg.norm(v) + 1.0) <= RIGID or rate <= RIGID * np.linalg.norm(v):
+    if rate * float(np.linalg.norm(v) + 1.0) <= ranks.STATED or rate <= ranks.STATED * np.linalg.norm(v):
         return f"{name} moves along {listed(v / np.linalg.norm(v))}"
     spin = w if len(w) == 3 else np.array([0.0, 0.0, w[0]])
     spin, wide = np.sign(spin[np.argmax(np.abs(spin))]) * np.stack([spin, np.pad(v, (0, 3 - len(v)))])
     at = np.pad(place, (0, 3 - len(place))) + np.cross(spin, wide) / rate**2
     axis = "" if len(v) == 2 else f"the axis {listed(spin / rate)} through "
-    slide = " and moves along it" if abs(float(spin @ wide)) > RIGID * rate else ""
+    slide = " and moves along it" if abs(float(spin @ wide)) > ranks.STATED * rate else ""
     return f"{name} turns about {axis}{listed(at[: len(v)])}{slide}"
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..bodies.body import extent
+from ..core import ranks
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from .places import QUARTER, At, Draft, Ground, Layout, vector
@@ -164,7 +165,7 @@ def sorted_ends(joint: Any, draft: Draft, at: At, to: End) -> tuple[End, End]:
     """The end that carries every vector, and the other one."""
     name, layout = where(joint), draft.layout
     for full, other in ((to, at), (at, to)):
-        if not isinstance(full, At) or np.linalg.matrix_rank(basis(name, layout, full)[1].reshape(-1, layout.dim)) == layout.dim:
+        if not isinstance(full, At) or ranks.rank(basis(name, layout, full)[1]) == layout.dim:
             return full, other
     raise InputError(say(name, "a rigid frame or the ground at one end", f"{at} and {to}", "name a frame"))
 

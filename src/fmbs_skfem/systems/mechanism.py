@@ -22,18 +22,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import lstsq, qr
 from scipy.sparse import block_diag, coo_array, csgraph, csr_array
 
+from ..core import ranks
 from ..core.errors import Reason, SolverError
-from ..core.linalg import independent_rows, rank
 from . import redundancy
-from .redundancy import AMPLITUDES, ITERATIONS, RANK, Rows, relative, rows_of, units
+from .redundancy import AMPLITUDES, ITERATIONS, Rows, relative, rows_of
 from .system import System, is_linear, keep_constraints
 
-RIGID = 1e-6  #: smallest pivot of unit rows that counts as independent: scenes state places and axes to some six digits
-FLAT = 1e-9  #: share below which a motion or a row counts as nothing
-FIRST = 1e3  #: factor that lets rows be pivots before others
 WEIGHT = 1e-6  #: share of another row below which a row does not depend on it
 FRAME = re.compile(r"e\d\.e\d")  #: rows that keep the axes of a frame orthonormal
 
@@ -109,7 +105,7 @@ def analyse(system: System) -> Mechanism:
         gruebler=total - len(chosen),
         at_start=total - rank_of(start[passive]),
         free=total - max(rank_of(A[joint >= 0]) for A in positions),
-        overconstrained=tuple(dependences(balanced(best[chosen]), [labels[k] for k in chosen], RIGID)),
+        overconstrained=tuple(dependences(balanced(best[chosen]), [labels[k] for k in chosen], ranks.STATED)),
     )
 
 
@@ -151,8 +147,7 @@ def idle(system: System) -> list[np.ndarray]:
     found, weight = [], np.repeat(np.where(system.unit > 0.5, 1.0, system.scale), system.dim)
     for (_, first, last), B in zip(system.coordinates, motions(system, system.x0), strict=True):
         moving = weight[first:last, None] * B  # turns of axes and slopes by the size of the system beside positions
-        _, s, V = np.linalg.svd(np.concatenate([moving, np.zeros((B.shape[1],) * 2)]), full_matrices=False)
-        found.append(np.asarray(V[s <= FLAT * s[0]]))
+        found.append(ranks.null_space(moving, alike=True).T)
     return found
 
 
@@ -171,7 +166,7 @@ def on_motions(system: System, rows: Rows | None, q: np.ndarray) -> np.ndarray:
     J = rows(q[used])[1]
     B = csr_array(B[used])
     A = (J @ B).toarray()
-    A[np.linalg.norm(A, axis=1) <= FLAT * np.linalg.norm((abs(J) @ abs(B)).toarray(), axis=1)] = 0.0
+    A[np.linalg.norm(A, axis=1) <= ranks.EXACT * np.linalg.norm((abs(J) @ abs(B)).toarray(), axis=1)] = 0.0
     return A
 
 
@@ -184,16 +179,16 @@ def coordinates_read(system: System) -> np.ndarray:
 
 def balanced(A: np.ndarray) -> np.ndarray:
     """Columns, then rows, of length one; those that are zero stay."""
-    return units(units(A.T).T)
+    return ranks.unit_rows(ranks.unit_rows(A.T).T)
 
 
 def rank_of(A: np.ndarray) -> int:
-    return rank(balanced(A), RIGID)
+    return ranks.rank(balanced(A), ranks.STATED)
 
 
 def independent(A: np.ndarray, mine: np.ndarray) -> np.ndarray:
     """Those of the rows `mine` that do not depend on each other."""
-    return mine[independent_rows(balanced(A[mine]), RIGID)] if len(mine) else mine
+    return mine[ranks.independent_rows(balanced(A[mine]), ranks.STATED)]
 
 
 def ties(system: System, joint: np.ndarray, count: int, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -209,7 +204,7 @@ def ties(system: System, joint: np.ndarray, count: int, start: np.ndarray) -> tu
     whole = start @ common(system)
     for k in range(count):
         mine = joint == k
-        ground[k] = np.linalg.norm(whole[mine]) > RIGID * np.linalg.norm(start[mine])
+        ground[k] = np.linalg.norm(whole[mine]) > ranks.STATED * np.linalg.norm(start[mine])
     return touched, ground
 
 
@@ -267,24 +262,17 @@ def nearby(system: System, rows: Rows | None, passive: np.ndarray) -> list[np.nd
     close = 1e-11 * max(1.0, float(np.abs(system.x0[used] / rows.scale).max()))
     for amplitude in AMPLITUDES:
         change = amplitude * size * random.normal(size=(A.shape[1],))
-        change -= least(A[passive], A[passive] @ change, rank_of(A[passive]))
+        change -= ranks.least(A[passive], A[passive] @ change, rank_of(A[passive]))
         for directions in (rank_of(A[passive]), A.shape[1]):
             q = moved(system, system.x0, change)
             for _ in range(ITERATIONS):
                 if np.abs(relative(rows, q[used])[0][passive]).max() < close:
                     break
-                q = moved(system, q, -least(on_motions(system, rows, q)[passive], rows(q[used])[0][passive], directions))
+                q = moved(system, q, -ranks.least(on_motions(system, rows, q)[passive], rows(q[used])[0][passive], directions))
             if np.abs(relative(rows, q[used])[0][passive]).max() < close:
                 found.append(on_motions(system, rows, q))
                 break
     return found
-
-
-def least(A: np.ndarray, b: np.ndarray, directions: int) -> np.ndarray:
-    """z of least norm with A z = b in the strongest directions of A."""
-    U, s, V = np.linalg.svd(A, full_matrices=False)
-    kept = np.arange(len(s)) < min(directions, int((s > FLAT * s[0]).sum())) if len(s) else np.zeros(0, dtype=bool)
-    return np.asarray(V[kept].T @ ((U[:, kept].T @ b) / s[kept]))
 
 
 def dependences(
@@ -294,20 +282,12 @@ def dependences(
 
     Rows `kept` (m,) are those that others follow from, as far as possible.
     """
-    length, unit = np.linalg.norm(J, axis=1), units(J)
-    size = np.ones(len(J)) if kept is None else np.where(kept, FIRST, 1.0)
-    triangle, order = qr((unit * size[:, None]).T, mode="r", pivoting=True)
-    pivots = np.zeros(len(J))
-    pivots[order[: len(np.diag(triangle))]] = np.abs(np.diag(triangle))
-    rest = np.flatnonzero(pivots <= tolerance * size)
-    base = np.flatnonzero(pivots > tolerance * size)
-    weights = lstsq(unit[base].T, unit[rest].T)[0].T if len(base) and len(rest) else np.zeros((len(rest), len(base)))
-    found = []
+    base, rest, weights = ranks.part(J, tolerance, kept)
+    size, found = ranks.lengths(J), []
     for k, w in zip(rest, weights, strict=True):
-        on, gap = base[np.abs(w) > WEIGHT], float("nan")
-        if phi is not None:
-            gap = float(abs(phi[k] - length[k] * (w[np.abs(w) > WEIGHT] @ (phi[on] / length[on]))))
-        found.append(Dependence(labels[int(k)], tuple(labels[i] for i in on), gap))
+        some = np.abs(w) * size[base] > WEIGHT * size[k]
+        gap = float("nan") if phi is None else float(abs(phi[k] - w[some] @ phi[base[some]]))
+        found.append(Dependence(labels[int(k)], tuple(labels[i] for i in base[some]), gap))
     return found
 
 
@@ -326,15 +306,15 @@ def redundant(system: System) -> tuple[Dependence, ...]:
     phi, sparse = rows(z)
     J = sparse.toarray() * rows.scale
     labels, linear = [".".join(pair) for pair in names], is_linear(system.constraints)
-    if rank(J, RANK) == len(names):
+    if ranks.rank(J, ranks.CLOSED) == len(names):
         return ()
     fixed = np.flatnonzero(linear)
-    found = dependences(J[fixed], [labels[k] for k in fixed], RANK, phi[fixed])
-    best = max(redundancy.nearby(rows, z), key=lambda A: rank(A, RANK), default=J)
+    found = dependences(J[fixed], [labels[k] for k in fixed], ranks.CLOSED, phi[fixed])
+    best = max(redundancy.nearby(rows, z), key=lambda A: ranks.rank(A, ranks.CLOSED), default=J)
     dropped = {dependence.row for dependence in found}
     rest = np.array([k for k in range(len(names)) if labels[k] not in dropped])
     axes = joints_of(system)[1][rest] < 0
-    return (*found, *dependences(best[rest], [labels[k] for k in rest], RANK, kept=axes))
+    return (*found, *dependences(best[rest], [labels[k] for k in rest], ranks.CLOSED, kept=axes))
 
 
 def driven_against(system: System, found: Sequence[Dependence]) -> list[Dependence]:

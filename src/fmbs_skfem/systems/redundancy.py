@@ -17,27 +17,24 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import qr, svdvals
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
+from ..core import ranks
 from ..core.errors import Reason, SolverError
-from ..core.linalg import rank
 from ..core.notices import notify
 from . import echelon, kernels
 from .compiled import signal_table
 from .system import System, is_linear, keep_constraints, linear_part
 
-START = 1e-5  #: smallest pivot of unit rows at the start, which may miss the joints a little, that needs no closer look
-RANK = 1e-8  #: smallest pivot of unit rows that counts as independent in a position where the joints hold
 DIGITS = 1e-12  #: change of a row in a large motion, relative to its summands, that is round-off
 SHIFT = 1e-14  #: of J J^T for unit rows, which lets factors of dependent rows exist
 AMPLITUDES = (0.05, 0.02, 0.005)  #: change of the coordinates, in units of their root mean square
 ITERATIONS = 20
-SMALL = 100_000  #: numbers of an array whose singular values cost little
+SMALL = 100_000  #: numbers of an array whose rank costs little
 ALONE = 1e-2  #: part of a change within which the joints hold at the start only, where they are singular
-LINEAR = 1e-9  #: smallest pivot of linear rows, relative to row and column; gap, relative to the size, below which they agree
+AGREE = 1e-6  #: weight of a driven row in a combination of rows, below which it is not part of it
 
 
 @dataclass(frozen=True)
@@ -98,18 +95,12 @@ def scale_of(system: System) -> np.ndarray:
     return 1.0 / np.where(largest > 0.0, largest, 1.0)
 
 
-def units(J: np.ndarray) -> np.ndarray:
-    """Rows scaled to length 1; rows of zeros stay."""
-    length = np.linalg.norm(J, axis=1, keepdims=True)
-    return J / np.where(length > 0.0, length, 1.0)
-
-
 def doubtful(rows: Rows, z: np.ndarray) -> np.ndarray:
-    """Rows (i,) that may depend on each other at z: those within START of others, and what is coupled to them."""
+    """Rows (i,) that may depend on each other at z: those within ranks.NEAR of others, and what is coupled to them."""
     unit = relative(rows, z)[1]
     shifted = (unit @ unit.T + SHIFT * eye_array(rows.count)).tocsc()
     factors = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    near = factors.U.diagonal()[factors.perm_c] <= START**2
+    near = factors.U.diagonal()[factors.perm_c] <= ranks.NEAR**2
     reads = rows.reads()
     group = connected_components(csr_array(reads @ reads.T), directed=False)[1]
     return np.flatnonzero(np.isin(group, group[near]))
@@ -124,13 +115,13 @@ def nearby(rows: Rows, z: np.ndarray) -> list[np.ndarray]:
     far = max(1.0, float(np.abs(z / rows.scale).max()))
     for amplitude in AMPLITUDES:
         change = amplitude * random.normal(size=len(z))
-        change -= np.linalg.lstsq(J, J @ change, rcond=1e-9)[0]
+        change -= ranks.least(J, J @ change)
         moved = z + rows.scale * change
         for _ in range(ITERATIONS):
             gap, slopes = relative(rows, moved)
             if np.abs(gap).max() < 1e-13 * far:
                 break
-            moved = moved - rows.scale * np.linalg.lstsq(slopes.toarray(), gap, rcond=1e-9)[0]
+            moved = moved - rows.scale * ranks.least(slopes.toarray(), gap)
         gap, slopes = relative(rows, moved)
         back = np.abs(moved - z) / rows.scale
         if np.abs(gap).max() < 1e-11 * far and not back.max() < ALONE * np.abs(change).max():
@@ -153,7 +144,7 @@ def singular_start(system: System) -> bool:
     if not len(near):
         return False
     rows, z = rows_of(keep_constraints(system, near))
-    return any(rank(J, RANK) == rows.count for J in nearby(rows, z))
+    return any(ranks.rank(J, ranks.CLOSED) == rows.count for J in nearby(rows, z))
 
 
 def without_redundant(system: System) -> System:
@@ -170,10 +161,10 @@ def without_redundant(system: System) -> System:
     if not len(near):
         return system
     rows, z = rows_of(keep_constraints(system, near))
-    if rank(relative(rows, z)[1], START) == rows.count:
+    if ranks.rank(relative(rows, z)[1], ranks.NEAR) == rows.count:
         return system
-    best = max(nearby(rows, z), key=lambda J: rank(J, RANK), default=None)
-    if best is None or rank(best, RANK) == rows.count:
+    best = max(nearby(rows, z), key=lambda J: ranks.rank(J, ranks.CLOSED), default=None)
+    if best is None or ranks.rank(best, ranks.CLOSED) == rows.count:
         return system
     dropped = near[dependent_rows(best, candidate[near], driven[near])]
     if not len(dropped):
@@ -188,15 +179,15 @@ def without_redundant_linear(system: System) -> System:
     mine = np.flatnonzero(np.bincount(shared)[shared] > 1) if len(rows) else rows
     if not len(mine) or apart(csr_array(A[mine])):
         return system
-    found = echelon.solve(csr_array(A[mine]), a[mine], LINEAR)
+    found = echelon.solve(csr_array(A[mine]), a[mine])
     dropped = rows[mine[found.left]]
-    refuse_gaps([system.constraints.names[k] for k in dropped], found.gap, LINEAR * system.scale)
+    refuse_gaps([system.constraints.names[k] for k in dropped], found.gap, ranks.EXACT * system.scale)
     return left_out(system, dropped) if len(dropped) else system
 
 
 def apart(A: csr_array) -> bool:
     """Whether rows (i, n) are found to be independent at small cost."""
-    return A.shape[0] * A.shape[1] <= SMALL and float(svdvals(units(A.toarray()))[-1]) > START
+    return A.shape[0] * A.shape[1] <= SMALL and ranks.rank(A, ranks.NEAR) == A.shape[0]
 
 
 def refuse_gaps(names: list[tuple[str, str]], gap: np.ndarray, tolerance: float) -> None:
@@ -223,14 +214,6 @@ def notify_left_out(names: list[tuple[str, str]]) -> None:
 
 def dependent_rows(J: np.ndarray, candidate: np.ndarray, driven: np.ndarray) -> np.ndarray:
     """Candidates that follow from rows of J (m, u) kept before them; none where driven rows or others are dependent themselves."""
-    rest, mine = np.flatnonzero(~candidate), np.flatnonzero(candidate)
-    if rank(J[rest], RANK) < len(rest):
-        return mine[:0]
-    Q = qr(J[rest].T, mode="economic")[0] if len(rest) else np.zeros((J.shape[1], 0))
-    left = J[mine] - (J[mine] @ Q) @ Q.T
-    triangle, order = qr(left.T, mode="r", pivoting=True)
-    count = int((np.abs(np.diag(triangle)) > RANK).sum())
-    kept, dropped = np.concatenate([rest, mine[order[:count]]]), np.sort(mine[order[count:]])
-    weights = np.linalg.lstsq(J[kept].T, J[dropped].T, rcond=None)[0]
-    contradicts = np.abs(weights[driven[kept]]).max(initial=0.0) > 1e-6
-    return mine[:0] if contradicts else dropped
+    kept, dropped, weights = ranks.part(J, ranks.CLOSED, ~candidate)
+    contradicts = np.abs(weights[:, driven[kept]]).max(initial=0.0) > AGREE
+    return dropped[:0] if contradicts or not candidate[dropped].all() else dropped
