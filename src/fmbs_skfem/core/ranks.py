@@ -56,8 +56,9 @@ def rank(a: Array, tolerance: float = EXACT, units: np.ndarray | float = 1.0) ->
 
 def null_space(a: Array, tolerance: float = EXACT, units: np.ndarray | float = 1.0, alike: bool = False) -> np.ndarray:
     """Orthonormal columns Z (n, n - rank) with a Z = 0."""
-    a = np.linalg.qr(a, mode="r") if alike and a.shape[0] > a.shape[1] else as_dense(a)
-    rows = a[independent_rows(a, tolerance, units, alike)]
+    rows = as_dense(a)
+    rows = np.asarray(np.linalg.qr(rows, mode="r")) if alike and len(rows) > rows.shape[1] else rows
+    rows = rows[independent_rows(rows, tolerance, units, alike)]
     return np.ascontiguousarray(qr(rows.T, mode="full")[0][:, len(rows) :]) if len(rows) else np.eye(a.shape[1])
 
 
