@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 import warnings
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -14,7 +16,7 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from fmbs_skfem.bodies import Given, Law, cable, point_mass
-from fmbs_skfem.bodies.body import Body, locate, probe
+from fmbs_skfem.bodies.body import Body, Cells, locate, probe
 from fmbs_skfem.bodies.laws import CABLES
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
@@ -288,3 +290,18 @@ def test_modes_about_a_limp_reference_are_refused() -> None:
     assert vibration_modes(system, 4, system.x0).frequencies.max() < 1e-2
     flat = cable("beam", arc(8), SECTION, dim=2)
     assert vibration_modes(eliminate(assemble([flat], [Clamp("clamp", At("beam", "left"))])), 1).frequencies[0] > 1.0
+
+
+def test_threads_that_read_the_same_cells_first_make_their_numbers_once() -> None:
+    made: list[int] = []
+
+    def numbers() -> tuple[np.ndarray, np.ndarray]:
+        made.append(len(made))
+        time.sleep(0.05)
+        return np.ones((2, 3, 4, 1)), np.ones((4, 3, 1))
+
+    cells = Cells.later(Law.EXACT, np.zeros((4, 1), np.int64), 2, 3, numbers)
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda _: cells.table, range(4)))
+    assert made == [0]
+    assert all(table is cells.table for table in found)

@@ -14,6 +14,7 @@ from copy import copy
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from threading import Lock
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -34,6 +35,7 @@ BENDS_ALIKE_REMEDY = (
 )
 
 
+MAKING = Lock()
 Numbers: TypeAlias = Callable[[], tuple[np.ndarray, np.ndarray]]  #: table (k, p, b, e) and section (i, p, e) of cells
 
 LIMP = "is curved in space, where a cable without torsion bends out of its plane at no cost and only tension holds it"
@@ -62,10 +64,13 @@ class Cells:
         return cells
 
     def __getattr__(self, name: str) -> Any:
-        if name not in ("table", "section") or "numbers" not in self.__dict__:
+        if name not in ("table", "section"):
             raise AttributeError(f"'Cells' has no attribute '{name}'")
-        table, section = self.__dict__.pop("numbers")()
-        self.__dict__.update(table=table, section=section)
+        with MAKING:  # threads that run one model read its cells at the same time
+            if "numbers" in self.__dict__:
+                table, section = self.__dict__["numbers"]()
+                self.__dict__.update(table=table, section=section)
+                del self.__dict__["numbers"]
         return self.__dict__[name]
 
     @property
