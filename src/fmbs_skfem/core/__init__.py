@@ -5,6 +5,7 @@
     expressions.of_time                                            functions of time and parameters, written as texts
     linalg                                                         sparse or dense arrays
     ranks                                                          which rows are independent, null space, least norm
+    saddle                                                         matrices bordered by constraints, balanced and solved
     jit.jit                                                        compiled functions with a cache that is never stale
     lapack                                                         factorise and solve inside compiled functions
 
@@ -14,4 +15,4 @@ Axis letters, the same everywhere: `e` cell, `p` quadrature point, `k` derivativ
 `m` constraint, `s` time sample, `r` mode, `x` any sampling point.
 """
 
-__all__ = ["errors", "notices", "expressions", "linalg", "ranks", "jit", "lapack"]
+__all__ = ["errors", "notices", "expressions", "linalg", "ranks", "saddle", "jit", "lapack"]

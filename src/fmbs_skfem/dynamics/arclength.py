@@ -21,8 +21,8 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.sparse import block_array, csr_array
 
+from ..core import saddle
 from ..core.errors import InputError, Reason, SolverError, say
 from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
@@ -30,7 +30,7 @@ from ..systems.system import System
 from .loading import ramped
 from .outputs import spring_angles
 from .scheme import STATIC, Newton, round_off
-from .statics import FLOOR, Equilibrium, balanced_solve, march, newton_statics, path, static_failure
+from .statics import FLOOR, Equilibrium, march, newton_statics, path, static_failure
 from .trajectory import Trajectory
 
 UNIT = "load factor"
@@ -210,11 +210,11 @@ def linearised(problem: Problem, at: Equilibrium, ahead: np.ndarray, rest: float
     Q = (residual(at.at - NEAR) - residual(at.at + NEAR)) / (2.0 * NEAR)
     plane = np.concatenate([problem.model.system.mass @ ahead, np.zeros(len(phi))])
     size = np.abs(Q).max() / np.abs(plane).max()
-    K = compiled.kkt(compiled.tangent(model, at.x, at.multipliers, at.at, 0.0, at.angles), J)
-    bordered = csr_array(block_array([[K, csr_array(-Q[:, None])], [csr_array(size * plane[None, :]), None]]))
+    K = saddle.matrix(compiled.tangent(model, at.x, at.multipliers, at.at, 0.0, at.angles), J)
+    bordered = saddle.matrix(K, size * plane[None, :], -Q[:, None])
     last = np.zeros(len(R) + 1)
     last[-1] = size
-    solved = balanced_solve(bordered, np.column_stack([np.append(-R, size * rest), last]))
+    solved = saddle.regular_solution(bordered, np.column_stack([np.append(-R, size * rest), last]))
     if solved is None:
         raise static_failure(model, Reason.SINGULAR_TANGENT, (UNIT, at.at), R)
     return solved[:, 0], solved[:, 1], R

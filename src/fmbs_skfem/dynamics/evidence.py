@@ -15,19 +15,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.linalg import eigvalsh
 from scipy.optimize import minimize_scalar
-from scipy.sparse import csr_array, diags_array
-from scipy.sparse.linalg import norm, splu
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import norm
 
 from ..bodies.body import Cells
 from ..bodies.fields import COMPONENTS
 from ..bodies.fields import strains as plane_strains
-from ..core import ranks
+from ..core import ranks, saddle
 from ..core.errors import Reason, SolverError
+from ..core.saddle import Saddle
 from ..systems import compiled
 from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.quartic import Quartic
@@ -139,39 +139,23 @@ def shares(names: Sequence[str], values: np.ndarray) -> dict[str, float]:
     return dict(sorted(total.items(), key=lambda item: -item[1]))
 
 
-def balanced(W: csr_array) -> tuple[csr_array, np.ndarray]:
-    """D W D with rows of largest entry 1, and the diagonal of D."""
-    size = 1.0 / np.sqrt(np.maximum(np.asarray(abs(W).max(axis=1).todense()).ravel(), 1e-300))
-    return csr_array(diags_array(size) @ W @ diags_array(size)), size
-
-
-def bordered(stop: Stop) -> tuple[csr_array, np.ndarray]:
-    """The balanced A (n + m, n + m), whose joint rows have length 1, and its scales."""
-    W, size = balanced(stop.matrix)
-    J = stop.jacobian * size
-    scale = 1.0 / ranks.lengths(J)
-    return compiled.kkt(W, J * scale[:, None]), np.append(size, scale)
-
-
-def factored(A: csr_array) -> Any:
-    """Factors of A, shifted so that they exist where it is singular; None where they do not."""
-    try:
-        return splu((A + SHIFT * diags_array(np.ones(A.shape[0]))).tocsc())
-    except RuntimeError:
-        return None
+def bordered(stop: Stop) -> Saddle | None:
+    """Factors of the matrix (n + m, n + m) at the trial state, joint rows of length 1, shifted so that they exist; None if not."""
+    size = saddle.scales(stop.matrix)
+    scale = np.append(size, 1.0 / ranks.lengths(stop.jacobian * size))
+    return saddle.factor(saddle.matrix(stop.matrix, stop.jacobian), SHIFT, scale)
 
 
 def weakest(stop: Stop) -> tuple[float, np.ndarray] | None:
     """Smallest singular value of A relative to |A|, and the right vector (n + m,) in balanced unknowns."""
     if stop.system.size > SPARSE or not np.isfinite(stop.matrix.data).all():
         return None
-    A = bordered(stop)[0]
-    factors = factored(A)
-    if factors is None:
+    found = bordered(stop)
+    if found is None:
         return None
-    y = np.cos(np.arange(A.shape[0]))
+    A, y = found.balanced, np.cos(np.arange(len(found.scale)))
     for _ in range(4):
-        y = factors.solve(factors.solve(y, trans="T"))
+        y = found.factors.solve(found.factors.solve(y, trans="T"))
         y = y / np.linalg.norm(y)
     return (float(np.linalg.norm(A @ y) / norm(A, 1)), y) if np.isfinite(y).all() else None
 
@@ -184,10 +168,10 @@ def eigenvalues(stop: Stop, x: np.ndarray, multipliers: np.ndarray, t: float) ->
     K = compiled.tangent(stop.model, x, multipliers, t, gh, stop.angles) + bh * csr_array(stop.system.mass)
     if not np.isfinite(K.data).all():
         return None
-    A, size = balanced(csr_array(0.5 * (K + K.T)))
-    J = compiled.gap(stop.model, x, t)[1] * size
-    Z = ranks.null_space(J)
-    return np.asarray(eigvalsh(Z.T @ (A @ Z))) if Z.shape[1] else None
+    symmetric = csr_array(0.5 * (K + K.T))
+    size = saddle.scales(symmetric)
+    Z = ranks.null_space(compiled.gap(stop.model, x, t)[1] * size)
+    return np.asarray(eigvalsh(Z.T @ (saddle.balance(symmetric, size) @ Z))) if Z.shape[1] else None
 
 
 def strains(system: System, x: np.ndarray) -> dict[str, tuple[float, float]]:
@@ -258,7 +242,7 @@ def stiffest_spring(stop: Stop) -> tuple[str, float]:
     springs = [law for law in system.loads.laws if law.kind is LoadKind.SPRING]
     if not springs or system.size > SPARSE:
         return "", 0.0
-    factors = factored(compiled.kkt(csr_array(system.mass), compiled.gap(stop.model, stop.x, stop.good)[1]))
+    factors = saddle.factor(saddle.matrix(system.mass, compiled.gap(stop.model, stop.x, stop.good)[1]), SHIFT)
     if factors is None:
         return "", 0.0
     names, found = owners(system), []
@@ -268,7 +252,7 @@ def stiffest_spring(stop: Stop) -> tuple[str, float]:
             if first >= 0:
                 a, b = y[first : first + 2]
                 u[: system.size] += sign / (a * a + b * b) * (a * P[[first + 1]] - b * P[[first]]).toarray()[0]
-        moved = factors.solve(u)
+        moved = saddle.solve(factors, u)
         found.append((names[int(np.abs(u).argmax())], float(stop.h * np.sqrt(max(law.vector[0] * (u @ moved), 0.0)))))
     return max(found, key=lambda one: one[1])
 
@@ -322,9 +306,8 @@ def push(stop: Stop) -> tuple[str, float]:
     """
     names, n = owners(stop.system), stop.system.size
     if not stop.h:
-        A, size = bordered(stop)
-        factors = factored(A)
-        way = np.full(n, np.inf) if factors is None else np.abs(size * factors.solve(size * stop.residual))[:n]
+        factors = bordered(stop)
+        way = np.full(n, np.inf) if factors is None else np.abs(saddle.solve(factors, stop.residual))[:n]
     else:
         m = csr_array(stop.system.mass).diagonal()
         now, then = (compiled.forces(stop.model, stop.x, 0.0 * stop.v, t, stop.angles) for t in (stop.at, 0.0))

@@ -11,10 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
-from scipy.sparse.linalg import splu
 
 from ..bodies.laws import Law
-from ..core import lapack, ranks
+from ..core import lapack, ranks, saddle
 from ..core.errors import Reason, SolverError
 from ..core.notices import notify
 from ..systems import compiled as compilation
@@ -127,13 +126,12 @@ def kkt_solver(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.nda
     rows = ranks.independent_rows(J, units=scale_of(system))
     if len(rows) < len(J) and not singular_start(system):
         raise dependent(system, np.setdiff1d(np.arange(len(J)), rows))
-    try:
-        bordered = augmented(model, M / size, J[rows]) if model.plan else splu(compilation.kkt(M / size, J[rows]).tocsc()).solve
-    except RuntimeError as error:  # SuperLU: exactly singular
-        raise weightless(system, M) from error
+    inverse = augmented(model, M / size, J[rows]) if model.plan else saddle.inverse(saddle.matrix(M / size, J[rows]))
+    if inverse is None:
+        raise weightless(system, M)
 
     def solve(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        z = bordered(np.concatenate([f / size, g[rows]]))
+        z = inverse(np.concatenate([f / size, g[rows]]))
         found = size * z[len(f) :]
         return z[: len(f)], found if len(rows) == len(J) else np.linalg.lstsq(J.T, J[rows].T @ found, rcond=None)[0]
 

@@ -14,12 +14,11 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.sparse import csr_array, diags_array
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import LinearOperator, eigsh
 
-from ..core import ranks
+from ..core import ranks, saddle
 from ..core.errors import InputError, Reason, SolverError, say
-from ..core.linalg import as_dense
 from ..systems import compiled, free_motions, pressure
 from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import scale_of
@@ -31,8 +30,6 @@ from .scheme import STATIC, Newton, round_off
 from .trajectory import Statistics, Trajectory
 
 SHORTER = 0.55  #: factor of a load step that failed; not 1/2, which would come back to the same load factor
-SINGULAR = 1e-15  #: smallest pivot, relative to the largest, of a balanced matrix that counts as regular
-PIVOT = 0.01  #: share of the largest entry of a column at which its diagonal entry serves as the pivot: little fill in thin plates
 NEAR, FAR = 0.02, 0.2  #: longest corrections over the size of the mechanism, at first and at most
 FLOOR = 50.0  #: corrections up to this times the round-off of positions are round-off: thin bodies amplify it
 SHORTEST = 0.02  #: part of the load step asked for below which the solution is given up
@@ -149,7 +146,7 @@ def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: fl
     for iteration in range(4 * newton.iterations):
         phi, J = compiled.gap(model, x, time)
         R = np.concatenate([compiled.forces(model, x, still, time, angles) + J.T @ multipliers, phi])
-        step = balanced_solve(compiled.kkt(compiled.tangent(model, x, multipliers, time, 0.0, angles), J), R)
+        step = saddle.regular_solution(saddle.matrix(compiled.tangent(model, x, multipliers, time, 0.0, angles), J), R)
         if step is None:
             raise static_failure(model, Reason.SINGULAR_TANGENT, place, R)
         last, norm = norm, compiled.size(model, step[:n])
@@ -162,23 +159,6 @@ def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: fl
         if norm <= max(enough, FLOOR * round_off(model.system)):
             return Equilibrium(time, x, multipliers, iteration + 1, compiled.followed(model, x, angles))
     raise static_failure(model, Reason.NOT_CONVERGED, place, R)
-
-
-def balanced_solve(K: csr_array, R: np.ndarray) -> np.ndarray | None:
-    """K^-1 R (n,) or (n, i), with rows and columns of K scaled to ones.
-
-    None where a pivot is lost in round-off, as for a body free to move.
-    """
-    size = 1.0 / np.sqrt(np.maximum(np.asarray(abs(K).max(axis=1).todense()).ravel(), 1e-300))
-    scaled = diags_array(size) @ K @ diags_array(size)
-    try:
-        options = {"SymmetricMode": True}
-        factors = splu(scaled.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=PIVOT, options=options)
-    except RuntimeError:
-        return None
-    pivots = np.abs(factors.U.diagonal())
-    step = (size * factors.solve((size * R.T).T).T).T
-    return step if np.isfinite(step).all() and pivots.min() > SINGULAR * pivots.max() else None
 
 
 def static_failure(model: Compiled, reason: Reason, place: tuple[str, float], R: np.ndarray) -> SolverError:
@@ -228,14 +208,13 @@ def dense_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[
 def sparse_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues and vectors of (K, M) with J v = 0, by Lanczos iteration in shift-invert mode."""
     n, shift = K.shape[0], -1e-9 * float(abs(K).max() / abs(M).max())
-    diagonal = (K - shift * M).diagonal()
-    size = 1.0 / np.sqrt(np.where(diagonal > 1e-12 * diagonal.max(), diagonal, np.median(diagonal)))
     rows = ranks.independent_rows(J)
-    border = csr_array(J[rows] * size) if len(J) else np.zeros((0, n))
-    factors = splu(compiled.kkt(csr_array(diags_array(size) @ (K - shift * M) @ diags_array(size)), as_dense(border)).tocsc())
+    factors = saddle.factor(saddle.matrix(K - shift * M, J[rows]))
+    if factors is None:
+        raise InputError(say("vibration_modes", "a mass or a stiffness in every direction", "one without both"))
 
     def inverse(b: np.ndarray) -> np.ndarray:
-        return size * factors.solve(np.concatenate([size * b.ravel(), np.zeros(len(rows))]))[:n]
+        return saddle.solve(factors, np.append(b.ravel(), np.zeros(len(rows))))[:n]
 
     start = inverse(M @ np.cos(np.arange(n)))
     squares, vectors = eigsh(

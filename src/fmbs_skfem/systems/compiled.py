@@ -7,7 +7,7 @@ from enum import Enum
 from functools import partial
 
 import numpy as np
-from scipy.sparse import block_array, coo_array, csr_array, kron
+from scipy.sparse import coo_array, csr_array, kron
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import splu
 
@@ -383,9 +383,3 @@ def from_lower_band(band: np.ndarray) -> csr_array:
     i = j + np.tile(np.arange(width), n)
     inside = i < n
     return mirrored(csr_array((band.ravel()[inside], (i[inside], j[inside])), shape=(n, n)))
-
-
-def kkt(K: csr_array, jacobian: np.ndarray) -> csr_array:
-    """[[K, J^T], [J, 0]]."""
-    J = csr_array(jacobian)
-    return csr_array(block_array([[K, J.T], [J, None]])) if J.shape[0] else csr_array(K)

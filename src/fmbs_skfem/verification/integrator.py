@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 from scipy.sparse import csr_array
 
 from ..bodies import body
+from ..core import saddle
 from ..dynamics import GeneralizedAlpha, Newton, integrate
 from ..dynamics.scheme import method_of
 from ..dynamics.stepping import Method
@@ -200,13 +201,12 @@ CONDITION = {  # h: condition number of the iteration matrix, as it is and with 
 
 
 def bordered(h: float, scale: Callable[[Method], float]) -> np.ndarray:
-    """[ scale W  J^T; J  0 ],  W = bh M + K, of the pendulum at (0.9, -0.43) with the multiplier 12."""
+    """The saddle point of scale W,  W = bh M + K, of the pendulum at (0.9, -0.43) with the multiplier 12."""
     system = mass_pendulum((0.6, -0.8))
     x, model = np.array([0.9, -0.43]), compile_system(system)
     method = method_of(GeneralizedAlpha(h, 0.8), TIGHT, h, model)
-    W = (method.bh * csr_array(system.mass) + compiled.tangent(model, x, np.array([12.0]))).toarray()
-    J = compiled.gap(model, x)[1]
-    return np.block([[scale(method) * W, J.T], [J, np.zeros((1, 1))]])
+    W = method.bh * csr_array(system.mass) + compiled.tangent(model, x, np.array([12.0]))
+    return saddle.matrix(scale(method) * W, compiled.gap(model, x)[1]).toarray()
 
 
 def condition(A: np.ndarray) -> float:
