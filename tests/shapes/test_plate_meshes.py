@@ -471,7 +471,7 @@ def test_missing_groups_list_those_present() -> None:
         InputError, match=r"got 'outer_C'; edge groups present: A, B, outer, outer_A, outer_B; did you mean 'outer_"
     ):
         plate_meshes.group(mesh, "outer_C", "edge")
-    with pytest.raises(InputError, match="a group of points, got 'A', which is a group of edges; point groups present: none"):
+    with pytest.raises(InputError, match="a point group, got 'A', which is an edge group; point groups present: none"):
         plate_meshes.group(mesh, "A", "point")
     with pytest.raises(InputError, match=r"plate_crank_coarse.msh.*did you mean 'plate'\?"):
         plate_meshes.group(mesh, "plat", "face")

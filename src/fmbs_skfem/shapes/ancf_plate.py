@@ -38,10 +38,6 @@ FLAT = 1e-9  #: sine of the smallest angle between the two tangents at a vertex 
 BLOCK = 4096  #: points evaluated together
 
 POWERS = np.array([(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (3, 1), (1, 3)])
-ORDERS = np.array([(0, 0), (1, 0), (0, 1), (2, 0), (0, 2), (1, 1)])
-#: d^n/dx^n x^i = FACTOR[n, i] x^EXPONENT[n, i]
-FACTOR = np.array([[1.0, 1.0, 1.0, 1.0], [0.0, 1.0, 2.0, 3.0], [0.0, 0.0, 2.0, 6.0]])
-EXPONENT = np.maximum(np.arange(4) - np.arange(3)[:, None], 0)
 #: side and end (0 first, 1 last vertex of the side) that give the tangents in xi and eta at every vertex, and their signs
 TANGENT_SIDE = np.array([[0, 3], [0, 1], [2, 1], [2, 3]])
 TANGENT_END = np.array([[0, 1], [1, 0], [0, 1], [1, 0]])
@@ -64,17 +60,8 @@ class Arc:
     edges: Ints  #: (i, 2) node ids
 
 
-def _monomials(xi: Floats) -> Floats:
-    """Derivatives (x, 6, 12) of the monomials x^i y^j of POWERS at the points xi (x, 2)."""
-    powers = np.stack([np.ones_like(xi), xi, xi**2, xi**3], axis=-1)
-    single = FACTOR * powers[..., EXPONENT]
-    i, j = POWERS.T
-    m, n = ORDERS[:, :, None].transpose(1, 0, 2)
-    return np.asarray(single[:, 0, m, i] * single[:, 1, n, j])
-
-
 #: (12 monomials, 12 functions) of the parent square, vertex by vertex Phi_v0, Phi_v1, Phi_v2: whole numbers
-COEFFICIENTS = np.round(np.linalg.inv(_monomials(VERTICES[Parent.SQUARE])[:, :3].reshape(12, 12)))
+COEFFICIENTS = np.round(np.linalg.inv(surfaces.monomials(POWERS, VERTICES[Parent.SQUARE])[:, :3].reshape(12, 12)))
 
 
 @surfaces.basis.register
@@ -82,7 +69,7 @@ def _(space: Plate, cell: Ints, xi: Floats) -> Floats:
     values = np.empty((len(cell), DERIVATIVES, 4, 3))
     for start in range(0, len(cell), BLOCK):
         part = slice(start, start + BLOCK)
-        parent = (_monomials(xi[part]) @ COEFFICIENTS).reshape(-1, DERIVATIVES, 4, 3)
+        parent = (surfaces.monomials(POWERS, xi[part]) @ COEFFICIENTS).reshape(-1, DERIVATIVES, 4, 3)
         values[part, :, :, 0] = parent[..., 0]
         slopes = parent[..., 1:].transpose(0, 2, 1, 3) @ space.tangents[cell[part]]
         values[part, :, :, 1:] = slopes.transpose(0, 2, 1, 3)

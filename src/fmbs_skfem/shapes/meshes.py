@@ -40,6 +40,7 @@ class LineMesh:
     path: Path | None = None  #: the file it was read from
 
 
+Groups: TypeAlias = dict[str, dict[str, Ints]]  #: kind of groups -> name -> members
 Curve: TypeAlias = Callable[[Floats], Floats]  #: coordinate along a line (n,) -> points (n,3) [m]
 
 _READERS = {".msh": msh.read, ".vtu": vtu.read}
@@ -128,15 +129,30 @@ def write(mesh: LineMesh, path: Path | str) -> None:
     """Write a `.msh` file (gmsh 2.2, binary; cells ordered by group) or a `.vtu` file; `read` returns the same mesh."""
     path = Path(path)
     where = f"mesh {path}"
-    names = [*mesh.point_groups, *mesh.line_groups]
-    export(path, where, names, {".msh": lambda: _as_msh(mesh, where), ".vtu": lambda: _as_vtu(mesh)})
+    groups = {"point": mesh.point_groups, "line": mesh.line_groups}
+
+    def as_msh() -> Any:
+        distinct(where, groups)
+        lines = {name: mesh.cells[ids] for name, ids in mesh.line_groups.items()}
+        return physical(mesh.points, mesh.point_groups, lines, {}, "line", rest(mesh.cells, mesh.line_groups))
+
+    export(path, where, groups, {".msh": as_msh, ".vtu": lambda: _as_vtu(mesh)})
 
 
-def export(path: Path, where: str, names: list[str], forms: dict[str, Callable[[], Any]]) -> None:
+def distinct(where: str, groups: Groups) -> None:
+    """Refuse a name that groups of two kinds have."""
+    names = [name for named in groups.values() for name in named]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        *kinds, last = groups
+        expected = f"different names for {', '.join(kinds)} and {last} groups"
+        raise errors.InputError(errors.say(where, expected, f"{twice}", "rename one"))
+
+
+def export(path: Path, where: str, groups: Groups, forms: dict[str, Callable[[], Any]]) -> None:
     """Write the meshio mesh that `forms` makes for the suffix of the path, if its group names survive in a file."""
     import meshio
 
-    for name in names:
+    for name in (name for named in groups.values() for name in named):
         if not name or any(letter in name for letter in '"\\\r\n') or name != name.strip() or name.startswith("vtk"):
             expected = "group names without quotes, backslashes, line ends or outer blanks, and not starting with 'vtk'"
             raise errors.InputError(errors.say(where, expected, repr(name)))
@@ -159,56 +175,76 @@ def _as_vtu(mesh: LineMesh) -> Any:
     return meshio.Mesh(mesh.points, [("line", mesh.cells)], point_data=marks, cell_data=lines)
 
 
-def _as_msh(mesh: LineMesh, where: str) -> Any:
-    """Physical groups: each cell is written once for every group it belongs to, as gmsh does."""
+def rest(cells: Ints, groups: dict[str, Ints]) -> Ints:
+    """Cells (i, b) that are in no group."""
+    return cells[np.setdiff1d(np.arange(len(cells)), np.concatenate([[], *groups.values()]))]
+
+
+def physical(
+    points: Floats, vertices: dict[str, Ints], lines: dict[str, Ints], faces: dict[str, Ints], kind: str, free: Ints
+) -> Any:
+    """The meshio mesh of physical groups: each cell is written once for every group it belongs to, as gmsh does.
+
+    Members of groups: node ids (i,) of `vertices`, cells (i, 2) of `lines` and (i, b) of `faces`; `free` cells are in none.
+    """
     import meshio
 
-    both = sorted(mesh.point_groups.keys() & mesh.line_groups.keys())
-    if both:
-        raise errors.InputError(errors.say(where, "different names for point and line groups", f"{both}", "rename one"))
-    names = {name: np.array([tag, 0]) for tag, name in enumerate(mesh.point_groups, 1)}
-    names |= {name: np.array([tag, 1]) for tag, name in enumerate(mesh.line_groups, len(names) + 1)}
-    free = np.setdiff1d(np.arange(len(mesh.cells)), np.concatenate([[], *mesh.line_groups.values()]))
-    blocks = [("vertex", ids[:, None], names[name][0]) for name, ids in mesh.point_groups.items()]
-    blocks += [("line", mesh.cells[ids], names[name][0]) for name, ids in mesh.line_groups.items()]
-    blocks += [("line", mesh.cells[free], 0)] if len(free) else []
-    blocks = [block for block in blocks if len(block[1])]
+    named = [("vertex", 0, name, ids[:, None]) for name, ids in vertices.items()]
+    named += [("line", 1, name, cells) for name, cells in lines.items()] + [(kind, 2, name, cells) for name, cells in faces.items()]
+    names = {name: np.array([tag, dimension]) for tag, (_, dimension, name, _) in enumerate(named, 1)}
+    blocks = [(shape, cells, tag) for tag, (shape, _, _, cells) in enumerate(named, 1) if len(cells)]
+    blocks += [(kind, free, 0)] if len(free) else []
     tags = [np.full(len(cells), tag) for _, cells, tag in blocks]
     cell_data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
-    return meshio.Mesh(mesh.points, [block[:2] for block in blocks], cell_data=cell_data, field_data=names)
+    return meshio.Mesh(points, [block[:2] for block in blocks], cell_data=cell_data, field_data=names)
 
 
 def _audit(raw: Raw, where: str, path: Path) -> LineMesh:
     """Check what the file says; keep the points that cells use, and each cell once."""
-    if not len(raw.points):
-        raise errors.InputError(errors.say(where, "points", "none", "export the mesh with its nodes"))
-    if not len(raw.lines.nodes):
-        kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(raw.kinds.items())) or "no cells at all"
-        raise errors.InputError(errors.say(where, "cells of type line", kinds, "export a mesh of two-node lines"))
-    others = {kind: count for kind, count in raw.kinds.items() if kind not in ("line", "vertex") and count}
-    refuse_curved(others, "line", where)
-    if others:
-        notify(f"{where}: {', '.join(f'{count} {kind} cells' for kind, count in others.items())} ignored, only lines are used")
+    require_cells(raw, where, ("line",), "export a mesh of two-node lines", "lines")
     check_points(raw, where)
     cells = rows(raw, raw.lines.nodes, where, "cells", raw.lines.numbers)
     _check_lengths(raw, cells, where)
     kept, line_groups = once(raw, raw.lines, cells, where)
-    cells = cells[kept]
-    used, compact = np.unique(cells, return_inverse=True)
-    if len(used) < len(raw.points):
-        unused = np.setdiff1d(np.arange(len(raw.points)), used)
+    tell_unused(raw, cells, where)
+    used, compact = np.unique(cells[kept], return_inverse=True)
+    points, lines = without_empty(where, points_of(raw, used, where), line_groups)
+    return LineMesh(raw.points[used], compact.reshape(-1, 2).astype(np.int64), points, lines, path)
+
+
+def require_cells(raw: Raw, where: str, kinds: tuple[str, ...], remedy: str, used: str) -> None:
+    """Refuse a mesh without points, without cells of these kinds, or with curved ones of them; a notice of the others."""
+    if not len(raw.points):
+        raise errors.InputError(errors.say(where, "points", "none", "export the mesh with its nodes"))
+    parts = {"line": raw.lines, "triangle": raw.triangles, "quad": raw.quads}
+    if not any(len(parts[kind].nodes) for kind in kinds):
+        got = ", ".join(f"{count} {kind}" for kind, count in sorted(raw.kinds.items()) if count) or "no cells at all"
+        raise errors.InputError(errors.say(where, f"cells of type {' or '.join(kinds)}", got, remedy))
+    others = {kind: count for kind, count in raw.kinds.items() if kind not in ("vertex", "line", *kinds) and count}
+    for kind in kinds:
+        refuse_curved(others, kind, where)
+    if others:
+        notify(f"{where}: {', '.join(f'{count} {kind} cells' for kind, count in others.items())} ignored, only {used} are used")
+
+
+def tell_unused(raw: Raw, cells: Ints, where: str) -> None:
+    """A notice of points that no cell uses."""
+    unused = np.setdiff1d(np.arange(len(raw.points)), cells)
+    if len(unused):
         notify(f"{where}: {len(unused)} points that no cell uses are dropped: {listed(raw, unused)}")
-    point_groups = {name: np.unique(rows(raw, ids, where, f"point group '{name}'")) for name, ids in raw.point_groups.items()}
-    point_groups = {name: np.searchsorted(used, ids[np.isin(ids, used)]) for name, ids in point_groups.items()}
-    for name in [name for groups in (point_groups, line_groups) for name, ids in groups.items() if not len(ids)]:
+
+
+def points_of(raw: Raw, used: Ints, where: str) -> dict[str, Ints]:
+    """Point groups as places in the sorted rows of points that are `used`."""
+    found = {name: np.unique(rows(raw, ids, where, f"point group '{name}'")) for name, ids in raw.point_groups.items()}
+    return {name: np.searchsorted(used, ids[np.isin(ids, used)]) for name, ids in found.items()}
+
+
+def without_empty(where: str, *groups: dict[str, Ints], tell: bool = True) -> list[dict[str, Ints]]:
+    """Groups without those that have no members, which notices tell."""
+    for name in [name for named in groups for name, ids in named.items() if tell and not len(ids)]:
         notify(f"{where}: group '{name}' is named but has no members in the mesh, and is dropped")
-    return LineMesh(
-        points=raw.points[used],
-        cells=compact.reshape(cells.shape).astype(np.int64),
-        point_groups={name: ids for name, ids in point_groups.items() if len(ids)},
-        line_groups={name: ids for name, ids in line_groups.items() if len(ids)},
-        path=path,
-    )
+    return [{name: ids for name, ids in named.items() if len(ids)} for named in groups]
 
 
 def refuse_curved(others: dict[str, int], kind: str, where: str) -> None:
@@ -295,20 +331,22 @@ def once(raw: Raw, part: Cells, cells: Ints, where: str) -> tuple[Ints, dict[str
 
 def group(mesh: LineMesh, name: str) -> Ints:
     """Node ids (i,) of a point group."""
-    return _member(mesh, name, "point group", mesh.point_groups, "line group", mesh.line_groups)
+    return member(mesh.path, name, "point", {"point": mesh.point_groups, "line": mesh.line_groups})
 
 
 def line_group(mesh: LineMesh, name: str) -> Ints:
     """Cell ids (i,) of a line group."""
-    return _member(mesh, name, "line group", mesh.line_groups, "point group", mesh.point_groups)
+    return member(mesh.path, name, "line", {"point": mesh.point_groups, "line": mesh.line_groups})
 
 
-def _member(mesh: LineMesh, name: str, kind: str, groups: dict[str, Ints], other: str, others: dict[str, Ints]) -> Ints:
-    if name in groups:
-        return groups[name]
-    present = f"{kind}s present: {errors.listed(sorted(groups), name, 'none')}" + errors.closest(name, groups)
-    got = f"'{name}'" + (f", which is a {other}" if name in others else "")
-    raise errors.InputError(errors.say(f"mesh {mesh.path or 'in memory'}", f"the name of a {kind}", got, present))
+def member(path: Path | None, name: str, kind: str, kinds: Groups) -> Ints:
+    """Members of a group of a kind; InputError says which groups there are, and of what kind one of that name is."""
+    if name in kinds[kind]:
+        return kinds[kind][name]
+    other = "".join(f", which is {'an' if word == 'edge' else 'a'} {word} group" for word, named in kinds.items() if name in named)
+    present = f"{kind} groups present: {errors.listed(sorted(kinds[kind]), name, 'none')}" + errors.closest(name, kinds[kind])
+    where, expected = f"mesh {path or 'in memory'}", f"the name of {'an' if kind == 'edge' else 'a'} {kind} group"
+    raise errors.InputError(errors.say(where, expected, f"'{name}'{other}", present))
 
 
 def chain(mesh: LineMesh, group: str | None = None) -> Ints:

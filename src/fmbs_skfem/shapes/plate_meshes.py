@@ -17,7 +17,6 @@ from typing import Any, Literal
 import numpy as np
 
 from ..core import errors
-from ..core.notices import notify
 from . import meshes, plate_audit, vtu
 from .msh import Cells, Floats, Ints, Raw
 
@@ -53,11 +52,8 @@ def write(mesh: PlateMesh, path: Path | str) -> None:
     """Write a `.msh` file (gmsh 2.2, binary; cells ordered by group) or a `.vtu` file; `read` returns the same mesh."""
     path = Path(path)
     where = f"mesh {path}"
-    names = [*mesh.point_groups, *mesh.edge_groups, *mesh.face_groups]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise errors.InputError(errors.say(where, "different names for point, edge and face groups", f"{twice}", "rename one"))
-    meshes.export(path, where, names, {".msh": lambda: _as_msh(mesh), ".vtu": lambda: _as_vtu(mesh)})
+    meshes.distinct(where, _groups(mesh))
+    meshes.export(path, where, _groups(mesh), {".msh": lambda: _as_msh(mesh), ".vtu": lambda: _as_vtu(mesh)})
 
 
 def from_skfem(mesh: Any, planar: bool = True) -> PlateMesh:
@@ -122,21 +118,14 @@ def audit(mesh: PlateMesh, planar: bool) -> PlateMesh:
     return _audited(raw, where, mesh.path, planar, None)
 
 
-def _as_msh(mesh: PlateMesh) -> Any:
-    """Physical groups: each cell is written once for every group it belongs to, as gmsh does."""
-    import meshio
+def _groups(mesh: PlateMesh) -> dict[str, dict[str, Ints]]:
+    return {"point": mesh.point_groups, "edge": mesh.edge_groups, "face": mesh.face_groups}
 
-    face = _NAMES[mesh.cells.shape[1]]
-    free = np.setdiff1d(np.arange(len(mesh.cells)), np.concatenate([[], *mesh.face_groups.values()]))
-    named = [("vertex", 0, name, ids[:, None]) for name, ids in mesh.point_groups.items()]
-    named += [("line", 1, name, pairs) for name, pairs in mesh.edge_groups.items()]
-    named += [(face, 2, name, mesh.cells[ids]) for name, ids in mesh.face_groups.items()]
-    names = {name: np.array([tag, dimension]) for tag, (_, dimension, name, _) in enumerate(named, 1)}
-    blocks = [(kind, cells, tag) for tag, (kind, _, _, cells) in enumerate(named, 1) if len(cells)]
-    blocks += [(face, mesh.cells[free], 0)] if len(free) else []
-    tags = [np.full(len(cells), tag) for _, cells, tag in blocks]
-    cell_data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
-    return meshio.Mesh(mesh.points, [block[:2] for block in blocks], cell_data=cell_data, field_data=names)
+
+def _as_msh(mesh: PlateMesh) -> Any:
+    faces = {name: mesh.cells[ids] for name, ids in mesh.face_groups.items()}
+    kind, free = _NAMES[mesh.cells.shape[1]], meshes.rest(mesh.cells, mesh.face_groups)
+    return meshes.physical(mesh.points, mesh.point_groups, mesh.edge_groups, faces, kind, free)
 
 
 def _as_vtu(mesh: PlateMesh) -> Any:
@@ -156,13 +145,7 @@ def _as_vtu(mesh: PlateMesh) -> Any:
 
 def group(mesh: PlateMesh, name: str, kind: Kind) -> Ints:
     """A group: node ids (i,) of points, node pairs (i,2) of edges, cell ids (i,) of faces."""
-    kinds: dict[Kind, dict[str, Ints]] = {"point": mesh.point_groups, "edge": mesh.edge_groups, "face": mesh.face_groups}
-    if name in kinds[kind]:
-        return kinds[kind][name]
-    other = "".join(f", which is a group of {word}s" for word, groups in kinds.items() if name in groups)
-    present = f"{kind} groups present: {errors.listed(sorted(kinds[kind]), name, 'none')}" + errors.closest(name, kinds[kind])
-    where = f"mesh {mesh.path or 'in memory'}"
-    raise errors.InputError(errors.say(where, f"the name of a group of {kind}s", f"'{name}'{other}", present))
+    return meshes.member(mesh.path, name, kind, _groups(mesh))
 
 
 def border(mesh: PlateMesh) -> Ints:
@@ -188,9 +171,7 @@ def _audited(raw: Raw, where: str, path: Path | None, planar: bool, face: str | 
     cells = meshes.rows(raw, part.nodes, where, "cells", part.numbers)
     _check_vertices(part, cells, where)
     kept, faces = meshes.once(raw, part, cells, where)
-    unused = np.setdiff1d(np.arange(len(raw.points)), cells)
-    if len(unused):
-        notify(f"{where}: {len(unused)} points that no cell uses are dropped: {meshes.listed(raw, unused)}")
+    meshes.tell_unused(raw, cells, where)
     whole = PlateMesh(raw.points, cells[kept], face_groups=faces, path=path)
     if face is not None:
         chosen = group(whole, face, "face")
@@ -200,33 +181,19 @@ def _audited(raw: Raw, where: str, path: Path | None, planar: bool, face: str | 
     compact = compact.reshape(len(kept), -1).astype(np.int64)
     subject = plate_audit.Subject(where, raw.points[used], compact, raw.numbers[used], part.numbers[kept])
     compact = plate_audit.check(subject, planar)
-    points = {name: np.unique(meshes.rows(raw, ids, where, f"point group '{name}'")) for name, ids in raw.point_groups.items()}
-    points = {name: np.searchsorted(used, ids[np.isin(ids, used)]) for name, ids in points.items()}
     edges = _edges(raw, where, used, compact, strict=face is None)
-    if face is None:
-        for name in [name for groups in (points, edges, faces) for name, ids in groups.items() if not len(ids)]:
-            notify(f"{where}: group '{name}' is named but has no members in the mesh, and is dropped")
-    points, edges, faces = ({name: ids for name, ids in groups.items() if len(ids)} for groups in (points, edges, faces))
+    points, edges, faces = meshes.without_empty(where, meshes.points_of(raw, used, where), edges, faces, tell=face is None)
     return PlateMesh(raw.points[used], compact, points, edges, faces, path)
 
 
 def _faces(raw: Raw, where: str) -> Cells:
     """The triangles or the quads of a file, whichever there are."""
-    kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(raw.kinds.items()) if count) or "no cells at all"
-    if not len(raw.points):
-        raise errors.InputError(errors.say(where, "points", "none", "export the mesh with its nodes"))
-    if not len(raw.triangles.nodes) + len(raw.quads.nodes):
-        raise errors.InputError(errors.say(where, "cells of type quad or triangle", kinds, "export a surface mesh of first order"))
+    used = "triangles, quads and their edges"
+    meshes.require_cells(raw, where, ("quad", "triangle"), "export a surface mesh of first order", used)
     if len(raw.triangles.nodes) and len(raw.quads.nodes):
         few = min(raw.triangles, raw.quads, key=lambda part: len(part.nodes))
         got = f"{len(raw.quads.nodes)} quads and {len(raw.triangles.nodes)} triangles, among them cells {few.numbers[:4].tolist()}"
         raise errors.InputError(errors.say(where, "all quads or all triangles", got, "recombine or split them before export"))
-    others = {kind: count for kind, count in raw.kinds.items() if kind not in ("vertex", "line", *_NAMES.values()) and count}
-    for kind in _NAMES.values():
-        meshes.refuse_curved(others, kind, where)
-    if others:
-        counts = ", ".join(f"{count} {kind} cells" for kind, count in others.items())
-        notify(f"{where}: {counts} ignored, only triangles, quads and their edges are used")
     part, other = (raw.quads, raw.triangles) if len(raw.quads.nodes) else (raw.triangles, raw.quads)
     return Cells(part.nodes, part.numbers, other.groups | part.groups)
 

@@ -39,9 +39,8 @@ ARGYRIS_ORDER = 5  #: Gauss points a direction: linear membrane and bending are 
 SQUARE_CORNER = 1e-7  #: deviation of a cell from a rectangle, relative to its diagonal, that is round-off [-]
 BLOCK = 4096  #: points evaluated together
 
-#: derivative k of a surface as scikit-fem writes it, and as orders in x and y
+#: derivative k of a surface as scikit-fem writes it
 KEYS: tuple[tuple[int, ...], ...] = ((), (0,), (1,), (0, 0), (1, 1), (0, 1))
-ORDERS = np.array([(key.count(0), key.count(1)) for key in KEYS])
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,25 +58,14 @@ def _(space: Global, cell: Ints, xi: Floats) -> Floats:
     values = np.empty((len(cell), DERIVATIVES, space.coefficients.shape[2]))
     for start in range(0, len(cell), BLOCK):
         part = slice(start, start + BLOCK)
-        values[part] = _monomials(space.powers, xi[part] - space.center) @ space.coefficients[cell[part]]
+        values[part] = surfaces.monomials(space.powers, xi[part] - space.center) @ space.coefficients[cell[part]]
     return values
 
 
 @surfaces.basis_in_cells.register
 def _(space: Global, cells: Ints, xi: Floats) -> Floats:
-    rows = _monomials(space.powers, xi - space.center).reshape(len(xi) * DERIVATIVES, -1)
+    rows = surfaces.monomials(space.powers, xi - space.center).reshape(len(xi) * DERIVATIVES, -1)
     return np.asarray(rows @ space.coefficients[cells]).reshape(len(cells), len(xi), DERIVATIVES, -1)
-
-
-def _monomials(powers: Ints, xi: Floats) -> Floats:
-    """Derivatives (x, 6, m) of the monomials x^i y^j at the points xi (x, 2)."""
-    degree = int(powers.max())
-    table = np.zeros((len(xi), 2, 3, degree + 1))
-    table[:, :, 0] = xi[:, :, None] ** np.arange(degree + 1)
-    for n in (1, 2):
-        table[:, :, n, 1:] = np.arange(1, degree + 1) * table[:, :, n - 1, :-1]
-    (i, j), (n, m) = powers.T, ORDERS.T[:, :, None]
-    return np.asarray(table[:, 0, n, i] * table[:, 1, m, j])
 
 
 # ------------------------------------------------------------------------------------------------------------- surfaces
@@ -167,7 +155,7 @@ def _functionals(element: Any, parent: Parent, powers: Ints, chain: Floats, norm
     corners = VERTICES[parent] - VERTICES[parent].mean(axis=0)
 
     def derivative(k: int) -> Callable[[float, float], Floats]:
-        return lambda x, y: chain[:, k] @ _monomials(powers, np.array([[x, y]]))[0]
+        return lambda x, y: chain[:, k] @ surfaces.monomials(powers, np.array([[x, y]]))[0]
 
     monomials = {key: derivative(k) for k, key in enumerate(KEYS)}
     places = {"v": corners, "e": 0.5 * (corners + np.roll(corners, -1, axis=0)), "n": normals.transpose(1, 2, 0)[..., None]}

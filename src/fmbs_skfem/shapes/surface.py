@@ -26,6 +26,7 @@ from . import table
 from .table import Floats, Ints, Table
 
 DERIVATIVES = 6
+ORDERS = np.array([(0, 0), (1, 0), (0, 1), (2, 0), (0, 2), (1, 1)])  #: of the derivatives k in xi1 and xi2
 BLOCK = 2048  #: cells that are tabulated together
 
 
@@ -89,6 +90,17 @@ def quadrature(parent: Parent, order: int) -> tuple[Floats, Floats]:
     if parent is Parent.SQUARE:
         return np.column_stack([a, b]), weights
     return np.column_stack([a, b * (1.0 - a)]), weights * (1.0 - a)
+
+
+def monomials(powers: Ints, xi: Floats) -> Floats:
+    """Derivatives (x, 6, m) of the monomials x^i y^j, exponents `powers` (m, 2), at the points xi (x, 2)."""
+    degree = int(powers.max())
+    table = np.zeros((len(xi), 2, 3, degree + 1))
+    table[:, :, 0] = xi[:, :, None] ** np.arange(degree + 1)
+    for n in (1, 2):
+        table[:, :, n, 1:] = np.arange(1, degree + 1) * table[:, :, n - 1, :-1]
+    (i, j), (n, m) = powers.T, ORDERS.T[:, :, None]
+    return np.asarray(table[:, 0, n, i] * table[:, 1, m, j])
 
 
 def side_points(parent: Parent, side: Ints, s: Floats) -> Floats:
