@@ -187,10 +187,11 @@ def extent(part: Body) -> float:
 
 
 def placed(where: str, points: np.ndarray, dim: int, origin: np.ndarray | None, rotation: np.ndarray | None) -> np.ndarray:
-    """Mesh points in the frame of the scene, (j, c); planar scenes need points in the plane z = 0."""
-    if dim == 2 and np.abs(points[:, 2]).max() > 1e-12 * np.ptp(points):
-        raise InputError(say(where, "a mesh in the plane z = 0", f"z up to {np.abs(points[:, 2]).max():.3g} m", "use dimension 3"))
-    moved = points[:, :dim] if rotation is None else points[:, :dim] @ np.asarray(rotation, dtype=float).T
+    """Points (j, 2 or 3) of a mesh or shape in the frame of the scene, (j, c); planar scenes need points in the plane z = 0."""
+    if dim == 2 and points.shape[1] == 3 and np.abs(points[:, 2]).max() > 1e-12 * np.ptp(points):
+        raise InputError(say(where, "points in the plane z = 0", f"z up to {np.abs(points[:, 2]).max():.3g} m", "use dimension 3"))
+    wide = np.pad(points[:, :dim], ((0, 0), (0, max(0, dim - points.shape[1]))))
+    moved = wide if rotation is None else wide @ np.asarray(rotation, dtype=float).T
     return moved if origin is None else moved + np.asarray(origin, dtype=float)
 
 
@@ -218,9 +219,13 @@ def mass_matrix(space: line.BSpline | line.Hermite, reference: np.ndarray, densi
     """m_ij = int rhoA N_i N_j dS, (b, b)."""
     table, values, weights = arc_length_table(space, reference, order_of(space) + 1, 1)
     blocks = density * np.einsum("epb,epd,ep->ebd", values[:, :, 0], values[:, :, 0], weights)
-    rows = np.repeat(table.nodes, table.nodes.shape[1], axis=1).ravel()
-    columns = np.tile(table.nodes, (1, table.nodes.shape[1])).ravel()
-    return csr_array(coo_array((blocks.ravel(), (rows, columns)), shape=(table.count, table.count)))
+    return scattered(blocks, table.nodes, table.count)
+
+
+def scattered(blocks: np.ndarray, nodes: np.ndarray, count: int) -> csr_array:
+    """The sum (count, count) of blocks (e, b, b) on the functions (e, b) of cells."""
+    rows, columns = np.repeat(nodes, nodes.shape[1], axis=1).ravel(), np.tile(nodes, (1, nodes.shape[1])).ravel()
+    return csr_array(coo_array((blocks.ravel(), (rows, columns)), shape=(count, count)))
 
 
 def require_line_law(name: str, law: Law, dim: int, numbers: Mapping[str, float]) -> None:

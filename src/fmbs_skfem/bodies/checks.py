@@ -16,7 +16,7 @@ import numpy as np
 from numpy.random import Generator
 from scipy.spatial.transform import Rotation
 
-from ..core.errors import InputError, say
+from ..core.errors import InputError, require, say
 from . import laws
 from .cable_law import STRAIGHT
 from .laws import Law
@@ -51,10 +51,7 @@ class Case:
 
     def require(self, name: str, error: float, tolerance: float | None = None) -> None:
         """Refuse an error beyond the tolerance, or one that is not a number."""
-        limit = self.tolerance if tolerance is None else tolerance
-        if not error <= limit:
-            remedy = "correct the rules of this type"
-            raise InputError(say(f"{self.where}: {name}", f"an error of at most {limit:.1e}", f"{error:.3e}", remedy))
+        require(self.where, name, error, self.tolerance if tolerance is None else tolerance)
 
     def energy(self, u: np.ndarray) -> float:
         return self.rules.energy(self.law, u, self.section)

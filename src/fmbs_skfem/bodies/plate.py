@@ -29,7 +29,7 @@ from ..core.notices import notify
 from ..shapes import ancf_plate, interfaces, nurbs, smoothing
 from ..shapes import surface as surfaces
 from ..shapes.surface import Surface
-from .body import Body, Cells
+from .body import Body, Cells, placed, scattered
 from .laws import Law
 from .sections import Material, positive
 
@@ -73,7 +73,7 @@ def plate(
         raise InputError(say(where, "names of rims and points that differ", got, "rename the rim"))
     tell_closed(where, shape)
     shape = smoothing.tied(shape) if dim == 3 and isinstance(shape.space, nurbs.Nurbs) else shape
-    turned = placed(where, shape.reference, dim, rotation)
+    turned = placed(where, shape.reference, dim, None, rotation)  # about the shape's own origin: far from it digits are lost
     reference = turned if origin is None else turned + np.outer(shape.unit, np.asarray(origin, dtype=float))
     spread, free, centers = slaved(where, shape, reference, rims or {})
     own_reference = np.concatenate([reference[free], *(np.vstack([c, np.eye(dim)]) for c in centers)])
@@ -95,15 +95,6 @@ def plate(
         spread=spread if rims else None,
         stiffness=None if springs is None else csr_array(spread.T @ springs @ spread),
     )
-
-
-def placed(where: str, points: np.ndarray, dim: int, rotation: np.ndarray | None) -> np.ndarray:
-    """Reference coordinates (n, c) in the directions of the scene, about the shape's own origin: far from it digits are lost."""
-    if dim == 2 and points.shape[1] == 3 and np.abs(points[:, 2]).max() > 1e-12 * np.ptp(points):
-        raise InputError(say(where, "a shape in the plane z = 0", f"z up to {np.abs(points[:, 2]).max():.3g} m", "use dimension 3"))
-    wide = np.zeros((len(points), dim))
-    wide[:, : min(dim, points.shape[1])] = points[:, : min(dim, points.shape[1])]
-    return wide if rotation is None else wide @ np.asarray(rotation, dtype=float).T
 
 
 def joined_edges(shape: Surface) -> list[tuple[str, str]]:
@@ -199,9 +190,7 @@ def mass_matrix(shape: Surface, reference: np.ndarray, thickness: float | np.nda
         area = local_first(table.values, table.weights, reference[table.nodes])[1]
         N = table.values[:, :, 0]
         blocks[part] = np.swapaxes(N, 1, 2) @ ((heavy[part, None] * area)[:, :, None] * N)
-    nodes = shape.nodes.astype(np.int32)
-    rows, columns = np.repeat(nodes, basis, axis=1).ravel(), np.tile(nodes, (1, basis)).ravel()
-    return csr_array(coo_array((blocks.ravel(), (rows, columns)), shape=(shape.count, shape.count)))
+    return scattered(blocks, shape.nodes.astype(np.int32), shape.count)
 
 
 def edge(where: str, shape: Surface, names: Iterable[str]) -> np.ndarray:

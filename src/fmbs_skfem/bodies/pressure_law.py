@@ -24,118 +24,81 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numba import carray
 
 from ..core.entries import entry
-from ..core.jit import jit
 from .shell_law import cross, dot, vector
 
 LINES = 3  #: rows of a section
 
 
-@jit
-def energy(u: np.ndarray, section: np.ndarray) -> float:
-    """-p (V - V0) [J] summed over all points."""
-    total = 0.0
-    for p in range(u.shape[1]):
-        for e in range(u.shape[2]):
-            volume = dot(vector(u, 0, p, e), cross(vector(u, 1, p, e), vector(u, 2, p, e), 1.0))
-            total -= section[2, p, e] * section[0, p, e] * (volume - section[1, p, e]) / 3.0
-    return total
-
-
-@jit
-def stress(u: np.ndarray, section: np.ndarray, S: np.ndarray) -> None:
-    """S = -weight (p r,1 x r,2, 0, 0), shapes (9, p, e)."""
-    S[3:] = 0.0
-    for p in range(u.shape[1]):
-        for e in range(u.shape[2]):
-            f = cross(vector(u, 1, p, e), vector(u, 2, p, e), -section[2, p, e] * section[0, p, e])
-            S[0, p, e], S[1, p, e], S[2, p, e] = f
-
-
-@jit
-def modulus(u: np.ndarray, section: np.ndarray, D: np.ndarray) -> None:
-    """D = weight sym(-df/du), shape (9, 9, p, e)."""
-    D[:] = 0.0
-    for p in range(u.shape[1]):
-        for e in range(u.shape[2]):
-            half = 0.5 * section[2, p, e] * section[0, p, e]
-            for k in range(2):
-                sign = half if k == 0 else -half
-                a, row = vector(u, 2 - k, p, e), 3 + 3 * k
-                for i in range(3):
-                    j, l = (i + 1) % 3, (i + 2) % 3
-                    D[i, row + j, p, e] = D[row + j, i, p, e] = -sign * a[l]
-                    D[i, row + l, p, e] = D[row + l, i, p, e] = sign * a[j]
-
-
-@jit
-def edge_energy(u: np.ndarray, section: np.ndarray) -> float:
-    """-p (V - V0) [J] summed over all points, V the area beside the edge."""
-    total = 0.0
-    for p in range(u.shape[1]):
-        for e in range(u.shape[2]):
-            area = u[0, p, e] * u[3, p, e] - u[1, p, e] * u[2, p, e]
-            total -= 0.5 * section[2, p, e] * section[0, p, e] * (area - section[1, p, e])
-    return total
-
-
-@jit
-def edge_stress(u: np.ndarray, section: np.ndarray, S: np.ndarray) -> None:
-    """S = -weight (p J^T r,1, 0), shapes (4, p, e)."""
-    S[2:] = 0.0
-    for p in range(u.shape[1]):
-        for e in range(u.shape[2]):
-            load = section[2, p, e] * section[0, p, e]
-            S[0, p, e], S[1, p, e] = -load * u[3, p, e], load * u[2, p, e]
-
-
-@jit
-def edge_modulus(u: np.ndarray, section: np.ndarray, D: np.ndarray) -> None:
-    """D = weight sym(-df/du), shape (4, 4, p, e)."""
-    D[:] = 0.0
-    for p in range(u.shape[1]):
-        for e in range(u.shape[2]):
-            half = 0.5 * section[2, p, e] * section[0, p, e]
-            D[0, 3, p, e] = D[3, 0, p, e] = -half
-            D[1, 2, p, e] = D[2, 1, p, e] = half
-
-
 @entry
 def energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
-    """`energy` as an entry: W[0]."""
-    carray(W, 1)[0] = energy(carray(u, (rows, points, cells)), carray(section, (LINES, points, cells)))
+    """-p (V - V0) [J] summed over all points: W[0]."""
+    count, total = points * cells, 0.0
+    u, section = carray(u, (rows, 1, count)), carray(section, (LINES, count))
+    for q in range(count):
+        volume = dot(vector(u, 0, 0, q), cross(vector(u, 1, 0, q), vector(u, 2, 0, q), 1.0))
+        total -= section[2, q] * section[0, q] * (volume - section[1, q]) / 3.0
+    carray(W, 1)[0] = total
 
 
 @entry
 def stress_at(u: Any, _: Any, section: Any, S: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
-    """`stress` as an entry."""
-    shape = (rows, points, cells)
-    stress(carray(u, shape), carray(section, (LINES, points, cells)), carray(S, shape))
+    """S = -weight (p r,1 x r,2, 0, 0), shapes (9, p, e)."""
+    count = points * cells
+    u, section, S = carray(u, (rows, 1, count)), carray(section, (LINES, count)), carray(S, (rows, count))
+    S[3:] = 0.0
+    for q in range(count):
+        S[0, q], S[1, q], S[2, q] = cross(vector(u, 1, 0, q), vector(u, 2, 0, q), -section[2, q] * section[0, q])
 
 
 @entry
 def modulus_at(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
-    """`modulus` as an entry."""
-    modulus(carray(u, (rows, points, cells)), carray(section, (LINES, points, cells)), carray(D, (rows, rows, points, cells)))
+    """D = weight sym(-df/du), shape (9, 9, p, e)."""
+    count = points * cells
+    u, section, D = carray(u, (rows, 1, count)), carray(section, (LINES, count)), carray(D, (rows, rows, count))
+    D[:] = 0.0
+    for q in range(count):
+        half = 0.5 * section[2, q] * section[0, q]
+        for k in range(2):
+            sign = half if k == 0 else -half
+            a, row = vector(u, 2 - k, 0, q), 3 + 3 * k
+            for i in range(3):
+                j, l = (i + 1) % 3, (i + 2) % 3
+                D[i, row + j, q] = D[row + j, i, q] = -sign * a[l]
+                D[i, row + l, q] = D[row + l, i, q] = sign * a[j]
 
 
 @entry
 def edge_energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
-    """`edge_energy` as an entry: W[0]."""
-    carray(W, 1)[0] = edge_energy(carray(u, (rows, points, cells)), carray(section, (LINES, points, cells)))
+    """-p (V - V0) [J] summed over all points, V the area beside the edge: W[0]."""
+    count, total = points * cells, 0.0
+    u, section = carray(u, (rows, count)), carray(section, (LINES, count))
+    for q in range(count):
+        area = u[0, q] * u[3, q] - u[1, q] * u[2, q]
+        total -= 0.5 * section[2, q] * section[0, q] * (area - section[1, q])
+    carray(W, 1)[0] = total
 
 
 @entry
 def edge_stress_at(u: Any, _: Any, section: Any, S: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
-    """`edge_stress` as an entry."""
-    shape = (rows, points, cells)
-    edge_stress(carray(u, shape), carray(section, (LINES, points, cells)), carray(S, shape))
+    """S = -weight (p J^T r,1, 0), shapes (4, p, e)."""
+    count = points * cells
+    u, section, S = carray(u, (rows, count)), carray(section, (LINES, count)), carray(S, (rows, count))
+    S[2:] = 0.0
+    for q in range(count):
+        load = section[2, q] * section[0, q]
+        S[0, q], S[1, q] = -load * u[3, q], load * u[2, q]
 
 
 @entry
 def edge_modulus_at(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
-    """`edge_modulus` as an entry."""
-    edge_modulus(carray(u, (rows, points, cells)), carray(section, (LINES, points, cells)), carray(D, (rows, rows, points, cells)))
+    """D = weight sym(-df/du), shape (4, 4, p, e)."""
+    count = points * cells
+    section, D = carray(section, (LINES, count)), carray(D, (rows, rows, count))
+    D[:] = 0.0
+    for q in range(count):
+        half = 0.5 * section[2, q] * section[0, q]
+        D[0, 3, q] = D[3, 0, q] = -half
+        D[1, 2, q] = D[2, 1, q] = half

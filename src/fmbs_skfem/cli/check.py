@@ -195,15 +195,14 @@ def solved_form(scene: Scene, raw: System) -> tuple[System, dict[str, Any]]:
 
 def velocity_gaps(raw: System) -> list[tuple[str, float]]:
     """Rows that the given velocities break, Phi_q v + Phi_t, the largest first; Phi_t by differences over 2 us."""
-    from ..systems import mechanism
     from ..systems.compiled import signal_table
     from ..systems.redundancy import rows_of
 
     if not raw.constraints.names:
         return []
-    (rows, z), used, d = rows_of(raw), mechanism.coordinates_read(raw), 1e-6
+    (rows, z), d = rows_of(raw), 1e-6
     first, second, third = (replace(rows, signals=signal_table(raw, np.array([k * d]))[0])(z)[0] for k in range(3))
-    gap = np.abs(rows(z)[1] @ raw.v0[used] + (4 * second - 3 * first - third) / (2 * d))
+    gap = np.abs(rows(z)[1] @ raw.v0[rows.used] + (4 * second - 3 * first - third) / (2 * d))
     bound = 1e-6 * max(1.0, float(np.abs(raw.v0).max(initial=0.0)))
     return [(".".join(raw.constraints.names[k]), float(gap[k])) for k in np.argsort(-gap) if gap[k] > bound]
 

@@ -20,9 +20,9 @@ from ..bodies.body import LIMP, STIFF, limp
 from ..core import ranks
 from ..core.errors import InputError, say
 from .compiled import attached
-from .mechanism import center, coordinates_read, idle, motions, moved, on_motions
+from .mechanism import center, idle, motions, moved, on_motions, onto_joints
 from .quartic import Quartic
-from .redundancy import ITERATIONS, Rows, relative, rows_of
+from .redundancy import Rows, rows_of
 from .system import System
 
 STEP = 1e-3  #: of the size of the system, over which the potential is differenced
@@ -97,15 +97,7 @@ def by_weight(system: System, rows: Rows | None, Z: np.ndarray) -> tuple[np.ndar
 def reached(system: System, rows: Rows | None, z: np.ndarray) -> np.ndarray:
     """The state after the rigid motions z, moved back onto the joints by steps of least norm."""
     q = moved(system, system.x0, z)
-    if rows is None:
-        return q
-    used = coordinates_read(system)
-    for _ in range(ITERATIONS):
-        if np.abs(relative(rows, q[used])[0]).max() < 1e-14 * max(1.0, float(np.abs(q[used] / rows.scale).max())):
-            break
-        A = on_motions(system, rows, q)
-        q = moved(system, q, -ranks.least(A, rows(q[used])[0]))
-    return q
+    return q if rows is None else onto_joints(system, rows, q, 1e-14)[0]
 
 
 def sparse_basis(Z: np.ndarray) -> np.ndarray:

@@ -162,19 +162,10 @@ def on_motions(system: System, rows: Rows | None, q: np.ndarray) -> np.ndarray:
     B = csr_array(block_diag(motions(system, q), format="csr"))
     if rows is None:
         return np.zeros((0, B.shape[1]))
-    used = coordinates_read(system)
-    J = rows(q[used])[1]
-    B = csr_array(B[used])
+    J, B = rows(q[rows.used])[1], csr_array(B[rows.used])
     A = (J @ B).toarray()
     A[np.linalg.norm(A, axis=1) <= ranks.EXACT * np.linalg.norm((abs(J) @ abs(B)).toarray(), axis=1)] = 0.0
     return A
-
-
-def coordinates_read(system: System) -> np.ndarray:
-    """Coordinates that constraints read, in the order of `redundancy.rows_of`."""
-    terms = system.constraints
-    read = np.unique(np.concatenate([terms.i[terms.i >= 0], terms.j[terms.j >= 0]]))
-    return np.unique(csr_array(system.probes.matrix)[read].indices)
 
 
 def balanced(A: np.ndarray) -> np.ndarray:
@@ -257,22 +248,33 @@ def nearby(system: System, rows: Rows | None, passive: np.ndarray) -> list[np.nd
     """
     if rows is None or not passive.any():
         return []
-    random, used, size = np.random.default_rng(0), coordinates_read(system), system.scale
-    A, found = on_motions(system, rows, system.x0), []
-    close = 1e-11 * max(1.0, float(np.abs(system.x0[used] / rows.scale).max()))
+    random, size, A, found = np.random.default_rng(0), system.scale, on_motions(system, rows, system.x0), []
     for amplitude in AMPLITUDES:
         change = amplitude * size * random.normal(size=(A.shape[1],))
         change -= ranks.least(A[passive], A[passive] @ change, rank_of(A[passive]))
         for directions in (rank_of(A[passive]), A.shape[1]):
-            q = moved(system, system.x0, change)
-            for _ in range(ITERATIONS):
-                if np.abs(relative(rows, q[used])[0][passive]).max() < close:
-                    break
-                q = moved(system, q, -ranks.least(on_motions(system, rows, q)[passive], rows(q[used])[0][passive], directions))
-            if np.abs(relative(rows, q[used])[0][passive]).max() < close:
+            q, closed = onto_joints(system, rows, moved(system, system.x0, change), 1e-11, passive, directions)
+            if closed:
                 found.append(on_motions(system, rows, q))
                 break
     return found
+
+
+def onto_joints(
+    system: System,
+    rows: Rows,
+    q: np.ndarray,
+    tolerance: float,
+    mine: np.ndarray | slice = slice(None),
+    directions: int | None = None,
+) -> tuple[np.ndarray, bool]:
+    """The state q moved back onto the rows `mine` by rigid motions of least norm, and whether they hold in it."""
+    close = tolerance * max(1.0, float(np.abs(q[rows.used] / rows.scale).max()))
+    for _ in range(ITERATIONS):
+        if np.abs(relative(rows, q[rows.used])[0][mine]).max() < close:
+            return q, True
+        q = moved(system, q, -ranks.least(on_motions(system, rows, q)[mine], rows(q[rows.used])[0][mine], directions))
+    return q, bool(np.abs(relative(rows, q[rows.used])[0][mine]).max() < close)
 
 
 def dependences(

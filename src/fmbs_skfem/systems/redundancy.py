@@ -46,6 +46,7 @@ class Rows:
     probes: csr_array  #: (j, u)
     offset: np.ndarray  #: (j,) y at z = 0
     count: int
+    used: np.ndarray  #: (u,) coordinates that the constraints read
     scale: np.ndarray  #: (u,) changes of z that count as large
 
     def reads(self) -> csr_array:
@@ -82,7 +83,7 @@ def rows_of(system: System) -> tuple[Rows, np.ndarray]:
     flat = kernels.Terms(terms.row, terms.coefficient, terms.signal, i, j, np.full(len(i), -1))
     signals = signal_table(system, np.zeros(1))[0]
     probes, scale = csr_array(matrix[:, used]), scale_of(system)[used]
-    return Rows(flat, signals, probes, system.probes.offset[read], len(terms.names), scale), system.x0[used]
+    return Rows(flat, signals, probes, system.probes.offset[read], len(terms.names), used, scale), system.x0[used]
 
 
 def scale_of(system: System) -> np.ndarray:

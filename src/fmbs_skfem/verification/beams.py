@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ from ..dynamics import Newton, outputs, solve_statics
 from ..shapes import line
 from ..shapes.meshes import LineMesh
 from ..systems import At, assemble, eliminate, joints, loads, probes
-from .registry import Quantity, case, farthest, order
+from .registry import Quantity, case, farthest, order, refined
 
 GRAVITY = 9.81  #: [m/s2]
 TIGHT = Newton(tolerance=1e-12)
@@ -273,33 +274,19 @@ def law_orders(law: Law, dim: int) -> list[Quantity]:
     found = []
     for name, (_, degree, smooth, meshes) in SPACES.items():
         expected = degree + 1 if smooth or law is Law.QUADRATIC else degree
-        errors = [manufactured(name, cells, law, dim) for cells in meshes]
-        found.append(order(name, [1 / cells for cells in meshes], errors, expected, 0.03))
+        found.append(refined(name, meshes, partial(manufactured, name, law=law, dim=dim), expected, 0.03))
     return found
 
 
 STRANG = "r* chosen; orders p + 1 and p: Strang and Fix, An Analysis of the Finite Element Method (1973), ISBN 978-0961408886"
 
 
-@case("manufactured-cable-exact", group="manufactured", source=STRANG)
-def manufactured_exact() -> list[Quantity]:
-    """A planar cantilever bent into a given curve, law of the exact curvature |r' x r''|/|r'|^3."""
-    return law_orders(Law.EXACT, 2)
-
-
-@case("manufactured-cable-exact-space", group="manufactured", source=STRANG)
-def manufactured_exact_space() -> list[Quantity]:
-    """A cantilever bent into a given curve in space, law of the exact curvature."""
-    return law_orders(Law.EXACT, 3)
-
-
-@case("manufactured-cable-material", group="manufactured", source=STRANG)
-def manufactured_material() -> list[Quantity]:
-    """A planar cantilever bent into a given curve, law of the material curvature |r' x r''|/|r'|^2."""
-    return law_orders(Law.MATERIAL, 2)
-
-
-@case("manufactured-cable-quadratic", group="manufactured", source=STRANG)
-def manufactured_quadratic() -> list[Quantity]:
-    """A cantilever bent into a given curve in space, quadratic law |r''|."""
-    return law_orders(Law.QUADRATIC, 3)
+PLANAR, SPATIAL = "A planar cantilever bent into a given curve,", "A cantilever bent into a given curve in space,"
+MANUFACTURED_CASES = {
+    "manufactured-cable-exact": (Law.EXACT, 2, f"{PLANAR} law of the exact curvature |r' x r''|/|r'|^3."),
+    "manufactured-cable-exact-space": (Law.EXACT, 3, f"{SPATIAL} law of the exact curvature."),
+    "manufactured-cable-material": (Law.MATERIAL, 2, f"{PLANAR} law of the material curvature |r' x r''|/|r'|^2."),
+    "manufactured-cable-quadratic": (Law.QUADRATIC, 3, f"{SPATIAL} quadratic law |r''|."),
+}
+for name, (law, dim, about) in MANUFACTURED_CASES.items():
+    case(name, group="manufactured", source=STRANG, about=about)(partial(law_orders, law, dim))

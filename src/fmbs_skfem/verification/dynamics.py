@@ -6,7 +6,7 @@ and converged to the digits given. Its strain is |r'| - 1; the cable here has (r
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -37,10 +37,13 @@ SPIN_UP = {  # t: tip displacement relative to the rotating undeformed beam, alo
 }
 
 
-def hub_angle(time: np.ndarray) -> np.ndarray:
-    """Driven angle [rad]: spun up in 15 s to 6 rad/s."""
-    rising = 6 / 15 * (time**2 / 2 + (15 / (2 * np.pi)) ** 2 * (np.cos(2 * np.pi * time / 15) - 1))
-    return np.where(time < 15, rising, 6 * time - 45)
+def spun_up(end: float, rate: float, time: np.ndarray) -> np.ndarray:
+    """Driven angle [rad]: spun up to the rate [rad/s] until the end [s]."""
+    rising = rate / end * (time**2 / 2 + (end / (2 * np.pi)) ** 2 * (np.cos(2 * np.pi * time / end) - 1))
+    return np.where(time < end, rising, rate * (time - end / 2))
+
+
+hub_angle = partial(spun_up, 15.0, 6.0)
 
 
 @cache
@@ -83,14 +86,10 @@ def spin_up_of_simo_and_vu_quoc() -> list[Quantity]:
 
 # ------------------------------------------------------------------------------------- the examples of Hou, Liu and Hu
 SECTION, MATERIAL = sections.Circular(0.01), sections.Material(1e9, 1800.0)
-SPIN_TIME, SPIN_RATE = 1.5, 2 * np.pi  #: Ts [s] and ws [rad/s] of example 1
 HOU = "Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690"
 
 
-def spin_angle(time: np.ndarray) -> np.ndarray:
-    """Driven angle of example 1 [rad]: spun up over Ts to the rate ws."""
-    rising = SPIN_RATE / SPIN_TIME * (time**2 / 2 + (SPIN_TIME / (2 * np.pi)) ** 2 * (np.cos(2 * np.pi * time / SPIN_TIME) - 1))
-    return np.where(time < SPIN_TIME, rising, SPIN_RATE * (time - SPIN_TIME / 2))
+spin_angle = partial(spun_up, 1.5, 2 * np.pi)  #: of example 1
 
 
 @case("rotating-cantilever", group="dynamics", source=HOU + ", example 1; longer digits are our own")
@@ -195,6 +194,12 @@ def momenta(found: Trajectory, part: Body) -> tuple[np.ndarray, np.ndarray]:
     return np.einsum("b,sbc->sc", part.constant, p), spin
 
 
+def center_of(found: Trajectory, part: Body) -> np.ndarray:
+    """Centre of mass (s, c) of one body."""
+    weights = part.constant @ part.mass
+    return np.einsum("b,sbc->sc", weights / (weights @ part.constant), found.x.reshape(len(found.times), -1, part.dim))
+
+
 FLYING = {  # name: EI, M0, ends at t = 2.5, 5, 10, angular momentum and energy after the pulse
     "EI = 500": (500.0, 80.0, 114.20885, 252.4104),
     "EI = 100": (100.0, 30.0, 1.2999822, 108.2132),
@@ -237,8 +242,7 @@ def flying_rod() -> list[Quantity]:
         motion, part = flown(stiffness, moment, h)
         after = motion.times > 2.5 + 0.5 * h
         linear, turning = momenta(motion, part)
-        weights = part.constant @ part.mass.toarray() / 10
-        centre = np.einsum("b,sbc->sc", weights, motion.x.reshape(len(motion.times), -1, 2))[after]
+        centre = center_of(motion, part)[after]
         line = np.column_stack([3 + 2 * (motion.times[after] - 1.25), np.full(after.sum(), 4.0)])
         total = energies(motion)[:, :2].sum(axis=1)[after]
         columns, at = outputs(motion), [round(t / h) for t in ENDS[name]]

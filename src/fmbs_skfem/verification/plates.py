@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -25,8 +26,8 @@ from ..shapes import surface as surfaces
 from ..shapes.surface import Surface
 from ..systems import At, Motion, System, assemble, eliminate, joints, probes
 from .beams import TIGHT, law_stress
-from .dynamics import momenta
-from .registry import Quantity, case, farthest, order
+from .dynamics import center_of, momenta
+from .registry import Quantity, case, farthest, order, refined
 
 KINDS = ("ancf", "nurbs", "bfs", "argyris")
 ALL = ("left", "right", "bottom", "top")
@@ -134,33 +135,26 @@ def manufactured(kind: str, cells: int, dim: int) -> float:
     return float(np.sqrt((area * (gap**2).sum(axis=0)).sum()))
 
 
-ORDERS = {  # kind: cells of the two meshes, order with the membrane law, order with the shell law
-    "ancf": ((10, 20), 4, 2),
-    "nurbs": ((10, 20), 4, 4),
-    "bfs": ((6, 12), 4, 4),
-    "argyris": ((3, 6), 6, 6),
+ORDERS = {  # kind: cells of the two meshes, orders with the membrane law (dimension 2) and with the shell law
+    "ancf": ((10, 20), {2: 4, 3: 2}),
+    "nurbs": ((10, 20), {2: 4, 3: 4}),
+    "bfs": ((6, 12), {2: 4, 3: 4}),
+    "argyris": ((3, 6), {2: 6, 3: 6}),
 }
 STRANG = "r* chosen; Strang and Fix (1973), ISBN 978-0961408886; ANCF: 2, slopes agree at nodes only"
 
 
-@case("manufactured-membrane", group="manufactured", source=STRANG)
-def manufactured_membrane() -> list[Quantity]:
-    """A clamped square deformed in its plane into a given shape, membrane law."""
-    found = []
-    for kind, (meshes, expected, _) in ORDERS.items():
-        errors = [manufactured(kind, cells, 2) for cells in meshes]
-        found.append(order(kind, [1 / cells for cells in meshes], errors, expected, 0.1))
-    return found
+def plate_orders(dim: int) -> list[Quantity]:
+    """Observed order of every interpolation."""
+    return [refined(kind, meshes, partial(manufactured, kind, dim=dim), of[dim], 0.1) for kind, (meshes, of) in ORDERS.items()]
 
 
-@case("manufactured-shell", group="manufactured", source=STRANG)
-def manufactured_shell() -> list[Quantity]:
-    """A clamped square deformed in space into a given shape, Kirchhoff-Love shell law."""
-    found = []
-    for kind, (meshes, _, expected) in ORDERS.items():
-        errors = [manufactured(kind, cells, 3) for cells in meshes]
-        found.append(order(kind, [1 / cells for cells in meshes], errors, expected, 0.1))
-    return found
+MANUFACTURED_CASES = {
+    "manufactured-membrane": (2, "A clamped square deformed in its plane into a given shape, membrane law."),
+    "manufactured-shell": (3, "A clamped square deformed in space into a given shape, Kirchhoff-Love shell law."),
+}
+for name, (dim, about) in MANUFACTURED_CASES.items():
+    case(name, group="manufactured", source=STRANG, about=about)(partial(plate_orders, dim))
 
 
 # ------------------------------------------------------------------------------------------------------------ free plate
@@ -211,8 +205,7 @@ def flying_plate() -> list[Quantity]:
     linear, spin = momenta(motion, part)
     total, columns, at = energies(motion), outputs(motion), [round(t / h) for t in PLATE]
     corners = np.stack([np.column_stack([columns[f"{name}_{axis}"][at] for axis in "xyz"]) for name in "abc"], axis=1)
-    weights = part.constant @ part.mass.toarray() / 10
-    centre = np.einsum("b,sbc->sc", weights, motion.x.reshape(len(motion.times), -1, 3))
+    centre = center_of(motion, part)
     path = np.column_stack([0.5 + 0.2 * motion.times, np.full(len(centre), 0.5), np.zeros(len(centre))])
     return [
         Quantity("kinetic energy at the start", 8.776388888889, float(total[0, 0]), 1e-10, "J"),

@@ -19,7 +19,7 @@ from ..systems import joints, loads
 from .beams import TIGHT
 from .plates import rectangle
 from .registry import Quantity, case
-from .statics_shells import loaded
+from .statics_shells import loaded, mirror
 
 RADIUS, THICK, YOUNG, POISSON = 1.0, 0.05, 1e6, 0.3  #: of the ring [m, m, Pa, 1]
 GROWTH = 1.5  #: lambda of the ring
@@ -32,11 +32,7 @@ def grown(cells: int) -> float:
     A = YOUNG * THICK / (1 - POISSON**2)
     p = (A * GROWTH * (GROWTH**2 - 1) / 2 + A * THICK**2 / 12 * (GROWTH - 1) / RADIUS**2) / (RADIUS * GROWTH)
     shape = nurbs.surface(*nurbs.cylinder_panel(RADIUS, 0.5, 0.0, np.pi / 2, cells, 1, 3))
-    held = [
-        joints.Edge("ends", "plate", ("xi2_min", "xi2_max"), "y", "xz"),
-        joints.Edge("top", "plate", ("xi1_min",), "x", "yz"),
-        joints.Edge("side", "plate", ("xi1_max",), "z", "yx"),
-    ]
+    held = [mirror("y", "xi2_min", "xi2_max"), mirror("x", "xi1_min"), mirror("z", "xi1_max")]
     inside = [loads.FollowerPressure("p", "plate", p)]
     found = outputs(solve_statics(loaded(shape, THICK, YOUNG, POISSON, held, inside, top="corner_00"), 10, TIGHT))
     return float(found["top_z"][-1]) / RADIUS
@@ -46,11 +42,7 @@ def arched(cells: int) -> float:
     """Rise over half the width of a long hinged strip, half of it in the model, under the pressure that bends it to RISE."""
     stretch = RISE / np.sin(RISE)
     p = YOUNG * FOIL / (1 - POISSON**2) * stretch * (stretch**2 - 1) / 2 * np.sin(RISE) / HALF
-    held = [
-        joints.Edge("hinge", "plate", ("left",)),
-        joints.Edge("mirror", "plate", ("right",), "x", "yz"),
-        joints.Edge("ends", "plate", ("bottom", "top"), "y", "xz"),
-    ]
+    held = [joints.Edge("hinge", "plate", ("left",)), mirror("x", "right"), mirror("y", "bottom", "top")]
     push = [loads.FollowerPressure("p", "plate", p)]
     system = loaded(rectangle("nurbs", cells, 1, HALF, HALF / cells), FOIL, YOUNG, POISSON, held, push, crown="b")
     return float(outputs(solve_statics(system, 20, TIGHT))["crown_z"][-1]) / HALF

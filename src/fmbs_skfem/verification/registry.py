@@ -123,8 +123,8 @@ OUTSIDE = (
 )
 
 
-def case(name: str, *, group: str, source: str) -> Callable[[Function], Function]:
-    """Register a function as the case `name`; the first line of its docstring says what the problem is."""
+def case(name: str, *, group: str, source: str, about: str = "") -> Callable[[Function], Function]:
+    """Register a function as the case `name`; `about` or the first line of its docstring says what the problem is."""
     where = f"case '{name}'"
     if group not in GROUPS:
         raise InputError(say(where, f"one of the groups {', '.join(GROUPS)}", repr(group)))
@@ -132,10 +132,10 @@ def case(name: str, *, group: str, source: str) -> Callable[[Function], Function
         raise InputError(say(where, "a name that no other case has", "a second one", "rename it"))
 
     def register(function: Function) -> Function:
-        about = (function.__doc__ or "").strip().split("\n")[0]
-        if not about:
+        line = about or (function.__doc__ or "").strip().split("\n")[0]
+        if not line:
             raise InputError(say(where, "a docstring whose first line states the problem", "none"))
-        CASES[name] = Case(name, group, source, about, function)
+        CASES[name] = Case(name, group, source, line, function)
         return function
 
     return register
@@ -176,11 +176,22 @@ def pairs(x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray) -> C
     return tuple((float(a), float(b)) for a, b in zip(x, y, strict=True))
 
 
-def order(name: str, sizes: Sequence[float], errors: Sequence[float] | np.ndarray, expected: float, tolerance: float) -> Quantity:
-    """The observed order beside the expected one, with the errors it comes from; sizes fall."""
-    curve = pairs(sizes, errors)
+def order(
+    name: str,
+    sizes: Sequence[float],
+    errors: Sequence[float] | np.ndarray | Callable[[float], float],
+    expected: float,
+    tolerance: float,
+) -> Quantity:
+    """The observed order beside the expected one, with the errors of the sizes, which fall."""
+    curve = pairs(sizes, [errors(size) for size in sizes] if callable(errors) else errors)
     observed = slope(curve)
     return Quantity(name, expected, observed, tolerance, "", observed, curve=curve)
+
+
+def refined(name: str, meshes: Sequence[int], error: Callable[[int], float], expected: float, tolerance: float) -> Quantity:
+    """The order of an error over meshes of these numbers of cells."""
+    return order(name, [1 / cells for cells in meshes], [error(cells) for cells in meshes], expected, tolerance)
 
 
 def farthest(

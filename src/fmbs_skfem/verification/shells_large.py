@@ -15,7 +15,7 @@ from ..shapes import nurbs
 from ..shapes.surface import Surface
 from ..systems import At, System, joints, loads
 from .registry import Quantity, case, farthest
-from .statics_shells import SZE, cylinder, interpolated, loaded, semi_cylinder, spaced
+from .statics_shells import DIAPHRAGM, EIGHTH, SZE, cylinder, interpolated, loaded, semi_cylinder, spaced
 
 SLIT_RING = {  #: load factor: W of the inner and of the outer corner
     0.1: (4.277, 5.876),
@@ -91,26 +91,15 @@ def slit_ring(shape: Surface) -> System:
 def pulled(cells: int) -> System:
     """An open cylinder of length 10.35, t = 0.094, E = 1.05e7, nu = 0.3125, pulled apart by two forces of 4e4; an eighth of it."""
     shape = cylinder(RADIUS, (spaced(np.pi / 2, cells, 1.0), spaced(10.35 / 2, cells, 1.0)))
-    held = [
-        joints.Edge("top", "plate", ("xi1_min",), "x", "yz"),
-        joints.Edge("side", "plate", ("xi1_max",), "z", "xy"),
-        joints.Edge("middle", "plate", ("xi2_min",), "y", "xz"),
-    ]
     force = [loads.PointForce("P", At("plate", "corner_00"), (0.0, 0.0, 1e4))]
-    return loaded(shape, 0.094, 1.05e7, 0.3125, held, force, top="corner_00", side="corner_10", end="corner_11")
+    return loaded(shape, 0.094, 1.05e7, 0.3125, EIGHTH, force, top="corner_00", side="corner_10", end="corner_11")
 
 
 def pinched(cells: int) -> System:
     """R = 100, L = 200, t = 1, E = 3e4, nu = 0.3, rigid diaphragms, 0.075 of two forces of 1.2e4 inwards; an eighth of it."""
     shape = cylinder(100.0, (spaced(np.pi / 2, cells, 1.0), spaced(100.0, cells, 0.7)))
-    held = [
-        joints.Edge("top", "plate", ("xi1_min",), "x", "yz"),
-        joints.Edge("side", "plate", ("xi1_max",), "z", "xy"),
-        joints.Edge("middle", "plate", ("xi2_min",), "y", "xz"),
-        joints.Edge("diaphragm", "plate", ("xi2_max",), "xz"),
-    ]
     force = [loads.PointForce("P", At("plate", "corner_00"), (0.0, 0.0, -0.075 * 3e3))]
-    return loaded(shape, 1.0, 3e4, 0.3, held, force, top="corner_00", side="corner_10")
+    return loaded(shape, 1.0, 3e4, 0.3, [*EIGHTH, DIAPHRAGM], force, top="corner_00", side="corner_10")
 
 
 @case("slit-ring", group="statics", source=f"{SZE}, 3.3")

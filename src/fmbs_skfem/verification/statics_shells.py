@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,15 +20,15 @@ from scipy.interpolate import make_interp_spline
 from ..bodies import Material
 from ..bodies.plate import Rim, plate
 from ..core.notices import Notice
-from ..dynamics import ArcLength, Newton, Trajectory, at_load_factor, follow_path, limit_points, outputs, solve_statics
+from ..dynamics import ArcLength, Trajectory, at_load_factor, follow_path, limit_points, outputs, solve_statics
 from ..results.verification_plots import LoadPath
 from ..shapes import nurbs
 from ..shapes.surface import Surface
 from ..systems import At, System, assemble, eliminate, joints, loads, probes
+from .beams import TIGHT
 from .plates import rectangle
-from .registry import Quantity, case, farthest, order, pairs
+from .registry import Quantity, case, farthest, pairs, refined
 
-TIGHT = Newton(tolerance=1e-12)
 SZE = "Sze, Liu, Lo (2004), doi 10.1016/j.finel.2003.11.001"
 SQUARES = "Timoshenko and Woinowsky-Krieger (1959), art. 30 and 44; more digits by series"
 THIN = {"ancf": 24, "nurbs": 8, "bfs": 8, "argyris": 4}  #: interpolation: cells along a quarter of a square
@@ -109,6 +110,15 @@ def cylinder(radius: float, knots: tuple[np.ndarray, np.ndarray]) -> Surface:
     return interpolated(lambda phi, y: np.stack([radius * np.sin(phi), y, radius * np.cos(phi)], -1), knots)
 
 
+def mirror(axis: str, *edges: str) -> joints.Edge:
+    """Edges in a plane of symmetry normal to an axis."""
+    return joints.Edge(f"mirror {axis}", "plate", edges, axis, "xyz".replace(axis, ""))
+
+
+DIAPHRAGM = joints.Edge("diaphragm", "plate", ("xi2_max",), "xz")
+EIGHTH = [mirror("x", "xi1_min"), mirror("z", "xi1_max"), mirror("y", "xi2_min")]  #: of a cylinder
+
+
 def loaded(
     shape: Surface,
     t: float,
@@ -172,11 +182,7 @@ def square(kind: str, cells: int, t: float, slope: str, load: str = "uniform") -
     E, nu = 1e9, 0.3
     D = E * t**3 / (12 * (1 - nu**2))
     size = 1e-6 * D
-    held = [
-        joints.Edge("support", "plate", ("left", "bottom"), slope=slope),
-        joints.Edge("mirror x", "plate", ("right",), "x", "yz"),
-        joints.Edge("mirror y", "plate", ("top",), "y", "xz"),
-    ]
+    held = [joints.Edge("support", "plate", ("left", "bottom"), slope=slope), mirror("x", "right"), mirror("y", "top")]
     push = (0.0, 0.0, size)
     force = loads.SurfaceLoad("q", "plate", push) if load == "uniform" else loads.PointForce("P", At("plate", "c"), push)
     system = loaded(rectangle(kind, cells, cells, 0.5, 0.5), t, E, nu, held, [force], centre="c")
@@ -188,7 +194,7 @@ def held(kind: str, cells: int, t: float = 1e-3) -> float:
     """w D/(q a^4) in the middle of the end of a unit square clamped along the other end, half of it."""
     D = 1e9 * t**3 / (12 * (1 - 0.3**2))
     size = 1e-6 * D
-    supports = [joints.Edge("clamp", "plate", ("left",), slope="z"), joints.Edge("mirror", "plate", ("top",), "y", "xz")]
+    supports = [joints.Edge("clamp", "plate", ("left",), slope="z"), mirror("y", "top")]
     force = [loads.SurfaceLoad("q", "plate", (0.0, 0.0, size))]
     system = loaded(rectangle(kind, cells, cells // 2, 1.0, 0.5), t, 1e9, 0.3, supports, force, end="c")
     return float(outputs(solve_statics(system, 1, TIGHT))["end_z"][-1]) * D / size
@@ -199,11 +205,7 @@ def scordelis_lo(cells: int, degree: int = 3, t: float = 0.25) -> tuple[float, f
     """Downward deflections of the free edge and of the crown in the middle, a quarter of the roof, by a load of 1e-5."""
     small = 1e-5 * (t / 0.25) ** 2
     shape = nurbs.surface(*nurbs.cylinder_panel(25.0, 25.0, 0.0, np.radians(40.0), cells, cells, degree))
-    held = [
-        joints.Edge("diaphragm", "plate", ("xi2_min",), "xz"),
-        joints.Edge("crown", "plate", ("xi1_min",), "x", "yz"),
-        joints.Edge("middle", "plate", ("xi2_max",), "y", "xz"),
-    ]
+    held = [joints.Edge("diaphragm", "plate", ("xi2_min",), "xz"), mirror("x", "xi1_min"), mirror("y", "xi2_max")]
     weight = loads.SurfaceLoad("weight", "plate", (0.0, 0.0, -90.0 * small))
     system = loaded(shape, t, 4.32e8, 0.0, held, [weight], free="corner_11", crown="corner_01")
     found = outputs(solve_statics(system, 1, TIGHT))
@@ -214,13 +216,7 @@ def scordelis_lo(cells: int, degree: int = 3, t: float = 0.25) -> tuple[float, f
 def pinched_cylinder(cells: int, growth: float = 2.0) -> float:
     """Deflection under a unit force of a cylinder with rigid diaphragms, an eighth of it."""
     knots = spaced(np.pi / 2, cells, growth), spaced(300.0, cells, growth)
-    held = [
-        joints.Edge("top", "plate", ("xi1_min",), "x", "yz"),
-        joints.Edge("side", "plate", ("xi1_max",), "z", "xy"),
-        joints.Edge("middle", "plate", ("xi2_min",), "y", "xz"),
-        joints.Edge("diaphragm", "plate", ("xi2_max",), "xz"),
-    ]
-    small = 1e-3
+    held, small = [*EIGHTH, DIAPHRAGM], 1e-3
     load = [loads.PointForce("P", At("plate", "corner_00"), (0.0, 0.0, -small / 4))]
     found = outputs(solve_statics(loaded(cylinder(300.0, knots), 3.0, 3e6, 0.3, held, load, top="corner_00"), 1, TIGHT))["top_z"]
     return float(found[0] - found[-1]) / small
@@ -229,11 +225,7 @@ def pinched_cylinder(cells: int, growth: float = 2.0) -> float:
 def hinged_roof(t: float, cells: int = 6) -> System:
     """R = 2540, 508 x 508, hinged straight edges, E = 3102.75, nu = 0.3, 3000 on the centre; a quarter of it."""
     shape = nurbs.surface(*nurbs.cylinder_panel(2540.0, 254.0, 0.0, 0.1, cells, cells, 4))
-    held = [
-        joints.Edge("hinge", "plate", ("xi1_max",)),
-        joints.Edge("crown", "plate", ("xi1_min",), "x", "yz"),
-        joints.Edge("middle", "plate", ("xi2_min",), "y", "xz"),
-    ]
+    held = [joints.Edge("hinge", "plate", ("xi1_max",)), mirror("x", "xi1_min"), mirror("y", "xi2_min")]
     load = [loads.PointForce("P", At("plate", "corner_00"), (0.0, 0.0, -750.0))]
     return loaded(shape, t, 3102.75, 0.3, held, load, centre="corner_00")
 
@@ -244,11 +236,7 @@ def hemisphere(cells: int = 12, growth: float = 1.5) -> System:
     knots = np.concatenate([half, (np.pi / 2 - half[::-1])[1:]]), spaced(np.radians(72.0), cells, growth)
     shape = interpolated(lambda a, b: 10.0 * np.stack([np.cos(b) * np.cos(a), np.cos(b) * np.sin(a), np.sin(b)], -1), knots)
     out, back = At("plate", "corner_00"), At("plate", "corner_10")
-    held = [
-        joints.Edge("mirror y", "plate", ("xi1_min",), "y", "xz"),
-        joints.Edge("mirror x", "plate", ("xi1_max",), "x", "yz"),
-        joints.Slider("height", out, (1.0, 0.0, 0.0)),
-    ]
+    held = [mirror("y", "xi1_min"), mirror("x", "xi1_max"), joints.Slider("height", out, (1.0, 0.0, 0.0))]
     load = [loads.PointForce("A", out, (200.0, 0.0, 0.0)), loads.PointForce("B", back, (0.0, -200.0, 0.0))]
     return loaded(shape, 0.04, 6.825e7, 0.3, held, load, out="corner_00", back="corner_10")
 
@@ -258,7 +246,7 @@ def semi_cylinder(load: float, cells: int = 10, growth: float = 1.5) -> System:
     knots = spaced(np.pi / 2, cells, growth), spaced(304.8, cells, growth)
     held = [
         joints.Edge("clamp", "plate", ("xi2_max",), "xyz", "xz"),
-        joints.Edge("crown", "plate", ("xi1_min",), "x", "yz"),
+        mirror("x", "xi1_min"),
         joints.Edge("ground", "plate", ("xi1_max",), "z", "x"),
     ]
     force = [loads.PointForce("P", At("plate", "corner_00"), (0.0, 0.0, -load / 2))]
@@ -288,28 +276,25 @@ def strip_roll_up() -> list[Quantity]:
     return found
 
 
+def squares(slope: str, thin: float, uniform: float, force: float, tolerance: float) -> list[Quantity]:
+    """Squares under a uniform load, t/a = `thin`, and under a force at the centre."""
+    points = (("nurbs", 12), ("bfs", 8), ("argyris", 6))
+    return [
+        *(Quantity(f"uniform load, {kind}", uniform, square(kind, n, thin, slope), 1e-3, "q a^4/D") for kind, n in THIN.items()),
+        *(Quantity(f"force, {kind}", force, square(kind, n, 1e-3, slope, "point"), tolerance, "P a^2/D") for kind, n in points),
+    ]
+
+
 @case("clamped-squares", group="statics", source=SQUARES)
 def clamped_squares() -> list[Quantity]:
     """Clamped squares under a uniform load, t/a = 1e-4, and under a force at the centre."""
-    return [
-        *(Quantity(f"uniform load, {kind}", CLAMPED, square(kind, n, 1e-4, "z"), 1e-3, "q a^4/D") for kind, n in THIN.items()),
-        *(
-            Quantity(f"force, {kind}", CLAMPED_POINT, square(kind, n, 1e-3, "z", "point"), 4e-3, "P a^2/D")
-            for kind, n in (("nurbs", 12), ("bfs", 8), ("argyris", 6))
-        ),
-    ]
+    return squares("z", 1e-4, CLAMPED, CLAMPED_POINT, 4e-3)
 
 
 @case("hinged-squares", group="statics", source=SQUARES)
 def hinged_squares() -> list[Quantity]:
     """Hinged squares under a uniform load, and under a force at the centre."""
-    return [
-        *(Quantity(f"uniform load, {kind}", HINGED, square(kind, n, 1e-3, ""), 1e-3, "q a^4/D") for kind, n in THIN.items()),
-        *(
-            Quantity(f"force, {kind}", HINGED_POINT, square(kind, n, 1e-3, "", "point"), 1e-3, "P a^2/D")
-            for kind, n in (("nurbs", 12), ("bfs", 8), ("argyris", 6))
-        ),
-    ]
+    return squares("", 1e-3, HINGED, HINGED_POINT, 1e-3)
 
 
 @case("cantilever-squares", group="statics", source="Legendre-Ritz series (recomputed)")
@@ -323,8 +308,8 @@ def square_orders() -> list[Quantity]:
     """Orders of convergence of the clamped square, t/a = 1e-2."""
     found = []
     for kind, cells, expected in (("ancf", 8, 2.0), ("nurbs", 4, 4.0), ("bfs", 4, 4.0)):
-        errors = [abs(square(kind, n, 1e-2, "z") - CLAMPED) for n in (cells, 2 * cells)]
-        found.append(order(f"order, {kind}", (1 / cells, 0.5 / cells), errors, expected, 0.12))
+        error = partial(lambda kind, n: abs(square(kind, n, 1e-2, "z") - CLAMPED), kind)
+        found.append(refined(f"order, {kind}", (cells, 2 * cells), error, expected, 0.12))
     return found
 
 

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.sparse import csr_array, diags_array
 
 from ..bodies import Material, body, sections
@@ -22,53 +24,23 @@ from ..shapes.surface import Surface
 from ..systems import At, System, assemble, eliminate, joints
 from .beams import TIGHT, straight
 from .plates import rectangle
-from .registry import Quantity, case, farthest, order
+from .registry import Quantity, case, farthest, refined
+
 
 # ------------------------------------------------------------------------------------------------------------- beams
-ROOTS = {  # beta L
-    "clamped-free": (1.8751040687, 4.694091133, 7.8547574382, 10.995540735, 14.137168391, 17.278759532, 20.420352251, 23.561944902),
-    "free-free": (4.7300407449, 7.8532046241, 10.995607838, 14.137165491, 17.278759657, 20.420352246, 23.561944902, 26.703537556),
-    "clamped-clamped": (
-        4.7300407449,
-        7.8532046241,
-        10.995607838,
-        14.137165491,
-        17.278759657,
-        20.420352246,
-        23.561944902,
-        26.703537556,
-    ),
-    "pinned-pinned": (
-        3.1415926536,
-        6.2831853072,
-        9.4247779608,
-        12.566370614,
-        15.707963268,
-        18.849555922,
-        21.991148575,
-        25.132741229,
-    ),
-    "clamped-pinned": (
-        3.926602312,
-        7.0685827456,
-        10.210176123,
-        13.351768778,
-        16.493361431,
-        19.634954085,
-        22.776546739,
-        25.918139392,
-    ),
-    "free-pinned": (3.926602312, 7.0685827456, 10.210176123, 13.351768778, 16.493361431, 19.634954085, 22.776546739, 25.918139392),
-    "clamped-guided": (
-        2.3650203724,
-        5.497803919,
-        8.6393798287,
-        11.780972451,
-        14.922565105,
-        18.064157758,
-        21.205750412,
-        24.347343065,
-    ),
+def roots(first: float, equation: Callable[[float], float]) -> np.ndarray:
+    """The eight smallest roots beta L > 0, near (first + k) pi."""
+    return np.array([brentq(equation, np.pi * (first + k) - 0.5, np.pi * (first + k) + 0.5, xtol=1e-14) for k in range(8)])
+
+
+ROOTS = {  # characteristic equations of Blevins' table, divided by cosh
+    "clamped-free": roots(0.5, lambda x: np.cos(x) + 1 / np.cosh(x)),
+    "free-free": roots(1.5, lambda x: np.cos(x) - 1 / np.cosh(x)),
+    "clamped-clamped": roots(1.5, lambda x: np.cos(x) - 1 / np.cosh(x)),
+    "pinned-pinned": roots(1.0, np.sin),
+    "clamped-pinned": roots(1.25, lambda x: np.sin(x) - np.cos(x) * np.tanh(x)),
+    "free-pinned": roots(1.25, lambda x: np.sin(x) - np.cos(x) * np.tanh(x)),
+    "clamped-guided": roots(0.75, lambda x: np.sin(x) + np.cos(x) * np.tanh(x)),
 }
 RIGID = {"free-free": 3, "free-pinned": 1}  #: rigid motions in the plane
 ENDS: dict[str, Callable[[str], list[joints.Joint]]] = {
@@ -128,9 +100,8 @@ def beam_frequency_order() -> list[Quantity]:
         ("C1 quintic", {"degree": 5}, 8),
     )
     for name, options, expected in rows:
-        meshes = (8, 16) if expected == 4 else (6, 12)
-        errors = [frequencies("clamped-free", n, **options)[2] / exact - 1 for n in meshes]
-        found.append(order(name, [1 / n for n in meshes], errors, expected, 0.08))
+        error = partial(lambda options, n: frequencies("clamped-free", n, **options)[2] / exact - 1, options)
+        found.append(refined(name, (8, 16) if expected == 4 else (6, 12), error, expected, 0.08))
     return found
 
 
@@ -170,16 +141,10 @@ def rotating(spin: float, count: int = 8) -> np.ndarray:
     pull = csr_array(-(spin**2) * (lift.T @ plane @ whole @ lift))
     held = -(spin**2) * np.asarray(lift.T @ (plane @ (whole @ system.lift.offset)))
     turning = replace(system, stiffness=pull, loads=replace(system.loads, constant=system.loads.constant - held))
-    x = stretched(turning)
-    modes = vibration_modes(turning, count, x)
+    modes = vibration_modes(turning, count, solve_statics(turning, 1, TIGHT).x[-1])
     share = np.abs((lift @ modes.shapes).reshape(-1, 3, count)).max(axis=0)
     flap = share[2] > share[1]
     return np.stack([modes.frequencies[flap][:3], modes.frequencies[~flap][:3]])
-
-
-def stretched(turning: System) -> np.ndarray:
-    """The state at rest in the rotating frame."""
-    return solve_statics(turning, 1, TIGHT).x[-1]
 
 
 @case(
@@ -308,9 +273,8 @@ def plate_frequency_order() -> list[Quantity]:
     """The third frequency of the free square."""
     found = []
     for kind, cells, expected in (("ancf", 8, 2), ("nurbs", 6, 4), ("bfs", 4, 4)):
-        meshes = (cells, 2 * cells)
-        errors = [plate_frequencies(kind, n, "FFFF", 3)[2] / PLATES["FFFF"][2] - 1 for n in meshes]
-        found.append(order(kind, [1 / n for n in meshes], errors, expected, 0.1))
+        error = partial(lambda kind, n: plate_frequencies(kind, n, "FFFF", 3)[2] / PLATES["FFFF"][2] - 1, kind)
+        found.append(refined(kind, (cells, 2 * cells), error, expected, 0.1))
     return found
 
 
