@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import reduction
+from fmbs_skfem.core import container
 from fmbs_skfem.core.errors import CorruptFile, InputError, NoRoom
 from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.dynamics import integrate, outputs
@@ -150,19 +151,19 @@ def test_a_full_disk_is_an_error_wherever_the_file_meets_it(part: float, sampled
 
 def test_any_damage_is_found(saved: Path) -> None:
     data = saved.read_bytes()
-    for place in [0, 40, 60, 90, *range(files.HEADER, len(data), len(data) // 40), len(data) - 1]:
+    for place in [0, 40, 60, 90, *range(container.HEADER, len(data), len(data) // 40), len(data) - 1]:
         damaged = bytearray(data)
         damaged[place] ^= 1
         saved.write_bytes(damaged)
         with pytest.raises(CorruptFile) as caught:
             files.load(saved)
         assert caught.value.exit_code == 8
-    for length in (0, 1, 100, files.HEADER, len(data) // 2, len(data) - 1):
+    for length in (0, 1, 100, container.HEADER, len(data) // 2, len(data) - 1):
         saved.write_bytes(data[:length])
         with pytest.raises(CorruptFile):
             files.load(saved)
     saved.write_bytes(data[: len(data) // 2])
-    with pytest.raises(CorruptFile, match=f"bytes {len(data) - files.HEADER}, got {len(data) // 2 - files.HEADER}"):
+    with pytest.raises(CorruptFile, match=f"bytes {len(data) - container.HEADER}, got {len(data) // 2 - container.HEADER}"):
         files.load(saved)
 
 
@@ -191,9 +192,9 @@ def test_content_of_another_shape_is_named(saved: Path, old: bytes, new: bytes, 
     # changed on purpose, with a checksum that fits
     data = saved.read_bytes()
     assert old in data
-    body = data[files.HEADER :].replace(old, new, 1)
-    assert hashlib.sha256(body).digest() != hashlib.sha256(data[files.HEADER :]).digest()
-    saved.write_bytes(files.header(body) + body)
+    body = data[container.HEADER :].replace(old, new, 1)
+    assert hashlib.sha256(body).digest() != hashlib.sha256(data[container.HEADER :]).digest()
+    saved.write_bytes(container.header(body, files.KIND) + body)
     with pytest.raises(CorruptFile, match=message):
         files.load(saved)
 

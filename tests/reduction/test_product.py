@@ -13,6 +13,7 @@ import pytest
 
 from fmbs_skfem import dynamics
 from fmbs_skfem.bodies import sections
+from fmbs_skfem.core import container
 from fmbs_skfem.core.errors import CorruptFile, InputError
 from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.core.notices import Notice
@@ -123,14 +124,14 @@ def test_a_notice_of_a_longer_run_and_of_another_step(saved: Path) -> None:
 
 def test_any_damage_is_found(saved: Path) -> None:
     data = saved.read_bytes()
-    for place in [0, 40, 60, 90, *range(files.HEADER, len(data), len(data) // 40), len(data) - 1]:
+    for place in [0, 40, 60, 90, *range(container.HEADER, len(data), len(data) // 40), len(data) - 1]:
         damaged = bytearray(data)
         damaged[place] ^= 1
         saved.write_bytes(damaged)
         with pytest.raises(CorruptFile) as caught:
             product.load(saved)
         assert caught.value.exit_code == 8
-    for length in (0, 100, files.HEADER, len(data) // 2, len(data) - 1):
+    for length in (0, 100, container.HEADER, len(data) // 2, len(data) - 1):
         saved.write_bytes(data[:length])
         with pytest.raises(CorruptFile):
             product.load(saved)
@@ -149,8 +150,8 @@ def test_content_that_does_not_fit_is_found(saved: Path, old: bytes, new: bytes)
     # changed on purpose, with a checksum that fits
     data = saved.read_bytes()
     assert old in data
-    body = data[files.HEADER :].replace(old, new, 1)
-    saved.write_bytes(files.header(body, product.FORMAT) + body)
+    body = data[container.HEADER :].replace(old, new, 1)
+    saved.write_bytes(container.header(body, product.KIND) + body)
     with pytest.raises(CorruptFile):
         product.load(saved)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,8 @@ import pytest
 from fmbs_skfem import scenes
 from fmbs_skfem.bodies import sections
 from fmbs_skfem.bodies.plate import plate
+from fmbs_skfem.core import container
+from fmbs_skfem.core.container import Kind
 from fmbs_skfem.core.errors import CorruptFile
 from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
@@ -68,22 +71,22 @@ SYSTEMS: dict[str, Callable[[], System]] = {
 }
 
 
-def parts(path: Path) -> tuple[str, bytes, list[Array]]:
+def parts(path: Path) -> tuple[Kind, bytes, list[Array]]:
     """Kind, tree and arrays of a file."""
-    kind = path.read_bytes().split(b"\n", 1)[0].decode()
+    kind = replace(files.KIND, title=path.read_bytes().split(b"\n", 1)[0].decode())
     with h5py.File(path) as file:
         return kind, file["tree"][()].tobytes(), [file[f"arrays/{k}"][()] for k in range(len(file["arrays"]))]
 
 
-def sealed(path: Path, kind: str, tree: bytes, arrays: list[Array]) -> Path:
+def sealed(path: Path, kind: Kind, tree: bytes, arrays: list[Array]) -> Path:
     """A file of any content, with a checksum that fits."""
-    with h5py.File(path, "w", userblock_size=files.HEADER) as file:
+    with h5py.File(path, "w", userblock_size=container.HEADER) as file:
         file["tree"] = np.frombuffer(tree, dtype=np.uint8)
         group = file.create_group("arrays")
         for number, array in enumerate(arrays):
             group[str(number)] = array
-    body = path.read_bytes()[files.HEADER :]
-    path.write_bytes(files.header(body, kind) + body)
+    body = path.read_bytes()[container.HEADER :]
+    path.write_bytes(container.header(body, kind) + body)
     return path
 
 
@@ -218,7 +221,7 @@ def test_links_to_other_files_are_not_followed(name: str, tmp_path: Path) -> Non
     with h5py.File(path, "r+") as file:
         del file[name]
         file[name] = h5py.ExternalLink(str(other), name)
-    body = path.read_bytes()[files.HEADER :]
-    path.write_bytes(files.header(body, kind) + body)
+    body = path.read_bytes()[container.HEADER :]
+    path.write_bytes(container.header(body, kind) + body)
     with pytest.raises(CorruptFile, match="a link to elsewhere"):
         files.load(path)

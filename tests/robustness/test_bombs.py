@@ -19,6 +19,7 @@ import h5py
 import numpy as np
 import pytest
 
+from fmbs_skfem.core import container
 from fmbs_skfem.reduction import files
 
 from .inputs import BEAM, MESHES, SHELL, STRIP, changed, lines, msh
@@ -107,7 +108,7 @@ SCENES = {
 
 def sealed(content: bytes) -> bytes:
     """A reduced model's file around an HDF5 file, with a header that fits."""
-    return files.header(content) + content
+    return container.header(content, files.KIND) + content
 
 
 def claimed(**options: object) -> bytes:

@@ -23,7 +23,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from fmbs_skfem import scenes
-from fmbs_skfem.core import expressions
+from fmbs_skfem.core import container, expressions
 from fmbs_skfem.core.errors import CorruptFile, InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.reduction import files
@@ -302,10 +302,10 @@ def test_nurbs_files(tmp_path: Path, path: tuple[str | int, ...], value: Any, as
 def test_saved_models(model: Path, tmp_path: Path, data: st.DataObject) -> None:
     """Any damage is found by the checksum; with a checksum that fits, by what is read."""
     content, sealed = model.read_bytes(), data.draw(st.booleans())
-    body = content[files.HEADER :] if sealed else content
+    body = content[container.HEADER :] if sealed else content
     wrong = mutated(body, data)
     path = tmp_path / "model.h5"
-    path.write_bytes(files.header(wrong) + wrong if sealed else wrong)
+    path.write_bytes(container.header(wrong, files.KIND) + wrong if sealed else wrong)
     message = ""
     try:
         with guarded():
@@ -315,5 +315,5 @@ def test_saved_models(model: Path, tmp_path: Path, data: st.DataObject) -> None:
     if message:
         assert HOUSE.match(message)
     else:
-        assert sealed or wrong[files.HEADER :] == content[files.HEADER :]
+        assert sealed or wrong[container.HEADER :] == content[container.HEADER :]
         assert found.system.size > 0

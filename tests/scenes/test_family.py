@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import scenes
+from fmbs_skfem.core import container
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
-from fmbs_skfem.reduction import files
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.parameters import Parameter, Scale
 
@@ -84,7 +84,7 @@ def literal(values: dict[str, float]) -> str:
 def written(case: Case) -> tuple[Any, list[np.ndarray]]:
     """All of a case: its structure, and its arrays."""
     arrays: list[np.ndarray] = []
-    return files.encode(case.system, arrays, "system"), arrays
+    return container.encode(case.system, arrays, "system"), arrays
 
 
 def same(a: Case, b: Case) -> bool:

@@ -20,6 +20,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ..core.container import ENUMS, RULES, Arrays, encode
 from ..core.entries import call
 from ..core.errors import InputError, closest, listed, say
 from ..core.jit import jit
@@ -107,13 +108,22 @@ Law.MEMBRANE = Law("MEMBRANE", 2, ("A", "nu", "weight"), (2,), written(".membran
 Law.SHELL = Law("SHELL", 5, ("A", "B", "nu", "b0_11", "b0_22", "b0_12", "weight"), (3,), written(".shell_law"))
 Law.PRESSURE = Law("PRESSURE", 3, PRESSED, (3,), written(".pressure_law"), follows=True)
 Law.EDGE_PRESSURE = Law("EDGE_PRESSURE", 2, PRESSED, (2,), written(".pressure_law", "edge_"), follows=True)
-#: numbers of laws in outputs, and in files of reduced models of version 2
+#: numbers of laws in outputs, and in earlier files of reduced models
 NUMBERS = {0: Law.QUADRATIC, 2: Law.MATERIAL, 3: Law.EXACT, 4: Law.MEMBRANE, 5: Law.SHELL, 6: Law.PRESSURE, 7: Law.EDGE_PRESSURE}
 
 
 def number(law: Law) -> int:
     """The number of a law of this package."""
     return next(k for k, one in NUMBERS.items() if one is law)
+
+
+@encode.register
+def _(law: Law, arrays: Arrays, where: str) -> Any:
+    return {"law": law.name}
+
+
+RULES["law"] = lambda tree, arrays, where: find(tree["law"])
+ENUMS["Law"] = NUMBERS.__getitem__
 
 
 def addresses(used: Iterable[Law], dim: int, damped: bool = True) -> np.ndarray:

@@ -56,18 +56,13 @@ def cleared(out: Path) -> bool:
 
 def write_state(path: Path, trajectory: Trajectory) -> Path:
     """The last state of a trajectory, with the names of its unknowns and constraints."""
-    import h5py
-    import numpy as np
-
+    from ..core import container, durable
     from ..dynamics import names
-    from ..results import segments
 
-    system, text = trajectory.system, h5py.string_dtype()
-    arrays = {name: getattr(trajectory, name)[-1] for name in ("x", "v", "a", "multipliers")}
-    arrays["unknowns"] = np.array(names.coordinate_names(system), dtype=text)
-    arrays["constraints"] = np.array(names.row_names(system)[system.size :], dtype=text)
-    segments.close(path, segments.image(arrays, {"time": trajectory.times[-1]}))
-    return path
+    system = trajectory.system
+    state = {name: getattr(trajectory, name)[-1] for name in ("x", "v", "a", "multipliers")}
+    named = {"unknowns": names.coordinate_names(system), "constraints": names.row_names(system)[system.size :]}
+    return durable.write(path, container.image({**state, **named, "time": trajectory.times[-1]}))
 
 
 def keep_start(out: Path, error: SolverError, provenance: Mapping[str, Any]) -> None:

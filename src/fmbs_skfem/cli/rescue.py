@@ -52,12 +52,12 @@ def record(session: Session, error: Exception) -> Iterator[Path]:
 
 def states(session: Session, error: Exception) -> Iterator[Path]:
     """The motion as arrays."""
+    from ..core import container, durable
     from ..results import segments
 
     out, motion = session.work.out, session.work.trajectory
     if out is not None and motion is not None:
-        segments.close(out / STATES, segments.image({name: getattr(motion, name) for name in segments.COLUMNS}))
-        yield out / STATES
+        yield durable.write(out / STATES, container.image({name: getattr(motion, name) for name in segments.COLUMNS}))
 
 
 def outputs(session: Session, error: Exception) -> Iterator[Path]:

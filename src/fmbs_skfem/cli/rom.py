@@ -246,7 +246,7 @@ def parametric(path: Path) -> bool:
     if not path.is_file():
         raise InputError(say(f"{path}", "a file of a reduced model", "no file", "make one with fmbs reduce or fmbs train"))
     with path.open("rb") as file:
-        return file.readline(100).decode("ascii", "replace").rstrip("\n") == product.FORMAT
+        return file.readline(100).decode("ascii", "replace").rstrip("\n") == product.KIND.title
 
 
 def mark(path: Path) -> str:

@@ -9,9 +9,10 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from .errors import NoRoom, say
+from .errors import InputError, NoRoom, say
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  #: errors of a full disk, and of a limit of file sizes
+AGAIN = "make room, then call the same again"
 
 
 @contextlib.contextmanager
@@ -31,7 +32,7 @@ def place(path: Path) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
-def room(path: Path, remedy: str = "make room, then call the same again") -> Iterator[None]:
+def room(path: Path, remedy: str = AGAIN) -> Iterator[None]:
     """A full disk as an error that says so; other errors of the file system pass."""
     try:
         yield
@@ -40,6 +41,26 @@ def room(path: Path, remedy: str = "make room, then call the same again") -> Ite
             raise
         got = os.strerror(problem.errno or 0).lower()
         raise NoRoom(say(f"{path}", "room on the disk", got, remedy)) from problem
+
+
+@contextlib.contextmanager
+def writing(path: Path, remedy: str = AGAIN) -> Iterator[None]:
+    """What keeps a file or folder from being written as an error that says so: NoRoom on a full disk, otherwise InputError."""
+    try:
+        with room(path, remedy):
+            yield
+    except NoRoom:
+        raise
+    except OSError as problem:
+        raise InputError(say(str(path), "a place that can be written", problem)) from problem
+
+
+def write(path: str | Path, data: bytes | memoryview, remedy: str = AGAIN) -> Path:
+    """A file of these bytes, complete under its name or not there; NoRoom and InputError as of `writing`."""
+    target = Path(path)
+    with writing(target, remedy), place(target) as part:
+        part.write_bytes(data)
+    return target
 
 
 def flush(path: Path) -> None:

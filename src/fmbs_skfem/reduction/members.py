@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
+from ..core.container import storable
 from ..core.errors import FmbsError, InputError, SolverError, say
 from ..core.notices import Notice
 
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 INSTANTS = 601  #: of the histories that a member leaves, at most
 
 
+@storable
 class Status(Enum):
     """How a member ended."""
 
@@ -48,6 +50,7 @@ class Member:
     values: dict[str, float]  #: of the parameters, SI
 
 
+@storable
 @dataclass(frozen=True)
 class Result:
     """What a member that ran gives."""
@@ -58,6 +61,7 @@ class Result:
     numbers: dict[str, float] = field(default_factory=dict)  #: further results, such as the predicted error
 
 
+@storable
 @dataclass(frozen=True)
 class Record:
     """A member that is settled."""

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core import durable, hdf5
+from ..core import container, durable
 from ..core.errors import InputError, say
 from ..dynamics.integration import integrate
 from ..dynamics.trajectory import Trajectory
@@ -29,7 +29,7 @@ from .affine import ParametricCase
 from .cases import Case
 from .parameters import Parameter
 
-FORMAT = "fmbs_skfem parametric model"
+KIND = replace(files.KIND, title="fmbs_skfem parametric model")
 LIBRARIES = ("fmbs_skfem", "numpy", "scipy", "numba")
 
 
@@ -47,16 +47,14 @@ def save(product: Product, path: str | Path) -> Path:
     nominal = replace(model.nominal, system=replace(model.nominal.system, full=None))
     varying = tuple(part for part in model.varying if part.place[:2] != ("system", "full"))
     notes = {"versions": {name: version(name) for name in LIBRARIES}} | product.notes
-    return files.write(path, FORMAT, model=replace(model, nominal=nominal, varying=varying), notes=notes)
+    return container.write(path, KIND, model=replace(model, nominal=nominal, varying=varying), notes=notes)
 
 
 def load(path: str | Path) -> Product:
     """The parametric model of a file; CorruptFile where it is not as it was written."""
-    product = Product(**files.contents(path, FORMAT, model=ParametricCase, notes=dict))
-    try:
+    product = Product(**container.read(path, KIND, model=ParametricCase, notes=dict))
+    with container.reading(Path(path), KIND):
         affine.at(product.model, boxes.completed(product.model.parameters, {}))
-    except hdf5.DAMAGE as problem:
-        raise files.corrupt(str(path), "numbers that fit their places", problem) from problem
     return product
 
 

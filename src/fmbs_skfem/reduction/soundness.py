@@ -6,15 +6,13 @@
     constraint terms: row < m,  -1 <= i, j < y,  signal < k        load terms: row < y,  signal < k
 
 Compiled code follows indices without looking, so that one of them out of range reads or writes foreign memory. `check` raises
-`Unsound` with the name of the part, what was expected of it and what was found.
+`Misfit` with the name of the part, what was expected of it and what was found.
 """
 
 from __future__ import annotations
 
-import functools
 import math
 import re
-from collections.abc import Sequence
 from functools import singledispatch
 from typing import Any
 
@@ -23,8 +21,7 @@ from scipy.sparse import csr_array
 
 from ..bodies.body import Cells
 from ..bodies.laws import NUMBERS
-from ..core.errors import say
-from ..core.linalg import is_sparse
+from ..core.validation import Misfit, check, indices, listed, numbers, rank, require, shown, span, types
 from ..systems import quartic
 from ..systems.quartic import Quartic
 from ..systems.springs import ANGLE
@@ -50,63 +47,6 @@ SIZES = {  #: kind of an output: rows and columns by dimension, None where other
 EACH = ("position", "slope", "velocity")  #: kinds with a column for every row
 
 
-class Unsound(ValueError):
-    """A part that does not fit: its name, what was expected of it and what it is."""
-
-    def __init__(self, name: str, expected: str, got: object) -> None:
-        super().__init__(say(name, expected, got))
-        self.name, self.expected, self.got = name, expected, got
-
-
-def require(condition: bool, name: str, expected: str, got: object) -> None:
-    if not condition:
-        raise Unsound(name, expected, got)
-
-
-# ------------------------------------------------------------------------------------------------------------------ arrays
-def told(value: Any) -> str:
-    """A value in short: arrays by shape and type."""
-    if isinstance(value, np.ndarray) or is_sparse(value):
-        return f"{'a sparse' if is_sparse(value) else 'an'} array {value.shape} of {value.dtype}"
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-def numbers(value: Any, name: str, *shape: int) -> None:
-    """A dense or sparse array of finite 64-bit numbers."""
-    sizes = ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "")
-    require(value.shape == shape and value.dtype == np.float64, name, f"an array ({sizes}) of float64", told(value))
-    entries = value.data if is_sparse(value) else value
-    bad = np.flatnonzero(~np.isfinite(np.ravel(entries)))
-    require(not len(bad), name, "finite numbers", f"{np.ravel(entries)[bad[:1]]} as number {bad[:1]}")
-
-
-def indices(value: np.ndarray, name: str, low: int, end: int, *shape: int) -> None:
-    """An array of 64-bit integers from `low` to `end` - 1."""
-    sizes = ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "")
-    require(value.shape == shape and value.dtype == np.int64, name, f"an array ({sizes}) of int64", told(value))
-    if value.size:
-        least, largest = int(value.min()), int(value.max())
-        require(low <= least and largest < end, name, f"indices from {low} to {end - 1}", f"{least} to {largest}")
-
-
-def rank(value: np.ndarray, name: str, axes: int) -> tuple[int, ...]:
-    """The shape of an array of so many axes."""
-    require(value.ndim == axes, name, f"an array of {axes} axes", told(value))
-    return tuple(value.shape)
-
-
-def span(value: slice, name: str, end: int) -> int:
-    """The length of a range from 0 to `end`."""
-    whole = type(value.start) is int and type(value.stop) is int and value.step in (None, 1)
-    require(whole and 0 <= value.start <= value.stop <= end, name, f"a range within 0 to {end}", value)
-    return int(value.stop - value.start)
-
-
-def listed(rows: Sequence[int], name: str, end: int) -> None:
-    require(all(0 <= row < end for row in rows), name, f"indices from 0 to {end - 1}", told(tuple(rows)))
-
-
 def affine(part: Affine, name: str, columns: int) -> int:
     """The number of rows of an affine function of so many unknowns."""
     (rows,) = rank(part.offset, f"{name}.offset", 1)
@@ -115,34 +55,7 @@ def affine(part: Affine, name: str, columns: int) -> int:
     return rows
 
 
-@functools.cache
-def declared(kind: Any) -> Any:
-    """The fields of a type, and of all types in them, as a validator."""
-    from pydantic import ConfigDict, TypeAdapter
-
-    config = ConfigDict(arbitrary_types_allowed=True, strict=True, revalidate_instances="always")
-    return TypeAdapter(dict[str, kind], config=config)
-
-
-def types(value: Any, name: str) -> None:
-    """Every field holds what it is declared to hold."""
-    from pydantic import ValidationError
-
-    kind: Any = type(value)
-    try:
-        declared(kind).validate_python({name: value})
-    except ValidationError as problem:
-        first = problem.errors(include_url=False)[0]
-        where = cases.label(tuple(first["loc"]))
-        raise Unsound(where, first["msg"].removeprefix("Input should be "), told(first["input"])) from None
-
-
 # ----------------------------------------------------------------------------------------------------------------- systems
-@singledispatch
-def check(part: Any, name: str) -> None:
-    """Refuse a part of a file whose numbers do not fit each other; the rule by its type."""
-
-
 @check.register
 def _(part: System, name: str) -> None:
     types(part, name)
@@ -221,14 +134,14 @@ def history(signal: Any, name: str) -> None:
     try:
         values = np.asarray(signal(np.zeros(1)), dtype=float)
     except (LookupError, TypeError, ValueError, AttributeError) as problem:
-        raise Unsound(name, "a function of time", problem) from problem
-    require(values.shape in ((), (1,)), name, "one number for one time", told(values))
+        raise Misfit(name, "a function of time", problem) from problem
+    require(values.shape in ((), (1,)), name, "one number for one time", shown(values))
 
 
 @singledispatch
 def gathered(part: Any, name: str, dim: int, n: int, q: int) -> None:
     """The arrays of an elastic part."""
-    raise Unsound(name, "cells, sampled points or a polynomial", told(part))
+    raise Misfit(name, "cells, sampled points or a polynomial", shown(part))
 
 
 @gathered.register
@@ -298,12 +211,12 @@ def point_law(law: PointLaw, name: str, dim: int, probes: int, signals: int) -> 
 def headed(title: str, name: str) -> None:
     """A text that may head a column of a table, where others begin a formula of a spreadsheet or end the column."""
     fine = isinstance(title, str) and TITLE.fullmatch(title) is not None
-    require(fine, name, "names that begin with a letter, without commas, semicolons, quotes and line breaks", told(title))
+    require(fine, name, "names that begin with a letter, without commas, semicolons, quotes and line breaks", shown(title))
 
 
 def sensed(part: Output, name: str, dim: int, sensors: int) -> None:
     """A known kind of output with the rows that it reads."""
-    require(part.kind in SIZES, f"{name}.kind", f"one of {', '.join(SIZES)}", told(part.kind))
+    require(part.kind in SIZES, f"{name}.kind", f"one of {', '.join(SIZES)}", shown(part.kind))
     listed(part.rows, f"{name}.rows", sensors)
     rows, columns = SIZES[part.kind](dim)
     if part.kind == "stress":
@@ -327,7 +240,7 @@ def drawn(part: Line | Skin, name: str, dim: int, q: int) -> None:
     numbers(part.samples, f"{name}.samples", rows, width)
     if isinstance(part, Line):
         expected = f"an array of {q} columns, its rows a multiple of {3 * dim}"
-        require(width == q and rows % (3 * dim) == 0, f"{name}.samples", expected, told(part.samples))
+        require(width == q and rows % (3 * dim) == 0, f"{name}.samples", expected, shown(part.samples))
         return
     (samples,) = rank(part.thickness, f"{name}.thickness", 1)
     numbers(part.thickness, f"{name}.thickness", samples)
@@ -336,7 +249,7 @@ def drawn(part: Line | Skin, name: str, dim: int, q: int) -> None:
     indices(part.cells, f"{name}.cells", 0, samples, count, 4)
     size, height = span(part.columns, f"{name}.columns", q), (1 + part.law.vectors) * samples
     whole = (rows, width * dim) == (height, size)
-    require(whole, f"{name}.samples", f"an array ({height}, {size // dim})", told(part.samples))
+    require(whole, f"{name}.samples", f"an array ({height}, {size // dim})", shown(part.samples))
 
 
 # ------------------------------------------------------------------------------------------------------------- polynomials
@@ -344,10 +257,10 @@ def polynomial(model: ParametricCase, part: Varying, name: str) -> None:
     """The numbers of one leaf at the nodes of its grid."""
     degrees, logarithms = part.order.degrees, part.order.logarithmic
     known = len(degrees) == len(logarithms) == len(model.nodes)
-    require(known, f"{name}.order", f"a degree for each of {len(model.nodes)} parameters", told(degrees))
+    require(known, f"{name}.order", f"a degree for each of {len(model.nodes)} parameters", shown(degrees))
     for degree, logarithm, nodes in zip(degrees, logarithms, model.nodes, strict=True):
         require(0 <= degree < len(nodes), f"{name}.order", f"degrees from 0 to {len(nodes) - 1}", degree)
-        require(not logarithm or bool((nodes > 0.0).all()), f"{name}.order", "positive nodes on a logarithmic scale", told(nodes))
+        require(not logarithm or bool((nodes > 0.0).all()), f"{name}.order", "positive nodes on a logarithmic scale", shown(nodes))
     leaf = leaf_at(model.nominal, part, name)
     size = leaf.data.size if isinstance(leaf, csr_array) else np.size(leaf)
     (count,) = rank(part.positions, f"{name}.positions", 1)
@@ -362,7 +275,7 @@ def leaf_at(nominal: Case, part: Varying, name: str) -> Any:
     try:
         leaf = cases.leaf_at(nominal, part.place)
     except (LookupError, AttributeError, TypeError) as problem:
-        raise Unsound(f"{name}.place", "a number or an array of the case", told(part.place)) from problem
+        raise Misfit(f"{name}.place", "a number or an array of the case", shown(part.place)) from problem
     whole = isinstance(leaf, np.ndarray | csr_array) and leaf.dtype == np.float64
-    require(type(leaf) is float or whole, f"{name}.place", "a number or an array of numbers", told(part.place))
+    require(type(leaf) is float or whole, f"{name}.place", "a number or an array of numbers", shown(part.place))
     return leaf

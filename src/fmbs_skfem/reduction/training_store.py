@@ -15,6 +15,7 @@ digits, of plan, snapshots, candidates and options.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import math
@@ -22,21 +23,23 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from ..core import durable
-from ..core.errors import CorruptFile, InputError, Reason, SolverError, say
+from ..core import container, durable, validation
+from ..core.container import Kind, NotStorable
+from ..core.errors import InputError, Reason, SolverError, say
 from ..core.linalg import is_sparse
-from . import files, greedy, product
+from . import greedy, product
 from .budget import Choice
 from .family_model import FamilyModel
-from .full_runs import Factor, FullRun, Setting
+from .full_runs import FullRun, Setting
 from .product import Product
 
-FORMAT = "fmbs_skfem training"
+KIND = Kind("fmbs_skfem training", "a part of a training", 2, "delete the file; what it held is made again")
 TITLE = "training.json"
+T = TypeVar("T")
 DIGITS = 9  #: of numbers in a fingerprint
 TIMES = np.linspace(0.0, 1.0, 17)  #: where functions of time are sampled for a fingerprint [s]
 
@@ -77,31 +80,29 @@ def opened(folder: Path | str, fingerprint: str) -> Path:
     place.mkdir(parents=True, exist_ok=True)
     title = place / TITLE
     if title.is_file():
-        known = json.loads(title.read_text(encoding="utf-8")).get("fingerprint")
-        if known != fingerprint:
+        if read_text(title, dict[str, Any]).get("fingerprint") != fingerprint:
             remedy = "take an empty folder, or train with the family, plan, candidates and options of this one"
             raise InputError(say(str(place), "a folder of this training", "one of another training", remedy))
     elif any(place.glob("*-[0-9][0-9][0-9].*")):
         raise InputError(say(str(place), "an empty folder or one of this training", f"one without {TITLE}", "take an empty folder"))
     else:
-        write_text(title, json.dumps({"fingerprint": fingerprint}, indent=2) + "\n")
+        write_text(title, {"fingerprint": fingerprint})
     return place
 
 
 def read(folder: Path) -> Stored:
     """All that is complete in a folder, less the models."""
-    runs: list[FullRun] = []
-    points: list[int] = []
+    runs, points = list[FullRun](), list[int]()
     while (path := folder / f"run-{len(runs) + 1:03d}.h5").is_file():
         tree = read_tree(path)
         runs.append(run_of(tree["run"], path))
         points.append(tree["point"])
     iterations: list[greedy.Iteration] = []
     while (path := folder / f"iteration-{len(iterations) + 1:03d}.h5").is_file():
-        iterations.append(greedy.Iteration(**read_tree(path)))
+        iterations.append(built(path, greedy.Iteration, read_tree(path)))
     path = folder / f"indicators-{len(runs):03d}.json"
-    known = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else []
-    return Stored(tuple(runs), tuple(points), tuple(iterations), {int(k): float(value) for k, value in known})
+    known = read_text(path, list[tuple[int, float]]) if path.is_file() else []
+    return Stored(tuple(runs), tuple(points), tuple(iterations), dict(known))
 
 
 def keep_run(folder: Path, number: int, run: FullRun, point: int) -> None:
@@ -114,22 +115,15 @@ def keep_model(folder: Path, number: int, model: FamilyModel, notes: Notes) -> N
     parts = {"modes": dict(model.modes), "selections": model.selections, "training_s": model.training_s}
     path = folder / f"model-{number:03d}.h5"
     path.unlink(missing_ok=True)
-    try:
+    with contextlib.suppress(NotStorable):
         product.save(Product(model.parametric, {"model": parts}), path)
-    except InputError as problem:
-        if isinstance(problem.__cause__, OSError):
-            raise problem.__cause__ from None
-    write_text(folder / f"notes-{number:03d}.json", json.dumps(asdict(notes), indent=2) + "\n")
+    write_text(folder / f"notes-{number:03d}.json", asdict(notes))
 
 
 def notes_of(folder: Path, number: int) -> Notes | None:
     """What was known when the model of the first `number` runs was made; None where it was not."""
     path = folder / f"notes-{number:03d}.json"
-    if not path.is_file():
-        return None
-    tree = json.loads(path.read_text(encoding="utf-8"))
-    choice = None if tree["choice"] is None else Choice(**tree["choice"])
-    return Notes(tuple(Pair(**pair) for pair in tree["pairs"]), choice, tree["lowered"], tree["discarded"])
+    return read_text(path, Notes) if path.is_file() else None
 
 
 def model(folder: Path, number: int) -> FamilyModel | None:
@@ -149,13 +143,12 @@ def forget(folder: Path, number: int) -> None:
 
 def keep_indicators(folder: Path, number: int, indicators: Mapping[int, float]) -> None:
     """Store the indicators of the model of the first `number` runs."""
-    write_text(folder / f"indicators-{number:03d}.json", json.dumps(list(indicators.items())))
+    write_text(folder / f"indicators-{number:03d}.json", list(indicators.items()))
 
 
 def keep_iteration(folder: Path, iteration: greedy.Iteration) -> None:
     """Store a complete iteration."""
-    tree = {field.name: getattr(iteration, field.name) for field in fields(iteration)}
-    write_tree(folder / f"iteration-{iteration.number:03d}.h5", tree)
+    write_tree(folder / f"iteration-{iteration.number:03d}.h5", asdict(iteration))
 
 
 def made(path: Path, make: Callable[[], FullRun]) -> FullRun:
@@ -173,12 +166,8 @@ def made(path: Path, make: Callable[[], FullRun]) -> FullRun:
 
 def checks(folder: Path) -> dict[int, FullRun]:
     """The checks that have succeeded, by candidate."""
-    found = {}
-    for path in sorted(folder.glob("check-*.h5")):
-        tree = read_tree(path)
-        if "failed" not in tree:
-            found[int(path.stem.split("-")[1])] = run_of(tree, path)
-    return found
+    found = ((path, read_tree(path)) for path in sorted(folder.glob("check-*.h5")))
+    return {int(path.stem.split("-")[1]): run_of(tree, path) for path, tree in found if "failed" not in tree}
 
 
 def check_file(folder: Path, point: int) -> Path:
@@ -190,29 +179,35 @@ def run_of(tree: dict[str, Any], path: Path) -> FullRun:
     """The full run in the contents of a file."""
     if "failed" in tree:
         raise SolverError(tree["failed"], Reason(tree["reason"]), tree["time"])
-    try:
-        return FullRun(**{**tree, "factors": {name: Factor(**part) for name, part in tree["factors"].items()}})
-    except (TypeError, LookupError) as problem:
-        raise CorruptFile(say(str(path), "a full run", problem, "delete the file; the run is made again")) from problem
+    return built(path, FullRun, tree)
 
 
 def write_tree(path: Path, tree: dict[str, Any]) -> None:
-    """Write numbers, texts, arrays, tuples, lists and dicts to a file with size and checksum in front; OSError where that fails."""
-    try:
-        files.write(path, FORMAT, tree=tree)
-    except InputError as problem:
-        raise problem.__cause__ if isinstance(problem.__cause__, OSError) else problem from None
+    """Write numbers, texts, arrays, tuples, lists and dicts to a file."""
+    container.write(path, KIND, tree=tree)
 
 
 def read_tree(path: Path) -> dict[str, Any]:
     """What `write_tree` has written."""
-    tree: dict[str, Any] = files.contents(path, FORMAT, tree=dict)["tree"]
+    tree: dict[str, Any] = container.read(path, KIND, tree=dict)["tree"]
     return tree
 
 
-def write_text(path: Path, text: str) -> None:
-    with durable.place(path) as part:
-        part.write_text(text, encoding="utf-8")
+def write_text(path: Path, content: Any) -> None:
+    """Write plain values as JSON."""
+    durable.write(path, json.dumps(content, indent=2).encode() + b"\n")
+
+
+def read_text(path: Path, kind: Any) -> Any:
+    """What `write_text` has written, as a type."""
+    with container.reading(path, KIND):
+        return validation.build(kind, json.loads(path.read_bytes()), "content")
+
+
+def built(path: Path, kind: type[T], tree: Any) -> T:
+    """The struct of a type in the contents of a file."""
+    with container.reading(path, KIND):
+        return validation.build(kind, tree, kind.__name__)
 
 
 def fingerprint(setting: Setting, *others: Any) -> str:

@@ -15,7 +15,6 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import hashlib
-import io
 import json
 import os
 import time
@@ -27,17 +26,20 @@ from typing import IO, Any
 
 import numpy as np
 
-from ..core import durable, hdf5
-from ..core.errors import CorruptFile, InputError, say
+from ..core import container, durable, validation
+from ..core.container import Kind
+from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..dynamics.checkpoint import Checkpoint, Moment, Resumed, Rows
 
 FOLDER, MANIFEST, LOCK = "history", "manifest.json", "run.lock"
-FORMAT, VERSION = "fmbs_skfem history", 1
+REMEDY = "restore the file from a copy, or run the scene anew with --force"
+KIND = Kind("fmbs_skfem history", "a history", 1, REMEDY, "run the scene anew")
 EVERY = 10.0  #: time between two segments of a run [s]
 SHARE = 0.02  #: of the time of a run that segments may take
 LARGEST = 2**28  #: states that wait for the next segment [bytes]
 COLUMNS = ("times", "x", "v", "a", "multipliers")
+FACT = "fact "  #: before the names of facts, which cannot be taken for those of numbers beside them
 
 
 class State(Enum):
@@ -111,13 +113,13 @@ class Recorder:
         if moment.kept > self.kept:
             rows = moment.rows(self.kept, moment.kept)
             name = f"segment-{len(segments) + 1:05d}.h5"
-            columns = {column: getattr(rows, column) for column in COLUMNS}
-            entry = close(self.folder / name, image(columns), self.folder.parent)
+            entry = close(self.folder / name, container.image(vars(rows)), self.folder.parent)
             segments = (*segments, replace(entry, first=self.kept, last=moment.kept))
         number = 1 if old is None else int(old.name.split("-")[1].split(".")[0]) + 1
         held = moment.checkpoint()
-        facts = {"done": held.done, "kept": held.kept, "cpu_s": held.cpu_s, "wall_s": held.wall_s, **prefixed(held.facts)}
-        checkpoint = close(self.folder / f"checkpoint-{number:05d}.h5", image(held.arrays, facts), self.folder.parent)
+        numbers = {"done": held.done, "kept": held.kept, "cpu_s": held.cpu_s, "wall_s": held.wall_s}
+        content = {**held.arrays, **numbers, **{f"{FACT}{name}": text for name, text in held.facts.items()}}
+        checkpoint = close(self.folder / f"checkpoint-{number:05d}.h5", container.image(content), self.folder.parent)
         state = State.DONE if moment.done == moment.steps else State.RUNNING
         found = replace(self.manifest, state=state, done=moment.done, steps=moment.steps, time=moment.time)
         self.manifest = replace(found, segments=segments, checkpoint=checkpoint)
@@ -134,41 +136,28 @@ class Recorder:
             write_manifest(self.folder, self.manifest)
 
 
-def prefixed(facts: Mapping[str, str]) -> dict[str, str]:
-    """Names that cannot be taken for those of numbers beside them."""
-    return {f"fact {name}": text for name, text in facts.items()}
-
-
-def image(arrays: Mapping[str, np.ndarray], facts: Mapping[str, Any] | None = None) -> memoryview:
-    """The bytes of an HDF5 file of arrays, with facts as its attributes."""
-    import h5py
-
-    buffer = io.BytesIO()
-    with h5py.File(buffer, "w") as file:
-        for name, array in arrays.items():
-            file[name] = array
-        file.attrs.update(facts or {})
-    return buffer.getbuffer()
-
-
-def close(path: Path, data: memoryview | bytes, folder: Path | None = None) -> Entry:
+def close(path: Path, data: memoryview | bytes, folder: Path) -> Entry:
     """Put a complete file into its place; NoRoom where the disk is full. `folder`: of the run that it belongs to."""
-    with room(path, folder), durable.place(path) as part:
-        part.write_bytes(data)
+    durable.write(path, data, remedy(folder))
     return Entry(path.name, len(data), hashlib.sha256(data).hexdigest())
 
 
-@contextlib.contextmanager
-def room(path: Path, folder: Path | None = None) -> Iterator[None]:
-    """A full disk as an error that says so, and whether the run in `folder` has closed what it can go on from."""
-    remedy = "everything closed before is intact: make room, then go on with fmbs resume"
-    with durable.room(path, remedy if folder is not None and exists(folder) else "make room, then run it again"):
-        yield
+def remedy(folder: Path | None) -> str:
+    """What helps where the disk is full: whether the run in a folder has closed what it can go on from."""
+    closed = folder is not None and exists(folder)
+    return (
+        "everything closed before is intact: make room, then go on with fmbs resume" if closed else "make room, then run it again"
+    )
+
+
+def room(path: Path, folder: Path | None = None) -> contextlib.AbstractContextManager[None]:
+    """A full disk as an error that says so."""
+    return durable.room(path, remedy(folder))
 
 
 def write_manifest(folder: Path, manifest: Manifest) -> None:
     """The manifest, with a checksum of itself."""
-    content = {"format": FORMAT, "version": VERSION, **asdict(manifest), "state": manifest.state.value}
+    content = {"format": KIND.title, "version": KIND.version, **asdict(manifest), "state": manifest.state.value}
     close(folder / MANIFEST, json.dumps({**content, "sha256": checksum(content)}, indent=1).encode(), folder.parent)
 
 
@@ -188,62 +177,40 @@ def manifest(folder: Path) -> Manifest:
     if not path.is_file():
         remedy = f"a run writes its first segment after {EVERY:g} s, or earlier with --checkpoint"
         raise InputError(say(f"{folder}", f"a folder with {FOLDER}/{MANIFEST}", "none", remedy))
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        told = content.pop("sha256")
-        kind, version = content.pop("format"), content.pop("version")
-    except hdf5.DAMAGE as problem:
-        raise corrupt(path, "a manifest", str(problem)) from problem
-    if kind == FORMAT and version != VERSION:
-        remedy = "go on with the release that wrote it, or run the scene anew"
-        raise CorruptFile(say(f"{path}", f"version {VERSION} of the format", f"version {version}", remedy))
-    if told != checksum({"format": kind, "version": version, **content}):
-        raise corrupt(path, f"sha256 {told}", "another one")
-    checkpoint = content["checkpoint"]
-    return Manifest(
-        **{
-            **content,
-            "state": State(content["state"]),
-            "segments": tuple(Entry(**entry) for entry in content["segments"]),
-            "checkpoint": None if checkpoint is None else Entry(**checkpoint),
-        }
-    )
+    data = path.read_bytes()
+    with container.reading(path, KIND):
+        content = json.loads(data)
+        own = content.pop("sha256")
+        if content["format"] == KIND.title:
+            container.check_version(content["version"], KIND)
+        validation.require(own == checksum(content), "", f"sha256 {own}", "another one")
+        return validation.build(Manifest, content, "manifest")
 
 
 def read(folder: Path, found: Manifest | None = None) -> Resumed:
     """All states of the history in a folder and its checkpoint; CorruptFile where a byte is not as it was written."""
     found = found or manifest(folder)
-    if found.checkpoint is None:
-        raise corrupt(folder / FOLDER / MANIFEST, "a checkpoint", "none")
-    parts = [read_arrays(folder / FOLDER, entry)[0] for entry in found.segments]
-    columns = (np.concatenate([part[column] for part in parts]) for column in COLUMNS)
-    arrays, facts = read_arrays(folder / FOLDER, found.checkpoint)
-    named = {name.removeprefix("fact "): str(text) for name, text in facts.items() if name.startswith("fact ")}
-    held = Checkpoint(int(facts["done"]), int(facts["kept"]), named, arrays, float(facts["cpu_s"]), float(facts["wall_s"]))
-    return Resumed(held, Rows(*columns))
+    parts = [unpacked(folder / FOLDER, entry) for entry in found.segments]
+    with container.reading(folder / FOLDER / MANIFEST, KIND):
+        if found.checkpoint is None:
+            raise validation.Misfit("", "a checkpoint", "none")
+        columns = [np.concatenate([part[column] for part in parts]) for column in COLUMNS]
+    content = unpacked(folder / FOLDER, found.checkpoint)
+    with container.reading(folder / FOLDER / found.checkpoint.name, KIND):
+        arrays = {name: value for name, value in content.items() if isinstance(value, np.ndarray)}
+        facts = {name.removeprefix(FACT): str(text) for name, text in content.items() if name.startswith(FACT)}
+        numbers = int(content["done"]), int(content["kept"]), facts, arrays, float(content["cpu_s"]), float(content["wall_s"])
+    return Resumed(Checkpoint(*numbers), Rows(*columns))
 
 
-def read_arrays(folder: Path, entry: Entry) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def unpacked(folder: Path, entry: Entry) -> dict[str, Any]:
     """Arrays and facts of a closed file, its size and checksum verified."""
-    import h5py
-
     path = folder / entry.name
-    if not path.is_file():
-        raise corrupt(path, "the file", "none")
-    data = path.read_bytes()
-    if len(data) != entry.size:
-        raise corrupt(path, f"{entry.size} bytes", f"{len(data)}")
-    if (got := hashlib.sha256(data).hexdigest()) != entry.sha256:
-        raise corrupt(path, f"sha256 {entry.sha256}", got)
-    try:
-        with h5py.File(io.BytesIO(data), "r") as file:
-            return {name: hdf5.array(file, name) for name in file}, dict(file.attrs)
-    except hdf5.DAMAGE as problem:
-        raise corrupt(path, "arrays", str(problem)) from problem
-
-
-def corrupt(path: Path, expected: str, got: str) -> CorruptFile:
-    return CorruptFile(say(f"{path}", expected, got, "restore the file from a copy, or run the scene anew with --force"))
+    with container.reading(path, KIND):
+        validation.require(path.is_file(), "", "the file", "none")
+        data = path.read_bytes()
+        container.check_seal(data, {"bytes": str(entry.size), "sha256": entry.sha256})
+        return container.unpack(data)
 
 
 @contextlib.contextmanager

@@ -19,18 +19,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
-from ..core import durable, hdf5
-from ..core.errors import CorruptFile, InputError, NoRoom, say
+from ..core import container, durable, validation
+from ..core.container import Dataset, Kind
+from ..core.errors import CorruptFile, InputError, say
 from ..core.notices import notify
 from ..reduction.members import Record, Result, Status
 from ..reduction.parameters import Parameter
 
 MEMBERS = "members"
 CSV, HDF5 = "sweep.csv", "sweep.h5"
-VERSION = 1
+FORMAT, VERSION = "fmbs_skfem sweep", 1
+KIND = Kind("fmbs_skfem sweep record", "a record", 2, "remove it and go on with --resume")
+HDF5_FIRST = b"\x89HDF"  #: how records of version 1 begin
+RESUME = "what is there is kept; make room and go on with --resume"
 EXTREMES = ("min", "max", "final")
 TAKEN = ("member", "status", "reason", "message")  #: headers beside those of parameters and outputs
 
@@ -58,80 +61,30 @@ def path(folder: Path, number: int) -> Path:
 
 def write(folder: Path, record: Record) -> Path:
     """Store the record of a member: complete under its name, or not at all."""
-    return replaced(path(folder, record.number), image(record))
-
-
-def image(record: Record) -> bytes:
-    """A record as the bytes of an HDF5 file."""
-    result = record.result
-    facts = {
-        "version": VERSION,
-        "number": record.number,
-        "values": record.values,
-        "status": record.status.value,
-        "reason": record.reason,
-        "message": record.message,
-        "cpu_s": record.cpu_s,
-        "wall_s": record.wall_s,
-        "notices": record.notices,
-        "outputs": None if result is None else list(result.columns),
-        "units": {} if result is None else result.units,
-        "numbers": {} if result is None else result.numbers,
-    }
-    with h5py.File("record", "w", driver="core", backing_store=False) as file:
-        file.create_dataset("facts", data=np.frombuffer(json.dumps(facts).encode(), dtype=np.uint8), fletcher32=True)
-        if result is not None:
-            file.create_dataset("histories", data=np.stack([result.times, *result.columns.values()]), fletcher32=True)
-        file.flush()
-        found: bytes = file.id.get_file_image()
-    return found
-
-
-def replaced(target: Path, data: bytes) -> Path:
-    """Put a complete file into its place."""
-    try:
-        with durable.room(target, "what is there is kept; make room and go on with --resume"):
-            target.parent.mkdir(parents=True, exist_ok=True)
-            with durable.place(target) as part:
-                part.write_bytes(data)
-        return target
-    except NoRoom:
-        raise
-    except OSError as problem:
-        remedy = "what is there is kept; make room and go on with --resume"
-        raise InputError(say(str(target), "a place that can be written", problem, remedy)) from problem
+    target = path(folder, record.number)
+    with durable.writing(target, RESUME):
+        target.parent.mkdir(parents=True, exist_ok=True)
+    return container.write(target, KIND, RESUME, record=record)
 
 
 def read(place: Path) -> Record:
     """The record in a file; CorruptFile where it is not as it was written."""
-    try:
-        with h5py.File(place, "r") as file:
-            facts: dict[str, Any] = json.loads(hdf5.array(file, "facts").tobytes())
-            histories = None if facts["outputs"] is None else hdf5.array(file, "histories")
-        if facts["version"] != VERSION:
-            raise ValueError(f"version {facts['version']}")
-        result = None if histories is None else result_of(facts, histories)
-        return Record(
-            int(facts["number"]),
-            facts["values"],
-            Status(facts["status"]),
-            str(facts["reason"]),
-            str(facts["message"]),
-            float(facts["cpu_s"]),
-            float(facts["wall_s"]),
-            result,
-            tuple(facts["notices"]),
-        )
-    except hdf5.DAMAGE as problem:
-        raise CorruptFile(
-            say(str(place), f"a record of version {VERSION}", problem, "remove it and go on with --resume")
-        ) from problem
+    if place.read_bytes().startswith(HDF5_FIRST):
+        return read_first(place)
+    found: Record = container.read(place, KIND, record=Record)["record"]
+    return found
 
 
-def result_of(facts: Mapping[str, Any], histories: np.ndarray) -> Result:
-    """The result of a member that ran."""
-    columns = dict(zip(facts["outputs"], histories[1:], strict=True))
-    return Result(histories[0], columns, facts["units"], facts["numbers"])
+def read_first(place: Path) -> Record:
+    """The record in a file of version 1, plain HDF5 of facts in JSON and an array of times and columns."""
+    with container.reading(place, KIND):
+        content = container.unpack(place.read_bytes())
+        facts = json.loads(content["facts"].tobytes())
+        names, units, numbers = (facts.pop(key) for key in ("outputs", "units", "numbers"))
+        if names is not None:
+            times, *columns = content["histories"]
+            facts["result"] = Result(times, dict(zip(names, columns, strict=True)), units, numbers)
+        return validation.build(Record, facts, "record")
 
 
 def settled(folder: Path, points: np.ndarray, names: Sequence[str]) -> dict[int, Record]:
@@ -232,7 +185,7 @@ def write_csv(sweep: Sweep, target: Path) -> Path:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows(zip(*([cell(value) for value in column] for column in columns.values()), strict=True))
-    return replaced(target, text.getvalue().encode())
+    return durable.write(target, text.getvalue().encode(), RESUME)
 
 
 def cell(value: Any) -> str:
@@ -244,30 +197,24 @@ def cell(value: Any) -> str:
 
 def write_hdf5(sweep: Sweep, target: Path) -> Path:
     """The table with the histories."""
-    with h5py.File("sweep", "w", driver="core", backing_store=False) as file:
-        file.attrs["format"], file.attrs["version"] = "fmbs_skfem sweep", VERSION
-        points = file.create_dataset("parameters", data=sweep.points)
-        points.attrs["names"] = [p.name for p in sweep.parameters]
-        points.attrs["units"] = [p.unit for p in sweep.parameters]
-        texts = {"status": [status.value if status else "missing" for status in sweep.status]}
-        for name, values in (texts | {"reason": sweep.reasons, "message": sweep.messages}).items():
-            file.create_dataset(name, data=list(values), dtype=h5py.string_dtype())
-        file["cpu_s"] = sweep.cpu_s
-        for name, column in sweep.numbers.items():
-            file[f"numbers/{name}"] = column
-        stored(file, "times", shared_times(sweep.times), "s")
-        file.create_group("histories")
-        for name, column in sweep.columns.items():
-            stored(file, f"histories/{name}", column, sweep.units.get(name, ""))
-        file.flush()
-        data = file.id.get_file_image()
-    return replaced(target, data)
+    names = {"names": [p.name for p in sweep.parameters], "units": [p.unit for p in sweep.parameters]}
+    content = {
+        "format": FORMAT,
+        "version": VERSION,
+        "parameters": Dataset(sweep.points, names),
+        "status": [status.value if status else "missing" for status in sweep.status],
+        "reason": list(sweep.reasons),
+        "message": list(sweep.messages),
+        "cpu_s": sweep.cpu_s,
+        "times": packed(shared_times(sweep.times), "s"),
+        "histories": {name: packed(column, sweep.units.get(name, "")) for name, column in sweep.columns.items()},
+    }
+    return durable.write(target, container.image(content | ({"numbers": sweep.numbers} if sweep.numbers else {})), RESUME)
 
 
-def stored(file: h5py.File, name: str, values: np.ndarray, unit: str) -> None:
+def packed(values: np.ndarray, unit: str) -> Dataset:
     """Histories, checked and packed."""
-    options = {"compression": "lzf", "shuffle": True, "fletcher32": True} if values.size else {}
-    file.create_dataset(name, data=values, **options).attrs["unit"] = unit
+    return Dataset(values, {"unit": unit}, {"compression": "lzf", "shuffle": True, "fletcher32": True} if values.size else {})
 
 
 def shared_times(times: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
-from fmbs_skfem.core import hdf5
+from fmbs_skfem.core import container
 
 SECRET = np.arange(4.0)
 
@@ -59,7 +59,7 @@ def test_what_is_not_in_the_file_is_refused(make: Callable[[h5py.File, Path], No
     with h5py.File(path, "w") as file:
         make(file, path)
     with h5py.File(path, "r") as file, pytest.raises(ValueError, match="'x' "):
-        hdf5.array(file, "x")
+        container.array(file, "x")
 
 
 def test_what_is_in_the_file_is_read(tmp_path: Path) -> None:
@@ -68,7 +68,7 @@ def test_what_is_in_the_file_is_read(tmp_path: Path) -> None:
         file["a/x"] = SECRET
         file.create_dataset("checked", data=SECRET, fletcher32=True)
     with h5py.File(path, "r") as file:
-        np.testing.assert_array_equal(hdf5.array(hdf5.member(file, "a"), "x"), SECRET)
-        np.testing.assert_array_equal(hdf5.array(file, "checked"), SECRET)
+        np.testing.assert_array_equal(container.array(container.member(file, "a"), "x"), SECRET)
+        np.testing.assert_array_equal(container.array(file, "checked"), SECRET)
         with pytest.raises(ValueError, match="not there"):
-            hdf5.array(file, "b")
+            container.array(file, "b")

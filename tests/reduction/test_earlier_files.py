@@ -1,0 +1,58 @@
+"""Files of earlier releases are read, and run as then to the tolerance of Newton's iteration then.
+
+In version 1 lengths were not measured by the mass.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmbs_skfem import dynamics
+from fmbs_skfem.core.errors import SolverError
+from fmbs_skfem.dynamics import GeneralizedAlpha
+from fmbs_skfem.reduction import files, product
+from fmbs_skfem.reduction import training_store as store
+from fmbs_skfem.reduction.budget import Choice
+
+DATA = Path(__file__).parent / "data"
+
+
+def test_a_single_model() -> None:
+    system = files.load(DATA / "single_version_1.h5")
+    motion = dynamics.integrate(system, GeneralizedAlpha(1e-3), 0.01)
+    found = dynamics.outputs(motion)
+    assert found["tip_x"][-1] == pytest.approx(0.999977920139542, abs=1e-9)
+    assert found["tip_y"][-1] == pytest.approx(0.00273363847352872, abs=5e-8)
+
+
+def test_a_model_of_a_family() -> None:
+    model = product.load(DATA / "family_version_1.h5")
+    found = dynamics.outputs(product.run(model, E=1e9))
+    assert found["tip_x"][-1] == pytest.approx(0.998949919966806, abs=1e-8)
+    assert found["tip_y"][-1] == pytest.approx(0.00271925634469862, abs=1e-8)
+
+
+def test_a_single_model_of_version_2() -> None:
+    saved = files.read(DATA / "single_version_2.h5")
+    assert saved.notes == {"report": {"duration": 0.01, "step": 1e-3}, "pair": (1, 2.5)}
+    found = dynamics.outputs(files.run(saved))
+    assert found["tip_x"][-1] == pytest.approx(1.0000000843195829, abs=1e-9)
+    assert found["tip_y"][-1] == pytest.approx(1.7889771816995788e-07, abs=1e-9)
+
+
+def test_a_training() -> None:
+    folder = store.opened(DATA / "training_version_2", "mark")
+    found = store.read(folder)
+    (run,), (iteration,) = found.runs, found.iterations
+    assert (found.points, found.indicators) == ((4,), {1: 1e-3, 2: 2e-3})
+    assert (run.values, run.cpu_s) == ({"E": 1e9}, 0.5)
+    np.testing.assert_array_equal(run.factors["beam"].coefficients, np.arange(6.0).reshape(2, 3))
+    assert (iteration.next, iteration.failed, iteration.samples) == (7, ((5, "diverged"),), (1, 2))
+    notes = store.Notes((store.Pair(0, 1, 1e-3, 2e-3),), Choice(1e-3, 1e-6, None, 1e-4, 0.0, None), 1, 2)
+    assert store.notes_of(folder, 1) == notes
+    assert list(store.checks(folder)) == [7]
+    with pytest.raises(SolverError, match="no"):
+        store.made(store.check_file(folder, 8), lambda: run)
