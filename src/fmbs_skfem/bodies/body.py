@@ -15,13 +15,14 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from threading import Lock
-from typing import Any, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
+from ..core.validation import Attributes, Indices, Reals
 from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface
 from ..shapes.table import Table
@@ -49,12 +50,14 @@ class Cells:
     Table and section of `later` cells are made when one of them is first read.
     """
 
-    law: Law
-    table: np.ndarray  #: (k, p, b, e), derivatives of the basis that the law reads [1/m, 1/m2]
-    nodes: np.ndarray  #: (b, e), place of the first component of each basis function in the coordinates
-    dim: int  #: number of components c
-    section: np.ndarray  #: (i, p, e), rows of the law, the last one the quadrature weight
-    spread: csr_array | None = None  #: coordinates of the cells from those of the body where they are not the same
+    law: Annotated[Law, Attributes("k=vectors i=rows")]
+    table: Annotated[np.ndarray, Reals("k p b e")]  #: derivatives of the basis that the law reads [1/m, 1/m2]
+    nodes: Annotated[np.ndarray, Indices("b e", end="w", reach="c")]  #: first component of each basis function in the coordinates
+    dim: Annotated[int, Attributes("c")]  #: number of components
+    section: Annotated[np.ndarray, Reals("i p e")]  #: rows of the law, the last one the quadrature weight
+    spread: Annotated[csr_array | None, Reals("w q")] = (
+        None  #: coordinates of the cells from the body's, where they are not the same
+    )
 
     @classmethod
     def later(cls, law: Law, nodes: np.ndarray, dim: int, points: int, numbers: Numbers) -> Cells:

@@ -20,7 +20,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..core.container import ENUMS, RULES, Arrays, encode
+from ..core.container import ENUMS, Arrays, encode
 from ..core.entries import call
 from ..core.errors import InputError, closest, listed, say
 from ..core.jit import jit
@@ -119,11 +119,10 @@ def number(law: Law) -> int:
 
 @encode.register
 def _(law: Law, arrays: Arrays, where: str) -> Any:
-    return {"law": law.name}
+    return {"enum": "Law", "value": number(law) if law in NUMBERS.values() else law.name}
 
 
-RULES["law"] = lambda tree, arrays, where: find(tree["law"])
-ENUMS["Law"] = NUMBERS.__getitem__
+ENUMS["Law"] = lambda value: find(value) if isinstance(value, str) else NUMBERS[value]
 
 
 def addresses(used: Iterable[Law], dim: int, damped: bool = True) -> np.ndarray:

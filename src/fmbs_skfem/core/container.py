@@ -4,8 +4,7 @@
     HDF5         /tree: structs as JSON text;  /arrays/k: the arrays, which stand in the tree by number
 
 `write` and `read` serve structs: dataclasses that are `storable`, arrays, sparse arrays, numbers, texts, tuples, lists, dicts. Only
-those types are ever made from a file, and nothing in it is executed. `image` and `unpack` serve plain HDF5 files for other
-programs: datasets, groups and attributes by name. Their checksums stand elsewhere, in a manifest, or are those of HDF5.
+those types are ever made from a file, and nothing in it is executed. `image` and `unpack` serve plain HDF5 for other programs.
 
 Files may come from anywhere. An HDF5 file may name other files, by links, by external storage and by virtual datasets, and claim
 arrays without storing them: all that is refused, so that reading takes no other file and no more memory than this one has bytes.
@@ -66,10 +65,6 @@ class Dataset:
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
-class NotStorable(InputError):
-    """A value that a file cannot hold, such as a Python function."""
-
-
 @contextmanager
 def reading(path: Path, kind: Kind) -> Iterator[None]:
     """Whatever is wrong with the content of a file is a CorruptFile that names the file, what was expected and what was found."""
@@ -87,7 +82,7 @@ def reading(path: Path, kind: Kind) -> Iterator[None]:
 
 # ------------------------------------------------------------------------------------------------------------ files of structs
 def write(path: str | Path, kind: Kind, remedy: str = durable.AGAIN, /, **parts: Any) -> Path:
-    """A file of a kind with named parts; NotStorable names what it cannot hold, NoRoom or InputError where it cannot be written.
+    """A file of a kind with named parts; InputError names what it cannot hold; NoRoom and InputError as of `durable`.
 
     `remedy`: what to do where the disk is full.
     """
@@ -225,23 +220,23 @@ def array(group: h5py.Group, name: str) -> np.ndarray:
 
 
 # --------------------------------------------------------------------------------------------------------------------- structs
-TYPES: dict[str, type] = {}  #: dataclasses that a file may hold, by name
+Older: TypeAlias = Mapping[str, Callable[[Tree], Any]]
+TYPES: dict[str, tuple[Any, Older]] = {}  #: dataclasses that a file may hold, by name, with fields that earlier files lack
 ENUMS: dict[str, Callable[[Any], Any]] = {}  #: name of an enumeration -> its member of a value
-OLDER: dict[type, Mapping[str, Callable[[Tree], Any]]] = {}  #: fields that files of earlier versions lack, from the others
 
 
 def storable(kind: type[T], **older: Callable[[Tree], Any]) -> type[T]:
-    """Let files hold a dataclass or an enumeration; `older` makes fields that files of earlier versions lack."""
+    """Let files hold a dataclass or an enumeration; `older` makes fields that files of earlier versions lack from the others."""
     if issubclass(kind, Enum):
         ENUMS[kind.__name__] = kind
     else:
-        TYPES[kind.__name__], OLDER[kind] = kind, older
+        TYPES[kind.__name__] = kind, older
     return kind
 
 
 @singledispatch
 def encode(value: Any, arrays: Arrays, where: str) -> Any:
-    """A value as JSON; arrays are appended to `arrays` and stand by number. NotStorable where it is none that a file can hold."""
+    """A value as JSON; arrays are appended to `arrays` and stand by number. InputError where it is none that a file can hold."""
     kind = type(value)
     if isinstance(value, Enum):
         return {"enum": kind.__name__, "value": value.value}
@@ -261,13 +256,13 @@ def encode(value: Any, arrays: Arrays, where: str) -> Any:
         return {"tuple": items} if isinstance(value, tuple) else items
     if isinstance(value, Mapping):
         return {"dict": [[encode(key, arrays, where), encode(item, arrays, f"{where}.{key}")] for key, item in value.items()]}
-    if is_dataclass(value) and TYPES.get(kind.__name__) is kind:
+    if is_dataclass(value) and TYPES.get(kind.__name__, (None,))[0] is kind:
         parts = {part.name: encode(getattr(value, part.name), arrays, f"{where}.{part.name}") for part in fields(value)}
         return {"type": kind.__name__, "fields": parts}
     if callable(value):
         remedy = "write it as a text, core.expressions.of_time('sin(2*pi*t)'), or in the scene file"
-        raise NotStorable(say(where, "a function of time that a file can hold", f"the Python function {value!r}", remedy))
-    raise NotStorable(say(where, "numbers, texts, arrays, tuples, lists or dicts", kind.__name__))
+        raise InputError(say(where, "a function of time that a file can hold", f"the Python function {value!r}", remedy))
+    raise InputError(say(where, "numbers, texts, arrays, tuples, lists or dicts", kind.__name__))
 
 
 def encode_array(value: np.ndarray, arrays: Arrays) -> Tree:
@@ -279,61 +274,53 @@ def encode_array(value: np.ndarray, arrays: Arrays) -> Tree:
 
 def decode(tree: Any, arrays: Sequence[np.ndarray], where: str) -> Any:
     """The value of a JSON tree; an error of DAMAGE where it is none."""
-    if isinstance(tree, list):
-        return [decode(item, arrays, where) for item in tree]
-    if not isinstance(tree, dict):
-        return tree
-    for key, rule in RULES.items():
-        if key in tree:
-            return rule(tree, arrays, where)
-    raise ValueError(f"an unknown kind of value at {where} with the keys {sorted(tree)}")
+    match tree:
+        case list():
+            return [decode(item, arrays, where) for item in tree]
+        case {"array": number}:
+            return arrays[number].T if tree["order"] == "F" else arrays[number]
+        case {"csr": parts, "shape": shape}:
+            return sparse([decode(part, arrays, where) for part in parts], tuple(shape), where)
+        case {"type": name, "fields": parts}:
+            return struct(name, {key: decode(item, arrays, f"{where}.{key}") for key, item in parts.items()}, where)
+        case {"enum": name, "value": value}:
+            return ENUMS[name](value)
+        case {"law": name}:
+            return ENUMS["Law"](name)
+        case {"slice": ends}:
+            return slice(*ends)
+        case {"tuple": items}:
+            return tuple(decode(item, arrays, where) for item in items)
+        case {"dict": pairs}:
+            return {decode(key, arrays, where): decode(item, arrays, f"{where}.{key}") for key, item in pairs}
+        case dict():
+            raise ValueError(f"an unknown kind of value at {where} with the keys {sorted(tree)}")
+    return tree
 
 
-def decode_array(tree: Tree, arrays: Sequence[np.ndarray], where: str) -> np.ndarray:
-    found = arrays[tree["array"]]
-    return found.T if tree["order"] == "F" else found
-
-
-def decode_csr(tree: Tree, arrays: Sequence[np.ndarray], where: str) -> csr_array:
-    data, indices, indptr = (decode(part, arrays, where) for part in tree["csr"])
-    kinds = (data.dtype, indices.dtype.kind, indptr.dtype.kind) == (np.float64, "i", "i")
+def sparse(parts: Sequence[np.ndarray], shape: tuple[int, ...], where: str) -> csr_array:
+    """A sparse array of its data, indices and row pointers."""
+    data, indices, indptr = parts
+    kinds = data.dtype == np.float64 and indices.dtype.kind == indptr.dtype.kind == "i"
     require(kinds, where, "float64 numbers and integer indices", f"{data.dtype}, {indices.dtype} and {indptr.dtype}")
     rises = indptr.ndim == 1 and len(indptr) and (np.diff(indptr) >= 0).all() and indptr[-1] == len(indices)
     require(bool(rises), where, f"row pointers that rise to {len(indices)}", validation.shown(indptr))
     try:
-        matrix = csr_array((data, indices, indptr), shape=tuple(tree["shape"]))
+        matrix = csr_array((data, indices, indptr), shape=shape)
         matrix.check_format(full_check=True)
     except ValueError as problem:
         raise Misfit(where, "a sparse array", problem) from problem
     return matrix
 
 
-def decode_type(tree: Tree, arrays: Sequence[np.ndarray], where: str) -> Any:
-    """A storable dataclass with exactly its own fields."""
-    kind = TYPES.get(tree["type"])
-    if kind is None:
-        raise ValueError(f"the unknown type {tree['type']} at {where}")
-    values = {name: decode(item, arrays, f"{where}.{name}") for name, item in tree["fields"].items()}
-    if not OLDER[kind].keys() & values.keys():
-        values |= {name: make(values) for name, make in OLDER[kind].items()}
-    expected, got = {field.name for field in fields(kind)}, set(values)
+def struct(name: str, values: Tree, where: str) -> Any:
+    """A storable dataclass of exactly its own fields."""
+    if name not in TYPES:
+        raise ValueError(f"the unknown type {name} at {where}")
+    kind, older = TYPES[name]
+    if not older.keys() & values.keys():
+        values |= {key: make(values) for key, make in older.items()}
+    expected, got = {part.name for part in fields(kind)}, set(values)
     if expected != got:
-        lists = f"missing {sorted(expected - got)}, unknown {sorted(got - expected)}"
-        raise ValueError(f"other fields of {tree['type']} at {where}: {lists}")
+        raise ValueError(f"other fields of {name} at {where}: missing {sorted(expected - got)}, unknown {sorted(got - expected)}")
     return kind(**values)
-
-
-def decode_dict(tree: Tree, arrays: Sequence[np.ndarray], where: str) -> dict[Any, Any]:
-    return {decode(name, arrays, where): decode(item, arrays, f"{where}.{name}") for name, item in tree["dict"]}
-
-
-#: what stands in the tree, by the key that tells it
-RULES: dict[str, Callable[[Tree, Sequence[np.ndarray], str], Any]] = {
-    "array": decode_array,
-    "csr": decode_csr,
-    "type": decode_type,
-    "enum": lambda tree, arrays, where: ENUMS[tree["enum"]](tree["value"]),
-    "slice": lambda tree, arrays, where: slice(*tree["slice"]),
-    "tuple": lambda tree, arrays, where: tuple(decode(item, arrays, where) for item in tree["tuple"]),
-    "dict": decode_dict,
-}

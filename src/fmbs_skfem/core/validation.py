@@ -1,16 +1,24 @@
-"""Whether what comes from a file is what it is declared to be: types of fields, shapes, finite numbers, indices that stay inside.
+"""Whether what comes from a file is what its types declare: kinds of fields, shapes, finite numbers, indices that stay inside.
+
+    x0: Annotated[np.ndarray, Reals("n")]                       jets: Annotated[np.ndarray, Reals("kcp r")]
+    row: Annotated[np.ndarray, Indices("t", end="y")]           lift: Annotated[Affine, Inside("i=q j=n")]
+
+Letters are sizes of axes, equal throughout a struct: `kcp` is a product, `x+kx` a sum. A letter gets its value from the vectors of
+a struct, then from other arrays in the order of their fields. Structs in a struct know the letters that `Inside` hands them, and
+give back those that they find.
 
 Compiled code follows indices without looking, so that one of them out of range reads or writes foreign memory. `check` raises
-`Misfit` with the name of the part, what was expected of it and what was found; types add their rules to it.
+`Misfit` with the name of the part, what was expected of it and what was found; `also` holds what no declaration says.
 """
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
-from dataclasses import is_dataclass
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass
 from functools import singledispatch
-from typing import Any, TypeVar, cast
+from typing import Any, ClassVar, TypeAlias, TypeVar, cast, get_type_hints
 
 import numpy as np
 
@@ -18,6 +26,7 @@ from .errors import say
 from .linalg import is_sparse
 
 T = TypeVar("T")
+Sizes: TypeAlias = dict[str, int]  #: values of letters
 
 
 class Misfit(ValueError):
@@ -34,11 +43,48 @@ def require(condition: bool, name: str, expected: str, got: object, remedy: str 
         raise Misfit(name, expected, got, remedy)
 
 
-@singledispatch
 def check(part: Any, name: str) -> None:
-    """Refuse a part of a file whose numbers do not fit each other; the rule by its type, and for any dataclass its declarations."""
+    """Refuse a struct from a file that is not as its type declares, and all structs in it."""
     if is_dataclass(part):
         types(part, name)
+        fit(part, name, {})
+
+
+def fit(part: Any, name: str, sizes: Sizes) -> None:
+    """Refuse a struct whose numbers do not fit each other; `sizes` are the letters known from outside, and then all."""
+    for key, rule in rules(cast(Any, type(part))):
+        value, where = getattr(part, key), f"{name}.{key}"
+        for place, item in [(where, value)] if isinstance(rule, Attributes) else leaves(value, where):
+            rule.check(item, place, sizes)
+    also(part, name, sizes)
+
+
+def leaves(value: Any, name: str) -> Iterator[tuple[str, Any]]:
+    """What is in tuples and dicts, with its name; other values themselves."""
+    if isinstance(value, tuple | list | Mapping):
+        pairs = value.items() if isinstance(value, Mapping) else enumerate(value)
+        for key, item in pairs:
+            yield from leaves(item, f"{name}[{key}]" if isinstance(key, int) else f"{name}.{key}")
+    else:
+        yield name, value
+
+
+@singledispatch
+def also(part: Any, name: str, sizes: Sizes) -> None:
+    """What holds in a struct beside the declarations of its fields; the rule by its type, with the letters of the struct."""
+
+
+@functools.cache
+def rules(kind: type) -> tuple[tuple[str, Rule], ...]:
+    """Fields of a struct with their rules in the order of their checks."""
+    hints = get_type_hints(kind, include_extras=True)
+    found = [(part.name, rule_of(hints[part.name])) for part in fields(kind)]
+    return tuple(sorted(found, key=lambda one: one[1].order))
+
+
+def rule_of(hint: Any) -> Rule:
+    """The rule in an annotation."""
+    return next((one for one in getattr(hint, "__metadata__", ()) if isinstance(one, Rule)), Inside())
 
 
 # ------------------------------------------------------------------------------------------------------------------------ types
@@ -73,45 +119,141 @@ def label(place: Sequence[str | int]) -> str:
     return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in place).lstrip(".")
 
 
-# ----------------------------------------------------------------------------------------------------------------------- arrays
+# ------------------------------------------------------------------------------------------------------------------------ rules
+@dataclass(frozen=True)
+class Inside:
+    """A struct that knows these letters, `j=n` the letter n of the struct around it by the name j; other values pass.
+
+    As all rules but `Attributes`, of a tuple or dict it is that of every item.
+    """
+
+    letters: str = ""
+    order: ClassVar[int] = 1  #: of the check: 0 where others read its letters, 2 where it reads those of all others
+
+    def check(self, value: Any, name: str, sizes: Sizes) -> None:
+        """Raises Misfit where a value is something else."""
+        pairs = [(pair[0], pair[-1]) for pair in self.letters.split()]
+        own = {inner: sizes[outer] for inner, outer in pairs if outer in sizes}
+        if is_dataclass(value):
+            fit(value, name, own)
+        sizes.update({outer: own[inner] for inner, outer in pairs if inner in own})
+
+
+@dataclass(frozen=True)
+class Attributes:
+    """A value whose attributes are sizes, `k=vectors`, or which is one itself, `c`, perhaps among a few, or its length."""
+
+    letters: str
+    among: tuple[int, ...] = ()
+    order: ClassVar[int] = 0
+
+    def check(self, value: Any, name: str, sizes: Sizes) -> None:
+        """Raises Misfit where a size is another one."""
+        for letter, _, attribute in (pair.partition("=") for pair in self.letters.split()):
+            got = getattr(value, attribute) if attribute else len(value) if isinstance(value, tuple) else value
+            require(not self.among or got in self.among, name, " or ".join(map(str, self.among)), got)
+            require(sizes.setdefault(letter, got) == got, name, str(sizes[letter]), got)
+
+
+@dataclass(frozen=True)
+class Reals:
+    """A dense or sparse array of finite 64-bit numbers with these axes; `*` is one of any length. None stands for an identity."""
+
+    axes: str
+
+    @property
+    def order(self) -> int:
+        return min(len(self.axes) - 1, 1)
+
+    def check(self, value: Any, name: str, sizes: Sizes) -> None:
+        """Raises Misfit where an array is another one."""
+        if value is None:
+            inner, outer = self.axes.split()
+            sizes[inner] = sizes[outer]
+            return
+        shaped(value, self.axes, np.dtype(np.float64), name, sizes)
+        entries = np.ravel(value.data if is_sparse(value) else value)
+        bad = np.flatnonzero(~np.isfinite(entries))
+        require(not len(bad), name, "finite numbers", f"{entries[bad[:1]]} as number {bad[:1]}")
+
+
+@dataclass(frozen=True)
+class Indices:
+    """An array of 64-bit integers i with these axes, low <= i and i + reach <= end; without an end any above."""
+
+    axes: str
+    end: str = ""
+    low: int = 0
+    reach: str = "1"
+
+    @property
+    def order(self) -> int:
+        return min(len(self.axes) - 1, 2)
+
+    def check(self, value: Any, name: str, sizes: Sizes) -> None:
+        """Raises Misfit where an array is another one."""
+        shaped(value, self.axes, np.dtype(np.int64), name, sizes)
+        last = size(self.end, sizes) - size(self.reach, sizes) if self.end else np.iinfo(np.int64).max
+        least, largest = (int(value.min()), int(value.max())) if value.size else (self.low, last)
+        require(self.low <= least and largest <= last, name, f"indices from {self.low} to {last}", f"{least} to {largest}")
+
+
+@dataclass(frozen=True)
+class Range:
+    """A slice of this length within 0 to `end`."""
+
+    length: str
+    end: str
+
+    @property
+    def order(self) -> int:
+        return min(len(self.length) - 1, 1)
+
+    def check(self, value: slice, name: str, sizes: Sizes) -> None:
+        """Raises Misfit where a slice is another one."""
+        end = size(self.end, sizes)
+        whole = type(value.start) is int and type(value.stop) is int and value.step in (None, 1)
+        require(whole and 0 <= value.start <= value.stop <= end, name, f"a range within 0 to {end}", value)
+        length = value.stop - value.start
+        wanted = size(self.length, sizes) if self.order else sizes.setdefault(self.length, length)
+        require(length == wanted, name, f"a range of length {wanted}", value)
+
+
+@dataclass(frozen=True)
+class Number:
+    """A finite number above `low`."""
+
+    low: float = -math.inf
+    order: ClassVar[int] = 1
+
+    def check(self, value: float, name: str, sizes: Sizes) -> None:
+        """Raises Misfit where a number is another one."""
+        expected = "a positive number" if self.low == 0.0 else "a finite number"
+        require(math.isfinite(value) and value > self.low, name, expected, value)
+
+
+Rule: TypeAlias = Inside | Attributes | Reals | Indices | Range | Number
+
+
+def shaped(value: Any, text: str, dtype: np.dtype[Any], name: str, sizes: Sizes) -> None:
+    """Refuse an array of other axes or another kind of numbers; letters without a value get it from the array."""
+    axes = text.split()
+    require(value.ndim == len(axes), name, f"an array of {len(axes)} axes", shown(value))
+    for axis, length in zip(axes, value.shape, strict=True):
+        for letter in {letter for letter in axis if letter.isalpha()} - sizes.keys():
+            sizes[letter] = length // (size(axis, {**sizes, letter: 1}) or 1)
+    shape = tuple(length if axis == "*" else size(axis, sizes) for axis, length in zip(axes, value.shape, strict=True))
+    require(value.shape == shape and value.dtype == dtype, name, f"an array {shape} of {dtype}", shown(value))
+
+
+def size(axis: str, sizes: Sizes) -> int:
+    """The length of an axis: a sum of products of letters and digits."""
+    return sum(math.prod(int(sign) if sign.isdigit() else sizes[sign] for sign in product) for product in axis.split("+"))
+
+
 def shown(value: Any) -> str:
     """A value in short: arrays by shape and type."""
     if isinstance(value, np.ndarray) or is_sparse(value):
         return f"{'a sparse' if is_sparse(value) else 'an'} array {value.shape} of {value.dtype}"
     text = repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-def numbers(value: Any, name: str, *shape: int) -> None:
-    """A dense or sparse array of finite 64-bit numbers."""
-    sizes = ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "")
-    require(value.shape == shape and value.dtype == np.float64, name, f"an array ({sizes}) of float64", shown(value))
-    entries = value.data if is_sparse(value) else value
-    bad = np.flatnonzero(~np.isfinite(np.ravel(entries)))
-    require(not len(bad), name, "finite numbers", f"{np.ravel(entries)[bad[:1]]} as number {bad[:1]}")
-
-
-def indices(value: np.ndarray, name: str, low: int, end: int, *shape: int) -> None:
-    """An array of 64-bit integers from `low` to `end` - 1."""
-    sizes = ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "")
-    require(value.shape == shape and value.dtype == np.int64, name, f"an array ({sizes}) of int64", shown(value))
-    if value.size:
-        least, largest = int(value.min()), int(value.max())
-        require(low <= least and largest < end, name, f"indices from {low} to {end - 1}", f"{least} to {largest}")
-
-
-def rank(value: np.ndarray, name: str, axes: int) -> tuple[int, ...]:
-    """The shape of an array of so many axes."""
-    require(value.ndim == axes, name, f"an array of {axes} axes", shown(value))
-    return tuple(value.shape)
-
-
-def span(value: slice, name: str, end: int) -> int:
-    """The length of a range from 0 to `end`."""
-    whole = type(value.start) is int and type(value.stop) is int and value.step in (None, 1)
-    require(whole and 0 <= value.start <= value.stop <= end, name, f"a range within 0 to {end}", value)
-    return int(value.stop - value.start)
-
-
-def listed(rows: Sequence[int], name: str, end: int) -> None:
-    require(all(0 <= row < end for row in rows), name, f"indices from 0 to {end - 1}", shown(tuple(rows)))

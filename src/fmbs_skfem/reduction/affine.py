@@ -20,12 +20,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import scipy.linalg
 
 from ..core.errors import InputError, say
+from ..core.validation import Indices, Reals
 from . import cases, family_samples
 from . import parameters as boxes
 from .cases import Case, Family, Place
@@ -51,9 +52,11 @@ class Varying:
 
     place: Place
     order: Order
-    positions: np.ndarray  #: (n,) in the order of the memory
-    values: np.ndarray  #: (q, n) at some nodes of the grid
-    mixture: np.ndarray  #: (t, q), the values at all nodes, of which the last parameter changes first, are mixture @ values
+    positions: Annotated[np.ndarray, Indices("n")]  #: in the order of the memory
+    values: Annotated[np.ndarray, Reals("q n")]  #: at some nodes of the grid
+    mixture: Annotated[
+        np.ndarray, Reals("t q")
+    ]  #: the values at all nodes, of which the last parameter changes first, are mixture @ values
 
 
 @dataclass(frozen=True)
@@ -62,7 +65,7 @@ class ParametricCase:
 
     parameters: tuple[Parameter, ...]
     nominal: Case  #: sparse arrays with all places that any sample fills
-    nodes: tuple[np.ndarray, ...]  #: by parameter
+    nodes: Annotated[tuple[np.ndarray, ...], Reals("*")]  #: by parameter
     varying: tuple[Varying, ...]
     evaluations: int  #: cases that were made
     error: float  #: at the hold-out points, the largest of a number relative to the largest in its row

@@ -12,7 +12,7 @@ from dataclasses import replace
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from .cases import Case
-from .soundness import STEPS
+from .validation import STEPS
 
 ROUND = 1e-9  #: relative difference of times that is round-off
 

@@ -1,7 +1,7 @@
 """Reduced models as files: a model that runs again without the meshes and the full model it came from.
 
 A file is a `core.container` of the System and of notes. No text of it is executed: functions of time are postfix programs of
-core.expressions. Arrays must fit each other, even where the checksum is right: `soundness`. Other programs read it as HDF5 with a
+core.expressions. Arrays must fit each other, even where the checksum is right: `validation`. Other programs read it as HDF5 with a
 user block of 512 bytes.
 """
 
@@ -28,7 +28,7 @@ from ..dynamics.trajectory import Trajectory
 from ..systems.quartic import Quartic
 from ..systems.signals import Cosine, Sine
 from ..systems.system import Affine, Constraints, Elastic, Line, LoadKind, Loads, Output, PointLaw, Sampled, Skin, System
-from . import extent, soundness  # noqa: F401  (rules of what is read)
+from . import extent, validation  # noqa: F401  (rules of what is read)
 from .affine import Order, ParametricCase, Varying
 from .cases import Case
 from .ecsw import Sample

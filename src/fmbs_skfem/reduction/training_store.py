@@ -23,12 +23,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..core import container, durable, validation
-from ..core.container import Kind, NotStorable
+from ..core.container import Kind
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.linalg import is_sparse
 from . import greedy, product
@@ -39,7 +39,6 @@ from .product import Product
 
 KIND = Kind("fmbs_skfem training", "a part of a training", 2, "delete the file; what it held is made again")
 TITLE = "training.json"
-T = TypeVar("T")
 DIGITS = 9  #: of numbers in a fingerprint
 TIMES = np.linspace(0.0, 1.0, 17)  #: where functions of time are sampled for a fingerprint [s]
 
@@ -52,6 +51,26 @@ class Pair:
     bases: int  #: number of full runs in the bases of the reduced model
     indicator: float
     error: float  #: in the measure of the setting
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A full run with its candidate."""
+
+    run: FullRun
+    point: int
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A full run that failed: its message, reason and time [s]."""
+
+    failed: str
+    reason: str
+    time: float
+
+
+Outcome: TypeAlias = FullRun | Failed
 
 
 @dataclass(frozen=True)
@@ -94,12 +113,12 @@ def read(folder: Path) -> Stored:
     """All that is complete in a folder, less the models."""
     runs, points = list[FullRun](), list[int]()
     while (path := folder / f"run-{len(runs) + 1:03d}.h5").is_file():
-        tree = read_tree(path)
-        runs.append(run_of(tree["run"], path))
-        points.append(tree["point"])
+        kept = read_tree(path, Kept)
+        runs.append(kept.run)
+        points.append(kept.point)
     iterations: list[greedy.Iteration] = []
     while (path := folder / f"iteration-{len(iterations) + 1:03d}.h5").is_file():
-        iterations.append(built(path, greedy.Iteration, read_tree(path)))
+        iterations.append(read_tree(path, greedy.Iteration))
     path = folder / f"indicators-{len(runs):03d}.json"
     known = read_text(path, list[tuple[int, float]]) if path.is_file() else []
     return Stored(tuple(runs), tuple(points), tuple(iterations), dict(known))
@@ -107,7 +126,7 @@ def read(folder: Path) -> Stored:
 
 def keep_run(folder: Path, number: int, run: FullRun, point: int) -> None:
     """Store a full run, from 1."""
-    write_tree(folder / f"run-{number:03d}.h5", {"run": asdict(run), "point": point})
+    write_tree(folder / f"run-{number:03d}.h5", Kept(run, point))
 
 
 def keep_model(folder: Path, number: int, model: FamilyModel, notes: Notes) -> None:
@@ -115,7 +134,7 @@ def keep_model(folder: Path, number: int, model: FamilyModel, notes: Notes) -> N
     parts = {"modes": dict(model.modes), "selections": model.selections, "training_s": model.training_s}
     path = folder / f"model-{number:03d}.h5"
     path.unlink(missing_ok=True)
-    with contextlib.suppress(NotStorable):
+    with contextlib.suppress(InputError):
         product.save(Product(model.parametric, {"model": parts}), path)
     write_text(folder / f"notes-{number:03d}.json", asdict(notes))
 
@@ -148,26 +167,29 @@ def keep_indicators(folder: Path, number: int, indicators: Mapping[int, float]) 
 
 def keep_iteration(folder: Path, iteration: greedy.Iteration) -> None:
     """Store a complete iteration."""
-    write_tree(folder / f"iteration-{iteration.number:03d}.h5", asdict(iteration))
+    write_tree(folder / f"iteration-{iteration.number:03d}.h5", iteration)
 
 
 def made(path: Path, make: Callable[[], FullRun]) -> FullRun:
     """The full run of a file, or one that is made and kept there; one that has failed fails again without being run."""
     if path.is_file():
-        return run_of(read_tree(path), path)
+        found = read_tree(path, Outcome)
+        if isinstance(found, Failed):
+            raise SolverError(found.failed, Reason(found.reason), found.time)
+        return found
     try:
         run = make()
     except SolverError as error:
-        write_tree(path, {"failed": str(error), "reason": error.reason.value, "time": error.time})
+        write_tree(path, Failed(str(error), error.reason.value, error.time))
         raise
-    write_tree(path, asdict(run))
+    write_tree(path, run)
     return run
 
 
 def checks(folder: Path) -> dict[int, FullRun]:
     """The checks that have succeeded, by candidate."""
-    found = ((path, read_tree(path)) for path in sorted(folder.glob("check-*.h5")))
-    return {int(path.stem.split("-")[1]): run_of(tree, path) for path, tree in found if "failed" not in tree}
+    found = {int(path.stem.split("-")[1]): read_tree(path, Outcome) for path in sorted(folder.glob("check-*.h5"))}
+    return {point: run for point, run in found.items() if isinstance(run, FullRun)}
 
 
 def check_file(folder: Path, point: int) -> Path:
@@ -175,22 +197,16 @@ def check_file(folder: Path, point: int) -> Path:
     return folder / f"check-{point:05d}.h5"
 
 
-def run_of(tree: dict[str, Any], path: Path) -> FullRun:
-    """The full run in the contents of a file."""
-    if "failed" in tree:
-        raise SolverError(tree["failed"], Reason(tree["reason"]), tree["time"])
-    return built(path, FullRun, tree)
+def write_tree(path: Path, struct: Any) -> None:
+    """Write the fields of a dataclass, and of all in it, to a file."""
+    container.write(path, KIND, tree=asdict(struct))
 
 
-def write_tree(path: Path, tree: dict[str, Any]) -> None:
-    """Write numbers, texts, arrays, tuples, lists and dicts to a file."""
-    container.write(path, KIND, tree=tree)
-
-
-def read_tree(path: Path) -> dict[str, Any]:
-    """What `write_tree` has written."""
-    tree: dict[str, Any] = container.read(path, KIND, tree=dict)["tree"]
-    return tree
+def read_tree(path: Path, kind: Any) -> Any:
+    """The dataclass of a type that `write_tree` has written."""
+    tree = container.read(path, KIND, tree=dict)["tree"]
+    with container.reading(path, KIND):
+        return validation.build(kind, tree, "tree")
 
 
 def write_text(path: Path, content: Any) -> None:
@@ -202,12 +218,6 @@ def read_text(path: Path, kind: Any) -> Any:
     """What `write_text` has written, as a type."""
     with container.reading(path, KIND):
         return validation.build(kind, json.loads(path.read_bytes()), "content")
-
-
-def built(path: Path, kind: type[T], tree: Any) -> T:
-    """The struct of a type in the contents of a file."""
-    with container.reading(path, KIND):
-        return validation.build(kind, tree, kind.__name__)
 
 
 def fingerprint(setting: Setting, *others: Any) -> str:

@@ -19,7 +19,7 @@ multiplications each. Coefficients that start at a multiple of 64 bytes are read
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numba
 import numpy as np
@@ -27,6 +27,7 @@ from numba import carray
 
 from ..core.entries import call, entry
 from ..core.jit import jit
+from ..core.validation import Range, Reals, Sizes, also, require
 
 LANES = 8  #: numbers of a cache line, to which rows are padded
 
@@ -38,8 +39,8 @@ regrouped = numba.njit(error_model="numpy", fastmath={"reassoc", "contract"})
 class Quartic:
     """Strain energy of one body as a polynomial of x[columns]."""
 
-    coefficients: np.ndarray  #: (t,) blocks B_c behind each other [J]
-    columns: slice  #: the body's unknowns among all
+    coefficients: Annotated[np.ndarray, Reals("t")]  #: blocks B_c behind each other [J]
+    columns: Annotated[slice, Range("r", end="n")]  #: the body's unknowns among all
 
     @property
     def modes(self) -> int:
@@ -65,6 +66,12 @@ def length(modes: int) -> int:
 def work_length(modes: int) -> int:
     """Length of the work vector of `add_force`, `add_tangent` and `energy`."""
     return 4 * padded(modes + 1) + 2 * padded((modes + 1) * (modes + 2) // 2)
+
+
+@also.register
+def _(part: Quartic, name: str, sizes: Sizes) -> None:
+    wanted = length(sizes["r"])
+    require(sizes["t"] == wanted, f"{name}.coefficients", f"an array ({wanted},) of float64", f"{sizes['t']} numbers")
 
 
 def aligned(size: int) -> np.ndarray:

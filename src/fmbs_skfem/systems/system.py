@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import TypeAlias
+from typing import Annotated, TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -24,7 +24,9 @@ from ..bodies.body import Cells
 from ..bodies.laws import Law
 from ..core.errors import InputError, say
 from ..core.linalg import as_dense, is_sparse
+from ..core.validation import Attributes, Indices, Inside, Number, Range, Reals
 from .quartic import Quartic
+from .springs import ANGLE
 
 Matrix: TypeAlias = csr_array | np.ndarray
 Signal: TypeAlias = Callable[[np.ndarray], np.ndarray]  #: a scalar function of time, vectorised
@@ -34,8 +36,8 @@ Signal: TypeAlias = Callable[[np.ndarray], np.ndarray]  #: a scalar function of 
 class Affine:
     """x -> matrix @ x + offset."""
 
-    matrix: Matrix
-    offset: np.ndarray
+    matrix: Annotated[Matrix, Reals("i j")]
+    offset: Annotated[np.ndarray, Reals("i")]
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         return np.asarray(self.matrix @ x) + self.offset
@@ -45,12 +47,12 @@ class Affine:
 class Sampled:
     """Gather multiplied out at chosen points: jets (k c, p) = jets @ x[columns] + offset."""
 
-    law: Law
-    jets: np.ndarray  #: (k c p, r)
-    offset: np.ndarray  #: (k c p,)
-    section: np.ndarray  #: (i, 1, p) rows of the law, the last one the weight of a point
-    columns: slice
-    cell: np.ndarray  #: (p,) number of the cell of every point
+    law: Annotated[Law, Attributes("k=vectors i=rows")]
+    jets: Annotated[np.ndarray, Reals("kcp r")]
+    offset: Annotated[np.ndarray, Reals("kcp")]
+    section: Annotated[np.ndarray, Reals("i 1 p")]  #: rows of the law, the last one the weight of a point
+    columns: Annotated[slice, Range("r", end="n")]
+    cell: Annotated[np.ndarray, Indices("p")]  #: number of the cell of every point
 
 
 @dataclass(frozen=True)
@@ -58,8 +60,9 @@ class Elastic:
     """Strain energy of one body or component."""
 
     name: str
-    beta: float  #: stiffness-proportional damping time [s]
-    gather: Cells | Sampled | Quartic  #: cells act on the body coordinates q = lift(x), points and polynomials on x
+    beta: Annotated[float, Number()]  #: stiffness-proportional damping time [s]
+    #: cells act on the body coordinates q = lift(x), points and polynomials on x
+    gather: Annotated[Cells | Sampled | Quartic, Inside("c n q")]
 
 
 @dataclass(frozen=True)
@@ -70,12 +73,12 @@ class Constraints:
     remainder nearest to zero in units of the coefficient.
     """
 
-    names: tuple[tuple[str, str], ...] = ()  #: (joint, coordinate) of every row
-    row: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    coefficient: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    signal: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    i: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    j: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    names: Annotated[tuple[tuple[str, str], ...], Attributes("m")] = ()  #: (joint, coordinate) of every row
+    row: Annotated[np.ndarray, Indices("t", end="m")] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    coefficient: Annotated[np.ndarray, Reals("t")] = field(default_factory=lambda: np.zeros(0))
+    signal: Annotated[np.ndarray, Indices("t", end="k", low=ANGLE)] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    i: Annotated[np.ndarray, Indices("t", end="y", low=-1)] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    j: Annotated[np.ndarray, Indices("t", end="y", low=-1)] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
 
 class LoadKind(IntEnum):
@@ -94,18 +97,19 @@ class PointLaw:
     slope: int
     position: int
     signal: int  #: index of its history, -1 for a constant
-    vector: np.ndarray  #: (3,) moment [N m], force in the frame of the slope [N], or k [N m/rad], d [N m s/rad], theta0 [rad]
+    #: moment [N m], force in the frame of the slope [N], or k [N m/rad], d [N m s/rad], theta0 [rad]
+    vector: Annotated[np.ndarray, Reals("3")]
 
 
 @dataclass(frozen=True)
 class Loads:
     """Constant generalised force [N], terms coefficient s(t) on probe rows, and point laws."""
 
-    constant: np.ndarray
-    row: np.ndarray
-    coefficient: np.ndarray
-    signal: np.ndarray
-    laws: tuple[PointLaw, ...] = ()
+    constant: Annotated[np.ndarray, Reals("n")]
+    row: Annotated[np.ndarray, Indices("t", end="y")]
+    coefficient: Annotated[np.ndarray, Reals("t")]
+    signal: Annotated[np.ndarray, Indices("t", end="k", low=-1)]
+    laws: Annotated[tuple[PointLaw, ...], Inside("c y k")] = ()
 
 
 @dataclass(frozen=True)
@@ -113,7 +117,7 @@ class Line:
     """What a picture needs of a body: samples of its centre line as affine functions of the body coordinates q."""
 
     name: str
-    samples: csr_array  #: (x c, q): positions, then d/dS, then d2/dS2 stacked, (3 x c, q)
+    samples: Annotated[csr_array, Reals("3cx q")]  #: positions, then d/dS, then d2/dS2
     radius: float  #: [m]
     law: Law
 
@@ -123,12 +127,12 @@ class Skin:
     """What a picture needs of a plate or shell: samples of its middle surface, samples @ q[columns].reshape(b, c)."""
 
     name: str
-    samples: csr_array  #: ((1 + k) x, b): positions, then the vectors of the law in local coordinates
-    columns: slice  #: of the body in q
-    cells: np.ndarray  #: (f, 4) quadrilaterals of samples
-    thickness: np.ndarray  #: (x,) [m]
-    law: Law
-    section: np.ndarray  #: (i, 1, x) rows of the law
+    samples: Annotated[csr_array, Reals("x+kx b")]  #: positions, then the vectors of the law in local coordinates
+    columns: Annotated[slice, Range("bc", end="q")]  #: of the body in q
+    cells: Annotated[np.ndarray, Indices("f 4", end="x")]  #: quadrilaterals of samples
+    thickness: Annotated[np.ndarray, Reals("x")]  #: [m]
+    law: Annotated[Law, Attributes("k=vectors i=rows")]
+    section: Annotated[np.ndarray, Reals("i 1 x")]  #: rows of the law
 
 
 @dataclass(frozen=True)
@@ -146,30 +150,30 @@ class Output:
 class System:
     """A mechanical system in unknowns x (n,), with body coordinates q = lift(x)."""
 
-    dim: int
-    lift: Affine  #: x -> q, all body coordinates
-    mass: Matrix  #: (n, n)
-    damping: Matrix  #: (n, n), mass-proportional
-    stiffness: Matrix  #: (n, n), linear springs, force stiffness @ x
-    elastic: tuple[Elastic, ...]
-    probes: Affine  #: x -> y, rows read by joints and loads
-    constraints: Constraints
-    loads: Loads
-    signals: tuple[Signal, ...]
-    sensors: Affine  #: x -> rows read by outputs
-    outputs: dict[str, Output]
-    lines: tuple[Line, ...]
-    skins: tuple[Skin, ...]
+    dim: Annotated[int, Attributes("c", among=(2, 3))]
+    lift: Annotated[Affine, Inside("i=q j=n")]  #: x -> q, all body coordinates
+    mass: Annotated[Matrix, Reals("n n")]
+    damping: Annotated[Matrix, Reals("n n")]  #: mass-proportional
+    stiffness: Annotated[Matrix, Reals("n n")]  #: linear springs, force stiffness @ x
+    elastic: Annotated[tuple[Elastic, ...], Inside("c n q")]
+    probes: Annotated[Affine, Inside("i=y j=n")]  #: x -> y, rows read by joints and loads
+    constraints: Annotated[Constraints, Inside("y k")]
+    loads: Annotated[Loads, Inside("c n y k")]
+    signals: Annotated[tuple[Signal, ...], Attributes("k")]
+    sensors: Annotated[Affine, Inside("i=s j=n")]  #: x -> rows read by outputs
+    outputs: Annotated[dict[str, Output], Inside("c s")]
+    lines: Annotated[tuple[Line, ...], Inside("c q")]
+    skins: Annotated[tuple[Skin, ...], Inside("c q")]
     markers: tuple[tuple[str, str, tuple[int, ...]], ...]  #: joints in pictures: name, kind, sensor rows
     coordinates: tuple[tuple[str, int, int], ...]  #: (body, first, last + 1) in q
     components: tuple[tuple[str, int, int], ...]  #: (component, first, last + 1) in x; empty for full models
-    x0: np.ndarray
-    v0: np.ndarray
-    unit: np.ndarray  #: (q / c,) coordinates of the field 1 in q
-    metric: Matrix  #: (n, n) mass, with unknowns that have none by the length they stand for [kg m2 per unit2]
-    weight: float  #: mass that the norm sqrt(u^T metric u / weight) of displacements refers to [kg]
-    scale: float  #: size of the mechanism, to which Newton's tolerance refers [m]
-    origin: np.ndarray  #: (c,) origin of q and of fixed points; sensors and pictures count from that of the scene [m]
+    x0: Annotated[np.ndarray, Reals("n")]
+    v0: Annotated[np.ndarray, Reals("n")]
+    unit: Annotated[np.ndarray, Reals("u")]  #: (q / c,) coordinates of the field 1 in q
+    metric: Annotated[Matrix, Reals("n n")]  #: mass, with unknowns that have none by the length they stand for [kg m2 per unit2]
+    weight: Annotated[float, Number(0.0)]  #: mass that the norm sqrt(u^T metric u / weight) of displacements refers to [kg]
+    scale: Annotated[float, Number(0.0)]  #: size of the mechanism, to which Newton's tolerance refers [m]
+    origin: Annotated[np.ndarray, Reals("c")]  #: of q and of fixed points; sensors and pictures count from that of the scene [m]
     full: System | None = None  #: the form with all multipliers, from which reactions are recovered
 
     @property

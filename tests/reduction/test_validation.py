@@ -15,12 +15,12 @@ import pytest
 from fmbs_skfem import scenes
 from fmbs_skfem.bodies import sections
 from fmbs_skfem.bodies.plate import plate
-from fmbs_skfem.core import container
+from fmbs_skfem.core import container, validation
 from fmbs_skfem.core.container import Kind
 from fmbs_skfem.core.errors import CorruptFile
 from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
-from fmbs_skfem.reduction import affine, files, galerkin, polynomial, product, soundness
+from fmbs_skfem.reduction import affine, files, galerkin, polynomial, product
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.product import Product
@@ -209,7 +209,7 @@ def test_every_example_is_sound(name: str) -> None:
     scene = scenes.read(EXAMPLES / f"{name}.yaml")
     raw = build.system(scene)
     for system in (raw, build.chosen_form(scene, raw)):
-        soundness.check(system, "system")
+        validation.check(system, "system")
 
 
 @pytest.mark.parametrize("name", ["tree", "arrays", "arrays/0"])

@@ -1,0 +1,158 @@
+"""What holds in saved models beside the declarations of their types (`core.validation`).
+
+system of n unknowns, c components, q body coordinates, y probe rows, s sensor rows, m constraint rows, k signals
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..bodies.laws import NUMBERS
+from ..core.validation import Misfit, Sizes, also, require, shown
+from ..systems.springs import ANGLE
+from ..systems.system import Constraints, LoadKind, Output, PointLaw, System
+from . import cases
+from .affine import ParametricCase, Varying
+from .cases import Case
+
+STEPS = 10_000_000  #: most steps of a run, as of the analysis of a scene
+TITLE = re.compile(r"[^\W\d][^,;\"'\x00-\x1f\x7f]*")  #: of a column
+SIZES = {  #: kind of an output: rows and columns by dimension, None where others decide
+    "position": lambda dim: (None, None),
+    "slope": lambda dim: (None, None),
+    "velocity": lambda dim: (None, None),
+    "angle": lambda dim: (2, 1),
+    "angular velocity": lambda dim: (2, 1),
+    "spin": lambda dim: (None, 1),
+    "stress": lambda dim: (None, 2),
+    "deflection": lambda dim: (3 * dim, 1),
+    "energy": lambda dim: (0, 4),
+    "reaction": lambda dim: (0, None),
+}
+EACH = ("position", "slope", "velocity")  #: kinds with a column for every row
+
+
+@also.register
+def _(part: System, name: str, sizes: Sizes) -> None:
+    length = sizes["q"] // part.dim
+    require(sizes["u"] == length, f"{name}.unit", f"an array ({length},) of float64", shown(part.unit))
+    require(bool((part.metric.diagonal() > 0.0).all()), f"{name}.metric", "a positive diagonal", "another")
+    for k, signal in enumerate(part.signals):
+        history(signal, f"{name}.signals[{k}]")
+    for key, spans, end in (("components", part.components, sizes["n"]), ("coordinates", part.coordinates, sizes["q"])):
+        for k, (_, first, last) in enumerate(spans):
+            require(0 <= first <= last <= end, f"{name}.{key}[{k}]", f"a range within 0 to {end}", (first, last))
+    for key, output in part.outputs.items():
+        for title in (key, *output.columns):
+            headed(title, f"{name}.outputs")
+    for k, (_, _, rows) in enumerate(part.markers):
+        listed(rows, f"{name}.markers[{k}]", sizes["s"])
+
+
+def history(signal: Any, name: str) -> None:
+    """A function of time that gives a number for every time."""
+    try:
+        values = np.asarray(signal(np.zeros(1)), dtype=float)
+    except (LookupError, TypeError, ValueError, AttributeError) as problem:
+        raise Misfit(name, "a function of time", problem) from problem
+    require(values.shape in ((), (1,)), name, "one number for one time", shown(values))
+
+
+@also.register
+def _(part: Constraints, name: str, sizes: Sizes) -> None:
+    alone = np.flatnonzero((part.i < 0) & (part.j >= 0) | (part.signal == ANGLE) & ((part.i < 0) != (part.j < 0)))
+    require(not len(alone), name, "terms with their first factor, angles with both or none", f"another one as term {alone[:1]}")
+
+
+@also.register
+def _(part: PointLaw, name: str, sizes: Sizes) -> None:
+    """A spring reads two rows of an arm or none of it, a moment slopes, a follower force slopes and positions."""
+    spring = part.kind is LoadKind.SPRING
+    end = sizes["y"] - (2 if spring else sizes["c"])
+    needed = {"slope": not spring, "position": part.kind is LoadKind.TANGENTIAL}
+    for key, must in needed.items():
+        first, low = getattr(part, key), 0 if must else -1
+        require(low <= first <= end, f"{name}.{key}", f"a row from {low} to {end}", first)
+    last = sizes["k"] - 1
+    require(-1 <= part.signal <= last, f"{name}.signal", f"a signal from -1 to {last}", part.signal)
+
+
+def headed(title: str, name: str) -> None:
+    """A text that may head a column of a table, where others begin a formula of a spreadsheet or end the column."""
+    fine = isinstance(title, str) and TITLE.fullmatch(title) is not None
+    require(fine, name, "names that begin with a letter, without commas, semicolons, quotes and line breaks", shown(title))
+
+
+def listed(rows: tuple[int, ...], name: str, end: int) -> None:
+    require(all(0 <= row < end for row in rows), name, f"indices from 0 to {end - 1}", shown(rows))
+
+
+@also.register
+def _(part: Output, name: str, sizes: Sizes) -> None:
+    """A known kind of output with the rows that it reads."""
+    dim, sensors = sizes["c"], sizes["s"]
+    require(part.kind in SIZES, f"{name}.kind", f"one of {', '.join(SIZES)}", shown(part.kind))
+    listed(part.rows, f"{name}.rows", sensors)
+    rows, columns = SIZES[part.kind](dim)
+    if part.kind == "stress":
+        law = next(iter(part.parameters), -1.0)
+        require(law in NUMBERS, f"{name}.parameters", "the number of a law first", law)
+        rows, count = NUMBERS[int(law)].vectors * dim, 2 + NUMBERS[int(law)].rows
+        require(len(part.parameters) == count, f"{name}.parameters", f"{count} numbers", len(part.parameters))
+    if part.kind == "spin":
+        require(dim == 3 and len(part.rows) in (3, 6, 9), f"{name}.rows", "one to three vectors in space", len(part.rows))
+        require(len(part.parameters) == 3, f"{name}.parameters", "an axis", len(part.parameters))
+    if part.kind in EACH:
+        columns = len(part.rows)
+    for key, wanted in (("rows", rows), ("columns", columns)):
+        got = len(getattr(part, key))
+        require(wanted in (None, got), f"{name}.{key}", f"{wanted} of them", got)
+
+
+# ------------------------------------------------------------------------------------------------------------- polynomials
+@also.register
+def _(part: Case, name: str, sizes: Sizes) -> None:
+    duration, step = part.duration, part.scheme.step
+    require(step <= duration < STEPS * step, f"{name}.duration", f"1 to {STEPS:g} steps of {step:g} s", f"{duration:g} s")
+
+
+@also.register
+def _(part: ParametricCase, name: str, sizes: Sizes) -> None:
+    count = len(part.parameters)
+    require(len(part.nodes) == count, f"{name}.nodes", f"{count} array(s)", len(part.nodes))
+    for k, nodes in enumerate(part.nodes):
+        require(len(np.unique(nodes)) == len(nodes), f"{name}.nodes[{k}]", "nodes that differ", "equal ones")
+    for k, varying in enumerate(part.varying):
+        polynomial(part, varying, f"{name}.varying[{k}]")
+
+
+def polynomial(model: ParametricCase, part: Varying, name: str) -> None:
+    """The numbers of one leaf at the nodes of its grid."""
+    degrees, logarithms = part.order.degrees, part.order.logarithmic
+    known = len(degrees) == len(logarithms) == len(model.nodes)
+    require(known, f"{name}.order", f"a degree for each of {len(model.nodes)} parameters", shown(degrees))
+    for degree, logarithm, nodes in zip(degrees, logarithms, model.nodes, strict=True):
+        require(0 <= degree < len(nodes), f"{name}.order", f"degrees from 0 to {len(nodes) - 1}", degree)
+        require(not logarithm or bool((nodes > 0.0).all()), f"{name}.order", "positive nodes on a logarithmic scale", shown(nodes))
+    leaf = leaf_at(model.nominal, part, name)
+    last = (leaf.data.size if isinstance(leaf, csr_array) else np.size(leaf)) - 1
+    largest = int(part.positions.max(initial=0))
+    require(largest <= last, f"{name}.positions", f"indices from 0 to {last}", f"up to {largest}")
+    grid = math.prod(degree + 1 for degree in degrees)
+    require(len(part.mixture) == grid, f"{name}.mixture", f"an array of {grid} rows", shown(part.mixture))
+
+
+def leaf_at(nominal: Case, part: Varying, name: str) -> Any:
+    """The leaf of a case that a polynomial changes."""
+    try:
+        leaf = cases.leaf_at(nominal, part.place)
+    except (LookupError, AttributeError, TypeError) as problem:
+        raise Misfit(f"{name}.place", "a number or an array of the case", shown(part.place)) from problem
+    whole = isinstance(leaf, np.ndarray | csr_array) and leaf.dtype == np.float64
+    require(type(leaf) is float or whole, f"{name}.place", "a number or an array of numbers", shown(part.place))
+    return leaf
