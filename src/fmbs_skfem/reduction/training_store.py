@@ -23,7 +23,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -39,6 +39,7 @@ from .product import Product
 
 KIND = Kind("fmbs_skfem training", "a part of a training", 2, "delete the file; what it held is made again")
 TITLE = "training.json"
+T = TypeVar("T")
 DIGITS = 9  #: of numbers in a fingerprint
 TIMES = np.linspace(0.0, 1.0, 17)  #: where functions of time are sampled for a fingerprint [s]
 
@@ -51,26 +52,6 @@ class Pair:
     bases: int  #: number of full runs in the bases of the reduced model
     indicator: float
     error: float  #: in the measure of the setting
-
-
-@dataclass(frozen=True)
-class Kept:
-    """A full run with its candidate."""
-
-    run: FullRun
-    point: int
-
-
-@dataclass(frozen=True)
-class Failed:
-    """A full run that failed: its message, reason and time [s]."""
-
-    failed: str
-    reason: str
-    time: float
-
-
-Outcome: TypeAlias = FullRun | Failed
 
 
 @dataclass(frozen=True)
@@ -113,12 +94,12 @@ def read(folder: Path) -> Stored:
     """All that is complete in a folder, less the models."""
     runs, points = list[FullRun](), list[int]()
     while (path := folder / f"run-{len(runs) + 1:03d}.h5").is_file():
-        kept = read_tree(path, Kept)
-        runs.append(kept.run)
-        points.append(kept.point)
+        tree = read_tree(path)
+        runs.append(run_of(path, tree["run"]))
+        points.append(tree["point"])
     iterations: list[greedy.Iteration] = []
     while (path := folder / f"iteration-{len(iterations) + 1:03d}.h5").is_file():
-        iterations.append(read_tree(path, greedy.Iteration))
+        iterations.append(built(path, greedy.Iteration, read_tree(path)))
     path = folder / f"indicators-{len(runs):03d}.json"
     known = read_text(path, list[tuple[int, float]]) if path.is_file() else []
     return Stored(tuple(runs), tuple(points), tuple(iterations), dict(known))
@@ -126,7 +107,7 @@ def read(folder: Path) -> Stored:
 
 def keep_run(folder: Path, number: int, run: FullRun, point: int) -> None:
     """Store a full run, from 1."""
-    write_tree(folder / f"run-{number:03d}.h5", Kept(run, point))
+    write_tree(folder / f"run-{number:03d}.h5", {"run": asdict(run), "point": point})
 
 
 def keep_model(folder: Path, number: int, model: FamilyModel, notes: Notes) -> None:
@@ -167,29 +148,26 @@ def keep_indicators(folder: Path, number: int, indicators: Mapping[int, float]) 
 
 def keep_iteration(folder: Path, iteration: greedy.Iteration) -> None:
     """Store a complete iteration."""
-    write_tree(folder / f"iteration-{iteration.number:03d}.h5", iteration)
+    write_tree(folder / f"iteration-{iteration.number:03d}.h5", asdict(iteration))
 
 
 def made(path: Path, make: Callable[[], FullRun]) -> FullRun:
     """The full run of a file, or one that is made and kept there; one that has failed fails again without being run."""
     if path.is_file():
-        found = read_tree(path, Outcome)
-        if isinstance(found, Failed):
-            raise SolverError(found.failed, Reason(found.reason), found.time)
-        return found
+        return run_of(path, read_tree(path))
     try:
         run = make()
     except SolverError as error:
-        write_tree(path, Failed(str(error), error.reason.value, error.time))
+        write_tree(path, {"failed": str(error), "reason": error.reason.value, "time": error.time})
         raise
-    write_tree(path, run)
+    write_tree(path, asdict(run))
     return run
 
 
 def checks(folder: Path) -> dict[int, FullRun]:
     """The checks that have succeeded, by candidate."""
-    found = {int(path.stem.split("-")[1]): read_tree(path, Outcome) for path in sorted(folder.glob("check-*.h5"))}
-    return {point: run for point, run in found.items() if isinstance(run, FullRun)}
+    found = ((path, read_tree(path)) for path in sorted(folder.glob("check-*.h5")))
+    return {int(path.stem.split("-")[1]): run_of(path, tree) for path, tree in found if "failed" not in tree}
 
 
 def check_file(folder: Path, point: int) -> Path:
@@ -197,16 +175,21 @@ def check_file(folder: Path, point: int) -> Path:
     return folder / f"check-{point:05d}.h5"
 
 
-def write_tree(path: Path, struct: Any) -> None:
-    """Write the fields of a dataclass, and of all in it, to a file."""
-    container.write(path, KIND, tree=asdict(struct))
+def run_of(path: Path, tree: dict[str, Any]) -> FullRun:
+    """The full run in the contents of a file; SolverError where it has failed."""
+    if "failed" in tree:
+        raise SolverError(tree["failed"], Reason(tree["reason"]), tree["time"])
+    return built(path, FullRun, tree)
 
 
-def read_tree(path: Path, kind: Any) -> Any:
-    """The dataclass of a type that `write_tree` has written."""
-    tree = container.read(path, KIND, tree=dict)["tree"]
-    with container.reading(path, KIND):
-        return validation.build(kind, tree, "tree")
+def write_tree(path: Path, tree: dict[str, Any]) -> None:
+    """Write numbers, texts, arrays, tuples, lists and dicts to a file."""
+    container.write(path, KIND, tree=tree)
+
+
+def read_tree(path: Path) -> dict[str, Any]:
+    """What `write_tree` has written."""
+    return container.read(path, KIND, tree=dict)["tree"]
 
 
 def write_text(path: Path, content: Any) -> None:
@@ -218,6 +201,12 @@ def read_text(path: Path, kind: Any) -> Any:
     """What `write_text` has written, as a type."""
     with container.reading(path, KIND):
         return validation.build(kind, json.loads(path.read_bytes()), "content")
+
+
+def built(path: Path, kind: type[T], tree: dict[str, Any]) -> T:
+    """The struct of a type in the contents of a file."""
+    with container.reading(path, KIND):
+        return validation.build(kind, tree, "tree")
 
 
 def fingerprint(setting: Setting, *others: Any) -> str:

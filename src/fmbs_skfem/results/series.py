@@ -45,8 +45,7 @@ def write_each(pieces: Iterable[Frames], folder: Path | str, name: str) -> Path:
             _write_part(mesh, parts / f"{len(times):05d}.vtu")
             times.append(float(piece.times[sample]))
     _forget_rest(parts, len(times))
-    _replace(target, _collection(np.array(times), name))
-    return target
+    return durable.write(target, _collection(np.array(times), name).encode())
 
 
 def _meshes(frames: Frames) -> Iterator[meshio.Mesh]:
@@ -129,8 +128,3 @@ def _collection(times: Array, name: str) -> str:
     return (
         f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n{rows}\n  </Collection>\n</VTKFile>\n'
     )
-
-
-def _replace(path: Path, text: str) -> None:
-    with durable.place(path) as part:
-        part.write_text(text, encoding="utf-8")
