@@ -55,9 +55,7 @@ class Cells:
     nodes: Annotated[np.ndarray, Indices("b e", end="w", reach="c")]  #: first component of each basis function in the coordinates
     dim: Annotated[int, Attributes("c")]  #: number of components
     section: Annotated[np.ndarray, Reals("i p e")]  #: rows of the law, the last one the quadrature weight
-    spread: Annotated[csr_array | None, Reals("w q")] = (
-        None  #: coordinates of the cells from the body's, where they are not the same
-    )
+    spread: Annotated[csr_array | None, Reals("w q")] = None  #: coordinates of the cells from the body's, where others
 
     @classmethod
     def later(cls, law: Law, nodes: np.ndarray, dim: int, points: int, numbers: Numbers) -> Cells:
