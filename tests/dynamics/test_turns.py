@@ -97,7 +97,7 @@ def rotor(stiffness: float = 0.03, E: float = 1e9) -> System:
     return assemble(
         [beam],
         [joints.Pin("pin", root)],
-        [loads.TorsionSpring("spring", root, stiffness=stiffness, angle0=0.5)],
+        [loads.TorsionSpring("spring", root, stiffness=stiffness, rest_angle=0.5)],
         outputs={"angle": probes.Angle(root), "pin": probes.Reaction("pin"), "E": probes.Energy()},
         initial={"beam": Motion(angular_velocity=10.0)},
     )

@@ -113,7 +113,7 @@ def test_universal_joint() -> None:
     held = [
         joints.Revolute("bearing", a, None, (1, 0, 0)),
         joints.Cylindrical("support", b, tuple(out)),
-        joints.Universal("cross", a, b, Z, tuple(cross)),
+        joints.Universal("cross", a, Z, tuple(cross), b),
         joints.DrivenAngle("drive", a, lambda t: t**2, (1, 0, 0)),
     ]
     sensed = {"first": probes.Angle(a, (1, 0, 0)), "second": probes.Angle(b, tuple(out))}

@@ -182,7 +182,7 @@ def sprung(k: float = 2.0, c: float = 0.0, rest: float = 0.5, E: float = 1e9) ->
     """A rigid arm on a torsion spring k [N m/rad], damped by c [N m s/rad], with a beam at its end."""
     parts = [link("arm", HERE, (0.5, 0.0), 0.5), rod("beam", (0.5, 0.0), (1.0, 0.0), E, 8e-3)]
     held = [joints.Pin("hinge", At("arm", "a")), joints.Weld("grip", At("beam", "left"), At("arm", "b"))]
-    spring = loads.TorsionSpring("spring", At("arm", "frame"), stiffness=k, damping=c, angle0=rest)
+    spring = loads.TorsionSpring("spring", At("arm", "frame"), stiffness=k, damping=c, rest_angle=rest)
     outputs = {"tip": probes.Position(At("beam", "right")), "angle": probes.Angle(At("arm", "frame"))}
     return case(5e-3, 200, parts, held, [spring], Rayleigh(), outputs)
 

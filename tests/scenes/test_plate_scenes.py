@@ -13,9 +13,10 @@ from fmbs_skfem import dynamics, scenes
 from fmbs_skfem.bodies import body as bodies
 from fmbs_skfem.bodies.body import Cells
 from fmbs_skfem.bodies.laws import Law
+from fmbs_skfem.bodies.plate import Rim
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha
-from fmbs_skfem.scenes import build, plate_fields, schema, surfaces, times
+from fmbs_skfem.scenes import build, fields, schema, surfaces, times
 from fmbs_skfem.shapes import nurbs, nurbs_file
 from fmbs_skfem.systems import joints, loads, probes
 
@@ -109,10 +110,10 @@ def test_planar_bodies() -> None:
     assert isinstance(crank, schema.Plate)
     assert isinstance(wheel, schema.Rigid)
     assert crank.thickness == {"plate": 0.01}
-    assert crank.rims["A"] == plate_fields.RimEdges(("A",))
-    assert crank.rims["B"] == plate_fields.RimEdges(("B",), (0.1, 0.0))
+    assert crank.rims["A"] == Rim(("A",))
+    assert crank.rims["B"] == Rim(("B",), (0.1, 0.0))
     assert wheel.inertia == 0.5
-    parts = {name: build.part(model, scene, name, None, False) for name, model in scene.bodies.items()}
+    parts = {name: model.build(scene, name, None, False) for name, model in scene.bodies.items()}
     assert set(parts["crank"].frames) == {"A", "B", "outer"}
     assert parts["crank"].space is not None
     assert parts["crank"].space.order == 4
@@ -142,17 +143,17 @@ def test_planar_system() -> None:
 
 def test_planar_rules() -> None:
     scene = scenes.loads(PLANAR, EXAMPLES)
-    spring = build.load(scene.loads["spring"], "spring")
+    spring = scene.loads["spring"]
     assert isinstance(spring, loads.TorsionSpring)
-    assert (spring.stiffness, spring.damping, spring.angle0) == (3.0, 1.0, pytest.approx(math.pi / 6, rel=1e-15))
-    motor = build.load(scene.loads["motor"], "motor")
-    assert isinstance(motor, loads.Moment)
-    assert motor.moment == 15.0
-    mesh = build.joint(scene.joints["mesh"], "mesh")
+    assert (spring.stiffness, spring.damping, spring.rest_angle) == (3.0, 1.0, pytest.approx(math.pi / 6, rel=1e-15))
+    motor = scene.loads["motor"]
+    assert isinstance(motor, loads.Torque)
+    assert motor.torque == 15.0
+    mesh = scene.joints["mesh"]
     assert isinstance(mesh, joints.Gear)
     assert mesh.teeth == (20, -40)
-    assert isinstance(build.probe(scene.outputs["speed"]), probes.AngularVelocity)
-    assert build.load(scene.loads["weight"], "weight") == loads.SurfaceLoad(
+    assert isinstance(scene.outputs["speed"], probes.AngularVelocity)
+    assert scene.loads["weight"] == loads.SurfaceLoad(
         "weight", "crank", (0.0, -1000.0), getattr(scene.loads["weight"], "history", None), ("plate",)
     )
 
@@ -160,7 +161,7 @@ def test_planar_rules() -> None:
 def test_spatial_system() -> None:
     """The roof 1 / 10 as large and turned: its free corner is at (-y, x, z) / 10."""
     scene = scenes.loads(SPATIAL, EXAMPLES)
-    parts = {name: build.part(model, scene, name, None, False) for name, model in scene.bodies.items()}
+    parts = {name: model.build(scene, name, None, False) for name, model in scene.bodies.items()}
     corner = bodies.probe(parts["roof"], bodies.locate(parts["roof"], "corner_11")) @ parts["roof"].reference
     angle = math.radians(40)
     np.testing.assert_allclose(corner, [[-2.5, 2.5 * math.sin(angle), 2.5 * math.cos(angle)]], atol=1e-14)
@@ -182,7 +183,11 @@ def test_spatial_system() -> None:
         ("{plate: 10 mm}", "{plat: 10 mm}", r"scene:5: bodies.crank: .*one of the faces plate.* did you mean 'plate'"),
         ("{plate: 10 mm}", "{plate: 10 s}", r"scene:10: bodies.crank.thickness: expected a length"),
         ("{plate: 10 mm}", "[1 mm]", r"scene:10: bodies.crank.thickness: expected a thickness, or a mapping of faces"),
-        ("poisson_ratio: 0.25", "poisson_ratio: 0.6", "scene:11: bodies.crank.material.poisson_ratio: expected a number < 0.5"),
+        (
+            "poisson_ratio: 0.25",
+            "poisson_ratio: 0.6",
+            "scene:11: bodies.crank.material.poisson_ratio: expected a number > -1 and < 0.5",
+        ),
         ("poisson_ratio: 0.25", "poisson_ratio: -1", "scene:11: bodies.crank.material.poisson_ratio: expected a number > -1"),
         ("outer: [outer_A]", "outer: [outer_E]", r"scene:5: bodies.crank: .*'outer_E'; did you mean 'outer"),
         ("outer: [outer_A]", "outer: {edge: A}", r"scene:12: bodies.crank.rims.outer: .*a mapping of edge"),
@@ -311,7 +316,7 @@ def test_thickness_of_every_cell() -> None:
     scene = scenes.loads(SPATIAL, EXAMPLES)
     model = scene.bodies["roof"]
     assert isinstance(model, schema.Shell)
-    shape = surfaces.shape(model, EXAMPLES)
+    shape = model.surface(EXAMPLES)
     cells = np.arange(len(shape.nodes))
     shape.faces.update({"a": cells[:1], "b": cells[1:], "c": cells[:2]})
     np.testing.assert_array_equal(surfaces.thickness({"a": 0.1, "b": 0.2}, shape), [0.1, 0.2, 0.2, 0.2])
@@ -327,9 +332,9 @@ def test_steps_that_are_kept() -> None:
     steps = build.kept_steps(scene)
     np.testing.assert_array_equal(steps, [*range(0, 51, 5), *range(52, 101, 2)])
     np.testing.assert_array_equal(build.snapshot_steps(scene), [*range(11), *range(20, 101, 10)])
-    uneven = times.kept((plate_fields.Span(3e-3, 7e-3), plate_fields.Span(4e-3)), 1e-3, 20e-3)
+    uneven = times.kept((fields.Span(3e-3, 7e-3), fields.Span(4e-3)), 1e-3, 20e-3)
     np.testing.assert_array_equal(uneven, [0, 3, 6, 11, 15, 19, 20])
-    shorter = times.numbers((plate_fields.Span(3e-3, 7e-3), plate_fields.Span(4e-3)), 1e-3, 5e-3)
+    shorter = times.numbers((fields.Span(3e-3, 7e-3), fields.Span(4e-3)), 1e-3, 5e-3)
     np.testing.assert_array_equal(shorter, [0, 3])
     assert times.kept(7, 1e-3, 1.0) == 7
     np.testing.assert_array_equal(times.snapshots(5e-3, 1e-3, 12e-3), [0, 5, 10])
@@ -379,7 +384,7 @@ def test_crank_slider_starts() -> None:
     scene = scenes.read(EXAMPLES / "crank_slider_coarse.yaml")
     analysis = scene.analysis
     assert isinstance(analysis, schema.Dynamic)
-    parts = [build.part(scene.bodies[name], scene, name, None, False) for name in ("crank", "linkage")]
+    parts = [scene.bodies[name].build(scene, name, None, False) for name in ("crank", "linkage")]
     J = moment_of_inertia(parts[0], (0.0, 0.0)) + 0.25 * moment_of_inertia(parts[1], (0.3, 0.0))
     system = build.chosen_form(scene, build.system(scene))
     scheme = GeneralizedAlpha(analysis.step, analysis.rho_inf)
@@ -435,6 +440,6 @@ def test_a_ring_is_slit_where_the_scene_says_so(tmp_path: Path) -> None:
 def test_a_file_says_whether_it_is_closed_and_the_scene_stands_above_it(tmp_path: Path, join: bool) -> None:
     nurbs_file.write(tmp_path / "ring.json", nurbs.surface(*annulus(6.0, 10.0), join=join))
     model = scenes.loads(RING, tmp_path).bodies["ring"]
-    count = surfaces.shape(model, tmp_path).count
+    count = model.surface(tmp_path).count
     assert count == (12 if join else 13) * 4
-    assert surfaces.shape(model.model_copy(update={"join": not join}), tmp_path).count == (13 if join else 12) * 4
+    assert model.model_copy(update={"join": not join}).surface(tmp_path).count == (13 if join else 12) * 4

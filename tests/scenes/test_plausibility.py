@@ -12,7 +12,7 @@ from fmbs_skfem import scenes
 from fmbs_skfem.bodies import Material, body
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.bodies.rigid import rigid
-from fmbs_skfem.scenes import build, plausibility
+from fmbs_skfem.scenes import plausibility
 from fmbs_skfem.scenes.plausibility import Cells, Figures
 from fmbs_skfem.shapes import ancf_plate, skfem_surface
 
@@ -52,7 +52,7 @@ def judged(
     scene = scenes.loads(
         text if g != "0" else text.replace("  weight: {type: gravity, acceleration: [0, 0]}\n", ""), ROOT / "meshes"
     )
-    parts = {name: build.part(model, scene, name, None, False) for name, model in scene.bodies.items()}
+    parts = {name: model.build(scene, name, None, False) for name, model in scene.bodies.items()}
     known = plausibility.figures(scene, parts)
     return known["beam"], {finding.keys: str(finding) for finding in plausibility.findings(scene, known)}
 
@@ -60,7 +60,7 @@ def judged(
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_the_examples_are_plausible(name: str) -> None:
     scene = scenes.read(ROOT / "examples" / f"{name}.yaml")
-    parts = {name: build.part(model, scene, name, None, False) for name, model in scene.bodies.items()}
+    parts = {name: model.build(scene, name, None, False) for name, model in scene.bodies.items()}
     assert list(plausibility.findings(scene, plausibility.figures(scene, parts))) == []
 
 
@@ -264,7 +264,7 @@ joints: {{clamp: {{type: edge, body: strip, edges: left}}}}
 analysis: {{type: static}}
 """
         scene = scenes.loads(text, ROOT / "meshes")
-        parts = {"strip": build.part(scene.bodies["strip"], scene, "strip", None, False)}
+        parts = {"strip": scene.bodies["strip"].build(scene, "strip", None, False)}
         known = plausibility.figures(scene, parts)
         assert known["strip"].cells is not None
         assert known["strip"].cells.across == (across if (dimension, ratio) == (3, 0.3) else 0)

@@ -15,7 +15,7 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.reduction import parameters
 from fmbs_skfem.results import sweep_files
-from fmbs_skfem.scenes import build, plate_fields, times
+from fmbs_skfem.scenes import build, fields, times
 from fmbs_skfem.shapes import meshes, plate_meshes
 from fmbs_skfem.systems import System
 
@@ -332,7 +332,7 @@ def test_snapshots_hold_both_ends() -> None:
     np.testing.assert_array_equal(times.snapshots(5e-3, 1e-3, 20e-3), [0, 5, 10, 15, 20])
     np.testing.assert_array_equal(times.snapshots(20e-3, 1e-3, 20e-3), [0, 20])
     np.testing.assert_array_equal(times.snapshots(1e-3, 1e-3, 3e-3), [0, 1, 2, 3])
-    spans = (plate_fields.Span(2e-3, 4e-3), plate_fields.Span(8e-3))
+    spans = (fields.Span(2e-3, 4e-3), fields.Span(8e-3))
     np.testing.assert_array_equal(times.snapshots(spans, 1e-3, 20e-3), [0, 2, 4, 12, 20])
     scene = scenes.loads(PLANAR + "reduction: {snapshots: 2 ms}\n", EXAMPLES)
     np.testing.assert_array_equal(build.snapshot_steps(scene), [0, 2, 4, 6, 8, 10])

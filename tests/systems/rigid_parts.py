@@ -92,8 +92,8 @@ def every_joint(dim: int) -> list[joints.Joint]:
     return [
         *both,
         joints.Revolute("hinge along a beam", BEAM, A1, (0.8, 0.6, 0.0)),
-        joints.Universal("universal", A1, B1, (0, 0, 1), (1, 1, 0)),
-        joints.Universal("universal to ground", A1, None, (0, 0, 1), (1, 1, 0)),
+        joints.Universal("universal", A1, (0, 0, 1), (1, 1, 0), B1),
+        joints.Universal("universal to ground", A1, (0, 0, 1), (1, 1, 0)),
         joints.Cylindrical("cylindrical", B2, SPATIAL_AXIS),
         joints.Cylindrical("cylindrical of bodies", B2, SPATIAL_AXIS, A1),
     ]

@@ -96,7 +96,7 @@ def test_a_moment_works_on_the_rotation_normal_to_the_slope(stretch: float) -> N
 @pytest.mark.parametrize(
     "dim, load, named",
     [
-        (3, loads.Gravity((0.0, -9.81)), "gravity: expected 3 finite numbers"),
+        (3, loads.Gravity((0.0, -9.81)), "load 'gravity': expected 3 finite numbers"),
         (2, loads.PointForce("push", A1, (1.0, 0.0, 0.0)), "load 'push': expected 2 finite numbers"),
         (2, loads.PointForce("push", BOB, (np.inf, 0.0)), "load 'push': expected 2 finite numbers"),
         (3, loads.Follower("jet", A1, (1.0, 2.0)), "load 'jet': expected 1 finite numbers"),

@@ -39,7 +39,7 @@ def every_load(dim: int, history: Signal | None = None) -> list[loads.Load]:
             loads.TorsionSpring("spring of bodies", A1, B1, 3.0, 0.2, 0.1),
             loads.TorsionSpring("on a beam", BEAM, A1, 3.0),
         ]
-    return [*both, loads.NormalPressure("pressure", "plate", 2.0, history)]
+    return [*both, loads.Pressure("pressure", "plate", 2.0, history)]
 
 
 CASES = [pytest.param(dim, load, id=f"{dim}-{load.name}") for dim in (2, 3) for load in every_load(dim, np.cos)]  # type: ignore[union-attr]
@@ -47,8 +47,8 @@ CASES = [pytest.param(dim, load, id=f"{dim}-{load.name}") for dim in (2, 3) for 
 
 def test_every_type_is_tested() -> None:
     tested = {type(load) for load in [*every_load(3), *parts.every_load(3)]}
-    following = {loads.FollowerPressure, loads.FollowerEdgeLoad}  # `test_loads_that_follow`
-    assert tested | following == set(loads.force.registry) - {object}
+    elsewhere = {loads.NormalEdgeLoad, loads.Torque}  # `test_loads_that_follow`, `test_a_torque_is_a_moment`
+    assert tested | elsewhere == {kind for kind in loads.Load.known.values() if kind.__module__ == loads.__name__}
 
 
 @pytest.mark.parametrize("dim, load", CASES)
@@ -117,7 +117,7 @@ def test_pressure_on_a_tilted_plate() -> None:
     """2 Pa on 1 m2 along the normal of the reference."""
     turn = Rotation.from_rotvec([0.4, 1.0, -0.3]).as_matrix()
     body = plate("plate", grid(2, 3, skew=0.3), 0.02, Material(1e5, 500.0), rotation=turn)
-    system = assemble([body], loads=[loads.NormalPressure("pressure", "plate", 2.0)])
+    system = assemble([body], loads=[loads.Pressure("pressure", "plate", 2.0)])
     still = np.zeros(system.size)
     f = -compiled.forces(compile_system(system), system.x0, still)
     total = [f @ np.outer(body.constant, e).ravel() for e in np.eye(3)]
@@ -155,7 +155,7 @@ def test_square_plate_under_pressure(slope: str, deflection: float, moment: floa
     Timoshenko, Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed., tables 8 and 35; digits of the deflections from the
     double sine series and from Taylor, Govindjee, UCB/SEMM-2004/09.
     """
-    found = outputs(solve_statics(supported(loads.NormalPressure("pressure", "plate", 1.0), slope), 1))
+    found = outputs(solve_statics(supported(loads.Pressure("pressure", "plate", 1.0), slope), 1))
     rigidity = 2e11 * 0.01**3 / (12 * (1 - 0.09))
     assert found["w_z"][-1] * rigidity == pytest.approx(deflection, rel=1e-3)
     for face in ("s_bottom", "s_top"):
@@ -164,7 +164,7 @@ def test_square_plate_under_pressure(slope: str, deflection: float, moment: floa
 
 def test_the_rows_of_an_edge_are_independent() -> None:
     """Elimination drops none of them; pressure on a flat plate is a surface load along z."""
-    first = supported(loads.NormalPressure("pressure", "plate", 1.0))
+    first = supported(loads.Pressure("pressure", "plate", 1.0))
     rows = len(first.full.constraints.names)  # type: ignore[union-attr]
     assert first.size == len(first.full.x0) - rows  # type: ignore[union-attr]
     second = supported(loads.SurfaceLoad("wind", "plate", (0.0, 0.0, 1.0)))
@@ -177,17 +177,17 @@ def test_the_rows_of_an_edge_are_independent() -> None:
     [
         (2, loads.SurfaceLoad("wind", "beam", (1.0, 0.0)), "load 'wind': expected a plate or shell, got 'beam'"),
         (2, loads.SurfaceLoad("wind", "plate", (1.0, 0.0), faces=("second",)), r"one of its faces \(first\), got 'second'"),
-        (2, loads.NormalPressure("pressure", "plate", 1.0), "expected a spatial scene, got a planar one"),
-        (3, loads.NormalPressure("pressure", "plate", np.nan), "load 'pressure': expected finite numbers"),
-        (2, loads.FollowerPressure("pressure", "plate", 1.0), "expected a spatial scene, got a planar one"),
-        (3, loads.FollowerPressure("pressure", "plate", np.inf), "load 'pressure': expected a finite number, got inf"),
-        (3, loads.FollowerPressure("pressure", "beam", 1.0), "load 'pressure': expected a plate or shell, got 'beam'"),
-        (3, loads.FollowerEdgeLoad("pull", "plate", ("right",), 1.0), "expected a planar scene, got a spatial one"),
-        (2, loads.FollowerEdgeLoad("pull", "plate", ("rigt",), 1.0), "one of its edges .*did you mean 'right'"),
+        (2, loads.Pressure("pressure", "plate", 1.0), "expected a pressure in a scene of dimension 3"),
+        (3, loads.Pressure("pressure", "plate", np.nan), "load 'pressure': expected finite numbers"),
+        (2, loads.Pressure("pressure", "plate", 1.0, follower=True), "expected a pressure in a scene of dimension 3"),
+        (3, loads.Pressure("pressure", "plate", np.inf, follower=True), "load 'pressure': expected a finite number, got inf"),
+        (3, loads.Pressure("pressure", "beam", 1.0, follower=True), "load 'pressure': expected a plate or shell, got 'beam'"),
+        (3, loads.NormalEdgeLoad("pull", "plate", ("right",), 1.0), "expected a planar scene, got a spatial one"),
+        (2, loads.NormalEdgeLoad("pull", "plate", ("rigt",), 1.0), "one of its edges .*did you mean 'right'"),
         (3, loads.Moment("torque", At("plate", "corner"), (1.0, 0.0, 0.0)), "expected a slope or a frame, got plate.corner"),
         (3, loads.Follower("jet", B2, (1.0,)), "load 'jet': expected 3 finite numbers"),
         (2, loads.TorsionSpring("spring", A1, None, -1.0), r"'spring'\.stiffness: expected a number that is not negative"),
-        (3, loads.TorsionSpring("spring", A1, None, 1.0), r"'spring', axis: expected a non-zero vector"),
+        (3, loads.TorsionSpring("spring", A1, None, 1.0), r"'spring'.axis: expected the axis of rotation in space"),
         (3, loads.TorsionSpring("spring", A1, B1, 1.0, axis=(0, 0, 1)), r"'spring'\.to: expected the ground in space"),
         (2, loads.EdgeLoad("line", "plate", ("lft",), (1.0, 0.0)), "one of its edges .*did you mean 'left'"),
     ],
@@ -195,3 +195,13 @@ def test_the_rows_of_an_edge_are_independent() -> None:
 def test_wrong_loads_are_named(dim: int, load: Any, named: str) -> None:
     with pytest.raises(InputError, match=named):
         assemble(bodies(dim), loads=[load])
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_torque_is_a_moment(dim: int) -> None:
+    """The word of scenes for a moment on a frame: the same laws, to the bit."""
+    size = 0.3 if dim == 2 else (0.1, -0.2, 0.3)
+    pair = [assemble(bodies(dim), loads=[kind("M", RIM, size)]).loads for kind in (loads.Moment, loads.Torque)]
+    for one, other in zip(pair[0].laws, pair[1].laws, strict=True):
+        assert (one.kind, one.slope, one.position, one.signal) == (other.kind, other.slope, other.position, other.signal)
+        assert np.array_equal(one.vector, other.vector)

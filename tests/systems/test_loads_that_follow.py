@@ -25,7 +25,7 @@ from fmbs_skfem.verification.plates import rectangle
 from .rigid_parts import grid
 
 ALL = ("left", "right", "top", "bottom")
-PRESSURE = loads.FollowerPressure("p", "plate", 200.0)
+PRESSURE = loads.Pressure("p", "plate", 200.0, follower=True)
 
 
 def sheet(cells: int = 3, make: Callable[..., Surface] = skfem_surface.bfs) -> Body:
@@ -53,7 +53,7 @@ def test_contract_where_the_rim_is_held(kind: str) -> None:
 
 def test_contract_around_a_planar_plate() -> None:
     body = plate("plate", grid(2, 2, skew=0.3), 0.05, Material(1e5, 500.0), dim=2)
-    check_system(assemble([body], loads=[loads.FollowerEdgeLoad("pull", "plate", ALL, 300.0)]))
+    check_system(assemble([body], loads=[loads.NormalEdgeLoad("pull", "plate", ALL, 300.0)]))
 
 
 @pytest.mark.parametrize("faces", [(), ("first",)])
@@ -62,7 +62,7 @@ def test_the_force_on_a_free_plate(faces: tuple[str, ...]) -> None:
     body = sheet(2, ancf_plate.surface)
     turn = Rotation.from_rotvec([0.4, 1.0, -0.3]).as_matrix()
     x = (body.reference @ (turn @ np.diag([1.5, 1.2, 1.0])).T).ravel()
-    load = loads.FollowerPressure("p", "plate", 2.0, faces)
+    load = loads.Pressure("p", "plate", 2.0, faces=faces, follower=True)
     f = force([body], load, x).reshape(-1, 3)
     share = 0.25 if faces else 1.0
     assert_allclose(body.constant @ f, 2.0 * share * 1.5 * 1.2 * turn[:, 2], atol=1e-12)
@@ -84,7 +84,7 @@ def test_tangent_of_a_free_plate_is_the_symmetric_part() -> None:
 def test_a_rigid_rim_carries_its_share() -> None:
     """Functions slaved to a frame: the resultant is that of the whole plate."""
     body = plate("plate", grid(2, 2), 0.05, Material(1e5, 500.0), rims={"rim": Rim(("left",))})
-    f = force([body], loads.FollowerPressure("p", "plate", 2.0), assemble([body]).x0)
+    f = force([body], loads.Pressure("p", "plate", 2.0, follower=True), assemble([body]).x0)
     assert_allclose(body.constant @ f.reshape(-1, 3), [0.0, 0.0, 2.0], atol=1e-12)
 
 
@@ -92,7 +92,7 @@ def test_a_plate_pulled_on_its_edges() -> None:
     """Edge load q on the deformed length of all edges: N11 = N22 = q, so lambda^2 = 1 + 2 q/(A (1 + nu)) exactly."""
     body = plate("plate", grid(2, 3), 0.02, Material(1e5, 500.0, 0.3), dim=2)
     mirrors = [joints.Edge("x", "plate", ("left",), "x"), joints.Edge("y", "plate", ("bottom",), "y")]
-    pull = loads.FollowerEdgeLoad("pull", "plate", ("right", "top"), 400.0)
+    pull = loads.NormalEdgeLoad("pull", "plate", ("right", "top"), 400.0)
     sensed = {"corner": probes.Position(At("plate", "corner"))}
     found = outputs(solve_statics(eliminate(assemble([body], mirrors, [pull], outputs=sensed)), 4, Newton(tolerance=1e-12)))
     for factor, x, y in zip((0.25, 0.5, 0.75, 1.0), found["corner_x"][1:], found["corner_y"][1:], strict=True):
@@ -103,7 +103,7 @@ def test_a_plate_pulled_on_its_edges() -> None:
 def test_load_steps_of_a_plate_without_a_band() -> None:
     """The equilibrium at half the load is that of half the pressure."""
     body = sheet(8)
-    both = [outputs(solve_statics(held(body, loads.FollowerPressure("p", "plate", p)), 2))["w_z"] for p in (200.0, 100.0)]
+    both = [outputs(solve_statics(held(body, loads.Pressure("p", "plate", p, follower=True)), 2))["w_z"] for p in (200.0, 100.0)]
     assert compile_system(held(body, PRESSURE)).plan is not None
     assert both[0][1] == pytest.approx(both[1][2], rel=1e-8)
     assert both[0][2] > both[0][1] > 0.01
@@ -157,7 +157,7 @@ def test_what_does_not_know_them_says_so() -> None:
     with pytest.raises(InputError, match="loads that do not follow a surface, got load 'p'; use load steps"):
         follow_path(system)
     body = plate("plate", grid(2, 2), 0.05, Material(1e5, 500.0), dim=2)
-    planar = assemble([body], loads=[loads.FollowerEdgeLoad("pull", "plate", ALL, 300.0)])
+    planar = assemble([body], loads=[loads.NormalEdgeLoad("pull", "plate", ALL, 300.0)])
     small = change_coordinates(planar, np.eye(planar.size)[:, :4], planar.x0)
     assert not polynomial.possible(small)
     with pytest.raises(InputError, match="load 'pull'"):

@@ -5,10 +5,11 @@ from .body import Body, Cells, cable, point_mass
 from .checks import check_law
 from .laws import Law
 from .plate import Rim
-from .sections import Circular, Given, Material, Rectangular
+from .sections import Circular, Given, Material, Rectangular, Section
 
 __all__ = [
     "Material",
+    "Section",
     "Circular",
     "Rectangular",
     "Given",

@@ -28,7 +28,7 @@ from ..shapes.surface import Surface
 from ..shapes.table import Table
 from .cable_law import curvatures
 from .laws import Law
-from .sections import Given, Material, bends_alike, positive, stiffness
+from .sections import Given, Material, Section, positive
 
 BENDS_ALIKE = "a section that bends alike about all its axes"  #: of a cable in space, which has one bending stiffness
 BENDS_ALIKE_REMEDY = (
@@ -113,7 +113,7 @@ class Body:
 def cable(
     name: str,
     mesh: meshes.LineMesh | str | Path,
-    section: object,
+    section: Section,
     material: Material | None = None,
     *,
     dim: int = 3,
@@ -137,7 +137,9 @@ def cable(
     if not ancf and (degree < 2 or not 1 <= continuity < degree):
         got, remedy = f"degree {degree}, continuity {continuity}", "bending needs a slope without jumps"
         raise InputError(say(f"body '{name}'", "degree 2 or more and continuity between 1 and degree - 1", got, remedy))
-    if dim == 3 and not bends_alike(section):
+    if not isinstance(section, Section):
+        raise InputError(say(f"body '{name}'", "a Section such as Circular, Rectangular or Given", type(section).__name__))
+    if dim == 3 and not section.bends_alike:
         raise InputError(say(f"body '{name}'", BENDS_ALIKE, section, BENDS_ALIKE_REMEDY))
     mesh = meshes.read(mesh) if isinstance(mesh, (str, Path)) else mesh
     order = meshes.chain(mesh, group)
@@ -145,7 +147,7 @@ def cable(
     breaks, curve = curves.through(position)
     space = line.Hermite(breaks) if ancf else line.uniform(breaks, degree, continuity)
     reference = line.fit(space, curve)
-    data = stiffness(section, material)
+    data = section.stiffness(material)
     where = {int(node): float(xi) for node, xi in zip(order, breaks, strict=True)}
     places = {key: where[int(ids[0])] for key, ids in mesh.point_groups.items() if len(ids) == 1 and int(ids[0]) in where}
     points, numbers = points or order_of(space), numbers or {}
@@ -267,8 +269,9 @@ Place: TypeAlias = float | tuple[int, float, float] | str  #: xi on a line, (cel
 
 
 def locate(body: Body, place: str | float) -> Place:
-    """A named point or frame, or the parameter xi at an arc length from the start of a line [m]."""
+    """A named point or frame, by default the centre, or the parameter xi at an arc length from the start of a line [m]."""
     if isinstance(place, str):
+        place = place or "center"
         known = {**body.frames, **body.places}
         if place not in known:
             expected = f"one of its points ({listed(sorted(known), place, 'none')})"

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import singledispatch
+from typing import Annotated, ClassVar
 
+from ..core.declared import Declared
 from ..core.errors import InputError, say
+from ..core.fields import Density, Length, quantity
 
 
 def positive(where: str, **values: float) -> None:
@@ -20,9 +23,9 @@ def positive(where: str, **values: float) -> None:
 class Material:
     """Linear elastic material."""
 
-    young_modulus: float  #: E [Pa]
-    density: float  #: rho [kg/m3]
-    poisson_ratio: float = 0.3  #: nu [-], of plates and shells
+    young_modulus: Annotated[float, quantity("Pa", "> 0")]
+    density: Density
+    poisson_ratio: Annotated[float, quantity("", "> -1", "< 0.5")] = 0.3  #: of plates and shells
 
     def __post_init__(self) -> None:
         positive("material", young_modulus=self.young_modulus, density=self.density)
@@ -30,74 +33,70 @@ class Material:
             raise InputError(say("material.poisson_ratio", "a number above -1 and up to 0.5", self.poisson_ratio))
 
 
+class Section(Declared, ABC):
+    """A section of a slender body, see `core.declared`."""
+
+    tag: ClassVar[str] = "shape"
+
+    @abstractmethod
+    def stiffness(self, material: Material | None) -> Given:
+        """EA, EI and rhoA of the section made of a material."""
+
+    @property
+    def bends_alike(self) -> bool:
+        """Whether it has the same bending stiffness about all axes, as a cable in space needs."""
+        return True
+
+
 @dataclass(frozen=True)
-class Circular:
+class Circular(Section):
     """Solid circular section, A = pi d^2/4, I = pi d^4/64."""
 
-    diameter: float  #: d [m]
+    diameter: Length
 
     def __post_init__(self) -> None:
         positive("section", diameter=self.diameter)
 
+    def stiffness(self, material: Material | None) -> Given:
+        area = math.pi / 4 * self.diameter * self.diameter  # a product of floats becomes infinite, a power of one raises
+        inertia = area * self.diameter * self.diameter / 16
+        return _solid(area, inertia, self.diameter / 2, material)
+
 
 @dataclass(frozen=True)
-class Rectangular:
-    """Rectangular section bent about the axis along its width, A = w h, I = w h^3/12."""
+class Rectangular(Section):
+    """Solid rectangular section, `height` in the plane of bending: A = w h, I = w h^3/12."""
 
-    width: float  #: w [m]
-    height: float  #: h, in the plane of bending [m]
+    width: Length
+    height: Length
 
     def __post_init__(self) -> None:
         positive("section", width=self.width, height=self.height)
 
+    @property
+    def bends_alike(self) -> bool:
+        return math.isclose(self.width, self.height, rel_tol=1e-9)
+
+    def stiffness(self, material: Material | None) -> Given:
+        area = self.width * self.height
+        inertia = area * self.height * self.height / 12
+        return _solid(area, inertia, self.height / 2, material)
+
 
 @dataclass(frozen=True)
-class Given:
-    """Section stiffnesses given directly; a material is not needed."""
+class Given(Section):
+    """Stiffnesses and mass per length given directly; a material is not needed."""
 
-    EA: float  #: axial stiffness [N]
-    EI: float  #: bending stiffness [N m2]
-    rhoA: float  #: mass per length [kg/m]
-    radius: float = 0.01  #: drawn radius [m]
+    EA: Annotated[float, quantity("N", "> 0")]
+    EI: Annotated[float, quantity("N m^2", "> 0")]
+    rhoA: Annotated[float, quantity("kg/m", "> 0")]
+    radius: Annotated[float, quantity("m", "> 0"), "as it is drawn"] = 0.01
 
     def __post_init__(self) -> None:
         positive("section", EA=self.EA, EI=self.EI, rhoA=self.rhoA, radius=self.radius)
 
-
-@singledispatch
-def bends_alike(section: object) -> bool:
-    """Whether a section has the same bending stiffness about all axes, as a cable in space needs; a rule where it may not."""
-    return True
-
-
-@bends_alike.register
-def _(section: Rectangular) -> bool:
-    return math.isclose(section.width, section.height, rel_tol=1e-9)
-
-
-@singledispatch
-def stiffness(section: object, material: Material | None) -> Given:
-    """EA, EI and rhoA of a section made of a material; a rule for every section type."""
-    raise InputError(say("section", "Circular, Rectangular or Given", type(section).__name__))
-
-
-@stiffness.register
-def _(section: Given, material: Material | None) -> Given:
-    return section
-
-
-@stiffness.register
-def _(section: Circular, material: Material | None) -> Given:
-    area = math.pi / 4 * section.diameter * section.diameter  # a product of floats becomes infinite, a power of one raises
-    inertia = area * section.diameter * section.diameter / 16
-    return _solid(area, inertia, section.diameter / 2, material)
-
-
-@stiffness.register
-def _(section: Rectangular, material: Material | None) -> Given:
-    area = section.width * section.height
-    inertia = area * section.height * section.height / 12
-    return _solid(area, inertia, section.height / 2, material)
+    def stiffness(self, material: Material | None) -> Given:
+        return self
 
 
 def _solid(area: float, inertia: float, radius: float, material: Material | None) -> Given:

@@ -24,7 +24,7 @@ import click
 from .. import __version__
 from ..core import durable
 from ..core.errors import FmbsError, InputError, SolverError, say
-from ..core.notices import Notice, notify
+from ..core.notices import Notice, Remark, notify
 from . import reports, screen
 
 if TYPE_CHECKING:
@@ -247,6 +247,7 @@ def listening(session: Session) -> Iterator[None]:
                 screen.tell(f"notice: {message}")
 
         warnings.simplefilter("error" if session.strict else "always", Notice)
+        warnings.simplefilter("always", Remark)
         warnings.showwarning = hear
         yield
 

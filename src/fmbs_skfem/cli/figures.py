@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from ..scenes import Scene
 
 WRONG = 1.0  #: error over the size of the motion above which a model has nothing in common with the full one
-SKIPPED = ("energy", "reaction")  #: outputs that are not drawn: reduced models do not know all reactions
 ERROR = "error.png"
 SLIDER = "slider.png"
 PICTURED = ("component+ecsw", "component", "component+exact")  #: the reduced model that is pictured: the first of these that ran
@@ -26,7 +25,7 @@ PICTURED = ("component+ecsw", "component", "component+exact")  #: the reduced mo
 
 def figure_names(scene: Scene) -> list[str]:
     """Files that `draw` writes."""
-    drawn = [f"history_{name}.png" for name, output in scene.outputs.items() if output.type not in SKIPPED]
+    drawn = [f"history_{name}.png" for name, output in scene.outputs.items() if output.known_to_all]
     drawn += [SLIDER] if slider_columns(scene) else []
     return [*drawn, "errors.png", "norms.png", "singular_values.png", "speed_error.png"]
 
@@ -58,9 +57,9 @@ def cloud(scene: Scene, study: Study, out: Path, name: str = "speed_error.png") 
 
 def histories(scene: Scene, study: Study, out: Path) -> list[Path]:
     """One figure an output, all models in it; of a planar crank-slider also displacement and speed together."""
-    from ..reduction import output_errors
     from ..results import plots
     from ..results.sweep_files import headed
+    from ..systems import probes
 
     models = {"full": study.full, **study.motions}
     columns = {name: drawn_outputs(motion) for name, motion in models.items()}
@@ -70,8 +69,8 @@ def histories(scene: Scene, study: Study, out: Path) -> list[Path]:
         return inside({name: columns[name][column] for name in models})
 
     for name, output in study.full.system.outputs.items():
-        if output.kind not in SKIPPED:
-            units = output_errors.units(name, output)
+        if probes.kind_of(output).known_to_all:
+            units = probes.units(name, output)
             grid = {headed(column, unit): curves(column) for column, unit in zip(output.columns, units, strict=True)}
             files.append(plots.history_grid(out / f"history_{name}.png", times, grid, title=scene.name))
     if (known := slider_columns(scene)) is not None:
@@ -82,7 +81,8 @@ def histories(scene: Scene, study: Study, out: Path) -> list[Path]:
 
 def slider_columns(scene: Scene) -> tuple[str, str, str] | None:
     """Axis of the guide of a planar crank-slider, position along it of what slides, and a speed of rotation; None without them."""
-    from ..scenes.links import Pin, Revolute, Slider
+    from ..systems.joints import Pin, Revolute, Slider
+    from ..systems.probes import AngularVelocity, Position
 
     guide = next((joint for joint in scene.joints.values() if isinstance(joint, Slider)), None)
     if guide is None or scene.dimension != 2:
@@ -94,19 +94,20 @@ def slider_columns(scene: Scene) -> tuple[str, str, str] | None:
         (
             name if output.component else f"{name}_{axis}"
             for name, output in scene.outputs.items()
-            if output.type == "position" and output.component in (axis, None) and output.at in there
+            if isinstance(output, Position) and output.component in (axis, None) and output.at in there
         ),
         None,
     )
-    speed = next((name for name, output in scene.outputs.items() if output.type == "angular_velocity"), None)
+    speed = next((name for name, output in scene.outputs.items() if isinstance(output, AngularVelocity)), None)
     return None if position is None or speed is None else (axis, position, speed)
 
 
 def drawn_outputs(motion: Trajectory) -> dict[str, np.ndarray]:
     """Outputs that every model knows."""
     from .. import dynamics
+    from ..systems import probes
 
-    wanted = {name: output for name, output in motion.system.outputs.items() if output.kind not in SKIPPED}
+    wanted = {name: output for name, output in motion.system.outputs.items() if probes.kind_of(output).known_to_all}
     return dynamics.outputs(dataclasses.replace(motion, system=dataclasses.replace(motion.system, outputs=wanted)))
 
 

@@ -165,7 +165,7 @@ def joints(system: System, x: np.ndarray) -> dict[str, tuple[str, np.ndarray]]:
 def shown(system: System, name: str, kind: str) -> str:
     """What is drawn for a joint; its constraint rows tell a driven angle from a driven position."""
     turned = (name, "angle") in (system.full or system).constraints.names
-    return (Kind.DRIVEN_ANGLE if kind == "driven" and turned else KINDS[kind]).value
+    return (Kind.DRIVEN_ANGLE if kind == "driven" and turned else KINDS.get(kind, Kind.PIN)).value
 
 
 def spread(trajectory: Trajectory, count: int) -> np.ndarray:

@@ -308,7 +308,7 @@ def values(known: Sequence[Parameter], changes: Mapping[str, str]) -> dict[str, 
 
 def value(parameter: Parameter, text: str, option: str = "--set") -> float:
     """A number in SI units, or a quantity of the parameter's dimension, given by `option`."""
-    from ..scenes import units
+    from ..core import units
 
     try:
         found = units.read(text)

@@ -91,8 +91,8 @@ def modes(session: Session, scene: Scene) -> Result:
     from ..core import durable
     from ..results import segments
     from ..scenes import build, where
-    from ..scenes.schema import TorsionSpring
     from ..systems import free_motions
+    from ..systems.loads import TorsionSpring
     from . import solving
 
     acting = {name: load for name, load in scene.loads.items() if isinstance(load, TorsionSpring)}

@@ -185,9 +185,9 @@ def narrowed(own: Limits, known: Parameter) -> Parameter:
 
 def spread(parameters: Sequence[Parameter], samples: str | None, design: str | None, listed: Path | None, seed: int) -> np.ndarray:
     """The points (k, d) of the sweep."""
+    from ..core import units
     from ..reduction import parameters as boxes
     from ..results import sweep_files
-    from ..scenes import units
 
     if listed is not None or design == "list":
         if listed is None or samples is not None or design not in (None, "list"):

@@ -7,27 +7,24 @@ Energy balance of M q'' + f + Phi_q^T lambda = 0 with conservative constant load
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..bodies.fields import recover
-from ..bodies.laws import NUMBERS
+from ..core.errors import InputError, say
 from ..core.jit import jit
-from ..core.notices import notify
 from ..systems import compiled, kernels
+from ..systems.angles import continuous, turning
 from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.kernels import Arrays
-from ..systems.probes import require_distinct_columns
-from ..systems.system import Line, LoadKind, Output, System, linear_part
+from ..systems.probes import Sensed, kind_of, require_distinct_columns
+from ..systems.system import Line, LoadKind, System, linear_part
 from .trajectory import Trajectory
 
 STILL = 1e-12  #: energy, over that of crossing the model once in the run, that is the round-off of a model at rest
 UNSURE = 3.0  #: error of the work over its difference from that of every second state
 FEW = 9  #: stored states, below which nothing is said of a rise of the energy balance
-DOUBT = 1.5  #: change of an angle from one stored state to the next beside the expected one, above which a turn may be lost [rad]
-PARALLEL = 1e-9  #: part of the largest moment of vectors about an axis below which they are parallel to it
 DELTA = 1e-6  #: relative time difference for Phi_t
 
 
@@ -221,55 +218,20 @@ def lifted(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def outputs(trajectory: Trajectory) -> dict[str, np.ndarray]:
     """All named outputs: column name -> values (s,)."""
-    sensors = trajectory.system.sensors
-    y = np.asarray(sensors.matrix @ trajectory.x.T).T + sensors.offset
-    rate = np.asarray(sensors.matrix @ trajectory.v.T).T
-    columns: dict[str, np.ndarray] = {}
+    sensors, columns = trajectory.system.sensors, dict[str, np.ndarray]()
+    y, rate, change = (np.asarray(sensors.matrix @ part.T).T for part in (trajectory.x, trajectory.v, trajectory.a))
+    y = y + sensors.offset
     require_distinct_columns(trajectory.system.outputs)
-    for output in trajectory.system.outputs.values():
-        columns.update(zip(output.columns, RULES[output.kind](trajectory, output, y, rate), strict=True))
+    for name, output in trajectory.system.outputs.items():
+        rows = list(output.rows)
+        whole = partial(energies, trajectory), partial(reactions, trajectory)
+        sensed = Sensed(name, trajectory.system.dim, trajectory.times, y[:, rows], rate[:, rows], change[:, rows], *whole)
+        values = list(kind_of(output).evaluate(output, sensed))
+        if len(values) != len(output.columns):
+            expected = f"as many values as columns ({', '.join(output.columns)})"
+            raise InputError(say(f"output '{name}': evaluate", expected, f"{len(values)} values"))
+        columns.update(zip(output.columns, values, strict=True))
     return columns
-
-
-Rule = Callable[[Trajectory, Output, np.ndarray, np.ndarray], list[np.ndarray]]
-
-
-def position_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
-    return [y[:, k] for k in output.rows]
-
-
-def velocity_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
-    return [rate[:, k] for k in output.rows]
-
-
-def angle_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
-    """Angle that counts its turns, see `continuous`."""
-    rows = list(output.rows)
-    change = np.asarray(trajectory.system.sensors.matrix[rows] @ trajectory.a.T).T
-    angle, speed, acceleration = turning(y[:, rows], rate[:, rows], change)
-    return [continuous(f"output '{output.columns[0]}'", trajectory.times, angle, speed, acceleration)]
-
-
-def turning(y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Argument of plane vectors y (s, 2), in (-pi, pi], and its first and second derivative, (s,) each."""
-    square, along = np.sum(y * y, axis=1), np.sum(y * rate, axis=1)
-    speed = (y[:, 0] * rate[:, 1] - y[:, 1] * rate[:, 0]) / square
-    return np.arctan2(y[:, 1], y[:, 0]), speed, (y[:, 0] * change[:, 1] - y[:, 1] * change[:, 0] - 2.0 * along * speed) / square
-
-
-def continuous(name: str, times: np.ndarray, angle: np.ndarray, speed: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
-    """An angle (s,) known but for whole turns, with the turns that its angular velocity makes between the stored states.
-
-    h / 2 (w0 + w1) + h^2 / 12 (w0' - w1') is its change up to h^5 w'''' / 720, so that states may be far apart. A notice where
-    that leaves a doubt.
-    """
-    h = np.diff(times)
-    expected = 0.5 * h * (speed[1:] + speed[:-1]) + h * h / 12.0 * (acceleration[:-1] - acceleration[1:])
-    turns = np.round((expected - np.diff(angle)) / (2 * np.pi))
-    found = angle + 2 * np.pi * np.append(0.0, np.cumsum(turns))
-    if np.abs(np.diff(found) - expected).max(initial=0.0) > DOUBT:
-        notify(f"{name}: stored states are too far apart to count the turns of the angle for certain; store more of them")
-    return found
 
 
 def spring_angles(system: System, times: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
@@ -288,71 +250,6 @@ def spring_angles(system: System, times: np.ndarray, x: np.ndarray, v: np.ndarra
             angle, speed, acceleration = (one + sign * part for one, part in zip((angle, speed, acceleration), parts, strict=True))
         found[:, k] = continuous("torsion spring", times, angle - 2 * np.pi * np.round(angle[0] / (2 * np.pi)), speed, acceleration)
     return found
-
-
-def angular_velocity_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
-    a, b = output.rows
-    return [(y[:, a] * rate[:, b] - y[:, b] * rate[:, a]) / (y[:, a] ** 2 + y[:, b] ** 2)]
-
-
-def spin_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
-    """Component along a fixed axis of the angular velocity w of the vectors e_k of a place, e_k' = w x e_k.
-
-    By least squares, sum_k (|e_k|^2 1 - e_k e_k^T) w = sum_k e_k x e_k'; one vector alone has no rate about itself.
-    """
-    e, change = (part[:, list(output.rows)].reshape(len(y), -1, 3) for part in (y, rate))
-    A = np.einsum("ske,ske->s", e, e)[:, None, None] * np.eye(3) - np.einsum("ski,skj->sij", e, e)
-    w = np.einsum("sij,sj->si", np.linalg.pinv(A, rcond=PARALLEL, hermitian=True), np.cross(e, change).sum(axis=1))
-    return [w @ np.array(output.parameters)]
-
-
-def stress_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
-    """Von Mises stress on both faces from the jets of a point."""
-    law, thickness, *section = output.parameters
-    jets = y[:, list(output.rows)].T
-    data = np.tile(np.array(section)[:, None], (1, jets.shape[1]))
-    return list(recover(NUMBERS[int(law)], jets, data, thickness).von_mises)
-
-
-def deflection_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
-    """Component of tip - root normal to the root's slope: signed in the plane, a length in space."""
-    dim = trajectory.system.dim
-    tip, root, slope = (y[:, list(output.rows[k * dim : (k + 1) * dim])] for k in range(3))
-    unit = slope / np.linalg.norm(slope, axis=1, keepdims=True)
-    apart = tip - root
-    if dim == 2:
-        return [unit[:, 0] * apart[:, 1] - unit[:, 1] * apart[:, 0]]
-    return [np.linalg.norm(np.cross(unit, apart), axis=1)]
-
-
-def energy_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
-    return list(energies(trajectory).T)
-
-
-def reaction_output(trajectory: Trajectory, output: Output, y: np.ndarray, rate: np.ndarray) -> list[np.ndarray]:
-    found = reactions(trajectory)
-    mine = [values for (joint, _), values in found.items() if joint == output.joint]
-    if len(mine) != len(output.columns):
-        notify(
-            f"the reaction of joint '{output.joint}' is given as NaN: "
-            "a reduced model that has dropped the joint's constraint does not know it"
-        )
-        return [np.full(len(trajectory.times), np.nan)] * len(output.columns)
-    return mine
-
-
-RULES: dict[str, Rule] = {
-    "position": position_output,
-    "slope": position_output,
-    "velocity": velocity_output,
-    "angle": angle_output,
-    "angular velocity": angular_velocity_output,
-    "spin": spin_output,
-    "stress": stress_output,
-    "deflection": deflection_output,
-    "energy": energy_output,
-    "reaction": reaction_output,
-}
 
 
 def centre_lines(system: System, q: np.ndarray) -> dict[str, np.ndarray]:

@@ -218,8 +218,8 @@ def stored(case: Case, instants: int) -> np.ndarray:
 def measured(motion: Trajectory) -> Result:
     """The outputs of a motion."""
     from ..dynamics import outputs
-    from . import output_errors
+    from ..systems import probes
 
     known = motion.system.outputs.items()
-    units = {column: unit for name, one in known for column, unit in zip(one.columns, output_errors.units(name, one), strict=True)}
+    units = {column: unit for name, one in known for column, unit in zip(one.columns, probes.units(name, one), strict=True)}
     return Result(motion.times, outputs(motion), units)

@@ -22,24 +22,12 @@ from ..core.errors import InputError, say
 from ..core.notices import Notice
 from ..dynamics.outputs import outputs as histories
 from ..dynamics.trajectory import Trajectory
+from ..systems import probes
 from ..systems.system import Output
 from .errors import common_times
 
 STILL = 1e-2  #: least part of the range of its output that a column counts with
 ROUND = 1e-12  #: range, over the largest number, of an output that stands still
-
-#: kind of output -> SI unit; slopes are numbers
-UNITS = {
-    "position": "m",
-    "velocity": "m/s",
-    "angle": "rad",
-    "angular velocity": "rad/s",
-    "spin": "rad/s",
-    "stress": "Pa",
-    "deflection": "m",
-    "energy": "J",
-}
-FORCES, MOMENTS = ("x", "y", "z", "normal"), ("angle", "axis", "slope", "teeth")  #: first words of the coordinates of a joint
 
 
 @dataclass(frozen=True)
@@ -75,11 +63,13 @@ def between(
     """Errors of columns (s,) at common times, of those that both have."""
     found: dict[str, OutputError] = {}
     for name, output in outputs.items():
-        mine = [(column, unit) for column, unit in zip(output.columns, units(name, output), strict=True) if column in reference]
+        mine = [
+            (column, unit) for column, unit in zip(output.columns, probes.units(name, output), strict=True) if column in reference
+        ]
         for column, unit in mine:
             if column in other:
                 group = [reference[sister] for sister, same in mine if same == unit]
-                least = 1.0 if output.kind == "energy" else STILL
+                least = 1.0 if probes.kind_of(output).on_largest else STILL
                 found[column] = single(name, unit, reference[column], other[column], group, least)
     return found
 
@@ -101,11 +91,3 @@ def measure(found: Mapping[str, OutputError], tolerances: Mapping[str, float] | 
         return float(np.max(parts)) if parts else math.nan
     known = [one.relative for one in found.values() if not math.isnan(one.relative)]
     return max(known, default=math.nan)
-
-
-def units(name: str, output: Output) -> tuple[str, ...]:
-    """SI units of the columns of an output; empty where a number has none, or that of a multiplier has no name."""
-    if output.kind != "reaction":
-        return (UNITS.get(output.kind, ""),) * len(output.columns)
-    words = [column.removeprefix(f"{name}_").split("_")[0] for column in output.columns]
-    return tuple("N" if word in FORCES else "N m" if word in MOMENTS else "" for word in words)

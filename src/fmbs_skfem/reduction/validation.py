@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..bodies.laws import NUMBERS
+from ..core.errors import InputError
 from ..core.validation import Misfit, Sizes, also, require, shown
+from ..systems import probes
 from ..systems.springs import ANGLE
 from ..systems.system import Constraints, LoadKind, Output, PointLaw, System
 from . import cases
@@ -22,19 +23,6 @@ from .cases import Case
 
 STEPS = 10_000_000  #: most steps of a run, as of the analysis of a scene
 TITLE = re.compile(r"[^\W\d][^,;\"'\x00-\x1f\x7f]*")  #: of a column
-SIZES = {  #: kind of an output: rows and columns by dimension, None where others decide
-    "position": lambda dim: (None, None),
-    "slope": lambda dim: (None, None),
-    "velocity": lambda dim: (None, None),
-    "angle": lambda dim: (2, 1),
-    "angular velocity": lambda dim: (2, 1),
-    "spin": lambda dim: (None, 1),
-    "stress": lambda dim: (None, 2),
-    "deflection": lambda dim: (3 * dim, 1),
-    "energy": lambda dim: (0, 4),
-    "reaction": lambda dim: (0, None),
-}
-EACH = ("position", "slope", "velocity")  #: kinds with a column for every row
 
 
 @also.register
@@ -96,22 +84,18 @@ def listed(rows: tuple[int, ...], name: str, end: int) -> None:
 def _(part: Output, name: str, sizes: Sizes) -> None:
     """A known kind of output with the rows that it reads."""
     dim, sensors = sizes["c"], sizes["s"]
-    require(part.kind in SIZES, f"{name}.kind", f"one of {', '.join(SIZES)}", shown(part.kind))
     listed(part.rows, f"{name}.rows", sensors)
-    rows, columns = SIZES[part.kind](dim)
-    if part.kind == "stress":
-        law = next(iter(part.parameters), -1.0)
-        require(law in NUMBERS, f"{name}.parameters", "the number of a law first", law)
-        rows, count = NUMBERS[int(law)].vectors * dim, 2 + NUMBERS[int(law)].rows
-        require(len(part.parameters) == count, f"{name}.parameters", f"{count} numbers", len(part.parameters))
-    if part.kind == "spin":
-        require(dim == 3 and len(part.rows) in (3, 6, 9), f"{name}.rows", "one to three vectors in space", len(part.rows))
-        require(len(part.parameters) == 3, f"{name}.parameters", "an axis", len(part.parameters))
-    if part.kind in EACH:
-        columns = len(part.rows)
-    for key, wanted in (("rows", rows), ("columns", columns)):
+    try:
+        kind = probes.kind_of(part)
+    except InputError as problem:
+        raise Misfit(f"{name}.kind", f"one of {', '.join(probes.Probe.known)}", shown(part.kind)) from problem
+    try:
+        wanted = kind.sizes(part, dim)
+    except (LookupError, ValueError, OverflowError) as problem:
+        raise Misfit(f"{name}.parameters", "numbers of such an output", shown(part.parameters)) from problem
+    for key, count in zip(("rows", "columns", "parameters"), wanted, strict=True):
         got = len(getattr(part, key))
-        require(wanted in (None, got), f"{name}.{key}", f"{wanted} of them", got)
+        require(count in (None, got), f"{name}.{key}", f"{count} of them", got)
 
 
 # ------------------------------------------------------------------------------------------------------------- polynomials

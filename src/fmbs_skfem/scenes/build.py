@@ -21,12 +21,7 @@ from ..shapes.surface import Surface
 from ..systems import assembly, edges
 from ..systems.system import System, is_linear
 from . import schema, times
-from .consistency import PLACES
-from .fields import Place
-from .parts import part, remeshed
-from .rules import at, joint, load, probe
-
-__all__ = ["system", "chosen_form", "kept_steps", "snapshot_steps", "part", "remeshed", "joint", "load", "probe", "at"]
+from .consistency import places
 
 LARGE = 500  #: functions of a plate above which sparse factors are used, which turn with it where constraints are multipliers
 MANY = 500  #: linear constraints, a dense column of the factors' inverse each, above which they are eliminated all the same
@@ -63,18 +58,10 @@ def parts(scene: schema.Scene, cells: int | None = None, allow_outside: bool = F
 def of_parts(scene: schema.Scene, parts: list[Body], pictures: bool = True) -> System:
     """The system of a scene with its bodies made; without `pictures` for those who look at numbers only."""
     _check_places(scene, {part.name: part for part in parts})
-    moving = isinstance(scene.analysis, schema.Dynamic)
-    initial = {name: _motion(motion) for name, motion in scene.initial.bodies.items()} if moving else {}
+    initial = scene.initial.bodies if isinstance(scene.analysis, schema.Dynamic) else {}
+    joints, loads = scene.joints.values(), scene.loads.values()
     try:
-        return assembly.assemble(
-            parts,
-            [joint(model, name) for name, model in scene.joints.items()],
-            [load(model, name) for name, model in scene.loads.items()],
-            assembly.Rayleigh(scene.damping.mass, scene.damping.stiffness),
-            {name: probe(model) for name, model in scene.outputs.items()},
-            initial,
-            pictures,
-        )
+        return assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures)
     except InputError as error:
         raise InputError(located(scene, str(error))) from error
 
@@ -127,13 +114,9 @@ def dynamic(scene: schema.Scene) -> schema.Dynamic:
     return scene.analysis
 
 
-def _motion(model: schema.Motion) -> assembly.Motion:
-    return assembly.Motion(model.velocity or (), () if model.angular_velocity is None else model.angular_velocity)
-
-
 def _body(scene: schema.Scene, name: str, cells: int | None, allow_outside: bool) -> Body:
     try:
-        return part(scene.bodies[name], scene, name, cells, allow_outside)
+        return scene.bodies[name].build(scene, name, cells, allow_outside)
     except InputError as error:
         raise InputError(f"{schema.where(scene, 'bodies', name)}: {error}") from error
 
@@ -141,9 +124,9 @@ def _body(scene: schema.Scene, name: str, cells: int | None, allow_outside: bool
 def _check_places(scene: schema.Scene, parts: dict[str, Body]) -> None:
     """Every place, edge and face of joints, loads and outputs is one of its body; all that are not are listed."""
     wrong: list[str] = []
-    for keys, place in _places(scene):
+    for keys, place in places(scene):
         try:
-            bodies.locate(parts[place.body], at(place).place)
+            bodies.locate(parts[place.body], place.place)
         except InputError as error:
             wrong.append(f"{schema.where(scene, *keys)}: {error}")
     for keys, name, found in _groups(scene):
@@ -153,15 +136,6 @@ def _check_places(scene: schema.Scene, parts: dict[str, Body]) -> None:
             wrong.append(f"{schema.where(scene, *keys)}: {error}")
     if wrong:
         raise InputError("\n".join(wrong))
-
-
-def _places(scene: schema.Scene) -> Iterator[tuple[tuple[str, ...], Place]]:
-    for group, items in (("joints", scene.joints), ("loads", scene.loads), ("outputs", scene.outputs)):
-        for name, item in items.items():
-            for key in PLACES:
-                place = getattr(item, key, None)
-                if isinstance(place, Place):
-                    yield (group, name, key), place
 
 
 def _groups(scene: schema.Scene) -> Iterator[tuple[tuple[str, ...], str, tuple[str, ...]]]:
@@ -200,11 +174,9 @@ def check_functions(scene: schema.Scene) -> None:
         instants = analysis.time * np.linspace(0.0, 1.0, analysis.load_steps + 1)
     else:
         instants = _instants(analysis)
-    for name, model in scene.loads.items():
-        history = getattr(model, "history", None)
-        if isinstance(history, Expression):
-            expressions.check(history, instants, f"load '{name}'")
-    for name, drive in scene.joints.items():
-        found = getattr(drive, "angle", getattr(drive, "displacement", ()))
-        for function in found if isinstance(found, tuple) else (found,):
-            expressions.check(function, instants, f"joint '{name}'")
+    for kind, items in (("load", scene.loads), ("joint", scene.joints)):
+        for name, item in items.items():
+            for value in vars(item).values():
+                for function in value if isinstance(value, tuple) else (value,):
+                    if isinstance(function, Expression):
+                        expressions.check(function, instants, f"{kind} '{name}'")

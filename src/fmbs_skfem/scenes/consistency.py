@@ -9,56 +9,24 @@ import math
 import re
 from collections.abc import Collection, Iterator
 
-from ..bodies import sections
 from ..bodies.body import BENDS_ALIKE, BENDS_ALIKE_REMEDY
+from ..bodies.sections import Given
+from ..core import units
 from ..core.errors import closest, listed
+from ..core.expressions import Expression
 from ..core.problems import Problem, shown
+from ..systems.joints import DrivenAngle
+from ..systems.places import At
+from ..systems.probes import Reaction, Stress
 from . import plausibility, times, unused, yamlfile
-from .fields import Place
+from .fields import Spans
 from .models import Found, Told
-from .parts import section
-from .plate_fields import Spans
-from .schema import (
-    AngleOutput,
-    Cable,
-    DeflectionOutput,
-    Distance,
-    DrivenAngle,
-    Dynamic,
-    Edge,
-    Gear,
-    Given,
-    Plate,
-    PointMass,
-    PointOutput,
-    PressureLoad,
-    ReactionOutput,
-    Revolute,
-    Rigid,
-    RigidPlate,
-    RimNodes,
-    Scene,
-    Shell,
-    StressOutput,
-    TorsionSpring,
-)
+from .schema import Cable, Dynamic, Plate, PointMass, Rigid, RigidPlate, Scene, Shell
 from .training import Allowed
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
+PARTS = ("joints", "loads", "outputs")
 SINE = re.compile(r"\b(sin|cos|tan)\(\s*([-+]?[0-9]+(?:\.[0-9]*)?)\s*\)")
-PLACES = ("at", "to", "tip", "root", "carrier")  #: keys of joints, loads and outputs that may hold a place
-OUTPUT_UNITS = {  #: as quantities of a scene have them
-    "position": "m",
-    "deflection": "m",
-    "velocity": "m/s",
-    "slope": "",
-    "angle": "rad",
-    "angular_velocity": "rad/s",
-    "stress": "Pa",
-    "energy": "N m",
-    "reaction": "N",
-}
-TURNING = (DrivenAngle, Revolute, Gear, TorsionSpring, AngleOutput)  #: what turns, in space about an axis that has to be given
 
 
 def problems(scene: Scene) -> Iterator[Found]:
@@ -67,8 +35,7 @@ def problems(scene: Scene) -> Iterator[Found]:
     yield from _bodies(scene)
     yield from _places(scene)
     yield from _surfaces(scene)
-    yield from _axes(scene)
-    yield from _joints(scene)
+    yield from _declared(scene)
     yield from _references(scene)
     yield from _times(scene)
     yield from _components(scene)
@@ -90,12 +57,9 @@ def notices(scene: Scene) -> Iterator[Told]:
         if rotation is not None and abs(rotation.angle) > 2 * math.pi * (1 + 1e-12):
             yield ("bodies", name, "rotation"), _turns(rotation.angle)
     for name, joint in scene.joints.items():
-        if (
-            isinstance(joint, DrivenAngle)
-            and len(joint.angle.program) == 1
-            and abs(float(joint.angle(0.0))) > 2 * math.pi * (1 + 1e-12)
-        ):
-            yield ("joints", name, "angle"), _turns(float(joint.angle(0.0)))
+        angle = joint.angle if isinstance(joint, DrivenAngle) else None
+        if isinstance(angle, Expression) and len(angle.program) == 1 and abs(angle(0.0)) > 2 * math.pi * (1 + 1e-12):
+            yield ("joints", name, "angle"), _turns(angle(0.0))
 
 
 def _degrees(value: object, keys: tuple[str | int, ...]) -> Iterator[Told]:
@@ -143,8 +107,8 @@ def _bodies(scene: Scene) -> Iterator[Found]:
 
 
 def _cable(key: tuple[str, str], body: Cable, dimension: int) -> Iterator[Found]:
-    if dimension == 3 and not sections.bends_alike(section(body.section)):
-        yield (*key, "section"), Problem(BENDS_ALIKE, f"one that is {body.section.shape}", BENDS_ALIKE_REMEDY)
+    if dimension == 3 and not body.section.bends_alike:
+        yield (*key, "section"), Problem(BENDS_ALIKE, f"one that is {body.section.word}", BENDS_ALIKE_REMEDY)
     if not isinstance(body.section, Given) and body.material is None:
         yield (*key, "material"), Problem("a material for a solid section", "nothing", "or give EA, EI and rhoA (shape: given)")
     if body.continuity >= body.degree:
@@ -156,33 +120,36 @@ def _cable(key: tuple[str, str], body: Cable, dimension: int) -> Iterator[Found]
 
 def _places(scene: Scene) -> Iterator[Found]:
     """Every place names a body that exists, and a point where the body has several."""
-    for part in ("joints", "loads", "outputs"):
+    for key, place in places(scene):
+        yield from _place(scene, key, place)
+
+
+def places(scene: Scene) -> Iterator[tuple[tuple[str, ...], At]]:
+    """All places of joints, loads and outputs with their paths of keys."""
+    for part in PARTS:
         for name, item in getattr(scene, part).items():
-            for key in PLACES:
-                place = getattr(item, key, None)
-                if isinstance(place, Place):
-                    yield from _place(scene, (part, name, key), place)
+            yield from (((part, name, key), value) for key, value in vars(item).items() if isinstance(value, At))
 
 
-def _place(scene: Scene, key: tuple[str, ...], place: Place) -> Iterator[Found]:
+def _place(scene: Scene, key: tuple[str, ...], place: At) -> Iterator[Found]:
     if place.body not in scene.bodies:
         yield key, _unknown("body", "bodies", place.body, scene.bodies)
         return
-    body, got = scene.bodies[place.body], shown(place.group or place.s)
-    if isinstance(body, PointMass) and (place.s is not None or place.group not in (None, "center")):
+    body, got, measured = scene.bodies[place.body], shown(place.place), not isinstance(place.place, str)
+    if isinstance(body, PointMass) and place.place not in ("", "center"):
         yield key, Problem(f"the point mass '{place.body}' as a whole", got, f"write {place.body}")
-    if isinstance(body, Rigid | RigidPlate) and place.s is not None:
+    if isinstance(body, Rigid | RigidPlate) and measured:
         yield (
             key,
             Problem(f"the rigid body '{place.body}' or one of its points", got, f"write {place.body}.frame or {place.body}.point"),
         )
-    if isinstance(body, Cable) and place.group is None and place.s is None:
+    if isinstance(body, Cable) and place.place == "":
         remedy = f"write {place.body}.group with a point group of its mesh, or {{body: {place.body}, s: 0.3 m}}"
         yield key, Problem(f"a point of the body '{place.body}'", f"'{place.body}'", remedy)
-    if isinstance(body, Plate | Shell) and place.group is None:
+    if isinstance(body, Plate | Shell) and (measured or not place.place):
         named = ", ".join(body.rims) or "none yet"
         remedy = f"write {place.body}.name with one of its rims ({named}) or named points"
-        yield key, Problem(f"a rim or named point of '{place.body}'", f"'{place.body}'" if place.s is None else got, remedy)
+        yield key, Problem(f"a rim or named point of '{place.body}'", got if measured else f"'{place.body}'", remedy)
 
 
 def _surfaces(scene: Scene) -> Iterator[Found]:
@@ -193,7 +160,7 @@ def _surfaces(scene: Scene) -> Iterator[Found]:
             if isinstance(body, str):
                 yield from _plate(scene, (part, name, "body"), body)
     for name, output in scene.outputs.items():
-        if isinstance(output, StressOutput) and output.at.body in scene.bodies:
+        if isinstance(output, Stress) and output.at.body in scene.bodies:
             yield from _plate(scene, ("outputs", name, "at"), output.at.body)
 
 
@@ -206,47 +173,23 @@ def _plate(scene: Scene, key: tuple[str, ...], name: str) -> Iterator[Found]:
         yield key, Problem(expected, f"'{name}', a {scene.bodies[name].type}")
 
 
-def _axes(scene: Scene) -> Iterator[Found]:
-    """Axes in space, and what is only known in the plane or only in space."""
-    for part in ("joints", "loads", "outputs"):
+def _declared(scene: Scene) -> Iterator[Found]:
+    """What joints, loads and outputs say themselves, and joints between a point and itself."""
+    for part in PARTS:
         for name, item in getattr(scene, part).items():
-            if scene.dimension == 3 and isinstance(item, TURNING) and item.axis is None:
-                yield (part, name, "axis"), Problem("the axis of rotation in space", "nothing", "write for instance [0, 0, 1]")
-            if scene.dimension == 3 and isinstance(item, Gear) and item.carrier is not None:
-                yield (part, name, "carrier"), Problem("wheels on the ground in space", f"the carrier '{item.carrier.body}'")
-            if scene.dimension == 3 and isinstance(item, TorsionSpring) and item.to is not None:
-                yield (part, name, "to"), Problem("the ground in space", f"'{item.to.body}'")
-            if scene.dimension == 2 and isinstance(item, PressureLoad):
-                yield (part, name), Problem("a pressure in a scene of dimension 3", "one of dimension 2", "use an edge_load")
-            if scene.dimension == 2 and isinstance(item, PointOutput) and item.component == "z":
-                yield (part, name, "component"), Problem("x or y in the plane", "'z'")
-
-
-def _joints(scene: Scene) -> Iterator[Found]:
-    """Joints that need more than their fields say."""
+            for key, problem in item.problems(scene.dimension):
+                yield (part, name, *([key] if key else [])), problem
     for name, joint in scene.joints.items():
-        if isinstance(joint, Distance | RimNodes) and joint.to is None:
-            yield (
-                ("joints", name, "to"),
-                Problem("a place or the coordinates of a fixed point", "ground", "write for instance [0, 0, 1]"),
-            )
-        if isinstance(joint, Edge) and joint.fixed == "" and not joint.slope:
-            yield (
-                ("joints", name, "fixed"),
-                Problem("a component of displacement or slope that is held", "none", "delete the joint"),
-            )
         to = getattr(joint, "to", None)
-        if isinstance(to, Place) and to == getattr(joint, "at", None):
+        if isinstance(to, At) and to == getattr(joint, "at", None):
             yield ("joints", name, "to"), Problem("another point than 'at'", "the same")
 
 
 def _references(scene: Scene) -> Iterator[Found]:
     """Names in outputs and initial motion."""
     for name, output in scene.outputs.items():
-        if isinstance(output, ReactionOutput) and output.joint not in scene.joints:
+        if isinstance(output, Reaction) and output.joint not in scene.joints:
             yield ("outputs", name, "joint"), _unknown("joint", "joints", output.joint, scene.joints)
-        if isinstance(output, DeflectionOutput) and output.tip == output.root:
-            yield ("outputs", name, "root"), Problem("another point than the tip", "the same")
     for name in scene.initial.bodies:
         if name not in scene.bodies:
             yield ("initial", "bodies", name), _unknown("body", "bodies", name, scene.bodies)
@@ -333,10 +276,10 @@ def _tolerances(scene: Scene, wanted: Allowed) -> Iterator[Found]:
         if name not in scene.outputs:
             yield key, _unknown("output", "outputs", name, scene.outputs)
             continue
-        unit = OUTPUT_UNITS[scene.outputs[name].type]
-        if given not in ("", unit):
-            expected = f"an error in {unit}" if unit else "a number"
-            yield key, Problem(expected, f"one in {given}", f"output '{name}' is of the type {scene.outputs[name].type}")
+        output = scene.outputs[name]
+        if given not in ("", units.unit(units.named(output.unit).exponents)):
+            expected = f"an error in {output.unit}" if output.unit else "a number"
+            yield key, Problem(expected, f"one in {given}", f"output '{name}' is of the type {output.word}")
 
 
 def _comparisons(scene: Scene) -> Iterator[Found]:

@@ -13,12 +13,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
-from ..core import expressions
+from ..core import expressions, units
 from ..core.errors import closest, listed
+from ..core.fields import Range
 from ..core.problems import Problem, shown
-from . import units
+from ..core.units import Quantity
 from .models import Found
-from .units import Quantity
 
 Changes: TypeAlias = Mapping[str, float | str]
 
@@ -42,19 +42,6 @@ SCHEMA: dict[str, Any] = {
     ],
     "description": "a quantity, or {value: ..., range: [low, high], scale: linear or log}",
 }  #: JSON schema of a parameter
-
-
-@dataclass(frozen=True)
-class Range:
-    """The values a parameter may take, in SI units."""
-
-    low: float
-    high: float
-    log: bool = False
-    unit: str = ""  #: SI unit, for headers of tables
-
-    def __str__(self) -> str:
-        return f"{self.low:g} to {self.high:g} {self.unit}".strip()
 
 
 class Values(dict[str, Quantity]):

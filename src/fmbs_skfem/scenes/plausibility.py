@@ -22,13 +22,12 @@ from typing import Any
 import numpy as np
 
 from ..bodies import body as bodies
-from ..bodies import sections
 from ..bodies.body import Body
 from ..bodies.plate import on_nodes
 from ..shapes import line, surface
 from ..shapes.surface import Parent, Surface
+from ..systems.loads import Gravity, TorsionSpring
 from . import schema
-from .parts import section
 
 WAVE_SPEEDS = (50.0, 2e4)  #: where masses count [m/s]
 SOLIDS = (10.0, 3e4)  #: soft rubber to diamond [m/s]
@@ -104,9 +103,9 @@ def figures(scene: schema.Scene, parts: Mapping[str, Body]) -> dict[str, Figures
     return {name: of_body(model, parts[name], gravity) for name, model in scene.bodies.items()}
 
 
-def weights(scene: schema.Scene) -> dict[str, schema.Gravity]:
+def weights(scene: schema.Scene) -> dict[str, Gravity]:
     """The gravity loads of a scene."""
-    return {name: load for name, load in scene.loads.items() if isinstance(load, schema.Gravity)}
+    return {name: load for name, load in scene.loads.items() if isinstance(load, Gravity)}
 
 
 def mass_of(part: Body) -> float:
@@ -121,10 +120,7 @@ def of_body(model: Any, part: Body, gravity: float) -> Figures:
 
 @of_body.register
 def _(model: schema.Cable, part: Body, gravity: float) -> Figures:
-    data = sections.stiffness(
-        section(model.section),
-        None if model.material is None else sections.Material(model.material.young_modulus, model.material.density),
-    )
+    data = model.section.stiffness(model.material)
     lengths = line_cells(part)
     length, weight = float(lengths.sum()), data.rhoA * gravity
     return Figures(
@@ -237,7 +233,7 @@ def findings(scene: schema.Scene, known: Mapping[str, Figures]) -> Iterator[Find
         if size > WEIGHT:
             yield Finding(("loads", name, "acceleration"), f"gravity of {size:.4g} m/s2: write '{size:.4g} mm/s^2' if mm are meant")
     for name, spring in scene.loads.items():
-        if isinstance(spring, schema.TorsionSpring) and abs(spring.rest_angle) > 2 * math.pi * (1 + 1e-12):
+        if isinstance(spring, TorsionSpring) and abs(spring.rest_angle) > 2 * math.pi * (1 + 1e-12):
             angle = f"{spring.rest_angle:g}"
             text = f"an angle of {angle} rad is more than one turn: write '{angle} deg' if degrees are meant"
             yield Finding(("loads", name, "rest_angle"), text)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -10,10 +9,10 @@ from typing import Any, TypeAlias
 from pydantic import ValidationError
 
 from ..core.errors import InputError, closest, say
+from ..core.fields import Context
 from ..core.notices import notify
 from ..core.problems import Problem, printable, shown
-from . import consistency, parameters, schema, yamlfile
-from .fields import Context
+from . import consistency, extensions, parameters, schema, yamlfile
 from .models import Found
 from .parameters import Changes
 
@@ -47,6 +46,7 @@ def again(scene: schema.Scene, changed: Changes) -> schema.Scene:
 def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, changed: Changes, repair: bool = False) -> schema.Scene:
     data = yamlfile.plain(node)
     _stop(name, node, _version(data))
+    _stop(name, node, extensions.load(data.get("extensions"), folder))
     known = parameters.resolve(data.get("parameters"), changed)
     _stop(name, node, known.found)
     values = {key: value.value for key, value in known.values.items()}
@@ -54,6 +54,7 @@ def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, chan
     clock = not (isinstance(analysis, dict) and analysis.get("type") == "static")
     context = Context(2 if data.get("dimension") == 2 else 3, known.values, known.ranges, clock)
     data = data | ({"parameters": values} if values else {})
+    schema.refresh()
     try:
         scene = schema.Scene.model_validate(data, context=context)
     except ValidationError as error:
@@ -156,15 +157,12 @@ def _hint(node: dict[str, Any]) -> str:
     return f"add {node['description']}" if "description" in node and "$ref" not in node else ""
 
 
-_whole = functools.cache(schema.json_schema)
-
-
 def _keys(place: Keys, data: Any) -> tuple[Keys, dict[str, Any]]:
     """Keys of the file on the way to an error, and the JSON schema of the last mapping on it.
 
     pydantic's path also names the member of a union (after the mapping it chose) and union branches; the file does not.
     """
-    whole = _whole()
+    whole = schema.whole()
     node, keys = _resolve(whole, whole, data), list[str | int]()
     tagged = False
     for step in place:

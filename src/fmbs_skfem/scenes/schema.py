@@ -8,52 +8,28 @@ is checked in `consistency`.
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import Field, PrivateAttr, StrictStr
+from pydantic import Field, PrivateAttr, StrictStr, WithJsonSchema
 
-from . import fields, plate_fields, yamlfile
-from .bodies import Body, Cable, Circular, Given, Material, Plate, PointMass, Rectangular, Rigid, RigidPlate, Shell
-from .links import (
-    Clamp,
-    Cylindrical,
-    Distance,
-    DrivenAngle,
-    DrivenPosition,
-    Edge,
-    EdgeLoad,
-    Follower,
-    Gear,
-    Gravity,
-    Joint,
-    Load,
-    Moment,
-    NormalEdgeLoad,
-    Pin,
-    PointForce,
-    PressureLoad,
-    Prismatic,
-    Revolute,
-    RimNodes,
-    Slider,
-    SurfaceLoad,
-    Torque,
-    TorsionSpring,
-    Universal,
-    Weld,
-)
+from ..bodies.sections import Section
+from ..core.fields import Number, Range, Time, Tolerance
+from ..systems.assembly import Motion, Rayleigh
+from ..systems.gaps import Joint
+from ..systems.loads import Load
+from ..systems.probes import Probe
+from . import fields, yamlfile
+from .bodies import Body, Cable, Plate, PointMass, Rigid, RigidPlate, Shell
+from .declarations import Made, Named
 from .models import Count, Model
-from .parameters import Range
+from .parameters import SCHEMA as PARAMETER
 from .training import Training
 
 __all__ = [
     "Model",
     "Count",
-    "Material",
-    "Circular",
-    "Rectangular",
-    "Given",
     "Body",
     "Cable",
     "PointMass",
@@ -61,46 +37,11 @@ __all__ = [
     "RigidPlate",
     "Plate",
     "Shell",
-    "Joint",
-    "Pin",
-    "Clamp",
-    "Weld",
-    "DrivenAngle",
-    "DrivenPosition",
-    "Distance",
-    "Slider",
-    "Revolute",
-    "Universal",
-    "Prismatic",
-    "Cylindrical",
-    "Gear",
-    "Edge",
-    "RimNodes",
-    "Load",
-    "Gravity",
-    "PointForce",
-    "Follower",
-    "Moment",
-    "Torque",
-    "TorsionSpring",
-    "SurfaceLoad",
-    "PressureLoad",
-    "EdgeLoad",
-    "NormalEdgeLoad",
-    "Damping",
-    "Motion",
     "Initial",
     "Analysis",
     "Dynamic",
     "Static",
     "Modes",
-    "Output",
-    "PointOutput",
-    "AngleOutput",
-    "StressOutput",
-    "DeflectionOutput",
-    "EnergyOutput",
-    "ReactionOutput",
     "HyperReduction",
     "Reduction",
     "Training",
@@ -115,24 +56,13 @@ __all__ = [
 VERSION = 1  #: newest schema version this release reads; 1 is the oldest
 
 
-class Damping(Model):
-    """Rayleigh damping: mass-proportional [1/s] and stiffness-proportional [s]."""
-
-    mass: fields.Rate = 0.0
-    stiffness: fields.Delay = 0.0
-
-
-class Motion(Model):
-    """Rigid velocity field of a body at the start, v = velocity + angular_velocity x r."""
-
-    velocity: fields.Velocity | None = None
-    angular_velocity: fields.AngularVelocity | None = None
+Parameter = Annotated[float, WithJsonSchema(PARAMETER)]
 
 
 class Initial(Model):
     """Motion at the start; bodies not named are at rest."""
 
-    bodies: dict[str, Motion] = Field(default_factory=dict)
+    bodies: dict[str, Annotated[Motion, Made(Motion)]] = Field(default_factory=dict)
 
 
 class Dynamic(Model):
@@ -144,13 +74,13 @@ class Dynamic(Model):
 
     type: Literal["dynamic"]
     constraints: Literal["eliminate", "multipliers"] | None = None
-    duration: fields.Time
-    step: fields.Time
+    duration: Time
+    step: Time
     rho_inf: Annotated[
-        fields.Number,
+        Number,
         Field(ge=0.0, le=1.0, description="spectral radius at infinite frequency, from 0 (damps most) to 1 (damps nothing)"),
     ] = 0.8
-    every: plate_fields.Every = 1
+    every: fields.Every = 1
     tolerance: fields.NewtonTolerance = 2e-12
     solver: Literal["own", "pardiso"] = "own"
 
@@ -166,7 +96,7 @@ class Static(Model):
     method: Literal["load_steps", "arc_length"] = "load_steps"
     constraints: Literal["eliminate", "multipliers"] | None = None
     load_steps: Count = 10
-    time: fields.Time = 1.0
+    time: Time = 1.0
     tolerance: fields.NewtonTolerance = 1e-10
 
 
@@ -181,68 +111,19 @@ class Modes(Model):
 Analysis: TypeAlias = Annotated[Dynamic | Static | Modes, Field(discriminator="type")]
 
 
-class PointOutput(Model):
-    """Position, velocity or slope of a point, one column a coordinate; one `component` has the output's own name."""
-
-    type: Literal["position", "velocity", "slope"]
-    at: fields.At
-    component: Literal["x", "y", "z"] | None = None
-
-
-class AngleOutput(Model):
-    """Angle [rad] turned since the reference, its turns counted, or angular velocity [rad/s]: about z, or along `axis` in space."""
-
-    type: Literal["angle", "angular_velocity"]
-    at: fields.At
-    axis: fields.Axis | None = None
-
-
-class StressOutput(Model):
-    """Von Mises stress at a named point of a plate or shell, on both faces."""
-
-    type: Literal["stress"]
-    at: fields.At
-
-
-class DeflectionOutput(Model):
-    """Position of the tip normal to the root's slope."""
-
-    type: Literal["deflection"]
-    tip: fields.At
-    root: fields.At
-
-
-class EnergyOutput(Model):
-    """Kinetic, strain and potential energy and their balance."""
-
-    type: Literal["energy"]
-
-
-class ReactionOutput(Model):
-    """Force of a joint."""
-
-    type: Literal["reaction"]
-    joint: Annotated[StrictStr, Field(description="a name of a joint")]
-
-
-Output: TypeAlias = Annotated[
-    PointOutput | AngleOutput | StressOutput | DeflectionOutput | EnergyOutput | ReactionOutput, Field(discriminator="type")
-]
-
-
 class HyperReduction(Model):
     """ECSW with relative tolerance eta, on elements or on quadrature points."""
 
-    tolerance: fields.Tolerance = 1e-3
+    tolerance: Tolerance = 1e-3
     sample: Literal["elements", "points"] = "points"
 
 
 class Reduction(Model):
     """POD of snapshots taken every `snapshots` seconds, or span by span; without `components` every body is one."""
 
-    snapshots: plate_fields.Snapshots
+    snapshots: fields.Snapshots
     components: Annotated[dict[str, list[StrictStr]] | None, Field(description="names, each with a list of bodies")] = None
-    tolerance: fields.Tolerance = 1e-12
+    tolerance: Tolerance = 1e-12
     modes: fields.Counts | None = None
     hyper_reduction: HyperReduction | None = HyperReduction()
     constraints: Literal["keep", "eliminate"] = "keep"
@@ -252,8 +133,8 @@ class Compare(Model):
     """Competitors in speed and error: coarser meshes (cells a body), other steps, POD tolerances, modes of FFRF."""
 
     coarse: list[Count] = Field(default_factory=list)
-    steps: list[fields.Time] = Field(default_factory=list)
-    tolerances: list[fields.Tolerance] = Field(default_factory=list)
+    steps: list[Time] = Field(default_factory=list)
+    tolerances: list[Tolerance] = Field(default_factory=list)
     ffrf_modes: Count | None = None
 
 
@@ -272,14 +153,17 @@ class Scene(Model):
     description: StrictStr = ""
     units: Literal["SI"] = "SI"
     dimension: Literal[2, 3] = 3
-    parameters: dict[str, fields.Parameter] = Field(default_factory=dict)
+    extensions: Annotated[list[StrictStr], Field(description="a list of Python files that declare more types; they are run")] = (
+        Field(default_factory=list)
+    )
+    parameters: dict[str, Parameter] = Field(default_factory=dict)
     bodies: dict[str, Body] = Field(min_length=1)
-    joints: dict[str, Joint] = Field(default_factory=dict)
-    loads: dict[str, Load] = Field(default_factory=dict)
-    damping: Damping = Damping()
+    joints: Annotated[dict[str, Joint], Named(Joint)] = Field(default_factory=dict)
+    loads: Annotated[dict[str, Load], Named(Load)] = Field(default_factory=dict)
+    damping: Annotated[Rayleigh, Made(Rayleigh)] = Rayleigh()
     initial: Initial = Initial()
     analysis: Analysis
-    outputs: dict[str, Output] = Field(default_factory=dict)
+    outputs: Annotated[dict[str, Probe], Named(Probe)] = Field(default_factory=dict)
     reduction: Reduction | None = None
     training: Training | None = None
     compare: Compare | None = None
@@ -337,5 +221,29 @@ def location(name: str, node: yamlfile.Node | None, keys: tuple[str | int, ...])
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON schema of a scene file."""
+    """The JSON schema of a scene file, with everything that is declared by now."""
+    refresh()
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **Scene.model_json_schema(by_alias=True)}
+
+
+@functools.cache
+def whole() -> dict[str, Any]:
+    """The JSON schema as it is now, to look at only."""
+    return json_schema()
+
+
+def families() -> list[dict[str, type]]:
+    """What is declared."""
+    return [dict(family.known) for family in (Joint, Load, Probe, Section)]
+
+
+def refresh() -> None:
+    """Let scenes take what was declared after their model was made."""
+    if (now := families()) != BUILT:
+        for model in (Cable, Scene):
+            model.model_rebuild(force=True)
+        whole.cache_clear()
+        BUILT[:] = now
+
+
+BUILT = families()  #: what the model of scenes takes

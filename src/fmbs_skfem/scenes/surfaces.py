@@ -4,45 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import singledispatch
-from pathlib import Path
 
 import numpy as np
 
 from ..core.errors import InputError, closest, say
-from ..shapes import ancf_plate, meshes, nurbs_file, plate_meshes, skfem_surface
+from ..shapes import ancf_plate, skfem_surface
 from ..shapes.plate_meshes import PlateMesh
 from ..shapes.surface import Surface
-from . import schema
 
 FLAT = 1e-12  #: height of a mesh over the plane z = 0, relative to its extent, that is round-off
-
-
-@singledispatch
-def shape(model: object, folder: Path, allow_outside: bool = False, repair: bool = False) -> Surface:
-    """The surface of a model whose files are relative to `folder`; `repair` merges nodes of a mesh that are at one place."""
-    raise InputError(say("body", "a plate or shell", type(model).__name__))
-
-
-@shape.register
-def _(model: schema.Plate, folder: Path, allow_outside: bool = False, repair: bool = False) -> Surface:
-    mesh = plate_meshes.read(meshes.path(model.mesh, folder, allow_outside), True, model.face, repair)
-    height = float(np.abs(mesh.points[:, 2]).max())
-    if height > FLAT * float(np.ptp(mesh.points, axis=0).max()):
-        raise InputError(say(f"mesh {mesh.path}", "a plate in the plane z = 0", f"z = {height:.6g} m", "place it with 'origin'"))
-    corners = 3 if model.interpolation == "argyris" else 4
-    if mesh.cells.shape[1] != corners:
-        wanted = "triangles for argyris" if corners == 3 else f"quads for {model.interpolation}"
-        got, remedy = ("quads", "ancf or bfs") if corners == 3 else ("triangles", "argyris")
-        raise InputError(say(f"mesh {mesh.path}", wanted, got, f"mesh it again, or take the interpolation {remedy}"))
-    return ordered(INTERPOLATIONS[model.interpolation](mesh, model.arcs), model.order)
-
-
-@shape.register
-def _(model: schema.Shell, folder: Path, allow_outside: bool = False, repair: bool = False) -> Surface:
-    path = meshes.path(model.nurbs, folder, allow_outside)
-    shape = nurbs_file.read(path, cells=model.cells, degree=model.degree, scale=model.unit, join=model.join)
-    return ordered(shape, model.order)
 
 
 def ordered(surface: Surface, order: int | None) -> Surface:

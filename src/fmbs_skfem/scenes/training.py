@@ -12,12 +12,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import Field, PlainValidator, StrictInt, ValidationInfo, WithJsonSchema
+from pydantic import Field, StrictInt
 
+from ..core import units
 from ..core.errors import closest
+from ..core.fields import Context, Takes, read_quantity
 from ..core.problems import Problem, shown
-from . import fields, units
-from .fields import Context
 from .models import Count, Model
 
 Row: TypeAlias = tuple[float, ...]
@@ -139,7 +139,7 @@ def tolerance(value: object, context: Context) -> float | Allowed:
     if isinstance(value, Allowed):
         return value
     if not isinstance(value, dict):
-        found = fields.quantity(value, units.NUMBER, context, "> 0")
+        found = read_quantity(value, units.NUMBER, context, "> 0")
         if not found < 1.0:
             raise Problem(
                 "a part of the ranges of the outputs below 1, or errors of outputs by name", shown(value), "1e-4 for instance"
@@ -157,10 +157,6 @@ def tolerance(value: object, context: Context) -> float | Allowed:
 
 def _refuse(value: object) -> Listed:
     raise Problem("a number of points, a grid, a design or a list of points", shown(value))
-
-
-def _design(value: object, info: ValidationInfo) -> Design:
-    return design(value, info.context if isinstance(info.context, Context) else Context())
 
 
 def _default(count: int) -> Any:
@@ -185,26 +181,18 @@ _DESIGN: dict[str, Any] = {
     "description": "a number of points, counts by parameter, {design: ..., count: ...}, or a list of points",
 }
 
-Points = Annotated[Design, PlainValidator(_design), WithJsonSchema(_DESIGN)]
-Wanted = Annotated[
-    float | Allowed,
-    fields.plain(tolerance),
-    WithJsonSchema(
-        {
-            "anyOf": [
-                {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1},
-                {"type": "string"},
-                {"type": "object", "additionalProperties": _VALUE, "minProperties": 1},
-            ],
-            "description": "an error of outputs as a part of their ranges, or largest errors by output",
-        }
-    ),
-]
-Point = Annotated[
-    tuple[float, ...],
-    fields.plain(point),
-    WithJsonSchema(_POINT | {"description": "a value, or a mapping of parameters and values"}),
-]
+_WANTED = {
+    "anyOf": [
+        {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1},
+        {"type": "string"},
+        {"type": "object", "additionalProperties": _VALUE, "minProperties": 1},
+    ],
+    "description": "an error of outputs as a part of their ranges, or largest errors by output",
+}
+
+Points = Annotated[Design, Takes(design, _DESIGN)]
+Wanted = Annotated[float | Allowed, Takes(tolerance, _WANTED)]
+Point = Annotated[tuple[float, ...], Takes(point, _POINT | {"description": "a value, or a mapping of parameters and values"})]
 
 
 class Training(Model):

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from ..bodies.sections import Given
+from ..systems.loads import TorsionSpring
 from .models import Told
-from .schema import Cable, Dynamic, Given, Modes, Scene, Static, TorsionSpring
+from .schema import Cable, Dynamic, Modes, Scene, Static
 from .times import NEAR
 
 

@@ -51,15 +51,15 @@ def straight(s: Floats) -> Floats:
     return np.column_stack([s, 0.0 * s, 0.0 * s])
 
 
-def path(text: str, folder: Path, allow_outside: bool = False) -> Path:
-    """The mesh file that a scene in `folder` calls `text`.
+def path(text: str, folder: Path, allow_outside: bool = False, what: str = "mesh") -> Path:
+    """The file, by default a mesh, that a scene in `folder` calls `text`.
 
     Rule: `text` is relative to `folder`, and the file it leads to, symbolic links followed, lies in the parent of `folder` or
     below: a scene `project/examples/a.yaml` may say `b.msh` or `../meshes/b.msh` and can reach nothing outside `project`. Where the
     parent is the root of the file system, `folder` itself is the bound. Absolute paths are refused even when they lead inside,
     because a scene with one works on one machine only. `allow_outside=True` lifts the whole rule.
     """
-    where = f"mesh path {text!r}"
+    where = f"{what} path {text!r}"
     try:
         base = folder.resolve()
         target = (base / text).resolve()
@@ -70,7 +70,14 @@ def path(text: str, folder: Path, allow_outside: bool = False) -> Path:
         raise errors.InputError(errors.say(where, "a path to a file", "no text"))
     if not allow_outside and (Path(text).is_absolute() or not inside):
         bound = f"a path relative to {base} that stays in its parent folder"
-        raise errors.InputError(errors.say(where, bound, str(target), "copy the file there, or allow meshes outside the project"))
+        raise errors.InputError(
+            errors.say(
+                where,
+                bound,
+                str(target),
+                "copy the file there" + (", or allow meshes outside the project" if what == "mesh" else ""),
+            )
+        )
     return target
 
 

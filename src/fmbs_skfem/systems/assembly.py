@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array, kron, vstack
@@ -13,16 +14,17 @@ from scipy.sparse.linalg import spsolve
 from ..bodies.body import Body, Cells
 from ..bodies.laws import Law
 from ..bodies.plate import local_table
-from ..core import ranks
+from ..core import fields, ranks
+from ..core.declared import require_sound
 from ..core.errors import InputError, listed, say
 from ..core.linalg import alike, diagonal
 from ..core.notices import notify
 from ..shapes import line, surface
 from ..shapes.surface import Surface
 from . import echelon, lengths, redundancy
-from . import joints as joint_rules
-from . import loads as load_rules
 from . import probes as probe_rules
+from .gaps import Joint
+from .loads import Load
 from .places import At, Draft, Layout, Rows, vector
 from .system import (
     Affine,
@@ -30,6 +32,7 @@ from .system import (
     Elastic,
     Line,
     Loads,
+    Output,
     Skin,
     System,
     change_coordinates,
@@ -45,10 +48,10 @@ SNAP = 1e-12  #: distance from a break, over the length of a line, that is round
 
 @dataclass(frozen=True)
 class Rayleigh:
-    """Damping: mass-proportional [1/s], and stiffness-proportional [s], which acts on strains only."""
+    """Rayleigh damping: mass-proportional [1/s] and stiffness-proportional [s], which acts on strains only."""
 
-    mass: float = 0.0
-    stiffness: float = 0.0
+    mass: Annotated[float, fields.quantity("1/s", ">= 0")] = 0.0
+    stiffness: Annotated[float, fields.quantity("s", ">= 0")] = 0.0
 
     def __post_init__(self) -> None:
         if not (self.mass >= 0 and self.stiffness >= 0):
@@ -57,16 +60,16 @@ class Rayleigh:
 
 @dataclass(frozen=True)
 class Motion:
-    """Initial rigid-body velocity field of a body: velocity [m/s] of the origin and angular velocity [rad/s]."""
+    """Rigid velocity field of a body at the start, v = velocity + angular_velocity x r, from the origin of the scene."""
 
-    velocity: tuple[float, ...] = ()
-    angular_velocity: float | tuple[float, ...] = ()
+    velocity: Annotated[tuple[float, ...], fields.vector("m/s")] | None = None
+    angular_velocity: Annotated[float | tuple[float, ...], fields.spin("rad/s")] | None = None
 
 
 def assemble(
     bodies: Iterable[Body],
-    joints: Iterable[joint_rules.Joint] = (),
-    loads: Iterable[load_rules.Load] = (),
+    joints: Iterable[Joint] = (),
+    loads: Iterable[Load] = (),
     damping: Rayleigh | None = None,
     outputs: Mapping[str, probe_rules.Probe] | None = None,
     initial: Mapping[str, Motion] | None = None,
@@ -77,15 +80,20 @@ def assemble(
     draft, layout = empty_draft(list(bodies))
     parts = list(layout.bodies.values())
     shown = parts if pictures else []
+    for joint in joints:
+        require_sound("joint", getattr(joint, "name", ""), joint, Joint, layout.dim)
     unique("joints", [joint.name for joint in joints])
     for joint in joints:
-        joint_rules.gap(joint, draft)
+        joint.constrain(draft)
     for part in parts:
         orthonormal(part, draft)
-    forces = [load_rules.force(load, draft) for load in loads]
-    following = load_rules.following(loads, draft)
-    terms = [term for linear, _ in forces for term in linear]
-    sensed = {name: probe_rules.sense(probe, name, draft) for name, probe in (outputs or {}).items()}
+    for load in loads:
+        require_sound("load", getattr(load, "name", ""), load, Load, layout.dim)
+        load.push(draft)
+    forces, sensed = draft.forces, dict[str, Output]()
+    for name, probe in (outputs or {}).items():
+        require_sound("output", name, probe, probe_rules.Probe, layout.dim)
+        sensed[name] = probe.sense(name, draft)
     probe_rules.require_distinct_columns(sensed)
     mass = diagonal([alike(part.mass, layout.dim) for part in parts])
     probes = draft.probes.affine()
@@ -99,16 +107,16 @@ def assemble(
         stiffness=springs(parts, layout.dim),
         elastic=(
             *(Elastic(part.name, damping.stiffness, gather(part, part.cells, layout)) for part in parts if part.cells is not None),
-            *(Elastic(name, 0.0, gather(part, cells, layout)) for name, part, cells in following),
+            *(Elastic(name, 0.0, gather(part, cells, layout)) for name, part, cells in forces.cells),
         ),
         probes=probes,
         constraints=constraints(draft),
         loads=Loads(
-            constant=mass @ uniform_field(layout, parts, loads),
-            row=np.array([row for row, _, _ in terms], dtype=np.int64),
-            coefficient=np.array([value for _, value, _ in terms], dtype=float),
-            signal=np.array([signal for _, _, signal in terms], dtype=np.int64),
-            laws=tuple(law for _, laws in forces for law in laws),
+            constant=mass @ uniform_field(layout, parts, forces.field),
+            row=np.array([row for row, _, _ in forces.terms], dtype=np.int64),
+            coefficient=np.array([value for _, value, _ in forces.terms], dtype=float),
+            signal=np.array([signal for _, _, signal in forces.terms], dtype=np.int64),
+            laws=tuple(forces.laws),
         ),
         signals=tuple(draft.signals),
         sensors=replace(sensors, offset=sensors.offset + sensors.matrix @ np.kron(unit, layout.origin)),
@@ -180,12 +188,9 @@ def constraints(draft: Draft) -> Constraints:
     return Constraints(tuple(draft.constraints.names), integer[0], np.array(columns[1], dtype=float), *integer[2:])
 
 
-def uniform_field(layout: Layout, parts: list[Body], loads: list[load_rules.Load]) -> np.ndarray:
-    """Coordinates of the sum of all gravity fields."""
-    total = np.zeros(layout.dim)
-    for load in loads:
-        if isinstance(load, load_rules.Gravity):
-            total += vector("gravity", load.acceleration, layout.dim)
+def uniform_field(layout: Layout, parts: list[Body], accelerations: list[np.ndarray]) -> np.ndarray:
+    """Coordinates of the sum of all gravity fields (c,) [m/s2]."""
+    total = sum(accelerations, np.zeros(layout.dim))
     return np.concatenate([np.kron(part.constant, total) for part in parts])
 
 
@@ -198,9 +203,10 @@ def initial_velocity(layout: Layout, parts: list[Body], initial: Mapping[str, Mo
     for part in parts:
         motion, field = initial.get(part.name, Motion()), np.zeros_like(part.reference)
         places = part.reference + np.outer(part.constant, layout.origin)
-        if len(motion.velocity):
+        if motion.velocity is not None:
             field += np.outer(part.constant, vector(f"initial '{part.name}'", motion.velocity, layout.dim))
-        omega = np.atleast_1d(np.asarray(motion.angular_velocity, dtype=float))
+        spin = motion.angular_velocity
+        omega = np.atleast_1d(np.asarray(() if spin is None else spin, dtype=float))
         if omega.size and layout.dim == 2:
             field += float(omega[0]) * places @ np.array([[0.0, 1.0], [-1.0, 0.0]])
         elif omega.size:

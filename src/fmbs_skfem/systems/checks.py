@@ -23,7 +23,7 @@ from ..core.linalg import as_dense
 from . import compiled
 from .assembly import assemble
 from .compiled import Compiled, compile_system
-from .joints import Joint
+from .gaps import Joint
 from .system import Constraints, Loads, System, is_linear, linear_part
 
 AMPLITUDE = 1e-3  #: of the random state and of the directions, in units of the mean coordinate

@@ -9,7 +9,7 @@ others, q_i + X_ij q_j = 0 for a trace of zero; each such function has one linea
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,35 +18,78 @@ from scipy.sparse import coo_array, csr_array, kron
 from ..bodies.body import Body
 from ..bodies.plate import dependent, edge, local_first, trace
 from ..core.errors import InputError, listed, say
+from ..core.problems import Problem
 from ..shapes import surface
 from ..shapes.surface import Surface
-from .gaps import AXES, gap, where
-from .places import At, Draft, Ground
+from . import fields
+from .gaps import AXES, Joint, needs_other_side, where
+from .places import At, Draft
 
 
 @dataclass(frozen=True)
-class Edge:
-    """Edges of a plate held to the ground: components of the displacement, and of its derivative across the edge.
+class Edge(Joint):
+    """Edges of a plate held to the ground: components of the displacement (`fixed`, all by default), and of its derivative across.
 
-    For a plate in x, y with an edge along y: clamped is slope "z", hinged none, a plane of symmetry is fixed "x", slope "yz". By
-    default all components of the displacement are held.
+    For a plate in x, y with an edge along y: clamped is slope `z`, hinged none, a plane of symmetry is fixed `x`, slope `yz`.
     """
 
     name: str
-    body: str
-    edges: tuple[str, ...]
-    fixed: str | None = None
-    slope: str = ""
+    body: fields.Body
+    edges: fields.Names
+    fixed: fields.Letters | None = None
+    slope: fields.Letters = ""
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        if self.fixed == "" and not self.slope:
+            yield "fixed", Problem("a component of displacement or slope that is held", "none", "delete the joint")
+
+    def constrain(self, draft: Draft) -> None:
+        name, dim = where(self), draft.layout.dim
+        part, shape = shape_of(name, draft, self.body)
+        positions = components(f"{name}.fixed", AXES[:dim] if self.fixed is None else self.fixed, dim)
+        slopes = components(f"{name}.slope", self.slope, dim)
+        sides = edge(name, shape, self.edges)
+        kinds = {(c in positions, c in slopes) for c in range(dim)} - {(False, False)}
+        rows = {kind: held(part, shape, sides, *kind) for kind in kinds}
+        for c in sorted({*positions, *slopes}):
+            mine = rows[c in positions, c in slopes]
+            first = draft.probes.add(draft.layout.widen(name, self.body, kron(mine, np.eye(dim)[[c]])))
+            for k, value in enumerate(mine @ part.reference[:, c]):
+                draft.constraints.row(self.name, f"{AXES[c]} {k + 1}", (1.0, -1, first + k, -1), (-float(value), -1, -1, -1))
 
 
 @dataclass(frozen=True)
-class RimNodes:
-    """Nodes along edges of a plate keep their distance to a pin: a place of a body or a fixed point."""
+class RimNodes(Joint):
+    """Every node on edges of a plate keeps its distance to a place or a fixed point, so that the rim itself may deform."""
 
     name: str
-    body: str
-    edges: tuple[str, ...]
-    to: At | Ground
+    body: fields.Body
+    edges: fields.Names
+    to: fields.OtherEnd
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from needs_other_side(self.to)
+
+    def constrain(self, draft: Draft) -> None:
+        name, layout = where(self), draft.layout
+        part, shape = shape_of(name, draft, self.body)
+        cell, side = edge(name, shape, self.edges).T
+        ends = [surface.side_points(shape.parent, side, np.full(len(side), s)) for s in (0.0, 1.0)]
+        rows = own(part, surface.sample(shape, np.tile(cell, 2), np.concatenate(ends)))
+        center = layout.reference(name, self.to)
+        apart = np.asarray(rows @ part.reference) - center
+        grid = np.round(apart / (1e-7 * np.ptp(apart, axis=0).max())).astype(np.int64)
+        nodes = np.sort(np.unique(grid, axis=0, return_index=True)[1])
+        block = layout.widen(name, self.body, kron(rows[nodes], np.eye(layout.dim)))
+        if isinstance(self.to, At):
+            pin = csr_array(kron(np.ones((len(nodes), 1)), layout.read(name, self.to)))
+            first = draft.probes.add(csr_array(block - pin))
+        else:
+            first = draft.probes.add(block, -np.tile(center, len(nodes)))
+        for k, node in enumerate(nodes):
+            y = range(first + k * layout.dim, first + (k + 1) * layout.dim)
+            square = float(apart[node] @ apart[node])
+            draft.constraints.row(self.name, f"node {k + 1}", *((0.5, -1, c, c) for c in y), (-0.5 * square, -1, -1, -1))
 
 
 def shape_of(name: str, draft: Draft, body: str) -> tuple[Body, Surface]:
@@ -78,47 +121,6 @@ def held(part: Body, shape: Surface, sides: np.ndarray, position: bool, slope: b
     values = np.concatenate([np.ones(len(first)), X[i, j]])
     places = (np.concatenate([np.arange(len(first)), i]), np.concatenate([first, second[j]]))
     return own(part, csr_array(coo_array((values, places), shape=(len(first), shape.count))))
-
-
-@gap.register
-def _(joint: Edge, draft: Draft) -> None:
-    name, dim = where(joint), draft.layout.dim
-    part, shape = shape_of(name, draft, joint.body)
-    positions = components(f"{name}.fixed", AXES[:dim] if joint.fixed is None else joint.fixed, dim)
-    slopes = components(f"{name}.slope", joint.slope, dim)
-    if not positions and not slopes:
-        raise InputError(say(f"{name}.fixed", "at least one component of displacement or slope", "none"))
-    sides = edge(name, shape, joint.edges)
-    kinds = {(c in positions, c in slopes) for c in range(dim)} - {(False, False)}
-    rows = {kind: held(part, shape, sides, *kind) for kind in kinds}
-    for c in sorted({*positions, *slopes}):
-        mine = rows[c in positions, c in slopes]
-        first = draft.probes.add(draft.layout.widen(name, joint.body, kron(mine, np.eye(dim)[[c]])))
-        for k, value in enumerate(mine @ part.reference[:, c]):
-            draft.constraints.row(joint.name, f"{AXES[c]} {k + 1}", (1.0, -1, first + k, -1), (-float(value), -1, -1, -1))
-
-
-@gap.register
-def _(joint: RimNodes, draft: Draft) -> None:
-    name, layout = where(joint), draft.layout
-    part, shape = shape_of(name, draft, joint.body)
-    cell, side = edge(name, shape, joint.edges).T
-    ends = [surface.side_points(shape.parent, side, np.full(len(side), s)) for s in (0.0, 1.0)]
-    rows = own(part, surface.sample(shape, np.tile(cell, 2), np.concatenate(ends)))
-    center = layout.reference(name, joint.to)
-    apart = np.asarray(rows @ part.reference) - center
-    grid = np.round(apart / (1e-7 * np.ptp(apart, axis=0).max())).astype(np.int64)
-    nodes = np.sort(np.unique(grid, axis=0, return_index=True)[1])
-    block = layout.widen(name, joint.body, kron(rows[nodes], np.eye(layout.dim)))
-    if isinstance(joint.to, At):
-        pin = csr_array(kron(np.ones((len(nodes), 1)), layout.read(name, joint.to)))
-        first = draft.probes.add(csr_array(block - pin))
-    else:
-        first = draft.probes.add(block, -np.tile(center, len(nodes)))
-    for k, node in enumerate(nodes):
-        y = range(first + k * layout.dim, first + (k + 1) * layout.dim)
-        square = float(apart[node] @ apart[node])
-        draft.constraints.row(joint.name, f"node {k + 1}", *((0.5, -1, c, c) for c in y), (-0.5 * square, -1, -1, -1))
 
 
 def surface_weights(part: Body, shape: Surface, cells: np.ndarray, normal: bool) -> np.ndarray:

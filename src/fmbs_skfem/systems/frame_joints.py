@@ -14,134 +14,133 @@ J. Garcia de Jalon, Multibody Syst. Dyn. 18 (2007) 15-33, doi:10.1007/s11044-007
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import gcd, pi
 
 import numpy as np
 
 from ..core.errors import InputError, say
-from .gaps import Term, arm, carried, coincide, dot, gap, guided, locked, mark, parallel, unit, where
-from .places import At, Draft, Ground
+from ..core.problems import Problem
+from . import fields
+from .gaps import Joint, Term, arm, carried, coincide, dot, guided, locked, mark, needs_axis, parallel, unit, where
+from .places import Draft
 from .springs import ANGLE
 
 
 @dataclass(frozen=True)
-class Revolute:
-    """A hinge to a body, a fixed point, or (None) where it is: about z in the plane, about `axis` (of the reference) in space."""
+class Revolute(Joint):
+    """A hinge: about z in the plane, about `axis` (of the reference) in space. Without `to` it stays where it is."""
 
     name: str
-    at: At
-    to: At | Ground | None = None
-    axis: Ground | None = None
+    at: fields.Place
+    to: fields.End = None
+    axis: fields.Axis | None = None
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from needs_axis(self.axis, dim)
+
+    def constrain(self, draft: Draft) -> None:
+        mark(self, draft, "pin", self.at)
+        coincide(self, draft, self.at, self.to)
+        if self.axis is not None:
+            axis = unit(f"{where(self)}.axis", self.axis, 3)
+            parallel(self, draft, self.at, self.to, axis)
 
 
 @dataclass(frozen=True)
-class Universal:
-    """Equal positions, and the axis on `at` stays normal to `axis_to` on the other end (None: the ground)."""
+class Universal(Joint):
+    """Two places coincide; the axis on `at` stays normal to `axis_to` on the other (or the ground), in space."""
 
     name: str
-    at: At
-    to: At | Ground | None
-    axis: Ground
-    axis_to: Ground
+    at: fields.Place
+    axis: fields.Axis
+    axis_to: fields.Axis
+    to: fields.End = None
+
+    def constrain(self, draft: Draft) -> None:
+        mark(self, draft, "spherical", self.at)
+        spatial(self, draft, "a spherical joint is a pin there")
+        coincide(self, draft, self.at, self.to)
+        a, b = unit(f"{where(self)}.axis", self.axis, 3), unit(f"{where(self)}.axis_to", self.axis_to, 3)
+        if abs(float(a @ b)) > 1e-9:
+            raise InputError(
+                say(f"{where(self)}.axis_to", "an axis normal to the other", f"an angle of {np.degrees(np.arccos(a @ b)):.6g} deg")
+            )
+        terms = dot(carried(self, draft, self.at, a), carried(self, draft, self.to, b), 3)
+        draft.constraints.row(self.name, "axes", *terms)
 
 
 @dataclass(frozen=True)
-class Prismatic:
-    """Translation along a direction that `to` carries (None: the ground), without rotation."""
+class Prismatic(Joint):
+    """Translation along a direction that `to` (or the ground) carries, without rotation."""
 
     name: str
-    at: At
-    direction: Ground
-    to: At | None = None
+    at: fields.Place
+    direction: fields.Direction
+    to: fields.Carrier = None
+
+    def constrain(self, draft: Draft) -> None:
+        mark(self, draft, "slider", self.at)
+        direction = unit(f"{where(self)}.direction", self.direction, draft.layout.dim)
+        guided(self, draft, self.at, self.to, direction)
+        locked(self, draft, self.at, self.to)
 
 
 @dataclass(frozen=True)
-class Cylindrical:
-    """Translation along and rotation about an axis that `to` carries (None: the ground), in space."""
+class Cylindrical(Joint):
+    """Translation along and rotation about an axis that `to` (or the ground) carries, in space."""
 
     name: str
-    at: At
-    axis: Ground
-    to: At | None = None
+    at: fields.Place
+    axis: fields.Axis
+    to: fields.Carrier = None
+
+    def constrain(self, draft: Draft) -> None:
+        mark(self, draft, "slider", self.at)
+        spatial(self, draft, "use a slider")
+        axis = unit(f"{where(self)}.axis", self.axis, 3)
+        guided(self, draft, self.at, self.to, axis)
+        parallel(self, draft, self.at, self.to, axis)
 
 
 @dataclass(frozen=True)
-class Gear:
-    """Two wheels of n_a and n_b teeth (negative: inside teeth) on a carrier that turns (in the plane), or on the ground (None).
+class Gear(Joint):
+    """Two wheels with numbers of teeth (negative: inside teeth) on the ground or, in the plane, on a carrier that turns.
 
-    In space both wheels turn about axes fixed to the ground: `axis` and `axis_b`, which is the same where it is not given.
+    In space they turn about `axis` and `axis_b`, which is the same unless given.
     """
 
     name: str
-    at: At
-    to: At
-    teeth: tuple[int, int]
-    carrier: At | None = None
-    axis: Ground | None = None
-    axis_b: Ground | None = None
+    at: fields.Place
+    to: fields.Place
+    teeth: fields.Teeth
+    carrier: fields.Carrier = None
+    axis: fields.Axis | None = None
+    axis_b: fields.Axis | None = None
 
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from needs_axis(self.axis, dim)
+        if dim == 3 and self.carrier is not None:
+            yield "carrier", Problem("wheels on the ground in space", f"the carrier '{self.carrier.body}'")
 
-@gap.register
-def _(joint: Revolute, draft: Draft) -> None:
-    mark(joint, draft, "pin", joint.at)
-    coincide(joint, draft, joint.at, joint.to)
-    if draft.layout.dim == 3:
-        axis = unit(f"{where(joint)}.axis", (0.0, 0.0, 0.0) if joint.axis is None else joint.axis, 3)
-        parallel(joint, draft, joint.at, joint.to, axis)
-
-
-@gap.register
-def _(joint: Universal, draft: Draft) -> None:
-    mark(joint, draft, "spherical", joint.at)
-    spatial(joint, draft, "a spherical joint is a pin there")
-    coincide(joint, draft, joint.at, joint.to)
-    a, b = unit(f"{where(joint)}.axis", joint.axis, 3), unit(f"{where(joint)}.axis_to", joint.axis_to, 3)
-    if abs(float(a @ b)) > 1e-9:
-        raise InputError(
-            say(f"{where(joint)}.axis_to", "an axis normal to the other", f"an angle of {np.degrees(np.arccos(a @ b)):.6g} deg")
-        )
-    terms = dot(carried(joint, draft, joint.at, a), carried(joint, draft, joint.to, b), 3)
-    draft.constraints.row(joint.name, "axes", *terms)
-
-
-@gap.register
-def _(joint: Prismatic, draft: Draft) -> None:
-    mark(joint, draft, "slider", joint.at)
-    direction = unit(f"{where(joint)}.direction", joint.direction, draft.layout.dim)
-    guided(joint, draft, joint.at, joint.to, direction)
-    locked(joint, draft, joint.at, joint.to)
-
-
-@gap.register
-def _(joint: Cylindrical, draft: Draft) -> None:
-    mark(joint, draft, "slider", joint.at)
-    spatial(joint, draft, "use a slider")
-    axis = unit(f"{where(joint)}.axis", joint.axis, 3)
-    guided(joint, draft, joint.at, joint.to, axis)
-    parallel(joint, draft, joint.at, joint.to, axis)
+    def constrain(self, draft: Draft) -> None:
+        name = where(self)
+        mark(self, draft, "pin", self.at, self.to)
+        n = [int(k) for k in self.teeth]
+        if len(n) != 2 or 0 in n or tuple(n) != tuple(self.teeth):
+            raise InputError(say(f"{name}.teeth", "two whole numbers that are not zero", self.teeth))
+        n = [k // gcd(*n) for k in n]
+        wheels = [(self.at, n[0], self.axis), (self.to, n[1], self.axis if self.axis_b is None else self.axis_b)]
+        wheels += [] if self.carrier is None else [(self.carrier, -sum(n), None)]
+        terms: list[Term] = []
+        for at, teeth, axis in wheels:
+            first = draft.probes.add(arm(name, draft.layout, at, axis)[0])
+            terms.append((teeth / n[0], ANGLE, first, first + 1))
+        draft.constraints.row(self.name, "teeth", *terms, (2 * pi / abs(n[0]), ANGLE, -1, -1))
 
 
 def spatial(joint: Universal | Cylindrical, draft: Draft, remedy: str) -> None:
     """Refuse a joint of space in the plane."""
     if draft.layout.dim == 2:
         raise InputError(say(where(joint), "a spatial scene", "a planar one", remedy))
-
-
-@gap.register
-def _(joint: Gear, draft: Draft) -> None:
-    name = where(joint)
-    mark(joint, draft, "pin", joint.at, joint.to)
-    n = [int(k) for k in joint.teeth]
-    if len(n) != 2 or 0 in n or tuple(n) != tuple(joint.teeth):
-        raise InputError(say(f"{name}.teeth", "two whole numbers that are not zero", joint.teeth))
-    if joint.carrier is not None and draft.layout.dim == 3:
-        raise InputError(say(f"{name}.carrier", "a carrier on the ground in space", joint.carrier))
-    n = [k // gcd(*n) for k in n]
-    wheels = [(joint.at, n[0], joint.axis), (joint.to, n[1], joint.axis if joint.axis_b is None else joint.axis_b)]
-    wheels += [] if joint.carrier is None else [(joint.carrier, -sum(n), None)]
-    terms: list[Term] = []
-    for at, teeth, axis in wheels:
-        first = draft.probes.add(arm(name, draft.layout, at, axis)[0])
-        terms.append((teeth / n[0], ANGLE, first, first + 1))
-    draft.constraints.row(joint.name, "teeth", *terms, (2 * pi / abs(n[0]), ANGLE, -1, -1))

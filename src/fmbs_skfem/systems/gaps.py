@@ -8,7 +8,8 @@ body, the slope t of a line (in the plane also its normal), tangents of a surfac
 
 from __future__ import annotations
 
-from functools import singledispatch
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -16,8 +17,10 @@ from scipy.sparse import csr_array
 
 from ..bodies.body import extent
 from ..core import ranks
+from ..core.declared import Declared
 from ..core.errors import InputError, say
 from ..core.notices import notify
+from ..core.problems import Problem
 from .places import QUARTER, At, Draft, Ground, Layout, vector
 
 AXES = "xyz"
@@ -29,10 +32,26 @@ CLOSE, FINE = 1e-6, 1e-9  #: gaps, relative to the size of the bodies, that join
 ROUND = 64 * float(np.finfo(np.float64).eps)  #: of the coordinates, in gaps
 
 
-@singledispatch
-def gap(joint: object, draft: Draft) -> None:
-    """Add the joint's probe rows and constraint terms to the draft; the rule for every joint type."""
-    raise InputError(say("joints", "a joint", type(joint).__name__))
+class Joint(Declared, ABC):
+    """A joint: a frozen dataclass with a name, see `core.declared`."""
+
+    name: str
+
+    @abstractmethod
+    def constrain(self, draft: Draft) -> None:
+        """Add the joint's probe rows and constraint terms to the draft."""
+
+
+def needs_axis(axis: Ground | None, dim: int) -> Iterator[tuple[str, Problem]]:
+    """What turns in space turns about an axis."""
+    if dim == 3 and axis is None:
+        yield "axis", Problem("the axis of rotation in space", "nothing", "write for instance [0, 0, 1]")
+
+
+def needs_other_side(to: At | Ground | None) -> Iterator[tuple[str, Problem]]:
+    """What keeps a distance has another side."""
+    if to is None:
+        yield "to", Problem("a place or the coordinates of a fixed point", "ground", "write for instance [0, 0, 1]")
 
 
 def where(joint: Any) -> str:

@@ -13,22 +13,42 @@ Clamps fix the direction of the slope and leave the stretch free, as the natural
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from ..core.errors import InputError, say
+from ..core.fields import ANGLE, MOTION, Length
+from ..core.problems import Problem
 from ..shapes import line
+from . import fields
 from .edges import Edge, RimNodes
 from .frame_joints import Cylindrical, Gear, Prismatic, Revolute, Universal
-from .gaps import AXES, basis, carried, coincide, dot, fixed, gap, guided, locked, mark, normals, unit, where
-from .places import At, Draft, Ground
+from .gaps import (
+    AXES,
+    Joint,
+    basis,
+    carried,
+    coincide,
+    dot,
+    fixed,
+    guided,
+    locked,
+    mark,
+    needs_axis,
+    needs_other_side,
+    normals,
+    unit,
+    where,
+)
+from .places import At, Draft
 from .signals import Cosine, Sine
+from .system import Signal
 
 __all__ = [
     "AXES",
-    "gap",
     "Joint",
     "Pin",
     "Spherical",
@@ -49,200 +69,177 @@ __all__ = [
 
 
 @dataclass(frozen=True)
-class Pin:
-    """Equal positions: a pin in the plane, a spherical joint in space; to a body, a fixed point, or (None) where it is."""
+class Pin(Joint, word=("pin", "spherical")):
+    """Two points coincide; `spherical` is the word in space. Without `to` the point stays where it is."""
 
     name: str
-    at: At
-    to: At | Ground | None = None
+    at: fields.Place
+    to: fields.End = None
+
+    def constrain(self, draft: Draft) -> None:
+        mark(self, draft, "spherical" if draft.layout.dim == 3 else "pin", self.at)
+        coincide(self, draft, self.at, self.to)
 
 
 @dataclass(frozen=True)
-class Clamp:
-    """Position and direction of the slope fixed to the ground."""
+class Clamp(Joint):
+    """Position and slope direction fixed."""
 
     name: str
-    at: At
+    at: fields.Place
+
+    def constrain(self, draft: Draft) -> None:
+        mark(self, draft, "clamp", self.at)
+        fixed(self, draft, self.at, draft.layout.reference(where(self), self.at))
+        slope = draft.layout.reference(where(self), self.at, 1)
+        first = draft.probes.add(draft.layout.read(where(self), self.at, 1))
+        for k, normal in enumerate(normals(slope)):
+            draft.constraints.row(self.name, f"slope {k + 1}", *dot(first, normal, draft.layout.dim))
 
 
 @dataclass(frozen=True)
-class Weld:
-    """Positions and directions of two bodies tied together, or of one to the ground (None).
+class Weld(Joint):
+    """Position and directions of two bodies tied together, or of one to the ground.
 
     Slopes of two lines that are parallel in the reference are tied as vectors; others only by their angle, and only in the plane
     (in space that needs torsion). Frames are held in all directions, slopes against frames in theirs.
     """
 
     name: str
-    at: At
-    to: At | None = None
+    at: fields.Place
+    to: fields.Carrier = None
+
+    def constrain(self, draft: Draft) -> None:
+        mark(self, draft, "clamp", self.at)
+        coincide(self, draft, self.at, self.to)
+        layout, name = draft.layout, where(self)
+        if self.to is None or not (is_line(draft, name, self.at) and is_line(draft, name, self.to)):
+            return locked(self, draft, self.at, self.to)
+        a, b = layout.reference(name, self.at, 1), layout.reference(name, self.to, 1)
+        parallel = float(a @ b)
+        if abs(abs(parallel) - 1.0) < 1e-9:
+            first = draft.probes.add(layout.read(name, self.at, 1) - np.sign(parallel) * layout.read(name, self.to, 1))
+            for c in range(layout.dim):
+                draft.constraints.row(self.name, f"slope {AXES[c]}", (1.0, -1, first + c, -1))
+            return
+        if layout.dim == 3:
+            raise InputError(
+                say(
+                    name,
+                    "parallel slopes in space",
+                    f"an angle of {np.degrees(np.arccos(parallel)):.4g} deg",
+                    "lines carry no torsion",
+                )
+            )
+        i, j = draft.probes.add(layout.read(name, self.at, 1)), draft.probes.add(layout.read(name, self.to, 1))
+        cosine, sine = parallel, float(a[0] * b[1] - a[1] * b[0])
+        draft.constraints.row(
+            self.name, "angle", (cosine, -1, i, j + 1), (-cosine, -1, i + 1, j), (-sine, -1, i, j), (-sine, -1, i + 1, j + 1)
+        )
 
 
 @dataclass(frozen=True)
-class Distance:
-    """A massless rigid link of constant length [m], by default the reference distance."""
+class Distance(Joint):
+    """A massless rigid link; its length [m] is that of the reference unless given."""
 
     name: str
-    at: At
-    to: At | Ground
-    length: float | None = None
+    at: fields.Place
+    to: fields.OtherEnd
+    length: Length | None = None
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from needs_other_side(self.to)
+
+    def constrain(self, draft: Draft) -> None:
+        layout, name = draft.layout, where(self)
+        mark(self, draft, "distance", self.at, *([self.to] if isinstance(self.to, At) else []))
+        apart = layout.reference(name, self.at) - layout.reference(name, self.to)
+        length = float(np.linalg.norm(apart)) if self.length is None else self.length
+        if not length > 0:
+            raise InputError(say(f"{name}.length", "a positive length [m]", length, "use a pin for points that coincide"))
+        rows = layout.read(name, self.at)
+        if isinstance(self.to, At):
+            first = draft.probes.add(rows - layout.read(name, self.to))
+        else:
+            first = draft.probes.add(rows, -layout.fixed(name, self.to))
+        terms = [(0.5, -1, first + c, first + c) for c in range(layout.dim)]
+        draft.constraints.row(self.name, "length", *terms, (-0.5 * length**2, -1, -1, -1))
 
 
 @dataclass(frozen=True)
-class Slider:
-    """A point stays on a line through its reference position, fixed to the ground or to a place with axes."""
+class Slider(Joint):
+    """A point stays on a line through its reference position, fixed to the ground or to the place `to`."""
 
     name: str
-    at: At
-    direction: Ground
-    to: At | None = None
+    at: fields.Place
+    direction: fields.Direction
+    to: fields.Carrier = None
+
+    def constrain(self, draft: Draft) -> None:
+        mark(self, draft, "slider", self.at)
+        direction = unit(f"{where(self)}.direction", self.direction, draft.layout.dim)
+        guided(self, draft, self.at, self.to, direction)
 
 
 @dataclass(frozen=True)
-class DrivenAngle:
-    """The slope or frame is turned by angle(t) [rad] from its reference, about z in the plane, about `axis` in space.
+class DrivenAngle(Joint):
+    """The slope or frame turns by angle(t) [rad] from its reference, about z in the plane, about `axis` in space.
 
-    Against the place `to`, which carries the axis, or the ground (None).
+    Against the place `to`, which carries the axis, or the ground.
     """
 
     name: str
-    at: At
-    angle: Callable[[np.ndarray], np.ndarray]
-    axis: Ground | None = None
-    to: At | None = None
+    at: fields.Place
+    angle: Annotated[Signal, ANGLE]
+    axis: fields.Axis | None = None
+    to: fields.Carrier = None
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from needs_axis(self.axis, dim)
+
+    def constrain(self, draft: Draft) -> None:
+        mark(self, draft, "driven", self.at)
+        name, dim = where(self), draft.layout.dim
+        slope = basis(name, draft.layout, self.at)[1]
+        if not len(slope):
+            raise InputError(say(name, "a place with a direction", f"{self.at}, a mere point", "name a rigid frame"))
+        u = slope[0]
+        if dim == 2:
+            cosine, sine = np.array([-u[1], u[0]]), -u
+        else:
+            axis = unit(f"{name}.axis", self.axis, 3)
+            u = u if len(slope) == 1 else normals(slope @ axis)[0] @ slope
+            cosine, sine = np.cross(axis, u), np.cross(axis, np.cross(axis, u))
+        first = carried(self, draft, self.at, u)
+        c, s = draft.signal(Cosine(self.angle)), draft.signal(Sine(self.angle))
+        terms = dot(first, carried(self, draft, self.to, cosine), dim, 1.0, c)
+        terms += dot(first, carried(self, draft, self.to, sine), dim, 1.0, s)
+        draft.constraints.row(self.name, "angle", *terms)
 
 
 @dataclass(frozen=True)
-class DrivenPosition:
-    """The displacement of a point from its reference position is a function of time, (c,) functions [m]."""
+class DrivenPosition(Joint):
+    """A point is displaced from its reference position by functions of t [m], one a coordinate."""
 
     name: str
-    at: At
-    displacement: tuple[Callable[[np.ndarray], np.ndarray], ...]
+    at: fields.Place
+    displacement: Annotated[tuple[Signal, ...], MOTION]
+
+    def constrain(self, draft: Draft) -> None:
+        mark(self, draft, "driven", self.at)
+        reference = draft.layout.reference(where(self), self.at)
+        if len(self.displacement) != draft.layout.dim:
+            raise InputError(say(f"{where(self)}.displacement", f"{draft.layout.dim} functions of time", len(self.displacement)))
+        first = draft.probes.add(draft.layout.read(where(self), self.at))
+        for k, function in enumerate(self.displacement):
+            terms = ((1.0, -1, first + k, -1), (-float(reference[k]), -1, -1, -1), (-1.0, draft.signal(function), -1, -1))
+            draft.constraints.row(self.name, AXES[k], *terms)
 
 
 Spherical = Pin
-Joint = (
-    Pin
-    | Clamp
-    | Weld
-    | Distance
-    | Slider
-    | DrivenAngle
-    | DrivenPosition
-    | Revolute
-    | Universal
-    | Prismatic
-    | Cylindrical
-    | Gear
-    | Edge
-    | RimNodes
-)
 
 
 def is_line(draft: Draft, name: str, at: At) -> bool:
     """Whether a place belongs to a line and not to a frame."""
     part = draft.layout.body(name, at)
     return isinstance(part.space, line.BSpline | line.Hermite)
-
-
-@gap.register
-def _(joint: Pin, draft: Draft) -> None:
-    mark(joint, draft, "spherical" if draft.layout.dim == 3 else "pin", joint.at)
-    coincide(joint, draft, joint.at, joint.to)
-
-
-@gap.register
-def _(joint: Clamp, draft: Draft) -> None:
-    mark(joint, draft, "clamp", joint.at)
-    fixed(joint, draft, joint.at, draft.layout.reference(where(joint), joint.at))
-    slope = draft.layout.reference(where(joint), joint.at, 1)
-    first = draft.probes.add(draft.layout.read(where(joint), joint.at, 1))
-    for k, normal in enumerate(normals(slope)):
-        draft.constraints.row(joint.name, f"slope {k + 1}", *dot(first, normal, draft.layout.dim))
-
-
-@gap.register
-def _(joint: Weld, draft: Draft) -> None:
-    mark(joint, draft, "clamp", joint.at)
-    coincide(joint, draft, joint.at, joint.to)
-    layout, name = draft.layout, where(joint)
-    if joint.to is None or not (is_line(draft, name, joint.at) and is_line(draft, name, joint.to)):
-        return locked(joint, draft, joint.at, joint.to)
-    a, b = layout.reference(name, joint.at, 1), layout.reference(name, joint.to, 1)
-    parallel = float(a @ b)
-    if abs(abs(parallel) - 1.0) < 1e-9:
-        first = draft.probes.add(layout.read(name, joint.at, 1) - np.sign(parallel) * layout.read(name, joint.to, 1))
-        for c in range(layout.dim):
-            draft.constraints.row(joint.name, f"slope {AXES[c]}", (1.0, -1, first + c, -1))
-        return
-    if layout.dim == 3:
-        raise InputError(
-            say(
-                name, "parallel slopes in space", f"an angle of {np.degrees(np.arccos(parallel)):.4g} deg", "lines carry no torsion"
-            )
-        )
-    i, j = draft.probes.add(layout.read(name, joint.at, 1)), draft.probes.add(layout.read(name, joint.to, 1))
-    cosine, sine = parallel, float(a[0] * b[1] - a[1] * b[0])
-    draft.constraints.row(
-        joint.name, "angle", (cosine, -1, i, j + 1), (-cosine, -1, i + 1, j), (-sine, -1, i, j), (-sine, -1, i + 1, j + 1)
-    )
-
-
-@gap.register
-def _(joint: Distance, draft: Draft) -> None:
-    layout, name = draft.layout, where(joint)
-    mark(joint, draft, "distance", joint.at, *([joint.to] if isinstance(joint.to, At) else []))
-    apart = layout.reference(name, joint.at) - layout.reference(name, joint.to)
-    length = float(np.linalg.norm(apart)) if joint.length is None else joint.length
-    if not length > 0:
-        raise InputError(say(f"{name}.length", "a positive length [m]", length, "use a pin for points that coincide"))
-    rows = layout.read(name, joint.at)
-    if isinstance(joint.to, At):
-        first = draft.probes.add(rows - layout.read(name, joint.to))
-    else:
-        first = draft.probes.add(rows, -layout.fixed(name, joint.to))
-    terms = [(0.5, -1, first + c, first + c) for c in range(layout.dim)]
-    draft.constraints.row(joint.name, "length", *terms, (-0.5 * length**2, -1, -1, -1))
-
-
-@gap.register
-def _(joint: Slider, draft: Draft) -> None:
-    mark(joint, draft, "slider", joint.at)
-    direction = unit(f"{where(joint)}.direction", joint.direction, draft.layout.dim)
-    guided(joint, draft, joint.at, joint.to, direction)
-
-
-@gap.register
-def _(joint: DrivenAngle, draft: Draft) -> None:
-    mark(joint, draft, "driven", joint.at)
-    name, dim = where(joint), draft.layout.dim
-    slope = basis(name, draft.layout, joint.at)[1]
-    if not len(slope):
-        raise InputError(say(name, "a place with a direction", f"{joint.at}, a mere point", "name a rigid frame"))
-    u = slope[0]
-    if dim == 2:
-        cosine, sine = np.array([-u[1], u[0]]), -u
-    else:
-        if joint.axis is None:
-            raise InputError(say(f"{name}.axis", "the axis of rotation", "nothing", "give three numbers"))
-        axis = unit(f"{name}.axis", joint.axis, 3)
-        u = u if len(slope) == 1 else normals(slope @ axis)[0] @ slope
-        cosine, sine = np.cross(axis, u), np.cross(axis, np.cross(axis, u))
-    first = carried(joint, draft, joint.at, u)
-    c, s = draft.signal(Cosine(joint.angle)), draft.signal(Sine(joint.angle))
-    terms = dot(first, carried(joint, draft, joint.to, cosine), dim, 1.0, c)
-    terms += dot(first, carried(joint, draft, joint.to, sine), dim, 1.0, s)
-    draft.constraints.row(joint.name, "angle", *terms)
-
-
-@gap.register
-def _(joint: DrivenPosition, draft: Draft) -> None:
-    mark(joint, draft, "driven", joint.at)
-    reference = draft.layout.reference(where(joint), joint.at)
-    if len(joint.displacement) != draft.layout.dim:
-        raise InputError(say(f"{where(joint)}.displacement", f"{draft.layout.dim} functions of time", len(joint.displacement)))
-    first = draft.probes.add(draft.layout.read(where(joint), joint.at))
-    for k, function in enumerate(joint.displacement):
-        terms = ((1.0, -1, first + k, -1), (-float(reference[k]), -1, -1, -1), (-1.0, draft.signal(function), -1, -1))
-        draft.constraints.row(joint.name, AXES[k], *terms)

@@ -13,258 +13,247 @@ reference, and a history s(t), 1 by default. Power of m/2 on all axes: 1/2 sum_k
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import singledispatch
+from typing import Annotated, TypeAlias
 
 import numpy as np
 
-from ..bodies.body import Body, Cells
 from ..bodies.plate import edge
+from ..core.declared import Declared
 from ..core.errors import InputError, say
-from . import edges, pressure
-from .gaps import arm
-from .places import At, Draft, Ground, directions, vector
-from .system import LoadKind, PointLaw, Signal
+from ..core.problems import Problem
+from . import edges, fields, pressure
+from .gaps import arm, needs_axis
+from .places import Draft, Ground, directions, vector
+from .system import LoadKind, PointLaw
+
+Spin: TypeAlias = Annotated[float | Ground, fields.spin("N m")]
 
 
-@dataclass(frozen=True)
-class Gravity:
-    """Uniform acceleration of all bodies (c,) [m/s2]."""
-
-    acceleration: Ground
-
-
-@dataclass(frozen=True)
-class PointForce:
-    """A force of fixed direction (c,) [N]."""
+class Load(Declared, ABC):
+    """A load: a frozen dataclass with a name, see `core.declared`."""
 
     name: str
-    at: At
-    force: Ground
-    history: Signal | None = None
+
+    @abstractmethod
+    def push(self, draft: Draft) -> None:
+        """Add the load's probe rows and forces to the draft."""
+
+
+def where(load: Load) -> str:
+    return f"load '{load.name}'"
 
 
 @dataclass(frozen=True)
-class Follower:
-    """A force [N] that turns with the slope: (tangential, normal) in the plane, tangential in space; (c,) along a frame's axes."""
+class Gravity(Load):
+    """Uniform acceleration of all bodies."""
 
-    name: str
-    at: At
-    force: Ground
-    history: Signal | None = None
+    acceleration: Annotated[Ground, fields.vector("m/s^2")]
+    name: str = "gravity"
 
-
-@dataclass(frozen=True)
-class Moment:
-    """A moment [N m] on a slope or frame: about z in the plane, a fixed vector (3,) in space (along a slope it does nothing)."""
-
-    name: str
-    at: At
-    moment: float | Ground
-    history: Signal | None = None
+    def push(self, draft: Draft) -> None:
+        draft.forces.field.append(vector(where(self), self.acceleration, draft.layout.dim))
 
 
 @dataclass(frozen=True)
-class SurfaceLoad:
-    """Force per area of the reference surface (c,) [N/m2], on all of a plate or on named faces."""
+class PointForce(Load):
+    """A force of fixed direction at a point, times `history`."""
 
     name: str
-    body: str
-    force: Ground
-    history: Signal | None = None
-    faces: tuple[str, ...] = ()
+    at: fields.Place
+    force: Annotated[Ground, fields.vector("N")]
+    history: fields.History | None = None
+
+    def push(self, draft: Draft) -> None:
+        first, signal = draft.probes.add(draft.layout.read(where(self), self.at)), draft.signal(self.history)
+        force = vector(where(self), self.force, draft.layout.dim)
+        draft.forces.terms += [(first + c, float(f), signal) for c, f in enumerate(force)]
 
 
 @dataclass(frozen=True)
-class NormalPressure:
-    """Dead pressure [Pa] along the normal n0 = r,1 x r,2 of the reference of a shell in space, or of named faces."""
+class Follower(Load):
+    """A force that turns with a slope, [tangential, normal] in the plane, tangential in space; or with a frame, along its axes."""
 
     name: str
-    body: str
-    pressure: float
-    history: Signal | None = None
-    faces: tuple[str, ...] = ()
+    at: fields.Place
+    force: fields.FollowerForce
+    history: fields.History | None = None
+
+    def push(self, draft: Draft) -> None:
+        layout = draft.layout
+        axes = directions(layout.body(where(self), self.at), self.at.place)
+        parts = vector(where(self), self.force, layout.dim if layout.dim == 2 or axes == 3 else 1)
+        position, signal = draft.probes.add(layout.read(where(self), self.at)), draft.signal(self.history)
+
+        def law(derivative: int, *values: float) -> PointLaw:
+            slope = draft.probes.add(layout.read(where(self), self.at, derivative))
+            return PointLaw(LoadKind.TANGENTIAL, slope, position, signal, np.array([*values, 0.0, 0.0])[:3])
+
+        draft.forces.laws += [law(k + 1, f) for k, f in enumerate(parts)] if layout.dim == 3 else [law(1, *parts)]
 
 
 @dataclass(frozen=True)
-class FollowerPressure:
-    """Constant pressure [Pa] along the normal r,1 x r,2 of the deformed shell in space, on all of it or on named faces."""
+class Moment(Load):
+    """A moment on a slope or frame: about z in the plane, a fixed vector in space (along a slope it does nothing)."""
 
     name: str
-    body: str
-    pressure: float
-    faces: tuple[str, ...] = ()
+    at: fields.Place
+    moment: Spin
+    history: fields.History | None = None
+
+    def push(self, draft: Draft) -> None:
+        push_moment(self, draft, self.moment)
 
 
 @dataclass(frozen=True)
-class FollowerEdgeLoad:
-    """Constant force per length [N/m] of deformed edges of a planar plate, along their outward normal."""
+class Torque(Load):
+    """A moment on a rigid frame: about z in the plane, a vector in space."""
 
     name: str
-    body: str
-    edges: tuple[str, ...]
-    force: float
+    at: fields.Place
+    torque: Spin
+    history: fields.History | None = None
+
+    def push(self, draft: Draft) -> None:
+        push_moment(self, draft, self.torque)
 
 
-@dataclass(frozen=True)
-class EdgeLoad:
-    """Force per length of edges in the reference (c,) [N/m]."""
-
-    name: str
-    body: str
-    edges: tuple[str, ...]
-    force: Ground
-    history: Signal | None = None
-
-
-@dataclass(frozen=True)
-class TorsionSpring:
-    """Torque - k (theta - angle0) - d theta' about z, in space about `axis`, on `at` against `to` (None: the ground).
-
-    theta is the angle turned since the reference, its turns counted (see `springs`). In space `to` is the ground.
-    """
-
-    name: str
-    at: At
-    to: At | None = None
-    stiffness: float = 0.0  #: k [N m/rad]
-    damping: float = 0.0  #: d [N m s/rad]
-    angle0: float = 0.0  #: angle without torque [rad]
-    axis: Ground | None = None
-
-
-Load = (
-    Gravity
-    | PointForce
-    | Follower
-    | Moment
-    | SurfaceLoad
-    | NormalPressure
-    | FollowerPressure
-    | EdgeLoad
-    | FollowerEdgeLoad
-    | TorsionSpring
-)
-Force = tuple[list[tuple[int, float, int]], list[PointLaw]]  #: terms (probe row, coefficient, signal) and point laws
-
-
-@singledispatch
-def force(load: object, draft: Draft) -> Force:
-    """Terms and laws of a load; the rule for every load type.
-
-    Gravity has none: it is the constant M (1 x g). What follows a surface or an edge has none: it has cells, see `following`.
-    """
-    raise InputError(say("loads", "a load", type(load).__name__))
-
-
-def history(draft: Draft, function: Signal | None) -> int:
-    return -1 if function is None else draft.signal(function)
-
-
-@force.register
-def _(load: Gravity | FollowerPressure | FollowerEdgeLoad, draft: Draft) -> Force:
-    return [], []
-
-
-@force.register
-def _(load: PointForce, draft: Draft) -> Force:
-    where = f"load '{load.name}'"
-    first, signal = draft.probes.add(draft.layout.read(where, load.at)), history(draft, load.history)
-    return [(first + c, float(f), signal) for c, f in enumerate(vector(where, load.force, draft.layout.dim))], []
-
-
-@force.register
-def _(load: Follower, draft: Draft) -> Force:
-    where, layout = f"load '{load.name}'", draft.layout
-    axes = directions(layout.body(where, load.at), load.at.place)
-    size = layout.dim if layout.dim == 2 or axes == 3 else 1
-    parts = vector(where, load.force, size)
-    position, signal = draft.probes.add(layout.read(where, load.at)), history(draft, load.history)
-
-    def law(derivative: int, *values: float) -> PointLaw:
-        slope = draft.probes.add(layout.read(where, load.at, derivative))
-        return PointLaw(LoadKind.TANGENTIAL, slope, position, signal, np.array([*values, 0.0, 0.0])[:3])
-
-    return [], [law(k + 1, f) for k, f in enumerate(parts)] if layout.dim == 3 else [law(1, *parts)]
-
-
-@force.register
-def _(load: Moment, draft: Draft) -> Force:
-    where, layout = f"load '{load.name}'", draft.layout
+def push_moment(load: Moment | Torque, draft: Draft, size: float | Ground) -> None:
+    """One law for each vector that turns with the place; frames share the moment between their axes."""
+    layout = draft.layout
     planar = layout.dim == 2
-    moment = np.array([0.0, 0.0, float(np.asarray(load.moment))]) if planar else vector(where, load.moment, 3)
-    axes = directions(layout.body(where, load.at), load.at.place)
+    moment = np.array([0.0, 0.0, float(np.asarray(size))]) if planar else vector(where(load), size, 3)
+    axes = directions(layout.body(where(load), load.at), load.at.place)
     if axes == 2 and not planar:
-        raise InputError(say(where, "a slope or a frame", f"{load.at} on a surface", "name a rigid frame of the plate"))
-    slopes = [draft.probes.add(layout.read(where, load.at, k + 1)) for k in range(max(axes, 1))]
-    signal, part = history(draft, load.history), moment / (2.0 if axes > 1 else 1.0)
-    return [], [PointLaw(LoadKind.MOMENT, slope, -1, signal, part) for slope in slopes]
+        raise InputError(say(where(load), "a slope or a frame", f"{load.at} on a surface", "name a rigid frame of the plate"))
+    slopes = [draft.probes.add(layout.read(where(load), load.at, k + 1)) for k in range(max(axes, 1))]
+    signal, part = draft.signal(load.history), moment / (2.0 if axes > 1 else 1.0)
+    draft.forces.laws += [PointLaw(LoadKind.MOMENT, slope, -1, signal, part) for slope in slopes]
 
 
-@force.register
-def _(load: SurfaceLoad, draft: Draft) -> Force:
-    where = f"load '{load.name}'"
-    part, shape = edges.shape_of(where, draft, load.body)
-    weights = edges.surface_weights(part, shape, edges.chosen(where, shape, load.faces), False)
-    return whole(load, draft, weights * vector(where, load.force, draft.layout.dim))
+@dataclass(frozen=True)
+class TorsionSpring(Load):
+    """Torque - stiffness (theta - rest_angle) - damping dtheta/dt about z, in space about `axis`, against `to` or the ground.
+
+    theta is the angle turned since the reference, its turns counted: of less than half a turn a step.
+    """
+
+    name: str
+    at: fields.Place
+    to: fields.Carrier = None
+    stiffness: Annotated[float, fields.quantity("N m/rad", ">= 0")] = 0.0
+    damping: Annotated[float, fields.quantity("N m s/rad", ">= 0")] = 0.0
+    rest_angle: Annotated[float, fields.quantity("rad")] = 0.0
+    axis: fields.Axis | None = None
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from needs_axis(self.axis, dim)
+        if self.to is not None and dim == 3:
+            yield "to", Problem("the ground in space", f"'{self.to.body}'")
+
+    def push(self, draft: Draft) -> None:
+        for name, value in (("stiffness", self.stiffness), ("damping", self.damping)):
+            if not (np.isfinite(value) and value >= 0):
+                raise InputError(say(f"{where(self)}.{name}", "a number that is not negative", value))
+        first = draft.probes.add(arm(where(self), draft.layout, self.at, self.axis)[0])
+        second = -1 if self.to is None else draft.probes.add(arm(where(self), draft.layout, self.to, self.axis)[0])
+        numbers = np.array([self.stiffness, self.damping, self.rest_angle])
+        draft.forces.laws.append(PointLaw(LoadKind.SPRING, first, second, -1, numbers))
 
 
-@force.register
-def _(load: NormalPressure, draft: Draft) -> Force:
-    where = f"load '{load.name}'"
-    part, shape = edges.shape_of(where, draft, load.body)
-    if draft.layout.dim == 2:
-        raise InputError(say(where, "a spatial scene", "a planar one", "use an edge load"))
-    cells = edges.chosen(where, shape, load.faces)
-    return whole(load, draft, load.pressure * edges.surface_weights(part, shape, cells, True))
+@dataclass(frozen=True)
+class SurfaceLoad(Load):
+    """A force per area of the reference surface [N/m2] on a plate or shell, or on named faces of it."""
+
+    name: str
+    body: fields.Body
+    force: Annotated[Ground, fields.vector("Pa")]
+    history: fields.History | None = None
+    faces: fields.Names = ()
+
+    def push(self, draft: Draft) -> None:
+        part, shape = edges.shape_of(where(self), draft, self.body)
+        weights = edges.surface_weights(part, shape, edges.chosen(where(self), shape, self.faces), False)
+        push_whole(self, draft, weights * vector(where(self), self.force, draft.layout.dim))
 
 
-@force.register
-def _(load: EdgeLoad, draft: Draft) -> Force:
-    where = f"load '{load.name}'"
-    part, shape = edges.shape_of(where, draft, load.body)
-    weights = edges.edge_weights(part, shape, edge(where, shape, load.edges))
-    return whole(load, draft, weights * vector(where, load.force, draft.layout.dim))
+@dataclass(frozen=True)
+class Pressure(Load):
+    """A pressure along the normal of the reference surface on a plate or shell in space, or on named faces of it.
+
+    With `follower` it is constant, and keeps the direction and the area of the deformed surface.
+    """
+
+    name: str
+    body: fields.Body
+    pressure: Annotated[float, fields.quantity("Pa")]
+    history: fields.History | None = None
+    faces: fields.Names = ()
+    follower: bool = False
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        if dim == 2:
+            yield "", Problem("a pressure in a scene of dimension 3", "one of dimension 2", "use an edge_load")
+        if self.follower and self.history is not None:
+            remedy = "a pressure that follows has none: take out one of the two"
+            yield "follower", Problem("a constant pressure", "a history", remedy)
+
+    def push(self, draft: Draft) -> None:
+        part, shape = edges.shape_of(where(self), draft, self.body)
+        cells = edges.chosen(where(self), shape, self.faces)
+        if self.follower:
+            found = pressure.surface_cells(part, shape, cells, finite(self, self.pressure))
+            draft.forces.cells.append((where(self), part, found))
+        else:
+            push_whole(self, draft, self.pressure * edges.surface_weights(part, shape, cells, True))
 
 
-def whole(load: SurfaceLoad | NormalPressure | EdgeLoad, draft: Draft, values: np.ndarray) -> Force:
+@dataclass(frozen=True)
+class EdgeLoad(Load):
+    """A force per length of named edges of a plate or shell in the reference [N/m]."""
+
+    name: str
+    body: fields.Body
+    edges: fields.Names
+    force: Annotated[Ground, fields.vector("N/m")]
+    history: fields.History | None = None
+
+    def push(self, draft: Draft) -> None:
+        part, shape = edges.shape_of(where(self), draft, self.body)
+        weights = edges.edge_weights(part, shape, edge(where(self), shape, self.edges))
+        push_whole(self, draft, weights * vector(where(self), self.force, draft.layout.dim))
+
+
+@dataclass(frozen=True)
+class NormalEdgeLoad(Load):
+    """A constant force per length [N/m] of named edges of a planar plate along their outward normal, which turns with them."""
+
+    name: str
+    body: fields.Body
+    edges: fields.Names
+    force: Annotated[float, fields.quantity("N/m")]
+
+    def push(self, draft: Draft) -> None:
+        part, shape = edges.shape_of(where(self), draft, self.body)
+        if draft.layout.dim == 3:
+            remedy = "an edge in space has no normal; use an edge load"
+            raise InputError(say(where(self), "a planar scene", "a spatial one", remedy))
+        sides = edge(where(self), shape, self.edges)
+        found = pressure.edge_cells(part, shape, sides, finite(self, self.force))
+        draft.forces.cells.append((where(self), part, found))
+
+
+def finite(load: Load, size: float) -> float:
+    if not np.isfinite(size):
+        raise InputError(say(where(load), "a finite number", size))
+    return size
+
+
+def push_whole(load: SurfaceLoad | Pressure | EdgeLoad, draft: Draft, values: np.ndarray) -> None:
     """One probe row that holds all nodal forces (b, c) [N] of a load; finite ones."""
     if not np.isfinite(values).all():
-        raise InputError(say(f"load '{load.name}'", "finite numbers", "others"))
-    row = edges.one_row(draft, f"load '{load.name}'", load.body, values)
-    return [(row, 1.0, history(draft, load.history))], []
-
-
-def following(loads: list[Load], draft: Draft) -> list[tuple[str, Body, Cells]]:
-    """Name, body and cells of the loads that follow a surface or an edge."""
-    found = [load for load in loads if isinstance(load, FollowerPressure | FollowerEdgeLoad)]
-    return [(f"load '{load.name}'", *cells_of(load, draft)) for load in found]
-
-
-def cells_of(load: FollowerPressure | FollowerEdgeLoad, draft: Draft) -> tuple[Body, Cells]:
-    """Body and cells of one load."""
-    where, dim = f"load '{load.name}'", draft.layout.dim
-    part, shape = edges.shape_of(where, draft, load.body)
-    size = load.pressure if isinstance(load, FollowerPressure) else load.force
-    if not np.isfinite(size):
-        raise InputError(say(where, "a finite number", size))
-    if isinstance(load, FollowerPressure):
-        if dim == 2:
-            raise InputError(say(where, "a spatial scene", "a planar one", "use an edge load that follows"))
-        return part, pressure.surface_cells(part, shape, edges.chosen(where, shape, load.faces), size)
-    if dim == 3:
-        raise InputError(say(where, "a planar scene", "a spatial one", "an edge in space has no normal; use an edge load"))
-    return part, pressure.edge_cells(part, shape, edge(where, shape, load.edges), size)
-
-
-@force.register
-def _(load: TorsionSpring, draft: Draft) -> Force:
-    where = f"load '{load.name}'"
-    for name, value in (("stiffness", load.stiffness), ("damping", load.damping)):
-        if not (np.isfinite(value) and value >= 0):
-            raise InputError(say(f"{where}.{name}", "a number that is not negative", value))
-    if load.to is not None and draft.layout.dim == 3:
-        raise InputError(say(f"{where}.to", "the ground in space", load.to))
-    first = draft.probes.add(arm(where, draft.layout, load.at, load.axis)[0])
-    second = -1 if load.to is None else draft.probes.add(arm(where, draft.layout, load.to, load.axis)[0])
-    return [], [PointLaw(LoadKind.SPRING, first, second, -1, np.array([load.stiffness, load.damping, load.angle0]))]
+        raise InputError(say(where(load), "finite numbers", "others"))
+    row = edges.one_row(draft, where(load), load.body, values)
+    draft.forces.terms.append((row, 1.0, draft.signal(load.history)))

@@ -8,22 +8,27 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.sparse import csr_array, kron, vstack
 
-from ..bodies.body import Body, locate, probe
+from ..bodies.body import Body, Cells, locate, probe
 from ..core.errors import InputError, closest, listed, say
 from ..shapes.surface import Surface
-from .system import Affine, Signal
+from .system import Affine, PointLaw, Signal
 
 QUARTER = csr_array(np.array([[0.0, -1.0], [1.0, 0.0]]))  #: turns plane vectors by 90 degrees
 
 
 @dataclass(frozen=True)
 class At:
-    """A point of a body: the name of a frame or of a point group of its mesh, or an arc length from its start [m]."""
+    """A point of a body: the name of a frame or of a point group of its mesh, or an arc length from its start [m].
+
+    A point mass or a rigid body is a place by itself, at its centre of mass.
+    """
 
     body: str
-    place: str | float
+    place: str | float = ""
 
     def __str__(self) -> str:
+        if not self.place and isinstance(self.place, str):
+            return self.body
         return f"{self.body}.{self.place}" if isinstance(self.place, str) else f"{self.body} at {self.place} m"
 
 
@@ -128,6 +133,16 @@ class Terms:
 
 
 @dataclass
+class Forces:
+    """Loads collected while a system is assembled."""
+
+    terms: list[tuple[int, float, int]] = field(default_factory=list)  #: probe row, coefficient [N per unit of the row], signal
+    laws: list[PointLaw] = field(default_factory=list)
+    cells: list[tuple[str, Body, Cells]] = field(default_factory=list)  #: name, body and cells of what follows a surface
+    field: list[np.ndarray] = field(default_factory=list)  #: accelerations of all bodies (c,) [m/s2]
+
+
+@dataclass
 class Draft:
     """A system while it is assembled."""
 
@@ -135,9 +150,13 @@ class Draft:
     probes: Rows
     sensors: Rows
     constraints: Terms = field(default_factory=Terms)
+    forces: Forces = field(default_factory=Forces)
     signals: list[Signal] = field(default_factory=list)
     markers: list[tuple[str, str, tuple[int, ...]]] = field(default_factory=list)
 
-    def signal(self, function: Signal) -> int:
+    def signal(self, function: Signal | None) -> int:
+        """The number of a function of time; -1 for None, the constant 1."""
+        if function is None:
+            return -1
         self.signals.append(function)
         return len(self.signals) - 1

@@ -1,119 +1,101 @@
 """Outputs by name: what a scene wants to know over time. Vector outputs B have the columns B_x, B_y (, B_z).
 
-Every column has a name of its own, and none is called `t`, which is the first one of every table.
+Every column has a name of its own, and none is called `t`, which is the first one of every table. An output of one's own is a
+frozen dataclass of the family `Probe`, with what it reads (`sense`), what it makes of that on a motion (`evaluate`), and its unit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import singledispatch
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_array, kron
 
 from ..bodies import laws
 from ..bodies.body import locate
+from ..bodies.fields import recover
 from ..bodies.plate import local_table
+from ..core.declared import Declared
 from ..core.errors import InputError, closest, listed, say
+from ..core.notices import notify
+from ..core.problems import Problem
 from ..shapes import surface
-from . import edges
-from .gaps import AXES, arm, unit
-from .places import At, Draft, Ground
-from .system import Output
+from . import edges, fields
+from .angles import continuous, turning
+from .gaps import AXES, arm, needs_axis, unit
+from .places import Draft
+from .system import Matrix, Output
 
 TIME = "t"  #: the first column of every table
+PARALLEL = 1e-9  #: part of the largest moment of vectors about an axis below which they are parallel to it
+FORCES, MOMENTS = ("x", "y", "z", "normal"), ("angle", "axis", "slope", "teeth")  #: first words of the coordinates of a joint
+Sizes: TypeAlias = tuple[int | None, int | None, int | None]  #: numbers of rows, columns and parameters; None for any
 
 
 @dataclass(frozen=True)
-class Position:
-    """Position of a point [m]; of one `component` alone in a column of the output's own name."""
+class Sensed:
+    """What the output `name` reads of a motion: its sensor rows over time, and what they cannot say."""
 
-    at: At
-    component: str | None = None
-
-
-@dataclass(frozen=True)
-class Velocity:
-    """Velocity of a point [m/s]; of one `component` alone in a column of the output's own name."""
-
-    at: At
-    component: str | None = None
+    name: str
+    dim: int
+    times: np.ndarray  #: (s,) [s]
+    values: np.ndarray  #: (s, i) of its rows
+    rates: np.ndarray  #: (s, i)
+    accelerations: np.ndarray  #: (s, i)
+    energies: Callable[[], np.ndarray]  #: kinetic, strain, potential and balance (s, 4) [J]
+    reactions: Callable[[], dict[tuple[str, str], np.ndarray]]  #: forces of constraint rows (s,) by joint and coordinate
 
 
-@dataclass(frozen=True)
-class Slope:
-    """Slope dr/dS of a line at a point [-]; of one `component` alone in a column of the output's own name."""
+class Probe(Declared, ABC):
+    """An output, see `core.declared`; files of reduced models hold what it has sensed, so that they know it by its word."""
 
-    at: At
-    component: str | None = None
+    unit: ClassVar[str] = ""  #: SI unit of its columns
+    filed: ClassVar[tuple[str, ...]] = ()  #: other words in files of reduced models
+    known_to_all: ClassVar[bool] = True  #: whether every reduced model knows it, so that their histories are drawn together
+    on_largest: ClassVar[bool] = False  #: whether errors of columns count relative to the largest of them
 
+    @abstractmethod
+    def sense(self, name: str, draft: Draft) -> Output:
+        """Its sensor rows, columns and numbers; see `output`."""
 
-@dataclass(frozen=True)
-class Angle:
-    """Angle [rad] turned since the reference, about z or, in space, about `axis`; its turns are counted between stored samples."""
+    @staticmethod
+    @abstractmethod
+    def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        """Values (s,) of its columns on a motion."""
 
-    at: At
-    axis: Ground | None = None
+    @classmethod
+    def units(cls, name: str, output: Output) -> tuple[str, ...]:
+        """SI units of its columns."""
+        return (cls.unit,) * len(output.columns)
 
+    @classmethod
+    def sizes(cls, output: Output, dim: int) -> Sizes:
+        """How many rows, columns and parameters it has in a file; LookupError where a parameter is wrong."""
+        return None, None, None
 
-@dataclass(frozen=True)
-class AngularVelocity:
-    """Angular velocity [rad/s]: about z or, in space, its component along `axis`."""
-
-    at: At
-    axis: Ground | None = None
-
-
-@dataclass(frozen=True)
-class Stress:
-    """Von Mises stress [Pa] at a named point of a plate or shell: on the faces at -t/2 and t/2 along its normal."""
-
-    at: At
-
-
-@dataclass(frozen=True)
-class Deflection:
-    """Position of `tip` relative to `root`, normal to the root's slope [m]: with its sign in the plane, as a distance in space."""
-
-    tip: At
-    root: At
+    def output(self, draft: Draft, columns: tuple[str, ...], rows: Sequence[Matrix] = (), **more: Any) -> Output:
+        """The output with sensor rows (i, q) of its own."""
+        first = draft.sensors.count
+        for block in rows:
+            draft.sensors.add(csr_array(block))
+        return Output(self.word, tuple(range(first, draft.sensors.count)), columns, **more)
 
 
-@dataclass(frozen=True)
-class Energy:
-    """Kinetic, strain, potential energy and balance [J]; the balance is kinetic + strain - work of all loads and drives."""
+def kind_of(output: Output) -> type[Probe]:
+    """The class of an output."""
+    for kind in Probe.known.values():
+        if output.kind in kind.words or output.kind in kind.filed:
+            return kind
+    expected = f"one of {listed(Probe.known, output.kind)}"
+    raise InputError(say(f"outputs {', '.join(output.columns)}", expected, f"'{output.kind}'", "define it first"))
 
 
-@dataclass(frozen=True)
-class Reaction:
-    """Force of a joint on the body it holds [N] (and moments of its slope rows [N m])."""
-
-    joint: str
-
-
-Probe = Position | Velocity | Slope | Angle | AngularVelocity | Stress | Deflection | Energy | Reaction
-
-
-@singledispatch
-def sense(probe: object, name: str, draft: Draft) -> Output:
-    """Sensor rows and column names of an output; the rule for every probe type."""
-    raise InputError(say(f"output '{name}'", "a probe", type(probe).__name__))
-
-
-def rows(draft: Draft, name: str, at: At, derivative: int = 0) -> tuple[int, ...]:
-    first = draft.sensors.add(draft.layout.read(f"output '{name}'", at, derivative))
-    return tuple(range(first, first + draft.layout.dim))
-
-
-def vector_output(kind: str, name: str, draft: Draft, probe: Position | Velocity | Slope, derivative: int = 0) -> Output:
-    """The output of a vector at a point, or of one component of it."""
-    read, axes = rows(draft, name, probe.at, derivative), AXES[: draft.layout.dim]
-    if probe.component is None:
-        return Output(kind, read, tuple(f"{name}_{axis}" for axis in axes))
-    if probe.component not in tuple(axes):
-        raise InputError(say(f"output '{name}'", f"one of the components {', '.join(axes)}", probe.component))
-    return Output(kind, (read[axes.index(probe.component)],), (name,))
+def units(name: str, output: Output) -> tuple[str, ...]:
+    """SI units of the columns of an output; empty where a number has none, or that of a multiplier has no name."""
+    return kind_of(output).units(name, output)
 
 
 def require_distinct_columns(outputs: Mapping[str, Output]) -> None:
@@ -127,83 +109,252 @@ def require_distinct_columns(outputs: Mapping[str, Output]) -> None:
             owner[column] = name
 
 
-@sense.register
-def _(probe: Position, name: str, draft: Draft) -> Output:
-    return vector_output("position", name, draft, probe)
+Component: TypeAlias = Literal["x", "y", "z"]
 
 
-@sense.register
-def _(probe: Velocity, name: str, draft: Draft) -> Output:
-    return vector_output("velocity", name, draft, probe)
+def columns_of(values: np.ndarray) -> list[np.ndarray]:
+    """Columns (s,) of values (s, i)."""
+    return list(values.T)
 
 
-@sense.register
-def _(probe: Slope, name: str, draft: Draft) -> Output:
-    return vector_output("slope", name, draft, probe, 1)
+@dataclass(frozen=True)
+class PointProbe(Probe, ABC):
+    """A vector at a point: one column a coordinate, or one `component` alone in a column of the output's own name."""
+
+    at: fields.Place
+    component: Component | None = None
+    derivative: ClassVar[int] = 0  #: 1 for the slope
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        if dim == 2 and self.component == "z":
+            yield "component", Problem("x or y in the plane", "'z'")
+
+    def sense(self, name: str, draft: Draft) -> Output:
+        rows, axes = draft.layout.read(f"output '{name}'", self.at, self.derivative), AXES[: draft.layout.dim]
+        if self.component is None:
+            return self.output(draft, tuple(f"{name}_{axis}" for axis in axes), [rows])
+        if self.component not in tuple(axes):
+            raise InputError(say(f"output '{name}'", f"one of the components {', '.join(axes)}", self.component))
+        return self.output(draft, (name,), [rows[[axes.index(self.component)]]])
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        return columns_of(sensed.values)
+
+    @classmethod
+    def sizes(cls, output: Output, dim: int) -> Sizes:
+        return None, len(output.rows), 0
 
 
-@sense.register
-def _(probe: Angle, name: str, draft: Draft) -> Output:
-    return Output("angle", angle_rows(probe, name, draft), (name,))
+@dataclass(frozen=True)
+class Position(PointProbe):
+    """Position of a point [m], one column a coordinate; one `component` has the output's own name."""
+
+    unit: ClassVar[str] = "m"
 
 
-@sense.register
-def _(probe: AngularVelocity, name: str, draft: Draft) -> Output:
-    if draft.layout.dim == 2:
-        return Output("angular velocity", angle_rows(probe, name, draft), (name,))
-    where = f"output '{name}'"
-    arm(where, draft.layout, probe.at, probe.axis)
-    axis, first = unit(f"{where}, axis", probe.axis, 3), draft.sensors.count
-    for vector in draft.layout.vectors(where, probe.at):
-        draft.sensors.add(vector)
-    return Output("spin", tuple(range(first, draft.sensors.count)), (name,), parameters=tuple(float(a) for a in axis))
+@dataclass(frozen=True)
+class Velocity(PointProbe):
+    """Velocity of a point [m/s], one column a coordinate; one `component` has the output's own name."""
+
+    unit: ClassVar[str] = "m/s"
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        return columns_of(sensed.rates)
 
 
-def angle_rows(probe: Angle | AngularVelocity, name: str, draft: Draft) -> tuple[int, int]:
-    """Sensor rows whose argument is the angle."""
-    first = draft.sensors.add(arm(f"output '{name}'", draft.layout, probe.at, probe.axis)[0])
-    return first, first + 1
+@dataclass(frozen=True)
+class Slope(PointProbe):
+    """Slope dr/dS of a line at a point, one column a coordinate; one `component` has the output's own name."""
+
+    derivative: ClassVar[int] = 1
 
 
-@sense.register
-def _(probe: Stress, name: str, draft: Draft) -> Output:
-    where, at = f"output '{name}'", probe.at
-    part, shape = edges.shape_of(where, draft, at.body)
-    place = locate(part, at.place)
-    if not isinstance(place, tuple) or part.cells is None:
-        raise InputError(say(where, "a named point of a plate", at))
-    cell = int(place[0])
-    values = surface.basis(shape.space, np.array([cell]), np.array([place[1:]]))[None]
-    reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
-    local, _, curved = local_table(values, np.ones((1, 1)), reference[shape.nodes[[cell]]])
-    vectors, dim = part.cells.law.vectors, part.dim
-    indptr = np.arange(vectors + 1) * values.shape[3]
-    jets = csr_array((local[0, 0, :vectors].ravel(), np.tile(shape.nodes[cell], vectors), indptr), shape=(vectors, shape.count))
-    first = draft.sensors.add(draft.layout.widen(where, at.body, kron(edges.own(part, jets), np.eye(dim))))
-    section = part.cells.section[:, 0, cell].copy()
-    if dim == 3:
-        section[3:6] = curved[0, 0]
-    thickness = np.broadcast_to(part.thickness, len(shape.nodes))[cell]
-    parameters = (float(laws.number(part.cells.law)), float(thickness), *(float(value) for value in section))
-    return Output("stress", tuple(range(first, first + vectors * dim)), (f"{name}_bottom", f"{name}_top"), parameters=parameters)
+@dataclass(frozen=True)
+class Angle(Probe):
+    """Angle [rad] turned since the reference about z or, in space, about `axis`; its turns are counted between stored states."""
+
+    at: fields.Place
+    axis: fields.Axis | None = None
+    unit: ClassVar[str] = "rad"
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from needs_axis(self.axis, dim)
+
+    def sense(self, name: str, draft: Draft) -> Output:
+        return self.output(draft, (name,), [arm(f"output '{name}'", draft.layout, self.at, self.axis)[0]])
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
+        angle, speed, acceleration = turning(sensed.values, sensed.rates, sensed.accelerations)
+        return [continuous(f"output '{sensed.name}'", sensed.times, angle, speed, acceleration)]
+
+    @classmethod
+    def sizes(cls, output: Output, dim: int) -> Sizes:
+        return 2, 1, 0
 
 
-@sense.register
-def _(probe: Deflection, name: str, draft: Draft) -> Output:
-    read = rows(draft, name, probe.tip) + rows(draft, name, probe.root) + rows(draft, name, probe.root, 1)
-    return Output("deflection", read, (name,))
+@dataclass(frozen=True)
+class AngularVelocity(Probe):
+    """Angular velocity [rad/s]: about z or, in space, its component along `axis`.
+
+    In space that of the vectors e_k of the place, e_k' = w x e_k, by least squares, sum_k (|e_k|^2 1 - e_k e_k^T) w =
+    sum_k e_k x e_k'; one vector alone has no rate about itself.
+    """
+
+    at: fields.Place
+    axis: fields.Axis | None = None
+    unit: ClassVar[str] = "rad/s"
+    filed: ClassVar[tuple[str, ...]] = ("angular velocity", "spin")
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from needs_axis(self.axis, dim)
+
+    def sense(self, name: str, draft: Draft) -> Output:
+        where, layout = f"output '{name}'", draft.layout
+        rows = arm(where, layout, self.at, self.axis)[0]
+        if layout.dim == 2:
+            return self.output(draft, (name,), [rows])
+        axis = unit(f"{where}, axis", self.axis, 3)
+        return self.output(draft, (name,), layout.vectors(where, self.at), parameters=tuple(float(a) for a in axis))
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
+        if sensed.dim == 2:
+            return [turning(sensed.values, sensed.rates, sensed.accelerations)[1]]
+        e, change = (part.reshape(len(part), -1, 3) for part in (sensed.values, sensed.rates))
+        A = np.einsum("ske,ske->s", e, e)[:, None, None] * np.eye(3) - np.einsum("ski,skj->sij", e, e)
+        w = np.einsum("sij,sj->si", np.linalg.pinv(A, rcond=PARALLEL, hermitian=True), np.cross(e, change).sum(axis=1))
+        return [w @ np.array(output.parameters)]
+
+    @classmethod
+    def sizes(cls, output: Output, dim: int) -> Sizes:
+        return (2, 1, 0) if dim == 2 else (max(3, 3 * min(len(output.rows) // 3, 3)), 1, 3)
 
 
-@sense.register
-def _(probe: Energy, name: str, draft: Draft) -> Output:
-    return Output("energy", (), tuple(f"{name}_{part}" for part in ("kinetic", "strain", "potential", "balance")))
+@dataclass(frozen=True)
+class Stress(Probe):
+    """Von Mises stress [Pa] at a named point of a plate or shell: on the faces at -t/2 and t/2 along its normal."""
+
+    at: fields.Place
+    unit: ClassVar[str] = "Pa"
+
+    def sense(self, name: str, draft: Draft) -> Output:
+        where, at = f"output '{name}'", self.at
+        part, shape = edges.shape_of(where, draft, at.body)
+        place = locate(part, at.place)
+        if not isinstance(place, tuple) or part.cells is None:
+            raise InputError(say(where, "a named point of a plate", at))
+        cell = int(place[0])
+        values = surface.basis(shape.space, np.array([cell]), np.array([place[1:]]))[None]
+        reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
+        local, _, curved = local_table(values, np.ones((1, 1)), reference[shape.nodes[[cell]]])
+        vectors, dim = part.cells.law.vectors, part.dim
+        indptr = np.arange(vectors + 1) * values.shape[3]
+        size = (vectors, shape.count)
+        jets = csr_array((local[0, 0, :vectors].ravel(), np.tile(shape.nodes[cell], vectors), indptr), shape=size)
+        rows = draft.layout.widen(where, at.body, kron(edges.own(part, jets), np.eye(dim)))
+        section = part.cells.section[:, 0, cell].copy()
+        if dim == 3:
+            section[3:6] = curved[0, 0]
+        thickness = np.broadcast_to(part.thickness, len(shape.nodes))[cell]
+        parameters = (float(laws.number(part.cells.law)), float(thickness), *(float(value) for value in section))
+        return self.output(draft, (f"{name}_bottom", f"{name}_top"), [rows], parameters=parameters)
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
+        law, thickness, *section = output.parameters
+        data = np.tile(np.array(section)[:, None], (1, len(sensed.times)))
+        return list(recover(laws.NUMBERS[int(law)], sensed.values.T, data, thickness).von_mises)
+
+    @classmethod
+    def sizes(cls, output: Output, dim: int) -> Sizes:
+        law = laws.NUMBERS[int(output.parameters[0])]
+        return law.vectors * dim, 2, 2 + law.rows
 
 
-@sense.register
-def _(probe: Reaction, name: str, draft: Draft) -> Output:
-    held = [label for joint, label in draft.constraints.names if joint == probe.joint]
-    if not held:
-        known = sorted({joint for joint, _ in draft.constraints.names})
-        expected = f"one of the joints {listed(known, probe.joint)}"
-        raise InputError(say(f"output '{name}'", expected, f"'{probe.joint}'") + closest(probe.joint, known))
-    return Output("reaction", (), tuple(f"{name}_{label.replace(' ', '_')}" for label in held), probe.joint)
+@dataclass(frozen=True)
+class Deflection(Probe):
+    """Position of `tip` relative to `root`, normal to the root's slope [m]: with its sign in the plane, as a distance in space."""
+
+    tip: fields.Place
+    root: fields.Place
+    unit: ClassVar[str] = "m"
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        if self.tip == self.root:
+            yield "root", Problem("another point than the tip", "the same")
+
+    def sense(self, name: str, draft: Draft) -> Output:
+        places = ((self.tip, 0), (self.root, 0), (self.root, 1))
+        return self.output(draft, (name,), [draft.layout.read(f"output '{name}'", at, k) for at, k in places])
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
+        tip, root, slope = np.split(sensed.values, 3, axis=1)
+        unit, apart = slope / np.linalg.norm(slope, axis=1, keepdims=True), tip - root
+        if sensed.dim == 2:
+            return [unit[:, 0] * apart[:, 1] - unit[:, 1] * apart[:, 0]]
+        return [np.linalg.norm(np.cross(unit, apart), axis=1)]
+
+    @classmethod
+    def sizes(cls, output: Output, dim: int) -> Sizes:
+        return 3 * dim, 1, 0
+
+
+@dataclass(frozen=True)
+class Energy(Probe):
+    """Kinetic, strain, potential energy and balance [J]; the balance is kinetic + strain - work of all loads and drives."""
+
+    unit: ClassVar[str] = "J"
+    known_to_all: ClassVar[bool] = False
+    on_largest: ClassVar[bool] = True
+
+    def sense(self, name: str, draft: Draft) -> Output:
+        return self.output(draft, tuple(f"{name}_{part}" for part in ("kinetic", "strain", "potential", "balance")))
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
+        return columns_of(sensed.energies())
+
+    @classmethod
+    def sizes(cls, output: Output, dim: int) -> Sizes:
+        return 0, 4, 0
+
+
+@dataclass(frozen=True)
+class Reaction(Probe):
+    """Force of a joint on the body it holds [N] (and moments of its slope rows [N m])."""
+
+    joint: Annotated[str, "a name of a joint"]
+    unit: ClassVar[str] = "N"
+    known_to_all: ClassVar[bool] = False
+
+    def sense(self, name: str, draft: Draft) -> Output:
+        held = [label for joint, label in draft.constraints.names if joint == self.joint]
+        if not held:
+            known = sorted({joint for joint, _ in draft.constraints.names})
+            expected = f"one of the joints {listed(known, self.joint)}"
+            raise InputError(say(f"output '{name}'", expected, f"'{self.joint}'") + closest(self.joint, known))
+        return self.output(draft, tuple(f"{name}_{label.replace(' ', '_')}" for label in held), joint=self.joint)
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
+        mine = [values for (joint, _), values in sensed.reactions().items() if joint == output.joint]
+        if len(mine) == len(output.columns):
+            return mine
+        notify(
+            f"the reaction of joint '{output.joint}' is given as NaN: "
+            "a reduced model that has dropped the joint's constraint does not know it"
+        )
+        return [np.full(len(sensed.times), np.nan)] * len(output.columns)
+
+    @classmethod
+    def units(cls, name: str, output: Output) -> tuple[str, ...]:
+        words = [column.removeprefix(f"{name}_").split("_")[0] for column in output.columns]
+        return tuple(cls.unit if word in FORCES else "N m" if word in MOMENTS else "" for word in words)
+
+    @classmethod
+    def sizes(cls, output: Output, dim: int) -> Sizes:
+        return 0, None, 0

@@ -33,7 +33,7 @@ def grown(cells: int) -> float:
     p = (A * GROWTH * (GROWTH**2 - 1) / 2 + A * THICK**2 / 12 * (GROWTH - 1) / RADIUS**2) / (RADIUS * GROWTH)
     shape = nurbs.surface(*nurbs.cylinder_panel(RADIUS, 0.5, 0.0, np.pi / 2, cells, 1, 3))
     held = [mirror("y", "xi2_min", "xi2_max"), mirror("x", "xi1_min"), mirror("z", "xi1_max")]
-    inside = [loads.FollowerPressure("p", "plate", p)]
+    inside = [loads.Pressure("p", "plate", p, follower=True)]
     found = outputs(solve_statics(loaded(shape, THICK, YOUNG, POISSON, held, inside, top="corner_00"), 10, TIGHT))
     return float(found["top_z"][-1]) / RADIUS
 
@@ -43,7 +43,7 @@ def arched(cells: int) -> float:
     stretch = RISE / np.sin(RISE)
     p = YOUNG * FOIL / (1 - POISSON**2) * stretch * (stretch**2 - 1) / 2 * np.sin(RISE) / HALF
     held = [joints.Edge("hinge", "plate", ("left",)), mirror("x", "right"), mirror("y", "bottom", "top")]
-    push = [loads.FollowerPressure("p", "plate", p)]
+    push = [loads.Pressure("p", "plate", p, follower=True)]
     system = loaded(rectangle("nurbs", cells, 1, HALF, HALF / cells), FOIL, YOUNG, POISSON, held, push, crown="b")
     return float(outputs(solve_statics(system, 20, TIGHT))["crown_z"][-1]) / HALF
 
@@ -64,7 +64,7 @@ def rod(push: float) -> tuple[float, float]:
 def pushed(cells: int) -> tuple[float, float]:
     """Tip of the cantilever, a strip without Poisson's ratio."""
     held = [joints.Edge("clamp", "plate", ("left",), slope="z")]
-    load = [loads.FollowerPressure("p", "plate", PUSH)]
+    load = [loads.Pressure("p", "plate", PUSH, follower=True)]
     system = loaded(rectangle("nurbs", cells, 1, LENGTH, 1.0), SHEET, YOUNG, 0.0, held, load, tip="b")
     found = outputs(solve_statics(system, 20, TIGHT))
     return float(found["tip_x"][-1]), float(found["tip_z"][-1])

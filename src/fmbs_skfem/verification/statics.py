@@ -76,7 +76,9 @@ def tip(system: System, steps: int = 4) -> np.ndarray:
     return np.array([found["tip_x"][-1], found["tip_y"][-1]])
 
 
-def cantilever(cells: int, load: Callable[[At], Any], section: object, length: float = 1.0, dim: int = 2, **options: Any) -> System:
+def cantilever(
+    cells: int, load: Callable[[At], Any], section: sections.Section, length: float = 1.0, dim: int = 2, **options: Any
+) -> System:
     """A beam along x, clamped at its start, with a load on its end; outputs `tip`, `slope` of the end, `clamp`, the reaction."""
     beam, end = body.cable("beam", straight(cells, end=(length, 0.0, 0.0)), section, dim=dim, **options), At("beam", "right")
     sensed: dict[str, probes.Probe] = {"tip": probes.Position(end), "slope": probes.Slope(end), "clamp": probes.Reaction("clamp")}

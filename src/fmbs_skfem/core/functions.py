@@ -13,9 +13,8 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from ..core import expressions
-from ..core.problems import Problem, shown
-from . import units
+from . import expressions, units
+from .problems import Problem, shown
 from .units import NUMBER, PI, TIME, Dimension, Quantity
 
 Rule = Callable[..., "Term"]

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fmbs_skfem.core import units
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.scenes import units
-from fmbs_skfem.scenes.units import Dimension, Quantity
+from fmbs_skfem.core.units import Dimension, Quantity
 
 
 @pytest.mark.parametrize(

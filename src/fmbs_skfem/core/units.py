@@ -17,9 +17,9 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TypeAlias
 
-from ..core import expressions
-from ..core.errors import closest
-from ..core.problems import Problem, shown
+from . import expressions
+from .errors import closest
+from .problems import Problem, shown
 
 Exponents: TypeAlias = tuple[Fraction, ...]
 
@@ -76,6 +76,13 @@ DIMENSIONS = (
     NUMBER, LENGTH, AREA, TIME, MASS, ANGLE, VELOCITY, ANGULAR_VELOCITY, ACCELERATION, RATE, FORCE, MOMENT, PRESSURE, DENSITY,
     LINE_DENSITY, BENDING_STIFFNESS, LINE_FORCE, INERTIA, TORSIONAL_STIFFNESS, TORSIONAL_DAMPING, POWER,
 )  # fmt: skip
+
+
+def named(unit: str) -> Dimension:
+    """The dimension of a unit such as `N m/rad`; one without a name of its own is a quantity."""
+    known = next((dimension for dimension in DIMENSIONS if dimension.unit == unit), None)
+    return known or Dimension("quantity", unit, read(f"1 {unit}").exponents)
+
 
 _PREFIXES = {"": 0, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "k": 3, "M": 6, "G": 9}  #: power of ten
 _SCALED: dict[str, tuple[Fraction | int, Dimension]] = {

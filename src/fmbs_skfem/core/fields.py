@@ -1,0 +1,214 @@
+"""What fields of declarations take: quantities with a unit, vectors, functions of time, names; read from a scene, told to editors.
+
+    stiffness: Annotated[float, fields.quantity("N m/rad", ">= 0"), "of the spring"] = 0.0
+
+A dataclass that is declared with such fields is a struct of SI numbers in Python. In a scene its fields are keys: `Takes` reads the
+value of one, which raises `Problem` where it does not fit, and has the JSON schema that a text editor sees. What reading has to
+know of the scene, its dimension and its parameters, is the `Context`.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, TypeAlias
+
+from . import expressions, functions, units
+from .expressions import Expression
+from .problems import Problem, shown
+
+Vector: TypeAlias = tuple[float, ...]
+Schema: TypeAlias = dict[str, Any]
+BOUNDS = {">": "exclusiveMinimum", ">=": "minimum", "<": "exclusiveMaximum", "<=": "maximum"}  #: signs in JSON schemas
+
+
+@dataclass(frozen=True)
+class Range:
+    """The values a parameter may take, in SI units."""
+
+    low: float
+    high: float
+    log: bool = False
+    unit: str = ""  #: SI unit, for headers of tables
+
+    def __str__(self) -> str:
+        return f"{self.low:g} to {self.high:g} {self.unit}".strip()
+
+
+@dataclass(frozen=True)
+class Context:
+    """What fields need of the scene around them."""
+
+    dimension: int = 3
+    parameters: Mapping[str, units.Quantity] = field(default_factory=dict)
+    ranges: Mapping[str, Range] = field(default_factory=dict)
+    clock: bool = True  #: whether t is a time; in statics it stands for the load factor
+
+
+@dataclass(frozen=True, eq=False)
+class Takes:
+    """What a field takes: `read` makes its value of that of a scene."""
+
+    read: Callable[[object, Context], Any]
+    schema: Schema
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        from pydantic import PlainValidator, ValidationInfo
+
+        def validate(value: object, info: ValidationInfo) -> Any:
+            return self.read(value, info.context if isinstance(info.context, Context) else Context())
+
+        return PlainValidator(validate).__get_pydantic_core_schema__(source, handler)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Schema:
+        return copy.deepcopy(self.schema)
+
+
+# ------------------------------------------------------------------------------------------------------------------ values
+def read_quantity(value: object, dimension: units.Dimension, context: Context, *bounds: str) -> float:
+    """The SI value of a field; bounds such as "> 0" and "< 1"."""
+    number = units.convert(value, dimension, context.parameters)
+    if not all(within(number, bound) for bound in bounds):
+        raise Problem(f"{dimension} {' and '.join(bounds)}", shown(value))
+    return number
+
+
+def within(number: float, bound: str) -> bool:
+    sign, limit = bound.split()
+    return bool(expressions.SCALAR[sign](number, float(limit)))
+
+
+def read_vector(value: object, dimension: units.Dimension, context: Context, size: int | None = None) -> Vector:
+    """A list of `size` quantities, by default as many as the scene has dimensions."""
+    size = size or context.dimension
+    if not isinstance(value, list | tuple) or len(value) != size:
+        axes = ", ".join("xyz"[:size]) if size == context.dimension else f"{size} entries"
+        raise Problem(f"a list of {size} ({axes}), each {dimension}, in a scene of dimension {context.dimension}", shown(value))
+    return tuple(read_quantity(entry, dimension, context) for entry in value)
+
+
+def read_spin(value: object, dimension: units.Dimension, context: Context) -> float | Vector:
+    """A moment or an angular velocity: a number about z in the plane, a vector in space."""
+    return read_quantity(value, dimension, context) if context.dimension == 2 else read_vector(value, dimension, context)
+
+
+def read_axis(value: object, context: Context) -> Vector:
+    """A direction in space that is not zero; in the plane everything turns about z."""
+    if context.dimension == 2:
+        raise Problem(
+            "no axis in the plane, where everything turns about z", shown(value), "delete it, or write a scene of dimension 3"
+        )
+    direction = read_vector(value, units.NUMBER, context)
+    if not any(direction):
+        raise Problem("an axis that is not zero", shown(value))
+    return direction
+
+
+def read_names(value: object, context: Context) -> tuple[str, ...]:
+    """A name or a list of different ones."""
+    found = (value,) if isinstance(value, str) else tuple(value) if isinstance(value, list | tuple) else ()
+    texts = tuple(name for name in found if isinstance(name, str) and name.strip())
+    if not texts or len(texts) < len(found):
+        raise Problem("a name or a list of names", shown(value))
+    if len(set(texts)) < len(texts):
+        raise Problem("each name once", ", ".join(texts))
+    return texts
+
+
+def of_time(value: object, context: Context, dimension: units.Dimension = units.NUMBER) -> Expression:
+    """An expression of t [s] and of the scene's parameters (in SI units) of a dimension, or a number."""
+    if isinstance(value, Expression):
+        return value
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        raise Problem("an expression of t", shown(value), expressions.GRAMMAR)
+    found = expressions.of_time(value, {name: quantity.value for name, quantity in context.parameters.items()})
+    if isinstance(value, str):
+        functions.check(value, dimension, context.parameters, context.clock)
+    return found
+
+
+def angle_of_time(value: object, context: Context) -> Expression:
+    """An angle [rad] as an expression of t, or as a constant quantity such as '90 deg'."""
+    try:
+        return of_time(value, context, units.ANGLE)
+    except Problem:
+        try:
+            return expressions.of_time(units.convert(value, units.ANGLE, context.parameters))
+        except Problem:
+            pass
+        raise
+
+
+# ------------------------------------------------------------------------------------------------------------------- takes
+def number_schema(dimension: units.Dimension, *bounds: str) -> Schema:
+    limits = {BOUNDS[sign]: int(limit) if limit.lstrip("-").isdigit() else float(limit) for sign, limit in map(str.split, bounds)}
+    told = f"{dimension} {' and '.join(bounds)}".strip()
+    return {"anyOf": [{"type": "number", **limits}, {"type": "string"}], "description": told}
+
+
+def array_schema(items: Schema, least: int, most: int | None = None) -> Schema:
+    return {"type": "array", "items": items, "minItems": least, **({} if most is None else {"maxItems": most})}
+
+
+def mapping_schema(required: tuple[str, ...] = (), **keys: Schema) -> Schema:
+    found = {"type": "object", "properties": keys, "additionalProperties": False}
+    return found | ({"required": list(required)} if required else {})
+
+
+def quantity(unit: str, *bounds: str) -> Takes:
+    """A number with a unit, "" for none, within bounds such as "> 0" and "< 1"."""
+    dimension = units.named(unit)
+    return Takes(lambda value, context: read_quantity(value, dimension, context, *bounds), number_schema(dimension, *bounds))
+
+
+def vector(unit: str) -> Takes:
+    """A quantity a coordinate of the scene."""
+    dimension = units.named(unit)
+    schema = array_schema(number_schema(dimension), 2, 3) | {"description": f"{dimension} per coordinate"}
+    return Takes(lambda value, context: read_vector(value, dimension, context), schema)
+
+
+def either(unit: str, read: Callable[[object, units.Dimension, Context], Any]) -> Takes:
+    """A quantity or a vector, as `read` decides by the dimension of the scene."""
+    dimension = units.named(unit)
+    options = [number_schema(dimension), array_schema(number_schema(dimension), 2, 3)]
+    return Takes(
+        lambda value, context: read(value, dimension, context), {"anyOf": options, "description": f"{dimension} per coordinate"}
+    )
+
+
+def spin(unit: str) -> Takes:
+    """A quantity about z in the plane, a vector of them in space."""
+    return either(unit, read_spin)
+
+
+NUMBER = units.NUMBER
+_EXPRESSION: Schema = {"anyOf": [{"type": "number"}, {"type": "string", "maxLength": expressions.LENGTH}]}
+_NAME: Schema = {"type": "string", "minLength": 1}
+NAMES: Schema = {"anyOf": [_NAME, array_schema(_NAME, 1)]}
+_THREE = array_schema(number_schema(NUMBER), 3, 3)
+_ANGLE = _EXPRESSION | {"description": "angle [rad], expression of t"}
+_MOTION = array_schema(_EXPRESSION, 2, 3) | {"description": "expressions of t [m]"}
+
+
+def read_motion(value: object, context: Context) -> tuple[Expression, ...]:
+    """One expression of t a coordinate."""
+    if not isinstance(value, list | tuple) or len(value) != context.dimension:
+        raise Problem(f"a list of {context.dimension} expressions of t", shown(value))
+    return tuple(of_time(entry, context, units.LENGTH) for entry in value)
+
+
+NAMED = Takes(read_names, NAMES | {"description": "a name or a list of names"})
+AXIS = Takes(read_axis, _THREE | {"description": "an axis in space"})
+HISTORY = Takes(of_time, _EXPRESSION | {"description": "expression of t"})
+ANGLE = Takes(angle_of_time, _ANGLE)
+MOTION = Takes(read_motion, _MOTION)
+
+Length = Annotated[float, quantity("m", "> 0")]
+Time = Annotated[float, quantity("s", "> 0")]
+Density = Annotated[float, quantity("kg/m^3", "> 0")]
+Number = Annotated[float, quantity("")]
+Tolerance = Annotated[float, quantity("", "> 0", "< 1")]
+Position = Annotated[Vector, vector("m")]
+Names = Annotated[tuple[str, ...], NAMED]

@@ -1,0 +1,84 @@
+"""Python files that a scene names: they declare joints, loads, outputs, sections, laws and interpolations of its author's own.
+
+    extensions: [my_joint.py]            beside the scene, or anywhere in its project folder, as meshes
+
+The files are run before the scene is checked, with the rights of whoever reads it: a remark tells which. Where the environment
+variable FMBS_EXTENSIONS is `refuse`, scenes that name any are refused instead. A file is run once a process; one that has changed
+since is refused, because its classes may be in use. Worker processes find its classes by the name of its module.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import importlib.util
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from types import ModuleType
+
+from ..core.errors import InputError
+from ..core.notices import remark
+from ..core.problems import Problem, shown
+from ..shapes import meshes
+from .models import Found
+
+PREFIX = "fmbs_extension_"  #: of module names; the path of the file follows as hexadecimal digits
+SWITCH = "FMBS_EXTENSIONS"
+RUN: dict[str, str] = {}  #: SHA-256 of the files that were run, by module
+
+
+class Finder(MetaPathFinder):
+    """Modules of files by the path in their name, so that what they declare can be sent to other processes."""
+
+    def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
+        if not name.startswith(PREFIX):
+            return None
+        file = bytes.fromhex(name.removeprefix(PREFIX)).decode()
+        return importlib.util.spec_from_file_location(name, file)
+
+
+sys.meta_path.append(Finder())
+
+
+def load(named: object, folder: Path) -> list[Found]:
+    """Run the files that the section `extensions` of a scene in `folder` names; what is wrong with them."""
+    if named is None:
+        return []
+    if not isinstance(named, list) or not all(isinstance(text, str) for text in named):
+        return [(("extensions",), Problem("a list of Python files, their paths from the folder of the scene", shown(named)))]
+    if named and os.environ.get(SWITCH) == "refuse":
+        remedy = f"they would be run as programs; read them, and unset {SWITCH} if you trust them"
+        return [(("extensions",), Problem("a scene without Python files", ", ".join(named), remedy))]
+    found: list[Found] = []
+    for k, text in enumerate(named):
+        try:
+            run(meshes.path(text, folder, what="extension"))
+        except Problem as problem:
+            found.append((("extensions", k), problem))
+        except InputError as error:
+            found.append((("extensions", k), Problem("a Python file of the project", str(error))))
+    return found
+
+
+def run(path: Path) -> None:
+    """Run a file, once a process."""
+    if path.suffix != ".py" or not path.is_file():
+        raise Problem("a Python file (.py)", str(path) if path.exists() else f"{path}, which is not there")
+    name, digest = PREFIX + str(path).encode().hex(), hashlib.sha256(path.read_bytes()).hexdigest()
+    if RUN.get(name, digest) != digest:
+        raise Problem("a file that stays the same while it is in use", f"{path}, which has changed", "start Python anew")
+    if name in RUN:
+        return
+    remark(f"runs the Python file {path}")
+    try:
+        importlib.import_module(name)
+    except Exception as error:
+        last = next((frame for frame in reversed(traceback.extract_tb(error.__traceback__)) if frame.filename == str(path)), None)
+        where = f" in line {last.lineno}" if last is not None else ""
+        raise Problem("a Python file that runs", f"{type(error).__name__}{where}: {error}") from error
+    RUN[name] = digest
