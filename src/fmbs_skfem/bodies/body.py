@@ -238,6 +238,9 @@ def require_line_law(name: str, law: Law, dim: int, numbers: Mapping[str, float]
     missing = [row for row in law.section if row not in ("EA", "EI", "kappa0", "weight", *numbers)]
     if missing:
         raise InputError(say(f"body '{name}'.numbers", f"the numbers of the law: {', '.join(missing)}", sorted(numbers)))
+    if unread := [row for row in numbers if row not in law.section]:
+        expected = f"numbers of the law {law.name} ({', '.join(law.section)})"
+        raise InputError(say(f"body '{name}'.numbers", expected, f"'{unread[0]}'") + closest(unread[0], law.section))
 
 
 def cable_numbers(

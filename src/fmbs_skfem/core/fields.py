@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, TypeAlias
 
 from . import expressions, functions, units
+from .errors import closest
 from .expressions import Expression
 from .problems import Problem, shown
 
@@ -51,7 +52,7 @@ class Takes:
     """What a field takes: `read` makes its value of that of a scene."""
 
     read: Callable[[object, Context], Any]
-    schema: Schema
+    schema: Schema | Callable[[], Schema]  #: a function where it is not the same all the time
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         from pydantic import PlainValidator, ValidationInfo
@@ -62,7 +63,12 @@ class Takes:
         return PlainValidator(validate).__get_pydantic_core_schema__(source, handler)
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Schema:
-        return copy.deepcopy(self.schema)
+        return copy.deepcopy(self.told)
+
+    @property
+    def told(self) -> Schema:
+        """The schema as it is now."""
+        return self.schema() if callable(self.schema) else self.schema
 
 
 # ------------------------------------------------------------------------------------------------------------------ values
@@ -156,6 +162,18 @@ def mapping_schema(required: tuple[str, ...] = (), **keys: Schema) -> Schema:
     return found | ({"required": list(required)} if required else {})
 
 
+def word(known: Mapping[str, Any]) -> Takes:
+    """One of the words that are known when a scene is read."""
+
+    def read(value: object, context: Context) -> str:
+        if not isinstance(value, str) or value not in known:
+            hint = closest(value, known) if isinstance(value, str) else ""
+            raise Problem(f"one of {', '.join(known)}", shown(value) + hint)
+        return value
+
+    return Takes(read, lambda: {"enum": list(known), "type": "string"})
+
+
 def quantity(unit: str, *bounds: str) -> Takes:
     """A number with a unit, "" for none, within bounds such as "> 0" and "< 1"."""
     dimension = units.named(unit)
@@ -184,6 +202,7 @@ def spin(unit: str) -> Takes:
 
 
 NUMBER = units.NUMBER
+_ANY: Schema = number_schema(NUMBER) | {"description": "a quantity"}
 _EXPRESSION: Schema = {"anyOf": [{"type": "number"}, {"type": "string", "maxLength": expressions.LENGTH}]}
 _NAME: Schema = {"type": "string", "minLength": 1}
 NAMES: Schema = {"anyOf": [_NAME, array_schema(_NAME, 1)]}
@@ -199,6 +218,7 @@ def read_motion(value: object, context: Context) -> tuple[Expression, ...]:
     return tuple(of_time(entry, context, units.LENGTH) for entry in value)
 
 
+ANY = Takes(lambda value, context: units.read(value, context.parameters).value, _ANY)
 NAMED = Takes(read_names, NAMES | {"description": "a name or a list of names"})
 AXIS = Takes(read_axis, _THREE | {"description": "an axis in space"})
 HISTORY = Takes(of_time, _EXPRESSION | {"description": "expression of t"})

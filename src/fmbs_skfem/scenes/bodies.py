@@ -10,12 +10,11 @@ from pydantic import Field, StrictBool, StrictInt, StrictStr
 from scipy.spatial.transform import Rotation
 
 from ..bodies import body as bodies
+from ..bodies import laws, rigid
 from ..bodies import plate as plates
-from ..bodies import rigid
-from ..bodies.laws import CABLES
 from ..bodies.sections import Material, Section
 from ..core.errors import InputError, say
-from ..core.fields import Density, Length, Position, Vector, quantity
+from ..core.fields import ANY, Density, Length, Position, Vector, quantity, word
 from ..shapes import curves, meshes, nurbs_file, plate_meshes
 from ..shapes.surface import Surface
 from . import fields, surfaces
@@ -26,7 +25,7 @@ from .models import Count, MeshFile, Model
 if TYPE_CHECKING:
     from .schema import Scene
 
-CURVATURES = {law.name.lower(): law for law in CABLES}
+CURVATURES = {law.name.lower(): law for law in laws.CABLES}
 
 
 class Cable(Model):
@@ -44,6 +43,8 @@ class Cable(Model):
         Literal["exact", "material", "quadratic"],
         Field(description="geometric curvature, rotation per reference length, or the norm of the second derivative"),
     ] = "exact"
+    law: Annotated[StrictStr | None, Field(description="a law of `extensions`; without it that of `curvature`")] = None
+    numbers: Annotated[dict[str, Annotated[float, ANY]], Field(description="numbers of the law by name, quantities")] = Field({})
     origin: Position | None = None
     rotation: fields.Rotation | None = None
     refine: Annotated[StrictInt, Field(ge=1, le=1000)] = 1
@@ -65,7 +66,8 @@ class Cable(Model):
             degree=self.degree,
             continuity=self.continuity,
             ancf=self.interpolation == "ancf",
-            law=CURVATURES[self.curvature],
+            law=CURVATURES[self.curvature] if self.law is None else laws.find(self.law),
+            numbers=self.numbers,
             origin=array(self.origin),
             rotation=matrix(self.rotation),
         )
@@ -141,7 +143,7 @@ class Plate(Model):
     type: Literal["plate"]
     mesh: MeshFile
     face: Annotated[StrictStr | None, Field(description="a named group of cells; without it the whole mesh")] = None
-    interpolation: Literal["ancf", "bfs", "argyris"] = "ancf"
+    interpolation: Annotated[str, word(surfaces.INTERPOLATIONS)] = "ancf"
     arcs: Annotated[list[StrictStr] | None, Field(description="a list of edges; without it arcs are found")] = None
     thickness: fields.Thickness
     material: Annotated[Material, Made(Material)]
@@ -158,12 +160,12 @@ class Plate(Model):
             raise InputError(
                 say(f"mesh {mesh.path}", "a plate in the plane z = 0", f"z = {height:.6g} m", "place it with 'origin'")
             )
-        corners = 3 if self.interpolation == "argyris" else 4
-        if mesh.cells.shape[1] != corners:
-            wanted = "triangles for argyris" if corners == 3 else f"quads for {self.interpolation}"
-            got, remedy = ("quads", "ancf or bfs") if corners == 3 else ("triangles", "argyris")
+        chosen = surfaces.INTERPOLATIONS[self.interpolation]
+        if mesh.cells.shape[1] != chosen.corners:
+            wanted = f"{'triangles' if chosen.corners == 3 else 'quads'} for {self.interpolation}"
+            got, remedy = ("quads", "ancf or bfs") if chosen.corners == 3 else ("triangles", "argyris")
             raise InputError(say(f"mesh {mesh.path}", wanted, got, f"mesh it again, or take the interpolation {remedy}"))
-        return surfaces.ordered(surfaces.INTERPOLATIONS[self.interpolation](mesh, self.arcs), self.order)
+        return surfaces.ordered(chosen.make(mesh, self.arcs), self.order)
 
     def build(self, scene: Scene, name: str, cells: int | None, allow_outside: bool) -> bodies.Body:
         shape = self.surface(scene.folder, allow_outside, scene.repair)

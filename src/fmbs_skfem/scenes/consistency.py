@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Collection, Iterator
 
+from ..bodies import laws
 from ..bodies.body import BENDS_ALIKE, BENDS_ALIKE_REMEDY
 from ..bodies.sections import Given
 from ..core import units
@@ -18,7 +19,7 @@ from ..core.problems import Problem, shown
 from ..systems.joints import DrivenAngle
 from ..systems.places import At
 from ..systems.probes import Reaction, Stress
-from . import plausibility, times, unused, yamlfile
+from . import plausibility, surfaces, times, unused, yamlfile
 from .fields import Spans
 from .models import Found, Told
 from .schema import Cable, Dynamic, Plate, PointMass, Rigid, RigidPlate, Scene, Shell
@@ -92,7 +93,7 @@ def _bodies(scene: Scene) -> Iterator[Found]:
         key = ("bodies", name)
         if isinstance(body, Cable):
             yield from _cable(key, body, scene.dimension)
-        if isinstance(body, Plate) and body.arcs is not None and body.interpolation != "ancf":
+        if isinstance(body, Plate) and body.arcs is not None and not surfaces.INTERPOLATIONS[body.interpolation].arcs:
             got = f"arcs with {body.interpolation}, whose sides are straight"
             yield (*key, "arcs"), Problem("arcs with ancf only", got, "delete them")
         for rim in getattr(body, "rims", ()):
@@ -113,6 +114,10 @@ def _cable(key: tuple[str, str], body: Cable, dimension: int) -> Iterator[Found]
         yield (*key, "material"), Problem("a material for a solid section", "nothing", "or give EA, EI and rhoA (shape: given)")
     if body.continuity >= body.degree:
         yield (*key, "continuity"), Problem(f"a continuity below the degree {body.degree}", str(body.continuity))
+    if body.law is not None and body.law not in laws.KNOWN:
+        yield (*key, "law"), _unknown("law", "laws", body.law, laws.KNOWN)
+    if body.law is not None and body.curvature != "exact":
+        yield (*key, "curvature"), Problem("no curvature beside a law", f"'{body.curvature}'", "delete one of the two")
     if body.interpolation == "ancf" and (body.degree, body.continuity) != (3, 1):
         got = f"degree {body.degree}, continuity {body.continuity}"
         yield (*key, "interpolation"), Problem("degree 3 and continuity 1 with ancf", got, "leave them out, or use bspline")

@@ -85,8 +85,8 @@ def taken(hint: Any) -> Any:
     if get_origin(hint) is Annotated:
         inner, *notes = get_args(hint)
         known = [note for note in notes if isinstance(note, Takes)]
-        told = ": ".join([note for note in notes if isinstance(note, str)] + [note.schema["description"] for note in known])
-        return Annotated[inner if known else taken(inner), *known, Field(description=told or None)]
+        told = [note for note in notes if isinstance(note, str)] + [note.told.get("description", "") for note in known]
+        return Annotated[inner if known else taken(inner), *known, Field(description=": ".join(filter(None, told)) or None)]
     if get_origin(hint) in (Union, types.UnionType):
         return Union[tuple(taken(one) for one in get_args(hint))]  # noqa: UP007  (a union of a tuple)
     return Annotated[float, quantity("")] if hint is float else STRICT.get(hint, hint)

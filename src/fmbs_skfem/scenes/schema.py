@@ -25,6 +25,7 @@ from .bodies import Body, Cable, Plate, PointMass, Rigid, RigidPlate, Shell
 from .declarations import Made, Named
 from .models import Count, Model
 from .parameters import SCHEMA as PARAMETER
+from .surfaces import INTERPOLATIONS
 from .training import Training
 
 __all__ = [
@@ -232,9 +233,9 @@ def whole() -> dict[str, Any]:
     return json_schema()
 
 
-def families() -> list[dict[str, type]]:
+def families() -> list[dict[str, Any]]:
     """What is declared."""
-    return [dict(family.known) for family in (Joint, Load, Probe, Section)]
+    return [dict(INTERPOLATIONS), *(dict(family.known) for family in (Joint, Load, Probe, Section))]
 
 
 def refresh() -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from ..shapes import ancf_plate, skfem_surface
 from ..shapes.plate_meshes import PlateMesh
 from ..shapes.surface import Surface
 
+Make = TypeVar("Make", bound=Callable[[PlateMesh, "list[str] | None"], Surface])
 FLAT = 1e-12  #: height of a mesh over the plane z = 0, relative to its extent, that is round-off
 
 
@@ -20,21 +22,43 @@ def ordered(surface: Surface, order: int | None) -> Surface:
     return surface if order is None else replace(surface, order=order)
 
 
+@dataclass(frozen=True)
+class Interpolation:
+    """How plates of meshes are interpolated."""
+
+    corners: int  #: of its cells
+    make: Callable[[PlateMesh, list[str] | None], Surface]  #: of a mesh, and the names of edges that are arcs, None to find them
+    arcs: bool  #: whether it has curved sides
+
+
+INTERPOLATIONS: dict[str, Interpolation] = {}  #: by the word of scenes
+
+
+def interpolation(word: str, corners: int, arcs: bool = False) -> Callable[[Make], Make]:
+    """Declare a function of a mesh and the names of arcs as an interpolation of plates: `interpolation: word` in a scene."""
+
+    def declare(make: Make) -> Make:
+        INTERPOLATIONS[word] = Interpolation(corners, make, arcs)
+        return make
+
+    return declare
+
+
+@interpolation("ancf", 4, arcs=True)
 def ancf(mesh: PlateMesh, arcs: list[str] | None) -> Surface:
     points = mesh.points[:, :2]
     found = ancf_plate.arcs_of(points, mesh.edge_groups, arcs)
     return ancf_plate.surface(points, mesh.cells, found, mesh.point_groups, mesh.edge_groups, mesh.face_groups)
 
 
+@interpolation("bfs", 4)
 def bfs(mesh: PlateMesh, arcs: list[str] | None) -> Surface:
     return skfem_surface.bfs(mesh.points[:, :2], mesh.cells, mesh.point_groups, mesh.edge_groups, mesh.face_groups)
 
 
+@interpolation("argyris", 3)
 def argyris(mesh: PlateMesh, arcs: list[str] | None) -> Surface:
     return skfem_surface.argyris(mesh.points[:, :2], mesh.cells, mesh.point_groups, mesh.edge_groups, mesh.face_groups)
-
-
-INTERPOLATIONS: dict[str, Callable[[PlateMesh, list[str] | None], Surface]] = {"ancf": ancf, "bfs": bfs, "argyris": argyris}
 
 
 def thickness(value: float | Mapping[str, float], surface: Surface) -> float | np.ndarray:

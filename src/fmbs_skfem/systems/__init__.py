@@ -1,6 +1,6 @@
 """Systems of bodies, joints, loads and probes."""
 
-from . import joints, loads, probes
+from . import fields, joints, loads, probes
 from .assembly import Motion, Rayleigh, assemble, eliminate
 from .checks import check_joint, check_system
 from .compiled import Compiled, compile_system
@@ -9,6 +9,7 @@ from .system import System, change_coordinates
 
 __all__ = [
     "At",
+    "fields",
     "joints",
     "loads",
     "probes",

@@ -1,0 +1,178 @@
+"""Python files of a scene: the recipes of docs/extensions.md, from a scene and from Python, and what is refused."""
+
+from __future__ import annotations
+
+import pickle
+import re
+import sys
+import warnings
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmbs_skfem import dynamics, scenes, systems
+from fmbs_skfem.bodies import laws
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.notices import Remark
+from fmbs_skfem.reduction import files
+from fmbs_skfem.scenes import build, extensions, reading, schema
+from fmbs_skfem.systems import probes
+
+from ..cli.calls import ROOT, fmbs
+
+PAGE = (ROOT / "docs" / "extensions.md").read_text(encoding="utf-8")
+SCENE = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)[0]
+BLOCKS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+FILES = {block.split("\n")[0].removeprefix("# "): block for block in BLOCKS if block.startswith("# my_")}
+
+
+@pytest.fixture(autouse=True)
+def _apart(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """What a test declares is forgotten after it."""
+    for family in (systems.joints.Joint, systems.loads.Load, probes.Probe):
+        monkeypatch.setattr(family, "known", dict(family.known))
+    monkeypatch.setattr(laws, "KNOWN", dict(laws.KNOWN))
+    monkeypatch.setattr(extensions, "RUN", {})
+    before = set(sys.modules)
+    yield
+    for name in set(sys.modules) - before:
+        if name.startswith(("fmbs_extension_", "my_")):
+            del sys.modules[name]
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """The scene of the page in a project with its files and mesh."""
+    for name in ("scenes", "meshes"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "meshes" / "beam_20.msh").write_bytes((ROOT / "meshes" / "beam_20.msh").read_bytes())
+    for name, text in FILES.items():
+        (tmp_path / "scenes" / name).write_text(text, encoding="utf-8")
+    (tmp_path / "scenes" / "own.yaml").write_text(SCENE, encoding="utf-8")
+    return tmp_path / "scenes" / "own.yaml"
+
+
+def quiet(path: Path) -> schema.Scene:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Remark)
+        return scenes.read(path)
+
+
+def test_every_recipe_is_short() -> None:
+    assert set(FILES) == {"my_joint.py", "my_load.py", "my_output.py", "my_law.py"}
+    assert all(block.count("\n") < 60 for block in BLOCKS)
+
+
+def test_the_scene_is_sound_and_runs(project: Path, tmp_path: Path) -> None:
+    """Every file is named, --strict does not mind; the table has the column, the plot its unit, the joint holds."""
+    done = fmbs("check", project, "--strict", "--json")
+    assert done.code == 0, done.err
+    assert [note for note in done.json["notices"] if "runs the Python file" in note] == [
+        f"runs the Python file {project.parent.resolve() / name}" for name in FILES
+    ]
+    done = fmbs("run", project, "--out", tmp_path / "out", "--no-plots", "--json")
+    assert done.code == 0, done.err
+    table = np.genfromtxt(tmp_path / "out" / "outputs.csv", delimiter=",", names=True)
+    assert table["length"][0] == pytest.approx(1.0, rel=1e-12)
+    assert done.json["notices"] == []  # run once a process
+
+
+def test_the_keys_are_checked(project: Path) -> None:
+    text = project.read_text()
+    for before, after, message in (
+        (
+            "moment: 10 g m",
+            "moment: 10 g",
+            r"own.yaml:\d+: loads.motor.moment: expected a quantity \[kg m\], got '10 g' \(mass\)",
+        ),
+        ("semi_axes", "semi_axis", r"own.yaml:\d+: joints.rail.semi_axis: expected one of the keys .* did you mean 'semi_axes'"),
+        ("type: span", "type: spam", r"own.yaml:\d+: outputs.length.type: .* did you mean 'span'"),
+        ("law: hardening", "law: hardning", r"own.yaml:\d+: bodies.beam.law: .* did you mean 'hardening'"),
+        ("{c: 40}", "{d: 40}", r"own.yaml:\d+: bodies.beam: body 'beam'.numbers: expected the numbers of the law: c"),
+        ("{c: 40}", "{c: 40, d: 2}", r"body 'beam'.numbers: expected numbers of the law hardening .*, got 'd'"),
+        ("b: beam.right", "b: bem.right", r"own.yaml:\d+: outputs.length.b: .* did you mean 'beam'"),
+        ("dimension: 2", "dimension: 3", r"own.yaml:\d+: joints.rail"),
+    ):
+        assert text.count(before) == 1
+        project.write_text(text.replace(before, after))
+        with pytest.raises(InputError, match=message):
+            build.system(quiet(project))
+
+
+def test_the_schema_has_them(project: Path) -> None:
+    quiet(project)
+    published = scenes.json_schema()
+    semi_axes = published["$defs"]["EllipseGuide"]["properties"]["semi_axes"]
+    assert semi_axes["description"] == "along x and y: a length [m] per coordinate"
+    assert "unbalance" in published["properties"]["loads"]["additionalProperties"]["discriminator"]["mapping"]
+
+
+def test_reduced_models_know_them(project: Path, tmp_path: Path) -> None:
+    """The joint and the load are arrays in a saved model; the output is known by its word, and named where it is not."""
+    full = build.system(quiet(project))
+    motion = dynamics.integrate(full, dynamics.GeneralizedAlpha(5e-3), 0.05)
+    V = np.linalg.qr(np.random.default_rng(0).normal(size=(full.size, 8)))[0]
+    reduced = systems.change_coordinates(full, V, full.x0)
+    path = files.save(reduced, tmp_path / "model.rom")
+    loaded = files.load(path)
+    x, v, a = ((part - start) @ V for part, start in ((motion.x, full.x0), (motion.v, 0.0), (motion.a, 0.0)))
+    again = dynamics.outputs(replace(motion, system=loaded, x=x, v=v, a=a))["length"]
+    assert again.shape == motion.times.shape
+    assert again[0] == pytest.approx(dynamics.outputs(motion)["length"][0], rel=1e-12)
+    assert probes.units("length", loaded.outputs["length"]) == ("m",)
+    del probes.Probe.known["span"]
+    with pytest.raises(Exception, match=r"outputs\.length\.kind: expected one of position.*, got 'span'"):
+        files.load(path)
+
+
+def test_parameters_and_worker_processes(project: Path) -> None:
+    """Another value of a parameter reads the scene again; what the file declares goes to another process by its module."""
+    scene = quiet(project)
+    assert reading.again(scene, {}).joints == scene.joints
+    assert pickle.loads(pickle.dumps(scene.joints["rail"])) == scene.joints["rail"]
+
+
+def test_the_python_of_the_page_runs(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(project.parent)
+    exec(compile(BLOCKS[-1], "extensions.md", "exec"), {})
+
+
+@pytest.mark.parametrize(
+    "named, message",
+    [
+        ("[../../outside.py]", r"extensions\[0\]: .* stays in its parent folder"),
+        ("[/tmp/my_joint.py]", r"extensions\[0\]: .* relative"),
+        ("[nowhere.py]", r"extensions\[0\]: expected a Python file .*nowhere.py, which is not there"),
+        ("[own.yaml]", r"extensions\[0\]: expected a Python file \(\.py\)"),
+        ("my_joint.py", r"extensions: expected a list of Python files"),
+        ("[broken.py]", r"extensions\[0\]: expected a Python file that runs, got ZeroDivisionError in line 2: division by zero"),
+        ("[twice.py]", r"expected a word of its own, got 'pin', which is that of fmbs_skfem"),
+        ("[bare.py]", r"class Bare: expected a dataclass"),
+    ],
+)
+def test_refused(project: Path, named: str, message: str) -> None:
+    (project.parent / "broken.py").write_text("a = 1\nb = a / 0\n")
+    head = "from fmbs_skfem.systems.joints import Joint\n"
+    (project.parent / "twice.py").write_text(head + "class Pin(Joint):\n    pass\n")
+    (project.parent / "bare.py").write_text(head + "class Bare(Joint):\n    name: str\n    def constrain(self, draft): ...\n")
+    project.write_text(SCENE.replace("[my_joint.py, my_load.py, my_output.py, my_law.py]", named))
+    with pytest.raises(InputError, match=message):
+        quiet(project)
+
+
+def test_the_switch_refuses_all(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FMBS_EXTENSIONS", "refuse")
+    with pytest.raises(InputError, match=r"own.yaml:4: extensions: expected a scene without Python files, got my_joint.py"):
+        scenes.read(project)
+    assert "ellipse_guide" not in systems.joints.Joint.known
+
+
+def test_a_changed_file_is_refused(project: Path) -> None:
+    quiet(project)
+    with (project.parent / "my_load.py").open("a") as file:
+        file.write("\nX = 1\n")
+    with pytest.raises(InputError, match="a file that stays the same while it is in use"):
+        scenes.read(project)
