@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import re
+import subprocess
 import sys
 import warnings
 from collections.abc import Iterator
@@ -110,6 +111,17 @@ def test_the_schema_has_them(project: Path) -> None:
     assert "unbalance" in published["properties"]["loads"]["additionalProperties"]["discriminator"]["mapping"]
 
 
+def test_the_command_takes_files(project: Path) -> None:
+    """For the schema of editors, and for saved models, which name no files."""
+    done = fmbs("--extension", project.parent / "my_joint.py", "schema")
+    assert done.code == 0, done.err
+    assert "EllipseGuide" in done.json["$defs"]
+    assert "notice: ran the Python file" in done.err
+    done = fmbs("--extension", project.parent / "none.py", "schema")
+    assert done.code == 3
+    assert "none.py, which is not there" in done.err
+
+
 def test_reduced_models_know_them(project: Path, tmp_path: Path) -> None:
     """The joint and the load are arrays in a saved model; the output is known by its word, and named where it is not."""
     full = build.system(quiet(project))
@@ -132,7 +144,10 @@ def test_parameters_and_worker_processes(project: Path) -> None:
     """Another value of a parameter reads the scene again; what the file declares goes to another process by its module."""
     scene = quiet(project)
     assert reading.again(scene, {}).joints == scene.joints
-    assert pickle.loads(pickle.dumps(scene.joints["rail"])) == scene.joints["rail"]
+    child = "import pickle, sys; print(pickle.load(sys.stdin.buffer).joints['rail'])"
+    command = [sys.executable, "-W", "error", "-c", child]
+    done = subprocess.run(command, input=pickle.dumps(scene), capture_output=True, check=False)
+    assert done.stdout.decode().strip() == str(scene.joints["rail"]), done.stderr
 
 
 def test_the_python_of_the_page_runs(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import importlib
 import sys
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import click
 
 from .. import __version__
 from ..core import durable
-from ..core.errors import closest
+from ..core.errors import InputError, closest
+from ..core.notices import Notice
 
 #: command -> what it does; module `cli.<command>` holds it as `command`
 COMMANDS = {
@@ -65,7 +69,8 @@ class Commands(click.Group):
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="fmbs")
-def main() -> None:
+@click.option("--extension", "files", multiple=True, metavar="FILE", help="Run a Python file that declares types of its own.")
+def main(files: tuple[str, ...]) -> None:
     """Flexible multibody systems: full models, reduced models, and the error beside the speed.
 
     Every command takes --json (one object on stdout) and --out (a folder).
@@ -75,3 +80,21 @@ def main() -> None:
     is corrupt, 130 interrupted, 143 terminated. An internal error ends with 1, and leaves internal_error.json beside the results
     that there are.
     """
+    if files:
+        run_extensions(files)
+
+
+def run_extensions(files: Sequence[str]) -> None:
+    """Run Python files that declare outputs and laws, which saved models may need, and more keys for `fmbs schema`."""
+    from ..scenes import extensions
+    from . import screen
+
+    for file in files:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", Notice)
+                extensions.run(Path(file).resolve())
+        except InputError as error:
+            screen.tell(f"error: --extension {file}: {error}")
+            sys.exit(error.exit_code)
+        screen.tell(f"notice: ran the Python file {file}")

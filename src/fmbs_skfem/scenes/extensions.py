@@ -74,7 +74,8 @@ def run(path: Path) -> None:
         raise Problem("a file that stays the same while it is in use", f"{path}, which has changed", "start Python anew")
     if name in RUN:
         return
-    remark(f"runs the Python file {path}")
+    if name not in sys.modules:  # as in a worker process that has found its classes
+        remark(f"runs the Python file {path}")
     try:
         importlib.import_module(name)
     except Exception as error:
