@@ -79,6 +79,7 @@ def test_the_scene_is_sound_and_runs(project: Path, tmp_path: Path) -> None:
     table = np.genfromtxt(tmp_path / "out" / "outputs.csv", delimiter=",", names=True)
     assert table["length"][0] == pytest.approx(1.0, rel=1e-12)
     assert done.json["notices"] == []  # run once a process
+    assert set(FILES) <= {Path(name).name for name in done.json["provenance"]["files"]}
 
 
 def test_the_keys_are_checked(project: Path) -> None:

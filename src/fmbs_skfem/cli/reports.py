@@ -132,10 +132,11 @@ def fingerprint(scene: Scene) -> str:
 
 
 def scene_files(scene: Scene) -> list[Path]:
-    """The file of a scene and the mesh and surface files it reads, each once."""
+    """The file of a scene and the mesh, surface and Python files it reads, each once."""
     from ..shapes import meshes
 
     names = {getattr(body, key) for body in scene.bodies.values() for key in ("mesh", "nurbs") if getattr(body, key, None)}
+    names |= set(scene.extensions or ())
     read = [meshes.path(name, scene.folder, allow_outside=True) for name in sorted(names)]
     return [path.absolute() for path in ([scene.path] if scene.path else []) + read]
 

@@ -44,7 +44,7 @@ class Cable(Model):
         Field(description="geometric curvature, rotation per reference length, or the norm of the second derivative"),
     ] = "exact"
     law: Annotated[StrictStr | None, Field(description="a law of `extensions`; without it that of `curvature`")] = None
-    numbers: Annotated[dict[str, Annotated[float, ANY]], Field(description="numbers of the law by name, quantities")] = Field({})
+    numbers: Annotated[dict[str, Annotated[float, ANY]] | None, Field(description="numbers of the law by name, quantities")] = None
     origin: Position | None = None
     rotation: fields.Rotation | None = None
     refine: Annotated[StrictInt, Field(ge=1, le=1000)] = 1

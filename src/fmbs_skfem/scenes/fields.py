@@ -6,6 +6,8 @@ import itertools
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
+from pydantic import PlainSerializer
+
 from ..bodies.plate import Rim
 from ..core import units
 from ..core.fields import (
@@ -139,6 +141,11 @@ def snapshots(value: object, context: Context) -> float | Spans:
     return spans(value, context) if isinstance(value, list | tuple) else read_quantity(value, units.TIME, context, "> 0")
 
 
+def rim_plain(value: Rim) -> dict[str, Any]:
+    """A rim as plain data."""
+    return {"edges": list(value.edges), **({} if value.center is None else {"center": list(value.center)})}
+
+
 _LENGTH = number_schema(units.LENGTH, "> 0")
 _POINT = array_schema(number_schema(units.LENGTH), 2, 3)
 _INERTIA = number_schema(units.INERTIA)
@@ -177,7 +184,7 @@ EVERY = Takes(every, _options("a number of steps, or spans of time", _WHOLE, _SP
 SNAPSHOTS = Takes(snapshots, _options("a time between snapshots, or spans of time", _TIME, _SPANS))
 
 Thickness = Annotated[float | dict[str, float], THICKNESS]
-Rims = dict[str, Annotated[Rim, RIM]]
+Rims = dict[str, Annotated[Rim, RIM, PlainSerializer(rim_plain)]]
 Inertia = Annotated[float | Vector | tuple[Vector, ...], INERTIA]
 Rotation = Annotated[Turn, ROTATION]
 Counts = Annotated[int | dict[str, int], COUNTS]

@@ -154,9 +154,7 @@ class Scene(Model):
     description: StrictStr = ""
     units: Literal["SI"] = "SI"
     dimension: Literal[2, 3] = 3
-    extensions: Annotated[list[StrictStr], Field(description="a list of Python files that declare more types; they are run")] = (
-        Field(default_factory=list)
-    )
+    extensions: Annotated[list[StrictStr] | None, Field(description="a list of Python files with more types; they are run")] = None
     parameters: dict[str, Parameter] = Field(default_factory=dict)
     bodies: dict[str, Body] = Field(min_length=1)
     joints: Annotated[dict[str, Joint], Named(Joint)] = Field(default_factory=dict)
