@@ -186,13 +186,13 @@ NUMBERS = {
         "density: 1800 kg/m^3",
         "poisson_ratio: 0.5",
         "12: bodies.beam.material.poisson_ratio",
-        "a number < 0.5, got 0.5",
+        "a number > -1 and < 0.5, got 0.5",
     ),
     "12 nu of minus one": (
         "density: 1800 kg/m^3",
         "poisson_ratio: -1",
         "12: bodies.beam.material.poisson_ratio",
-        "a number > -1, got -1",
+        "a number > -1 and < 0.5, got -1",
     ),
     "12 step negative": ("step: 1 ms", "step: -1 ms", "17: analysis.step", "a time [s] > 0, got '-1 ms'"),
     "12 step above the duration": (
