@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core import ranks
 from ..core.errors import InputError, say
 from ..reduction import kriging
 from ..reduction import parameters as boxes
@@ -233,7 +234,7 @@ def _surface(axes: Axes, values: Sequence[Array], panel: Panel, limits: tuple[fl
 
 def _spreads(x: Array, y: Array) -> bool:
     """Whether points span an area, so that they can be joined to triangles."""
-    return len(x) >= 3 and np.linalg.matrix_rank(np.column_stack([x / np.ptp(x), y / np.ptp(y), np.ones(len(x))])) == 3
+    return len(x) >= 3 and ranks.rank(np.stack([x / np.ptp(x), y / np.ptp(y), np.ones(len(x))])) == 3
 
 
 def _pairs(path: Path | str, candidates: Mapping[str, Array], panel: Panel, label: str) -> Path:
