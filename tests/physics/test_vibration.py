@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import vibration_modes
-from fmbs_skfem.systems import eliminate
+from fmbs_skfem.systems import At, assemble, eliminate, joints
+from fmbs_skfem.verification.beams import straight
 from fmbs_skfem.verification.vibration import ROOTS, beam, frequencies
 
 CLASSICAL = [supports for supports in ROOTS if supports != "clamped-guided"]
@@ -33,3 +35,13 @@ def test_shapes_are_normalised_and_satisfy_the_joints() -> None:
 def test_too_many_modes_are_refused() -> None:
     with pytest.raises(InputError, match="modes"):
         vibration_modes(beam("clamped-free", 4), 1000)
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+def test_frequencies_do_not_depend_on_the_unit_of_length(size: float) -> None:
+    """A clamped beam whose rows hold positions and slopes, in another unit: EI L^-4 / rhoA is the same."""
+    section = sections.Given(EA=1e6 * size**2, EI=size**4, rhoA=1.0)
+    held = [joints.Clamp("left", At("beam", "left")), joints.Pin("pin", At("beam", "left"))]
+    part = body.cable("beam", straight(16, end=(size, 0.0, 0.0)), section, dim=2, ancf=True)
+    found = vibration_modes(assemble([part], held), 3).frequencies
+    np.testing.assert_allclose(found, np.square(ROOTS["clamped-free"][:3]), rtol=1e-3)

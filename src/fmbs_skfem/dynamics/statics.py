@@ -190,8 +190,9 @@ def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None
     x = system.x0 if x is None else x
     multipliers = np.zeros(model.constraints) if multipliers is None else multipliers
     J = compiled.gap(model, x)[1]
+    J = J[ranks.independent_rows(J, units=scale_of(system))]
     K, M = compiled.tangent(model, x, multipliers), csr_array(system.mass)
-    possible = len(x) - ranks.rank(J, units=scale_of(system))
+    possible = len(x) - len(J)
     if not 1 <= count <= possible:
         raise InputError(say("analysis.count", f"1 to {possible} modes", count))
     squares, vectors = (dense_modes if 3 * count + 20 > possible else sparse_modes)(0.5 * (K + K.T), M, J, count)
@@ -199,22 +200,21 @@ def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None
 
 
 def dense_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues and vectors of (K, M) on the null space of J."""
+    """Eigenvalues and vectors of (K, M) on the null space of independent rows J."""
     Z = ranks.null_space(J)
     squares, vectors = eigh(Z.T @ (K @ Z), Z.T @ (M @ Z), subset_by_index=[0, count - 1])
     return squares, Z @ vectors
 
 
 def sparse_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues and vectors of (K, M) with J v = 0, by Lanczos iteration in shift-invert mode."""
+    """Eigenvalues and vectors of (K, M) with J v = 0 for independent rows J, by Lanczos iteration in shift-invert mode."""
     n, shift = K.shape[0], -1e-9 * float(abs(K).max() / abs(M).max())
-    rows = ranks.independent_rows(J)
-    factors = saddle.factor(saddle.matrix(K - shift * M, J[rows]))
+    factors = saddle.factor(saddle.matrix(K - shift * M, J))
     if factors is None:
         raise InputError(say("vibration_modes", "a mass or a stiffness in every direction", "one without both"))
 
     def inverse(b: np.ndarray) -> np.ndarray:
-        return saddle.solve(factors, np.append(b.ravel(), np.zeros(len(rows))))[:n]
+        return saddle.solve(factors, np.append(b.ravel(), np.zeros(len(J))))[:n]
 
     start = inverse(M @ np.cos(np.arange(n)))
     squares, vectors = eigsh(
