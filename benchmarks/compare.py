@@ -19,10 +19,9 @@ from typing import Any
 from fmbs_skfem import scenes
 from fmbs_skfem.cli import common, compare, reports, screen
 from fmbs_skfem.cli.tables import published
-from fmbs_skfem.dynamics import integrate
-from fmbs_skfem.reduction import Exact, errors, galerkin, training
+from fmbs_skfem.reduction import Exact, cases, errors, full_runs, reduced_models
+from fmbs_skfem.reduction.comparison import Comparison
 from fmbs_skfem.reduction.runs import kept_steps
-from fmbs_skfem.reduction.study import Study
 from fmbs_skfem.scenes import Scene, build
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -54,7 +53,7 @@ def provenance(scene: Scene) -> dict[str, Any]:
     return {**found, "file": str(Path(found["file"]).relative_to(ROOT)), "files": files}
 
 
-def as_text(scene: Scene, study: Study) -> list[str]:
+def as_text(scene: Scene, study: Comparison) -> list[str]:
     """The tables of the command, and their source."""
     found = []
     for table in compare.tables(scene, study):
@@ -67,27 +66,24 @@ def as_text(scene: Scene, study: Study) -> list[str]:
     return found
 
 
-def gap_with_published_modes(scene: Scene, study: Study) -> list[str]:
+def gap_with_published_modes(scene: Scene, study: Comparison) -> list[str]:
     """The largest error of the exact polynomial with the numbers of modes that were published, at both levels."""
     known = published().get(scene.name.removesuffix("-coarse"), {}).get("models", {})
     found = {}
     for level in ("system", "component"):
-        if (trained := study.trained.get(f"{level}+exact")) is not None:
-            counts = dict(zip(trained.bases, known[level]["r"], strict=True))
-            found[level] = counts, error_of(scene, study, trained, counts)
+        if (model := study.models.get(f"{level}+exact")) is not None:
+            counts = dict(zip(model.bases, known[level]["r"], strict=True))
+            found[level] = counts, error_of(scene, study, model, counts)
     told = [f"{' + '.join(map(str, counts.values()))} modes by {level}: {error:.1e}" for level, (counts, error) in found.items()]
     return [f"Largest errors with as many modes as were published: {'; '.join(told)}."] if told else []
 
 
-def error_of(scene: Scene, study: Study, trained: training.Trained, counts: Mapping[str, int]) -> float:
-    """The largest error of a model with the first modes of every basis."""
-    raw, options = build.system(scene), compare.options(scene, compare.plan(scene))
-    bases = {name: replace(basis, modes=basis.modes[:, : counts[name]]) for name, basis in trained.bases.items()}
-    data = galerkin.snapshots(study.full, options.interval)
-    system = galerkin.reduce_system(raw, trained.components, bases, options.plan.eliminate, data.q)
-    model = training.hyper_reduced(replace(trained, system=system, bases=bases), raw, data, Exact())
-    newton = training.newton_of_reduced(options.newton, options.plan.tolerance)
-    motion = integrate(model.system, options.scheme, options.duration, newton, kept_steps(options))
+def error_of(scene: Scene, study: Comparison, model: reduced_models.ReducedModel, counts: Mapping[str, int]) -> float:
+    """The largest error of the exact polynomial with so many modes of every basis."""
+    plan = replace(compare.plan(scene), components=model.components, modes=dict(counts), hyper=Exact())
+    task = compare.task(scene, build.system(scene), plan)
+    made = reduced_models.model_of(task, [full_runs.of_motion(task, study.full)])
+    motion = cases.run(reduced_models.case_at(made, {}), kept_steps(task.family({}), task.interval))
     return errors.compare(study.full, motion).maximum
 
 

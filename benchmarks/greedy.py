@@ -29,15 +29,15 @@ from threadpoolctl import threadpool_limits
 
 from fmbs_skfem import scenes
 from fmbs_skfem.cli import checking, compare
-from fmbs_skfem.reduction import Elements, Points, campaign, comparators, greedy, holdout
+from fmbs_skfem.reduction import Elements, Points, comparators, greedy, holdout, training
 from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction import training_store as store
-from fmbs_skfem.reduction.campaign import Campaign
 from fmbs_skfem.reduction.comparators import Full
 from fmbs_skfem.reduction.comparators import Row as Compared
-from fmbs_skfem.reduction.full_runs import Setting
+from fmbs_skfem.reduction.full_runs import TrainingTask
 from fmbs_skfem.reduction.parameters import Parameter
-from fmbs_skfem.reduction.training import Plan
+from fmbs_skfem.reduction.plan import Plan
+from fmbs_skfem.reduction.training import Training
 from fmbs_skfem.results import training_plots
 from fmbs_skfem.scenes import build
 
@@ -60,8 +60,8 @@ TOLERANCE = 1e-4
 class Task:
     """A training and where it is checked."""
 
-    setting: Setting
-    search: campaign.Search
+    task: TrainingTask
+    search: training.Search
     options: greedy.Options
     tolerance: float | None = None
 
@@ -96,8 +96,10 @@ class Row:
     stop: str
 
 
-def setting(name: str, plan: Plan | None = None, changes: Mapping[str, str] | None = None) -> tuple[Setting, tuple[Parameter, ...]]:
-    """The setting of an example's scene, some of its text replaced, with another plan where it is given."""
+def trained(
+    name: str, plan: Plan | None = None, changes: Mapping[str, str] | None = None
+) -> tuple[TrainingTask, tuple[Parameter, ...]]:
+    """The task of an example's scene, some of its text replaced, with another plan where it is given."""
     path = ROOT / "examples" / f"{name}.yaml"
     text = path.read_text(encoding="utf-8")
     for old, new in (changes or {}).items():
@@ -105,22 +107,22 @@ def setting(name: str, plan: Plan | None = None, changes: Mapping[str, str] | No
     scene = scenes.loads(text, path.parent) if changes else scenes.read(path)
     known, family = scenes.family(scene)
     interval = build.dynamic(scene).step * build.snapshot_steps(scene)
-    return Setting(family, known, plan or compare.plan(scene), interval, functools.partial(build.chosen_form, scene)), known
+    return TrainingTask(family, known, plan or compare.plan(scene), interval, functools.partial(build.chosen_form, scene)), known
 
 
-def one(found: tuple[Setting, tuple[Parameter, ...]], samples: list[float] | None, first: float | None) -> Task:
+def one(found: tuple[TrainingTask, tuple[Parameter, ...]], samples: list[float] | None, first: float | None) -> Task:
     """A training over one parameter with 101 candidates."""
     made, known = found
     rows = boxes.grid(known, 5) if samples is None else boxes.listed(known, samples)
-    return Task(made, campaign.search(known, boxes.grid(known, 101), rows, first), greedy.Options(iterations=4, max_samples=15))
+    return Task(made, training.search(known, boxes.grid(known, 101), rows, first), greedy.Options(iterations=4, max_samples=15))
 
 
 def several(names: tuple[str, ...]) -> Task:
     """Example 2 over some of its parameters, with a tolerance."""
-    made, known = setting("pendulum_family", Plan({"first": ("I",), "second": ("II",)}, hyper=Points()))
+    made, known = trained("pendulum_family", Plan({"first": ("I",), "second": ("II",)}, hyper=Points()))
     chosen = tuple(parameter for parameter in known if parameter.name in names)
-    made = Setting(made.family, chosen, made.plan, made.interval, made.form)
-    search = campaign.search(chosen, boxes.sobol(chosen, 256), boxes.sobol(chosen, 4 * len(chosen), seed=1))
+    made = TrainingTask(made.family, chosen, made.plan, made.interval, made.form)
+    search = training.search(chosen, boxes.sobol(chosen, 256), boxes.sobol(chosen, 4 * len(chosen), seed=1))
     return Task(made, search, greedy.Options(iterations=12, max_samples=24), TOLERANCE)
 
 
@@ -132,21 +134,21 @@ def tasks() -> dict[str, Callable[[], Task]]:
     }
     gpa, newton_metres, finer = [40e9, 47.5e9, 55e9, 62.5e9, 70e9], [5.0, 7.5, 10.0, 12.5, 15.0], {"_coarse.msh": "_fine.msh"}
     return {
-        "spin_up": lambda: one(setting("spin_up", Plan({"beam": ("beam",)}, hyper=Elements()), spin), None, None),
-        "young": lambda: one(setting("crank_slider_young"), gpa, 55e9),
-        "torque": lambda: one(setting("crank_slider_torque"), newton_metres, 10.5),
+        "spin_up": lambda: one(trained("spin_up", Plan({"beam": ("beam",)}, hyper=Elements()), spin), None, None),
+        "young": lambda: one(trained("crank_slider_young"), gpa, 55e9),
+        "torque": lambda: one(trained("crank_slider_torque"), newton_metres, 10.5),
         "two": lambda: several(("E", "d")),
         "three": lambda: several(("E", "d", "g")),
-        "young_fine": lambda: one(setting("crank_slider_young", changes=finer), gpa, 55e9),
-        "torque_fine": lambda: one(setting("crank_slider_torque", changes=finer), newton_metres, 10.5),
+        "young_fine": lambda: one(trained("crank_slider_young", changes=finer), gpa, 55e9),
+        "torque_fine": lambda: one(trained("crank_slider_torque", changes=finer), newton_metres, 10.5),
     }
 
 
 def measure(name: str, task: Task, folder: Path, every: int) -> Row:
     """Train, check at every so many hold-out points, and tell."""
-    known, begun = task.setting.parameters, time.process_time()
+    known, begun = task.task.parameters, time.process_time()
     before = sum(run.cpu_s for run in store.read(folder / "training").runs)
-    found = campaign.train(task.setting, task.search, task.options, folder / "training", task.tolerance)
+    found = training.train(task.task, task.search, task.options, folder / "training", task.tolerance)
     spent = time.process_time() - begun + before
     count = HELD[len(known)]
     points = (boxes.grid(known, count) if len(known) == 1 else boxes.latin_hypercube(known, count, seed=7))[::every]
@@ -183,11 +185,11 @@ def measure(name: str, task: Task, folder: Path, every: int) -> Row:
     )
 
 
-def drawn(path: Path, found: Campaign, full: Full, truth: Full, points: np.ndarray) -> tuple[Compared, ...]:
+def drawn(path: Path, found: Training, full: Full, truth: Full, points: np.ndarray) -> tuple[Compared, ...]:
     """Fig. 13 or 14: errors after every full run, and of the basis of one run at the fastest parameter, which is the last row."""
-    (own,) = found.setting.parameters
-    others = [*checking.stages(found), comparators.fast_to_slow(found.setting, full, checking.fastest(found))]
-    rows = comparators.compare(found.setting, others, truth, points)
+    (own,) = found.task.parameters
+    others = [*checking.stages(found), comparators.fast_to_slow(found.task, full, checking.fastest(found))]
+    rows = comparators.compare(found.task, others, truth, points)
     errors = {row.name: np.array([trial.error for trial in row.trials]) for row in rows}
     training_plots.errors_over(path, points[:, 0], errors, f"{own.name} [{own.unit}]", "error of the displacements over their size")
     return rows

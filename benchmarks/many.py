@@ -25,7 +25,6 @@ from threadpoolctl import threadpool_limits
 
 from fmbs_skfem import dynamics, reduction, scenes, systems
 from fmbs_skfem.dynamics.many import Result
-from fmbs_skfem.reduction import training
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems.system import Elastic, Sampled
 
@@ -54,8 +53,9 @@ def reduced() -> systems.System:
     """Example 2, reduced and hyper-reduced."""
     raw = build.system(scenes.read(ROOT / "examples" / "double_pendulum.yaml"))
     motion = dynamics.integrate(systems.eliminate(raw), SCHEME, DURATION, SHARP, EVERY)
-    plan = training.Plan(reduction.body_level(raw), 1e-12, hyper=reduction.Points())
-    return training.train(raw, reduction.snapshots(motion), plan).system
+    plan = reduction.Plan(reduction.body_level(raw), 1e-12, hyper=reduction.Points())
+    task = reduction.task_of(reduction.Case(raw, SCHEME, DURATION), plan, float(motion.times[1]))
+    return reduction.train(task, motion=motion).model.system
 
 
 def stiffened(part: Elastic, factor: float) -> Elastic:

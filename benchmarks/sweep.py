@@ -19,7 +19,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from fmbs_skfem.reduction import product
+from fmbs_skfem.reduction import parametric_model
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES, RESULTS = ROOT / "examples", ROOT / "benchmarks" / "results"
@@ -36,7 +36,7 @@ def fmbs(*words: str | Path) -> dict[str, Any]:
 
 def row(name: str, model: Path, folder: Path, members: int) -> str:
     """A sweep over the box of a model, as a line of the table."""
-    saved = product.summary(product.load(model))
+    saved = parametric_model.summary(parametric_model.load(model))
     modes = " + ".join(map(str, saved["components"].values()))
     load = os.getloadavg()[0]
     found = fmbs("sweep", model, "--samples", str(members), "--out", folder)

@@ -8,7 +8,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from fmbs_skfem import bodies, dynamics, reduction, systems
-from fmbs_skfem.reduction import training
 from fmbs_skfem.systems import At, System, joints, loads, probes
 
 MESH = Path(__file__).resolve().parents[1] / "meshes" / "double_pendulum_100.msh"
@@ -30,8 +29,9 @@ def main(duration: float = 3.0, step: float = 5e-4, eps: float = 1e-12, eta: flo
     """Sizes of both models, the last position of C [m], and errors and CPU seconds."""
     raw, scheme = pendulum(), dynamics.GeneralizedAlpha(step, rho_inf=0.8)
     full = dynamics.integrate(systems.eliminate(raw), scheme, duration, dynamics.Newton(tolerance=1e-12))
-    plan = training.Plan(reduction.body_level(raw), eps, hyper=reduction.Elements(eta))
-    small = training.train(raw, reduction.snapshots(full, 10 * step), plan).system
+    plan = reduction.Plan(reduction.body_level(raw), eps, hyper=reduction.Elements(eta))
+    task = reduction.task_of(reduction.Case(raw, scheme, duration), plan, interval=10 * step)
+    small = reduction.train(task, motion=full).model.system
     motion = dynamics.integrate(small, scheme, duration)
     errors = reduction.compare(full, motion)
     final = {name: float(values[-1]) for name, values in dynamics.outputs(full).items()}

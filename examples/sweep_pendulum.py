@@ -10,25 +10,25 @@ import sys
 from pathlib import Path
 
 from fmbs_skfem import scenes
-from fmbs_skfem.reduction import Points, body_level, campaign, greedy, members, parameters, prediction, product, sweeps
-from fmbs_skfem.reduction.full_runs import Setting
-from fmbs_skfem.reduction.training import Plan
+from fmbs_skfem.reduction import Points, body_level, greedy, members, parameters, parametric_model, prediction, sweeps, training
+from fmbs_skfem.reduction.full_runs import TrainingTask
+from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.results import sweep_files, sweep_plots
 
 SCENE = Path(__file__).resolve().parent / "pendulum_family.yaml"
 
 
-def train(path: Path, duration: float | None, cells: int | None, full_runs: int) -> product.Product:
+def train(path: Path, duration: float | None, cells: int | None, full_runs: int) -> parametric_model.ParametricModel:
     """The reduced model over E and d; gravity stays as the scene has it."""
     known, family = scenes.family(scenes.read(SCENE), cells=cells, duration=duration)
     box = tuple(own for own in known if own.name in ("E", "d"))
     nominal = family(parameters.completed(box, {}))
     plan = Plan(body_level(nominal.system), 1e-12, hyper=Points())
-    setting = Setting(family, box, plan, interval=min(5e-3, nominal.duration / 20))
-    search = campaign.search(box, parameters.grid(box, 21), parameters.grid(box, 3))
-    found = campaign.train(setting, search, greedy.Options(iterations=full_runs, max_samples=20))
-    rom = product.Product(found.model.parametric, {"scene": SCENE.stem, prediction.KEY: prediction.record(found)})
-    product.save(rom, path)
+    task = TrainingTask(family, box, plan, interval=min(5e-3, nominal.duration / 20))
+    search = training.search(box, parameters.grid(box, 21), parameters.grid(box, 3))
+    found = training.train(task, search, greedy.Options(iterations=full_runs, max_samples=20))
+    rom = parametric_model.ParametricModel(found.model.parametric, {"scene": SCENE.stem, prediction.KEY: prediction.record(found)})
+    parametric_model.save(rom, path)
     return rom
 
 
@@ -43,7 +43,7 @@ def main(
     """Members, cost, the largest error predicted and the range of the lowest position of C [m]."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "pendulum.h5"
-    rom = product.load(path) if path.exists() else train(path, duration, cells, full_runs)
+    rom = parametric_model.load(path) if path.exists() else train(path, duration, cells, full_runs)
     box = rom.model.parameters
     names, points = [own.name for own in box], parameters.sobol(box, count)
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.cli import reports
-from fmbs_skfem.reduction import files, product
+from fmbs_skfem.reduction import files, parametric_model
 
 from . import test_failures, test_train
 from .calls import fmbs, scene
@@ -95,7 +95,7 @@ def test_every_report_says_where_its_numbers_come_from(name: str, folder: Path, 
 
 
 def test_saved_models_say_where_their_numbers_come_from(folder: Path) -> None:
-    for notes in (files.read(folder / "point.h5").notes, product.load(folder / "box.h5").notes):
+    for notes in (files.read(folder / "point.h5").notes, parametric_model.load(folder / "box.h5").notes):
         assert set(notes["provenance"]) == KEYS
         assert notes["provenance"]["scene"]["name"] == "beam"
 

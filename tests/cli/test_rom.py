@@ -11,7 +11,7 @@ import pytest
 from fmbs_skfem import dynamics
 from fmbs_skfem.cli import rom
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.reduction import files, product
+from fmbs_skfem.reduction import files, parametric_model
 
 from .calls import fmbs
 from .test_train import REDUCTION, kept, written
@@ -71,7 +71,7 @@ def test_run_at_a_value_with_its_unit(model: Path, tmp_path: Path) -> None:
     assert found["outside"] == []
     error = found["predicted_error"]
     assert 0 < error["low"] < error["error"] < error["high"]
-    columns = dynamics.outputs(product.run(product.load(model), E=1.2e9))
+    columns = dynamics.outputs(parametric_model.run(parametric_model.load(model), E=1.2e9))
     table = np.genfromtxt(tmp_path / "out" / "outputs.csv", delimiter=",", names=True)
     np.testing.assert_allclose(table["tip_y"], columns["tip_y"], rtol=1e-13, atol=1e-15)
     assert (tmp_path / "out" / "outputs.png").is_file()
@@ -159,7 +159,7 @@ def test_a_failed_run_is_drawn(model: Path, tmp_path: Path) -> None:
 
 
 def test_a_loose_note_is_corrupt(model: Path, tmp_path: Path) -> None:
-    system = product.load(model).model.nominal.system
+    system = parametric_model.load(model).model.nominal.system
     for wrong in ("fast", float("nan"), None, True):
         path = files.save(system, tmp_path / "model.h5", report={"duration": 0.01, "step": wrong})
         done = fmbs("rom", "run", path, "--out", tmp_path / "out")

@@ -18,9 +18,9 @@ import pytest
 from distributed import LocalCluster
 
 from fmbs_skfem import dynamics, reduction, scenes, systems
-from fmbs_skfem.reduction import affine, prediction, product, sweeps
+from fmbs_skfem.reduction import affine, parametric_model, prediction, sweeps
 from fmbs_skfem.reduction.members import Record
-from fmbs_skfem.reduction.product import Product
+from fmbs_skfem.reduction.parametric_model import ParametricModel
 from fmbs_skfem.results import sweep_files
 
 from .calls import EXAMPLES, ROOT, fmbs
@@ -72,7 +72,7 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def model(scene: Path) -> Path:
     """The family of the scene as one file."""
     parameters, family = scenes.family(scenes.read(scene), cells=4)
-    return product.save(Product(affine.fit(family, parameters)), scene.with_name("pendulum.h5"))
+    return parametric_model.save(ParametricModel(affine.fit(family, parameters)), scene.with_name("pendulum.h5"))
 
 
 def rows(out: Path) -> tuple[list[str], list[dict[str, str]]]:
@@ -166,12 +166,12 @@ def test_members_of_a_saved_model(model: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = fmbs("sweep", model, "--samples", "5", "--design", "lhs", "--instants", "11", "--workers", "1", "--out", out, "--json")
     assert done.code == 0, done.err
-    rom = product.load(model)
+    rom = parametric_model.load(model)
     _, table = rows(out)
     assert len(table) == 5
     with h5py.File(out / "sweep.h5") as file:
         for k, (E,) in enumerate(file["parameters"][()]):
-            motion = product.run(rom, np.arange(0, 21, 2), E=E)
+            motion = parametric_model.run(rom, np.arange(0, 21, 2), E=E)
             found = dynamics.outputs(motion)
             np.testing.assert_allclose(file["times"], motion.times)
             for name in ("tip_x", "tip_y"):
@@ -224,7 +224,7 @@ def test_a_trained_model_shows_its_surrogate(model: Path, address: str, tmp_path
     assert not [name for name in plain.json["files"] if "surrogate" in name]
     unit = np.linspace(0.0, 1.0, 5)[:, None]
     notes = {prediction.KEY: {"samples": unit, "indicators": 1e-9 * 10 ** unit[:, 0], "pairs": np.array([[1e-9, 1e-6]])}}
-    trained = product.save(Product(product.load(model).model, notes), tmp_path / "trained.h5")
+    trained = parametric_model.save(ParametricModel(parametric_model.load(model).model, notes), tmp_path / "trained.h5")
     out = tmp_path / "out"
     done = fmbs("sweep", trained, "--samples", "2", "--scheduler", address, "--out", out, "--json")
     assert done.code == 0, done.err
@@ -276,12 +276,12 @@ def test_the_example_is_as_accurate_as_it_predicts_and_goes_on(address: str, tmp
     options = sweeps.Options(scheduler=address)
     call = functools.partial(script("sweep_pendulum"), tmp_path, duration=0.05, cells=8, full_runs=3, options=options)
     assert call(count=4)["members"] == 4
-    rom = product.load(tmp_path / "pendulum.h5")
+    rom = parametric_model.load(tmp_path / "pendulum.h5")
     _, family = scenes.family(scenes.read(EXAMPLES / "pendulum_family.yaml"), cells=8, duration=0.05)
     with h5py.File(tmp_path / "sweep.h5") as file:
         before, points = file["histories/C_z"][()], file["parameters"][()]
     for (E, d), history in zip(points, before, strict=True):
-        case, motion = family({"E": E, "d": d}), product.run(rom, E=E, d=d)
+        case, motion = family({"E": E, "d": d}), parametric_model.run(rom, E=E, d=d)
         np.testing.assert_allclose(history, dynamics.outputs(motion)["C_z"], atol=1e-12)
         full = dynamics.integrate(systems.eliminate(case.system), case.scheme, case.duration, dynamics.Newton(tolerance=1e-12))
         predicted = prediction.predicted_error(rom, E=E, d=d)

@@ -13,7 +13,7 @@ import pytest
 
 from fmbs_skfem import dynamics, reduction, scenes
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
-from fmbs_skfem.reduction import full_runs, output_errors, prediction, product
+from fmbs_skfem.reduction import full_runs, output_errors, parametric_model, prediction
 from fmbs_skfem.scenes import build
 
 from .calls import ROOT, Call, fmbs
@@ -118,8 +118,8 @@ def test_a_true_error_is_the_error_against_the_full_scene(call: Call, scene: Pat
     full = scenes.read(scene, {"E": point})
     sharp = Newton(tolerance=1e-12)
     truth = dynamics.integrate(build.system(full), GeneralizedAlpha(1e-3, 0.8), 0.2, sharp, 5)
-    rom = product.load(scene.parent / "out" / "model.h5")
-    motion = product.run(rom, 5, E=point)
+    rom = parametric_model.load(scene.parent / "out" / "model.h5")
+    motion = parametric_model.run(rom, 5, E=point)
     assert output_errors.measure(output_errors.compare(truth, motion)) == pytest.approx(held["true"][-1], rel=0.02)
     assert reduction.compare(truth, motion).mean == pytest.approx(held["states"][-1], rel=0.02)
     assert held["true"][-1] > held["states"][-1]
@@ -129,7 +129,7 @@ def test_errors_of_outputs_are_those_of_runs_of_the_scene(call: Call, scene: Pat
     """At the stiffest hold-out point, the outputs of a full run of the scene beside those of a run of the saved model."""
     held = call.json["holdout"]
     truth = dynamics.integrate(build.system(scenes.read(scene, {"E": 1.5e9})), GeneralizedAlpha(1e-3, 0.8), 0.2, Newton(1e-12), 5)
-    found = output_errors.compare(truth, product.run(product.load(scene.parent / "out" / "model.h5"), 5, E=1.5e9))
+    found = output_errors.compare(truth, parametric_model.run(parametric_model.load(scene.parent / "out" / "model.h5"), 5, E=1.5e9))
     assert set(held["outputs_at_points"][-1]) == set(found) == {"tip_x", "tip_y"}
     for name, one in found.items():
         assert held["outputs_at_points"][-1][name] == pytest.approx(one.relative, rel=0.05)
@@ -154,7 +154,7 @@ def test_a_full_run_more_is_better_and_comparators_stand_beside(call: Call) -> N
 
 
 def test_predictions_are_those_of_the_saved_model(call: Call, scene: Path) -> None:
-    rom, held = product.load(scene.parent / "out" / "model.h5"), call.json["holdout"]
+    rom, held = parametric_model.load(scene.parent / "out" / "model.h5"), call.json["holdout"]
     for (point,), told in zip(held["points"], held["predicted"], strict=True):
         found = prediction.predicted_error(rom, E=point)
         assert found is not None
@@ -167,7 +167,7 @@ def test_predictions_are_those_of_the_saved_model(call: Call, scene: Path) -> No
 
 
 def test_the_model_notes_its_training(call: Call, scene: Path) -> None:
-    notes = product.load(scene.parent / "out" / "model.h5").notes
+    notes = parametric_model.load(scene.parent / "out" / "model.h5").notes
     assert notes["scene"] == "beam"
     assert set(notes["hashes"]) == {"beam.yaml", "beam_10.msh"}
     assert notes["fixed"] == {"spin": 3.0}
@@ -250,9 +250,9 @@ def test_a_parameter_that_moves_geometry_makes_a_model(tmp_path: Path) -> None:
     path = with_angle(tmp_path)
     done = fmbs("train", path, "--iterations", "2", "--no-plots", "--out", tmp_path / "out", "--json")
     assert done.code == 0, done.err
-    rom = product.load(tmp_path / "out" / "model.h5")
-    assert product.summary(rom)["parameters"]["phi"]["degree"] > 4
-    columns = dynamics.outputs(product.run(rom, 5, phi=1.1))
+    rom = parametric_model.load(tmp_path / "out" / "model.h5")
+    assert parametric_model.summary(rom)["parameters"]["phi"]["degree"] > 4
+    columns = dynamics.outputs(parametric_model.run(rom, 5, phi=1.1))
     assert [columns["tip_x"][0], columns["tip_y"][0]] == pytest.approx([np.cos(1.1), np.sin(1.1)], abs=1e-11)
     assert np.isfinite(done.json["holdout"]["true"]).all()
     assert len(done.json["holdout"]["predicted"]) == 5

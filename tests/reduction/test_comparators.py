@@ -14,13 +14,13 @@ from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
-from fmbs_skfem.reduction import Elements, Exact, campaign, comparators, galerkin, grassmann
+from fmbs_skfem.reduction import Elements, Exact, comparators, galerkin, grassmann, training
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.comparators import Comparator, Row
-from fmbs_skfem.reduction.full_runs import Full, FullRun, Setting
+from fmbs_skfem.reduction.full_runs import Full, FullRun, TrainingTask
 from fmbs_skfem.reduction.greedy import Options
 from fmbs_skfem.reduction.parameters import Parameter
-from fmbs_skfem.reduction.training import Plan
+from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.systems import At, Motion, assemble, joints, loads
 from tests import models
 
@@ -61,27 +61,27 @@ def thrown(values: Mapping[str, float]) -> Case:
 
 
 @pytest.fixture(scope="module")
-def setting() -> Setting:
-    return Setting(spin_up, (YOUNG,), Plan(BEAM, 1e-12), 5e-3)
+def task() -> TrainingTask:
+    return TrainingTask(spin_up, (YOUNG,), Plan(BEAM, 1e-12), 5e-3)
 
 
 @pytest.fixture(scope="module")
-def full(setting: Setting) -> Full:
-    return comparators.shared(setting)
+def full(task: TrainingTask) -> Full:
+    return comparators.shared(task)
 
 
 @pytest.fixture(scope="module")
-def rows(setting: Setting, full: Full) -> dict[str, Row]:
+def rows(task: TrainingTask, full: Full) -> dict[str, Row]:
     """All comparators without hyper-reduction at seven values of E, of which the first and the last are nodes."""
-    search = campaign.search((YOUNG,), np.linspace(0.7e9, 1.3e9, 61)[:, None], np.linspace(0.7e9, 1.3e9, 5)[:, None])
+    search = training.search((YOUNG,), np.linspace(0.7e9, 1.3e9, 61)[:, None], np.linspace(0.7e9, 1.3e9, 5)[:, None])
     several = [
-        comparators.fast_to_slow(setting, full, STIFF),
-        *(comparators.uniform(setting, full, [count]) for count in (2, 3)),
-        *(comparators.nearest(setting, full, [count]) for count in (2, 3)),
-        *(comparators.interpolated(setting, full, [count]) for count in (2, 3, 4)),
-        comparators.greedy(setting, search, Options(iterations=2)),
+        comparators.fast_to_slow(task, full, STIFF),
+        *(comparators.uniform(task, full, [count]) for count in (2, 3)),
+        *(comparators.nearest(task, full, [count]) for count in (2, 3)),
+        *(comparators.interpolated(task, full, [count]) for count in (2, 3, 4)),
+        comparators.greedy(task, search, Options(iterations=2)),
     ]
-    return {row.name: row for row in comparators.compare(setting, several, full, POINTS)}
+    return {row.name: row for row in comparators.compare(task, several, full, POINTS)}
 
 
 def errors(row: Row) -> np.ndarray:
@@ -93,18 +93,18 @@ def space(case: Case) -> np.ndarray:
     return as_dense(case.system.lift.matrix)
 
 
-def at_node(setting: Setting, full: Full, values: Mapping[str, float], modes: int) -> np.ndarray:
+def at_node(task: TrainingTask, full: Full, values: Mapping[str, float], modes: int) -> np.ndarray:
     """The space of the run at a point alone."""
-    alone = replace(setting, plan=replace(setting.plan, modes=modes))
+    alone = replace(task, plan=replace(task.plan, modes=modes))
     return space(comparators.fixed(alone, "", [full(values)]).family(values))
 
 
-def test_interpolated_and_nearest_bases_are_exact_at_the_nodes(setting: Setting, full: Full, rows: dict[str, Row]) -> None:
+def test_interpolated_and_nearest_bases_are_exact_at_the_nodes(task: TrainingTask, full: Full, rows: dict[str, Row]) -> None:
     for make in (comparators.interpolated, comparators.nearest):
-        family = make(setting, full, [3]).family
+        family = make(task, full, [3]).family
         for E in (0.7e9, 1.0e9, 1.3e9):
             here = space(family({"E": E}))
-            assert grassmann.distance(here, at_node(setting, full, {"E": E}, here.shape[1])) < 1e-9
+            assert grassmann.distance(here, at_node(task, full, {"E": E}, here.shape[1])) < 1e-9
     for name in ("nearest basis 2", "nearest basis 3", "Grassmann 2", "Grassmann 3", "Grassmann 4"):
         found = errors(rows[name])
         # truncation of eps = 1e-12 is all that is left there, and a small part of the error between the nodes
@@ -138,20 +138,20 @@ def test_fast_to_slow_is_worse_than_greedy_at_the_far_end(rows: dict[str, Row]) 
 
 
 @pytest.mark.parametrize("count", [2, 3])
-def test_interpolated_spaces_converge_with_the_order_of_their_nodes(setting: Setting, count: int) -> None:
+def test_interpolated_spaces_converge_with_the_order_of_their_nodes(task: TrainingTask, count: int) -> None:
     """Halving the range divides the distance to the space of a run between the nodes by 2 to the number of nodes."""
     apart = []
     for half in (2e-2, 1e-2):
-        narrow = replace(setting, parameters=(Parameter("E", 1e9 * (1 - half), 1e9 * (1 + half)),), plan=Plan(BEAM, modes=4))
+        narrow = replace(task, parameters=(Parameter("E", 1e9 * (1 - half), 1e9 * (1 + half)),), plan=Plan(BEAM, modes=4))
         runs, place = comparators.shared(narrow), {"E": 1e9 * (1 + 0.4 * half)}
         here = space(comparators.interpolated(narrow, runs, [count]).family(place))
         apart.append(grassmann.distance(here, at_node(narrow, runs, place, 4)))
     assert np.log2(apart[0] / apart[1]) == pytest.approx(count, abs=0.15)
 
 
-def test_initial_state_and_linear_constraints_are_exact_everywhere(setting: Setting) -> None:
+def test_initial_state_and_linear_constraints_are_exact_everywhere(task: TrainingTask) -> None:
     """With a hinge that moves with a parameter: no comparator interpolates the start or loosens the hinge."""
-    wide = replace(setting, parameters=(YOUNG, Parameter("x", 0.0, 2.0)))
+    wide = replace(task, parameters=(YOUNG, Parameter("x", 0.0, 2.0)))
     runs = comparators.shared(wide)
     several = [
         comparators.fast_to_slow(wide, runs, {"E": 1.3e9, "x": 0.0}),
@@ -173,7 +173,7 @@ def test_initial_state_and_linear_constraints_are_exact_everywhere(setting: Sett
 def test_two_parameters_and_two_components() -> None:
     """The nodes of a tensor grid belong to the runs that were made there; the joint between the components is kept."""
     both = (Parameter("E", 0.7e9, 1.3e9), Parameter("g", 5.0, 12.0))
-    task = Setting(pendulum, both, Plan({"I": ("I",), "II": ("II",)}, 1e-10), 5e-3)
+    task = TrainingTask(pendulum, both, Plan({"I": ("I",), "II": ("II",)}, 1e-10), 5e-3)
     runs = comparators.shared(task)
     for make in (comparators.interpolated, comparators.nearest):
         family = make(task, runs, [1, 3]).family
@@ -196,9 +196,9 @@ def test_two_parameters_and_two_components() -> None:
     assert row.max_error == row.mean_error < 2e-4
 
 
-def test_hyper_reduction_of_fixed_bases_only(setting: Setting, full: Full, rows: dict[str, Row]) -> None:
+def test_hyper_reduction_of_fixed_bases_only(task: TrainingTask, full: Full, rows: dict[str, Row]) -> None:
     """Weights are trained over all runs of a basis; an interpolated one keeps all cells."""
-    sampled = replace(setting, plan=replace(setting.plan, hyper=Elements(1e-4)))
+    sampled = replace(task, plan=replace(task.plan, hyper=Elements(1e-4)))
     several = [comparators.uniform(sampled, full, [2]), comparators.interpolated(sampled, full, [2])]
     weighted, plain = comparators.compare(sampled, several, full, POINTS[::3])
     assert 0 < weighted.elements < 12 == plain.elements == rows["uniform grid 2"].elements
@@ -209,7 +209,7 @@ def test_hyper_reduction_of_fixed_bases_only(setting: Setting, full: Full, rows:
 
 def test_exact_polynomials_of_interpolated_bases() -> None:
     """A planar plate without a single point in use moves as with all of them."""
-    task = Setting(thrown, (Parameter("E", 1e6, 2e6),), Plan({"plate": ("plate",)}, 1e-10), 5e-3)
+    task = TrainingTask(thrown, (Parameter("E", 1e6, 2e6),), Plan({"plate": ("plate",)}, 1e-10), 5e-3)
     exact, runs = replace(task, plan=replace(task.plan, hyper=Exact())), comparators.shared(task)
     (all_points,) = comparators.compare(task, [comparators.interpolated(task, runs, [2])], runs, [[1e6], [1.3e6]])
     (none,) = comparators.compare(exact, [comparators.interpolated(exact, runs, [2])], runs, [[1e6], [1.3e6]])
@@ -218,33 +218,33 @@ def test_exact_polynomials_of_interpolated_bases() -> None:
     assert 0.0 < all_points.max_error < 1e-4
 
 
-def test_full_runs_are_shared_and_counted(setting: Setting, full: Full) -> None:
+def test_full_runs_are_shared_and_counted(task: TrainingTask, full: Full) -> None:
     made: list[float] = []
 
     def counted(values: Mapping[str, float]) -> Case:
         made.append(values["E"])
         return spin_up(values)
 
-    runs = comparators.shared(replace(setting, family=counted))
+    runs = comparators.shared(replace(task, family=counted))
     assert runs(SOFT) is runs(dict(SOFT))
-    several = [comparators.uniform(setting, runs, [2]), comparators.nearest(setting, runs, [2])]
+    several = [comparators.uniform(task, runs, [2]), comparators.nearest(task, runs, [2])]
     assert made == [0.7e9, 1.3e9]
     assert [one.full_runs for one in several] == [2, 2]
     spent = runs(SOFT).cpu_s + runs(STIFF).cpu_s
     assert all(one.offline_s > spent for one in several)
-    comparators.compare(setting, several, runs, np.array([[0.7e9], [1.3e9]]))
+    comparators.compare(task, several, runs, np.array([[0.7e9], [1.3e9]]))
     assert made == [0.7e9, 1.3e9]
 
 
-def test_a_member_that_fails_is_listed_with_its_reason(setting: Setting, full: Full) -> None:
+def test_a_member_that_fails_is_listed_with_its_reason(task: TrainingTask, full: Full) -> None:
     """Newton's iteration with too few steps at one point: that run ends with a reason, the others go on."""
-    model = comparators.fast_to_slow(setting, full, STIFF)
+    model = comparators.fast_to_slow(task, full, STIFF)
 
     def family(values: Mapping[str, float]) -> Case:
         case = model.family(values)
         return replace(case, newton=Newton(1e-12, iterations=1)) if values["E"] < 0.8e9 else case
 
-    (row,) = comparators.compare(setting, [Comparator("few iterations", family, 1, 0.0)], full, np.array([[0.7e9], [1.3e9]]))
+    (row,) = comparators.compare(task, [Comparator("few iterations", family, 1, 0.0)], full, np.array([[0.7e9], [1.3e9]]))
     assert row.trials[0].error == row.max_error == np.inf
     assert "Newton iteration did not converge" in row.trials[0].reason
     assert row.trials[1].error < 4e-5
@@ -252,7 +252,7 @@ def test_a_member_that_fails_is_listed_with_its_reason(setting: Setting, full: F
     assert row.run_s == row.trials[1].run_s > 0.0
 
 
-def test_a_point_without_a_full_run_is_marked(setting: Setting, full: Full) -> None:
+def test_a_point_without_a_full_run_is_marked(task: TrainingTask, full: Full) -> None:
     """The full model fails at one point: that point has no error, with the reason, and the others count."""
 
     def failing(values: Mapping[str, float]) -> FullRun:
@@ -260,27 +260,27 @@ def test_a_point_without_a_full_run_is_marked(setting: Setting, full: Full) -> N
             raise SolverError("no motion", Reason.DIVERGED)
         return full(values)
 
-    model, points = comparators.fast_to_slow(setting, full, STIFF), np.array([[0.7e9], [1.0e9], [1.3e9]])
+    model, points = comparators.fast_to_slow(task, full, STIFF), np.array([[0.7e9], [1.0e9], [1.3e9]])
     with pytest.warns(Notice, match="the full model has no motion at E = 7e"):
-        (row,) = comparators.compare(setting, [model], failing, points)
-    (all_of_them,) = comparators.compare(setting, [model], full, points)
+        (row,) = comparators.compare(task, [model], failing, points)
+    (all_of_them,) = comparators.compare(task, [model], full, points)
     assert (np.isnan(row.trials[0].error), row.trials[0].reason) == (True, "no motion")
     assert errors(row)[1:].tolist() == errors(all_of_them)[1:].tolist()
     assert row.max_error == errors(all_of_them)[1:].max() < all_of_them.max_error
     with pytest.warns(Notice):
-        assert np.isnan(comparators.compare(setting, [model], failing, points[:1])[0].max_error)
+        assert np.isnan(comparators.compare(task, [model], failing, points[:1])[0].max_error)
 
 
-def test_warm_up_changes_nothing(setting: Setting, full: Full) -> None:
-    before = space(comparators.fast_to_slow(setting, full, STIFF).family(SOFT))
-    comparators.warm(setting)
-    assert np.array_equal(space(comparators.fast_to_slow(setting, full, STIFF).family(SOFT)), before)
+def test_warm_up_changes_nothing(task: TrainingTask, full: Full) -> None:
+    before = space(comparators.fast_to_slow(task, full, STIFF).family(SOFT))
+    comparators.warm(task)
+    assert np.array_equal(space(comparators.fast_to_slow(task, full, STIFF).family(SOFT)), before)
 
 
-def test_refusals(setting: Setting, full: Full) -> None:
+def test_refusals(task: TrainingTask, full: Full) -> None:
     with pytest.raises(InputError, match="comparators and hold-out points"):
-        comparators.compare(setting, [], full, POINTS)
+        comparators.compare(task, [], full, POINTS)
     with pytest.raises(InputError, match=r"1 number\(s\) of values from 1 on"):
-        comparators.uniform(setting, full, [2, 2])
+        comparators.uniform(task, full, [2, 2])
     with pytest.raises(InputError, match="expected one of E, got 'Young'"):
-        comparators.fast_to_slow(setting, full, {"Young": 1e9})
+        comparators.fast_to_slow(task, full, {"Young": 1e9})

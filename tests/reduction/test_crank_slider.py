@@ -12,10 +12,11 @@ import pytest
 from fmbs_skfem import reduction, scenes
 from fmbs_skfem.core.errors import CorruptFile
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
-from fmbs_skfem.reduction import Elements, costs, files, galerkin, polynomial, study, training
-from fmbs_skfem.reduction.runs import Options
-from fmbs_skfem.reduction.study import Study
-from fmbs_skfem.reduction.training import Plan, Trained
+from fmbs_skfem.reduction import Elements, Plan, TrainingTask, comparison, costs, files, polynomial, task_of
+from fmbs_skfem.reduction.cases import Case
+from fmbs_skfem.reduction.comparison import Comparison, Options
+from fmbs_skfem.reduction.full_runs import of_motion
+from fmbs_skfem.reduction.reduced_models import ReducedModel, model_of
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems import System, compile_system, compiled
 from fmbs_skfem.systems.quartic import Quartic
@@ -35,10 +36,9 @@ def raw() -> System:
 
 
 @pytest.fixture(scope="module")
-def found(raw: System) -> Study:
-    plan = Plan(COMPONENTS, 1e-16, hyper=Elements(1e-5))
-    options = Options(SCHEME, DURATION, TIMES, plan, Newton(1e-12), steps=(2e-5,), repeat=1, expensive=True)
-    return study.run(raw, options, form=partial(build.chosen_form, SCENE))
+def found(raw: System) -> Comparison:
+    task = task_for(raw, Plan(COMPONENTS, 1e-16, hyper=Elements(1e-5)))
+    return comparison.run(task, Options(steps=(2e-5,), repeat=1, expensive=True))
 
 
 @pytest.fixture(scope="module")
@@ -46,24 +46,29 @@ def sharp(raw: System) -> Trajectory:
     return integrate(raw, SCHEME, DURATION, Newton(1e-13), np.arange(0, 401, 5))
 
 
-def component(raw: System, run: Trajectory, eps: float) -> Trained:
-    return training.reduced(raw, galerkin.snapshots(run, TIMES), Plan(COMPONENTS, eps))
+def task_for(raw: System, plan: Plan) -> TrainingTask:
+    return task_of(Case(raw, SCHEME, DURATION, Newton(1e-12)), plan, TIMES, partial(build.chosen_form, SCENE))
 
 
-def test_all_models_are_run(found: Study) -> None:
+def component(raw: System, run: Trajectory, eps: float) -> ReducedModel:
+    task = task_for(raw, Plan(COMPONENTS, eps))
+    return model_of(task, [of_motion(task, run)])
+
+
+def test_all_models_are_run(found: Comparison) -> None:
     assert {record.name for record in found.records} == {"full", *MODELS, "step-2e-5"}
     assert {record.status for record in found.records} == {"done"}
     assert set(found.motions) == set(MODELS)
 
 
-def test_dependent_rows_are_dropped(found: Study) -> None:
+def test_dependent_rows_are_dropped(found: Comparison) -> None:
     """12 rows of orthonormal axes and 7 of joints; 6 are independent by component and 4 for the system (paper: 550 in full)."""
     assert found["full"].constraints == 19
     assert [found[level].constraints for level in LEVELS] == [4, 6]
 
 
 @pytest.mark.parametrize("level", LEVELS)
-def test_the_exact_polynomial_is_the_reduced_model(found: Study, level: str) -> None:
+def test_the_exact_polynomial_is_the_reduced_model(found: Comparison, level: str) -> None:
     plain, exact = found.motions[level], found.motions[f"{level}+exact"]
     assert reduction.compare(plain, exact).coordinates_maximum < 1e-9
     assert found[f"{level}+exact"].max_error == pytest.approx(found[level].max_error, rel=1e-3)
@@ -71,7 +76,7 @@ def test_the_exact_polynomial_is_the_reduced_model(found: Study, level: str) -> 
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_errors_are_those_of_truncation(found: Study, name: str) -> None:
+def test_errors_are_those_of_truncation(found: Comparison, name: str) -> None:
     """37 modes for all and 30 + 31 by component at eps = 1e-16, errors (53) 1.3e-5 and 6.8e-7 (our own figures)."""
     record = found[name]
     modes, bound = ({"system": 37}, 1.5e-5) if name.startswith("system") else ({"crank": 30, "linkage": 31}, 7.5e-7)
@@ -94,7 +99,7 @@ def test_newton_below_truncation_changes_nothing(raw: System, sharp: Trajectory)
 
 
 @pytest.mark.parametrize("level", LEVELS)
-def test_sampling_keeps_the_error(found: Study, level: str) -> None:
+def test_sampling_keeps_the_error(found: Comparison, level: str) -> None:
     plain, cells, points = (found[name] for name in (level, f"{level}+ecsw", f"{level}+ecsw-points"))
     assert sum(plain.elements.values()) == 192 + 288
     assert sum(plain.points.values()) == 9 * (192 + 288)
@@ -103,7 +108,7 @@ def test_sampling_keeps_the_error(found: Study, level: str) -> None:
     assert [cells.max_error, points.max_error] == pytest.approx([plain.max_error] * 2, rel=0.05)
 
 
-def test_parts_of_the_time_are_told(found: Study) -> None:
+def test_parts_of_the_time_are_told(found: Comparison) -> None:
     for record in found.records:
         assert record.force_s > 0
         assert record.force_s + record.solve_s + record.product_s < 2 * record.cpu_s
@@ -111,7 +116,7 @@ def test_parts_of_the_time_are_told(found: Study) -> None:
     assert found["component+exact"].product_s == found["full"].product_s == 0.0
 
 
-def test_the_step_has_an_error_of_its_own(found: Study) -> None:
+def test_the_step_has_an_error_of_its_own(found: Comparison) -> None:
     """Second order: e_h = |q_h - q_2h| / 3."""
     own = found.time_error
     assert own is not None
@@ -126,8 +131,8 @@ def test_coordinates_behind_rims_are_those_of_their_frames(raw: System) -> None:
     assert sum(costs.touched(raw, everything).values()) == raw.size - 2
 
 
-def test_bodies_with_one_basis_share_a_polynomial(found: Study) -> None:
-    plain, exact = found.trained["system"].system, found.trained["system+exact"].system
+def test_bodies_with_one_basis_share_a_polynomial(found: Comparison) -> None:
+    plain, exact = found.models["system"].system, found.models["system+exact"].system
     assert [e.name for e in exact.elastic] == ["crank+linkage"]
     x = found.motions["system"].x[-1]
     one, two = (compiled.strain_energy(compile_system(system), x) for system in (plain, exact))
@@ -135,10 +140,10 @@ def test_bodies_with_one_basis_share_a_polynomial(found: Study) -> None:
 
 
 @pytest.mark.parametrize("name", ["component+exact", "system+exact", "component+ecsw", "component+ecsw-points"])
-def test_saved_models_run_without_meshes(found: Study, name: str, tmp_path: Path) -> None:
-    path = files.save(found.trained[name].system, tmp_path / "model.h5")
+def test_saved_models_run_without_meshes(found: Comparison, name: str, tmp_path: Path) -> None:
+    path = files.save(found.models[name].system, tmp_path / "model.h5")
     alone = integrate(files.load(path), SCHEME, 0.001, Newton(1e-12))
-    here = integrate(found.trained[name].system, SCHEME, 0.001, Newton(1e-12))
+    here = integrate(found.models[name].system, SCHEME, 0.001, Newton(1e-12))
     np.testing.assert_array_equal(alone.x, here.x)
     assert [skin.name for skin in alone.system.skins] == ["crank", "linkage"]
     for elastic in alone.system.elastic:
@@ -146,8 +151,8 @@ def test_saved_models_run_without_meshes(found: Study, name: str, tmp_path: Path
             assert elastic.gather.coefficients.ctypes.data % 64 == 0
 
 
-def test_a_polynomial_of_another_length_is_damage(found: Study, tmp_path: Path) -> None:
-    system = found.trained["component+exact"].system
+def test_a_polynomial_of_another_length_is_damage(found: Comparison, tmp_path: Path) -> None:
+    system = found.models["component+exact"].system
     first, *others = system.elastic
     assert isinstance(first.gather, Quartic)
     short = dataclasses.replace(first, gather=dataclasses.replace(first.gather, coefficients=first.gather.coefficients[:-8].copy()))

@@ -13,7 +13,7 @@ import pytest
 from fmbs_skfem import dynamics
 from fmbs_skfem.core.errors import SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha
-from fmbs_skfem.reduction import files, product
+from fmbs_skfem.reduction import files, parametric_model
 from fmbs_skfem.reduction import training_store as store
 from fmbs_skfem.reduction.budget import Choice
 
@@ -29,8 +29,8 @@ def test_a_single_model() -> None:
 
 
 def test_a_model_of_a_family() -> None:
-    model = product.load(DATA / "family_version_1.h5")
-    found = dynamics.outputs(product.run(model, E=1e9))
+    model = parametric_model.load(DATA / "family_version_1.h5")
+    found = dynamics.outputs(parametric_model.run(model, E=1e9))
     assert found["tip_x"][-1] == pytest.approx(0.998949919966806, abs=1e-8)
     assert found["tip_y"][-1] == pytest.approx(0.00271925634469862, abs=1e-8)
 

@@ -13,14 +13,14 @@ import pytest
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.core import expressions
 from fmbs_skfem.dynamics import GeneralizedAlpha
-from fmbs_skfem.reduction import Elements, campaign, greedy, holdout
+from fmbs_skfem.reduction import Elements, greedy, holdout, training
 from fmbs_skfem.reduction import parameters as boxes
-from fmbs_skfem.reduction.campaign import Campaign
 from fmbs_skfem.reduction.cases import Case
-from fmbs_skfem.reduction.full_runs import Setting
+from fmbs_skfem.reduction.full_runs import TrainingTask
 from fmbs_skfem.reduction.holdout import Holdout
 from fmbs_skfem.reduction.parameters import Parameter
-from fmbs_skfem.reduction.training import Plan
+from fmbs_skfem.reduction.plan import Plan
+from fmbs_skfem.reduction.training import Training
 from fmbs_skfem.systems import At, assemble, joints
 from tests import models
 
@@ -41,27 +41,27 @@ def family(values: Mapping[str, float]) -> Case:
 
 
 @pytest.fixture(scope="module")
-def trained() -> Campaign:
-    setting = Setting(family, (YOUNG,), Plan({"beam": ("beam",)}, 1e-12, hyper=Elements(1e-3)), 5e-3)
-    search = campaign.search((YOUNG,), boxes.grid((YOUNG,), 101), boxes.grid((YOUNG,), 5))
-    return campaign.train(setting, search, greedy.Options(iterations=4))
+def trained() -> Training:
+    task = TrainingTask(family, (YOUNG,), Plan({"beam": ("beam",)}, 1e-12, hyper=Elements(1e-3)), 5e-3)
+    search = training.search((YOUNG,), boxes.grid((YOUNG,), 101), boxes.grid((YOUNG,), 5))
+    return training.train(task, search, greedy.Options(iterations=4))
 
 
 @pytest.fixture(scope="module")
-def checked(trained: Campaign) -> tuple[Holdout, Holdout]:
+def checked(trained: Training) -> tuple[Holdout, Holdout]:
     """26 values with the model after one and after two full runs."""
-    truths = holdout.truths(trained.setting, boxes.grid((YOUNG,), 26))
+    truths = holdout.truths(trained.task, boxes.grid((YOUNG,), 26))
     return holdout.holdout(trained, truths, trained.models[0]), holdout.holdout(trained, truths)
 
 
-def test_two_full_runs_are_enough(trained: Campaign, checked: tuple[Holdout, Holdout]) -> None:
+def test_two_full_runs_are_enough(trained: Training, checked: tuple[Holdout, Holdout]) -> None:
     assert len(trained.runs) == 2
     assert trained.reduced_runs <= 12
     assert [model.problems for model in trained.models] == [1, 1]
     assert checked[1].largest < 1e-4
 
 
-def test_truncation_is_told_as_the_limit(trained: Campaign) -> None:
+def test_truncation_is_told_as_the_limit(trained: Training) -> None:
     assert trained.outcome.stop in (greedy.Stop.FLOOR, greedy.Stop.REPEATED)
     assert "truncation (eps)" in greedy.statement(trained.outcome)
 

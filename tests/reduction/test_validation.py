@@ -20,10 +20,10 @@ from fmbs_skfem.core.container import Kind
 from fmbs_skfem.core.errors import CorruptFile
 from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
-from fmbs_skfem.reduction import affine, files, galerkin, polynomial, product
+from fmbs_skfem.reduction import affine, files, galerkin, parametric_model, polynomial
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.parameters import Parameter
-from fmbs_skfem.reduction.product import Product
+from fmbs_skfem.reduction.parametric_model import ParametricModel
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems import At, System, assemble, joints, loads, probes
 from fmbs_skfem.systems.system import change_coordinates
@@ -148,19 +148,19 @@ def test_every_damaged_array_is_refused_by_name(name: str, tmp_path: Path) -> No
 
 
 @pytest.fixture(scope="module")
-def rom() -> Product:
+def rom() -> ParametricModel:
     raw = beam()
     data = galerkin.snapshots(integrate(raw, SCHEME, DURATION))
     components = galerkin.system_level(raw)
     bases = galerkin.bases(raw, data, components, modes=4)
     box = (Parameter("E", 5e8, 2e9, value=1e9),)
-    return Product(
+    return ParametricModel(
         affine.fit(lambda values: Case(galerkin.reduce_system(beam(**values), components, bases), SCHEME, DURATION), box)
     )
 
 
-def test_every_damaged_array_of_a_parametric_model(rom: Product, tmp_path: Path) -> None:
-    path = product.save(rom, tmp_path / "model.rom")
+def test_every_damaged_array_of_a_parametric_model(rom: ParametricModel, tmp_path: Path) -> None:
+    path = parametric_model.save(rom, tmp_path / "model.rom")
     kind, tree, arrays = parts(path)
     text = tree.decode()
     own = used(json.dumps({"varying": json.loads(text)["model"]["fields"]["varying"]}).encode(), "varying")
@@ -170,7 +170,7 @@ def test_every_damaged_array_of_a_parametric_model(rom: Product, tmp_path: Path)
         for way, other in damaged(arrays[number]):
             sealed(path, kind, tree, [*arrays[:number], other, *arrays[number + 1 :]])
             with pytest.raises(CorruptFile, match=r"model\.rom: model\.(varying|nodes)\[\d+\]") as caught:
-                product.load(path)
+                parametric_model.load(path)
             assert caught.value.exit_code == 8, way
 
 

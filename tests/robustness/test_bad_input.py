@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.core.errors import SolverError
-from fmbs_skfem.reduction import ecsw, files, product
+from fmbs_skfem.reduction import ecsw, files, parametric_model
 from fmbs_skfem.results import pictures
 from tests.cli import test_check, test_run
 from tests.cli.calls import fmbs
@@ -391,7 +391,7 @@ def test_row_42_outside_of_the_box_with_its_distance(ranged: Path) -> None:
 
 def test_row_42_a_basis_of_another_mesh(model: Path, ranged: Path, tmp_path: Path) -> None:
     """A model of five cells whose basis is that of ten; its checksum is right."""
-    own, other = files.load(model), product.load(ranged).model.nominal.system
+    own, other = files.load(model), parametric_model.load(ranged).model.nominal.system
     mixed = files.save(replace(own, lift=other.lift), tmp_path / "mixed.h5", report={"duration": 0.01, "step": 1e-3})
     found = f"system.lift.matrix: expected an array ({len(other.lift.offset)}, {own.size}) of float64"
     for command in (("rom", "info"), ("rom", "run"), ("run",)):

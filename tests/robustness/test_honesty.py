@@ -19,15 +19,15 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.core.errors import NoModel, SolverError
-from fmbs_skfem.reduction import Points, campaign, family_model, full_runs, greedy, prediction, promise
+from fmbs_skfem.reduction import Points, full_runs, greedy, prediction, reduced_models, training
 from fmbs_skfem.reduction import parameters as boxes
-from fmbs_skfem.reduction.campaign import Campaign
-from fmbs_skfem.reduction.full_runs import OutputMeasure, Setting
+from fmbs_skfem.reduction.full_runs import OutputMeasure, TrainingTask
+from fmbs_skfem.reduction.parametric_model import ParametricModel
+from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.reduction.prediction import Prediction
-from fmbs_skfem.reduction.product import Product
-from fmbs_skfem.reduction.training import Plan
+from fmbs_skfem.reduction.training import Training
 from fmbs_skfem.scenes import points
-from fmbs_skfem.scenes.training import Training
+from fmbs_skfem.scenes import training as sections
 
 from .families import FAMILIES
 
@@ -76,17 +76,17 @@ class Trial:
         return f"{self.verdict:10s} {ends}, {counts}  {'; '.join(self.doubts)}"
 
 
-def trained(name: str) -> Campaign:
+def trained(name: str) -> Training:
     """The training of a scene whose sections `reduction` and `training` have the defaults, with snapshots at every step."""
-    family, chosen = FAMILIES[name], Training()
+    family, chosen = FAMILIES[name], sections.Training()
     known = family.parameters
     nominal = family(boxes.completed(known, {}))
     plan = Plan({span[0]: (span[0],) for span in nominal.system.coordinates}, hyper=Points())
-    setting = Setting(family, known, plan, nominal.scheme.step, measure=OutputMeasure())
+    task = TrainingTask(family, known, plan, nominal.scheme.step, measure=OutputMeasure())
     where = points.of(chosen, known)
-    search = campaign.search(known, where.candidates, where.samples, where.first)
+    search = training.search(known, where.candidates, where.samples, where.first)
     options = greedy.Options(iterations=chosen.iterations, max_samples=chosen.max_samples, seed=chosen.seed)
-    return campaign.train(setting, search, options, None, family.tolerance, savable=True, checks=campaign.CHECKS)
+    return training.train(task, search, options, None, family.tolerance, savable=True, checks=training.CHECKS)
 
 
 @functools.cache
@@ -98,8 +98,8 @@ def tried(name: str) -> Trial:
     except NoModel as refused:
         return Trial([str(refused)], np.empty(0))
     runs = len(found.runs) + len(found.checks)
-    doubts = promise.doubts(runs, found.predicted, [], [], family.tolerance)
-    predict = prediction.predictor(Product(found.model.parametric, {prediction.KEY: prediction.record(found)}))
+    doubts = prediction.doubts(runs, found.predicted, [], [], family.tolerance)
+    predict = prediction.predictor(ParametricModel(found.model.parametric, {prediction.KEY: prediction.record(found)}))
     assert predict is not None
     box = np.random.default_rng(zlib.crc32(name.encode())).random((POINTS, len(family.parameters)))
     where = [boxes.named(family.parameters, row) for row in boxes.from_box(family.parameters, box)]
@@ -108,18 +108,18 @@ def tried(name: str) -> Trial:
     return Trial(doubts, errors[moving], tuple(predict(where[k]) for k in moving), runs)
 
 
-def error(found: Campaign, values: Mapping[str, float]) -> float:
+def error(found: Training, values: Mapping[str, float]) -> float:
     """The largest error of an output as a part of its range; infinite where the reduced model fails, NaN without a full motion."""
-    setting = family_model.quick(found.setting)
+    task = reduced_models.quick(found.task)
     try:
-        run = full_runs.full_run(setting, values)
+        run = full_runs.full_run(task, values)
     except SolverError:
         return math.nan
     try:
-        motion = family_model.reduced_run(setting, family_model.reduced_case(found.model, values))
+        motion = reduced_models.reduced_run(task, reduced_models.case_at(found.model, values))
     except SolverError:
         return math.inf
-    return full_runs.wanted_error(setting, setting.family(values).system, run, motion)
+    return full_runs.wanted_error(task, task.family(values).system, run, motion)
 
 
 @pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")

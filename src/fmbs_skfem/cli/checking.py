@@ -19,7 +19,7 @@ import numpy as np
 
 from ..core.errors import FmbsError
 from ..core.notices import notify
-from ..reduction import comparators, family_model, full_runs, parameters, prediction
+from ..reduction import comparators, full_runs, parameters, prediction, reduced_models
 from ..reduction import training_store as store
 from ..reduction.comparators import Comparator, Row
 from ..reduction.full_runs import Full
@@ -28,12 +28,12 @@ from . import screen
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from ..reduction.campaign import Campaign
     from ..reduction.full_runs import FullRun
     from ..reduction.greedy import Iteration
     from ..reduction.output_errors import OutputError
+    from ..reduction.parametric_model import ParametricModel
     from ..reduction.prediction import Prediction
-    from ..reduction.product import Product
+    from ..reduction.training import Training
     from ..results.training_plots import Panel
     from .train import Job
 
@@ -73,18 +73,18 @@ class Checked:
         return float(np.mean([self.predictions[k].low <= self.true[k] <= self.predictions[k].high for k in self.known]))
 
 
-def check(job: Job, found: Campaign, model: Product, out: Path, compare: bool) -> Checked:
+def check(job: Job, found: Training, model: ParametricModel, out: Path, compare: bool) -> Checked:
     """All hold-out points; comparators are trained where they are wanted."""
-    setting, points = found.setting, job.points.holdout
+    task, points = found.task, job.points.holdout
     full, predict = stored(found, out), prediction.predictor(model)
     everyone = [*stages(found), *(others(job, found, full) if compare else ())]
     with screen.progress("hold-out points") as advance:
-        rows = comparators.compare(setting, everyone, full, points, advance)
-    predictions = tuple(predict(parameters.named(setting.parameters, row)) for row in points) if predict else ()
+        rows = comparators.compare(task, everyone, full, points, advance)
+    predictions = tuple(predict(parameters.named(task.parameters, row)) for row in points) if predict else ()
     return Checked(points, rows, len(found.models), predictions)
 
 
-def stored(found: Campaign, out: Path, sharp: bool = True) -> Full:
+def stored(found: Training, out: Path, sharp: bool = True) -> Full:
     """Full runs that are read from the training's folder where they are there, and kept there.
 
     `sharp`: iterated as snapshots need it; otherwise as the scene says, which is less work where nothing is trained on them.
@@ -95,33 +95,33 @@ def stored(found: Campaign, out: Path, sharp: bool = True) -> Full:
         for run in (*found.runs, *found.checks):
             if run.values == values:
                 return run
-        text = repr((sorted(values.items()), found.setting.plan.tolerance, found.setting.plan.modes))
+        text = repr((sorted(values.items()), found.task.plan.tolerance, found.task.plan.modes))
         path = folder / f"{'full' if sharp else 'own'}-{hashlib.sha256(text.encode()).hexdigest()[:16]}.h5"
-        return store.made(path, functools.partial(full_runs.full_run, found.setting, values, sharp))
+        return store.made(path, functools.partial(full_runs.full_run, found.task, values, sharp))
 
     return full
 
 
-def stages(found: Campaign) -> Iterator[Comparator]:
+def stages(found: Training) -> Iterator[Comparator]:
     """The model after every full run."""
     for k, model in enumerate(found.models, start=1):
         offline = sum(run.cpu_s for run in found.runs[:k]) + sum(one.training_s for one in found.models[:k])
         evaluated = sum(len(iteration.samples) for iteration in found.outcome.iterations[:k])
-        family = functools.partial(family_model.reduced_case, model)
+        family = functools.partial(reduced_models.case_at, model)
         yield Comparator(f"greedy {k}", family, k, offline, evaluated)
 
 
-def others(job: Job, found: Campaign, full: Full) -> Iterator[Comparator]:
+def others(job: Job, found: Training, full: Full) -> Iterator[Comparator]:
     """The comparators; one that cannot be trained is told and left out."""
-    setting, d = found.setting, len(found.setting.parameters)
+    task, d = found.task, len(found.task.parameters)
     counts = (max(2, len(found.runs)),) if d == 1 else (2,) * d
     makers: dict[str, Callable[[], Comparator]] = {
-        "fast to slow": lambda: comparators.fast_to_slow(setting, full, fastest(found)),
-        "uniform grid": lambda: comparators.uniform(setting, full, counts),
-        "nearest basis": lambda: comparators.nearest(setting, full, counts),
-        "Grassmann": lambda: comparators.interpolated(setting, full, counts),
+        "fast to slow": lambda: comparators.fast_to_slow(task, full, fastest(found)),
+        "uniform grid": lambda: comparators.uniform(task, full, counts),
+        "nearest basis": lambda: comparators.nearest(task, full, counts),
+        "Grassmann": lambda: comparators.interpolated(task, full, counts),
         "greedy, system level": lambda: comparators.greedy(
-            comparators.at_system_level(setting), job.search, job.options, "greedy, system level"
+            comparators.at_system_level(task), job.search, job.options, "greedy, system level"
         ),
     }
     for name, make in makers.items():
@@ -134,22 +134,22 @@ def others(job: Job, found: Campaign, full: Full) -> Iterator[Comparator]:
             notify(f"comparator '{name}': {error}")
 
 
-def fastest(found: Campaign) -> dict[str, float]:
+def fastest(found: Training) -> dict[str, float]:
     """The corner of the box at which the reduced model moves fastest."""
     from ..dynamics.outputs import lifted
 
-    known = found.setting.parameters
+    known = found.task.parameters
     speeds: list[tuple[float, dict[str, float]]] = []
     for ends in itertools.product(*((p.low, p.high) for p in known)):
         values = parameters.named(known, ends)
-        motion = family_model.reduced_run(found.setting, family_model.reduced_case(found.model, values))
+        motion = reduced_models.reduced_run(found.task, reduced_models.case_at(found.model, values))
         speeds.append((float(np.linalg.norm(lifted(motion)[1], axis=1).max()), values))
     return max(speeds, key=lambda pair: pair[0])[1]
 
 
 def failed(job: Job, checked: Checked) -> list[dict[str, Any]]:
     """The points at which the full model has no motion, with the reason."""
-    known, trials = job.setting.parameters, checked.last.trials
+    known, trials = job.task.parameters, checked.last.trials
     lost = np.flatnonzero(np.isnan(checked.true))
     return [{"point": parameters.named(known, checked.points[k]), "reason": trials[k].reason} for k in lost]
 
@@ -215,12 +215,12 @@ def table(checked: Checked, measure: str) -> Table:
     return screen.table(title, (*runs, "max error", "mean error", *costs), rows)
 
 
-def draw(job: Job, found: Campaign, checked: Checked | None, out: Path) -> list[Path]:
+def draw(job: Job, found: Training, checked: Checked | None, out: Path) -> list[Path]:
     """surrogate.png; with hold-out points errors.png and predicted.png."""
     from ..results import sweep_files
     from ..results import training_plots as plots
 
-    known = found.setting.parameters
+    known = found.task.parameters
     labels = [sweep_files.headed(p.name, p.unit) for p in known]
     columns = {label: found.search.candidates[:, k] for k, label in enumerate(labels)}
     panels = [panel(iteration, found.outcome.points[: iteration.number]) for iteration in found.outcome.iterations]

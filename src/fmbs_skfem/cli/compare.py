@@ -23,10 +23,11 @@ from .figures import figure_names as figure_names
 from .tables import tables as tables
 
 if TYPE_CHECKING:
-    from ..reduction.runs import Options
-    from ..reduction.study import Record, Study
-    from ..reduction.training import Plan
+    from ..reduction.comparison import Comparison, Options, Record
+    from ..reduction.full_runs import TrainingTask
+    from ..reduction.plan import Plan
     from ..scenes import Scene
+    from ..systems import System
 
 RECORD = "compare.json"
 ETAS = (1e-2, 1e-3, 1e-4)  #: tolerances of the hyper-reduction in the picture of speed and error
@@ -64,22 +65,24 @@ def command(session: Session, quick: bool, duration: float | None, picture: bool
     return Result(found, [*tables(scene, study), *words(report), "written: " + ", ".join(map(str, found["files"]))], missing)
 
 
-def run(scene: Scene, quick: bool = False, allow_outside: bool = False, progress: Callable[[float], None] | None = None) -> Study:
-    """The study of a scene, as its sections `reduction` and `compare` say."""
-    from ..reduction import study
+def run(
+    scene: Scene, quick: bool = False, allow_outside: bool = False, progress: Callable[[float], None] | None = None
+) -> Comparison:
+    """The comparison of a scene, as its sections `reduction` and `compare` say."""
+    from ..reduction import comparison
     from ..scenes import build
 
     raw = build.system(scene, allow_outside=allow_outside)
-    settings = options(scene, plan(scene), quick, build.has_large_plates(scene, raw))
     wanted = scene.compare.coarse if scene.compare else []
     coarse = {cells: build.system(scene, cells, allow_outside) for cells in wanted}
-    return study.run(raw, settings, coarse, progress, partial(build.chosen_form, scene))
+    settings = options(scene, quick, build.has_large_plates(scene, raw))
+    return comparison.run(task(scene, raw, plan(scene)), settings, coarse, progress)
 
 
 def plan(scene: Scene) -> Plan:
     """How the scene wants its reduced models trained."""
     from ..reduction.hyper_reduction import NONE, named
-    from ..reduction.training import Plan
+    from ..reduction.plan import Plan
 
     wanted = scene.reduction
     if wanted is None or scene.analysis.type != "dynamic":
@@ -95,28 +98,39 @@ def plan(scene: Scene) -> Plan:
     )
 
 
-def options(scene: Scene, plan: Plan, quick: bool = False, expensive: bool = False) -> Options:
+def task(scene: Scene, raw: System, plan: Plan) -> TrainingTask:
+    """The reduction of one system of a scene, with all multipliers, by a plan."""
+    from ..dynamics import GeneralizedAlpha, Newton
+    from ..reduction.cases import Case
+    from ..reduction.full_runs import task_of
+    from ..scenes import build
+
+    analysis = build.dynamic(scene)
+    case = Case(raw, GeneralizedAlpha(analysis.step, analysis.rho_inf), analysis.duration, Newton(tolerance=analysis.tolerance))
+    return task_of(case, plan, interval(scene), partial(build.chosen_form, scene))
+
+
+def interval(scene: Scene) -> Any:
+    """Time between snapshots [s], or their times where they are listed span by span."""
+    from ..scenes import build
+
+    snapshots = scene.reduction.snapshots if scene.reduction else 0.0
+    return build.dynamic(scene).step * build.snapshot_steps(scene) if isinstance(snapshots, tuple) else snapshots
+
+
+def options(scene: Scene, quick: bool = False, expensive: bool = False) -> Options:
     """What the scene wants compared; `quick` leaves out other eps and eta, smaller steps and repetitions.
 
     An `expensive` full model runs only with those other steps that the scene lists.
     """
-    from ..dynamics import GeneralizedAlpha, Newton
-    from ..reduction.runs import Options
+    from ..reduction.comparison import Options
     from ..scenes import build
 
-    analysis, reduction, wanted = scene.analysis, scene.reduction, scene.compare
-    if analysis.type != "dynamic" or reduction is None:
-        raise InputError(say(f"{scene.path or 'scene'}", "a dynamic analysis and a section 'reduction'", analysis.type))
-    steps = tuple(wanted.steps) if wanted else ()
+    step, wanted = build.dynamic(scene).step, scene.compare
     return Options(
-        scheme=GeneralizedAlpha(analysis.step, analysis.rho_inf),
-        duration=analysis.duration,
-        interval=analysis.step * build.snapshot_steps(scene) if isinstance(reduction.snapshots, tuple) else reduction.snapshots,
-        plan=plan,
-        newton=Newton(tolerance=analysis.tolerance),
         tolerances=() if quick or not wanted else tuple(wanted.tolerances),
         hyper_tolerances=() if quick or not wanted else ETAS,
-        steps=tuple(step for step in steps if step > analysis.step or not quick),
+        steps=tuple(other for other in (wanted.steps if wanted else ()) if other > step or not quick),
         ffrf_modes=wanted.ffrf_modes if wanted else None,
         repeat=1 if quick else 2,
         order=not quick,
@@ -125,7 +139,7 @@ def options(scene: Scene, plan: Plan, quick: bool = False, expensive: bool = Fal
     )
 
 
-def report_of(scene: Scene, study: Study) -> dict[str, Any]:
+def report_of(scene: Scene, study: Comparison) -> dict[str, Any]:
     """The JSON object of a study."""
     from ..results import speed
     from . import solving
@@ -144,13 +158,13 @@ def report_of(scene: Scene, study: Study) -> dict[str, Any]:
     }
 
 
-def cheapest(study: Study) -> Record | None:
+def cheapest(study: Comparison) -> Record | None:
     """The fastest of the main reduced models whose training pays."""
     paying = [record for record in study.records if record.main and record.pays_after_runs is not None]
     return min(paying, key=lambda record: record.cpu_s, default=None)
 
 
-def choice(study: Study) -> Record | None:
+def choice(study: Comparison) -> Record | None:
     """The fastest hyper-reduced model, ECSW or exact polynomial, of those about as exact as the best of them."""
     found = [r for r in study.records if r.main and r.hyper not in ("", "none") and math.isfinite(r.max_error)]
     best = min((r.max_error for r in found), default=0.0)

@@ -12,7 +12,7 @@ from . import common, reports, screen
 from .common import Result, Session
 
 if TYPE_CHECKING:
-    from ..reduction.study import Study
+    from ..reduction.comparison import Comparison
     from ..scenes import Scene
 
 SCENE = "double_pendulum.yaml"
@@ -75,7 +75,7 @@ def lean(scene: Scene) -> Scene:
     return scene.model_copy(update={"compare": scene.compare.model_copy(update={"coarse": COARSE, "steps": STEPS})})
 
 
-def draw(scene: Scene, study: Study, out: Path, pool: Executor) -> list[Future[Path]]:
+def draw(scene: Scene, study: Comparison, out: Path, pool: Executor) -> list[Future[Path]]:
     """The full model moving and coloured by curvature, a reduced one by its error; each is drawn by a process of its own."""
     from ..results import frames, pictures
     from ..results.pictures import Look
@@ -95,7 +95,7 @@ def draw(scene: Scene, study: Study, out: Path, pool: Executor) -> list[Future[P
     return files
 
 
-def export(study: Study, out: Path) -> Path:
+def export(study: Comparison, out: Path) -> Path:
     """The VTK series of the full model."""
     from ..results import series
     from . import picture

@@ -12,8 +12,8 @@ import numpy as np
 
 if TYPE_CHECKING:
     from ..dynamics import Trajectory
+    from ..reduction.comparison import Comparison
     from ..reduction.pod import Basis
-    from ..reduction.study import Study
     from ..results.speed import Point
     from ..scenes import Scene
 
@@ -30,7 +30,7 @@ def figure_names(scene: Scene) -> list[str]:
     return [*drawn, "errors.png", "norms.png", "singular_values.png", "speed_error.png"]
 
 
-def draw(scene: Scene, study: Study, out: Path) -> list[Path]:
+def draw(scene: Scene, study: Comparison, out: Path) -> list[Path]:
     """Histories of the outputs, errors over time, norms of the residual, singular values, and CPU time against error."""
     from ..results import plots
 
@@ -44,7 +44,7 @@ def draw(scene: Scene, study: Study, out: Path) -> list[Path]:
     return [*files, cloud(scene, study, out)]
 
 
-def cloud(scene: Scene, study: Study, out: Path, name: str = "speed_error.png") -> Path:
+def cloud(scene: Scene, study: Comparison, out: Path, name: str = "speed_error.png") -> Path:
     """CPU time against error; models that are wrong altogether are named in the title, not drawn."""
     from ..results import plots
 
@@ -55,7 +55,7 @@ def cloud(scene: Scene, study: Study, out: Path, name: str = "speed_error.png") 
     return plots.speed_error(out / name, shown, floor, "largest position error [m]", title)
 
 
-def histories(scene: Scene, study: Study, out: Path) -> list[Path]:
+def histories(scene: Scene, study: Comparison, out: Path) -> list[Path]:
     """One figure an output, all models in it; of a planar crank-slider also displacement and speed together."""
     from ..results import plots
     from ..results.sweep_files import headed
@@ -123,7 +123,7 @@ def readable(error: np.ndarray, size: float) -> np.ndarray:
     return np.where((error > 10 * WRONG * size) | (error < 1e-4 * np.median(error)), np.nan, error)
 
 
-def spectra(scene: Scene, study: Study, out: Path) -> list[Path]:
+def spectra(scene: Scene, study: Comparison, out: Path) -> list[Path]:
     """Norms of the full residual on the motion of a reduced model, and singular values of all bases."""
     from ..dynamics import GeneralizedAlpha
     from ..reduction import residual_norms
@@ -148,12 +148,12 @@ def spectra(scene: Scene, study: Study, out: Path) -> list[Path]:
     return files
 
 
-def bases(study: Study, level: str) -> Mapping[str, Basis]:
+def bases(study: Comparison, level: str) -> Mapping[str, Basis]:
     """The bases of a level, which all its models share; none where none of them ran."""
-    return next((model.bases for name, model in study.trained.items() if study[name].level == level), {})
+    return next((model.bases for name, model in study.models.items() if study[name].level == level), {})
 
 
-def points(study: Study) -> list[Point]:
+def points(study: Comparison) -> list[Point]:
     """CPU time against position error, of all models that were run; failed ones have an infinite error."""
     from ..results.speed import Point
 
@@ -167,7 +167,7 @@ def finite(error: float) -> float:
     return error if math.isfinite(error) else math.inf
 
 
-def render(scene: Scene, study: Study, out: Path) -> list[Path]:
+def render(scene: Scene, study: Comparison, out: Path) -> list[Path]:
     """The full model at the scene's instants and moving, and a reduced one coloured by its distance from it."""
     from ..results import pictures
     from ..results.pictures import Look

@@ -13,7 +13,7 @@ from . import common, reports, screen, tables
 from .common import Result, Session
 
 if TYPE_CHECKING:
-    from ..reduction.training import Plan
+    from ..reduction.plan import Plan
     from ..scenes import Scene
 
 SUFFIXES = (".h5", ".hdf5")
@@ -109,21 +109,23 @@ def chosen(scene: Scene, level: str, tolerance: float | None, modes: int | None,
 
 def train(session: Session, scene: Scene, plan: Plan) -> tuple[Any, dict[str, Any]]:
     """The reduced system, and its sizes, cost and errors against the full model over the training time."""
-    from .. import dynamics, reduction
-    from ..reduction import costs, output_errors, runs, training
+    from .. import reduction
+    from ..reduction import cases, costs, output_errors, reduced_models, runs
+    from ..reduction.plan import newton_for
     from ..scenes import build
     from . import compare
 
-    raw, wanted = build.system(scene, allow_outside=session.allow_outside), compare.options(scene, plan)
-    kept = runs.kept_steps(wanted)
+    raw = build.system(scene, allow_outside=session.allow_outside)
+    task = compare.task(scene, raw, plan)
+    own = task.family({})
+    kept = runs.kept_steps(own, task.interval)
     with screen.progress("full model") as advance:
-        sharp = training.newton_for(wanted.newton, plan.tolerance)
-        full = dynamics.integrate(build.chosen_form(scene, raw), wanted.scheme, wanted.duration, sharp, kept, advance)
+        sharp = replace(own, system=task.form(raw), newton=newton_for(own.newton, plan.tolerance))
+        full = cases.run(sharp, kept, advance)
     session.work.trajectory = full
-    model = training.train(raw, reduction.snapshots(full, wanted.interval), plan)
+    model = reduction.train(task, motion=full).model
     with screen.progress("reduced model") as advance:
-        newton = training.newton_of_reduced(wanted.newton, plan.tolerance)
-        motion = dynamics.integrate(model.system, wanted.scheme, wanted.duration, newton, kept, advance)
+        motion = cases.run(reduced_models.case_at(model, {}), kept, advance)
     errors = reduction.compare(full, motion)
     cells = {name: len(numbers) for name, numbers in costs.kept_cells(model.system).items()}
     return model.system, {
@@ -131,7 +133,7 @@ def train(session: Session, scene: Scene, plan: Plan) -> tuple[Any, dict[str, An
         "scene": common.title(scene),
         "dofs_full": raw.size,
         "dofs": model.system.size,
-        "modes": {name: basis.modes.shape[1] for name, basis in model.bases.items()},
+        "modes": dict(model.modes),
         "elements": costs.by_component(cells, model.components),
         "points": costs.by_component(costs.kept_points(model.system), model.components),
         "tolerance": plan.tolerance if plan.modes is None else None,
@@ -149,9 +151,9 @@ def train(session: Session, scene: Scene, plan: Plan) -> tuple[Any, dict[str, An
         "cpu_s": motion.statistics.cpu_s,
         "training_s": model.training_s,
         "snnls_s": {selection.component: selection.snnls_s for selection in model.selections},
-        "step": wanted.scheme.step,
-        "rho_inf": wanted.scheme.rho_inf,
-        "duration": wanted.duration,
+        "step": own.scheme.step,
+        "rho_inf": own.scheme.rho_inf,
+        "duration": own.duration,
     }
 
 

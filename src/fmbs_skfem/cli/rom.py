@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ..dynamics import Trajectory
     from ..reduction.cases import Case
     from ..reduction.parameters import Parameter
-    from ..reduction.product import Product
+    from ..reduction.parametric_model import ParametricModel
 
 PICTURE, PLOT = "picture.png", "outputs.png"
 INSTANTS = 7  #: configurations in a picture
@@ -93,10 +93,10 @@ command.add_command(run)
 
 def described(path: Path) -> dict[str, Any]:
     """A model of a box of parameters."""
-    from ..reduction import prediction, product
+    from ..reduction import parametric_model, prediction
 
-    rom = product.load(path)
-    found = product.summary(rom)
+    rom = parametric_model.load(path)
+    found = parametric_model.summary(rom)
     notes = {key: value for key, value in found.pop("notes").items() if key not in (prediction.KEY, "provenance")}
     return {"kind": "a box of parameters", **found, "predicted_error": predicted(rom, {}), "notes": notes}
 
@@ -200,11 +200,12 @@ def written(plots: bool, picture: bool) -> list[str]:
 def attempt(case: Case) -> tuple[Trajectory, SolverError | None]:
     """The motion of a case, or the part of it up to a failure with its error."""
     from .. import dynamics
+    from ..reduction import cases
 
     screen.announce_compiling()
     try:
         with screen.progress("reduced model") as advance:
-            motion = dynamics.integrate(case.system, case.scheme, case.duration, case.newton, progress=advance)
+            motion = cases.run(case, progress=advance)
         broken = dynamics.unstable(motion, case.scheme.step)
         if broken is None:
             return motion, None
@@ -241,12 +242,12 @@ def report(
 
 def parametric(path: Path) -> bool:
     """Whether a file holds a model of a whole box of parameters; its first line says so."""
-    from ..reduction import product
+    from ..reduction import parametric_model
 
     if not path.is_file():
         raise InputError(say(f"{path}", "a file of a reduced model", "no file", "make one with fmbs reduce or fmbs train"))
     with path.open("rb") as file:
-        return file.readline(100).decode("ascii", "replace").rstrip("\n") == product.KIND.title
+        return file.readline(100).decode("ascii", "replace").rstrip("\n") == parametric_model.KIND.title
 
 
 def mark(path: Path) -> str:
@@ -256,12 +257,12 @@ def mark(path: Path) -> str:
 
 def at_values(session: Session, duration: float | None, step: float | None) -> Chosen:
     """The case of a parametric model at the wanted values, with the error predicted there."""
-    from ..reduction import parameters, prediction, product
+    from ..reduction import parameters, parametric_model, prediction
 
-    rom = product.load(session.path)
+    rom = parametric_model.load(session.path)
     known = rom.model.parameters
     point = parameters.completed(known, values(known, session.changes))
-    case, beyond = product.case_of(rom, point, duration, step)
+    case, beyond = parametric_model.case_of(rom, point, duration, step)
     facts = {
         "parameters": point,
         "outside": list(parameters.outside(known, point)),
@@ -273,7 +274,7 @@ def at_values(session: Session, duration: float | None, step: float | None) -> C
     return Chosen(case, facts, title(session.path, rom.notes))
 
 
-def predicted(rom: Product, point: Mapping[str, float]) -> dict[str, float] | None:
+def predicted(rom: ParametricModel, point: Mapping[str, float]) -> dict[str, float] | None:
     """The error that the model predicts for itself; none outside of its trained ranges."""
     from ..reduction import prediction
 
@@ -331,7 +332,7 @@ def words(found: Mapping[str, Any]) -> list[str]:
     return [text, *beyond, *(error_words(found) if found.get("predicted_error") else [])]
 
 
-def measure(rom: Product) -> str:
+def measure(rom: ParametricModel) -> str:
     """What the predicted error of a model is; that of files that do not say it is one of states."""
     from ..reduction import prediction
 

@@ -131,13 +131,13 @@ def ranged(place: str, parameters: tuple[Parameter, ...]) -> tuple[Parameter, ..
 def saved(session: Session, ranges: Sequence[Limits], duration: float | None, instants: int) -> Source:
     """A reduced model that was saved."""
     from ..reduction import parameters as boxes
-    from ..reduction import prediction, product
+    from ..reduction import parametric_model, prediction
     from ..reduction.members import ProductTask
 
     if duration is not None:
         raise InputError(say("--duration", "a scene", "a saved reduced model", "it runs over the duration it was trained for"))
     path = session.path.resolve()
-    model = product.load(path)
+    model = parametric_model.load(path)
     trained = model.model.parameters
     boxes.known(trained, [*session.changes, *(own.name for own in ranges)])
     named = {own.name: own for own in trained}

@@ -170,12 +170,12 @@ def draw(table: Sweep, out: Path, title: str) -> list[Path]:
 
 def draw_surrogate(path: Path, source: Source, out: Path) -> list[Path]:
     """The Kriging surface of the indicator over the trained ranges of a model, with its samples; none without its training."""
-    from ..reduction import prediction, product
+    from ..reduction import parametric_model, prediction
     from ..results import training_plots
 
     if source.predict is None:
         return []
-    model = product.load(path)
+    model = parametric_model.load(path)
     found = prediction.surrogate_of(model)
     return [] if found is None else [training_plots.slices(out / SURROGATE, model.model.parameters, found, title=source.name)]
 

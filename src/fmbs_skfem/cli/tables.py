@@ -15,7 +15,7 @@ from . import screen
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from ..reduction.study import Record, Study
+    from ..reduction.comparison import Comparison, Record
     from ..scenes import Scene
 
 PAPER = "  paper"  #: name of the rows with published figures
@@ -28,7 +28,7 @@ def published() -> dict[str, Any]:
     return dict(json.loads(text))
 
 
-def tables(scene: Scene, study: Study) -> list[Any]:
+def tables(scene: Scene, study: Comparison) -> list[Any]:
     """An overview, then products, reduced tangents and training as in Tables 1 to 3 of the source; for plates its Table 4."""
     paper = published().get(scene.name.removesuffix("-coarse"), {})
     known = paper.get("models", {})
@@ -43,12 +43,12 @@ def tables(scene: Scene, study: Study) -> list[Any]:
     return [*shown, f"paper: {paper['source']}"] if paper else shown
 
 
-def table_4(study: Study) -> list[Record]:
+def table_4(study: Comparison) -> list[Record]:
     """The models of Table 4: the full one, its other steps, and the reduced ones of the scene's eps and eta."""
     return [record for record in study.records if record.main or record.family in ("full", "step")]
 
 
-def sizes(study: Study, known: Mapping[str, Any]) -> Table:
+def sizes(study: Comparison, known: Mapping[str, Any]) -> Table:
     """Table 4, sizes: unknowns, modes, what is left of cells, points and coordinates; below every model the paper's figures."""
     rows = []
     for record in table_4(study):
@@ -61,7 +61,7 @@ def sizes(study: Study, known: Mapping[str, Any]) -> Table:
     return named(screen.table("Table 4: sizes", heads, rows))
 
 
-def shares(study: Study, known: Mapping[str, Any]) -> Table:
+def shares(study: Comparison, known: Mapping[str, Any]) -> Table:
     """Table 4, CPU seconds by kind of work, training and largest error; below every model the paper's figures."""
     rows = []
     for record in [record for record in table_4(study) if record.status == "done"]:
@@ -76,7 +76,7 @@ def shares(study: Study, known: Mapping[str, Any]) -> Table:
     return named(screen.table("Table 4: CPU time [s]", heads, rows))
 
 
-def accuracy(study: Study) -> Table:
+def accuracy(study: Comparison) -> Table:
     """Errors of all kinds beside Newton's tolerance and what is left of the joints."""
     rows = []
     for record in [record for record in study.records if record.status == "done" and record.family != "full"]:
@@ -111,7 +111,7 @@ def output_errors(found: Mapping[str, Mapping[str, Any]]) -> list[Table]:
     return [named(screen.table("Errors of the outputs", heads, rows))] if rows else []
 
 
-def errors_of_outputs(study: Study) -> list[Table]:
+def errors_of_outputs(study: Comparison) -> list[Table]:
     """Largest errors of all output columns, and those as parts of their ranges, with a column a model."""
     from ..results import sweep_files
 
@@ -148,12 +148,12 @@ def counts(values: Mapping[str, int]) -> str:
     return joined(values.values()) if any(values.values()) else ""
 
 
-def main(study: Study) -> list[Record]:
+def main(study: Comparison) -> list[Record]:
     """The reduced models of the scene's own eps and eta."""
     return [record for record in study.records if record.main and record.modes]
 
 
-def overview(study: Study) -> Table:
+def overview(study: Comparison) -> Table:
     """Time beside error, without the other eps and eta (they are in the figure and in the JSON object)."""
     rows = []
     full = study["full"].cpu_s
@@ -180,7 +180,7 @@ def tell(error: float) -> str:
     return f"{error:.2e}" if error else "reference"
 
 
-def products(study: Study, known: Mapping[str, Any]) -> Table:
+def products(study: Comparison, known: Mapping[str, Any]) -> Table:
     """Table 1: scalar multiplications in the reduced tangent."""
     rows = []
     for record in main(study):
@@ -198,7 +198,7 @@ def products(study: Study, known: Mapping[str, Any]) -> Table:
     return named(screen.table("Table 1: scalar multiplications for the reduced tangent K_r", ("model", *heads), rows))
 
 
-def tangents(study: Study, known: Mapping[str, Any]) -> Table:
+def tangents(study: Comparison, known: Mapping[str, Any]) -> Table:
     """Table 2: CPU time of the reduced tangent."""
     first, rows = study["system"].kr_us, []
     for record in main(study):
@@ -211,7 +211,7 @@ def tangents(study: Study, known: Mapping[str, Any]) -> Table:
     return named(screen.table("Table 2: time of one reduced tangent", ("model", *headed(("K_r [s]", "ratio"), known)), rows))
 
 
-def searches(study: Study, known: Mapping[str, Any]) -> Table:
+def searches(study: Comparison, known: Mapping[str, Any]) -> Table:
     """Table 3: CPU time of the sparse non-negative least squares, and of the whole training."""
     trained = [record for record in main(study) if record.snnls_s]
     first, rows = sum(trained[0].snnls_s.values()), []

@@ -1,6 +1,6 @@
 """`fmbs train`: one reduced model for whole ranges of a scene's parameters, by the greedy algorithm with Kriging.
 
-The work is in `reduction.campaign`; here a scene becomes its input, and what it found becomes files, tables and figures.
+The work is in `reduction.training`; here a scene becomes its input, and what it found becomes files, tables and figures.
 """
 
 from __future__ import annotations
@@ -20,10 +20,11 @@ from .common import Result, Session
 from .tables import output_errors
 
 if TYPE_CHECKING:
-    from ..reduction.campaign import Campaign, Search
-    from ..reduction.full_runs import Setting
+    from ..reduction.candidates import Search
+    from ..reduction.full_runs import TrainingTask
     from ..reduction.greedy import Options
-    from ..reduction.product import Product
+    from ..reduction.parametric_model import ParametricModel
+    from ..reduction.training import Training
     from ..scenes import Scene
     from ..scenes.points import Points
     from .checking import Checked
@@ -36,17 +37,17 @@ class Job:
     """What is trained, and where hold-out runs are made."""
 
     scene: Scene
-    setting: Setting
+    task: TrainingTask
     search: Search
     options: Options
     points: Points
-    tolerance: float | None  #: wanted error in the measure of the setting
+    tolerance: float | None  #: wanted error in the measure of the task
     allowed: Mapping[str, float] | None = None  #: wanted largest errors of outputs, of which `tolerance` 1 is the whole
 
     @property
     def measure(self) -> str:
         """What errors are, in words."""
-        if self.setting.measure is None:
+        if self.task.measure is None:
             return "error of the displacements over their size"
         return "error of the outputs over their tolerances" if self.allowed else "error of the outputs over their ranges"
 
@@ -79,7 +80,7 @@ def command(
     scene, and every run and iteration into the folder `training` there: the same call again goes on where it was interrupted, and
     computes nothing twice.
     """
-    from ..reduction import comparators, prediction, product
+    from ..reduction import comparators, parametric_model, prediction
     from . import checking
 
     scene = common.read_scene(session, duration)
@@ -89,7 +90,7 @@ def command(
     out = folder(session, scene, resume)
     with screen.compiling(scene.path) as cold:
         if cold:
-            comparators.warm(job.setting)
+            comparators.warm(job.task)
     try:
         with screen.progress("training") as advance:
             found = trained(job, out, advance)
@@ -99,7 +100,7 @@ def command(
     checked = checking.check(job, found, model, out, compare) if len(job.points.holdout) else None
     drawn = checking.draw(job, found, checked, out) if plots else []
     doubts = promised(job, found, checked)
-    product.save(replace(model, notes={**model.notes, prediction.DOUBTS: doubts}), out / MODEL)
+    parametric_model.save(replace(model, notes={**model.notes, prediction.DOUBTS: doubts}), out / MODEL)
     report = {
         **told(job, found),
         "status": "no promise" if doubts else "ok",
@@ -132,22 +133,20 @@ def prepared(
 ) -> Job:
     """The input of a training from a scene and the options that replace its values."""
     from .. import scenes
-    from ..reduction import campaign, greedy
-    from ..reduction.full_runs import OutputMeasure, Setting
+    from ..reduction import candidates, greedy
+    from ..reduction.full_runs import OutputMeasure, TrainingTask
     from ..scenes import build, points
     from ..scenes.training import Allowed
     from . import compare
 
     section = points.section(scene)
-    plan, analysis = compare.plan(scene), build.dynamic(scene)
+    plan = compare.plan(scene)
     known, family = scenes.family(scene, allow_outside=session.allow_outside, duration=duration)
     chosen = points.of(section, known, holdout)
-    snapshots = scene.reduction.snapshots if scene.reduction else 0.0
-    interval = analysis.step * build.snapshot_steps(scene) if isinstance(snapshots, tuple) else snapshots
     allowed = dict(section.tolerance.values) if isinstance(section.tolerance, Allowed) and tolerance is None else None
     measure = OutputMeasure(allowed or {}) if scene.outputs else None
-    setting = Setting(family, known, plan, interval, functools.partial(build.chosen_form, scene), measure)
-    search = campaign.search(known, chosen.candidates, chosen.samples, chosen.first)
+    task = TrainingTask(family, known, plan, compare.interval(scene), functools.partial(build.chosen_form, scene), measure)
+    search = candidates.search(known, chosen.candidates, chosen.samples, chosen.first)
     most = max(section.max_samples, len(search.samples))
     options = greedy.Options(iterations=iterations or section.iterations, max_samples=most, seed=section.seed)
     own = 1.0 if isinstance(section.tolerance, Allowed) else section.tolerance
@@ -156,7 +155,7 @@ def prepared(
         raise InputError(
             say("--tolerance", "an error between 0 and 1, a part of the ranges of the outputs", wanted, "1e-4 for instance")
         )
-    return Job(scene, setting, search, options, chosen, wanted, allowed)
+    return Job(scene, task, search, options, chosen, wanted, allowed)
 
 
 def folder(session: Session, scene: Scene, resume: bool) -> Path:
@@ -175,45 +174,45 @@ def folder(session: Session, scene: Scene, resume: bool) -> Path:
     return reports.folder(session, out, () if unfinished else (MODEL, reports.REPORT), reports.fingerprint(scene))
 
 
-def trained(job: Job, out: Path, advance: Callable[[float], None]) -> Campaign:
+def trained(job: Job, out: Path, advance: Callable[[float], None]) -> Training:
     """The training, stored in the folder."""
-    from ..reduction import campaign
+    from ..reduction import training
 
-    return campaign.train(job.setting, job.search, job.options, out / STORE, job.tolerance, advance, True, campaign.CHECKS)
+    return training.train(job.task, job.search, job.options, out / STORE, job.tolerance, advance, True, training.CHECKS)
 
 
-def save(job: Job, found: Campaign, out: Path) -> Product:
+def save(job: Job, found: Training, out: Path) -> ParametricModel:
     """The model as a file, with what it needs to predict its own error and a record of its training."""
-    from ..reduction import prediction, product
+    from ..reduction import parametric_model, prediction
 
     scene = job.scene
     notes = {
         "scene": common.title(scene),
-        "hashes": product.hashes(reports.scene_files(scene)),
+        "hashes": parametric_model.hashes(reports.scene_files(scene)),
         "fixed": {name: value for name, value in scene.parameters.items() if name not in scene.ranges},
         "training": reports.plain(record(found, job)),
         prediction.KEY: {**prediction.record(found), "measure": job.measure},
         "provenance": reports.plain(reports.provenance(scene)),
     }
-    made = product.Product(found.model.parametric, notes)
-    product.save(made, out / MODEL)
+    made = parametric_model.ParametricModel(found.model.parametric, notes)
+    parametric_model.save(made, out / MODEL)
     return made
 
 
-def promised(job: Job, found: Campaign, checked: Checked | None) -> list[str]:
+def promised(job: Job, found: Training, checked: Checked | None) -> list[str]:
     """Why the predicted error cannot be promised; nothing where it can."""
-    from ..reduction import promise
+    from ..reduction import prediction
 
     true = [] if checked is None else checked.true.tolist()
     high = [] if checked is None else [one.high for one in checked.predictions]
-    return promise.doubts(len(found.runs) + len(found.checks), found.predicted, true, high, job.tolerance)
+    return prediction.doubts(len(found.runs) + len(found.checks), found.predicted, true, high, job.tolerance)
 
 
-def record(found: Campaign, job: Job) -> dict[str, Any]:
+def record(found: Training, job: Job) -> dict[str, Any]:
     """What was run, chosen and reached."""
     from ..reduction import parameters
 
-    plan, known = found.setting.plan, found.setting.parameters
+    plan, known = found.task.plan, found.task.parameters
     candidates = found.search.candidates
     return {
         "full_runs": len(found.runs),
@@ -244,7 +243,7 @@ def heading(job: Job) -> dict[str, Any]:
     """What is trained: the scene, its parameters and candidates."""
     ranges = {
         p.name: {"low": p.low, "high": p.high, "scale": p.scale.value, "unit": p.unit, "nominal": p.nominal}
-        for p in job.setting.parameters
+        for p in job.task.parameters
     }
     return {
         "scene": common.title(job.scene),
@@ -254,7 +253,7 @@ def heading(job: Job) -> dict[str, Any]:
     }
 
 
-def told(job: Job, found: Campaign) -> dict[str, Any]:
+def told(job: Job, found: Training) -> dict[str, Any]:
     """The report without hold-out points."""
     return {
         **heading(job),

@@ -12,19 +12,23 @@ from . import (
     hyper_reduction,
     kriging,
     parameters,
+    parametric_model,
     pivots,
     pod,
-    product,
     sampling,
 )
+from .candidates import Search, search
 from .cases import Case, Family
 from .errors import Errors, Norms, compare, residual_norms
 from .ffrf import reduce_floating
+from .full_runs import TrainingTask, task_of
 from .galerkin import Snapshots, bases, body_level, reduce_system, snapshots, system_level
 from .hyper_reduction import NONE, HyperReduction
 from .parameters import Parameter, Scale
+from .plan import Plan
 from .polynomial import Exact
 from .sampling import Elements, Level, Points
+from .training import Training, train
 
 __all__ = [
     "Snapshots",
@@ -53,6 +57,13 @@ __all__ = [
     "Norms",
     "residual_norms",
     "files",
+    "Plan",
+    "TrainingTask",
+    "task_of",
+    "Search",
+    "search",
+    "Training",
+    "train",
     "Parameter",
     "Scale",
     "parameters",
@@ -62,5 +73,5 @@ __all__ = [
     "kriging",
     "greedy",
     "calibration",
-    "product",
+    "parametric_model",
 ]

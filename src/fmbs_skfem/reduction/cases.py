@@ -15,7 +15,10 @@ from scipy.sparse import csr_array
 
 from ..core.expressions import Expression
 from ..core.linalg import is_sparse
+from ..dynamics.checkpoint import Record, Resumed
+from ..dynamics.integration import integrate
 from ..dynamics.scheme import GeneralizedAlpha, Newton
+from ..dynamics.trajectory import Trajectory
 from ..systems import quartic
 from ..systems.system import System
 
@@ -36,6 +39,22 @@ class Case:
 
 
 Family: TypeAlias = Callable[[Mapping[str, float]], Case]  #: the case of a value for every parameter
+
+
+def run(
+    case: Case,
+    every: int | np.ndarray = 1,
+    progress: Callable[[float], None] | None = None,
+    record: Record | None = None,
+    resume: Resumed | None = None,
+) -> Trajectory:
+    """The motion of a case; arguments and errors are those of `dynamics.integrate`."""
+    return integrate(case.system, case.scheme, case.duration, case.newton, every, progress, record, resume)
+
+
+def with_step(case: Case, step: float) -> Case:
+    """The case with another step [s]."""
+    return replace(case, scheme=replace(case.scheme, step=step))
 
 
 class Change(Exception):

@@ -1,9 +1,9 @@
 r"""Comparators: the known ways to a reduced model of a whole family, each a row of full runs, modes, cost and errors.
 
-    q(t; mu) = q0(mu) + V(mu) xi(t)                q0: initial state of the member,   X_j = q(t_s; mu_j) - q0(mu_j)
+    q(t; mu) = q0(mu) + V(mu) xi(t)                q0: initial state of the sample,   X_j = q(t_s; mu_j) - q0(mu_j)
     fast to slow     V = POD of X at the fastest parameter
     uniform grid     V = POD of [X_1, X_2, ...]
-    greedy           the same, mu_j where the indicator (49) is largest                                   (`campaign`)
+    greedy           the same, mu_j where the indicator (49) is largest                                   (`training`)
     nearest basis    V = POD of X_j,   j = argmin |mu - mu_j| in the unit box
     Grassmann        span V(mu) = exp_V0( sum_j l_j(mu) log_V0 span V_j )                                 (`grassmann`)
 
@@ -30,15 +30,16 @@ import numpy as np
 
 from ..core.errors import FmbsError, InputError, say
 from ..systems.system import System
-from . import affine, campaign, costs, family_model, full_runs, galerkin, grassmann, parameters
-from .campaign import Search
+from . import affine, costs, full_runs, galerkin, grassmann, parameters, reduced_models, training
+from .candidates import Search
 from .cases import Case, Family
-from .family_model import Members
-from .full_runs import Full, FullRun, Setting
+from .full_runs import Full, FullRun, TrainingTask
 from .greedy import Options
 from .hyper_reduction import NONE
 from .output_errors import OutputError
+from .plan import with_components
 from .pod import Basis
+from .reduced_models import Reduction
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class Comparator:
 class Trial:
     """A reduced run beside its full run; one that fails has a reason and the error infinity, or NaN where the full run fails."""
 
-    error: float = math.inf  #: in the measure of the setting
+    error: float = math.inf  #: in the measure of the task
     states: float = math.inf  #: of the displacements, `full_runs.error`
     modes: Mapping[str, int] = field(default_factory=dict)  #: by component
     elements: int = 0  #: cells in use; 0 for the exact polynomial
@@ -85,106 +86,106 @@ class Row:
     trials: tuple[Trial, ...]
 
 
-def shared(setting: Setting) -> Full:
+def shared(task: TrainingTask) -> Full:
     """Full runs that are made once however often they are asked for; a comparator is charged for all that it uses."""
-    cached = functools.cache(lambda row: full_runs.full_run(setting, parameters.named(setting.parameters, row)))
-    return lambda values: cached(tuple(parameters.row_of(setting.parameters, values).tolist()))
+    cached = functools.cache(lambda row: full_runs.full_run(task, parameters.named(task.parameters, row)))
+    return lambda values: cached(tuple(parameters.row_of(task.parameters, values).tolist()))
 
 
-def warm(setting: Setting) -> None:
+def warm(task: TrainingTask) -> None:
     """Compile what training and runs call, so that no comparator is charged for it."""
-    values = parameters.completed(setting.parameters, {})
-    case = setting.family(values)
+    values = parameters.completed(task.parameters, {})
+    case = task.family(values)
     short = replace(case, duration=3 * case.scheme.step)
-    few = replace(setting, family=lambda _: short, interval=case.scheme.step)
+    few = replace(task, family=lambda _: short, interval=case.scheme.step)
     with contextlib.suppress(FmbsError):  # what fails here is told by the comparators themselves
-        model = family_model.model_of(few, [full_runs.full_run(few, values)])
-        motion = family_model.reduced_run(few, family_model.reduced_case(model, values))
-        family_model.indicator(few, motion, values)
+        model = reduced_models.model_of(few, [full_runs.full_run(few, values)])
+        motion = reduced_models.reduced_run(few, reduced_models.case_at(model, values))
+        reduced_models.indicator(few, motion, values)
 
 
-def fast_to_slow(setting: Setting, full: Full, fastest: Mapping[str, float]) -> Comparator:
+def fast_to_slow(task: TrainingTask, full: Full, fastest: Mapping[str, float]) -> Comparator:
     """The basis of one full run at the parameters of the fastest motion, for all others."""
-    return fixed(setting, "fast to slow", [full(fastest)])
+    return fixed(task, "fast to slow", [full(fastest)])
 
 
-def uniform(setting: Setting, full: Full, counts: Sequence[int]) -> Comparator:
+def uniform(task: TrainingTask, full: Full, counts: Sequence[int]) -> Comparator:
     """One basis from all runs of a uniform grid of the box, both ends included."""
-    return fixed(setting, f"uniform grid {shape(counts)}", at_nodes(setting, full, counts)[1])
+    return fixed(task, f"uniform grid {shape(counts)}", at_nodes(task, full, counts)[1])
 
 
-def fixed(setting: Setting, name: str, given: Sequence[FullRun]) -> Comparator:
+def fixed(task: TrainingTask, name: str, given: Sequence[FullRun]) -> Comparator:
     """One basis from several full runs."""
     begun = clock.process_time()
-    family: Family = functools.partial(family_model.member, setting, family_model.trained(setting, given))
+    family: Family = functools.partial(reduced_models.sample, task, reduced_models.trained(task, given))
     with contextlib.suppress(InputError):  # what is no polynomial of the parameters is projected anew for each of them
-        family = functools.partial(affine.at, affine.fit(family, setting.parameters))
+        family = functools.partial(affine.at, affine.fit(family, task.parameters))
     return Comparator(name, family, len(given), clock.process_time() - begun + sum(run.cpu_s for run in given))
 
 
-def nearest(setting: Setting, full: Full, counts: Sequence[int]) -> Comparator:
+def nearest(task: TrainingTask, full: Full, counts: Sequence[int]) -> Comparator:
     """Of the bases of single runs on a uniform grid the one nearest to the parameters."""
-    places, given = at_nodes(setting, full, counts)
-    local = [fixed(setting, "", [run]) for run in given]
+    places, given = at_nodes(task, full, counts)
+    local = [fixed(task, "", [run]) for run in given]
 
     def family(values: Mapping[str, float]) -> Case:
-        return local[closest(places, in_box(setting, values))].family(values)
+        return local[closest(places, in_box(task, values))].family(values)
 
     return Comparator(f"nearest basis {shape(counts)}", family, len(given), sum(part.offline_s for part in local))
 
 
-def interpolated(setting: Setting, full: Full, counts: Sequence[int]) -> Comparator:
+def interpolated(task: TrainingTask, full: Full, counts: Sequence[int]) -> Comparator:
     """Local bases of a uniform grid interpolated on the Grassmann manifold, all with as many modes as the largest needs."""
-    places, given = at_nodes(setting, full, counts)
+    places, given = at_nodes(task, full, counts)
     begun = clock.process_time()
-    systems = [setting.family(run.values).system for run in given]
-    local = local_bases(setting, systems, given)
+    systems = [task.family(run.values).system for run in given]
+    local = local_bases(task, systems, given)
     axes = [np.unique(column.round(12)) for column in places.T]
-    charts = {name: grassmann.chart(axes, [basis[name].modes for basis in local]) for name in setting.plan.components}
+    charts = {name: grassmann.chart(axes, [basis[name].modes for basis in local]) for name in task.plan.components}
     rows = [
-        family_model.kept_rows(setting, [system], [run], basis) for system, run, basis in zip(systems, given, local, strict=True)
+        reduced_models.kept_rows(task, [system], [run], [reduced_models.project(task, basis, system)])
+        for system, run, basis in zip(systems, given, local, strict=True)
     ]
-    hyper = NONE if setting.plan.hyper.tolerance else setting.plan.hyper
+    hyper = NONE if task.plan.hyper.tolerance else task.plan.hyper
     offline = clock.process_time() - begun + sum(run.cpu_s for run in given)
 
     def family(values: Mapping[str, float]) -> Case:
-        here = in_box(setting, values)
+        here = in_box(task, values)
         found = {name: about_start(grassmann.interpolate(chart, here)) for name, chart in charts.items()}
-        return family_model.member(setting, Members(found, rows[closest(places, here)], hyper.train([])), values)
+        return reduced_models.sample(task, Reduction(found, rows[closest(places, here)], hyper.train([])), values)
 
     return Comparator(f"Grassmann {shape(counts)}", family, len(given), offline)
 
 
-def local_bases(setting: Setting, systems: Sequence[System], given: Sequence[FullRun]) -> list[dict[str, Basis]]:
+def local_bases(task: TrainingTask, systems: Sequence[System], given: Sequence[FullRun]) -> list[dict[str, Basis]]:
     """The basis of every run alone, all with as many modes as the largest needs, by component."""
-    own = [family_model.bases(setting, system, [run]) for system, run in zip(systems, given, strict=True)]
-    sizes = {name: max(basis[name].modes.shape[1] for basis in own) for name in setting.plan.components}
-    equal = replace(setting, plan=replace(setting.plan, modes=sizes))
-    return [family_model.bases(equal, system, [run]) for system, run in zip(systems, given, strict=True)]
+    own = [reduced_models.bases(task, system, [run]) for system, run in zip(systems, given, strict=True)]
+    sizes = {name: max(basis[name].modes.shape[1] for basis in own) for name in task.plan.components}
+    equal = replace(task, plan=replace(task.plan, modes=sizes))
+    return [reduced_models.bases(equal, system, [run]) for system, run in zip(systems, given, strict=True)]
 
 
 def about_start(modes: np.ndarray) -> Basis:
-    """Modes whose origin is the initial state of the member."""
+    """Modes whose origin is the initial state of the sample."""
     return Basis(np.ascontiguousarray(modes), np.zeros(len(modes)), np.zeros(0))
 
 
-def greedy(setting: Setting, search: Search, options: Options | None = None, name: str = "greedy") -> Comparator:
-    """Algorithm 1, by component or, with the setting `at_system_level`, for the system as a whole; it makes its own full runs."""
+def greedy(task: TrainingTask, search: Search, options: Options | None = None, name: str = "greedy") -> Comparator:
+    """Algorithm 1, by component or, with the task `at_system_level`, for the system as a whole; it makes its own full runs."""
     begun = clock.process_time()
-    found = campaign.train(setting, search, options)
-    family = functools.partial(family_model.reduced_case, found.model)
+    found = training.train(task, search, options)
+    family = functools.partial(reduced_models.case_at, found.model)
     return Comparator(name, family, len(found.runs), clock.process_time() - begun, found.reduced_runs)
 
 
-def at_system_level(setting: Setting) -> Setting:
+def at_system_level(task: TrainingTask) -> TrainingTask:
     """The same with all bodies in one component."""
-    raw, plan = setting.family(parameters.completed(setting.parameters, {})).system, setting.plan
-    modes = None if isinstance(plan.modes, Mapping) else plan.modes
-    return replace(setting, plan=replace(plan, components=galerkin.system_level(raw), modes=modes))
+    raw, plan = task.family(parameters.completed(task.parameters, {})).system, task.plan
+    return replace(task, plan=with_components(plan, galerkin.system_level(raw)))
 
 
 def compare(
-    setting: Setting,
+    task: TrainingTask,
     comparators: Sequence[Comparator],
     full: Full,
     points: np.ndarray,
@@ -194,12 +195,12 @@ def compare(
 
     A point at which the full model has no motion is marked, with a notice, and the others go on.
     """
-    rows = parameters.table(setting.parameters, points)
+    rows = parameters.table(task.parameters, points)
     if len(rows) == 0 or len(comparators) == 0:
         raise InputError(say("comparators.compare", "comparators and hold-out points", f"{len(comparators)} and {len(rows)}"))
     tried: list[list[Trial]] = [[] for _ in comparators]
     for number, row in enumerate(rows):
-        found = trials_at(setting, comparators, full, parameters.named(setting.parameters, row))
+        found = trials_at(task, comparators, full, parameters.named(task.parameters, row))
         for trials, one in zip(tried, found, strict=True):
             trials.append(one)
         if progress:
@@ -207,26 +208,26 @@ def compare(
     return tuple(row_of(comparator, trials) for comparator, trials in zip(comparators, tried, strict=True))
 
 
-def trials_at(setting: Setting, comparators: Sequence[Comparator], full: Full, values: Mapping[str, float]) -> list[Trial]:
+def trials_at(task: TrainingTask, comparators: Sequence[Comparator], full: Full, values: Mapping[str, float]) -> list[Trial]:
     """Every comparator at one point."""
-    truth = full_runs.reached(setting, full, values)
+    truth = full_runs.reached(task, full, values)
     if isinstance(truth, str):
         return [Trial(math.nan, reason=truth)] * len(comparators)
-    raw = setting.family(values).system
-    return [trial(setting, comparator, raw, truth) for comparator in comparators]
+    raw = task.family(values).system
+    return [trial(task, comparator, raw, truth) for comparator in comparators]
 
 
-def trial(setting: Setting, comparator: Comparator, raw: System, truth: FullRun) -> Trial:
+def trial(task: TrainingTask, comparator: Comparator, raw: System, truth: FullRun) -> Trial:
     """The reduced member against a full run, of which `raw` is the system."""
     begun, made = clock.process_time(), Trial()
     try:
         case = comparator.family(truth.values)
         made = replace(measured(case.system), prepare_s=clock.process_time() - begun)
-        motion = family_model.reduced_run(setting, case)
+        motion = reduced_models.reduced_run(task, case)
     except FmbsError as error:
         return replace(made, reason=str(error))
     outputs = full_runs.errors_of_outputs(raw, truth, motion)
-    errors = (full_runs.wanted_error(setting, raw, truth, motion), full_runs.error(setting, raw, truth, motion))
+    errors = (full_runs.wanted_error(task, raw, truth, motion), full_runs.error(task, raw, truth, motion))
     return replace(made, error=errors[0], states=errors[1], outputs=outputs, run_s=motion.statistics.cpu_s)
 
 
@@ -265,11 +266,11 @@ def median(seconds: Sequence[float]) -> float:
     return float(np.median(taken)) if taken else math.nan
 
 
-def at_nodes(setting: Setting, full: Full, counts: Sequence[int]) -> tuple[np.ndarray, list[FullRun]]:
+def at_nodes(task: TrainingTask, full: Full, counts: Sequence[int]) -> tuple[np.ndarray, list[FullRun]]:
     """Points (j, d) of a uniform grid of the unit box, the last parameter fastest, and the full runs there."""
-    rows = parameters.grid(setting.parameters, counts)
-    runs = [full(parameters.named(setting.parameters, row)) for row in rows]
-    return parameters.to_box(setting.parameters, rows), runs
+    rows = parameters.grid(task.parameters, counts)
+    runs = [full(parameters.named(task.parameters, row)) for row in rows]
+    return parameters.to_box(task.parameters, rows), runs
 
 
 def closest(places: np.ndarray, here: np.ndarray) -> int:
@@ -277,9 +278,9 @@ def closest(places: np.ndarray, here: np.ndarray) -> int:
     return int(np.argmin(np.linalg.norm(places - here, axis=1)))
 
 
-def in_box(setting: Setting, values: Mapping[str, float]) -> np.ndarray:
+def in_box(task: TrainingTask, values: Mapping[str, float]) -> np.ndarray:
     """Values as a point (d,) of the unit box."""
-    return np.asarray(parameters.to_box(setting.parameters, parameters.row_of(setting.parameters, values)[None])[0])
+    return np.asarray(parameters.to_box(task.parameters, parameters.row_of(task.parameters, values)[None])[0])
 
 
 def shape(counts: Sequence[int]) -> str:

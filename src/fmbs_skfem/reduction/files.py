@@ -22,13 +22,12 @@ from ..core.container import Kind
 from ..core.errors import CorruptFile, InputError, say
 from ..core.expressions import Expression
 from ..core.problems import shown
-from ..dynamics.integration import integrate
 from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..dynamics.trajectory import Trajectory
 from ..systems.quartic import Quartic
 from ..systems.signals import Cosine, Sine
 from ..systems.system import Affine, Constraints, Elastic, Line, LoadKind, Loads, Output, PointLaw, Sampled, Skin, System
-from . import extent, validation  # noqa: F401  (rules of what is read)
+from . import cases, extent, validation  # noqa: F401  (rules of what is read)
 from .affine import Order, ParametricCase, Varying
 from .cases import Case
 from .ecsw import Sample
@@ -90,7 +89,7 @@ def case_of(
 def run(saved: Saved, every: int | np.ndarray = 1, duration: float | None = None, step: float | None = None) -> Trajectory:
     """The motion of a model over the times of its training, or others [s]; a longer run or another step with a notice."""
     case, _ = case_of(saved, duration, step)
-    return integrate(case.system, case.scheme, case.duration, case.newton, every)
+    return cases.run(case, every)
 
 
 def trained_times(notes: Mapping[str, Any], where: str) -> dict[str, float]:

@@ -1,10 +1,10 @@
-r"""Full runs of a family and their truncated factors, from which bases and training states are made.
+r"""What is trained, its full runs, and what is kept of them: bases and training states are made of that.
 
     q(t; mu) = q0(mu) + X,   X = U S W^T,   what is kept of a run is U, S and S W^T                                            (50)
 
-q0(mu) is the initial state of the member itself, so that every member starts in its reduced space, also where its shape depends on
+q0(mu) is the initial state of the sample itself, so that every sample starts in its reduced space, also where its shape depends on
 parameters. X satisfies the linear constraints inside a component without their constant parts. Factors are truncated far below the
-modes that a reduced model keeps.
+modes that a reduced model keeps. Of a task without parameters the snapshots themselves are kept.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equation (50), doi 10.1016/j.cma.2019.112690.
 """
@@ -20,19 +20,18 @@ import numpy as np
 
 from ..core.errors import InputError, SolverError, say
 from ..core.notices import notify
-from ..dynamics.integration import integrate
 from ..dynamics.outputs import lifted
 from ..dynamics.trajectory import Trajectory
 from ..systems.assembly import eliminate
 from ..systems.system import System, sizes
-from . import output_errors, pod
+from . import cases, output_errors, pod
 from . import parameters as boxes
 from .cases import Case, Family
 from .errors import BLOCK, mean_error, part
-from .galerkin import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfying
+from .galerkin import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfying, snapshots
 from .output_errors import OutputError
 from .parameters import Parameter
-from .training import Plan, newton_for
+from .plan import Plan, newton_for
 
 FINER = 1e-4  #: eps of the factors over that of the bases
 ALL = 1e-20  #: eps of the factors where bases have a given number of modes
@@ -42,11 +41,11 @@ Measure: TypeAlias = Callable[[System, "FullRun", Trajectory], float]
 
 
 @dataclass(frozen=True)
-class Setting:
-    """What every run of a training over parameters is given."""
+class TrainingTask:
+    """What is trained: a family of full systems, one of them where there are no parameters, and how its runs are reduced."""
 
     family: Family  #: full systems with all multipliers
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[Parameter, ...]  #: empty for one system
     plan: Plan
     interval: float | np.ndarray  #: between snapshots, or their times (s,) [s]
     form: Callable[[System], System] = eliminate  #: of the full system that is run
@@ -71,27 +70,41 @@ class FullRun:
     factors: dict[str, Factor]
     cpu_s: float
     outputs: Mapping[str, np.ndarray] = field(default_factory=dict)  #: columns (s,); none where they were not kept
+    q: np.ndarray | None = None  #: (s, q) the snapshots, in place of factors, of a task without parameters
 
 
 Full: TypeAlias = Callable[[Mapping[str, float]], FullRun]
 
 
-def full_run(setting: Setting, values: Mapping[str, float], sharp: bool = True) -> FullRun:
+def task_of(case: Case, plan: Plan, interval: float | np.ndarray, form: Callable[[System], System] = eliminate) -> TrainingTask:
+    """The task without parameters: one full case with all multipliers."""
+    return TrainingTask(lambda values: case, (), plan, interval, form)
+
+
+def full_run(task: TrainingTask, values: Mapping[str, float], sharp: bool = True) -> FullRun:
     """The full model at a point, sharp enough for its snapshots, or with the Newton iteration of its scene."""
-    case = setting.family(values)
-    return factored(setting, values, case.system, moved(setting, case, sharp))
+    case = task.family(values)
+    return factored(task, values, case.system, moved(task, case, sharp))
 
 
-def moved(setting: Setting, case: Case, sharp: bool = True) -> Trajectory:
+def of_motion(task: TrainingTask, motion: Trajectory) -> FullRun:
+    """The run of a task without parameters from a motion of its full system, with the snapshots among its stored states."""
+    data = snapshots(motion, task.interval)
+    return FullRun({}, data.times, {}, motion.statistics.cpu_s, q=data.q)
+
+
+def moved(task: TrainingTask, case: Case, sharp: bool = True) -> Trajectory:
     """The motion of a full case, stored at the snapshots."""
-    newton = newton_for(case.newton, setting.plan.tolerance) if sharp else case.newton
-    return integrate(setting.form(case.system), case.scheme, case.duration, newton, steps(case, setting.interval))
+    newton = newton_for(case.newton, task.plan.tolerance) if sharp else case.newton
+    return cases.run(replace(case, system=task.form(case.system), newton=newton), steps(case, task.interval))
 
 
-def factored(setting: Setting, values: Mapping[str, float], raw: System, motion: Trajectory) -> FullRun:
-    """What is kept of a motion of the full system `raw`."""
+def factored(task: TrainingTask, values: Mapping[str, float], raw: System, motion: Trajectory) -> FullRun:
+    """What is kept of a motion of the full system `raw`, stored at the snapshots."""
     q = lifted(motion)[0]
-    found = {name: factor(setting.plan, raw, q, members) for name, members in setting.plan.components.items()}
+    if not task.parameters:
+        return FullRun(dict(values), motion.times, {}, motion.statistics.cpu_s, output_errors.columns(motion), q)
+    found = {name: factor(task.plan, raw, q, members) for name, members in task.plan.components.items()}
     return FullRun(dict(values), motion.times, found, motion.statistics.cpu_s, output_errors.columns(motion))
 
 
@@ -121,17 +134,19 @@ def steps(case: Case, interval: float | np.ndarray) -> np.ndarray:
     return numbers
 
 
-def states(setting: Setting, raw: System, run: FullRun, samples: slice | np.ndarray = slice(None)) -> np.ndarray:
+def states(task: TrainingTask, raw: System, run: FullRun, samples: slice | np.ndarray = slice(None)) -> np.ndarray:
     """Body coordinates (s, q) of some samples of a run; `raw` is the full system at its parameters."""
+    if run.q is not None:
+        return run.q[samples]
     start = raw.lift(raw.x0)
     q = np.tile(start, (len(run.times[samples]), 1))
-    for name, members in setting.plan.components.items():
+    for name, members in task.plan.components.items():
         known = run.factors[name]
         q[:, rows_of(raw, members)] += (known.modes @ known.coefficients[:, samples]).T
     return q
 
 
-def error(setting: Setting, raw: System, run: FullRun, motion: Trajectory) -> float:
+def error(task: TrainingTask, raw: System, run: FullRun, motion: Trajectory) -> float:
     """Error of the displacements of a reduced motion at the samples of a full run, int |q - p|_M dt / int |q - q0|_M dt."""
     if len(motion.times) != len(run.times) or np.abs(motion.times - run.times).max() > 1e-9 * run.times[-1]:
         got = f"{len(motion.times)} and {len(run.times)} samples"
@@ -139,16 +154,16 @@ def error(setting: Setting, raw: System, run: FullRun, motion: Trajectory) -> fl
     block, apart, size = max(1, BLOCK // raw.size), [], []
     for first in range(0, len(run.times), block):
         samples = slice(first, first + block)
-        q = states(setting, raw, run, samples)
+        q = states(task, raw, run, samples)
         apart.append(sizes(raw, q - lifted(part(motion, samples))[0]))
         size.append(sizes(raw, q - raw.lift(raw.x0)))
     return mean_error(run.times, np.concatenate(apart), np.concatenate(size))
 
 
-def wanted_error(setting: Setting, raw: System, run: FullRun, motion: Trajectory) -> float:
-    """e(mu) of the setting at a full run; the error of the states where it has no measure, or one that tells nothing."""
-    found = math.nan if setting.measure is None else setting.measure(raw, run, motion)
-    return error(setting, raw, run, motion) if math.isnan(found) else found
+def wanted_error(task: TrainingTask, raw: System, run: FullRun, motion: Trajectory) -> float:
+    """e(mu) of the task at a full run; the error of the states where it has no measure, or one that tells nothing."""
+    found = math.nan if task.measure is None else task.measure(raw, run, motion)
+    return error(task, raw, run, motion) if math.isnan(found) else found
 
 
 @dataclass(frozen=True)
@@ -171,28 +186,29 @@ def errors_of_outputs(raw: System, run: FullRun, motion: Trajectory) -> dict[str
     return output_errors.between(run.outputs, output_errors.columns(motion), raw.outputs) if run.outputs else {}
 
 
-def step_error(setting: Setting, values: Mapping[str, float], run: FullRun) -> float:
-    """Error of the full model's own step in the measure of the setting, |q_h - q_2h| / 3 for a method of second order."""
-    case = setting.family(values)
-    doubled = replace(case, scheme=replace(case.scheme, step=2.0 * case.scheme.step))
+def step_error(task: TrainingTask, values: Mapping[str, float], run: FullRun) -> float:
+    """Error of the full model's own step in the measure of the task, |q_h - q_2h| / 3 for a method of second order."""
+    case = task.family(values)
     mine = np.round(run.times / case.scheme.step).astype(np.int64)
     pairs = round(case.duration / case.scheme.step) // 2
     even = np.flatnonzero((mine % 2 == 0) & (mine <= 2 * pairs))
-    rough = integrate(setting.form(case.system), doubled.scheme, pairs * doubled.scheme.step, case.newton, mine[even] // 2)
-    return wanted_error(setting, case.system, thinned(run, even), rough) / 3.0
+    doubled = cases.with_step(replace(case, system=task.form(case.system)), 2.0 * case.scheme.step)
+    rough = cases.run(replace(doubled, duration=pairs * doubled.scheme.step), mine[even] // 2)
+    return wanted_error(task, case.system, thinned(run, even), rough) / 3.0
 
 
 def thinned(run: FullRun, samples: np.ndarray) -> FullRun:
     """A full run at some of its samples."""
     factors = {name: replace(one, coefficients=one.coefficients[:, samples]) for name, one in run.factors.items()}
     outputs = {name: values[samples] for name, values in run.outputs.items()}
-    return replace(run, times=run.times[samples], factors=factors, outputs=outputs)
+    q = None if run.q is None else run.q[samples]
+    return replace(run, times=run.times[samples], factors=factors, outputs=outputs, q=q)
 
 
-def reached(setting: Setting, full: Full, values: Mapping[str, float]) -> FullRun | str:
+def reached(task: TrainingTask, full: Full, values: Mapping[str, float]) -> FullRun | str:
     """The full run at a point, or the reason why the full model has no motion there, with a notice."""
     try:
         return full(values)
     except (SolverError, InputError) as error:
-        notify(f"the full model has no motion at {boxes.text(setting.parameters, values)}, the point is left out: {error}")
+        notify(f"the full model has no motion at {boxes.text(task.parameters, values)}, the point is left out: {error}")
         return str(error)

@@ -66,6 +66,7 @@ class Stop(Enum):
     REPEATED = "the largest indicator is at a full run already made: truncation (eps) or hyper-reduction (eta) is the limit"
     FLOOR = "the largest indicator is no higher than at the full runs: truncation (eps) or hyper-reduction (eta) is the limit"
     ITERATIONS = "the number of full runs is used up"
+    ALONE = "there are no parameters, and nothing to choose"
     FAILED = "no sample is left whose full run succeeds, or too many have failed"
 
 

@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike
 from ..core.errors import InputError, SolverError, say
 from . import calibration, full_runs
 from . import parameters as boxes
-from .campaign import Campaign
-from .family_model import FamilyModel, indicator, quick, reduced_case, reduced_run
-from .full_runs import FullRun, Setting, full_run
+from .full_runs import FullRun, TrainingTask, full_run
+from .reduced_models import ReducedModel, case_at, indicator, quick, reduced_run
+from .training import Training
 
 
 @dataclass(frozen=True)
@@ -45,36 +45,38 @@ class Holdout:
         return float(np.mean((self.low <= self.errors) & (self.errors <= self.high)))
 
 
-def truths(setting: Setting, points: ArrayLike, progress: Callable[[float], None] | None = None) -> tuple[FullRun, ...]:
+def truths(task: TrainingTask, points: ArrayLike, progress: Callable[[float], None] | None = None) -> tuple[FullRun, ...]:
     """Full runs at points (k, d); a point at which the full model has no motion is left out with a notice."""
     found: list[FullRun] = []
-    rows, full = boxes.table(setting.parameters, points), functools.partial(full_run, setting)
+    rows, full = boxes.table(task.parameters, points), functools.partial(full_run, task)
     for number, row in enumerate(rows):
-        run = full_runs.reached(setting, full, boxes.named(setting.parameters, row))
+        run = full_runs.reached(task, full, boxes.named(task.parameters, row))
         found += [run] if isinstance(run, FullRun) else []
         if progress:
             progress((number + 1) / len(rows))
     return tuple(found)
 
 
-def holdout(campaign: Campaign, runs: Sequence[FullRun], model: FamilyModel | None = None) -> Holdout:
+def holdout(training: Training, runs: Sequence[FullRun], model: ReducedModel | None = None) -> Holdout:
     """The last model of a training, or another one of it, at full runs."""
     if not runs:
         raise InputError(say("holdout", "at least one full run", "none", "make them with holdout.truths"))
-    setting = quick(campaign.setting)
-    found = np.array([measured(setting, model or campaign.model, run) for run in runs])
-    bands = np.array([calibration.predict(campaign.calibration, value) for value in found[:, 0]])
-    points = np.array([boxes.row_of(setting.parameters, run.values) for run in runs])
+    task = quick(training.task)
+    found = np.array([measured(task, model or training.model, run) for run in runs])
+    if training.calibration is None:
+        raise InputError(say("holdout", "a training over parameters", "one without"))
+    bands = np.array([calibration.predict(training.calibration, value) for value in found[:, 0]])
+    points = np.array([boxes.row_of(task.parameters, run.values) for run in runs])
     predicted, low, high = bands.T
     return Holdout(points, found[:, 0], found[:, 1], predicted, low, high, found[:, 2])
 
 
-def measured(setting: Setting, model: FamilyModel, run: FullRun) -> tuple[float, float, float]:
+def measured(task: TrainingTask, model: ReducedModel, run: FullRun) -> tuple[float, float, float]:
     """Indicator, error and CPU time of a reduced model at a full run."""
     try:
-        motion = reduced_run(setting, reduced_case(model, run.values))
+        motion = reduced_run(task, case_at(model, run.values))
     except SolverError:
         return math.inf, math.inf, math.nan
-    raw = setting.family(run.values).system
-    error = full_runs.wanted_error(setting, raw, run, motion)
-    return indicator(setting, motion, run.values), error, motion.statistics.cpu_s
+    raw = task.family(run.values).system
+    error = full_runs.wanted_error(task, raw, run, motion)
+    return indicator(task, motion, run.values), error, motion.statistics.cpu_s

@@ -180,10 +180,10 @@ class ProductTask:
     instants: int = INSTANTS
 
     def prepare(self) -> Work:
-        from . import affine, product
+        from . import affine, parametric_model
         from . import parameters as boxes
 
-        model = product.load(self.path).model
+        model = parametric_model.load(self.path).model
         with warming():
             integrated(replace(model.nominal, duration=model.nominal.scheme.step), self.instants)
         return lambda values: integrated(
@@ -201,10 +201,9 @@ def warming() -> Iterator[None]:
 
 def integrated(case: Case, instants: int) -> Result:
     """What a case gives; other threads of the worker get their turn now and then."""
-    from ..dynamics import integrate
+    from . import cases
 
-    kept = stored(case, instants)
-    return measured(integrate(case.system, case.scheme, case.duration, case.newton, kept, lambda fraction: None))
+    return measured(cases.run(case, stored(case, instants), lambda fraction: None))
 
 
 def stored(case: Case, instants: int) -> np.ndarray:

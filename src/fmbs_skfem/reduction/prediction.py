@@ -3,7 +3,15 @@ r"""The error that a saved parametric model predicts for itself within its train
     log10 I(mu) ~ m(mu) +- 2 s(mu)     surrogate of the indicator (49) of the reduced runs of the last iteration; s of a further one
     log10 e(mu) = calibration of m(mu),  its band widened by that of the surrogate:  d^2 = d_calibration^2 + d_surrogate^2
 
-e is the error in the measure of the training: of the outputs, or of the displacements. Both bands hold about 95 % each.
+e is the error in the measure of the training: of the outputs, or of the displacements. Both bands hold about 95 % each. What speaks
+against promising it, in words (`doubts`):
+
+    one full run                   nothing shows how the error depends on the parameters
+    high > WIDE low                indicator and error do not go together, or nothing tells how they do
+    hold-out e(mu) > high(mu)      the band has been seen to fail
+    high > tolerance, e > tolerance, e >= 1,  no full motion
+
+A band of 95 % is left by one hold-out point in twenty: it is held to have failed where more than LEFT of them lie above it.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equation (49), doi 10.1016/j.cma.2019.112690.
 """
@@ -12,7 +20,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -21,15 +29,18 @@ import numpy as np
 from ..core.errors import CorruptFile, say
 from . import calibration, kriging
 from . import parameters as boxes
-from .product import Product
+from .parametric_model import ParametricModel
 
 if TYPE_CHECKING:
-    from .campaign import Campaign
+    from .training import Training
 
 KEY = "prediction"  #: of the record in the notes of a model
 DOUBTS = "doubts"  #: in the notes of a model, why its training cannot promise the prediction
 BAND = 2.0  #: standard deviations of the surrogate
 FEWEST = 2  #: indicators away from full runs that are enough
+WIDE = 2.5  #: widest band that tells anything [decades]
+LEFT = 0.1  #: part of the hold-out points that may lie above their bands
+WHOLE = 1.0  #: error of the size of what is predicted
 
 
 @dataclass(frozen=True)
@@ -44,40 +55,40 @@ class Prediction:
 Predictor = Callable[[Mapping[str, float]], Prediction]
 
 
-def record(campaign: Campaign) -> dict[str, Any]:
+def record(training: Training) -> dict[str, Any]:
     """What the prediction of a trained model needs, for its notes.
 
     Indicators at full runs are left out where others are enough: they dip to what truncation leaves.
     """
-    last, runs = campaign.last, set(campaign.outcome.points)
+    last, runs = training.last, set(training.outcome.points)
     away = [k for k, point in enumerate(last.samples) if point not in runs]
     chosen = away if len(away) >= FEWEST else list(range(len(last.samples)))
-    points = campaign.search.candidates[[last.samples[k] for k in chosen]]
+    points = training.search.candidates[[last.samples[k] for k in chosen]]
     return {
-        "samples": boxes.to_box(campaign.setting.parameters, points),
+        "samples": boxes.to_box(training.task.parameters, points),
         "indicators": np.array([last.indicators[k] for k in chosen]),
-        "pairs": np.array([(pair.indicator, pair.error) for pair in campaign.pairs]).reshape(-1, 2),
+        "pairs": np.array([(pair.indicator, pair.error) for pair in training.pairs]).reshape(-1, 2),
     }
 
 
-def predictor(product: Product) -> Predictor | None:
+def predictor(rom: ParametricModel) -> Predictor | None:
     """The prediction of a model as a function of parameters; None where its notes have no record of a training."""
-    known = trained(product)
-    return None if known is None else functools.partial(predict, product, *known)
+    known = trained(rom)
+    return None if known is None else functools.partial(predict, rom, *known)
 
 
-def surrogate_of(product: Product) -> kriging.Surrogate | None:
+def surrogate_of(rom: ParametricModel) -> kriging.Surrogate | None:
     """The surrogate of the indicator (49) over the unit box of the trained ranges; None without a record of a training."""
-    known = trained(product)
+    known = trained(rom)
     return None if known is None else known[0]
 
 
-def trained(product: Product) -> tuple[kriging.Surrogate, calibration.Calibration] | None:
+def trained(rom: ParametricModel) -> tuple[kriging.Surrogate, calibration.Calibration] | None:
     """Surrogate and calibration of the record in the notes; None where there is none."""
-    if KEY not in product.notes:
+    if KEY not in rom.notes:
         return None
     try:
-        samples, indicators, pairs = (np.asarray(product.notes[KEY][name], float) for name in ("samples", "indicators", "pairs"))
+        samples, indicators, pairs = (np.asarray(rom.notes[KEY][name], float) for name in ("samples", "indicators", "pairs"))
         return kriging.fit(samples, indicators), calibration.fit(pairs[:, 0], pairs[:, 1])
     except (LookupError, TypeError, ValueError) as problem:
         raise CorruptFile(
@@ -86,10 +97,10 @@ def trained(product: Product) -> tuple[kriging.Surrogate, calibration.Calibratio
 
 
 def predict(
-    product: Product, surrogate: kriging.Surrogate, calibrated: calibration.Calibration, values: Mapping[str, float]
+    rom: ParametricModel, surrogate: kriging.Surrogate, calibrated: calibration.Calibration, values: Mapping[str, float]
 ) -> Prediction:
     """The predicted error at values of the parameters, nominal where none is given; NaN outside of the trained ranges."""
-    known = product.model.parameters
+    known = rom.model.parameters
     whole = boxes.completed(known, values)
     if boxes.outside(known, whole):
         return Prediction(math.nan, math.nan, math.nan)
@@ -103,10 +114,45 @@ def predict(
     return Prediction(error, error * 10.0**-down, error * 10.0**up)
 
 
-def predicted_error(product: Product, **values: float) -> Prediction | None:
+def predicted_error(rom: ParametricModel, **values: float) -> Prediction | None:
     """The predicted error at values of the parameters, nominal where none is given.
 
     NaN outside of the trained ranges; None for a model without a record of a training.
     """
-    found = predictor(product)
+    found = predictor(rom)
     return None if found is None else found(values)
+
+
+def doubts(
+    full_runs: int,
+    predicted: tuple[float, float, float],
+    true: Sequence[float] | np.ndarray,
+    high: Sequence[float] | np.ndarray,
+    tolerance: float | None = None,
+) -> list[str]:
+    """Why the predicted error of a training cannot be promised; empty where it can.
+
+    `full_runs` counts checks, too. `predicted` is the largest error over the candidates with its band, `true` (k,) are errors at
+    hold-out points, NaN where the full model has no motion, `high` (k,) the upper ends of their bands.
+    """
+    e, top = np.asarray(true, dtype=float), np.asarray(high, dtype=float)
+    known, found = ~np.isnan(e), list[str]()
+    if full_runs == 1:
+        found.append("there is one full run only, which does not show how the error depends on the parameters")
+    if math.isfinite(predicted[2]) and predicted[2] > 10.0**WIDE * predicted[1] > 0.0:
+        found.append(f"the predicted band spans a factor of {predicted[2] / predicted[1]:.2g}, too wide to tell anything")
+    above = int(np.sum(e[known] > top[known])) if len(top) else 0
+    if above > LEFT * known.sum():
+        found.append(f"{above} of {int(known.sum())} hold-out points lie above the predicted band")
+    if len(e) > known.sum():
+        found.append(f"the full model has no motion at {int(len(e) - known.sum())} of {len(e)} hold-out points")
+    worst = max([value for value in (predicted[0], *e[known]) if not math.isnan(value)], default=math.nan)
+    if tolerance is not None:
+        if not predicted[2] <= tolerance:
+            found.append(f"the predicted error, with its spread, reaches {predicted[2]:.2g}, the wanted one is {tolerance:.2g}")
+        missed = int(np.sum(e[known] > tolerance))
+        if missed:
+            found.append(f"{missed} of {int(known.sum())} hold-out points are above the wanted error {tolerance:.2g}")
+    elif worst >= WHOLE:
+        found.append(f"errors reach {worst:.2g} of what is predicted")
+    return found

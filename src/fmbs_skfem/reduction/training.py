@@ -1,86 +1,280 @@
-r"""Training: from the motion of a full model to a reduced model, as one plan says.
+r"""Training of a reduced model: of one system, or of a box of parameters by greedy choice of its full runs.
 
-    full motion -> snapshots -> bases, eps (14) -> projection (21) -> hyper-reduction, eta (44)
+    full run at mu -> model of all runs so far -> I(mu) of reduced runs -> the next mu, where it is largest               (49)
 
-The snapshots have to be sharper than the modes that are kept: the Newton tolerance of the training run is at most 1e-6 sqrt(eps),
-relative to the size of the mechanism. Above that the smallest modes are noise. Reduced models iterate to 2e-5 sqrt(eps): what they
-leave adds up over the steps, and has to stay below the error of truncation.
+Before the checks a survey fills the samples of the last iteration up to `max_samples`, each as far as possible from the others:
+greedy looks for the maximum of I, and a surrogate of what it has seen there is too sure elsewhere. Where a wanted error is not
+reached after all, greedy goes on. A wanted error chooses eps and eta at the first full run (`error_budget`); training then ends
+when the predicted error, with its spread, is below it. Where truncation is the limit before that, eps is lowered and the runs that
+exist serve once more. One system is the task without parameters: one full run, and nothing to choose.
+
+Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, section 4, doi 10.1016/j.cma.2019.112690.
 """
 
 from __future__ import annotations
 
+import functools
 import math
-import time as clock
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 
-from ..dynamics.scheme import Newton
-from ..systems.system import System
-from .galerkin import Snapshots, bases, reduce_system
-from .hyper_reduction import NONE, HyperReduction, TrainingRun
-from .pod import Basis
-from .sampling import Selection
+import numpy as np
 
-Components = Mapping[str, Sequence[str]]
-Modes = int | Mapping[str, int] | None
+from ..core import durable
+from ..core.errors import InputError, NoModel, NoRoom, say
+from ..dynamics.trajectory import Trajectory
+from . import calibration, error_budget, full_runs, greedy
+from . import parameters as boxes
+from . import training_store as store
+from .calibration import Calibration
+from .candidates import Search, search
+from .error_budget import Choice
+from .full_runs import FullRun, TrainingTask
+from .greedy import Iteration, Options, Outcome, Stop
+from .plan import Plan
+from .reduced_models import ReducedModel, model_of, quick
+from .training_store import Pair
+from .training_work import (
+    LOWER_EPS,
+    LOWERINGS,
+    Unsavable,
+    Work,
+    calibrated,
+    check,
+    evaluated,
+    extended,
+    farthest,
+    known_pairs,
+    lower,
+    made,
+    recalibrate,
+    settle,
+    truncates,
+    unseen,
+    values_at,
+)
 
-SHARP = 1e-6  #: Newton tolerance of the training run over sqrt(eps)
-ENOUGH = 2e-5  #: Newton tolerance of a reduced run over sqrt(eps)
-FINEST = 1e-13  #: smallest Newton tolerance asked for
+__all__ = ["CHECKS", "Options", "Search", "Training", "search", "train"]
+
+LIMITS = (Stop.FLOOR, Stop.REPEATED)
+CHECKS = 2  #: that trainings of scenes make
+ROOM = "make room, then train again with this folder: what is complete is not run again"
+NOWHERE = Search(np.zeros((1, 0)), (), 0)
 
 
 @dataclass(frozen=True)
-class Plan:
-    """How a reduced model is trained."""
+class Training:
+    """A training that has ended."""
 
-    components: Components
-    tolerance: float = 1e-12  #: eps of equation (14)
-    modes: Modes = None  #: instead of eps, for all components or by name
-    hyper: HyperReduction = NONE  #: how elastic forces are evaluated
-    eliminate: bool = False  #: linear constraints between components
+    task: TrainingTask  #: with the plan of the model
+    search: Search
+    outcome: Outcome
+    last: Iteration  #: of the outcome, with the samples of the survey
+    runs: tuple[FullRun, ...]
+    models: tuple[ReducedModel, ...]  #: after every full run
+    choice: Choice | None = None  #: of a wanted error
+    pairs: tuple[Pair, ...] = ()
+    calibration: Calibration | None = None  #: None where there are no parameters
+    lowered: int = 0  #: how often eps was lowered because it was the limit
+    discarded: int = 0  #: reduced runs of iterations before that
+    checks: tuple[FullRun, ...] = ()  #: full runs that calibrate the last model without being in it
 
+    @property
+    def model(self) -> ReducedModel:
+        return self.models[-1]
 
-@dataclass(frozen=True)
-class Trained:
-    """A reduced system and what it took to make it."""
+    @property
+    def model_plan(self) -> Plan:
+        """How the model was made: components, eps, eta."""
+        return self.task.plan
 
-    system: System
-    components: Components = field(default_factory=dict)
-    bases: Mapping[str, Basis] = field(default_factory=dict)
-    selections: tuple[Selection, ...] = ()
-    training_s: float = 0.0  #: CPU time of bases, projection and hyper-reduction [s]
+    @property
+    def reduced_runs(self) -> int:
+        """Reduced runs of the greedy loop; those of the survey and at full runs serve the prediction and are not among them."""
+        return self.outcome.evaluations + self.discarded
 
-
-def newton_for(newton: Newton, tolerance: float) -> Newton:
-    """Newton's iteration, sharp enough for snapshots of which modes are kept to eps = `tolerance`."""
-    return replace(newton, tolerance=min(newton.tolerance, max(SHARP * math.sqrt(tolerance), FINEST)))
-
-
-def newton_of_reduced(newton: Newton, tolerance: float) -> Newton:
-    """Newton's iteration of a reduced model with modes kept to eps = `tolerance`."""
-    return replace(newton, tolerance=max(ENOUGH * math.sqrt(tolerance), FINEST))
-
-
-def reduced(raw: System, data: Snapshots, plan: Plan) -> Trained:
-    """POD and projection of a full system (with all multipliers), without hyper-reduction."""
-    start = clock.process_time()
-    found: dict[str, Basis] = {}
-    for name, members in plan.components.items():
-        modes = plan.modes.get(name) if isinstance(plan.modes, Mapping) else plan.modes
-        found |= bases(raw, data, {name: members}, plan.tolerance, modes)
-    system = reduce_system(raw, plan.components, found, plan.eliminate, data.q)
-    return Trained(system, plan.components, found, (), clock.process_time() - start)
+    @property
+    def predicted(self) -> tuple[float, float, float]:
+        """Predicted largest error over the candidates, with its band; NaN where there are no parameters."""
+        if self.calibration is None:
+            return math.nan, math.nan, math.nan
+        error, low, high = calibration.predict(self.calibration, self.last.largest)
+        return float(error), float(low), float(high)
 
 
-def hyper_reduced(model: Trained, raw: System, data: Snapshots, hyper: HyperReduction) -> Trained:
-    """Hyper-reduction of a reduced model, trained on the snapshots of its full system."""
-    start = clock.process_time()
-    rule = hyper.train([TrainingRun(raw, model.system, lambda: data.q)])
-    system = rule.apply(model.system)
-    spent = clock.process_time() - start
-    return replace(model, system=system, selections=rule.selections, training_s=model.training_s + spent)
+class Enough(Exception):
+    """The predicted error is as small as it was wanted."""
 
 
-def train(raw: System, data: Snapshots, plan: Plan) -> Trained:
-    """The reduced model of a plan."""
-    return hyper_reduced(reduced(raw, data, plan), raw, data, plan.hyper)
+def train(
+    task: TrainingTask,
+    search: Search | None = None,
+    options: Options | None = None,
+    folder: Path | str | None = None,
+    tolerance: float | None = None,
+    progress: Callable[[float], None] | None = None,
+    savable: bool = False,
+    checks: int = 0,
+    motion: Trajectory | None = None,
+) -> Training:
+    """Train a reduced model of one system, or over the candidates of a search.
+
+    A task without parameters has one full run: its `motion`, where that is there already, with the snapshots among its states.
+
+    With a `folder` every run, model and iteration is stored, and a training that was interrupted, or is given more iterations, goes
+    on from there. `tolerance` is the wanted error in the measure of the task: it replaces eps and eta of the plan and ends the
+    training. With `savable` it ends with NoModel at the first full run where the model is no polynomial of the parameters: a file
+    holds nothing else. After the last iteration so many `checks` calibrate the error that is predicted.
+    """
+    if not task.parameters:
+        return alone(task, tolerance, motion)
+    if search is None:
+        raise InputError(say("train", "candidates of the parameters", "none", "make them with reduction.search"))
+    options = options or Options()
+    work = replace(prepared(task, search, options, folder, tolerance), savable=savable)
+    try:
+        with durable.room(Path(folder or ""), ROOM):
+            done = resumed(work) if work.folder else ()
+            outcome, last = loop(work, options, done, checks, progress)
+    except Unsavable as problem:
+        raise NoModel(str(problem)) from None
+    except NoRoom:
+        raise
+    except OSError as problem:
+        raise InputError(say(str(work.folder), "a folder that can be written", problem, ROOM)) from problem
+    found = replace(work.task, plan=work.fast.plan)
+    pairs, seen = tuple(known_pairs(work)), tuple(unseen(work).values())
+    known = (tuple(work.runs), tuple(work.models), work.choice, pairs, calibrated(pairs))
+    return Training(found, search, outcome, last, *known, work.lowered, work.discarded, seen)
+
+
+def alone(task: TrainingTask, tolerance: float | None, motion: Trajectory | None) -> Training:
+    """The model of one system, from its only full run."""
+    if tolerance is not None:
+        task = replace(task, plan=replace(task.plan, tolerance=error_budget.first_eps(tolerance), modes=None))
+    run = full_runs.full_run(task, {}) if motion is None else full_runs.of_motion(task, motion)
+    choice = None
+    if tolerance is not None:
+        choice = error_budget.choose(task, run, tolerance, full_runs.step_error(task, {}, run))
+        task = replace(task, plan=error_budget.with_choice(task.plan, choice))
+    last = Iteration(1, 0, (), (), np.zeros(0), np.zeros(0), None)
+    return Training(task, NOWHERE, Outcome((last,), Stop.ALONE), last, (run,), (model_of(task, [run]),), choice)
+
+
+def prepared(task: TrainingTask, search: Search, options: Options, folder: Path | str | None, tolerance: float | None) -> Work:
+    """The start of a training; a wanted error replaces the tolerances of the plan by those tried first."""
+    place = None
+    if folder is not None:
+        mark = store.fingerprint(task, search, replace(options, iterations=1), tolerance)
+        try:
+            with durable.room(Path(folder)):
+                place = store.opened(folder, mark)
+        except NoRoom:
+            raise
+        except OSError as problem:
+            raise InputError(say(str(folder), "a folder that can be written", problem)) from problem
+    if tolerance is not None:
+        lowest = error_budget.first_eps(tolerance) * LOWER_EPS**LOWERINGS
+        task = replace(task, plan=replace(task.plan, tolerance=lowest, modes=None))
+    return Work(task, quick(task), search, place, tolerance)
+
+
+def resumed(work: Work) -> tuple[Iteration, ...]:
+    """Take over what the folder holds; its complete iterations."""
+    assert work.folder is not None
+    known = store.read(work.folder)
+    work.runs, work.points = list(known.runs), list(known.points)
+    for number in range(1, len(work.runs) + 1):
+        if (notes := store.notes_of(work.folder, number)) is None:
+            break
+        work.pairs, work.lowered, work.discarded = list(notes.pairs), notes.lowered, notes.discarded
+        if notes.choice is not None:
+            settle(work, notes.choice)
+        work.models.append(store.model(work.folder, number) or made(work, work.runs[:number]))
+    work.checks = store.checks(work.folder)
+    if len(work.models) == len(work.runs):
+        work.indicators = dict(known.indicators)
+        recalibrate(work)
+    return known.iterations[: len(work.models)]
+
+
+def loop(
+    work: Work, options: Options, done: Sequence[Iteration], checks: int, progress: Callable[[float], None] | None
+) -> tuple[Outcome, Iteration]:
+    """Algorithm 1, and its last iteration with the samples of the survey.
+
+    Where the wanted error is not reached, it goes on with a lower eps if that is the limit, or with what survey and checks tell.
+    """
+    while True:
+        outcome = searched(work, options, done, progress)
+        *before, last = outcome.iterations
+        if checks:
+            last = surveyed(work, last, options)
+            check(work, last, checks)
+        if work.tolerance is None or small_enough(work, [last]):
+            return outcome, last
+        if outcome.stop is Stop.TOLERANCE and options.tolerance is None and len(work.runs) < options.iterations:
+            if work.folder:
+                store.keep_iteration(work.folder, last)
+            done = [*before, last]
+        elif outcome.stop in LIMITS and lower(work, last):
+            done = before
+        else:
+            return outcome, last
+
+
+def searched(work: Work, options: Options, done: Sequence[Iteration], progress: Callable[[float], None] | None) -> Outcome:
+    """Algorithm 1 with the runs and indicators of this training, until the predicted error is small enough."""
+    complete = list(done)
+    unit = boxes.to_box(work.task.parameters, work.search.candidates)
+
+    def keep(iteration: Iteration) -> None:
+        complete[iteration.number - 1 :] = [iteration]
+        if work.folder:
+            store.keep_iteration(work.folder, iteration)
+        if small_enough(work, complete):
+            raise Enough
+
+    def evaluate(point: int) -> float:
+        value = evaluated(work, point)
+        if progress:
+            part = min(1.0, len(work.indicators) / options.max_samples)
+            progress(min(1.0, (len(work.runs) - 1 + part) / options.iterations))
+        return value
+
+    def extend(point: int) -> None:
+        extended(work, point)
+
+    def name(point: int) -> str:
+        return boxes.text(work.task.parameters, values_at(work, point))
+
+    arguments = (evaluate, extend, unit, work.search.samples, work.search.first)
+    try:
+        if small_enough(work, complete):
+            raise Enough
+        return greedy.run(*arguments, options, done, keep, functools.partial(truncates, work), name)
+    except Enough:
+        small = replace(options, tolerance=complete[-1].largest)
+        return greedy.run(*arguments, small, [*complete[:-1], replace(complete[-1], next=None)])
+
+
+def small_enough(work: Work, iterations: Sequence[Iteration]) -> bool:
+    """Whether the largest error predicted after the last iteration, with its spread, is below the wanted one."""
+    largest = iterations[-1].largest if iterations else math.inf
+    if work.tolerance is None or not math.isfinite(largest):
+        return False
+    return calibration.predict(calibrated(known_pairs(work)), largest)[2] <= work.tolerance
+
+
+def surveyed(work: Work, last: Iteration, options: Options) -> Iteration:
+    """The last iteration with as many samples as there may be: the candidates farthest from those that it has."""
+    known = dict(zip(last.samples, last.indicators, strict=True))
+    closed = {*work.points, *dict(last.failed)}
+    while len(known) < options.max_samples:
+        choices = [k for k in range(len(work.search.candidates)) if k not in known and k not in closed]
+        if not choices:
+            break
+        point = farthest(work, choices, [*known, *work.points])
+        known[point] = evaluated(work, point)
+    return replace(last, samples=tuple(known), indicators=tuple(known.values()))

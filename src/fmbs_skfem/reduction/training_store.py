@@ -2,7 +2,7 @@
 
     training.json        what is trained, as a fingerprint
     run-001.h5           factors of the first full run
-    model-001.h5         the reduced model of one run, as a file of `product`; there is none where a file cannot hold it
+    model-001.h5         the reduced model of one run, as a file of `parametric_model`; there is none where a file cannot hold it
     notes-001.json       pairs of indicator and error known with this model, the choice of eps and eta
     indicators-001.json  its indicators, as far as they are known
     iteration-001.h5     the first iteration of the greedy loop, complete
@@ -31,11 +31,11 @@ from ..core import container, durable, validation
 from ..core.container import Kind
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.linalg import is_sparse
-from . import greedy, product
-from .budget import Choice
-from .family_model import FamilyModel
-from .full_runs import FullRun, Setting
-from .product import Product
+from . import greedy, parametric_model
+from .error_budget import Choice
+from .full_runs import FullRun, TrainingTask
+from .parametric_model import ParametricModel
+from .reduced_models import ReducedModel
 
 KIND = Kind("fmbs_skfem training", "a part of a training", 2, "delete the file; what it held is made again")
 TITLE = "training.json"
@@ -51,7 +51,7 @@ class Pair:
     run: int  #: number of the full run, from 0; -1 of a check
     bases: int  #: number of full runs in the bases of the reduced model
     indicator: float
-    error: float  #: in the measure of the setting
+    error: float  #: in the measure of the task
 
 
 @dataclass(frozen=True)
@@ -110,13 +110,13 @@ def keep_run(folder: Path, number: int, run: FullRun, point: int) -> None:
     write_tree(folder / f"run-{number:03d}.h5", {"run": asdict(run), "point": point})
 
 
-def keep_model(folder: Path, number: int, model: FamilyModel, notes: Notes) -> None:
+def keep_model(folder: Path, number: int, model: ReducedModel, notes: Notes) -> None:
     """Store the reduced model of the first `number` runs; one that a file cannot hold is made again when training goes on."""
     parts = {"modes": dict(model.modes), "selections": model.selections, "training_s": model.training_s}
     path = folder / f"model-{number:03d}.h5"
     path.unlink(missing_ok=True)
     with contextlib.suppress(InputError):
-        product.save(Product(model.parametric, {"model": parts}), path)
+        parametric_model.save(ParametricModel(model.parametric, {"model": parts}), path)
     write_text(folder / f"notes-{number:03d}.json", asdict(notes))
 
 
@@ -126,13 +126,13 @@ def notes_of(folder: Path, number: int) -> Notes | None:
     return read_text(path, Notes) if path.is_file() else None
 
 
-def model(folder: Path, number: int) -> FamilyModel | None:
+def model(folder: Path, number: int) -> ReducedModel | None:
     """The stored reduced model of the first `number` runs."""
     path = folder / f"model-{number:03d}.h5"
     if not path.is_file():
         return None
-    found = product.load(path)
-    return FamilyModel(found.model, **found.notes["model"])
+    found = parametric_model.load(path)
+    return ReducedModel(found.model, **found.notes["model"])
 
 
 def forget(folder: Path, number: int) -> None:
@@ -209,19 +209,19 @@ def built(path: Path, kind: type[T], tree: dict[str, Any]) -> T:
         return validation.build(kind, tree, "tree")
 
 
-def fingerprint(setting: Setting, *others: Any) -> str:
+def fingerprint(task: TrainingTask, *others: Any) -> str:
     """What a training is, as a text: the family at both corners of the box, parameters, plan and snapshots, and `others`."""
-    corners = [{p.name: end for p, end in zip(setting.parameters, ends, strict=True)} for ends in corner_values(setting)]
+    corners = [{p.name: end for p, end in zip(task.parameters, ends, strict=True)} for ends in corner_values(task)]
     digest = hashlib.sha256()
-    measure = () if setting.measure is None else (setting.measure,)
-    families = (setting.family(corner) for corner in corners)
-    for value in (*families, setting.parameters, setting.plan, setting.interval, *measure, *others):
+    measure = () if task.measure is None else (task.measure,)
+    families = (task.family(corner) for corner in corners)
+    for value in (*families, task.parameters, task.plan, task.interval, *measure, *others):
         add(value, digest)
     return digest.hexdigest()
 
 
-def corner_values(setting: Setting) -> tuple[list[float], list[float]]:
-    return [p.low for p in setting.parameters], [p.high for p in setting.parameters]
+def corner_values(task: TrainingTask) -> tuple[list[float], list[float]]:
+    return [p.low for p in task.parameters], [p.high for p in task.parameters]
 
 
 def add(value: Any, digest: Any) -> None:

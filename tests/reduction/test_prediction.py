@@ -5,22 +5,22 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fmbs_skfem.reduction import promise
+from fmbs_skfem.reduction import prediction
 
 TRUE, HIGH = np.full(10, 1e-4), np.full(10, 1e-3)
 PREDICTED = (1e-4, 1e-5, 5e-4)
 
 
 def test_nothing_speaks_against_a_good_training() -> None:
-    assert promise.doubts(3, PREDICTED, TRUE, HIGH, 1e-3) == []
-    assert promise.doubts(2, PREDICTED, [], []) == []
+    assert prediction.doubts(3, PREDICTED, TRUE, HIGH, 1e-3) == []
+    assert prediction.doubts(2, PREDICTED, [], []) == []
 
 
 def test_one_point_in_ten_may_lie_above_its_band() -> None:
     one = np.where(np.arange(10) < 1, 2e-3, TRUE)
     two = np.where(np.arange(10) < 2, 2e-3, TRUE)
-    assert promise.doubts(3, PREDICTED, one, HIGH) == []
-    assert promise.doubts(3, PREDICTED, two, HIGH) == ["2 of 10 hold-out points lie above the predicted band"]
+    assert prediction.doubts(3, PREDICTED, one, HIGH) == []
+    assert prediction.doubts(3, PREDICTED, two, HIGH) == ["2 of 10 hold-out points lie above the predicted band"]
 
 
 @pytest.mark.parametrize(
@@ -36,5 +36,5 @@ def test_one_point_in_ten_may_lie_above_its_band() -> None:
 )
 def test_every_reason(change: dict[str, object], told: str) -> None:
     given = {"full_runs": 3, "predicted": PREDICTED, "true": TRUE, "high": HIGH, "tolerance": 1e-3}
-    (found,) = promise.doubts(**{**given, **change})  # type: ignore[arg-type]
+    (found,) = prediction.doubts(**{**given, **change})  # type: ignore[arg-type]
     assert found.startswith(told)

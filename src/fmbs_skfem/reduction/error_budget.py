@@ -12,16 +12,14 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (14), (45), doi 10.1016
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from ..core.errors import FmbsError, InputError, say
-from ..systems.system import System
 from . import full_runs
-from .family_model import member, reduced_run, trained
-from .full_runs import FullRun, Setting
+from .full_runs import FullRun, TrainingTask
 from .hyper_reduction import NONE
-from .training import Plan
+from .plan import Plan
+from .reduced_models import reduced_run, sample, trained
 
 TRUNCATION, HYPER = 0.1, 0.1  #: shares of the tolerance
 LARGEST_EPS, SMALLEST_EPS = 1e-6, 1e-24
@@ -57,15 +55,15 @@ class Choice:
         return text + (", more than the tolerance: a smaller step comes first" if self.step > self.tolerance else "")
 
 
-def choose(setting: Setting, run: FullRun, tolerance: float, step: float | None = None) -> Choice:
+def choose(task: TrainingTask, run: FullRun, tolerance: float, step: float | None = None) -> Choice:
     """eps and eta with which the reduced model of one run keeps its shares of the tolerance at the parameters of that run.
 
     `step` is the error of the full model's own step, where it is known.
     """
     if not 0.0 < tolerance <= 1.0:
         raise InputError(say("tolerance", "an error between 0 and 1", tolerance, "1e-4 for instance"))
-    eps, truncation = choose_eps(setting, run, tolerance)
-    eta, whole = choose_eta(setting, run, tolerance, eps, truncation)
+    eps, truncation = choose_eps(task, run, tolerance)
+    eta, whole = choose_eta(task, run, tolerance, eps, truncation)
     return Choice(tolerance, eps, eta, truncation, max(0.0, whole - truncation), step)
 
 
@@ -74,13 +72,13 @@ def first_eps(tolerance: float) -> float:
     return limited((TRUNCATION * tolerance) ** 2, SMALLEST_EPS, LARGEST_EPS)
 
 
-def choose_eps(setting: Setting, run: FullRun, tolerance: float) -> tuple[float, float]:
+def choose_eps(task: TrainingTask, run: FullRun, tolerance: float) -> tuple[float, float]:
     """The eps that keeps its share, and the error it makes without hyper-reduction."""
-    eps, share, hyper = first_eps(tolerance), TRUNCATION * tolerance, setting.plan.hyper
+    eps, share, hyper = first_eps(tolerance), TRUNCATION * tolerance, task.plan.hyper
     plain = hyper if hyper.tolerance is None else NONE
     found: dict[float, float] = {}
     for _ in range(TRIALS):
-        found[eps] = error_at(setting, run, replace(setting.plan, tolerance=eps, modes=None, hyper=plain))
+        found[eps] = error_at(task, run, replace(task.plan, tolerance=eps, modes=None, hyper=plain))
         if found[eps] <= share or eps <= SMALLEST_EPS:
             break
         factor = SAFE * (share / found[eps]) ** 2 if math.isfinite(found[eps]) else UNSTABLE
@@ -92,15 +90,15 @@ def choose_eps(setting: Setting, run: FullRun, tolerance: float) -> tuple[float,
     return best, found[best]
 
 
-def choose_eta(setting: Setting, run: FullRun, tolerance: float, eps: float, truncation: float) -> tuple[float | None, float]:
+def choose_eta(task: TrainingTask, run: FullRun, tolerance: float, eps: float, truncation: float) -> tuple[float | None, float]:
     """The largest eta whose whole error keeps the share of truncation and hyper-reduction, and that error."""
-    hyper, share = setting.plan.hyper, HYPER * tolerance + truncation
+    hyper, share = task.plan.hyper, HYPER * tolerance + truncation
     if hyper.tolerance is None:
         return None, truncation
     eta = limited(hyper.tolerance, SMALLEST_ETA, LARGEST_ETA)
     found: dict[float, float] = {}
     for _ in range(TRIALS):
-        found[eta] = error_at(setting, run, replace(setting.plan, tolerance=eps, modes=None, hyper=replace(hyper, tolerance=eta)))
+        found[eta] = error_at(task, run, replace(task.plan, tolerance=eps, modes=None, hyper=replace(hyper, tolerance=eta)))
         if found[eta] <= share or eta <= SMALLEST_ETA:
             break
         eta = limited(0.1 * eta, SMALLEST_ETA, LARGEST_ETA)
@@ -108,19 +106,14 @@ def choose_eta(setting: Setting, run: FullRun, tolerance: float, eps: float, tru
     return best, found[best]
 
 
-def error_at(setting: Setting, run: FullRun, plan: Plan) -> float:
+def error_at(task: TrainingTask, run: FullRun, plan: Plan) -> float:
     """Error of the reduced model of one run at its own parameters; infinite where it fails."""
-    with_plan = replace(setting, plan=plan)
+    with_plan = replace(task, plan=plan)
     try:
-        case = member(with_plan, trained(with_plan, [run]), run.values)
-        return full_runs.wanted_error(setting, raw_of(setting, run.values), run, reduced_run(with_plan, case))
+        case = sample(with_plan, trained(with_plan, [run]), run.values)
+        return full_runs.wanted_error(task, task.family(run.values).system, run, reduced_run(with_plan, case))
     except FmbsError:
         return math.inf
-
-
-def raw_of(setting: Setting, values: Mapping[str, float]) -> System:
-    """The full system at some parameters."""
-    return setting.family(values).system
 
 
 def limited(x: float, low: float, high: float) -> float:

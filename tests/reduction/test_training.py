@@ -23,26 +23,27 @@ from fmbs_skfem.reduction import (
     Elements,
     Level,
     Points,
-    budget,
     calibration,
-    campaign,
+    error_budget,
     errors,
-    family_model,
     full_runs,
     galerkin,
     greedy,
     holdout,
     pod,
     polynomial,
+    reduced_models,
     sampling,
+    training,
+    training_work,
 )
 from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction import training_store as store
-from fmbs_skfem.reduction.campaign import Search
+from fmbs_skfem.reduction.candidates import Search
 from fmbs_skfem.reduction.cases import Case
-from fmbs_skfem.reduction.full_runs import FullRun, Setting
+from fmbs_skfem.reduction.full_runs import FullRun, TrainingTask
 from fmbs_skfem.reduction.parameters import Parameter
-from fmbs_skfem.reduction.training import Plan
+from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems import At, System, assemble, compile_system, joints, loads
 from fmbs_skfem.systems.quartic import Quartic
@@ -73,33 +74,33 @@ def falling(values: Mapping[str, float]) -> Case:
     return Case(assemble([one, two], pins, [loads.Gravity((0, 0, -values["g"]))]), GeneralizedAlpha(1e-3), 0.3)
 
 
-def setting_of(family: Callable[[Mapping[str, float]], Case], parameter: Parameter, plan: Plan = PLAN) -> Setting:
-    return Setting(family, (parameter,), plan, INTERVAL)
+def task_of_family(family: Callable[[Mapping[str, float]], Case], parameter: Parameter, plan: Plan = PLAN) -> TrainingTask:
+    return TrainingTask(family, (parameter,), plan, INTERVAL)
 
 
 @pytest.fixture(scope="module")
-def spin() -> Setting:
-    return setting_of(spun, YOUNG)
+def spin() -> TrainingTask:
+    return task_of_family(spun, YOUNG)
 
 
 @pytest.fixture(scope="module")
-def two(spin: Setting) -> tuple[FullRun, ...]:
+def two(spin: TrainingTask) -> tuple[FullRun, ...]:
     return tuple(full_runs.full_run(spin, {"E": E}) for E in (0.7e9, 1.3e9))
 
 
-def snapshots(setting: Setting, values: Mapping[str, float]) -> tuple[System, Trajectory]:
-    case = setting.family(values)
-    return case.system, full_runs.moved(setting, case)
+def snapshots(task: TrainingTask, values: Mapping[str, float]) -> tuple[System, Trajectory]:
+    case = task.family(values)
+    return case.system, full_runs.moved(task, case)
 
 
-def places(setting: Setting) -> Search:
-    return campaign.search(setting.parameters, boxes.grid(setting.parameters, 21), boxes.grid(setting.parameters, 3))
+def places(task: TrainingTask) -> Search:
+    return training.search(task.parameters, boxes.grid(task.parameters, 21), boxes.grid(task.parameters, 3))
 
 
 # Factors and bases
 
 
-def test_factors_hold_the_snapshots(spin: Setting) -> None:
+def test_factors_hold_the_snapshots(spin: TrainingTask) -> None:
     """What is cut is FINER of what the bases leave, and nothing of the initial state."""
     raw, motion = snapshots(spin, {"E": 1e9})
     run = full_runs.factored(spin, {"E": 1e9}, raw, motion)
@@ -113,24 +114,24 @@ def test_factors_hold_the_snapshots(spin: Setting) -> None:
     assert np.array_equal(full_runs.states(spin, raw, run, few), q[few])
 
 
-def test_bases_of_factors_are_those_of_all_snapshots(spin: Setting, two: tuple[FullRun, ...]) -> None:
+def test_bases_of_factors_are_those_of_all_snapshots(spin: TrainingTask, two: tuple[FullRun, ...]) -> None:
     """Equation (50): the SVD of [U_1 S_1, U_2 S_2] gives the modes and singular values of all snapshots together."""
     raw = spun({"E": 1e9}).system
     every = np.hstack([lifted(snapshots(spin, run.values)[1])[0].T for run in two]) - raw.x0[:, None]
     metric = galerkin.metric_of(raw, np.arange(raw.size))
     direct = pod.basis(every, spin.plan.tolerance, mean=np.zeros(len(every)), metric=metric)
-    found = family_model.bases(spin, raw, two)["beam"]
+    found = reduced_models.bases(spin, raw, two)["beam"]
     r = found.modes.shape[1]
     assert r == direct.modes.shape[1]
     np.testing.assert_allclose(found.singular_values[:r], direct.singular_values[:r], rtol=1e-6)
     assert subspace_angles(found.modes, direct.modes).max() < 1e-5
 
 
-def test_modes_keep_the_inner_constraints(spin: Setting, two: tuple[FullRun, ...]) -> None:
+def test_modes_keep_the_inner_constraints(spin: TrainingTask, two: tuple[FullRun, ...]) -> None:
     raw = spun({"E": 1e9}).system
     A, _ = galerkin.inner_constraints(raw, np.arange(raw.size))
     assert len(A) == 2
-    assert np.abs(A @ family_model.bases(spin, raw, two)["beam"].modes).max() < 1e-14
+    assert np.abs(A @ reduced_models.bases(spin, raw, two)["beam"].modes).max() < 1e-14
 
 
 def test_snapshots_follow_a_step_that_depends_on_parameters() -> None:
@@ -143,7 +144,7 @@ def test_snapshots_follow_a_step_that_depends_on_parameters() -> None:
         full_runs.steps(case, 2.0)
 
 
-def test_the_step_has_an_error_of_its_own(spin: Setting) -> None:
+def test_the_step_has_an_error_of_its_own(spin: TrainingTask) -> None:
     """|q_h - q_2h| / 3 against the distance to a step of h / 8."""
     values = {"E": 1e9}
     run = full_runs.full_run(spin, values)
@@ -170,16 +171,16 @@ def test_the_step_has_an_error_of_its_own(spin: Setting) -> None:
 def test_a_reduced_family_is_the_reduction_of_every_member(
     family: Callable[[Mapping[str, float]], Case], parameter: Parameter, plan: Plan
 ) -> None:
-    setting = setting_of(family, parameter, plan)
-    runs = [full_runs.full_run(setting, {parameter.name: value}) for value in (parameter.low, parameter.high)]
-    model = family_model.model_of(family_model.quick(setting), runs)
-    members = family_model.trained(setting, runs)
+    task = task_of_family(family, parameter, plan)
+    runs = [full_runs.full_run(task, {parameter.name: value}) for value in (parameter.low, parameter.high)]
+    model = reduced_models.model_of(reduced_models.quick(task), runs)
+    reduction = reduced_models.trained(task, runs)
     assert model.problems == (0 if plan.hyper is NONE else 1)
     for value in np.linspace(parameter.low, parameter.high, 4):
         values = {parameter.name: float(value)}
-        here, there = family_model.reduced_case(model, values), family_model.member(setting, members, values)
+        here, there = reduced_models.case_at(model, values), reduced_models.sample(task, reduction, values)
         assert here.system.constraints.names == there.system.constraints.names
-        one, other = (lifted(family_model.reduced_run(setting, case))[0] for case in (here, there))
+        one, other = (lifted(reduced_models.reduced_run(task, case))[0] for case in (here, there))
         assert np.abs(one - other).max() < 1e-7
         raw = family(values).system
         np.testing.assert_allclose(here.system.lift(here.system.x0), raw.x0, rtol=0, atol=1e-12)
@@ -187,22 +188,22 @@ def test_a_reduced_family_is_the_reduction_of_every_member(
 
 def test_members_of_other_shapes_start_in_their_reduced_space() -> None:
     """The length of the beam is the parameter: modes are deviations from the initial state of each member itself."""
-    setting = setting_of(spun, LENGTH)
-    runs = [full_runs.full_run(setting, {"L": L}) for L in (0.8, 1.2)]
-    members = family_model.trained(setting, runs)
+    task = task_of_family(spun, LENGTH)
+    runs = [full_runs.full_run(task, {"L": L}) for L in (0.8, 1.2)]
+    reduction = reduced_models.trained(task, runs)
     for L in (0.8, 0.9, 1.2):
-        case, raw = family_model.member(setting, members, {"L": L}), spun({"L": L}).system
+        case, raw = reduced_models.sample(task, reduction, {"L": L}), spun({"L": L}).system
         np.testing.assert_allclose(case.system.lift(case.system.x0), raw.x0, rtol=0, atol=1e-14)
-        motion = family_model.reduced_run(setting, case)
-        assert full_runs.error(setting, raw, full_runs.full_run(setting, {"L": L}), motion) < 1e-3
+        motion = reduced_models.reduced_run(task, case)
+        assert full_runs.error(task, raw, full_runs.full_run(task, {"L": L}), motion) < 1e-3
 
 
-def test_the_reduced_model_is_good_between_its_runs(spin: Setting, two: tuple[FullRun, ...]) -> None:
+def test_the_reduced_model_is_good_between_its_runs(spin: TrainingTask, two: tuple[FullRun, ...]) -> None:
     """Truncation alone makes sqrt(eps) = 1e-5 of the motion; its dynamics and the parameters between the runs make more."""
-    model = family_model.model_of(spin, two)
+    model = reduced_models.model_of(spin, two)
     middle = full_runs.full_run(spin, {"E": 1e9})
     for run in (*two, middle):
-        motion = family_model.reduced_run(spin, family_model.reduced_case(model, run.values))
+        motion = reduced_models.reduced_run(spin, reduced_models.case_at(model, run.values))
         raw = spun(run.values).system
         found = full_runs.error(spin, raw, run, motion)
         assert found < 5e-4
@@ -211,14 +212,12 @@ def test_the_reduced_model_is_good_between_its_runs(spin: Setting, two: tuple[Fu
         assert found == pytest.approx(direct.mean, rel=1e-2)
 
 
-def pairs(setting: Setting, runs: tuple[FullRun, ...]) -> list[tuple[System, np.ndarray]]:
-    systems = [setting.family(run.values).system for run in runs]
-    members = family_model.trained(setting, runs)
-    return [(run.system, run.states()) for run in family_model.training_runs(setting, systems, runs, members)]
+def pairs(task: TrainingTask, runs: tuple[FullRun, ...]) -> list[tuple[System, np.ndarray]]:
+    return [(run.system, run.states()) for run in reduced_models.projected(task, runs).runs]
 
 
 @pytest.mark.parametrize("eta", [1e-3, 1e-7])
-def test_soft_and_stiff_runs_count_alike(spin: Setting, two: tuple[FullRun, ...], eta: float) -> None:
+def test_soft_and_stiff_runs_count_alike(spin: TrainingTask, two: tuple[FullRun, ...], eta: float) -> None:
     """A second run with all forces times 1000 and the same states changes nothing: rows are divided by the norm of their run."""
     (system, states), _ = pairs(spin, two)
     stiff = dataclasses.replace(system, elastic=tuple(stiffer(e) for e in system.elastic))
@@ -235,7 +234,7 @@ def stiffer(elastic: sampling.Elastic) -> sampling.Elastic:
 
 @pytest.mark.parametrize("level", list(Level))
 @pytest.mark.parametrize("eta", [1e-3, 1e-7])
-def test_every_run_keeps_eta(spin: Setting, two: tuple[FullRun, ...], level: Level, eta: float) -> None:
+def test_every_run_keeps_eta(spin: TrainingTask, two: tuple[FullRun, ...], level: Level, eta: float) -> None:
     """The residual of a run is at most eta sqrt(runs) of its own forces."""
     known = pairs(spin, two)
     (selection,) = sampling.train(known, eta, level)
@@ -277,24 +276,24 @@ def scaled_modulus(elastic: sampling.Elastic, factor: float) -> sampling.Elastic
 # Indicators
 
 
-def test_the_indicator_is_that_of_the_residual_by_mass(spin: Setting, two: tuple[FullRun, ...]) -> None:
-    model, values = family_model.model_of(spin, two[:1]), two[0].values
-    motion = family_model.reduced_run(spin, family_model.reduced_case(model, values))
+def test_the_indicator_is_that_of_the_residual_by_mass(spin: TrainingTask, two: tuple[FullRun, ...]) -> None:
+    model, values = reduced_models.model_of(spin, two[:1]), two[0].values
+    motion = reduced_models.reduced_run(spin, reduced_models.case_at(model, values))
     case = spun(values)
     residual = errors.full_residual(compile_system(case.system), motion) * errors.mask(case.system, motion.system)
     accelerations = residual / (case.system.metric.diagonal() * case.system.weight) ** 0.5
     expected = errors.scaling(case.scheme) * np.trapezoid(np.linalg.norm(accelerations, axis=1), motion.times)
-    assert family_model.indicator(spin, motion, values) == pytest.approx(expected, rel=1e-12)
+    assert reduced_models.indicator(spin, motion, values) == pytest.approx(expected, rel=1e-12)
 
 
-def test_residuals_in_blocks_are_the_same(spin: Setting, two: tuple[FullRun, ...], monkeypatch: pytest.MonkeyPatch) -> None:
-    model = family_model.model_of(spin, two)
-    motion = family_model.reduced_run(spin, family_model.reduced_case(model, {"E": 1e9}))
-    whole = family_model.indicator(spin, motion, {"E": 1e9})
+def test_residuals_in_blocks_are_the_same(spin: TrainingTask, two: tuple[FullRun, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    model = reduced_models.model_of(spin, two)
+    motion = reduced_models.reduced_run(spin, reduced_models.case_at(model, {"E": 1e9}))
+    whole = reduced_models.indicator(spin, motion, {"E": 1e9})
     apart = full_runs.error(spin, spun(two[0].values).system, two[0], motion)
     for module in (errors, full_runs):
         monkeypatch.setattr(module, "BLOCK", 500)
-    assert family_model.indicator(spin, motion, {"E": 1e9}) == pytest.approx(whole, rel=1e-12)
+    assert reduced_models.indicator(spin, motion, {"E": 1e9}) == pytest.approx(whole, rel=1e-12)
     assert full_runs.error(spin, spun(two[0].values).system, two[0], motion) == pytest.approx(apart, rel=1e-12)
 
 
@@ -341,43 +340,43 @@ def models_area() -> float:
     return float(np.pi * 0.01**2 / 4)
 
 
-def counted(fails: Callable[[float], bool] = lambda E: False) -> tuple[Setting, Counted]:
+def counted(fails: Callable[[float], bool] = lambda E: False) -> tuple[TrainingTask, Counted]:
     count = Counted(fails)
-    return Setting(spun, (YOUNG,), PLAN, INTERVAL, count.form), count
+    return TrainingTask(spun, (YOUNG,), PLAN, INTERVAL, count.form), count
 
 
 OPTIONS = greedy.Options(iterations=3, max_samples=6)
 
 
 def test_two_full_runs_are_enough_for_a_tolerance(tmp_path: Path) -> None:
-    setting, count = counted()
-    found = campaign.train(setting, places(setting), OPTIONS, tolerance=1e-3)
+    task, count = counted()
+    found = training.train(task, places(task), OPTIONS, tolerance=1e-3)
     assert len(found.runs) == len(count.full) - 1 <= 2  # and one with twice the step
     assert found.predicted[2] <= 1e-3
     assert found.choice is not None
-    assert found.choice.truncation <= budget.TRUNCATION * 1e-3
-    assert found.choice.hyper_reduction <= budget.HYPER * 1e-3
+    assert found.choice.truncation <= error_budget.TRUNCATION * 1e-3
+    assert found.choice.hyper_reduction <= error_budget.HYPER * 1e-3
     assert found.model_plan.tolerance == found.choice.eps
     assert "eps = " in found.choice.statement
     assert "time step" in found.choice.statement
-    checked = holdout.holdout(found, holdout.truths(found.setting, boxes.grid((YOUNG,), 7)))
+    checked = holdout.holdout(found, holdout.truths(found.task, boxes.grid((YOUNG,), 7)))
     assert checked.largest < 1e-3
     assert checked.inside >= 0.9
 
 
 def test_smaller_tolerances_choose_smaller_eps() -> None:
-    setting, _ = counted()
-    run = full_runs.full_run(dataclasses.replace(setting, plan=dataclasses.replace(PLAN, tolerance=1e-16)), {"E": 1e9})
-    rough, fine = (budget.choose(setting, run, tolerance) for tolerance in (1e-2, 1e-4))
+    task, _ = counted()
+    run = full_runs.full_run(dataclasses.replace(task, plan=dataclasses.replace(PLAN, tolerance=1e-16)), {"E": 1e9})
+    rough, fine = (error_budget.choose(task, run, tolerance) for tolerance in (1e-2, 1e-4))
     assert fine.eps < rough.eps
-    assert (fine.truncation, rough.truncation) < (budget.TRUNCATION * 1e-4, budget.TRUNCATION * 1e-2)
+    assert (fine.truncation, rough.truncation) < (error_budget.TRUNCATION * 1e-4, error_budget.TRUNCATION * 1e-2)
     with pytest.raises(InputError, match="an error between 0 and 1"):
-        budget.choose(setting, run, 0.0)
+        error_budget.choose(task, run, 0.0)
 
 
 def test_pairs_tell_the_error_before_and_after(tmp_path: Path) -> None:
-    setting, _ = counted()
-    found = campaign.train(setting, places(setting), dataclasses.replace(OPTIONS, iterations=2))
+    task, _ = counted()
+    found = training.train(task, places(task), dataclasses.replace(OPTIONS, iterations=2))
     table = {(pair.run, pair.bases): pair for pair in found.pairs}
     assert set(table) == {(0, 1), (1, 1), (0, 2), (1, 2)}
     assert table[1, 2].error < 0.5 * table[1, 1].error
@@ -393,8 +392,8 @@ class Interrupted(Exception):
 def test_an_interrupted_training_goes_on(after: int, tmp_path: Path) -> None:
     """Stopped anywhere, nothing complete is run again, and the result is that of a training in one go."""
     whole, count = counted()
-    straight = campaign.train(whole, places(whole), OPTIONS, tmp_path / "straight")
-    setting, again = counted()
+    straight = training.train(whole, places(whole), OPTIONS, tmp_path / "straight")
+    task, again = counted()
     seen: list[float] = []
 
     def stop(fraction: float) -> None:
@@ -403,10 +402,10 @@ def test_an_interrupted_training_goes_on(after: int, tmp_path: Path) -> None:
             raise Interrupted
 
     with pytest.raises(Interrupted):
-        campaign.train(setting, places(setting), OPTIONS, tmp_path / "parts", progress=stop)
+        training.train(task, places(task), OPTIONS, tmp_path / "parts", progress=stop)
     early = len(again.full)
     assert early >= 1
-    found = campaign.train(setting, places(setting), OPTIONS, tmp_path / "parts")
+    found = training.train(task, places(task), OPTIONS, tmp_path / "parts")
     assert again.full == count.full
     assert found.outcome.stop is straight.outcome.stop
     for one, other in zip(found.outcome.iterations, straight.outcome.iterations, strict=True):
@@ -416,16 +415,16 @@ def test_an_interrupted_training_goes_on(after: int, tmp_path: Path) -> None:
     for pair, same in zip(found.pairs, straight.pairs, strict=True):
         assert (pair.run, pair.bases) == (same.run, same.bases)
         assert pair.error == pytest.approx(same.error, rel=1e-6)
-    third = campaign.train(setting, places(setting), OPTIONS, tmp_path / "parts")
+    third = training.train(task, places(task), OPTIONS, tmp_path / "parts")
     assert again.full == count.full
     assert third.calibration == found.calibration
 
 
 def test_a_training_with_a_tolerance_goes_on(tmp_path: Path) -> None:
-    setting, count = counted()
-    one = campaign.train(setting, places(setting), OPTIONS, tmp_path, tolerance=1e-3)
+    task, count = counted()
+    one = training.train(task, places(task), OPTIONS, tmp_path, tolerance=1e-3)
     made = list(count.full)
-    other = campaign.train(setting, places(setting), OPTIONS, tmp_path, tolerance=1e-3)
+    other = training.train(task, places(task), OPTIONS, tmp_path, tolerance=1e-3)
     assert count.full == made
     assert other.choice == one.choice
     assert other.outcome.stop is one.outcome.stop is greedy.Stop.TOLERANCE
@@ -435,23 +434,23 @@ def test_a_training_with_a_tolerance_goes_on(tmp_path: Path) -> None:
 @pytest.mark.parametrize("tolerance", [None, 1e-3])
 def test_checks_calibrate_the_last_model_without_being_in_it(tolerance: float | None, tmp_path: Path) -> None:
     """Beside full runs that are the same without them; the same call again makes none of them anew."""
-    setting, count = counted()
-    plain = campaign.train(setting, places(setting), OPTIONS, tolerance=tolerance)
-    setting, count = counted()
-    found = campaign.train(setting, places(setting), OPTIONS, tmp_path, tolerance, checks=2)
+    task, count = counted()
+    plain = training.train(task, places(task), OPTIONS, tolerance=tolerance)
+    task, count = counted()
+    found = training.train(task, places(task), OPTIONS, tmp_path, tolerance, checks=2)
     assert len(found.checks) == 2
     assert len(count.full) == len(found.runs) + 2 + (tolerance is not None)
     assert [run.values for run in found.runs[: len(plain.runs)]] == [run.values for run in plain.runs]
     assert not {run.values["E"] for run in found.checks} & {run.values["E"] for run in found.runs}
-    assert sum(pair.run == campaign.CHECK for pair in found.pairs) == 2
+    assert sum(pair.run == training_work.CHECK for pair in found.pairs) == 2
     assert {pair.bases for pair in found.pairs} == {len(found.runs)}
     assert len(found.last.samples) >= OPTIONS.max_samples
     assert set(found.last.samples) >= set(found.outcome.iterations[-1].samples)
     for run, pair in zip(found.checks, found.pairs[-2:], strict=True):
-        seen = family_model.quick(found.setting)
+        seen = reduced_models.quick(found.task)
         assert holdout.measured(seen, found.model, run)[:2] == pytest.approx((pair.indicator, pair.error), rel=1e-6)
     made = list(count.full)
-    again = campaign.train(setting, places(setting), OPTIONS, tmp_path, tolerance, checks=2)
+    again = training.train(task, places(task), OPTIONS, tmp_path, tolerance, checks=2)
     assert count.full == made
     assert again.predicted == pytest.approx(found.predicted, rel=1e-6)
     assert again.outcome.points == found.outcome.points
@@ -461,50 +460,50 @@ def test_own_runs_count_as_one_where_they_scatter_little() -> None:
     def pairs(*errors: float) -> list[store.Pair]:
         return [store.Pair(k, 2, 1e-5, error) for k, error in enumerate(errors)]
 
-    (one,) = campaign.middle(pairs(1e-3, 2.25e-3))
+    (one,) = training_work.middle(pairs(1e-3, 2.25e-3))
     assert (one.indicator, one.error) == pytest.approx((1e-5, 1.5e-3))
-    assert campaign.middle(pairs(1e-3, 1e-2)) == pairs(1e-3, 1e-2)
-    assert campaign.middle(pairs(0.0)) == []
+    assert training_work.middle(pairs(1e-3, 1e-2)) == pairs(1e-3, 1e-2)
+    assert training_work.middle(pairs(0.0)) == []
 
 
 def test_the_folder_of_another_training_is_refused(tmp_path: Path) -> None:
-    setting, _ = counted()
-    campaign.train(setting, places(setting), dataclasses.replace(OPTIONS, iterations=1), tmp_path)
-    wider = dataclasses.replace(setting, parameters=(dataclasses.replace(YOUNG, high=1.4e9),))
-    finer = dataclasses.replace(setting, plan=dataclasses.replace(PLAN, tolerance=1e-11))
-    longer = dataclasses.replace(setting, family=lambda values: dataclasses.replace(spun(values), duration=0.6))
+    task, _ = counted()
+    training.train(task, places(task), dataclasses.replace(OPTIONS, iterations=1), tmp_path)
+    wider = dataclasses.replace(task, parameters=(dataclasses.replace(YOUNG, high=1.4e9),))
+    finer = dataclasses.replace(task, plan=dataclasses.replace(PLAN, tolerance=1e-11))
+    longer = dataclasses.replace(task, family=lambda values: dataclasses.replace(spun(values), duration=0.6))
     for other in (wider, finer, longer):
         with pytest.raises(
             InputError, match="expected a folder of this training, got one of another training; take an empty folder"
         ):
-            campaign.train(other, places(setting), dataclasses.replace(OPTIONS, iterations=1), tmp_path)
+            training.train(other, places(task), dataclasses.replace(OPTIONS, iterations=1), tmp_path)
     with pytest.raises(InputError, match="one of another training"):
-        campaign.train(setting, places(setting), dataclasses.replace(OPTIONS, iterations=1, seed=1), tmp_path)
+        training.train(task, places(task), dataclasses.replace(OPTIONS, iterations=1, seed=1), tmp_path)
     (tmp_path / store.TITLE).unlink()
     with pytest.raises(InputError, match=r"one without training\.json"):
-        campaign.train(setting, places(setting), OPTIONS, tmp_path)
+        training.train(task, places(task), OPTIONS, tmp_path)
 
 
 def test_a_training_that_ended_goes_on_with_more_iterations(tmp_path: Path) -> None:
     """Full runs, samples and stop are those of one training with all iterations; fewer iterations read what is there."""
-    setting, count = counted()
-    once = campaign.train(setting, places(setting), dataclasses.replace(OPTIONS, iterations=1), tmp_path / "parts")
+    task, count = counted()
+    once = training.train(task, places(task), dataclasses.replace(OPTIONS, iterations=1), tmp_path / "parts")
     assert once.outcome.stop is greedy.Stop.ITERATIONS
-    more = campaign.train(setting, places(setting), OPTIONS, tmp_path / "parts")
+    more = training.train(task, places(task), OPTIONS, tmp_path / "parts")
     whole, fresh = counted()
-    straight = campaign.train(whole, places(whole), OPTIONS, tmp_path / "straight")
+    straight = training.train(whole, places(whole), OPTIONS, tmp_path / "straight")
     assert count.full == fresh.full
     assert (more.outcome.points, more.outcome.stop) == (straight.outcome.points, straight.outcome.stop)
     assert [i.samples for i in more.outcome.iterations] == [i.samples for i in straight.outcome.iterations]
-    again = campaign.train(setting, places(setting), dataclasses.replace(OPTIONS, iterations=1), tmp_path / "parts")
+    again = training.train(task, places(task), dataclasses.replace(OPTIONS, iterations=1), tmp_path / "parts")
     assert again.outcome.points == more.outcome.points
     assert count.full == fresh.full
 
 
 def test_few_snapshots_that_are_all_kept_are_no_floor() -> None:
     """A short run has as many modes as snapshots: the indicator is flat, but more full runs lower it."""
-    setting = dataclasses.replace(counted()[0], interval=0.05, plan=dataclasses.replace(PLAN, tolerance=1e-20))
-    found = campaign.train(setting, places(setting), dataclasses.replace(OPTIONS, iterations=2))
+    task = dataclasses.replace(counted()[0], interval=0.05, plan=dataclasses.replace(PLAN, tolerance=1e-20))
+    found = training.train(task, places(task), dataclasses.replace(OPTIONS, iterations=2))
     run = found.runs[0]
     assert found.models[0].modes["beam"] == len(run.times) - 1 == len(run.factors["beam"].values)
     assert len(found.runs) == 2
@@ -513,24 +512,24 @@ def test_few_snapshots_that_are_all_kept_are_no_floor() -> None:
 def test_eps_is_lowered_where_it_is_the_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An eps chosen too rough at the first full run: the runs that exist serve once more, and a stored training ends the same."""
     wanted, rough = 2e-4, 1e-7
-    monkeypatch.setattr(budget, "choose", lambda *_: budget.Choice(wanted, rough, 1e-3, 1e-5, 1e-5, None))
-    setting, count = counted()
-    found = campaign.train(setting, places(setting), OPTIONS, tmp_path, tolerance=wanted)
-    assert 1 <= found.lowered <= campaign.LOWERINGS
-    assert found.model_plan.tolerance == pytest.approx(rough * campaign.LOWER_EPS**found.lowered, rel=1e-12)
-    assert found.model_plan.hyper.tolerance == pytest.approx(1e-3 * campaign.LOWER_ETA**found.lowered, rel=1e-12)
+    monkeypatch.setattr(error_budget, "choose", lambda *_: error_budget.Choice(wanted, rough, 1e-3, 1e-5, 1e-5, None))
+    task, count = counted()
+    found = training.train(task, places(task), OPTIONS, tmp_path, tolerance=wanted)
+    assert 1 <= found.lowered <= training_work.LOWERINGS
+    assert found.model_plan.tolerance == pytest.approx(rough * training_work.LOWER_EPS**found.lowered, rel=1e-12)
+    assert found.model_plan.hyper.tolerance == pytest.approx(1e-3 * training_work.LOWER_ETA**found.lowered, rel=1e-12)
     assert found.reduced_runs == found.outcome.evaluations + found.discarded
     assert found.discarded >= 3
     points = [run.values["E"] for run in found.runs]
     assert len(set(points)) == len(points)
     before, after = (
-        family_model.model_of(family_model.quick(dataclasses.replace(found.setting, plan=plan)), found.runs)
+        reduced_models.model_of(reduced_models.quick(dataclasses.replace(found.task, plan=plan)), found.runs)
         for plan in (dataclasses.replace(found.model_plan, tolerance=rough, hyper=Elements(1e-3)), found.model_plan)
     )
-    truths = holdout.truths(found.setting, boxes.grid((YOUNG,), 5))
+    truths = holdout.truths(found.task, boxes.grid((YOUNG,), 5))
     assert holdout.holdout(found, truths, after).largest < 0.3 * holdout.holdout(found, truths, before).largest
     made = list(count.full)
-    again = campaign.train(setting, places(setting), OPTIONS, tmp_path, tolerance=wanted)
+    again = training.train(task, places(task), OPTIONS, tmp_path, tolerance=wanted)
     assert count.full == made
     assert (again.lowered, again.discarded, again.choice) == (found.lowered, found.discarded, found.choice)
 
@@ -541,50 +540,50 @@ def kinked(values: Mapping[str, float]) -> Case:
 
 
 def test_a_family_of_lengths_is_a_polynomial_of_them() -> None:
-    setting = setting_of(spun, LENGTH)
-    model = family_model.model_of(setting, [full_runs.full_run(setting, {"L": 1.0})])
+    task = task_of_family(spun, LENGTH)
+    model = reduced_models.model_of(task, [full_runs.full_run(task, {"L": 1.0})])
     assert model.obstacle == ""
     raw = spun({"L": 0.9}).system
-    motion = family_model.reduced_run(setting, family_model.reduced_case(model, {"L": 0.9}))
-    assert full_runs.error(setting, raw, full_runs.full_run(setting, {"L": 0.9}), motion) < 2e-3
+    motion = reduced_models.reduced_run(task, reduced_models.case_at(model, {"L": 0.9}))
+    assert full_runs.error(task, raw, full_runs.full_run(task, {"L": 0.9}), motion) < 2e-3
 
 
 def test_a_family_that_is_no_polynomial_is_made_member_by_member(tmp_path: Path) -> None:
     """The training goes on all the same; one whose model is to be saved ends with the reason at its first full run."""
-    setting = setting_of(kinked, LENGTH)
-    search = campaign.search((LENGTH,), boxes.grid((LENGTH,), 5), boxes.grid((LENGTH,), 3))
+    task = task_of_family(kinked, LENGTH)
+    search = training.search((LENGTH,), boxes.grid((LENGTH,), 5), boxes.grid((LENGTH,), 3))
     few = dataclasses.replace(OPTIONS, iterations=2, max_samples=3)
     with pytest.warns(Notice, match="no polynomial of its parameters"):
-        found = campaign.train(setting, search, few, tmp_path)
+        found = training.train(task, search, few, tmp_path)
     with pytest.raises(InputError, match="numbers that are polynomials of the parameters"):
         _ = found.model.parametric
-    checked = holdout.holdout(found, [full_runs.full_run(setting, {"L": 0.9})])
+    checked = holdout.holdout(found, [full_runs.full_run(task, {"L": 0.9})])
     assert checked.largest < 1e-3
     with pytest.warns(Notice):
-        again = campaign.train(setting, search, few, tmp_path)
+        again = training.train(task, search, few, tmp_path)
     assert again.outcome.points == found.outcome.points
     assert again.pairs == found.pairs
     with pytest.warns(Notice), pytest.raises(NoModel, match="it is no polynomial of its parameters: parameter 'L'"):
-        campaign.train(setting, search, few, tmp_path / "savable", savable=True)
+        training.train(task, search, few, tmp_path / "savable", savable=True)
     assert sorted(path.name for path in (tmp_path / "savable").glob("run-*")) == ["run-001.h5"]
 
 
 def test_a_damaged_run_is_told(tmp_path: Path) -> None:
-    setting, _ = counted()
+    task, _ = counted()
     once = dataclasses.replace(OPTIONS, iterations=1)
-    campaign.train(setting, places(setting), once, tmp_path)
+    training.train(task, places(task), once, tmp_path)
     path = tmp_path / "run-001.h5"
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 1
     path.write_bytes(data)
     with pytest.raises(CorruptFile, match=r"run-001\.h5: expected sha256"):
-        campaign.train(setting, places(setting), once, tmp_path)
+        training.train(task, places(task), once, tmp_path)
 
 
 @pytest.mark.parametrize("room, made", [(100, 1), (30_000, 2)])
 def test_a_full_disk_loses_nothing(room: int, made: int, tmp_path: Path) -> None:
     """The largest size of a file stands for the room left, for no file or for small ones; no full run is made twice."""
-    setting, count = counted()
+    task, count = counted()
     seen: list[int] = []
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
 
@@ -595,35 +594,35 @@ def test_a_full_disk_loses_nothing(room: int, made: int, tmp_path: Path) -> None
 
     try:
         with pytest.raises(NoRoom, match=r"(?s)expected room on the disk.*make room, then (train|call the same) again"):
-            campaign.train(setting, places(setting), OPTIONS, tmp_path, progress=fill)
+            training.train(task, places(task), OPTIONS, tmp_path, progress=fill)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
     assert len(count.full) == made
-    found = campaign.train(setting, places(setting), OPTIONS, tmp_path)
+    found = training.train(task, places(task), OPTIONS, tmp_path)
     assert len(count.full) == len(found.runs)
 
 
 def test_a_full_run_that_fails_in_a_corner_is_left_out() -> None:
-    setting, _ = counted(lambda E: E > 1.29e9)
-    found = campaign.train(setting, places(setting), OPTIONS)
+    task, _ = counted(lambda E: E > 1.29e9)
+    found = training.train(task, places(task), OPTIONS)
     assert dict(found.outcome.failed) == {20: "a full run fails"}
     assert len(found.runs) >= 2
     assert all(run.values["E"] < 1.29e9 for run in found.runs)
 
 
-def test_a_reduced_run_that_fails_is_infinite(spin: Setting, two: tuple[FullRun, ...]) -> None:
+def test_a_reduced_run_that_fails_is_infinite(spin: TrainingTask, two: tuple[FullRun, ...]) -> None:
     """A negative modulus has no motion."""
-    work = campaign.Work(spin, spin, Search(np.array([[1e9], [-1e9]]), (0,), 0), None, None)
-    work.models = [family_model.model_of(spin, two)]
-    assert 0.0 < campaign.evaluated(work, 0) < np.inf
-    assert campaign.evaluated(work, 1) == np.inf
+    work = training_work.Work(spin, spin, Search(np.array([[1e9], [-1e9]]), (0,), 0), None, None)
+    work.models = [reduced_models.model_of(spin, two)]
+    assert 0.0 < training_work.evaluated(work, 0) < np.inf
+    assert training_work.evaluated(work, 1) == np.inf
 
 
 def test_a_family_that_never_runs_is_told() -> None:
-    setting, _ = counted(lambda E: True)
+    task, _ = counted(lambda E: True)
     with pytest.raises(NoModel, match=r"a first full run that succeeds, got E = 1e\+09 Pa: a full run fails; E = 7e\+08 Pa: "):
-        campaign.train(setting, places(setting), OPTIONS)
+        training.train(task, places(task), OPTIONS)
 
 
 # Searches
@@ -632,9 +631,9 @@ def test_a_family_that_never_runs_is_told() -> None:
 def test_samples_and_first_point_are_candidates() -> None:
     known = (YOUNG, Parameter("g", 5.0, 12.0))
     grid = boxes.grid(known, 3)
-    found = campaign.search(known, grid, grid[[0, 4]], grid[8])
+    found = training.search(known, grid, grid[[0, 4]], grid[8])
     assert (found.samples, found.first) == ((0, 4), 8)
-    assert campaign.search(known, grid, grid[:1]).first == 4
-    other = campaign.search(known, grid, [[0.8e9, 6.0]], [0.9e9, 7.0])
+    assert training.search(known, grid, grid[:1]).first == 4
+    other = training.search(known, grid, [[0.8e9, 6.0]], [0.9e9, 7.0])
     np.testing.assert_array_equal(other.candidates[9:], [[0.8e9, 6.0], [0.9e9, 7.0]])
     assert (other.samples, other.first) == ((9,), 10)

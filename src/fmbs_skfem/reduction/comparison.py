@@ -1,4 +1,4 @@
-r"""Study of a system: the full model once, then every reduced, coarser and larger-step model against it, error beside cost.
+r"""Comparison of the models of one system: the full one, then every reduced, coarser and larger-step one, error beside cost.
 
     e_max = max_t |q - (qbar + U xi)|_M / max_t |q - q0|_M,      e_mean,      d = max_t max_S |r - r_full|      (`errors`)
     training pays after  (training + its full run) / (full run - reduced run)  runs
@@ -21,23 +21,38 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..core.errors import FmbsError
-from ..dynamics.integration import integrate
 from ..dynamics.trajectory import Trajectory
-from ..systems.assembly import eliminate
 from ..systems.system import System
-from . import costs, output_errors, polynomial
+from . import cases, costs, full_runs, output_errors, polynomial, reduced_models
+from .cases import Case
 from .errors import Errors, compare
 from .ffrf import reduce_floating
-from .galerkin import Snapshots, snapshots, system_level
-from .hyper_reduction import NONE, USUAL, HyperReduction
+from .full_runs import FullRun, TrainingTask
+from .galerkin import system_level
+from .hyper_reduction import NONE, USUAL, HyperReduction, TrainingRun
 from .output_errors import OutputError
+from .plan import newton_for, newton_of_reduced, with_components
 from .polynomial import Exact
-from .runs import Options, TimeError, kept_steps, other_steps, sharp_newton, step_error, stored, timed
+from .reduced_models import ReducedModel, Reduction
+from .runs import TimeError, kept_steps, other_steps, step_error, stored, timed
 from .sampling import Elements, Points
-from .training import Components, Plan, Trained, hyper_reduced, newton_of_reduced, reduced
 
 LEVELS = ("system", "component")
 FULL = ("full", "coarse", "step")  #: families of full models
+
+
+@dataclass(frozen=True)
+class Options:
+    """What is compared beside the models of the task's plan."""
+
+    tolerances: tuple[float, ...] = ()  #: further eps
+    hyper_tolerances: tuple[float, ...] = ()  #: further eta
+    steps: tuple[float, ...] = ()  #: other steps of the full model [s]
+    ffrf_modes: int | None = None
+    repeat: int = 2  #: runs of which the fastest counts
+    order: bool = True  #: observe the order in time by a quarter of the step
+    expensive: bool = False  #: only the steps in `steps` tell the error of the step, which is not halved twice
+    plain: bool = True  #: also run models without hyper-reduction where there is an exact polynomial
 
 
 @dataclass(frozen=True)
@@ -86,14 +101,14 @@ class Record:
 
 
 @dataclass(frozen=True)
-class Study:
+class Comparison:
     """All models, and the motions of those that pictures show."""
 
     records: tuple[Record, ...]
     full: Trajectory
     motions: Mapping[str, Trajectory]
     errors: Mapping[str, Errors]
-    trained: Mapping[str, Trained]
+    models: Mapping[str, ReducedModel]
     time_error: TimeError | None  #: None where the full model was run with one step only
 
     def __getitem__(self, name: str) -> Record:
@@ -101,82 +116,106 @@ class Study:
 
 
 @dataclass(frozen=True)
+class Model:
+    """What is run, and the reduced model that it comes from, if any."""
+
+    case: Case
+    reduced: ReducedModel | None = None
+
+
+@dataclass(frozen=True)
 class Job:
-    """A model to be run."""
+    """A model to be made, run and compared."""
 
     record: Record  #: as far as it is known before
-    make: Callable[[], Trained]
+    make: Callable[[], Model]
     ready: Trajectory | None = None
 
 
+@dataclass(frozen=True)
+class Reference:
+    """What all models are compared with."""
+
+    raw: System  #: with all multipliers
+    full: Trajectory
+    step: float  #: [s]
+    kept: np.ndarray  #: numbers of the steps that are stored
+    repeat: int  #: runs of which the fastest counts
+
+
 def run(
-    raw: System,
+    task: TrainingTask,
     options: Options,
     coarse: Mapping[int, System] | None = None,
     progress: Callable[[float], None] | None = None,
-    form: Callable[[System], System] = eliminate,
-) -> Study:
-    """Everything about one system (with all multipliers); `coarse` are the same on coarser meshes, by cells a body.
+) -> Comparison:
+    """Everything about one system, a task without parameters; `coarse` are the same on coarser meshes, by cells a body.
 
-    `form` makes the system that is run as the full model. A reduced or coarse model that fails is a record with its reason; a
-    failure of the full model is raised. It runs twice where its snapshots need a sharper iteration than itself: the sharp motion is
-    the reference, the other one is timed, as the models are, when nothing is left to compile.
+    A reduced or coarse model that fails is a record with its reason; a failure of the full model is raised. It runs twice where its
+    snapshots need a sharper iteration than itself: the sharp motion is the reference, the other one is timed, as the models are,
+    when nothing is left to compile.
     """
-    system, h, kept = form(raw), options.scheme.step, kept_steps(options)
-    sharp, own = sharp_newton(options), options.newton
-    integrate(system, options.scheme, 2 * h, own)  # compiles, so that no run is charged for it
-    full = timed(system, options if sharp == own else replace(options, repeat=1), h, kept, sharp)
-    data = snapshots(full, options.interval)
-    fine = other_steps(system, options, kept)
-    jobs = [*reduced_jobs(raw, data, options), *competitors(raw, system, options, coarse or {}, fine, form)]
-    records, motions, found, trained = [], {}, {}, {}
+    raw = task.family({})
+    own, kept, h = replace(raw, system=task.form(raw.system)), kept_steps(raw, task.interval), raw.scheme.step
+    sharp = replace(own, newton=newton_for(own.newton, min((task.plan.tolerance, *options.tolerances))))
+    cases.run(replace(own, duration=2 * h))  # compiles, so that no run is charged for it
+    full = timed(sharp, kept, options.repeat if sharp == own else 1)
+    reference = Reference(raw.system, full, h, kept, options.repeat)
+    fine = other_steps(own, kept, options.steps, options.order, options.expensive)
+    jobs = [*reduced_jobs(task, options, full_runs.of_motion(task, full)), *competitors(task, own, options, coarse or {}, fine)]
+    records, motions, found, models = [], {}, {}, {}
     for number, job in enumerate(jobs):
-        record, model, motion, errors = evaluate(job, raw, full, options, kept)
+        record, model, motion, errors = evaluate(job, reference)
         records.append(record)
         if record.main and model and motion and errors:
-            motions[record.name], found[record.name], trained[record.name] = motion, errors, model
+            motions[record.name], found[record.name] = motion, errors
+            if model.reduced:
+                models[record.name] = model.reduced
         if progress:
             progress((number + 1) / (len(jobs) + 1))
-    own_run = full if sharp == own else timed(system, options, h, kept, own)
-    itself = evaluate(Job(Record("full", "full", step=h), lambda: Trained(system), own_run), raw, own_run, options, kept)[0]
-    told = tuple(with_ratios([itself, *records], full.statistics.cpu_s))
-    return Study(told, full, motions, found, trained, step_error(full, fine, h))
+    own_run = full if sharp == own else timed(own, kept, options.repeat)
+    itself = evaluate(Job(Record("full", "full", step=h), lambda: Model(own), own_run), replace(reference, full=own_run))[0]
+    shown = tuple(with_ratios([itself, *records], full.statistics.cpu_s))
+    return Comparison(shown, full, motions, found, models, step_error(full, fine, h))
 
 
-def variants(raw: System, plan: Plan) -> list[tuple[str, HyperReduction]]:
+def variants(task: TrainingTask) -> list[tuple[str, HyperReduction]]:
     """Levels and hyper-reductions that are compared, with the eta of the plan."""
-    eta, exact = plan.hyper.tolerance or USUAL, polynomial.possible(raw)
+    hyper, exact = task.plan.hyper, polynomial.possible(task.family({}).system)
+    eta = hyper.tolerance or USUAL
     found: list[tuple[str, HyperReduction]] = [(level, NONE) for level in LEVELS]
     found += [*((level, Elements(eta)) for level in LEVELS), ("component", Points(eta))]
     found += [("system", Points(eta)), *((level, Exact()) for level in LEVELS)] if exact else []
-    known = {hyper.name for _, hyper in found}
-    return found + [(level, plan.hyper) for level in LEVELS if plan.hyper.name not in known]
+    known = {one.name for _, one in found}
+    return found + [(level, hyper) for level in LEVELS if hyper.name not in known]
 
 
-def reduced_jobs(raw: System, data: Snapshots, options: Options) -> Iterator[Job]:
+def reduced_jobs(task: TrainingTask, options: Options, data: FullRun) -> Iterator[Job]:
     """The main models, then those of the other eps and eta (named `model eps/eta`), then the floating frame."""
-    plan, h = options.plan, options.scheme.step
-    levels: dict[str, Components] = {"system": system_level(raw), "component": plan.components}
+    raw, plan, h = task.family({}), task.plan, task.family({}).scheme.step
+    plans = {"system": with_components(plan, system_level(raw.system)), "component": plan}
 
     @functools.cache
-    def base(level: str, tolerance: float) -> Trained:
-        modes = None if level == "system" and isinstance(plan.modes, Mapping) else plan.modes
-        return reduced(raw, data, replace(plan, components=levels[level], tolerance=tolerance, modes=modes))
+    def base(level: str, eps: float) -> tuple[TrainingTask, Reduction]:
+        mine = replace(task, plan=replace(plans[level], tolerance=eps))
+        return mine, reduced_models.projected(mine, [data])
+
+    def model(level: str, eps: float, hyper: HyperReduction) -> Model:
+        mine, reduction = base(level, eps)
+        made = reduced_models.finished(mine, reduced_models.hyper_reduced(reduction, hyper))
+        return Model(reduced_models.case_at(made, {}), made)
 
     def job(level: str, eps: float, hyper: HyperReduction, main: bool) -> Job:
         family, eta = (f"{level}+{hyper.label}" if hyper.label else level), hyper.tolerance
         name = family if main else f"{family} {short(eps)}" + (f"/{short(eta)}" if eta else "")
-        record = Record(
-            name, family, level=level, hyper=hyper.name, main=main, step=h, tolerance=eps, hyper_tolerance=hyper.tolerance
-        )
-        return Job(record, lambda: hyper_reduced(base(level, eps), raw, data, hyper))
+        newton = newton_of_reduced(raw.newton, eps).tolerance
+        record = Record(name, family, "done", level, hyper.name, main, step=h, newton=newton, tolerance=eps, hyper_tolerance=eta)
+        return Job(record, lambda: model(level, eps, hyper))
 
-    with contextlib.suppress(FmbsError):  # compiles training and steps; what fails here is told by the models themselves
-        few = replace(data, times=data.times[:2], q=data.q[:2])
-        model = hyper_reduced(base("component", plan.tolerance), raw, few, Elements(0.5))
-        integrate(model.system, options.scheme, 2 * h, options.newton)
-    found = variants(raw, plan)
-    if not options.plain and polynomial.possible(raw):
+    with contextlib.suppress(FmbsError):  # what fails here, the models themselves will say
+        compile_training(*base("component", plan.tolerance))
+    found = variants(task)
+    if not options.plain and polynomial.possible(raw.system):
         found = [(level, hyper) for level, hyper in found if hyper is not NONE]
     for level, hyper in found:
         yield job(level, plan.tolerance, hyper, True)
@@ -187,49 +226,55 @@ def reduced_jobs(raw: System, data: Snapshots, options: Options) -> Iterator[Job
                     yield job(level, eps, replace(hyper, tolerance=eta), False)
     if options.ffrf_modes:
         count = options.ffrf_modes
-        yield Job(Record("ffrf", "ffrf", main=True, step=h), lambda: Trained(reduce_floating(raw, count)))
+        yield Job(Record("ffrf", "ffrf", main=True, step=h), lambda: Model(replace(raw, system=reduce_floating(raw.system, count))))
+
+
+def compile_training(task: TrainingTask, reduction: Reduction) -> None:
+    """Compile the training on two snapshots, and the steps."""
+    few = tuple(replace(run, motion=functools.partial(first_states, run)) for run in reduction.runs)
+    rough = reduced_models.hyper_reduced(replace(reduction, runs=few), Elements(0.5))
+    case = reduced_models.case_at(reduced_models.finished(task, rough), {})
+    cases.run(replace(case, duration=2 * case.scheme.step))
+
+
+def first_states(run: TrainingRun) -> np.ndarray:
+    """Two training states (2, q)."""
+    return run.motion()[:2]
 
 
 def competitors(
-    raw: System,
-    system: System,
-    options: Options,
-    coarse: Mapping[int, System],
-    fine: Mapping[float, Trajectory],
-    form: Callable[[System], System],
+    task: TrainingTask, own: Case, options: Options, coarse: Mapping[int, System], fine: Mapping[float, Trajectory]
 ) -> Iterator[Job]:
     """Full models on coarser meshes and with other steps."""
-    h = options.scheme.step
     for cells, other in coarse.items():
-        yield Job(Record(f"coarse-{cells}", "coarse", step=h), functools.partial(formed, form, other))
+        make = functools.partial(formed, task, replace(own, system=other))
+        yield Job(Record(f"coarse-{cells}", "coarse", step=own.scheme.step), make)
     for step in options.steps:
         ready = next((motion for known, motion in fine.items() if math.isclose(known, step)), None)
-        yield Job(Record(f"step-{short(step)}", "step", step=step), lambda: Trained(system), ready)
+        make = functools.partial(Model, cases.with_step(own, step))
+        yield Job(Record(f"step-{short(step)}", "step", step=step), make, ready)
 
 
-def formed(form: Callable[[System], System], raw: System) -> Trained:
+def formed(task: TrainingTask, raw: Case) -> Model:
     """A full model as it is run."""
-    return Trained(form(raw))
+    return Model(replace(raw, system=task.form(raw.system)))
 
 
-def evaluate(
-    job: Job, raw: System, full: Trajectory, options: Options, kept: np.ndarray
-) -> tuple[Record, Trained | None, Trajectory | None, Errors | None]:
+def evaluate(job: Job, reference: Reference) -> tuple[Record, Model | None, Trajectory | None, Errors | None]:
     """Make a model, run it, and compare it with the full one."""
-    eps, step = job.record.tolerance, job.record.step
-    newton = newton_of_reduced(options.newton, eps) if eps else options.newton
-    record = replace(job.record, newton=newton.tolerance)
+    record, full = job.record, reference.full
     try:
         model = job.make()
     except FmbsError as error:
         return replace(record, status=str(error)), None, None, None
-    record = sizes(record, model, raw)
+    case = model.case
+    record = sizes(replace(record, newton=case.newton.tolerance), model, reference.raw)
     try:
-        motion = job.ready or timed(model.system, options, step, stored(step, options.scheme.step, kept), newton)
+        motion = job.ready or timed(case, stored(case.scheme.step, reference.step, reference.kept), reference.repeat)
         errors, outputs = compare(full, motion), output_errors.compare(full, motion)
     except FmbsError as error:
         return replace(record, status=str(error)), model, None, None
-    cost, parts = motion.statistics, costs.shares(motion, replace(options.scheme, step=step))
+    cost, parts = motion.statistics, costs.shares(motion, case.scheme)
     record = replace(
         record,
         constraints=len(motion.system.constraints.names),
@@ -238,7 +283,7 @@ def evaluate(
         force_s=parts.force_s,
         solve_s=parts.solve_s,
         product_s=parts.product_s,
-        kr_us=1e6 * costs.tangent_seconds(model.system),
+        kr_us=1e6 * costs.tangent_seconds(case.system),
         max_error=errors.maximum,
         mean_error=errors.mean,
         median_error=errors.median,
@@ -253,26 +298,25 @@ def evaluate(
     return record, model, motion, errors
 
 
-def sizes(record: Record, model: Trained, raw: System) -> Record:
+def sizes(record: Record, model: Model, raw: System) -> Record:
     """Modes, cells, points and products of a model."""
-    system = model.system
-    if not model.components:
+    system, made = model.case.system, model.reduced
+    if made is None:
         return replace(record, dofs=len(system.lift.offset) if record.family in FULL else system.size)
     width, cells = costs.bandwidth(raw), costs.kept_cells(system)
-    dofs = costs.by_component(costs.touched(raw, cells), model.components)
-    modes = {name: basis.modes.shape[1] for name, basis in model.bases.items()}
+    dofs = costs.by_component(costs.touched(raw, cells), made.components)
     return replace(
         record,
         dofs=system.size,
-        modes=modes,
-        elements=costs.by_component({name: len(numbers) for name, numbers in cells.items()}, model.components),
-        points=costs.by_component(costs.kept_points(system), model.components),
+        modes=dict(made.modes),
+        elements=costs.by_component({name: len(numbers) for name, numbers in cells.items()}, made.components),
+        points=costs.by_component(costs.kept_points(system), made.components),
         dofs_kept=dofs,
         bandwidth=width,
-        multiplications=costs.multiplications(dofs, modes, width),
-        kept={selection.component: len(selection.sample.indices) for selection in model.selections},
-        snnls_s={selection.component: selection.snnls_s for selection in model.selections},
-        training_s=model.training_s,
+        multiplications=costs.multiplications(dofs, made.modes, width),
+        kept={selection.component: len(selection.sample.indices) for selection in made.selections},
+        snnls_s={selection.component: selection.snnls_s for selection in made.selections},
+        training_s=made.training_s,
     )
 
 

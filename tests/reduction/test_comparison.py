@@ -13,11 +13,12 @@ from fmbs_skfem import reduction
 from fmbs_skfem.bodies import body
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
-from fmbs_skfem.reduction import Elements, HyperReduction, Points, costs, files, runs, study, training
-from fmbs_skfem.reduction.runs import Options
-from fmbs_skfem.reduction.study import Record, Study
-from fmbs_skfem.reduction.training import Plan
-from fmbs_skfem.systems import At, assemble, joints, loads
+from fmbs_skfem.reduction import Elements, HyperReduction, Plan, Points, TrainingTask, comparison, costs, files, plan, runs, task_of
+from fmbs_skfem.reduction.cases import Case
+from fmbs_skfem.reduction.comparison import Comparison, Options, Record
+from fmbs_skfem.reduction.full_runs import FullRun
+from fmbs_skfem.reduction.reduced_models import ReducedModel, model_of
+from fmbs_skfem.systems import At, System, assemble, joints, loads
 from tests import models
 from tests.reduction.conftest import Full, error
 
@@ -26,15 +27,21 @@ MAIN = ("system", "component", "system+ecsw", "component+ecsw", "component+ecsw-
 COMPONENTS = {"I": ("I",), "II": ("II",)}
 
 
+def task_for(raw: System, duration: float, plan: Plan) -> TrainingTask:
+    """Snapshots every 5 ms of steps of 0.5 ms."""
+    return task_of(Case(raw, SCHEME, duration, Newton(1e-10)), plan, 5e-3)
+
+
+def trained(full: Full, plan: Plan) -> ReducedModel:
+    """The model of a plan from the snapshots of a full run."""
+    return model_of(task_for(full.raw, 3.0, plan), [FullRun({}, full.data.times, {}, 0.0, q=full.data.q)])
+
+
 @pytest.fixture(scope="module")
-def small() -> Study:
+def small() -> Comparison:
     """Example 2 with 24 cells a beam over 0.8 s."""
+    task = task_for(models.double_pendulum(24, all_multipliers=True), 0.8, Plan(COMPONENTS, 1e-9, hyper=Elements(1e-3)))
     options = Options(
-        scheme=SCHEME,
-        duration=0.8,
-        interval=5e-3,
-        plan=Plan(COMPONENTS, 1e-9, hyper=Elements(1e-3)),
-        newton=Newton(1e-10),
         tolerances=(1e-6,),
         hyper_tolerances=(1e-2,),
         steps=(2.5e-4, 1e-3),
@@ -42,10 +49,10 @@ def small() -> Study:
         repeat=1,
     )
     coarse = {cells: models.double_pendulum(cells, all_multipliers=True) for cells in (4, 8)}
-    return study.run(models.double_pendulum(24, all_multipliers=True), options, coarse)
+    return comparison.run(task, options, coarse)
 
 
-def test_every_model_is_there_once_and_done(small: Study) -> None:
+def test_every_model_is_there_once_and_done(small: Comparison) -> None:
     names = [record.name for record in small.records]
     assert len(names) == len(set(names))
     assert {"full", *MAIN, "ffrf", "coarse-4", "coarse-8", "step-2.5e-4", "step-1e-3"} <= set(names)
@@ -54,14 +61,14 @@ def test_every_model_is_there_once_and_done(small: Study) -> None:
     assert all(record.cpu_s > 0 and record.wall_s > 0 and record.iterations > 0 for record in small.records)
 
 
-def test_the_reference_has_no_error_and_all_coordinates(small: Study) -> None:
+def test_the_reference_has_no_error_and_all_coordinates(small: Comparison) -> None:
     full = small["full"]
     assert (full.max_error, full.mean_error, full.position_error) == (0.0, 0.0, 0.0)
     assert full.dofs == small["step-1e-3"].dofs == 2 * 50 * 3
     assert small["coarse-4"].dofs == 2 * 10 * 3
 
 
-def test_error_falls_with_eps(small: Study) -> None:
+def test_error_falls_with_eps(small: Comparison) -> None:
     for name in ("system", "component"):
         fine, rough = small[name], small[f"{name} 1e-6"]
         assert fine.dofs > rough.dofs
@@ -70,7 +77,7 @@ def test_error_falls_with_eps(small: Study) -> None:
         assert fine.max_error < 3e-3
 
 
-def test_hyper_reduction_keeps_fewer_cells_and_the_error(small: Study) -> None:
+def test_hyper_reduction_keeps_fewer_cells_and_the_error(small: Comparison) -> None:
     whole, cells, points = (small[name] for name in ("component", "component+ecsw", "component+ecsw-points"))
     assert whole.elements == {"I": 24, "II": 24}
     assert whole.points == {"I": 72, "II": 72}
@@ -81,14 +88,14 @@ def test_hyper_reduction_keeps_fewer_cells_and_the_error(small: Study) -> None:
     assert not whole.snnls_s
 
 
-def test_full_models_converge_with_the_mesh_and_the_step(small: Study) -> None:
+def test_full_models_converge_with_the_mesh_and_the_step(small: Comparison) -> None:
     """Cubic elements: at least third order from 4 to 8 cells; |e(2h)| = 4 |e(h/2)| where e is the distance from the run with h."""
     assert small["coarse-8"].position_error < small["coarse-4"].position_error / 8
     assert small["coarse-8"].max_error > 0
     assert small["step-1e-3"].position_error == pytest.approx(4 * small["step-2.5e-4"].position_error, rel=0.3)
 
 
-def test_time_error_is_second_order(small: Study) -> None:
+def test_time_error_is_second_order(small: Comparison) -> None:
     found = small.time_error
     assert found.order == pytest.approx(2.0, abs=0.2)
     assert found.position == pytest.approx(4 / 3 * found.difference, rel=1e-14)
@@ -96,10 +103,10 @@ def test_time_error_is_second_order(small: Study) -> None:
     assert 0 < found.relative < 1e-2
 
 
-def test_motions_of_the_main_models_are_kept(small: Study) -> None:
+def test_motions_of_the_main_models_are_kept(small: Comparison) -> None:
     assert set(small.motions) == {*MAIN, "ffrf"}
     assert small.errors["component"].maximum == small["component"].max_error
-    assert small.trained["component"].system.size == small["component"].dofs
+    assert small.models["component"].system.size == small["component"].dofs
 
 
 def test_failures_are_records_with_their_reason() -> None:
@@ -111,8 +118,8 @@ def test_failures_are_records_with_their_reason() -> None:
     ]
     pins = [joints.Pin("A", At("I", "left")), joints.Pin("B", At("I", "right"), At("II", "left"))]
     raw = assemble(parts, pins, [loads.Gravity((0, 0, -9.81))])
-    plan = Plan(COMPONENTS, 1e-8, modes={"I": 1, "II": 6}, hyper=Elements(1e-3))
-    found = study.run(raw, Options(SCHEME, 0.05, 5e-3, plan, ffrf_modes=4, repeat=1, order=False))
+    task = task_for(raw, 0.05, Plan(COMPONENTS, 1e-8, modes={"I": 1, "II": 6}, hyper=Elements(1e-3)))
+    found = comparison.run(task, Options(ffrf_modes=4, repeat=1, order=False))
     assert "more than 3 modes" in found["component"].status
     assert "straight" in found["ffrf"].status
     assert math.isnan(found["ffrf"].max_error)
@@ -145,7 +152,7 @@ def test_ratios_of_two_records() -> None:
         Record("system", "system", multiplications=600, cpu_s=2.0, training_s=0.1),
         Record("component", "component", multiplications=200, cpu_s=0.5, training_s=0.5),
     ]
-    full, system, component = study.with_ratios(records, 2.0)
+    full, system, component = comparison.with_ratios(records, 2.0)
     assert (system.speed_up, component.speed_up) == (1.0, 3.0)
     assert component.pays_after_runs == 2.5
     assert system.pays_after_runs is None
@@ -154,44 +161,45 @@ def test_ratios_of_two_records() -> None:
 
 @pytest.mark.parametrize("duration,interval,expected", [(3.0, 5e-3, 2), (0.4, 5e-3, 1), (30.0, 5e-3, 10), (3.0, 3.5e-3, 1)])
 def test_stride_divides_the_interval_and_leaves_samples(duration: float, interval: float, expected: int) -> None:
-    assert runs.stride(Options(GeneralizedAlpha(5e-4), duration, interval, Plan(COMPONENTS))) == expected
+    assert runs.stride(Case(models.cantilever(1), GeneralizedAlpha(5e-4), duration), interval) == expected
 
 
 @pytest.mark.parametrize("number,text", [(1.25e-4, "1.25e-4"), (1e-12, "1e-12"), (0.02, "2e-2"), (5.0, "5e0")])
 def test_short_numbers(number: float, text: str) -> None:
-    assert study.short(number) == text
+    assert comparison.short(number) == text
 
 
 def test_listed_snapshots_are_stored_with_the_start() -> None:
-    options = Options(GeneralizedAlpha(1e-5), 0.01, 1e-5 * np.array([0, 30, 60, 500]), Plan(COMPONENTS))
-    assert runs.kept_steps(options).tolist() == [0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 60, 500, 1000]
+    case = Case(models.cantilever(1), GeneralizedAlpha(1e-5), 0.01)
+    kept = runs.kept_steps(case, 1e-5 * np.array([0, 30, 60, 500])).tolist()
+    assert kept == [0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 60, 500, 1000]
     assert runs.stored(2e-5, 1e-5, np.array([0, 3, 6, 30])).tolist() == [0, 3, 15]
     assert runs.stored(5e-6, 1e-5, np.array([0, 3])).tolist() == [0, 6]
 
 
 def test_reduced_models_iterate_below_their_truncation() -> None:
-    assert training.newton_of_reduced(Newton(1e-10), 1e-14).tolerance == pytest.approx(2e-12, rel=1e-12)
-    assert training.newton_of_reduced(Newton(1e-10), 1e-12).tolerance == pytest.approx(2e-11, rel=1e-12)
-    assert training.newton_of_reduced(Newton(1e-10), 1e-24).tolerance == training.FINEST
+    assert plan.newton_of_reduced(Newton(1e-10), 1e-14).tolerance == pytest.approx(2e-12, rel=1e-12)
+    assert plan.newton_of_reduced(Newton(1e-10), 1e-12).tolerance == pytest.approx(2e-11, rel=1e-12)
+    assert plan.newton_of_reduced(Newton(1e-10), 1e-24).tolerance == plan.FINEST
 
 
 def test_snapshots_are_sharper_than_the_modes_kept() -> None:
-    assert training.newton_for(Newton(1e-9), 1e-10).tolerance == pytest.approx(1e-11, rel=1e-12, abs=0.0)
-    assert training.newton_for(Newton(1e-9), 1e-4).tolerance == 1e-9
-    assert training.newton_for(Newton(1e-9), 1e-18).tolerance == training.FINEST
+    assert plan.newton_for(Newton(1e-9), 1e-10).tolerance == pytest.approx(1e-11, rel=1e-12, abs=0.0)
+    assert plan.newton_for(Newton(1e-9), 1e-4).tolerance == 1e-9
+    assert plan.newton_for(Newton(1e-9), 1e-18).tolerance == plan.FINEST
 
 
 @pytest.mark.parametrize("hyper,kept", [(Elements(1e-3), (18, 18)), (Points(1e-3), (18, 19))])
 def test_example_2_at_component_level(example_2: Full, hyper: HyperReduction, kept: tuple[int, int]) -> None:
     """eps 1e-12, eta 1e-3: the sizes of the source (18 + 18 elements) within three, the error below 1.2e-4."""
-    model = training.train(example_2.raw, example_2.data, Plan(COMPONENTS, 1e-12, None, hyper))
+    model = trained(example_2, Plan(COMPONENTS, 1e-12, None, hyper))
     assert [basis.modes.shape[1] for basis in model.bases.values()] == pytest.approx([23, 23], abs=2)
     assert [len(selection.sample.indices) for selection in model.selections] == pytest.approx(kept, abs=3)
     assert error(example_2, model.system) < 1.2e-4
 
 
-def test_a_saved_model_runs_alone(small: Study, tmp_path: Path) -> None:
-    model = small.trained["component+ecsw-points"].system
+def test_a_saved_model_runs_alone(small: Comparison, tmp_path: Path) -> None:
+    model = small.models["component+ecsw-points"].system
     path = files.save(model, tmp_path / "model.h5")
     alone, here = integrate(files.load(path), SCHEME, 0.1), integrate(model, SCHEME, 0.1)
     np.testing.assert_array_equal(alone.x, here.x)
@@ -200,11 +208,11 @@ def test_a_saved_model_runs_alone(small: Study, tmp_path: Path) -> None:
 
 
 def test_system_level_counts_every_body(example_2: Full) -> None:
-    plan = Plan(reduction.system_level(example_2.raw), 1e-12)
-    model = training.train(example_2.raw, example_2.data, plan)
+    whole = Plan(reduction.system_level(example_2.raw), 1e-12)
+    model = trained(example_2, whole)
     assert model.system.size == pytest.approx(42, abs=2)
     assert not model.selections
-    few = training.train(example_2.raw, example_2.data, replace(plan, modes=10))
+    few = trained(example_2, replace(whole, modes=10))
     assert few.system.size == 10
 
 

@@ -1,7 +1,7 @@
 r"""The reduced model of a whole parameter range as one file.
 
-    rom = product.load("crank_slider.rom")
-    motion = product.run(rom, E=55e9)
+    rom = parametric_model.load("crank_slider.rom")
+    motion = parametric_model.run(rom, E=55e9)
     table = dynamics.outputs(motion)
 
 The file holds the polynomials of `affine` and notes on how they came about: name and hashes of the scene and its meshes, versions,
@@ -21,9 +21,8 @@ import numpy as np
 
 from ..core import container, durable
 from ..core.errors import InputError, say
-from ..dynamics.integration import integrate
 from ..dynamics.trajectory import Trajectory
-from . import affine, extent, files
+from . import affine, cases, extent, files
 from . import parameters as boxes
 from .affine import ParametricCase
 from .cases import Case
@@ -34,47 +33,47 @@ LIBRARIES = ("fmbs_skfem", "numpy", "scipy", "numba")
 
 
 @dataclass(frozen=True)
-class Product:
+class ParametricModel:
     """A parametric model and what is known of it."""
 
     model: ParametricCase
     notes: dict[str, Any] = field(default_factory=dict)
 
 
-def save(product: Product, path: str | Path) -> Path:
+def save(rom: ParametricModel, path: str | Path) -> Path:
     """Write a parametric model; versions of the libraries are noted, the form with all multipliers is left out."""
-    model = product.model
+    model = rom.model
     nominal = replace(model.nominal, system=replace(model.nominal.system, full=None))
     varying = tuple(part for part in model.varying if part.place[:2] != ("system", "full"))
-    notes = {"versions": {name: version(name) for name in LIBRARIES}} | product.notes
+    notes = {"versions": {name: version(name) for name in LIBRARIES}} | rom.notes
     return container.write(path, KIND, model=replace(model, nominal=nominal, varying=varying), notes=notes)
 
 
-def load(path: str | Path) -> Product:
+def load(path: str | Path) -> ParametricModel:
     """The parametric model of a file; CorruptFile where it is not as it was written."""
-    product = Product(**container.read(path, KIND, model=ParametricCase, notes=dict))
+    rom = ParametricModel(**container.read(path, KIND, model=ParametricCase, notes=dict))
     with container.reading(Path(path), KIND):
-        affine.at(product.model, boxes.completed(product.model.parameters, {}))
-    return product
+        affine.at(rom.model, boxes.completed(rom.model.parameters, {}))
+    return rom
 
 
 def run(
-    product: Product, every: int | np.ndarray = 1, duration: float | None = None, step: float | None = None, /, **values: float
+    rom: ParametricModel, every: int | np.ndarray = 1, duration: float | None = None, step: float | None = None, /, **values: float
 ) -> Trajectory:
     """The motion at values of the parameters, nominal where none is given; `every` as in `dynamics.integrate`.
 
     `duration` and `step` [s] replace those of the training. A name that is no parameter is refused; a run outside of the training,
     by its values, a longer duration or another step, is made with a notice.
     """
-    case, _ = case_of(product, values, duration, step)
-    return integrate(case.system, case.scheme, case.duration, case.newton, every)
+    case, _ = case_of(rom, values, duration, step)
+    return cases.run(case, every)
 
 
 def case_of(
-    product: Product, values: Mapping[str, float], duration: float | None = None, step: float | None = None
+    rom: ParametricModel, values: Mapping[str, float], duration: float | None = None, step: float | None = None
 ) -> tuple[Case, list[str]]:
     """The case at values of the parameters, nominal where none is given, and where it leaves the training, with a notice."""
-    model = product.model
+    model = rom.model
     point = boxes.completed(model.parameters, values)
     trained = affine.at(model, point)
     case = extent.timed(trained, duration, step, "reduced model")
@@ -102,9 +101,9 @@ def hashes(paths: Iterable[str | Path]) -> dict[str, str]:
     return found
 
 
-def summary(product: Product) -> dict[str, Any]:
+def summary(rom: ParametricModel) -> dict[str, Any]:
     """What a model is, as plain numbers and texts: parameters, sizes, polynomials, notes."""
-    model, degree = product.model, affine.degrees(product.model)
+    model, degree = rom.model, affine.degrees(rom.model)
     system = model.nominal.system
     parameters = {
         p.name: {
@@ -126,5 +125,5 @@ def summary(product: Product) -> dict[str, Any]:
         "steps": math.floor(model.nominal.duration / model.nominal.scheme.step + 0.5),
         "varying_numbers": sum(len(part.positions) for part in model.varying),
         "interpolation_error": model.error,
-        "notes": product.notes,
+        "notes": rom.notes,
     }

@@ -18,10 +18,10 @@ from fmbs_skfem.core.errors import CorruptFile, InputError
 from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
-from fmbs_skfem.reduction import affine, files, galerkin, product
+from fmbs_skfem.reduction import affine, files, galerkin, parametric_model
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.parameters import Parameter, Scale
-from fmbs_skfem.reduction.product import Product
+from fmbs_skfem.reduction.parametric_model import ParametricModel
 from fmbs_skfem.systems import At, System, loads
 from tests import models
 from tests.reduction.test_files import same
@@ -44,37 +44,37 @@ def raw(values: Mapping[str, float]) -> System:
 
 
 @pytest.fixture(scope="module")
-def rom() -> Product:
+def rom() -> ParametricModel:
     full = raw({"E": 1e9, "force": 1.0})
     data = galerkin.snapshots(integrate(full, SCHEME, DURATION, Newton(1e-12)))
     components = galerkin.system_level(full)
     bases = galerkin.bases(full, data, components, 1e-10)
     model = affine.fit(lambda values: Case(galerkin.reduce_system(raw(values), components, bases), SCHEME, DURATION), BOX)
-    return Product(model, {"scene": "cantilever", "training": {"E": (1e9,), "force": (1.0,)}, "errors": [1e-5, 2e-5]})
+    return ParametricModel(model, {"scene": "cantilever", "training": {"E": (1e9,), "force": (1.0,)}, "errors": [1e-5, 2e-5]})
 
 
 @pytest.fixture
-def saved(rom: Product, tmp_path: Path) -> Path:
-    return product.save(rom, tmp_path / "cantilever.rom")
+def saved(rom: ParametricModel, tmp_path: Path) -> Path:
+    return parametric_model.save(rom, tmp_path / "cantilever.rom")
 
 
-def test_three_lines(rom: Product, saved: Path) -> None:
-    loaded = product.load(saved)
-    motion = product.run(loaded, E=5.5e8)
+def test_three_lines(rom: ParametricModel, saved: Path) -> None:
+    loaded = parametric_model.load(saved)
+    motion = parametric_model.run(loaded, E=5.5e8)
     found = dynamics.outputs(motion)
     case = affine.at(rom.model, {"E": 5.5e8, "force": 0.5})
     expected = dynamics.outputs(integrate(case.system, SCHEME, DURATION))
     assert len(motion.times) == 51
     assert abs(found["tip_y"][-1] - found["tip_y"][0]) > 1e-2
     assert same(found, expected)
-    assert np.array_equal(product.run(loaded, 10, E=5.5e8).x, motion.x[::10])
+    assert np.array_equal(parametric_model.run(loaded, 10, E=5.5e8).x, motion.x[::10])
 
 
-def test_everything_comes_back(rom: Product, saved: Path) -> None:
-    loaded = product.load(saved)
+def test_everything_comes_back(rom: ParametricModel, saved: Path) -> None:
+    loaded = parametric_model.load(saved)
     assert same(loaded.model, rom.model)
     versions = loaded.notes.pop("versions")
-    assert set(versions) == set(product.LIBRARIES)
+    assert set(versions) == set(parametric_model.LIBRARIES)
     assert same(loaded.notes, rom.notes)
     for values in ({"E": 6e8, "force": -0.3}, {"E": 2e9, "force": 1.0}):
         assert same(affine.at(loaded.model, values), affine.at(rom.model, values))
@@ -87,39 +87,39 @@ def test_the_form_with_all_multipliers_is_left_out(tmp_path: Path) -> None:
 
     model = affine.fit(eliminated, BOX[:1])
     assert model.nominal.system.full is not None
-    loaded = product.load(product.save(Product(model), tmp_path / "full.rom"))
+    loaded = parametric_model.load(parametric_model.save(ParametricModel(model), tmp_path / "full.rom"))
     assert loaded.model.nominal.system.full is None
-    one, two = product.run(loaded, E=7e8), product.run(Product(model), E=7e8)
+    one, two = parametric_model.run(loaded, E=7e8), parametric_model.run(ParametricModel(model), E=7e8)
     assert np.array_equal(one.x, two.x)
 
 
 def test_unknown_parameters_are_refused(saved: Path) -> None:
-    loaded = product.load(saved)
+    loaded = parametric_model.load(saved)
     with pytest.raises(InputError, match=r"one of E, force, got 'forse'; did you mean 'force'\?") as caught:
-        product.run(loaded, forse=1.0)
+        parametric_model.run(loaded, forse=1.0)
     assert caught.value.exit_code == 3
     with pytest.raises(InputError, match="parameter 'E': expected a positive number, got -1"):
-        product.run(loaded, E=-1)
+        parametric_model.run(loaded, E=-1)
 
 
 def test_a_notice_outside_of_the_training(saved: Path) -> None:
-    loaded = product.load(saved)
+    loaded = parametric_model.load(saved)
     # log(5e8 / 4e8) / log(2e9 / 5e8) = 0.161
     far = r"runs outside its training: E = 4e\+08, trained from 5e\+08 to 2e\+09, 16% of that range outside; check its error"
     with pytest.warns(Notice, match=far):
-        product.run(loaded, E=4e8)
+        parametric_model.run(loaded, E=4e8)
 
 
 def test_a_notice_of_a_longer_run_and_of_another_step(saved: Path) -> None:
-    loaded, h = product.load(saved), SCHEME.step
+    loaded, h = parametric_model.load(saved), SCHEME.step
     with pytest.warns(Notice, match="runs for 0.2 s, trained for 0.1 s; a step of 0.004 s, trained with 0.002 s"):
-        motion = product.run(loaded, 1, 0.2, 4e-3, E=1e9)
+        motion = parametric_model.run(loaded, 1, 0.2, 4e-3, E=1e9)
     assert (motion.times[-1], len(motion.times)) == (pytest.approx(0.2), 51)
     with warnings.catch_warnings():
         warnings.simplefilter("error", Notice)
-        assert product.run(loaded, 1, 10 * h).times[-1] == pytest.approx(10 * h)
+        assert parametric_model.run(loaded, 1, 10 * h).times[-1] == pytest.approx(10 * h)
     with pytest.raises(InputError, match="a duration of 1 to 10000000 of them"):
-        product.run(loaded, 1, 0.5 * h)
+        parametric_model.run(loaded, 1, 0.5 * h)
 
 
 def test_any_damage_is_found(saved: Path) -> None:
@@ -129,12 +129,12 @@ def test_any_damage_is_found(saved: Path) -> None:
         damaged[place] ^= 1
         saved.write_bytes(damaged)
         with pytest.raises(CorruptFile) as caught:
-            product.load(saved)
+            parametric_model.load(saved)
         assert caught.value.exit_code == 8
     for length in (0, 100, container.HEADER, len(data) // 2, len(data) - 1):
         saved.write_bytes(data[:length])
         with pytest.raises(CorruptFile):
-            product.load(saved)
+            parametric_model.load(saved)
 
 
 @pytest.mark.parametrize(
@@ -151,42 +151,42 @@ def test_content_that_does_not_fit_is_found(saved: Path, old: bytes, new: bytes)
     data = saved.read_bytes()
     assert old in data
     body = data[container.HEADER :].replace(old, new, 1)
-    saved.write_bytes(container.header(body, product.KIND) + body)
+    saved.write_bytes(container.header(body, parametric_model.KIND) + body)
     with pytest.raises(CorruptFile):
-        product.load(saved)
+        parametric_model.load(saved)
 
 
-def test_kinds_of_files_are_told_apart(rom: Product, saved: Path, tmp_path: Path) -> None:
+def test_kinds_of_files_are_told_apart(rom: ParametricModel, saved: Path, tmp_path: Path) -> None:
     plain = files.save(rom.model.nominal.system, tmp_path / "plain.rom")
     with pytest.raises(CorruptFile, match="'fmbs_skfem parametric model' in its first line, got 'fmbs_skfem reduced model'"):
-        product.load(plain)
+        parametric_model.load(plain)
     with pytest.raises(CorruptFile, match="'fmbs_skfem reduced model' in its first line, got 'fmbs_skfem parametric model'"):
         files.load(saved)
     saved.write_bytes(saved.read_bytes().replace(b"version 2\n", b"version 3\n", 1))
     with pytest.raises(CorruptFile, match="expected version 2 of the format, got version 3"):
-        product.load(saved)
+        parametric_model.load(saved)
     with pytest.raises(InputError, match="a file of a reduced model, got no file"):
-        product.load(tmp_path / "absent.rom")
+        parametric_model.load(tmp_path / "absent.rom")
 
 
-def test_python_functions_are_refused(rom: Product, tmp_path: Path) -> None:
+def test_python_functions_are_refused(rom: ParametricModel, tmp_path: Path) -> None:
     nominal = rom.model.nominal
     bad = replace(rom.model, nominal=replace(nominal, system=replace(nominal.system, signals=(np.sin,))), varying=())
     with pytest.raises(InputError, match=r"model\.nominal\.system\.signals\[0\].*a function of time that a file can hold"):
-        product.save(Product(bad), tmp_path / "bad.rom")
+        parametric_model.save(ParametricModel(bad), tmp_path / "bad.rom")
     assert not list(tmp_path.iterdir())
 
 
 def test_hashes_of_files(tmp_path: Path) -> None:
     path = tmp_path / "beam.msh"
     path.write_bytes(b"mesh")
-    assert product.hashes([path]) == {"beam.msh": hashlib.sha256(b"mesh").hexdigest()}
+    assert parametric_model.hashes([path]) == {"beam.msh": hashlib.sha256(b"mesh").hexdigest()}
     with pytest.raises(InputError, match="a file that can be read"):
-        product.hashes([tmp_path / "absent.msh"])
+        parametric_model.hashes([tmp_path / "absent.msh"])
 
 
-def test_summary(rom: Product) -> None:
-    found = product.summary(rom)
+def test_summary(rom: ParametricModel) -> None:
+    found = parametric_model.summary(rom)
     expected = {"low": 5e8, "high": 2e9, "nominal": 1e9, "unit": "Pa", "scale": "log", "degree": 1}
     assert found["parameters"]["E"] == expected
     assert found["parameters"]["force"]["degree"] == 1

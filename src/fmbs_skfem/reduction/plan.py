@@ -1,0 +1,55 @@
+r"""Plans of training: what is kept of the full model, and how sharply both models iterate.
+
+    full motion -> snapshots -> bases, eps (14) -> projection (21) -> hyper-reduction, eta (44)
+
+The snapshots have to be sharper than the modes that are kept: the Newton tolerance of the training run is at most 1e-6 sqrt(eps),
+relative to the size of the mechanism. Above that the smallest modes are noise. Reduced models iterate to 2e-5 sqrt(eps): what they
+leave adds up over the steps, and has to stay below the error of truncation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from ..dynamics.scheme import Newton
+from .hyper_reduction import NONE, HyperReduction
+
+Components = Mapping[str, Sequence[str]]
+Modes = int | Mapping[str, int] | None
+
+SHARP = 1e-6  #: Newton tolerance of the training run over sqrt(eps)
+ENOUGH = 2e-5  #: Newton tolerance of a reduced run over sqrt(eps)
+FINEST = 1e-13  #: smallest Newton tolerance asked for
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a reduced model is trained."""
+
+    components: Components
+    tolerance: float = 1e-12  #: eps of equation (14)
+    modes: Modes = None  #: instead of eps, for all components or by name
+    hyper: HyperReduction = NONE  #: how elastic forces are evaluated
+    eliminate: bool = False  #: linear constraints between components
+
+
+def modes_of(plan: Plan, component: str) -> int | None:
+    """The wanted number of modes of a component; None where eps decides."""
+    return plan.modes.get(component) if isinstance(plan.modes, Mapping) else plan.modes
+
+
+def with_components(plan: Plan, components: Components) -> Plan:
+    """The plan with other components; numbers of modes by name belong to the components that it had."""
+    return replace(plan, components=components, modes=None if isinstance(plan.modes, Mapping) else plan.modes)
+
+
+def newton_for(newton: Newton, tolerance: float) -> Newton:
+    """Newton's iteration, sharp enough for snapshots of which modes are kept to eps = `tolerance`."""
+    return replace(newton, tolerance=min(newton.tolerance, max(SHARP * math.sqrt(tolerance), FINEST)))
+
+
+def newton_of_reduced(newton: Newton, tolerance: float) -> Newton:
+    """Newton's iteration of a reduced model with modes kept to eps = `tolerance`."""
+    return replace(newton, tolerance=max(ENOUGH * math.sqrt(tolerance), FINEST))

@@ -1,0 +1,228 @@
+r"""Reduced models: one basis a component for all parameters, trained on one full run or on several.
+
+    U^b = left singular vectors of [U_1 S_1, U_2 S_2, ...],   truncated to eps                                            (50), (14)
+    q^b(t; mu) = q0^b(mu) + m^b + U^b xi^b,    m^b = 0;  for one system, whose parameters are fixed, the mean deviation   (9), (18)
+
+Which constraint rows are dropped is decided once for all parameters. The reduced systems of all parameters are polynomials of them
+(`affine`), so that a new value neither assembles nor projects anything; where they are none, as where a length turns the modes, the
+full system of every value is assembled and projected.
+
+Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, section 4, doi 10.1016/j.cma.2019.112690.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from ..core.errors import InputError, say
+from ..core.notices import notify
+from ..dynamics.trajectory import Trajectory
+from ..systems.system import System, keep_constraints
+from . import affine, cases, errors, galerkin, pod
+from .affine import ParametricCase
+from .cases import Case, Family
+from .full_runs import FullRun, TrainingTask, states, steps
+from .galerkin import FEW, Snapshots, all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfying
+from .hyper_reduction import NONE, HyperReduction, Rule, TrainingRun
+from .parameters import Parameter
+from .plan import Components, modes_of, newton_of_reduced
+from .pod import Basis
+from .sampling import Selection
+
+Modes = Mapping[str, Basis]
+Names = frozenset[tuple[str, str]]
+
+PLAIN = NONE.train([])
+KEEPS = 1e-10  #: modes that violate a linear constraint by less keep it to round-off
+
+
+@dataclass(frozen=True)
+class ReducedModel:
+    """A reduced model for all parameters, or of one system, and what it took to make it."""
+
+    cases: ParametricCase | Family  #: reduced cases: polynomials of the parameters, or made from the full ones
+    modes: Mapping[str, int]  #: by component
+    selections: tuple[Selection, ...] = ()
+    training_s: float = 0.0  #: CPU time of bases, projection, hyper-reduction and polynomials [s]
+    bases: Modes = field(default_factory=dict)  #: about the initial state; empty where the model was read from a file
+    components: Components = field(default_factory=dict)  #: their bodies; the same
+    obstacle: str = ""  #: why the cases are no polynomials of the parameters
+
+    @property
+    def parametric(self) -> ParametricCase:
+        """The polynomials, of which a file can be made; refused where there are none."""
+        if isinstance(self.cases, ParametricCase):
+            return self.cases
+        remedy = "run its samples in this process"
+        raise InputError(say("reduced model", "numbers that are polynomials of the parameters", "others", remedy))
+
+    @property
+    def system(self) -> System:
+        """The reduced system, at the nominal values of parameters."""
+        return self.cases.nominal.system if isinstance(self.cases, ParametricCase) else self.cases({}).system
+
+    @property
+    def problems(self) -> int:
+        """Sparse least-squares problems that were solved, one a component."""
+        return len(self.selections)
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """What makes a reduced system of the full system at any parameters."""
+
+    bases: Modes  #: of deviations from the initial state
+    rows: Names  #: constraint rows that are kept
+    rule: Rule = PLAIN
+    runs: tuple[TrainingRun, ...] = ()  #: what it was made of
+    training_s: float = 0.0  #: CPU time [s]
+
+
+def quick(task: TrainingTask) -> TrainingTask:
+    """The task with a family that assembles nothing, where its full systems are polynomials of the parameters."""
+    try:
+        fitted = affine.fit(task.family, task.parameters)
+    except InputError:
+        return task
+    return replace(task, family=partial(affine.at, fitted))
+
+
+def model_of(task: TrainingTask, runs: Sequence[FullRun]) -> ReducedModel:
+    """The reduced model of all runs, as the task's plan says."""
+    return finished(task, trained(task, runs))
+
+
+def trained(task: TrainingTask, runs: Sequence[FullRun]) -> Reduction:
+    """Bases, constraint rows and hyper-reduction of all runs."""
+    return hyper_reduced(projected(task, runs), task.plan.hyper)
+
+
+def projected(task: TrainingTask, runs: Sequence[FullRun]) -> Reduction:
+    """Bases and constraint rows of all runs, without hyper-reduction."""
+    begun = clock.process_time()
+    systems = [task.family(run.values).system for run in runs]
+    found = bases(task, systems[0], runs)
+    plain = [project(task, found, raw) for raw in systems]
+    rows = kept_rows(task, systems, runs, plain)
+    used = tuple(
+        TrainingRun(raw, with_rows(system, rows), partial(states, task, raw, run))
+        for raw, run, system in zip(systems, runs, plain, strict=True)
+    )
+    return Reduction(found, rows, runs=used, training_s=clock.process_time() - begun)
+
+
+def hyper_reduced(reduction: Reduction, hyper: HyperReduction) -> Reduction:
+    """The reduction with another hyper-reduction, trained on its runs."""
+    begun = clock.process_time()
+    rule = hyper.train(reduction.runs)
+    return replace(reduction, rule=rule, training_s=reduction.training_s + clock.process_time() - begun)
+
+
+def finished(task: TrainingTask, reduction: Reduction) -> ReducedModel:
+    """The model of a reduction: polynomials of the parameters, or one reduced system."""
+    begun, obstacle = clock.process_time(), ""
+    sizes = {name: basis.modes.shape[1] for name, basis in reduction.bases.items()}
+    found: ParametricCase | Family
+    if task.parameters:
+        found, obstacle = polynomials_of(partial(sample, task, replace(reduction, runs=())), task.parameters)
+    else:
+        only = reduced(task, task.family({}), reduction.rule.apply(reduction.runs[0].system))
+        found = lambda values: only  # noqa: E731
+    spent = reduction.training_s + clock.process_time() - begun
+    return ReducedModel(found, sizes, reduction.rule.selections, spent, reduction.bases, task.plan.components, obstacle)
+
+
+def polynomials_of(family: Family, parameters: Sequence[Parameter]) -> tuple[ParametricCase | Family, str]:
+    """The polynomials of a family; or the family where it has none, with a notice, and the reason."""
+    try:
+        return affine.fit(family, parameters), ""
+    except InputError as problem:
+        notify(f"the reduced model is no polynomial of its parameters, every value assembles the full system: {problem}")
+        return family, str(problem)
+
+
+def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str, Basis]:
+    """Modes of every component from what is kept of all runs, of deviations from the initial state."""
+    plan, found = task.plan, {}
+    for name, members in plan.components.items():
+        rows, wanted = rows_of(raw, members), modes_of(plan, name)
+        if runs[0].q is not None:
+            alone = galerkin.bases(raw, Snapshots(runs[0].times, runs[0].q), {name: members}, plan.tolerance, wanted)[name]
+            found[name] = replace(alone, mean=alone.mean - raw.lift(raw.x0)[rows])
+            continue
+        W, (A, a) = metric_of(raw, rows), inner_constraints(raw, rows)
+        if is_rigid(raw, members):
+            values = np.concatenate([run.factors[name].values for run in runs])
+            found[name] = Basis(all_directions(W, A), np.zeros(len(rows)), np.sort(values)[::-1])
+            continue
+        known = [(run.factors[name].modes, run.factors[name].values) for run in runs]
+        basis = pod.update(known, np.zeros(len(rows)), plan.tolerance if wanted is None else None, wanted, metric=W)
+        found[name] = replace(basis, modes=pod.orthonormal(W, satisfying(basis.modes.T, A, 0 * a).T))
+    return found
+
+
+def about_start(task: TrainingTask, raw: System, found: Modes) -> dict[str, Basis]:
+    """The bases of one sample: its own initial state, and modes that keep its linear constraints inside components."""
+    mine, start = {}, raw.lift(raw.x0)
+    for name, members in task.plan.components.items():
+        rows, modes = rows_of(raw, members), found[name].modes
+        A, a = inner_constraints(raw, rows)
+        if len(a) and np.abs(A @ modes).max() > KEEPS * np.abs(A).max():
+            modes = np.ascontiguousarray(satisfying(modes.T, A, 0 * a).T)
+        mine[name] = replace(found[name], modes=modes, mean=start[rows] + found[name].mean)
+    return mine
+
+
+def project(task: TrainingTask, found: Modes, raw: System) -> System:
+    """The reduced system of a full one, with all constraint rows that are not inside of components."""
+    return galerkin.reduce_system(raw, task.plan.components, about_start(task, raw, found), task.plan.eliminate)
+
+
+def with_rows(system: System, rows: Names) -> System:
+    """The reduced system with the constraint rows of these names."""
+    kept = [k for k, name in enumerate(system.constraints.names) if name in rows]
+    return keep_constraints(system, np.array(kept, dtype=np.int64))
+
+
+def kept_rows(task: TrainingTask, systems: Sequence[System], runs: Sequence[FullRun], plain: Sequence[System]) -> Names:
+    """Names of the constraint rows that are independent in the reduced systems `plain`, at states of all runs."""
+    names = plain[0].constraints.names
+    if not names:
+        return frozenset()
+    samples = []
+    for raw, run, reduced_system in zip(systems, runs, plain, strict=True):
+        few = np.arange(0, len(run.times), max(1, len(run.times) // FEW))
+        samples.append(galerkin.row_samples(raw, reduced_system, states(task, raw, run, few), run.times[few]))
+    return frozenset(names[k] for k in galerkin.rows_to_keep(samples))
+
+
+def sample(task: TrainingTask, reduction: Reduction, values: Mapping[str, float]) -> Case:
+    """The reduced case at some parameters, made from the full one."""
+    case = task.family(values)
+    return reduced(task, case, reduction.rule.apply(with_rows(project(task, reduction.bases, case.system), reduction.rows)))
+
+
+def reduced(task: TrainingTask, case: Case, system: System) -> Case:
+    """The case of a reduced system in place of the full one."""
+    return replace(case, system=system, newton=newton_of_reduced(case.newton, task.plan.tolerance))
+
+
+def case_at(model: ReducedModel, values: Mapping[str, float]) -> Case:
+    """The reduced case at some parameters, in milliseconds where it is a polynomial of them."""
+    return affine.at(model.cases, values) if isinstance(model.cases, ParametricCase) else model.cases(values)
+
+
+def reduced_run(task: TrainingTask, case: Case) -> Trajectory:
+    """The motion of a reduced case, stored at the snapshots."""
+    return cases.run(case, steps(case, task.interval))
+
+
+def indicator(task: TrainingTask, motion: Trajectory, values: Mapping[str, float]) -> float:
+    """I of equation (49) of a reduced motion; `task.family` gives the full system whose residual is taken."""
+    case = task.family(values)
+    return errors.indicator(case.system, motion, case.scheme)

@@ -1,0 +1,250 @@
+r"""What a training over parameters knows so far, and how it learns more.
+
+    extend(mu):    full run at mu -> factors -> bases and hyper-reduction of all runs so far -> reduced model
+    evaluate(mu):  reduced run at mu -> I(mu) = int |R(mu)|_g dt                                                          (49)
+    pairs (I, e):  the reduced model at the full runs, before and after each of them joined it -> predicted errors
+    checks:        further full runs, which never join the model: (I, e) of the last model at points that it has not seen
+
+At its own full runs a model errs less than between them, and indicators of earlier models are proportional to their errors by
+other factors, of up to a hundred: with checks, the calibration is that of the last model alone, where its own runs count as one.
+
+Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, section 4, doi 10.1016/j.cma.2019.112690.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from ..core.errors import SolverError
+from ..dynamics.trajectory import Trajectory
+from . import calibration, candidates, error_budget, full_runs, greedy
+from . import parameters as boxes
+from . import training_store as store
+from .calibration import Calibration
+from .candidates import Search
+from .error_budget import Choice
+from .full_runs import FullRun, TrainingTask, full_run
+from .reduced_models import ReducedModel, case_at, indicator, model_of, reduced_run
+from .training_store import Pair
+
+LOWER_EPS, LOWER_ETA = 1e-2, 0.3  #: factors where truncation and hyper-reduction are the limit
+LOWERINGS = 2
+CHECK = -1  #: number of the run of a pair that is a check
+
+
+@dataclass
+class Work:
+    """What a training knows so far."""
+
+    task: TrainingTask
+    fast: TrainingTask  #: the same, with full systems that are not assembled again
+    search: Search
+    folder: Path | None
+    tolerance: float | None
+    runs: list[FullRun] = field(default_factory=list)
+    points: list[int] = field(default_factory=list)
+    models: list[ReducedModel] = field(default_factory=list)
+    pairs: list[Pair] = field(default_factory=list)
+    choice: Choice | None = None
+    indicators: dict[int, float] = field(default_factory=dict)  #: of the present model by candidate
+    motions: dict[int, Trajectory] = field(default_factory=dict)  #: of the present model by candidate
+    checks: dict[int, FullRun] = field(default_factory=dict)  #: by candidate
+    present: list[Pair] = field(default_factory=list)  #: of the present model: one for its full runs, one at every check
+    lowered: int = 0
+    discarded: int = 0
+    stale: bool = False  #: whether the last model has to be made again
+    savable: bool = False  #: whether a file has to be able to hold the models
+
+
+class Unsavable(Exception):
+    """A file cannot hold the model; this ends the training, where a full run that fails does not."""
+
+
+def truncates(work: Work) -> bool:
+    """Whether the bases leave out anything of the full runs; where they keep all, snapshots are the limit, and not eps.
+
+    A rigid component has the same modes in all runs and in the model.
+    """
+    for name, count in work.models[-1].modes.items():
+        known = [run.factors[name].modes.shape[1] for run in work.runs]
+        if count < sum(known) and set(known) != {count}:
+            return True
+    return False
+
+
+def known_pairs(work: Work) -> list[Pair]:
+    """The pairs that calibrate: with checks those of the present model, without them those of all models."""
+    return work.present if work.checks else work.pairs
+
+
+def unseen(work: Work) -> dict[int, FullRun]:
+    """The checks that have not joined the model, by candidate."""
+    return {point: run for point, run in work.checks.items() if point not in work.points}
+
+
+def calibrated(pairs: Sequence[Pair]) -> Calibration:
+    known = usable(pairs)
+    return calibration.fit([pair.indicator for pair in known], [pair.error for pair in known])
+
+
+def usable(pairs: Sequence[Pair]) -> list[Pair]:
+    """Those with a finite indicator and an error."""
+    return [pair for pair in pairs if math.isfinite(pair.indicator) and pair.indicator > 0.0 and pair.error > 0.0]
+
+
+def evaluated(work: Work, point: int) -> float:
+    """The indicator at a candidate; infinite where the reduced run fails."""
+    if point not in work.indicators:
+        measure(work, point)
+        if work.folder:
+            store.keep_indicators(work.folder, len(work.runs), work.indicators)
+    return work.indicators[point]
+
+
+def measure(work: Work, point: int) -> Trajectory | None:
+    """Reduced run and indicator at a candidate with the present model; None where the run fails."""
+    values = values_at(work, point)
+    try:
+        motion = reduced_run(work.fast, case_at(work.models[-1], values))
+    except SolverError:
+        work.indicators[point] = math.inf
+        return None
+    work.motions[point] = motion
+    work.indicators[point] = indicator(work.fast, motion, values)
+    return motion
+
+
+def values_at(work: Work, point: int) -> dict[str, float]:
+    return boxes.named(work.task.parameters, work.search.candidates[point])
+
+
+def extended(work: Work, point: int) -> None:
+    """The full run at a candidate, unless there is one, and the model of all runs up to it."""
+    values, known = values_at(work, point), point in work.points
+    number = work.points.index(point) if known else len(work.runs)
+    if number < len(work.models) and not work.stale:
+        return
+    run = work.runs[number] if known else work.checks.get(point) or full_run(work.task, values)
+    if not known:
+        work.runs, work.points = [*work.runs, run], [*work.points, point]
+        if work.folder:
+            store.keep_run(work.folder, number + 1, run, point)
+    before = pairs_at(work, [number]) if number == len(work.models) and work.models else []
+    if work.tolerance is not None and work.choice is None:
+        settle(work, error_budget.choose(work.fast, run, work.tolerance, full_runs.step_error(work.task, values, run)))
+    model = made(work, work.runs)
+    work.models, work.indicators, work.motions, work.stale = [*work.models[:number], model], {}, {}, False
+    work.pairs = [*work.pairs, *before]
+    own = pairs_at(work, range(len(work.runs)))
+    work.pairs, work.present = [*work.pairs, *own], [*middle(own), *checked(work)]
+    if work.folder:
+        notes = store.Notes(tuple(work.pairs), work.choice, work.lowered, work.discarded)
+        store.keep_model(work.folder, number + 1, model, notes)
+        store.keep_indicators(work.folder, number + 1, work.indicators)
+
+
+def made(work: Work, runs: Sequence[FullRun]) -> ReducedModel:
+    """The model of some runs."""
+    model = model_of(work.fast, runs)
+    if work.savable and model.obstacle:
+        raise Unsavable(f"no file can hold the reduced model, it is no polynomial of its parameters: {model.obstacle}")
+    return model
+
+
+def settle(work: Work, choice: Choice) -> None:
+    """Go on with the tolerances of a choice."""
+    work.choice = choice
+    plan = error_budget.with_choice(work.task.plan, choice)
+    work.fast = replace(work.fast, plan=plan)
+    work.task = replace(work.task, plan=replace(plan, tolerance=min(plan.tolerance, work.task.plan.tolerance)))
+
+
+def lower(work: Work, last: greedy.Iteration) -> bool:
+    """Lower eps and eta, as far as the factors of the runs allow it, and forget the last iteration; False where that is no way."""
+    plan, choice, old = work.fast.plan, work.choice, work.fast.plan.hyper.tolerance
+    eps = max(LOWER_EPS * plan.tolerance, error_budget.SMALLEST_EPS)
+    eta = None if old is None else max(LOWER_ETA * old, error_budget.SMALLEST_ETA)
+    if choice is None or work.lowered == LOWERINGS or (eps == plan.tolerance and eta == old):
+        return False
+    settle(work, replace(choice, eps=eps, eta=eta))
+    work.lowered, work.discarded, work.stale = work.lowered + 1, work.discarded + len(last.samples), True
+    if work.folder:
+        store.forget(work.folder, last.number)
+    return True
+
+
+def pairs_at(work: Work, numbers: Iterable[int]) -> list[Pair]:
+    """Indicator and error of the present model at full runs, where the reduced run succeeds."""
+    found = (pair_at(work, work.runs[number], work.points[number], number) for number in numbers)
+    return [pair for pair in found if pair is not None]
+
+
+def pair_at(work: Work, run: FullRun, point: int, number: int) -> Pair | None:
+    """Indicator and error of the present model at a full run; None where the reduced run fails."""
+    motion = work.motions.get(point) or measure(work, point)
+    if motion is None:
+        return None
+    error = full_runs.wanted_error(work.fast, work.fast.family(run.values).system, run, motion)
+    return Pair(number, len(work.models), work.indicators[point], error)
+
+
+def farthest(work: Work, choices: Sequence[int], used: Sequence[int]) -> int:
+    """The candidate among `choices` that is farthest from all `used` ones."""
+    rows = work.search.candidates
+    away = candidates.distances(work.task.parameters, rows[list(used)], rows[list(choices)]).min(axis=1)
+    return choices[int(np.argmax(away))]
+
+
+def check(work: Work, last: greedy.Iteration, count: int) -> None:
+    """Make checks at samples of the last iteration until there are so many that the model has not seen.
+
+    The first one is where the indicator is largest, others are as far as possible from all full runs; a point at which a run
+    fails is followed by the next one.
+    """
+    lost, known = dict(last.failed), dict(zip(last.samples, last.indicators, strict=True))
+    used = [*work.points, *work.checks]
+    choices = [k for k, value in known.items() if k not in lost and k not in used and math.isfinite(value)]
+    while choices and len(unseen(work)) < count:
+        point = farthest(work, choices, used) if work.checks else max(choices, key=lambda k: known[k])
+        choices.remove(point)
+        used.append(point)
+        run = full_runs.reached(work.task, functools.partial(kept_check, work, point), values_at(work, point))
+        if isinstance(run, FullRun):
+            work.checks[point] = run
+    recalibrate(work)
+
+
+def recalibrate(work: Work) -> None:
+    """The pairs of the present model, where there are checks."""
+    work.present = [*middle(pairs_at(work, range(len(work.runs)))), *checked(work)] if work.checks else []
+
+
+def middle(pairs: Sequence[Pair]) -> list[Pair]:
+    """One pair in the middle of several, where they scatter no more than is expected of any.
+
+    At its own full runs a model errs alike, by what truncation leaves, which tells little of the scatter elsewhere.
+    """
+    known = usable(pairs)
+    logarithms = np.log10([(pair.indicator, pair.error) for pair in known]).reshape(-1, 2)
+    if len(known) < 2 or np.std(logarithms[:, 1] - logarithms[:, 0]) > calibration.PRIOR:
+        return known
+    indicator, error = (float(10.0**value) for value in logarithms.mean(axis=0))
+    return [replace(known[0], indicator=indicator, error=error)]
+
+
+def checked(work: Work) -> list[Pair]:
+    """Indicator and error of the present model at the checks that it has not seen."""
+    found = (pair_at(work, run, point, CHECK) for point, run in unseen(work).items())
+    return [pair for pair in found if pair is not None]
+
+
+def kept_check(work: Work, point: int, values: Mapping[str, float]) -> FullRun:
+    """The full run of a check, kept in the folder."""
+    make = functools.partial(full_run, work.task, values)
+    return make() if work.folder is None else store.made(store.check_file(work.folder, point), make)
