@@ -18,6 +18,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmbs_skfem import reduction, scenes
+from fmbs_skfem.core import saddle
 from fmbs_skfem.core.errors import SolverError
 from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate
@@ -146,7 +147,7 @@ def condition(system: System, h: float) -> dict[str, float]:
     method = method_of(SCHEME, Newton(), h, built)
     J = compiled.gap(built, system.x0)[1]
     W = as_dense(compiled.tangent(built, system.x0, np.zeros(len(J)))) + method.bh * as_dense(system.mass)
-    plain, scaled = as_dense(compiled.kkt(W, J)), as_dense(compiled.kkt(method.c * W, J))
+    plain, scaled = saddle.matrix(W, J).toarray(), saddle.matrix(method.c * W, J).toarray()
     size = 1.0 / np.sqrt(np.abs(scaled).max(axis=1))
     return {
         "unscaled": float(np.linalg.cond(plain)),
