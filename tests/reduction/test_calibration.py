@@ -20,28 +20,30 @@ def pairs(rng: np.random.Generator, count: int, slope: float, scatter: float) ->
     return 10.0**x, 10.0 ** (1.5 + slope * (x + 7.0) + scatter * rng.standard_normal(count))
 
 
+def holds(calibrated: calibration.Calibration, indicators: np.ndarray, errors: np.ndarray) -> float:
+    """Part of the true errors (k,) that lie in their bands."""
+    bands = [calibration.predict(calibrated, float(i))[1:] for i in indicators]
+    return float(np.mean([low <= e <= high for (low, high), e in zip(bands, errors, strict=True)]))
+
+
 @pytest.mark.parametrize("count", [3, 4, 5, 6])
 @pytest.mark.parametrize("scatter", [0.15, 0.2, 0.3])
 @pytest.mark.parametrize("slope", [0.9, 1.0, 1.1])
 def test_the_band_holds_nine_of_ten_further_points(count: int, scatter: float, slope: float) -> None:
     rng = np.random.default_rng(17)
-    held = [
-        calibration.holds(calibration.fit(*pairs(rng, count, slope, scatter)), *pairs(rng, 20, slope, scatter)) for _ in range(200)
-    ]
+    held = [holds(calibration.fit(*pairs(rng, count, slope, scatter)), *pairs(rng, 20, slope, scatter)) for _ in range(200)]
     assert np.mean(held) >= 0.9
 
 
 def test_one_pair_gives_a_wide_band_that_says_so() -> None:
     rng = np.random.default_rng(3)
     found = [calibration.fit(*pairs(rng, 1, 1.0, 0.3)) for _ in range(200)]
-    assert np.mean([calibration.holds(c, *pairs(rng, 20, 1.0, 0.3)) for c in found]) >= 0.9
+    assert np.mean([holds(c, *pairs(rng, 20, 1.0, 0.3)) for c in found]) >= 0.9
     assert all(c.wide and c.slope == 1.0 for c in found)
     _, low, high = calibration.predict(found[0], 1e-7)
     assert high / low > 100.0
-    assert "wide" in calibration.statement(found[0], 1e-7)
     many = calibration.fit(*pairs(rng, 6, 1.0, 0.15))
     assert not many.wide
-    assert "wide" not in calibration.statement(many, 1e-7)
 
 
 def test_one_pair_knows_little_of_the_slope() -> None:
@@ -51,7 +53,7 @@ def test_one_pair_knows_little_of_the_slope() -> None:
     for _ in range(400):
         slope, x = 1.0 + calibration.SLOPE * rng.standard_normal(), np.array([-11.0, -9.0])
         e = 10.0 ** (3.0 + slope * x + calibration.PRIOR * rng.standard_normal(2))
-        held.append(calibration.holds(calibration.fit(10.0 ** x[:1], e[:1]), 10.0 ** x[1:], e[1:]))
+        held.append(holds(calibration.fit(10.0 ** x[:1], e[:1]), 10.0 ** x[1:], e[1:]))
     assert np.mean(held) >= 0.9
     one = calibration.fit([1e-11], [1e-6])
     widths = [calibration.half_width(one, i) for i in (1e-11, 1e-10, 1e-9)]

@@ -112,7 +112,7 @@ def test_truncation_is_recognised_as_the_floor() -> None:
     model = Model(LINE, formula)
     outcome = model.run(FIVE, 50, iterations=10)
     assert (outcome.extensions, outcome.stop) == (2, Stop.FLOOR)
-    assert "eps" in greedy.statement(outcome)
+    assert "eps" in outcome.stop.value
     assert outcome.evaluations <= 12
 
 
@@ -260,7 +260,6 @@ def test_a_full_run_that_fails_in_the_corner_is_excluded() -> None:
     assert model.tried.count(100) == 1
     assert outcome.failed == ((100, "full run 100 diverged"),)
     assert outcome.extensions == 3
-    assert "failed: 1" in greedy.statement(outcome)
 
 
 def test_a_first_full_run_that_fails_is_replaced_by_the_sample_next_to_it() -> None:

@@ -63,7 +63,7 @@ def test_two_full_runs_are_enough(trained: Training, checked: tuple[Holdout, Hol
 
 def test_truncation_is_told_as_the_limit(trained: Training) -> None:
     assert trained.outcome.stop in (greedy.Stop.FLOOR, greedy.Stop.REPEATED)
-    assert "truncation (eps)" in greedy.statement(trained.outcome)
+    assert "truncation (eps)" in trained.outcome.stop.value
 
 
 def test_the_second_run_is_needed(checked: tuple[Holdout, Holdout]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import comb
 
 import numpy as np
 import pytest
@@ -163,12 +162,6 @@ def test_blocks_of_points_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None
     force = evaluate(polynomial.build(sampled), states[7])[1]
     monkeypatch.setattr(polynomial, "BLOCK", 100)
     assert np.linalg.norm(evaluate(polynomial.build(sampled), states[7])[1] - force) < 1e-13 * np.linalg.norm(force)
-
-
-def test_cost_counts_monomials() -> None:
-    """52360 monomials of 31 modes, two multiplications each, and four passes over 528 products."""
-    assert comb(35, 4) == 52360
-    assert polynomial.multiplications(31) == 2 * 52360 + 4 * 528
 
 
 def test_other_laws_and_damping_are_refused() -> None:

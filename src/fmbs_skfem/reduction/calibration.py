@@ -95,18 +95,3 @@ def predict(calibration: Calibration, indicator: float) -> tuple[float, float, f
         return indicator, indicator, indicator
     middle, half = calibration.offset + calibration.slope * math.log10(indicator), half_width(calibration, indicator)
     return 10.0**middle, 10.0 ** (middle - half), 10.0 ** (middle + half)
-
-
-def holds(calibration: Calibration, indicators: ArrayLike, errors: ArrayLike) -> float:
-    """Part of the true errors (k,) that lie in their bands."""
-    bands = [predict(calibration, float(i))[1:] for i in np.asarray(indicators, dtype=np.float64)]
-    inside = [low <= e <= high for (low, high), e in zip(bands, np.asarray(errors, dtype=np.float64), strict=True)]
-    return float(np.mean(inside))
-
-
-def statement(calibration: Calibration, indicator: float) -> str:
-    """The predicted error as users read it."""
-    error, low, high = predict(calibration, indicator)
-    pairs = "1 pair" if calibration.count == 1 else f"{calibration.count} pairs"
-    text = f"predicted error {error:.1e}, {100 * calibration.level:.0f} % band {low:.1e} to {high:.1e}, from {pairs}"
-    return f"{text}: a wide band, for want of full runs" if calibration.wide else text

@@ -197,14 +197,6 @@ def decide(
     return _farthest(problem.candidates, fresh, sorted(used)), None
 
 
-def statement(outcome: Outcome) -> str:
-    """The outcome in a sentence or two."""
-    last = outcome.iterations[-1]
-    text = f"{outcome.extensions} full and {outcome.evaluations} reduced runs; largest indicator {last.largest:.3g}; "
-    text += f"the loop ended because {outcome.stop.value}."
-    return f"{text} Full runs that failed: {len(outcome.failed)}." if outcome.failed else text
-
-
 def _iteration(problem: Problem, history: Sequence[Iteration], point: int, failed: tuple[tuple[int, str], ...]) -> Iteration:
     """The inner loop, after the full run at `point`."""
     options, used = problem.options, {point, *(iteration.point for iteration in history)}

@@ -20,7 +20,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import comb
 from typing import ClassVar
 
 import numpy as np
@@ -210,8 +209,3 @@ def floor(polynomial: Quartic, x: np.ndarray) -> np.ndarray:
     out, work = np.zeros(polynomial.modes), np.zeros(quartic.work_length(polynomial.modes))
     quartic.add_force(np.abs(polynomial.coefficients), np.abs(x), work, out)
     return 4.0 * np.finfo(float).eps * out
-
-
-def multiplications(modes: int) -> int:
-    """Multiplications of a force: two for each monomial, and four passes over the products y."""
-    return 2 * comb(modes + 4, 4) + 4 * comb(modes + 2, 2)
