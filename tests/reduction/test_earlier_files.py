@@ -15,7 +15,7 @@ from fmbs_skfem.core.errors import SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha
 from fmbs_skfem.reduction import files, parametric_model
 from fmbs_skfem.reduction import training_store as store
-from fmbs_skfem.reduction.budget import Choice
+from fmbs_skfem.reduction.error_budget import Choice
 
 DATA = Path(__file__).parent / "data"
 
