@@ -472,7 +472,8 @@ def test_the_folder_of_another_training_is_refused(tmp_path: Path) -> None:
     wider = dataclasses.replace(task, parameters=(dataclasses.replace(YOUNG, high=1.4e9),))
     finer = dataclasses.replace(task, plan=dataclasses.replace(PLAN, tolerance=1e-11))
     longer = dataclasses.replace(task, family=lambda values: dataclasses.replace(spun(values), duration=0.6))
-    for other in (wider, finer, longer):
+    sampled = dataclasses.replace(task, plan=dataclasses.replace(PLAN, hyper=Points(1e-3)))
+    for other in (wider, finer, longer, sampled):
         with pytest.raises(
             InputError, match="expected a folder of this training, got one of another training; take an empty folder"
         ):

@@ -235,7 +235,7 @@ def add(value: Any, digest: Any) -> None:
     if isinstance(value, float | np.floating):
         return digest.update(f"{value:.{DIGITS}g};".encode())
     if is_dataclass(value):
-        value = {field.name: getattr(value, field.name) for field in fields(value)}
+        value = {"type": type(value).__name__} | {field.name: getattr(value, field.name) for field in fields(value)}
     if isinstance(value, Mapping):
         value = [item for pair in value.items() for item in pair]
     if isinstance(value, list | tuple):
