@@ -348,6 +348,25 @@ def counted(fails: Callable[[float], bool] = lambda E: False) -> tuple[TrainingT
 OPTIONS = greedy.Options(iterations=3, max_samples=6)
 
 
+def test_one_system_is_the_task_without_parameters() -> None:
+    """Its only full run is made, or is a motion that is there; a wanted error chooses eps and eta as for a box."""
+    case = spun({"E": 1e9})
+    task = full_runs.task_of(case, PLAN, INTERVAL)
+    found = training.train(task)
+    assert (len(found.runs), found.outcome.stop, found.reduced_runs) == (1, greedy.Stop.ALONE, 0)
+    assert np.isnan(found.predicted).all()
+    given = training.train(task, motion=full_runs.moved(task, case))
+    one, other = (lifted(reduced_models.reduced_run(task, reduced_models.case_at(made.model, {})))[0] for made in (found, given))
+    np.testing.assert_allclose(one, other, rtol=0, atol=1e-12)
+    wanted = training.train(task, tolerance=1e-3)
+    assert wanted.choice is not None
+    assert wanted.model_plan.hyper == Elements(wanted.choice.eta)
+    motion = reduced_models.reduced_run(task, reduced_models.case_at(wanted.model, {}))
+    assert full_runs.error(task, case.system, wanted.runs[0], motion) < 1e-3
+    with pytest.raises(InputError, match="train: expected candidates of the parameters, got none"):
+        training.train(counted()[0])
+
+
 def test_two_full_runs_are_enough_for_a_tolerance(tmp_path: Path) -> None:
     task, count = counted()
     found = training.train(task, places(task), OPTIONS, tolerance=1e-3)
