@@ -9,7 +9,6 @@ crank-sliders are also run with as many modes as were published.
 
 from __future__ import annotations
 
-import io
 import sys
 from collections.abc import Mapping
 from dataclasses import replace
@@ -17,12 +16,12 @@ from pathlib import Path
 from typing import Any
 
 from fmbs_skfem import scenes
-from fmbs_skfem.cli import common, compare, reports, screen
-from fmbs_skfem.cli.tables import published
 from fmbs_skfem.reduction import Exact, cases, errors, full_runs, reduced_models
 from fmbs_skfem.reduction.comparison import Comparison
 from fmbs_skfem.reduction.runs import kept_steps
+from fmbs_skfem.results import plots
 from fmbs_skfem.scenes import Scene, build
+from fmbs_skfem.studies import comparison, plans, reports, tables
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
@@ -35,13 +34,13 @@ def main(names: list[str]) -> dict[str, dict[str, Any]]:
     RESULTS.mkdir(parents=True, exist_ok=True)
     for name in names:
         scene = scenes.read(ROOT / "examples" / f"{name}.yaml")
-        with common.one_thread():
-            study = compare.run(scene)
-            written[name] = report = {**compare.report_of(scene, study), "provenance": provenance(scene)}
+        found = comparison.compare(scene)
+        written[name] = report = {**found.report, "provenance": provenance(scene)}
         reports.write_json(RESULTS / f"compare_{name}.json", report)
-        text = page(report, [*as_text(scene, study), *gap_with_published_modes(scene, study)])
+        shown = [part if isinstance(part, str) else f"```\n{part}\n```" for part in tables.tables(scene, found.study)]
+        text = page(report, [*shown, *gap_with_published_modes(scene, found.study)])
         (RESULTS / f"compare_{name}.md").write_text(text, encoding="utf-8")
-        compare.cloud(scene, study, RESULTS, f"compare_{name}.png")
+        plots.save(found.figures["speed_error"], RESULTS / f"compare_{name}.png")
         print(text)
     return written
 
@@ -53,22 +52,9 @@ def provenance(scene: Scene) -> dict[str, Any]:
     return {**found, "file": str(Path(found["file"]).relative_to(ROOT)), "files": files}
 
 
-def as_text(scene: Scene, study: Comparison) -> list[str]:
-    """The tables of the command, and their source."""
-    found = []
-    for table in compare.tables(scene, study):
-        if isinstance(table, str):
-            found.append(table)
-            continue
-        file = io.StringIO()
-        screen.console(file).print(table)
-        found.append(f"```\n{file.getvalue().rstrip()}\n```")
-    return found
-
-
 def gap_with_published_modes(scene: Scene, study: Comparison) -> list[str]:
     """The largest error of the exact polynomial with the numbers of modes that were published, at both levels."""
-    known = published().get(scene.name.removesuffix("-coarse"), {}).get("models", {})
+    known = tables.read_published().get(scene.name.removesuffix("-coarse"), {}).get("models", {})
     found = {}
     for level in ("system", "component"):
         if (model := study.models.get(f"{level}+exact")) is not None:
@@ -80,8 +66,8 @@ def gap_with_published_modes(scene: Scene, study: Comparison) -> list[str]:
 
 def error_of(scene: Scene, study: Comparison, model: reduced_models.ReducedModel, counts: Mapping[str, int]) -> float:
     """The largest error of the exact polynomial with so many modes of every basis."""
-    plan = replace(compare.plan(scene), components=model.components, modes=dict(counts), hyper=Exact())
-    task = compare.task(scene, build.system(scene), plan)
+    plan = replace(plans.plan(scene), components=model.components, modes=dict(counts), hyper=Exact())
+    task = plans.task(scene, build.system(scene), plan)
     made = reduced_models.model_of(task, [full_runs.of_motion(task, study.full)])
     motion = cases.run(reduced_models.case_at(made, {}), kept_steps(task.family({}), task.interval))
     return errors.compare(study.full, motion).maximum
@@ -117,7 +103,7 @@ def page(report: dict[str, Any], parts: list[str]) -> str:
     ]
     lines += ["| " + " | ".join(row(model)) + " |" for model in report["models"]]
     ends = "; ".join(f"{name} {found['final']:.7g}, largest {found['max']:.7g}" for name, found in report["outputs"].items())
-    words = [*compare.words(report), f"Outputs of the full model at the end, SI units: {ends}.", *parts]
+    words = [*comparison.summarise(report), f"Outputs of the full model at the end, SI units: {ends}.", *parts]
     return "\n".join([*lines, "", *(f"{text}\n" for text in words)])
 
 

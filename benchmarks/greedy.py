@@ -28,7 +28,6 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmbs_skfem import scenes
-from fmbs_skfem.cli import checking, compare
 from fmbs_skfem.reduction import Elements, Points, comparators, greedy, holdout, training
 from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction import training_store as store
@@ -38,8 +37,9 @@ from fmbs_skfem.reduction.full_runs import TrainingTask
 from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.reduction.training import Training
-from fmbs_skfem.results import training_plots
+from fmbs_skfem.results import plots, training_plots
 from fmbs_skfem.scenes import build
+from fmbs_skfem.studies import holdouts, plans
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
@@ -107,7 +107,7 @@ def trained(
     scene = scenes.loads(text, path.parent) if changes else scenes.read(path)
     known, family = scenes.family(scene)
     interval = build.dynamic(scene).step * build.snapshot_steps(scene)
-    return TrainingTask(family, known, plan or compare.plan(scene), interval, functools.partial(build.chosen_form, scene)), known
+    return TrainingTask(family, known, plan or plans.plan(scene), interval, functools.partial(build.chosen_form, scene)), known
 
 
 def one(found: tuple[TrainingTask, tuple[Parameter, ...]], samples: list[float] | None, first: float | None) -> Task:
@@ -152,8 +152,8 @@ def measure(name: str, task: Task, folder: Path, every: int) -> Row:
     spent = time.process_time() - begun + before
     count = HELD[len(known)]
     points = (boxes.grid(known, count) if len(known) == 1 else boxes.latin_hypercube(known, count, seed=7))[::every]
-    full = checking.stored(found, folder)
-    truth = checking.stored(found, folder, sharp=not name.endswith(FINE))
+    full = holdouts.read_or_run(found, folder)
+    truth = holdouts.read_or_run(found, folder, sharp=not name.endswith(FINE))
     truths = [truth(boxes.named(known, row)) for row in points]
     checked = holdout.holdout(found, truths)
     rows = drawn(RESULTS / FIGURES[name], found, full, truth, points) if name in FIGURES else ()
@@ -188,10 +188,11 @@ def measure(name: str, task: Task, folder: Path, every: int) -> Row:
 def drawn(path: Path, found: Training, full: Full, truth: Full, points: np.ndarray) -> tuple[Compared, ...]:
     """Fig. 13 or 14: errors after every full run, and of the basis of one run at the fastest parameter, which is the last row."""
     (own,) = found.task.parameters
-    others = [*checking.stages(found), comparators.fast_to_slow(found.task, full, checking.fastest(found))]
+    others = [*holdouts.stages(found), comparators.fast_to_slow(found.task, full, holdouts.fastest(found))]
     rows = comparators.compare(found.task, others, truth, points)
     errors = {row.name: np.array([trial.error for trial in row.trials]) for row in rows}
-    training_plots.errors_over(path, points[:, 0], errors, f"{own.name} [{own.unit}]", "error of the displacements over their size")
+    label = "error of the displacements over their size"
+    plots.save(training_plots.errors_over(points[:, 0], errors, f"{own.name} [{own.unit}]", label), path)
     return rows
 
 

@@ -13,7 +13,7 @@ from fmbs_skfem import scenes
 from fmbs_skfem.reduction import Points, body_level, greedy, members, parameters, parametric_model, prediction, sweeps, training
 from fmbs_skfem.reduction.full_runs import TrainingTask
 from fmbs_skfem.reduction.plan import Plan
-from fmbs_skfem.results import sweep_files, sweep_plots
+from fmbs_skfem.results import plots, sweep_files, sweep_plots
 
 SCENE = Path(__file__).resolve().parent / "pendulum_family.yaml"
 
@@ -60,7 +60,7 @@ def main(
     sweep_files.write_csv(table, folder / sweep_files.CSV)
     sweep_files.write_hdf5(table, folder / sweep_files.HDF5)
     for rule in (sweep_plots.response, sweep_plots.scatter_matrix, sweep_plots.fan):
-        rule(folder / f"{rule.__name__}.png", table, outputs=["C_x", "C_y", "C_z"])
+        plots.save(rule(table, outputs=["C_x", "C_y", "C_z"]), folder / f"{rule.__name__}.png")
 
     predict = prediction.predictor(rom)
     errors = [predict(parameters.named(box, row)).error for row in points] if predict else []

@@ -48,7 +48,19 @@ def test_floors() -> None:
 def test_floors_refuse_an_import_upwards(tmp_path: Path) -> None:
     """The contract of pyproject.toml on a copy of the package's folders, with one import that goes up."""
     package = tmp_path / "fmbs_skfem"
-    for floor in ("cli", "verification", "scenes", "results", "reduction", "dynamics", "systems", "bodies", "shapes", "core"):
+    for floor in (
+        "cli",
+        "studies",
+        "verification",
+        "scenes",
+        "results",
+        "reduction",
+        "dynamics",
+        "systems",
+        "bodies",
+        "shapes",
+        "core",
+    ):
         (package / floor).mkdir(parents=True)
         (package / floor / "__init__.py").touch()
     (package / "__init__.py").touch()

@@ -1,7 +1,8 @@
 """Flexible multibody systems with large deformation, and their model reduction.
 
 The floors in the order of the data flow: `shapes`, `bodies`, `systems`, `dynamics`, `reduction`, and on top of them `scenes`,
-`results` and the command `fmbs`. Floors are loaded when they are first used, because compiled kernels take a second to import.
+`results`, `studies` and the command `fmbs`. Floors are loaded when they are first used, because compiled kernels take a second to
+import.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import importlib
 from types import ModuleType
 
 __version__ = "0.1.0"
-__all__ = ["shapes", "bodies", "systems", "dynamics", "reduction", "scenes", "results"]
+__all__ = ["shapes", "bodies", "systems", "dynamics", "reduction", "scenes", "results", "studies"]
 
 
 def __getattr__(name: str) -> ModuleType:

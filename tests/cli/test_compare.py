@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from fmbs_skfem import scenes
-from fmbs_skfem.cli import compare, figures, tables
+from fmbs_skfem.studies import comparison, figures
 from tests.cli.calls import EXAMPLES, ROOT, Call, fmbs, scene
 from tests.cli.test_picture import RIGID
 
@@ -70,7 +69,7 @@ def test_time_error_and_front_are_told(call: Call) -> None:
 def test_files_are_written(call: Call, folder: Path) -> None:
     for name in ("history_B.png", "history_C.png", "errors.png", "norms.png", "singular_values.png", "speed_error.png"):
         assert (folder / name).read_bytes().startswith(b"\x89PNG"), name
-    assert json.loads((folder / compare.RECORD).read_text())["models"] == call.json["models"]
+    assert json.loads((folder / comparison.RECORD).read_text())["models"] == call.json["models"]
 
 
 def test_tables_show_the_published_figures(table: Call) -> None:
@@ -91,22 +90,6 @@ def test_a_scene_without_reduction_is_refused(tmp_path: Path) -> None:
     call = fmbs("compare", scene(tmp_path, "{type: dynamic, duration: 0.1 s, step: 1 ms}"), "--out", tmp_path / "out")
     assert call.code == 3
     assert "section 'reduction'" in call.err
-
-
-def test_published_products_follow_the_formula() -> None:
-    """p = sum N (w r + r^2) of the source's own figures."""
-    for model in tables.published()["double-pendulum"]["models"].values():
-        assert model["p"] == sum(n * (model["w"] * r + r**2) for n, r in zip(model["dofs"], model["r"], strict=True))
-
-
-def test_wrong_models_do_not_hide_the_others() -> None:
-    first = np.array([0.0, 1.0, 2.0])
-    shown = figures.inside({"full": first, "wrong": np.array([0.5, 3.9, 4.1])})
-    np.testing.assert_array_equal(shown["full"], first)
-    np.testing.assert_array_equal(shown["wrong"], [0.5, 3.9, np.nan])
-    errors = np.array([1e-16, 1e-4, 2e-4, 30.0])  # [m]; of a motion of 1 m the last is wrong altogether, of one of 1 km it is not
-    np.testing.assert_array_equal(figures.readable(errors, 1.0), [np.nan, 1e-4, 2e-4, np.nan])
-    np.testing.assert_array_equal(figures.readable(errors, 1e3), [np.nan, 1e-4, 2e-4, 30.0])
 
 
 @pytest.fixture(scope="module")
@@ -135,20 +118,10 @@ def test_plates_have_exact_polynomials_and_a_choice(plates: tuple[Call, Call]) -
 def test_a_crank_slider_has_figures_11_and_12(plates: tuple[Call, Call]) -> None:
     """Displacement and speed in one figure, errors over time in another; other scenes have no slider."""
     files = {Path(name).name: Path(name) for name in plates[0].json["files"]}
-    for name in (figures.SLIDER, "errors.png"):
+    for name in ("slider.png", "errors.png"):
         assert files[name].read_bytes().startswith(b"\x89PNG"), name
     assert figures.slider_columns(scenes.read(EXAMPLES / "crank_slider.yaml")) == ("x", "x_C", "crank_speed")
     assert figures.slider_columns(scenes.read(SCENE)) is None
-
-
-def test_a_slider_is_followed_along_its_guide(tmp_path: Path) -> None:
-    """A guide along y, a position of all components, and one of another point before it."""
-    text = (EXAMPLES / "crank_slider_coarse.yaml").read_text().replace("direction: [1, 0]", "direction: [0, -1]")
-    outputs = "  b: {type: position, at: linkage.B}\n  c: {type: position, at: slider}\n"
-    text = text.replace("  x_C: {type: position, at: linkage.C, component: x}\n", outputs)
-    assert figures.slider_columns(scenes.loads(text, EXAMPLES)) == ("y", "c_y", "crank_speed")
-    without = text.replace("  c: {type: position, at: slider}\n", "")
-    assert figures.slider_columns(scenes.loads(without, EXAMPLES)) is None
 
 
 def test_table_4_stands_beside_the_published_one(plates: tuple[Call, Call]) -> None:
@@ -170,12 +143,6 @@ def test_table_4_stands_beside_the_published_one(plates: tuple[Call, Call]) -> N
     assert "System against component level at one eps" in told
 
 
-def test_published_totals_hold_their_parts() -> None:
-    """Table 4: force, solves and products are part of the total; coarse meshes are compared with the same figures."""
-    for model in tables.published()["crank-slider"]["models"].values():
-        assert model["force_s"] + model["solve_s"] + model.get("product_s", 0.0) < model["total_s"]
-
-
 def test_a_mechanism_of_rigid_bodies_is_compared(tmp_path: Path) -> None:
     """There are no tangents, cells and least squares to speak of; the tables and plots stand without them."""
     (tmp_path / "plate_linkage_coarse.msh").write_bytes((ROOT / "meshes" / "plate_linkage_coarse.msh").read_bytes())
@@ -185,16 +152,3 @@ def test_a_mechanism_of_rigid_bodies_is_compared(tmp_path: Path) -> None:
     assert done.code == 0, done.err
     assert "0.000e+00" in done.out
     assert "component+ecsw-points" in done.out
-
-
-@pytest.mark.parametrize(
-    ("order", "told"),
-    [
-        (None, "0.0004 m."),
-        (1.98, "0.0004 m, observed order 1.98."),
-        (1.02, "0.0004 m, observed order 1.02; below 2, so that a part of the motion is faster than the step resolves."),
-    ],
-)
-def test_an_order_below_two_is_explained(order: float | None, told: str) -> None:
-    found = {"step": 1e-3, "position": 4e-4, "order": order}
-    assert compare.time_words(found) == f"Error of the full model's own step 0.001 s: {told}"

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from fmbs_skfem.cli import demo
 from fmbs_skfem.scenes import Scene
+from fmbs_skfem.studies import comparison
 
 from .calls import fmbs
 from .test_provenance import KEYS
@@ -21,14 +21,14 @@ def short(scene: Scene) -> Scene:
 
 
 def test_the_scenes_travel_with_the_package() -> None:
-    assert (demo.examples() / demo.SCENE).is_file()
-    assert (demo.examples().parent / "meshes" / "double_pendulum_100.msh").is_file()
+    assert (comparison.examples() / comparison.DEMO).is_file()
+    assert (comparison.examples().parent / "meshes" / "double_pendulum_100.msh").is_file()
 
 
 def test_demo_computes_all_models_and_writes_all_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(demo, "lean", short)
-    monkeypatch.setattr(demo, "FRAMES", 3)
+    monkeypatch.setattr(comparison, "lean", short)
+    monkeypatch.setattr(comparison, "FRAMES", 3)
     done = fmbs("demo", "--json")
     assert done.code in (0, 7)
     names = [model["name"] for model in done.json["models"]]
@@ -41,6 +41,6 @@ def test_demo_computes_all_models_and_writes_all_files(tmp_path: Path, monkeypat
     assert wanted <= {path.name for path in out.iterdir()}
     assert len(list((out / "motion").glob("*.vtu"))) == 3
     if done.code == 0:
-        assert {*demo.PICTURES} <= {path.name for path in out.iterdir()}
+        assert {*comparison.SHOWN} <= {path.name for path in out.iterdir()}
     else:
         assert "apt-get install" in done.err

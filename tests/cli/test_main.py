@@ -5,19 +5,20 @@ from __future__ import annotations
 import errno
 import subprocess
 import sys
-import threading
 from pathlib import Path
+from typing import Any
 
 import click
 import pytest
 from click.testing import CliRunner
 
-from fmbs_skfem.cli import common, screen
-from fmbs_skfem.cli.common import Result, Session
+from fmbs_skfem.cli import common
 from fmbs_skfem.cli.main import COMMANDS
-from fmbs_skfem.core import jit
 from fmbs_skfem.core.errors import CorruptFile, InputError, MissingFeature, Reason, SolverError
 from fmbs_skfem.core.notices import notify
+from fmbs_skfem.studies import Result, Table
+from fmbs_skfem.studies import job as jobs
+from fmbs_skfem.studies.result import console
 
 from .calls import fmbs
 
@@ -86,7 +87,7 @@ def test_errors_have_their_exit_code_and_no_traceback(
 ) -> None:
     monkeypatch.chdir(tmp_path)
 
-    def fails(session: Session) -> Result:
+    def fails(**options: Any) -> Result:
         raise error
 
     command = common.command("fails", scene=False)(fails)
@@ -104,10 +105,11 @@ def test_errors_have_their_exit_code_and_no_traceback(
 
 def test_notices_go_to_stderr_and_json_once_and_stop_a_strict_call() -> None:
     @common.command("notes", scene=False)
-    def notes(session: Session) -> Result:
-        for _ in range(3):
-            notify("mind the gap")
-        return Result({"status": "ok", "ratio": float("nan")}, ["done"])
+    def notes(**options: Any) -> Result:
+        with jobs.begin(**options) as job:
+            for _ in range(3):
+                notify("mind the gap")
+            return Result(about="", report={"status": "ok", "ratio": float("nan"), "notices": job.notices}, view=["done"])
 
     done = CliRunner().invoke(notes, ["--json"])
     assert done.stderr == "notice: mind the gap\n"
@@ -122,7 +124,7 @@ def test_notices_go_to_stderr_and_json_once_and_stop_a_strict_call() -> None:
 def test_tables_show_brackets_and_numbers_as_they_are(tmp_path: Path) -> None:
     path = tmp_path / "out.txt"
     with path.open("w") as file:
-        screen.console(file).print(screen.table("Mass [kg]", ("body [-]", "mass [kg]"), [("a[b]", 1 / 3)]))
+        console(file).print(Table("Mass [kg]", ("body [-]", "mass [kg]"), [("a[b]", 1 / 3)]))
     text = path.read_text()
     assert all(part in text for part in ("Mass [kg]", "body [-]", "mass [kg]", "a[b]", "0.333333"))
 
@@ -134,28 +136,3 @@ def test_every_command_is_a_click_command_of_its_name() -> None:
         found = importlib.import_module(f"fmbs_skfem.cli.{name}").command
         assert isinstance(found, click.Command)
         assert found.name == name
-
-
-def test_first_runs_that_begin_together_compile_one_after_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The second one waits, and finds in the cache what the first has compiled; afterwards nobody waits."""
-    monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
-    waits, found = threading.Event(), list[bool]()
-    monkeypatch.setattr(screen, "tell", lambda text: waits.set() if text.startswith("waiting") else None)
-
-    def second() -> None:
-        with screen.compiling(None) as cold:
-            found.append(cold)
-
-    with screen.compiling(None) as cold:
-        assert cold
-        other = threading.Thread(target=second)
-        other.start()
-        assert waits.wait(10.0)
-        assert not found
-        (tmp_path / "stepping.advance-1.py311.1.nbc").touch()
-    other.join(10.0)
-    assert found == [False]
-    waits.clear()
-    second()
-    assert found == [False, False]
-    assert not waits.is_set()

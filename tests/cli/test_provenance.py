@@ -11,8 +11,8 @@ import h5py
 import numpy as np
 import pytest
 
-from fmbs_skfem.cli import reports
 from fmbs_skfem.reduction import files, parametric_model
+from fmbs_skfem.studies import reports
 
 from . import test_failures, test_train
 from .calls import fmbs, scene

@@ -18,11 +18,11 @@ from typing import Any
 
 import pytest
 
-from fmbs_skfem.cli import reports
 from fmbs_skfem.dynamics import integration
 from fmbs_skfem.dynamics.checkpoint import Moment
 from fmbs_skfem.results import segments
 from fmbs_skfem.results.segments import Recorder, State
+from fmbs_skfem.studies import reports
 
 from .calls import Call, fmbs, scene
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmbs_skfem.cli import solving
+from fmbs_skfem.studies import runs
 
 from .calls import CANTILEVER, EXAMPLES, ROOT, fmbs, scene
 
@@ -285,7 +285,7 @@ def test_a_folder_of_another_run_is_refused_before_anything_is_solved(
     def never(*_: object, **__: object) -> None:
         raise AssertionError("solved")
 
-    monkeypatch.setattr(solving, "solve", never)
+    monkeypatch.setattr(runs, "finish", never)
     path = scene(tmp_path, "{type: static, load_steps: 1}")
     out = tmp_path / "out"
     out.mkdir()

@@ -39,7 +39,7 @@ def count(path: Path, tint: str) -> int:
 
 def test_histories_show_every_model(tmp_path: Path) -> None:
     models = {"full": SWING, "component": SWING + 0.1, "ffrf": 2 * SWING}
-    path = plots.histories(tmp_path / "new" / "h.png", TIMES, models, "tip deflection [m]", title="Spin-up")
+    path = plots.save(plots.histories(TIMES, models, "tip deflection [m]", title="Spin-up"), tmp_path / "new" / "h.png")
     assert path == tmp_path / "new" / "h.png"
     assert count(path, palette.BLUE) > 500
     assert count(path, palette.VERMILLION) > 500
@@ -49,53 +49,55 @@ def test_histories_show_every_model(tmp_path: Path) -> None:
 def test_slider_from_rest_and_turns_a_minute(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """x - x(0) starts at zero, and 200 pi rad/s are 6000 turns a minute."""
     drawn: dict[str, dict[str, np.ndarray]] = {}
-    monkeypatch.setattr(plots, "history_grid", lambda path, times, outputs, **_: drawn.update(outputs) or Path(path))
-    plots.slider(tmp_path / "fig11.png", TIMES, {"full": 0.3 + 0.1 * TIMES}, {"full": 200 * np.pi / 3 * TIMES})
+    monkeypatch.setattr(plots, "history_grid", lambda times, outputs, **_: drawn.update(outputs))
+    plots.slider(TIMES, {"full": 0.3 + 0.1 * TIMES}, {"full": 200 * np.pi / 3 * TIMES})
     (displacement, speed_) = drawn.values()
     np.testing.assert_allclose(displacement["full"][[0, -1]], [0.0, 0.3], atol=1e-15)
     np.testing.assert_allclose(speed_["full"][[0, -1]], [0.0, 6000.0], rtol=1e-14)
     monkeypatch.undo()
     models = {"full": 0.3 * SWING, "system": 0.31 * SWING, "component": 0.32 * SWING}
-    assert count(plots.slider(tmp_path / "fig11.png", TIMES, models, models, title="Fig. 11"), palette.BLUE) > 500
+    path = plots.save(plots.slider(TIMES, models, models, title="Fig. 11"), tmp_path / "fig11.png")
+    assert count(path, palette.BLUE) > 500
 
 
 @pytest.mark.parametrize("columns", [1, 2])
 def test_small_multiples(columns: int, tmp_path: Path) -> None:
     outputs = {f"C_{axis} [m]": {"full": SWING, "system": SWING * (1 + i)} for i, axis in enumerate("xyz")}
-    assert count(plots.history_grid(tmp_path / "g.png", TIMES, outputs, columns), palette.BLUE) > 1000
+    assert count(plots.save(plots.history_grid(TIMES, outputs, columns), tmp_path / "g.png"), palette.BLUE) > 1000
 
 
 def test_errors_leave_gaps_where_there_is_no_logarithm(tmp_path: Path) -> None:
     error = 1e-5 * (1 + TIMES)
     broken = np.where(TIMES < 1, 10 * error, np.nan)
-    path = plots.errors(tmp_path / "e.png", TIMES, {"component": error, "diverged": broken}, floor=3.5e-4)
+    path = plots.save(plots.errors(TIMES, {"component": error, "diverged": broken}, floor=3.5e-4), tmp_path / "e.png")
     assert count(path, palette.BLUE) > 2 * count(path, palette.VERMILLION) > 300
     with_floor = count(path, palette.BLACK)
     assert (
-        with_floor > count(plots.errors(tmp_path / "f.png", TIMES, {"component": error, "diverged": broken}), palette.BLACK) + 200
+        with_floor
+        > count(plots.save(plots.errors(TIMES, {"component": error, "diverged": broken}), tmp_path / "f.png"), palette.BLACK) + 200
     )
-    plots.errors(tmp_path / "zero.png", TIMES, {"the same": np.zeros_like(TIMES)})
+    plots.save(plots.errors(TIMES, {"the same": np.zeros_like(TIMES)}), tmp_path / "zero.png")
 
 
 def test_norms_and_singular_values(tmp_path: Path) -> None:
     curves = {"two-norm": 1.63e-7 + 0 * TIMES, "constraint force": 1.62e-7 + 0 * TIMES, "gappy norm": 5.1e-9 + 0 * TIMES}
-    assert count(plots.norms(tmp_path / "n.png", TIMES, curves), palette.GREEN) > 500
+    assert count(plots.save(plots.norms(TIMES, curves), tmp_path / "n.png"), palette.GREEN) > 500
     spectra = {"I": 10.0 ** -np.arange(20), "II": np.r_[10.0 ** -np.arange(10), 0.0]}
-    marked = count(plots.singular_values(tmp_path / "s.png", spectra, {"I": 6, "II": 7}, 1e-12), palette.BLUE)
-    assert marked > count(plots.singular_values(tmp_path / "t.png", spectra), palette.BLUE) + 300
+    marked = count(plots.save(plots.singular_values(spectra, {"I": 6, "II": 7}, 1e-12), tmp_path / "s.png"), palette.BLUE)
+    assert marked > count(plots.save(plots.singular_values(spectra), tmp_path / "t.png"), palette.BLUE) + 300
     with pytest.raises(InputError, match="singular values of 'I'"):
-        plots.singular_values(tmp_path / "u.png", {"I": np.zeros(4)})
+        plots.save(plots.singular_values({"I": np.zeros(4)}), tmp_path / "u.png")
 
 
 def test_speed_error_has_one_colour_a_family(tmp_path: Path) -> None:
-    path = plots.speed_error(tmp_path / "s.png", POINTS, floor=3.5e-4, title="Double pendulum")
+    path = plots.save(plots.speed_error(POINTS, floor=3.5e-4, title="Double pendulum"), tmp_path / "s.png")
     for family in ("coarse", "step", "component", "component+ecsw-points"):
         assert count(path, plots.FAMILIES[family][0]) > 60, family
     assert count(path, plots.FAMILIES["system"][0]) == 0
-    plots.speed_error(tmp_path / "t.pdf", (*POINTS, Point("mine", "my own reduction", 0.2, 1e-3)))
+    plots.save(plots.speed_error((*POINTS, Point("mine", "my own reduction", 0.2, 1e-3))), tmp_path / "t.pdf")
     assert (tmp_path / "t.pdf").read_bytes().startswith(b"%PDF")
     with pytest.raises(InputError, match="at least one finished model"):
-        plots.speed_error(tmp_path / "u.png", POINTS[-1:])
+        plots.save(plots.speed_error(POINTS[-1:]), tmp_path / "u.png")
 
 
 def test_front_exactly() -> None:
@@ -131,11 +133,11 @@ def test_nobody_beats_the_front_and_it_beats_everybody_else(rows: list[tuple[flo
 
 def test_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"'short': expected values at the 301 instants, got shape \(3,\)"):
-        plots.histories(tmp_path / "h.png", TIMES, {"short": np.zeros(3)}, "x [m]")
+        plots.save(plots.histories(TIMES, {"short": np.zeros(3)}, "x [m]"), tmp_path / "h.png")
     with pytest.raises(InputError, match="at least one curve"):
-        plots.norms(tmp_path / "n.png", TIMES, {})
+        plots.save(plots.norms(TIMES, {}), tmp_path / "n.png")
     with pytest.raises(InputError, match=r"\.png, \.pdf, \.svg"):
-        plots.histories(tmp_path / "h.txt", TIMES, {"full": SWING}, "x [m]")
+        plots.save(plots.histories(TIMES, {"full": SWING}, "x [m]"), tmp_path / "h.txt")
     with pytest.raises(InputError, match="CPU time above 0"):
         Point("free", "full", 0.0, 0.0)
     assert list(tmp_path.iterdir()) == []
@@ -144,6 +146,7 @@ def test_refused(tmp_path: Path) -> None:
 def test_no_global_state(tmp_path: Path) -> None:
     code = (
         "import sys, numpy as np; from fmbs_skfem.results import plots; "
-        f"plots.norms({str(tmp_path / 'n.png')!r}, np.arange(3.0), {{'a': np.ones(3)}}); print('matplotlib.pyplot' in sys.modules)"
+        f"plots.save(plots.norms(np.arange(3.0), {{'a': np.ones(3)}}), {str(tmp_path / 'n.png')!r}); "
+        "print('matplotlib.pyplot' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "False"

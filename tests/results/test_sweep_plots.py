@@ -11,7 +11,7 @@ import pytest
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.reduction.members import Status
 from fmbs_skfem.reduction.parameters import Parameter, Scale
-from fmbs_skfem.results import palette, sweep_plots
+from fmbs_skfem.results import palette, plots, sweep_plots
 from fmbs_skfem.results.sweep_files import Sweep
 
 from .test_plots import count
@@ -41,15 +41,15 @@ def some_failed() -> Sweep:
 
 
 def test_the_response_shows_extremes_over_each_parameter(tmp_path: Path) -> None:
-    path = sweep_plots.response(tmp_path / "new" / "response.png", SWEEP, title="pendulum")
+    path = plots.save(sweep_plots.response(SWEEP, title="pendulum"), tmp_path / "new" / "response.png")
     assert count(path, palette.BLACK) > 200
-    tinted = sweep_plots.response(tmp_path / "one.pdf", SWEEP, outputs=["speed"])
+    tinted = plots.save(sweep_plots.response(SWEEP, outputs=["speed"]), tmp_path / "one.pdf")
     assert tinted.read_bytes().startswith(b"%PDF")
 
 
 def test_the_matrix_marks_parameters_of_members_that_failed(tmp_path: Path) -> None:
-    whole = sweep_plots.scatter_matrix(tmp_path / "whole.png", SWEEP)
-    parts = sweep_plots.scatter_matrix(tmp_path / "parts.png", some_failed())
+    whole = plots.save(sweep_plots.scatter_matrix(SWEEP), tmp_path / "whole.png")
+    parts = plots.save(sweep_plots.scatter_matrix(some_failed()), tmp_path / "parts.png")
     assert count(whole, palette.VERMILLION) == 0
     assert count(parts, palette.VERMILLION) > 50
     assert count(whole, palette.SKY) > 1000
@@ -57,7 +57,7 @@ def test_the_matrix_marks_parameters_of_members_that_failed(tmp_path: Path) -> N
 
 def test_the_fan_has_a_median_between_its_bands(tmp_path: Path) -> None:
     for number, table in enumerate((SWEEP, some_failed())):
-        path = sweep_plots.fan(tmp_path / f"fan{number}.png", table)
+        path = plots.save(sweep_plots.fan(table), tmp_path / f"fan{number}.png")
         assert count(path, palette.BLACK) > 500
 
 
@@ -74,12 +74,12 @@ def test_histories_of_other_durations_are_drawn_up_to_the_shortest() -> None:
 
 def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="did you mean 'speed'"):
-        sweep_plots.fan(tmp_path / "a.png", SWEEP, outputs=["sped"])
+        plots.save(sweep_plots.fan(SWEEP, outputs=["sped"]), tmp_path / "a.png")
     with pytest.raises(InputError, match="did you mean 'final'"):
-        sweep_plots.scatter_matrix(tmp_path / "a.png", SWEEP, kind="finale")
+        plots.save(sweep_plots.scatter_matrix(SWEEP, kind="finale"), tmp_path / "a.png")
     nothing = replace(SWEEP, status=(Status.FAILED,) * 60)
     for rule in (sweep_plots.response, sweep_plots.scatter_matrix, sweep_plots.fan):
         with pytest.raises(InputError, match="members that ran"):
-            rule(tmp_path / "a.png", nothing)
+            rule(nothing)
     with pytest.raises(InputError, match=r"\.png"):
-        sweep_plots.fan(tmp_path / "a.gif", SWEEP)
+        plots.save(sweep_plots.fan(SWEEP), tmp_path / "a.gif")

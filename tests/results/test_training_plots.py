@@ -11,7 +11,7 @@ from scipy.stats import qmc
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.reduction import kriging
 from fmbs_skfem.reduction.parameters import Parameter, Scale
-from fmbs_skfem.results import palette, training_plots
+from fmbs_skfem.results import palette, plots, training_plots
 from fmbs_skfem.results.training_plots import Panel
 
 from .test_plots import count
@@ -33,8 +33,8 @@ def panel(d: int, chosen: int | None = 100) -> tuple[dict[str, np.ndarray], Pane
 @pytest.mark.parametrize("d", [1, 2, 3, 4])
 def test_surrogate_shows_the_next_full_run(d: int, tmp_path: Path) -> None:
     columns, found = panel(d)
-    path = training_plots.surrogate(tmp_path / "next.png", columns, [found, found])
-    without = training_plots.surrogate(tmp_path / "none.png", columns, [panel(d, None)[1]])
+    path = plots.save(training_plots.surrogate(columns, [found, found]), tmp_path / "next.png")
+    without = plots.save(training_plots.surrogate(columns, [panel(d, None)[1]]), tmp_path / "none.png")
     assert count(path, palette.VERMILLION) > 40
     assert count(without, palette.VERMILLION) == 0
 
@@ -42,13 +42,13 @@ def test_surrogate_shows_the_next_full_run(d: int, tmp_path: Path) -> None:
 def test_a_curve_stays_one_where_the_surrogate_is_constant_and_a_run_failed(tmp_path: Path) -> None:
     columns, found = panel(1)
     flat = Panel("flat", np.full(101, -5.0), np.zeros(101), found.samples, np.array([1e-5, 1e-5, np.inf, 0.0, 1e-5]))
-    assert count(training_plots.surrogate(tmp_path / "flat.png", columns, [flat]), palette.BLUE) > 300
+    assert count(plots.save(training_plots.surrogate(columns, [flat]), tmp_path / "flat.png"), palette.BLUE) > 300
 
 
 def test_candidates_on_a_line_have_a_surface_without_triangles(tmp_path: Path) -> None:
     _, found = panel(2)
     line = {"E [GPa]": X, "d [mm]": X - 30.0}
-    assert count(training_plots.surrogate(tmp_path / "line.png", line, [found]), palette.VERMILLION) > 40
+    assert count(plots.save(training_plots.surrogate(line, [found]), tmp_path / "line.png"), palette.VERMILLION) > 40
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])
@@ -57,7 +57,7 @@ def test_slices_of_a_surrogate_have_its_samples(d: int, tmp_path: Path) -> None:
     unit = qmc.Sobol(d, rng=1).random(8)
     known = (Parameter("E", 1e8, 1e10, Scale.LOG, "Pa"), Parameter("d", 8e-3, 12e-3, unit="m"), Parameter("g", 5.0, 12.0))[:d]
     model = kriging.fit(unit, 10 ** (-6.0 + (unit**2).sum(axis=1)))
-    path = training_plots.slices(tmp_path / "slices.png", known, model, title="pendulum")
+    path = plots.save(training_plots.slices(known, model, title="pendulum"), tmp_path / "slices.png")
     assert (count(path, palette.BLUE) > 300) == (d != 2)
     assert (count(path, "#440154") > 50) == (d > 1)  # the lowest colour of the surfaces
 
@@ -78,10 +78,10 @@ def test_errors_over_a_parameter_are_sorted_by_it(tmp_path: Path) -> None:
     """Values in any order give the same picture."""
     errors = 1e-6 * (1 + ((X - 55) / 5) ** 2)
     models = {"2 full runs": errors, "fast to slow": 30 * errors}
-    path = training_plots.errors_over(tmp_path / "a.png", X, models, "E [GPa]", goal=1e-5)
+    path = plots.save(training_plots.errors_over(X, models, "E [GPa]", goal=1e-5), tmp_path / "a.png")
     mixed = np.random.default_rng(0).permutation(101)
     shuffled = {name: values[mixed] for name, values in models.items()}
-    other = training_plots.errors_over(tmp_path / "b.png", X[mixed], shuffled, "E [GPa]", goal=1e-5)
+    other = plots.save(training_plots.errors_over(X[mixed], shuffled, "E [GPa]", goal=1e-5), tmp_path / "b.png")
     assert path.read_bytes() == other.read_bytes()
     assert count(path, palette.BLUE) > 300
     assert count(path, palette.VERMILLION) > 300
@@ -89,9 +89,9 @@ def test_errors_over_a_parameter_are_sorted_by_it(tmp_path: Path) -> None:
 
 def test_points_outside_the_band_are_told_apart(tmp_path: Path) -> None:
     true = np.geomspace(1e-7, 1e-4, 20)
-    inside = training_plots.predicted(tmp_path / "in.png", true, true * 1.2, true / 2, true * 2, goal=1e-4)
+    inside = plots.save(training_plots.predicted(true, true * 1.2, true / 2, true * 2, goal=1e-4), tmp_path / "in.png")
     predicted = true * np.where(np.arange(20) == 4, 5.0, 1.2)
-    outside = training_plots.predicted(tmp_path / "out.png", true, predicted, predicted / 2, predicted * 2)
+    outside = plots.save(training_plots.predicted(true, predicted, predicted / 2, predicted * 2), tmp_path / "out.png")
     assert count(inside, palette.BLUE) > 300
     assert count(inside, palette.VERMILLION) == 0
     assert count(outside, palette.VERMILLION) > 30
@@ -100,11 +100,11 @@ def test_points_outside_the_band_are_told_apart(tmp_path: Path) -> None:
 def test_refused(tmp_path: Path) -> None:
     path = tmp_path / "no.png"
     with pytest.raises(InputError, match="candidates and at least one iteration"):
-        training_plots.surrogate(path, panel(1)[0], [])
+        plots.save(training_plots.surrogate(panel(1)[0], []), path)
     with pytest.raises(InputError, match="at least one model"):
-        training_plots.errors_over(path, X, {}, "E")
+        plots.save(training_plots.errors_over(X, {}, "E"), path)
     with pytest.raises(InputError, match="errors of 'a': expected 101 values"):
-        training_plots.errors_over(path, X, {"a": np.ones(3)}, "E")
+        plots.save(training_plots.errors_over(X, {"a": np.ones(3)}, "E"), path)
     with pytest.raises(InputError, match="at least one point with errors above zero"):
-        training_plots.predicted(path, np.zeros(3), np.ones(3), np.ones(3), np.ones(3))
+        plots.save(training_plots.predicted(np.zeros(3), np.ones(3), np.ones(3), np.ones(3)), path)
     assert not path.exists()

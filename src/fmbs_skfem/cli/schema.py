@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
-from . import common, reports
-from .common import Result, Session
-
-NAME = "scene.schema.json"
+from .. import studies
+from . import common
 
 
 @common.command("schema", scene=False)
 @click.option("--page", is_flag=True, help="Print a page for people (Markdown) instead: every key with what it takes.")
-def command(session: Session, page: bool) -> Result:
+def command(**options: Any) -> studies.Result:
     """Print the JSON schema of scene files; --out also writes it into a folder, for editors that complete YAML by it."""
-    from .. import scenes
-    from ..scenes import reference
-
-    found = scenes.json_schema()
-    if session.out is not None:
-        reports.write_json(reports.folder(session, session.out, [NAME], "schema", record=NAME) / NAME, found)
-    return Result(found, [reference.page(found).rstrip("\n") if page else reports.dumps(found)])
+    return studies.describe_scenes(**options)

@@ -1,26 +1,23 @@
-"""What a command shows: tables, progress on stderr, and that the first run compiles."""
+"""The terminal of a command: what goes to stdout arrives, messages and progress go to stderr."""
 
 from __future__ import annotations
 
 import contextlib
 import errno
-import fcntl
 import os
-import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from pathlib import Path
-from typing import IO, TYPE_CHECKING
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import click
 
 from ..core import durable
 from ..core.errors import FmbsError, InputError, say
+from ..studies.result import console
 
 if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
+    from rich.progress import Progress
 
 PATIENCE = 2.0  #: work that takes longer shows its progress [s]
 
@@ -70,100 +67,33 @@ def stdout() -> Iterator[None]:
         ) from problem
 
 
-def console(file: IO[str]) -> Console:
-    """A rich console; as wide as the house's lines where there is no terminal."""
-    from rich.console import Console
+class Bar:
+    """Progress on a terminal: a bar on stderr for work that takes longer than two seconds."""
 
-    return Console(file=file, width=None if file.isatty() else 132, highlight=False, soft_wrap=False)
+    def __init__(self) -> None:
+        self.label, self.begin = "", 0.0
+        self.bar: Progress | None = None
+        self.visible = sys.stderr is not None and sys.stderr.isatty()
 
+    def progress(self, label: str, fraction: float) -> None:
+        """The finished part of the work `label`."""
+        if label != self.label:
+            self.close()
+            self.label, self.begin = label, time.perf_counter()
+        if not self.visible or (self.bar is None and time.perf_counter() - self.begin < PATIENCE):
+            return
+        if self.bar is None:
+            from rich.progress import Progress
 
-def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> Table:
-    """A table whose first column is text and whose other columns are numbers."""
-    from rich import box
-    from rich.markup import escape
-    from rich.table import Table
+            self.bar = Progress(console=console(sys.stderr), transient=True)
+            self.bar.start()
+            self.bar.add_task(label, total=1.0)
+        self.bar.update(self.bar.task_ids[0], completed=fraction)
+        if fraction >= 1.0:
+            self.close()
 
-    found = Table(title=escape(title), box=box.SIMPLE_HEAD, title_justify="left", title_style="bold")
-    for number, column in enumerate(columns):
-        found.add_column(escape(column), justify="right" if number else "left")
-    for row in rows:
-        found.add_row(*(escape(number_text(value)) for value in row))
-    return found
-
-
-def number_text(value: object) -> str:
-    """Numbers with six digits, everything else as it is."""
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-@contextlib.contextmanager
-def progress(label: str) -> Iterator[Callable[[float], None]]:
-    """A function that takes the finished fraction; on a terminal a bar on stderr after two seconds."""
-    from rich.progress import Progress
-
-    begin, visible = time.perf_counter(), sys.stderr is not None and sys.stderr.isatty()
-    with contextlib.ExitStack() as stack:
-        bars: list[Progress] = []
-
-        def advance(fraction: float) -> None:
-            if not visible or (not bars and time.perf_counter() - begin < PATIENCE):
-                return
-            if not bars:
-                bars.append(stack.enter_context(Progress(console=console(sys.stderr), transient=True)))
-                bars[0].add_task(label, total=1.0)
-            bars[0].update(bars[0].task_ids[0], completed=fraction)
-
-        yield advance
-
-
-def first(folder: Path) -> bool:
-    """Whether no other process has begun to compile into the folder."""
-    try:
-        (folder / "begun").touch(exist_ok=False)
-    except OSError:
-        return False
-    return True
-
-
-@contextlib.contextmanager
-def compiling(scene: Path | None) -> Iterator[bool]:
-    """Whether what is done inside compiles the time step, which the cache has not: one process at a time.
-
-    First runs that begin together would compile the same in each other's way; those that wait find it in the cache.
-    """
-    from ..core import jit
-
-    folder = jit.cache_folder()
-    if folder is None or not cold(folder):
-        yield announce_compiling(scene)
-        return
-    with (folder / "compiling").open("w") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            tell("waiting for another process that compiles (first runs only)")
-            with contextlib.suppress(OSError):  # a file system without locks
-                fcntl.flock(file, fcntl.LOCK_EX)
-        yield announce_compiling(scene)
-
-
-def cold(folder: Path) -> bool:
-    """Whether no compiled step is cached in a folder."""
-    return not any(folder.rglob("stepping.advance-*.nbc"))
-
-
-def announce_compiling(scene: Path | None = None) -> bool:
-    """Whether no compiled step is cached; then the first run compiles, which is said on stderr.
-
-    What a run of `scene` needs after its time steps is compiled by a process beside it, one for all runs that begin meanwhile.
-    """
-    from ..core import jit
-
-    folder = jit.cache_folder()
-    new = folder is None or cold(folder)
-    if new:
-        tell("compiling (first run only)")
-    if new and folder is not None and scene is not None and first(folder):
-        command = [sys.executable, "-m", "fmbs_skfem.cli.warm", str(scene)]
-        subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    return new
+    def close(self) -> None:
+        """The bar goes; another one may come."""
+        if self.bar is not None:
+            self.bar.stop()
+        self.label, self.bar = "", None

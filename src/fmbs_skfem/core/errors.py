@@ -13,9 +13,10 @@ DIGITS = re.compile(r"[0-9]+")
 
 
 class FmbsError(Exception):
-    """Base of all errors raised on purpose."""
+    """Base of all errors raised on purpose; `result` is that of a study as far as it came."""
 
     exit_code = 1
+    result: Any = None
 
 
 class InputError(FmbsError, ValueError):

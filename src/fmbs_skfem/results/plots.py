@@ -1,6 +1,6 @@
 """Figures from plain arrays with matplotlib: histories, errors, norms, singular values, speed against error.
 
-Only matplotlib's object interface on its Agg canvas: no global state, no window. Every function returns the path it wrote.
+Only matplotlib's object interface on its Agg canvas: no global state, no window. Every function returns a figure; `save` writes it.
 Figures 3 to 5, 8, 9, 11 and 12 of doi 10.1016/j.cma.2019.112690 have this form.
 """
 
@@ -47,14 +47,12 @@ FAMILIES = {
 }
 
 
-def histories(path: Path | str, times: Array, models: Mapping[str, Array], label: str, title: str = "") -> Path:
+def histories(times: Array, models: Mapping[str, Array], label: str, title: str = "") -> Figure:
     """One output of several models over time; the first model is the reference. Values (s,), `label` with unit."""
-    return history_grid(path, times, {label: models}, title=title)
+    return history_grid(times, {label: models}, title=title)
 
 
-def history_grid(
-    path: Path | str, times: Array, outputs: Mapping[str, Mapping[str, Array]], columns: int = 1, title: str = ""
-) -> Path:
+def history_grid(times: Array, outputs: Mapping[str, Mapping[str, Array]], columns: int = 1, title: str = "") -> Figure:
     """Several outputs, one small axes each with a common time axis and one legend: label with unit -> {model: (s,)}."""
     if not outputs:
         raise errors_.InputError(errors_.say("plots: outputs", "at least one", "none"))
@@ -73,12 +71,10 @@ def history_grid(
         shown.set_xlabel("time [s]")
         shown.tick_params(labelbottom=True)
     _legend_below(figure, order, list(grid.flat[: len(outputs)]))
-    return _save(figure, path)
+    return figure
 
 
-def errors(
-    path: Path | str, times: Array, models: Mapping[str, Array], floor: float | Array | None = None, label: str = "relative error"
-) -> Path:
+def errors(times: Array, models: Mapping[str, Array], floor: float | Array | None = None, label: str = "relative error") -> Figure:
     """Errors (s,) of reduced models over time, log scale, as Figs 9 and 12.
 
     `floor` is the error of the full model's own time discretisation.
@@ -90,31 +86,27 @@ def errors(
         level = np.broadcast_to(np.asarray(floor, float), np.shape(times))
         axes.plot(times, _positive(level), color=palette.BLACK, lw=1.4, ls=(0, (1, 1.5)), label="time discretisation")
     _legend_below(figure, (*models, *(["time discretisation"] if floor is not None else [])), [axes])
-    return _save(figure, path)
+    return figure
 
 
-def slider(
-    path: Path | str, times: Array, position: Mapping[str, Array], speed: Mapping[str, Array], axis: str = "x", title: str = ""
-) -> Path:
+def slider(times: Array, position: Mapping[str, Array], speed: Mapping[str, Array], axis: str = "x", title: str = "") -> Figure:
     """Displacement of a slider x(t) - x(0) [m] along an axis, and the crank's speed [rad/s] in turns a minute, as Fig. 11."""
     displacement = {name: np.asarray(x) - np.asarray(x)[0] for name, x in position.items()}
     turns = {name: np.asarray(w) * 30 / np.pi for name, w in speed.items()}
     outputs = {f"{axis}-displacement of the slider [m]": displacement, "speed of the crank [rpm]": turns}
-    return history_grid(path, times, outputs, title=title)
+    return history_grid(times, outputs, title=title)
 
 
-def norms(path: Path | str, times: Array, curves: Mapping[str, Array], label: str = "norm of the residual") -> Path:
+def norms(times: Array, curves: Mapping[str, Array], label: str = "norm of the residual") -> Figure:
     """Norms (s,) over time, log scale: plain norm, constraint force and gappy norm, as Figs 4 and 5."""
     figure = _figure(7.2, 4.4)
     axes = figure.subplots()
     _decades(axes, times, curves, label)
     _legend_below(figure, tuple(curves), [axes])
-    return _save(figure, path)
+    return figure
 
 
-def singular_values(
-    path: Path | str, values: Mapping[str, Array], modes: Mapping[str, int] | None = None, eps: float | None = None
-) -> Path:
+def singular_values(values: Mapping[str, Array], modes: Mapping[str, int] | None = None, eps: float | None = None) -> Figure:
     """Singular values s_i / s_1 of every component (i,), marked where they are truncated; `eps` of eq. (14) as text."""
     figure = _figure(6.6, 4.4)
     axes = figure.subplots()
@@ -133,16 +125,15 @@ def singular_values(
     axes.set(xlabel="number of the mode", ylabel="singular value / largest")
     axes.legend(fontsize=9, frameon=True, framealpha=0.9, title=None if eps is None else f"truncated at eps = {eps:g}")
     axes.grid(True, color="#E4E4E4", lw=0.6)
-    return _save(figure, path)
+    return figure
 
 
 def speed_error(
-    path: Path | str,
     points: Sequence[Point],
     floor: float | None = None,
     label: str = "largest relative error",
     title: str = "",
-) -> Path:
+) -> Figure:
     """CPU time against error, both log; numbered points are on the front, `floor` is the time-discretisation error.
 
     Models without any error (the reference itself) lie on the lower edge; failed ones are only counted, below the key.
@@ -166,7 +157,7 @@ def speed_error(
     axes.set_axisbelow(True)
     _plain_ticks(axes)
     _speed_key(key, axes, best, len(points) - len(finished))
-    return _save(figure, path)
+    return figure
 
 
 def _scatter(axes: Axes, points: Sequence[Point], edge: float) -> None:
@@ -314,7 +305,8 @@ def _legend_below(figure: Figure, order: Sequence[str], many: Sequence[Axes]) ->
     figure.legend([found[name] for name in names], names, loc="outside lower center", ncols=columns, fontsize=9, frameon=False)
 
 
-def _save(figure: Figure, path: Path | str) -> Path:
+def save(figure: Figure, path: Path | str) -> Path:
+    """Write a figure to a file."""
     target = Path(path)
     if target.suffix.lower() not in SUFFIXES:
         raise errors_.InputError(

@@ -6,7 +6,6 @@ Only members that ran are drawn as points; where members failed, crosses mark th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,11 +15,12 @@ from ..reduction.members import Status
 from ..reduction.parameters import Parameter, Scale
 from . import palette
 from .frames import Array
-from .plots import _figure, _legend_below, _save
+from .plots import _figure, _legend_below
 from .sweep_files import Sweep, extremes, headed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 GRID = "#E4E4E4"
 MOST_OUTPUTS = 6  #: outputs in one figure, unless they are named
@@ -31,7 +31,7 @@ BANDS = ((0.0, 1.0, "all", 0.14), (0.05, 0.95, "5 to 95 %", 0.26), (0.25, 0.75, 
 KINDS = {"max": (palette.VERMILLION, "^"), "final": (palette.BLACK, "."), "min": (palette.BLUE, "v")}
 
 
-def response(path: Path | str, sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Path:
+def response(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figure:
     """Largest, last and smallest value of outputs over every parameter: a row an output, a column a parameter."""
     chosen = named(sweep, outputs, MOST_ROWS)
     figure = _figure(3.1 * len(sweep.parameters) + 1.2, 2.2 * len(chosen) + 0.8, title)
@@ -46,10 +46,10 @@ def response(path: Path | str, sweep: Sweep, outputs: Sequence[str] = (), title:
     for axes, parameter in zip(grid[-1], sweep.parameters, strict=True):
         axes.set_xlabel(headed(parameter.name, parameter.unit))
     _legend_below(figure, tuple(KINDS), [grid[0, 0]])
-    return _save(figure, path)
+    return figure
 
 
-def scatter_matrix(path: Path | str, sweep: Sweep, outputs: Sequence[str] = (), kind: str = "final", title: str = "") -> Path:
+def scatter_matrix(sweep: Sweep, outputs: Sequence[str] = (), kind: str = "final", title: str = "") -> Figure:
     """Every parameter and output against those before it, with histograms on the diagonal; outputs by one of `extremes`."""
     if kind not in KINDS:
         raise InputError(say("scatter matrix: kind", f"one of {', '.join(KINDS)}", f"'{kind}'{closest(kind, KINDS)}"))
@@ -73,10 +73,10 @@ def scatter_matrix(path: Path | str, sweep: Sweep, outputs: Sequence[str] = (), 
             axes.tick_params(labelsize=7, labelbottom=i == len(sides) - 1, labelleft=j == 0 and i > 0)
             axes.set_xlabel(left if i == len(sides) - 1 else "", fontsize=8)
             axes.set_ylabel(below if j == 0 else "", fontsize=8)
-    return _save(figure, path)
+    return figure
 
 
-def fan(path: Path | str, sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Path:
+def fan(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figure:
     """Histories of outputs over all members: the median, and bands that hold half, nine tenths and all of them."""
     chosen = named(sweep, outputs, MOST_OUTPUTS)
     columns = 2 if len(chosen) > 3 else 1
@@ -97,7 +97,7 @@ def fan(path: Path | str, sweep: Sweep, outputs: Sequence[str] = (), title: str 
     for axes in grid[-1]:
         axes.set_xlabel("time [s]")
     _legend_below(figure, [name for _, _, name, _ in BANDS] + ["median"], [grid[0, 0]])
-    return _save(figure, path)
+    return figure
 
 
 def aligned(times: Array, values: Array) -> tuple[Array, Array]:

@@ -1,6 +1,6 @@
 """Figures of a greedy training: the surrogate of the indicator with its samples, errors over the parameters, predicted errors.
 
-Arrays in, one file out; letters: c candidates, k samples or hold-out points. Only `slices` takes a surrogate as it is. Figures 13
+Arrays in, one figure out; letters: c candidates, k samples or hold-out points. Only `slices` takes a surrogate as it is. Figures 13
 and 14 of doi 10.1016/j.cma.2019.112690 have the form of `errors_over`.
 """
 
@@ -10,7 +10,6 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,7 +23,7 @@ from ..reduction.kriging import Surrogate
 from ..reduction.parameters import Parameter, Scale
 from . import palette
 from .frames import Array
-from .plots import DASHES, MARKERS, _figure, _legend_below, _positive, _save
+from .plots import DASHES, MARKERS, _figure, _legend_below, _positive
 from .sweep_files import headed
 
 if TYPE_CHECKING:
@@ -50,7 +49,7 @@ class Panel:
     runs: tuple[int, ...] = ()  #: candidates with a full run, where the surrogate is not fitted
 
 
-def surrogate(path: Path | str, candidates: Mapping[str, Array], panels: Sequence[Panel], label: str = "indicator") -> Path:
+def surrogate(candidates: Mapping[str, Array], panels: Sequence[Panel], label: str = "indicator") -> Figure:
     """The surrogate over one parameter (a curve an iteration), two (a surface an iteration) or more (the last, pair by pair).
 
     `candidates` holds the values (c,) of every parameter by its name with unit.
@@ -58,7 +57,7 @@ def surrogate(path: Path | str, candidates: Mapping[str, Array], panels: Sequenc
     if not panels or not candidates:
         raise InputError(say("plots: surrogate", "candidates and at least one iteration", f"{len(panels)} iterations"))
     if len(candidates) > 2:
-        return _pairs(path, candidates, panels[-1], label)
+        return _pairs(candidates, panels[-1], label)
     columns = min(len(panels), 3)
     rows = math.ceil(len(panels) / columns)
     figure = _figure(max(4.4 * columns, 6.4), 3.6 * rows + 0.4)
@@ -78,10 +77,10 @@ def surrogate(path: Path | str, candidates: Mapping[str, Array], panels: Sequenc
     if len(names) == 2:
         _bar(figure, list(grid.flat[: len(panels)]), limits, label)
     _legend_below(figure, LABELS, list(grid.flat[: len(panels)]))
-    return _save(figure, path)
+    return figure
 
 
-def slices(path: Path | str, known: Sequence[Parameter], model: Surrogate, label: str = "indicator (49)", title: str = "") -> Path:
+def slices(known: Sequence[Parameter], model: Surrogate, label: str = "indicator (49)", title: str = "") -> Figure:
     """A surrogate with its samples: one parameter a curve with its band, two a surface, more slices through the centre.
 
     Of more than two, curves stand on the diagonal and surfaces below; samples, which lie beside the slices, are projected on them.
@@ -103,17 +102,16 @@ def slices(path: Path | str, known: Sequence[Parameter], model: Surrogate, label
     if len(known) > 1:
         _bar(figure, list(grid.flat), limits, label)
     _legend_below(figure, LABELS, list(grid.flat))
-    return _save(figure, path)
+    return figure
 
 
 def errors_over(
-    path: Path | str,
     values: Array,
     models: Mapping[str, Array],
     parameter: str,
     label: str = "relative error",
     goal: float | None = None,
-) -> Path:
+) -> Figure:
     """Errors (k,) of several models at hold-out points over a parameter's values (k,), log scale, as Figs 13 and 14."""
     if not models:
         raise InputError(say("plots: errors", "at least one model", "none"))
@@ -137,12 +135,12 @@ def errors_over(
     axes.set(yscale="log", xlabel=parameter, ylabel=label)
     axes.grid(True, color=GRID, lw=0.6)
     _legend_below(figure, (*models, "tolerance"), [axes])
-    return _save(figure, path)
+    return figure
 
 
 def predicted(
-    path: Path | str, true: Array, prediction: Array, low: Array, high: Array, goal: float | None = None, label: str = "mean error"
-) -> Path:
+    true: Array, prediction: Array, low: Array, high: Array, goal: float | None = None, label: str = "mean error"
+) -> Figure:
     """True errors (k,) of hold-out points against predicted ones with their bands, log scales; points outside are told apart."""
     true, prediction, low, high = (np.asarray(values, float) for values in (true, prediction, low, high))
     usable = np.isfinite(true) & np.isfinite(prediction) & (true > 0) & (prediction > 0)
@@ -166,7 +164,7 @@ def predicted(
     axes.set(xscale="log", yscale="log", xlabel=f"true {label}", ylabel=f"predicted {label}")
     axes.grid(True, color=GRID, lw=0.6)
     axes.legend(fontsize=9, frameon=False)
-    return _save(figure, path)
+    return figure
 
 
 def _cut(known: Sequence[Parameter], model: Surrogate, axes: tuple[int, ...]) -> tuple[list[Array], Panel]:
@@ -237,7 +235,7 @@ def _spreads(x: Array, y: Array) -> bool:
     return len(x) >= 3 and ranks.rank(np.stack([x / np.ptp(x), y / np.ptp(y), np.ones(len(x))])) == 3
 
 
-def _pairs(path: Path | str, candidates: Mapping[str, Array], panel: Panel, label: str) -> Path:
+def _pairs(candidates: Mapping[str, Array], panel: Panel, label: str) -> Figure:
     """Every pair of parameters: candidates coloured by the surrogate, samples and the next full run marked."""
     names = list(candidates)
     size = len(names) - 1
@@ -263,7 +261,7 @@ def _pairs(path: Path | str, candidates: Mapping[str, Array], panel: Panel, labe
             axes.set_xlabel(first)
     _bar(figure, list(grid.flat), limits, label)
     _legend_below(figure, ("reduced runs", "next full run"), [grid[-1, 0]])
-    return _save(figure, path)
+    return figure
 
 
 def _bar(figure: Figure, many: list[Axes], limits: tuple[float, float], label: str) -> None:

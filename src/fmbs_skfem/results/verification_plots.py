@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..core.errors import InputError, say
 from . import palette
-from .plots import MARKERS, _figure, _save
+from .plots import MARKERS, _figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 COLUMNS = 3  #: axes a row
 FLOOR = 1e-16  #: a smaller difference is drawn here
@@ -34,9 +34,7 @@ class LoadPath(NamedTuple):
     load: str
 
 
-def group(
-    path: Path | str, title: str, differences: Mapping[str, Dots], curves: Mapping[str, Mapping[str, Curve | LoadPath]]
-) -> Path:
+def group(title: str, differences: Mapping[str, Dots], curves: Mapping[str, Mapping[str, Curve | LoadPath]]) -> Figure:
     """Differences of every case, then axes for every case with curves: errors log-log with the observed orders, or load paths."""
     if not differences:
         raise InputError(say("verification plots", "at least one case", "none"))
@@ -52,7 +50,7 @@ def group(
     _differences(figure.add_subplot(grid[0, :]), differences)
     for number, draw in enumerate(panels):
         draw(figure.add_subplot(grid[1 + number // COLUMNS, number % COLUMNS]))
-    return _save(figure, path)
+    return figure
 
 
 def _differences(axes: Axes, differences: Mapping[str, Dots]) -> None:

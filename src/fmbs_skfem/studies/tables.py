@@ -10,11 +10,9 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
-from . import screen
+from .result import Table
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from ..reduction.comparison import Comparison, Record
     from ..scenes import Scene
 
@@ -22,7 +20,7 @@ PAPER = "  paper"  #: name of the rows with published figures
 
 
 @cache
-def published() -> dict[str, Any]:
+def read_published() -> dict[str, Any]:
     """Figures of the literature, by name of the scene; coarse meshes are compared with those of the scene itself."""
     text = resources.files(__package__).joinpath("published.json").read_text(encoding="utf-8")
     return dict(json.loads(text))
@@ -30,7 +28,7 @@ def published() -> dict[str, Any]:
 
 def tables(scene: Scene, study: Comparison) -> list[Any]:
     """An overview, then products, reduced tangents and training as in Tables 1 to 3 of the source; for plates its Table 4."""
-    paper = published().get(scene.name.removesuffix("-coarse"), {})
+    paper = read_published().get(scene.name.removesuffix("-coarse"), {})
     known = paper.get("models", {})
     if any(record.hyper == "exact" for record in study.records):
         shown: list[Any] = [sizes(study, known), shares(study, known), accuracy(study)]
@@ -53,12 +51,12 @@ def sizes(study: Comparison, known: Mapping[str, Any]) -> Table:
     rows = []
     for record in table_4(study):
         kept = (counts(record.elements), counts(record.points), counts(record.dofs_kept))
-        rows.append((record.name, str(record.dofs or "none"), joined(record.modes.values()), *kept))
+        rows.append((record.name, str(record.dofs or "none"), join(record.modes.values()), *kept))
         if paper := known.get(record.name):
-            kept = (joined(paper.get("elements", ())), "", joined(paper.get("kept", ())))
-            rows.append((PAPER, joined(paper["dofs"]), joined(paper.get("r", ())), *kept))
+            kept = (join(paper.get("elements", ())), "", join(paper.get("kept", ())))
+            rows.append((PAPER, join(paper["dofs"]), join(paper.get("r", ())), *kept))
     heads = ("model", "dofs", "modes", "cells", "points", "dofs kept")
-    return named(screen.table("Table 4: sizes", heads, rows))
+    return Table("Table 4: sizes", heads, rows, names=True)
 
 
 def shares(study: Comparison, known: Mapping[str, Any]) -> Table:
@@ -66,14 +64,14 @@ def shares(study: Comparison, known: Mapping[str, Any]) -> Table:
     rows = []
     for record in [record for record in table_4(study) if record.status == "done"]:
         seconds = (record.force_s, record.solve_s, record.product_s, record.cpu_s)
-        found, trained = joined(record.snnls_s.values(), ".2g"), clock(record.training_s)
+        found, trained = join(record.snnls_s.values(), ".2g"), clock(record.training_s)
         rows.append((record.name, *map(clock, seconds), found, trained, tell(record.coordinates_error)))
         if paper := known.get(record.name):
             published_seconds = (str(paper.get(key, "")) for key in ("force_s", "solve_s", "product_s", "total_s"))
             error = f"{paper['max_error']:.2e}" if "max_error" in paper else ""
-            rows.append((PAPER, *published_seconds, joined(paper.get("snnls_s", ())), "", error))
+            rows.append((PAPER, *published_seconds, join(paper.get("snnls_s", ())), "", error))
     heads = ("model", "force+tangent", "solves", "products", "total", "sNNLS", "training", "max error (53)")
-    return named(screen.table("Table 4: CPU time [s]", heads, rows))
+    return Table("Table 4: CPU time [s]", heads, rows, names=True)
 
 
 def accuracy(study: Comparison) -> Table:
@@ -96,7 +94,7 @@ def accuracy(study: Comparison) -> Table:
         rows.append((f"step {times.step:g} s", tell(times.relative), "", "", tell(times.distance), tell(times.position), *[""] * 6))
     columns = ("model", "max error", "median", "mean", "RMS [m]", "position [m]", "(53)", "(48)")
     heads = (*columns, "constraints", "Newton", "iterations", "factors")
-    return named(screen.table("Errors against the full model, and of its own step", heads, rows))
+    return Table("Errors against the full model, and of its own step", heads, rows, names=True)
 
 
 def output_errors(found: Mapping[str, Mapping[str, Any]]) -> list[Table]:
@@ -108,7 +106,7 @@ def output_errors(found: Mapping[str, Mapping[str, Any]]) -> list[Table]:
         for column, one in found.items()
     ]
     heads = ("output", "largest error", "range", "part of the range")
-    return [named(screen.table("Errors of the outputs", heads, rows))] if rows else []
+    return [Table("Errors of the outputs", heads, rows, names=True)] if rows else []
 
 
 def errors_of_outputs(study: Comparison) -> list[Table]:
@@ -130,7 +128,7 @@ def errors_of_outputs(study: Comparison) -> list[Table]:
             )
             for name, one in first.items()
         ]
-        shown.append(named(screen.table(title, ("output", "range", *found), rows)))
+        shown.append(Table(title, ("output", "range", *found), rows, names=True))
     return shown
 
 
@@ -145,7 +143,7 @@ def clock(seconds: float) -> str:
 
 def counts(values: Mapping[str, int]) -> str:
     """Sizes by component; nothing where none is evaluated."""
-    return joined(values.values()) if any(values.values()) else ""
+    return join(values.values()) if any(values.values()) else ""
 
 
 def main(study: Comparison) -> list[Record]:
@@ -167,13 +165,7 @@ def overview(study: Comparison) -> Table:
         error = (tell(record.max_error), tell(record.mean_error), tell(record.position_error))
         rows.append((record.name, record.dofs, f"{record.cpu_s:.3g}", f"{full / record.cpu_s:.1f}", *error, pays))
     columns = ("model", "dofs", "CPU [s]", "speed-up", "max error", "mean error", "position error [m]", "pays after runs")
-    return named(screen.table("Time beside error", columns, rows))
-
-
-def named(table: Table) -> Table:
-    """The table with the names in its first column on one line each."""
-    table.columns[0].no_wrap = True
-    return table
+    return Table("Time beside error", columns, rows, names=True)
 
 
 def tell(error: float) -> str:
@@ -186,16 +178,16 @@ def products(study: Comparison, known: Mapping[str, Any]) -> Table:
     for record in main(study):
         paper = known.get(record.name, {})
         pairs = (
-            (joined(record.modes.values()), joined(paper.get("r", ()))),
-            (joined((record.kept or record.elements).values()), joined(paper.get("elements", ()))),
-            (joined(record.dofs_kept.values()), joined(paper.get("dofs", ()))),
+            (join(record.modes.values()), join(paper.get("r", ()))),
+            (join((record.kept or record.elements).values()), join(paper.get("elements", ()))),
+            (join(record.dofs_kept.values()), join(paper.get("dofs", ()))),
             (str(record.bandwidth), str(paper.get("w", ""))),
             (f"{1e-6 * record.multiplications:.3f}", f"{1e-6 * paper['p']:.3f}" if paper else ""),
             (f"{record.speed_up:.2f}", f"{paper['s']:.2f}" if paper else ""),
         )
         rows.append((record.name, *pick(pairs, known)))
-    heads = headed(("r modes", "kept", "dofs", "w", "p [1e6]", "s"), known)
-    return named(screen.table("Table 1: scalar multiplications for the reduced tangent K_r", ("model", *heads), rows))
+    heads = head_columns(("r modes", "kept", "dofs", "w", "p [1e6]", "s"), known)
+    return Table("Table 1: scalar multiplications for the reduced tangent K_r", ("model", *heads), rows, names=True)
 
 
 def tangents(study: Comparison, known: Mapping[str, Any]) -> Table:
@@ -208,7 +200,7 @@ def tangents(study: Comparison, known: Mapping[str, Any]) -> Table:
             (f"{first / record.kr_us:.2f}" if record.kr_us else "", f"{paper['kr_ratio']:.2f}" if paper else ""),
         )
         rows.append((record.name, *pick(pairs, known)))
-    return named(screen.table("Table 2: time of one reduced tangent", ("model", *headed(("K_r [s]", "ratio"), known)), rows))
+    return Table("Table 2: time of one reduced tangent", ("model", *head_columns(("K_r [s]", "ratio"), known)), rows, names=True)
 
 
 def searches(study: Comparison, known: Mapping[str, Any]) -> Table:
@@ -220,21 +212,21 @@ def searches(study: Comparison, known: Mapping[str, Any]) -> Table:
         total = f"={sum(own):.3g}" if len(own) > 1 else ""
         published_total = f"={sum(paper['snnls_s']):.4g}" if len(paper.get("snnls_s", ())) > 1 else ""
         pairs = (
-            (joined(own, ".2g") + total, joined(paper.get("snnls_s", ())) + published_total),
+            (join(own, ".2g") + total, join(paper.get("snnls_s", ())) + published_total),
             (f"{first / sum(own):.2f}", f"{paper['snnls_ratio']:.2f}" if paper else ""),
         )
         rows.append((record.name, *pick(pairs, known), f"{record.training_s:.3g}"))
-    heads = headed(("sNNLS [s]", "ratio"), known)
-    return named(
-        screen.table("Table 3: time of the sparse non-negative least squares", ("model", *heads, "whole training [s]"), rows)
+    heads = head_columns(("sNNLS [s]", "ratio"), known)
+    return Table(
+        "Table 3: time of the sparse non-negative least squares", ("model", *heads, "whole training [s]"), rows, names=True
     )
 
 
-def joined(values: Any, form: str = "") -> str:
+def join(values: Any, form: str = "") -> str:
     return "+".join(format(value, form) for value in values)
 
 
-def headed(names: Sequence[str], known: Mapping[str, Any]) -> list[str]:
+def head_columns(names: Sequence[str], known: Mapping[str, Any]) -> list[str]:
     """Every heading, followed by that of the paper's column where there is one."""
     return [text for name in names for text in ((name, "paper") if known else (name,))]
 

@@ -12,9 +12,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.errors import FmbsError, SolverError
+from ..core.errors import SolverError
 from ..core.notices import notify
-from . import reports, screen
+from . import reports
+from .job import Job
+from .result import Table
 
 if TYPE_CHECKING:
     from ..dynamics import Trajectory
@@ -25,22 +27,26 @@ NAMES = (FAILURE, STATE, PICTURE)
 SHORT = 3  #: entries of a list that a table shows
 
 
-def keep(out: Path, found: Mapping[str, Any], error: SolverError | None, picture: bool = True) -> dict[str, Any]:
-    """The report of a run with its `failure`; files of an earlier failure are removed.
+def write_failure(out: Path | None, found: Mapping[str, Any], error: SolverError | None, picture: bool = True) -> dict[str, Any]:
+    """The report of a run with its `failure`, which is also written into the folder; files of an earlier failure are removed.
 
-    The failure is also written into the folder, with the report's `provenance` and the last good state.
+    Beside it stands the last good state. Without a folder nothing is explained.
     """
-    own = cleared(out)
+    if out is None:
+        return dict(found)
+    own = clear_earlier(out)
     if error is None:
         return dict(found)
-    facts = explained(error)
+    from . import pictures
+
+    facts = explain(error)
     files = [reports.write_json(out / FAILURE, {**facts, "provenance": found["provenance"]})] if own else []
     if own and error.partial is not None:
-        files += [write_state(out / STATE, error.partial), *(draw(out / PICTURE, error.partial) if picture else ())]
+        files += [write_state(out / STATE, error.partial), *(pictures.last(error.partial, out / PICTURE) if picture else ())]
     return {**found, "failure": facts, "files": [*found.get("files", ()), *files]}
 
 
-def cleared(out: Path) -> bool:
+def clear_earlier(out: Path) -> bool:
     """Remove the files of an earlier failure; False with a notice where the names are taken by files of other origin."""
     taken = [name for name in NAMES if (out / name).exists()]
     if not taken:
@@ -65,16 +71,16 @@ def write_state(path: Path, trajectory: Trajectory) -> Path:
     return durable.write(path, container.image({**state, **named, "time": trajectory.times[-1]}))
 
 
-def keep_start(out: Path, error: SolverError, provenance: Mapping[str, Any]) -> None:
-    """What is known of a solve that never started, into its folder and on stderr."""
-    found = keep(out, {"provenance": provenance}, error)
-    for cause in found["failure"]["causes"]:
-        screen.tell(f"likely cause: {cause['what']}; {cause['remedy']}")
-    for path in found["files"]:
-        screen.tell(f"written: {path}")
+def write_failed_start(job: Job, error: SolverError, provenance: Mapping[str, Any]) -> None:
+    """What is known of a solve that never started, into its folder and to the listener."""
+    found = write_failure(job.made, {"provenance": provenance}, error)
+    for cause in found.get("failure", {}).get("causes", ()):
+        job.listener.tell(f"likely cause: {cause['what']}; {cause['remedy']}")
+    for path in found.get("files", ()):
+        job.listener.tell(f"written: {path}")
 
 
-def explained(error: SolverError) -> dict[str, Any]:
+def explain(error: SolverError) -> dict[str, Any]:
     """The diagnosis as a JSON object."""
     from ..dynamics import diagnosis
 
@@ -91,33 +97,13 @@ def plain(found: Diagnosis) -> dict[str, Any]:
     return {**facts, "reason": found.reason.value}
 
 
-def draw(path: Path, trajectory: Trajectory) -> list[Path]:
-    """The last good state, bodies in their colours; nothing where no picture can be drawn."""
-    import numpy as np
-
-    from ..results import pictures
-    from ..results.pictures import Look
-    from . import picture
-
-    last = len(trajectory.times) - 1
-    try:
-        frames = picture.frames(trajectory, np.array([last]), ())
-        return [pictures.render(frames, path, look=Look(title=f"last good state, {trajectory.times[last]:.6g}"))]
-    except FmbsError as error:
-        notify(f"no picture of the last good state: {error}")
-        return []
-
-
-def views(found: Mapping[str, Any]) -> list[Any]:
+def views(found: Mapping[str, Any]) -> list[Table]:
     """The failure in a report as tables: its facts, and causes with what to try."""
     if "failure" not in found:
         return []
     facts = found["failure"]
     causes = [(cause["name"], cause["what"], cause["remedy"]) for cause in facts["causes"]]
-    return [
-        screen.table("Failure", ("", "value"), rows(facts)),
-        screen.table("Likely causes", ("cause", "what", "try"), causes),
-    ]
+    return [Table("Failure", ("", "value"), rows(facts)), Table("Likely causes", ("cause", "what", "try"), causes)]
 
 
 def rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -1,6 +1,6 @@
 """Compile in a process beside a first run what that run needs later: training, the end of its time step, then outputs.
 
-    python -m fmbs_skfem.cli.warm SCENE
+    python -m fmbs_skfem.studies.warm SCENE
 
 The parent compiles the time step from its beginning meanwhile and finds the rest in the cache: two processes that compile the same
 function at one time gain nothing. What fails here is told by the parent's own run.

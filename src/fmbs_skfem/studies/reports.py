@@ -1,4 +1,4 @@
-"""What a command leaves: JSON reports, the folder they go to, and all that their numbers depend on."""
+"""What a study leaves: JSON reports with checksums, and all that their numbers depend on."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import math
 import os
 import platform
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,28 +18,15 @@ from ..core import durable
 from ..core.errors import CorruptFile, InputError, say
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from ..scenes import Scene
-    from .common import Session
 
 REPORT, CHECKSUMS = "report.json", "sha256"
 VERSIONS = ("numpy", "scipy", "numba", "scikit-fem", "scikit-learn", "pyamg", "h5py", "meshio")
 
 
-def folder(session: Session, default: str | Path, names: Iterable[str], mark: str, record: str = REPORT) -> Path:
-    """The output folder, made; `names` are the files to be written, `mark` the fingerprint of this run.
-
-    Files of another run (whose JSON file `record` has another `fingerprint`, or none) are kept unless --force is given.
-    """
-    out = session.out or Path(default)
-    taken = [name for name in names if (out / name).exists()]
-    if taken and not session.force and recorded(out / record) != mark:
-        got = f"another run's {', '.join(taken)}"
-        raise InputError(say(f"--out {out}", "an empty folder or one of the same run", got, "choose another folder, or --force"))
-    session.work.out = made(out)
-    return out
-
-
-def made(out: Path) -> Path:
+def make_folder(out: Path) -> Path:
     """A folder that can be written, made where there is none, before anything is solved for it."""
     if out.exists() and not out.is_dir():
         raise InputError(say(f"--out {out}", "a folder", "a file", "choose another name"))
@@ -52,7 +39,7 @@ def made(out: Path) -> Path:
     return out
 
 
-def recorded(path: Path) -> str:
+def read_fingerprint(path: Path) -> str:
     """The fingerprint in a JSON file of a run; empty where there is none."""
     try:
         return str(json.loads(path.read_text(encoding="utf-8"))["fingerprint"])
@@ -67,15 +54,25 @@ def write_json(path: Path, report: Mapping[str, Any]) -> Path:
     return path
 
 
-def keep(session: Session, out: Path, found: Mapping[str, Any], record: str = REPORT) -> None:
-    """Write the report of a command with its notices, and the SHA-256 of its own content and of the other files in `files`."""
-    content = {**found, "notices": session.notices}
+def write_csv(path: Path, columns: Mapping[str, np.ndarray], form: str | Sequence[str] = "%.15g") -> Path:
+    """Columns (s,) with their names, complete or not at all."""
+    import numpy as np
+
+    with durable.place(path) as part:
+        np.savetxt(part, np.column_stack([*columns.values()]), delimiter=",", header=",".join(columns), comments="", fmt=form)
+    return path
+
+
+def write_report(out: Path | None, found: Mapping[str, Any], record: str = REPORT) -> None:
+    """Write the report of a study, and the SHA-256 of its own content and of the other files in `files`."""
+    if out is None:
+        return
     others = [name for name in (Path(path).name for path in found.get("files", ())) if name != record]
-    sums = {record: checksum(content), **{name: durable.sha256(out / name) for name in others}}
-    write_json(out / record, {**content, CHECKSUMS: sums})
+    sums = {record: checksum(found), **{name: durable.sha256(out / name) for name in others}}
+    write_json(out / record, {**found, CHECKSUMS: sums})
 
 
-def verified(folder: Path) -> list[Path]:
+def verify_checksums(folder: Path) -> list[Path]:
     """The files that reports in a folder vouch for, every byte as it was written; CorruptFile names one that is not."""
     found = []
     for record in sorted(folder.glob("*.json")):

@@ -1,7 +1,7 @@
 """Hold-out points of a training: true errors of the model after every full run and of comparators, beside the predicted ones.
 
 The full runs at hold-out points are stored with the training, so that another call has them. Figures 13 and 14 of
-doi 10.1016/j.cma.2019.112690 are `errors.png`.
+doi 10.1016/j.cma.2019.112690 are its figure `errors`.
 """
 
 from __future__ import annotations
@@ -23,10 +23,13 @@ from ..reduction import comparators, full_runs, parameters, prediction, reduced_
 from ..reduction import training_store as store
 from ..reduction.comparators import Comparator, Row
 from ..reduction.full_runs import Full
-from . import screen
+from ..results import sweep_files, training_plots
+from ..results.training_plots import Panel
+from .job import Job
+from .result import Figures, Table
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from matplotlib.figure import Figure
 
     from ..reduction.full_runs import FullRun
     from ..reduction.greedy import Iteration
@@ -34,10 +37,8 @@ if TYPE_CHECKING:
     from ..reduction.parametric_model import ParametricModel
     from ..reduction.prediction import Prediction
     from ..reduction.training import Training
-    from ..results.training_plots import Panel
-    from .train import Job
+    from .training import Order
 
-SURROGATE, ERRORS, PREDICTED = "surrogate.png", "errors.png", "predicted.png"
 CORNERS = 3  #: parameters up to which local bases are made at all corners of the box
 
 
@@ -73,30 +74,32 @@ class Checked:
         return float(np.mean([self.predictions[k].low <= self.true[k] <= self.predictions[k].high for k in self.known]))
 
 
-def check(job: Job, found: Training, model: ParametricModel, out: Path, compare: bool) -> Checked:
+def check(job: Job, order: Order, found: Training, model: ParametricModel, compare: bool) -> Checked:
     """All hold-out points; comparators are trained where they are wanted."""
-    task, points = found.task, job.points.holdout
-    full, predict = stored(found, out), prediction.predictor(model)
-    everyone = [*stages(found), *(others(job, found, full) if compare else ())]
-    with screen.progress("hold-out points") as advance:
-        rows = comparators.compare(task, everyone, full, points, advance)
+    task, points = found.task, order.points.holdout
+    full, predict = read_or_run(found, job.made), prediction.predictor(model)
+    everyone = [*stages(found), *(others(job, order, found, full) if compare else ())]
+    rows = comparators.compare(task, everyone, full, points, job.progress("hold-out points"))
     predictions = tuple(predict(parameters.named(task.parameters, row)) for row in points) if predict else ()
     return Checked(points, rows, len(found.models), predictions)
 
 
-def stored(found: Training, out: Path, sharp: bool = True) -> Full:
-    """Full runs that are read from the training's folder where they are there, and kept there.
+def read_or_run(found: Training, out: Path | None, sharp: bool = True) -> Full:
+    """Full runs that are read from the training's folder where they are there, and kept there; without one in memory.
 
     `sharp`: iterated as snapshots need it; otherwise as the scene says, which is less work where nothing is trained on them.
     """
-    folder = out / "training"
+    known = [*found.runs, *found.checks]
 
     def full(values: Mapping[str, float]) -> FullRun:
-        for run in (*found.runs, *found.checks):
+        for run in known:
             if run.values == values:
                 return run
+        if out is None:
+            known.append(full_runs.full_run(found.task, values, sharp))
+            return known[-1]
         text = repr((sorted(values.items()), found.task.plan.tolerance, found.task.plan.modes))
-        path = folder / f"{'full' if sharp else 'own'}-{hashlib.sha256(text.encode()).hexdigest()[:16]}.h5"
+        path = out / "training" / f"{'full' if sharp else 'own'}-{hashlib.sha256(text.encode()).hexdigest()[:16]}.h5"
         return store.made(path, functools.partial(full_runs.full_run, found.task, values, sharp))
 
     return full
@@ -111,7 +114,7 @@ def stages(found: Training) -> Iterator[Comparator]:
         yield Comparator(f"greedy {k}", family, k, offline, evaluated)
 
 
-def others(job: Job, found: Training, full: Full) -> Iterator[Comparator]:
+def others(job: Job, order: Order, found: Training, full: Full) -> Iterator[Comparator]:
     """The comparators; one that cannot be trained is told and left out."""
     task, d = found.task, len(found.task.parameters)
     counts = (max(2, len(found.runs)),) if d == 1 else (2,) * d
@@ -121,15 +124,15 @@ def others(job: Job, found: Training, full: Full) -> Iterator[Comparator]:
         "nearest basis": lambda: comparators.nearest(task, full, counts),
         "Grassmann": lambda: comparators.interpolated(task, full, counts),
         "greedy, system level": lambda: comparators.greedy(
-            comparators.at_system_level(task), job.search, job.options, "greedy, system level"
+            comparators.at_system_level(task), order.search, order.options, "greedy, system level"
         ),
     }
     for name, make in makers.items():
         if d > CORNERS and name in ("uniform grid", "nearest basis", "Grassmann"):
             continue
         try:
-            with screen.progress(name):
-                yield make()
+            job.progress(name)
+            yield make()
         except FmbsError as error:
             notify(f"comparator '{name}': {error}")
 
@@ -147,14 +150,14 @@ def fastest(found: Training) -> dict[str, float]:
     return max(speeds, key=lambda pair: pair[0])[1]
 
 
-def failed(job: Job, checked: Checked) -> list[dict[str, Any]]:
+def list_failed(order: Order, checked: Checked) -> list[dict[str, Any]]:
     """The points at which the full model has no motion, with the reason."""
-    known, trials = job.task.parameters, checked.last.trials
+    known, trials = order.task.parameters, checked.last.trials
     lost = np.flatnonzero(np.isnan(checked.true))
     return [{"point": parameters.named(known, checked.points[k]), "reason": trials[k].reason} for k in lost]
 
 
-def report_of(job: Job, checked: Checked) -> dict[str, Any]:
+def report_of(order: Order, checked: Checked) -> dict[str, Any]:
     """Hold-out points in the report."""
     return {
         "points": checked.points,
@@ -163,7 +166,7 @@ def report_of(job: Job, checked: Checked) -> dict[str, Any]:
         "predicted": [asdict(prediction) for prediction in checked.predictions],
         "inside": checked.inside,
         "max_error": checked.last.max_error,
-        "failed": failed(job, checked),
+        "failed": list_failed(order, checked),
         "outputs": largest_of_outputs(checked),
         "outputs_at_points": [{name: one.relative for name, one in trial.outputs.items()} for trial in checked.last.trials],
         "rows": [
@@ -212,37 +215,38 @@ def table(checked: Checked, measure: str) -> Table:
         for row in checked.rows
     ]
     title = f"{measure[:1].upper()}{measure[1:]} at {points} hold-out points{inside}"
-    return screen.table(title, (*runs, "max error", "mean error", *costs), rows)
+    return Table(title, (*runs, "max error", "mean error", *costs), rows)
 
 
-def draw(job: Job, found: Training, checked: Checked | None, out: Path) -> list[Path]:
-    """surrogate.png; with hold-out points errors.png and predicted.png."""
-    from ..results import sweep_files
-    from ..results import training_plots as plots
-
-    known = found.task.parameters
-    labels = [sweep_files.headed(p.name, p.unit) for p in known]
-    columns = {label: found.search.candidates[:, k] for k, label in enumerate(labels)}
-    panels = [panel(iteration, found.outcome.points[: iteration.number]) for iteration in found.outcome.iterations]
-    files = [plots.surrogate(out / SURROGATE, columns, panels, "indicator (49)")]
+def figures(order: Order, found: Training, checked: Checked | None) -> Figures:
+    """The surrogate; with hold-out points the errors there, and beside the predicted ones."""
+    rules: dict[str, Callable[[], Figure]] = {"surrogate": functools.partial(surrogate, found)}
     if checked is None or not len(checked.known):
-        return files
-    true, used = checked.true[checked.known], checked.known
+        return Figures(rules)
+    known, true, used = found.task.parameters, checked.true[checked.known], checked.known
     errors = {row.name: np.array([row.trials[k].error for k in used]) for row in checked.rows}
-    places, label = checked.points[used, 0], labels[0]
+    places, label = checked.points[used, 0], sweep_files.headed(known[0].name, known[0].unit)
     if len(known) > 1:
         places, label = np.argsort(np.argsort(true)) + 1.0, "hold-out point, by its error"
-    files.append(plots.errors_over(out / ERRORS, places, errors, label, job.measure, job.tolerance))
+    rules["errors"] = functools.partial(training_plots.errors_over, places, errors, label, order.measure, order.tolerance)
     if checked.predictions:
-        predicted, low, high = np.array([(p.error, p.low, p.high) for p in checked.predictions])[used].T
-        files.append(plots.predicted(out / PREDICTED, true, predicted, low, high, job.tolerance, job.measure))
-    return files
+        bands = np.array([(p.error, p.low, p.high) for p in checked.predictions])[used].T
+        rules["predicted"] = functools.partial(
+            training_plots.predicted, true, bands[0], bands[1], bands[2], order.tolerance, order.measure
+        )
+    return Figures(rules)
+
+
+def surrogate(found: Training) -> Figure:
+    """The surrogate of the indicator after every iteration, with its samples."""
+    labels = [sweep_files.headed(p.name, p.unit) for p in found.task.parameters]
+    columns = {label: found.search.candidates[:, k] for k, label in enumerate(labels)}
+    panels = [panel(iteration, found.outcome.points[: iteration.number]) for iteration in found.outcome.iterations]
+    return training_plots.surrogate(columns, panels, "indicator (49)")
 
 
 def panel(iteration: Iteration, runs: tuple[int, ...]) -> Panel:
     """The surrogate after an iteration as a figure shows it."""
-    from ..results.training_plots import Panel
-
     title = f"{iteration.number} full run{'s' if iteration.number > 1 else ''}"
     samples, indicators = np.array(iteration.samples), np.array(iteration.indicators)
     return Panel(title, iteration.mean, iteration.std, samples, indicators, iteration.next, runs)

@@ -17,14 +17,12 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..bodies.fields import recover
-from ..core.notices import notify
 from ..dynamics import Trajectory
 from ..dynamics.outputs import centre_lines, skins
-from ..results import frames as frames_
-from ..results.frames import Frames, Kind, Lines, Skins
-from ..scenes import Scene
 from ..systems import System
 from ..systems.system import Skin, in_scene
+from . import frames as frames_
+from .frames import Frames, Kind, Lines, Skins
 
 #: kind of a marker of the system -> what is drawn
 KINDS = {
@@ -171,26 +169,6 @@ def shown(system: System, name: str, kind: str) -> str:
 def spread(trajectory: Trajectory, count: int) -> np.ndarray:
     """Indices of `count` stored times evenly spread in time, each once."""
     return nearest(trajectory, np.linspace(trajectory.times[0], trajectory.times[-1], count).tolist())
-
-
-def instants(scene: Scene, trajectory: Trajectory) -> list[float] | None:
-    """The scene's instants that the trajectory reaches; None where there are none."""
-    wanted = list(scene.pictures.instants) if scene.pictures else []
-    reached = [float(time) for time in wanted if time <= trajectory.times[-1] * (1 + 1e-9)]
-    if len(reached) < len(wanted):
-        notify(f"pictures: {len(wanted) - len(reached)} instants after the end at {trajectory.times[-1]:g} s are left out")
-    return reached or None
-
-
-def color(scene: Scene, system: System, compared: bool = False) -> str | None:
-    """The field that colours the bodies, None where all are rigid; the error only where there is a full model to compare with."""
-    if usual_color(system) is None:
-        return None
-    wanted = scene.pictures.color if scene.pictures else "curvature"
-    if wanted == "error" and not compared:
-        notify("pictures: the full model has no error; coloured by curvature")
-        return "curvature"
-    return wanted
 
 
 def usual_color(system: System) -> str | None:

@@ -1,0 +1,277 @@
+"""A scene and its meshes, read, assembled and judged before any run; and results held against their checksums."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Unpack
+
+import numpy as np
+
+from ..core.errors import InputError, Reason, SolverError, say
+from ..core.notices import notify
+from ..dynamics import loading, start
+from ..dynamics.scheme import GeneralizedAlpha
+from ..results import segments
+from ..scenes import build, consistency, plausibility, where
+from ..systems import compiled, free_motions
+from ..systems import mechanism as mechanisms
+from ..systems.redundancy import rows_of, without_redundant
+from . import compiling, estimates, reports
+from . import job as jobs
+from .job import Job, Shared
+from .result import Result, Table
+from .runs import heading, sizes
+
+if TYPE_CHECKING:
+    from ..bodies.body import Body
+    from ..scenes import Scene
+    from ..scenes.plausibility import Figures as Facts
+    from ..systems import System
+    from ..systems.mechanism import Dependence, Mechanism
+    from .job import Source
+
+NAME = "check.json"
+LOST = 0.5  #: part of the kinetic energy of the given initial motion that joints may take away
+AGREE = 1e-9  #: of the size of the scene: linear rows that miss each other by less agree
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Check(Result):
+    """What a scene is."""
+
+    scene: Scene
+    system: System  #: in the form that is solved
+    mechanism: Mechanism
+
+
+def check(source: Source, *, duration: float | None = None, **shared: Unpack[Shared]) -> Check:
+    """Read a scene and its meshes, assemble it in the form it is solved in, check the initial state, and say what it is.
+
+    Nothing is solved; `out` gets check.json. What is hardly meant is a notice: masses, units, slenderness, cells, redundant joints,
+    floating bodies, initial motion that joints forbid.
+    """
+    with jobs.begin(source, **shared) as job:
+        return scene_check(job, jobs.read_scene(job, duration))
+
+
+def scene_check(job: Job, scene: Scene) -> Check:
+    """The judgement of a scene."""
+    build.check_functions(scene)
+    parts = {part.name: part for part in build.parts(scene, None, job.allow_outside)}
+    raw = lighter(build.of_parts(scene, list(parts.values()), pictures=False))
+    known = plausibility.figures(scene, parts)
+    tell_findings(scene, known)
+    compiling.announce(job)
+    redundant = contradictions(raw)
+    counted = mechanism(scene, raw)
+    reduced, initial = solved_form(scene, raw)
+    eliminated = raw.size - reduced.size
+    report: dict[str, Any] = {
+        "status": "ok",
+        **heading(scene),
+        **sizes(raw, reduced),
+        "redundant_constraints": len(raw.constraints.names) - eliminated - len(reduced.constraints.names),
+        "redundant": [{"row": dependence.row, "follows_from": dependence.on} for dependence in redundant],
+        "mass": sum(figure.mass for figure in known.values()),
+        "bodies": [describe_body(figure, parts[name], counted) for name, figure in known.items()],
+        "joints": dict(Counter(joint for joint, _ in raw.constraints.names)),
+        "mechanism": mechanism_report(counted),
+        "initial": initial,
+        "estimates": estimates.estimates(scene, raw, reduced),
+        "outputs": [column for output in raw.outputs.values() for column in output.columns],
+        "fingerprint": reports.fingerprint(scene),
+        "provenance": reports.provenance(scene),
+        "notices": job.notices,
+    }
+    reports.write_report(jobs.settle_folder(job, [NAME], report["fingerprint"], NAME), report, NAME)
+    about = f"{report['scene']}: {raw.size} coordinates, {counted.mobility} degrees of freedom of rigid bodies"
+    return Check(about=about, report=report, view=view(report), scene=scene, system=reduced, mechanism=counted)
+
+
+def checksums(folder: str | Path, **shared: Unpack[Shared]) -> Result:
+    """Hold the results in a folder against their checksums; CorruptFile names a file that is not as it was written."""
+    with jobs.begin(folder, **shared) as job:
+        found = reports.verify_checksums(job.path)
+        if segments.exists(job.path):
+            segments.read(job.path)
+            found.append(job.path / segments.FOLDER)
+        if not found:
+            raise InputError(say(f"{job.path}", "a scene, or a folder with results", "a folder without a report"))
+        text = "as written: " + ", ".join(map(str, found))
+        return Result(about=text, report={"status": "ok", "verified": found, "notices": job.notices}, view=[text])
+
+
+def tell_findings(scene: Scene, known: Mapping[str, Facts]) -> None:
+    """Notices of what is hardly meant and was not told when the scene was read."""
+    told = {keys for keys, _ in consistency.notices(scene)}
+    for finding in plausibility.findings(scene, known):
+        if finding.keys not in told:
+            notify(f"{where(scene, *finding.keys)}: {finding}")
+
+
+def contradictions(raw: System) -> tuple[Dependence, ...]:
+    """Redundant rows; those that contradict what they follow from, or drive what is held already, stop the check."""
+    found = mechanisms.redundant(raw)
+    wrong = sorted((one for one in found if one.gap > AGREE * raw.scale), key=lambda one: -one.gap)
+    if wrong:
+        listed = ", ".join(f"{one.row} by {one.gap:.3g} m with {' and '.join(one.on)}" for one in wrong)
+        worst = tuple((one.row, one.gap) for one in wrong)
+        raise SolverError(f"joints contradict each other: {listed}; remove or move one", Reason.INCONSISTENT, 0.0, worst)
+    if driven := mechanisms.driven_against(raw, found):
+        raise mechanisms.conflict(driven)
+    return found
+
+
+def mechanism(scene: Scene, raw: System) -> Mechanism:
+    """Degrees of freedom; floating bodies are told, and stop a static problem with every motion that nothing resists."""
+    if scene.analysis.type == "modes":
+        free_motions.refuse_limp(where(scene, "analysis"), raw)
+    found = mechanisms.analyse(raw)
+    if scene.analysis.type == "static":
+        free, hung = free_motions.unsupported(raw)
+        for motion in hung:
+            notify(f"{where(scene, 'analysis')}: weight alone holds this motion, so that the first iteration is singular: {motion}")
+        if free:
+            listed = "".join(f"\n  {number}. {motion}" for number, motion in enumerate(free, start=1))
+            got = f"{len(free)} rigid motion{'s' if len(free) > 1 else ''} that nothing resists:{listed}"
+            raise InputError(say(where(scene, "analysis"), "bodies that joints and springs hold", got, "\nhold them by joints"))
+    for group in found.floating if scene.analysis.type != "static" else ():
+        named, hang = " and ".join(f"'{name}'" for name in group.bodies), len(group.bodies) > 1
+        text = f"{named} hang{'' if hang else 's'} on no joint to the ground: {'they move' if hang else 'it moves'} freely"
+        notify(f"{where(scene, 'bodies', group.bodies[0])}: {text}")
+    if found.at_start > found.mobility:
+        notify(f"the start is a singular position: {found.at_start} degrees of freedom there, {found.mobility} near it")
+    if scene.analysis.type == "dynamic" and not raw.elastic and not found.mobility:
+        notify("nothing can move: all bodies are rigid, and joints leave no degree of freedom")
+    return found
+
+
+def lighter(raw: System) -> System:
+    """A wide system at rest without its mass, of which check reads nothing, and which would fill the memory."""
+    if raw.size < compiled.WIDE or raw.v0.any() or (raw.constraints.signal >= 0).any():
+        return raw
+    empty = type(raw.mass)(raw.mass.shape)
+    return replace(raw, mass=empty, metric=empty)
+
+
+def solved_form(scene: Scene, raw: System) -> tuple[System, dict[str, Any]]:
+    """The form the scene is solved in, and what its joints make of the initial state; velocities are those of motions alone."""
+    reduced = without_redundant(build.chosen_form(scene, raw))
+    if scene.analysis.type != "dynamic":
+        start.hold(loading.ramped(reduced, scene.analysis.time) if scene.analysis.type == "static" else reduced)
+        return reduced, {"position_change": float(np.abs(reduced.lift(reduced.x0) - raw.x0).max(initial=0.0))}
+    gaps = velocity_gaps(raw)
+    x, v = start.admissible(reduced, GeneralizedAlpha(scene.analysis.step))
+    taken = np.asarray(reduced.lift.matrix @ v)
+    given, left = (float(u @ (raw.mass @ u)) for u in (raw.v0, taken))
+    lost = max(0.0, 1.0 - left / given) if given > 0.0 else 0.0
+    if lost > LOST:
+        listed = ", ".join(f"{name} by {gap:.3g} m/s" for name, gap in gaps[:3])
+        got = f"{100 * lost:.3g} % of their kinetic energy against {listed}"
+        raise InputError(
+            say(where(scene, "initial"), "velocities that the joints permit", got, "give motions of all joined bodies")
+        )
+    moved = float(np.abs(reduced.lift(x) - raw.x0).max(initial=0.0))
+    return (
+        reduced,
+        {
+            "position_change": moved,
+            "velocity_change": float(np.abs(taken - raw.v0).max(initial=0.0)),
+            "energy_lost": lost,
+            "worst_velocities": [{"row": name, "gap": gap} for name, gap in gaps[:5]],
+        },
+    )
+
+
+def velocity_gaps(raw: System) -> list[tuple[str, float]]:
+    """Rows that the given velocities break, Phi_q v + Phi_t, the largest first; Phi_t by differences over 2 us."""
+    if not raw.constraints.names:
+        return []
+    (rows, z), d = rows_of(raw), 1e-6
+    first, second, third = (replace(rows, signals=compiled.signal_table(raw, np.array([k * d]))[0])(z)[0] for k in range(3))
+    gap = np.abs(rows(z)[1] @ raw.v0[rows.used] + (4 * second - 3 * first - third) / (2 * d))
+    bound = 1e-6 * max(1.0, float(np.abs(raw.v0).max(initial=0.0)))
+    return [(".".join(raw.constraints.names[k]), float(gap[k])) for k in np.argsort(-gap) if gap[k] > bound]
+
+
+def describe_body(figure: Facts, part: Body, counted: Mechanism) -> dict[str, Any]:
+    """A body in the report."""
+    cells = figure.cells
+    return {
+        "name": figure.name,
+        "cells": 0 if cells is None else cells.count,
+        "dofs": part.reference.size,
+        "mass": figure.mass,
+        "rigid_motions": counted.bodies[figure.name],
+        "extent": figure.extent,
+        "wave_speed": figure.wave_speed,
+        "slenderness": figure.slenderness,
+        "sag": figure.sag,
+        "weight_strain": figure.weight_strain,
+        "mesh": None if cells is None else asdict(cells),
+    }
+
+
+def mechanism_report(found: Mechanism) -> dict[str, Any]:
+    """Degrees of freedom in the report: by rank and by Gruebler's formula, with every joint."""
+    return {
+        "rigid_motions": sum(found.bodies.values()),
+        "joints": [asdict(joint) for joint in found.joints],
+        "degrees_of_freedom": found.mobility,
+        "gruebler": found.gruebler,
+        "overconstrained": [{"row": one.row, "follows_from": one.on} for one in found.overconstrained],
+        "at_start": found.at_start,
+        "left_by_drives": found.free,
+        "floating": [group.bodies for group in found.floating],
+    }
+
+
+def view(found: dict[str, Any]) -> list[Any]:
+    """The tables of a checked scene."""
+    columns = ("name", "cells", "dofs", "mass", "rigid_motions", "extent", "wave_speed", "slenderness", "sag")
+    titles = ("body", "cells", "dofs", "mass [kg]", "rigid motions", "size [m]", "wave speed [m/s]", "slenderness", "sag / length")
+    rows = [[body[key] for key in columns] for body in found["bodies"]]
+    keys = ("count", "size_ratio", "aspect", "angle", "jacobian")
+    meshes = [(body["name"], *(body["mesh"][key] for key in keys)) for body in found["bodies"] if body["mesh"]]
+    counted = {joint["name"]: joint for joint in found["mechanism"]["joints"]}
+    joints = [joint_row(name, count, counted.get(name)) for name, count in found["joints"].items()]
+    facts = [(key, found[key]) for key in ("dofs", "constraints", "unknowns", "multipliers", "redundant_constraints", "mass")]
+    facts += [(f"initial {key}", value) for key, value in found["initial"].items() if isinstance(value, float) and value > 1e-9]
+    parts = [
+        f"{found['scene']} ({found['analysis']}): the scene is sound",
+        Table("Bodies", titles, rows),
+        Table("Joints", ("joint", "constraints", "rigid motions taken", "ties"), joints),
+        mechanism_table(found["mechanism"]),
+        Table("System", ("", ""), [*facts, *((f"estimated {key}", value) for key, value in found["estimates"].items())]),
+    ]
+    redundant = [(one["row"], ", ".join(one["follows_from"])) for one in found["redundant"]]
+    parts += [Table("Redundant rows", ("row", "follows from"), redundant)] if redundant else []
+    heads = ("mesh of", "cells", "largest / smallest", "aspect", "angle [deg]", "Jacobian ratio")
+    return [*parts[:2], *([Table("Meshes", heads, meshes)] if meshes else []), *parts[2:]]
+
+
+def joint_row(name: str, constraints: int, counted: dict[str, Any] | None) -> tuple[object, ...]:
+    """A joint, or the axes of a frame, in the table."""
+    if counted is None:
+        return name, constraints, "-", "axes of a frame"
+    ends = [*counted["bodies"], *(["ground"] if counted["ground"] else [])]
+    return name, constraints, counted["rows"], " - ".join(ends) + (" (driven)" if counted["driven"] else "")
+
+
+def mechanism_table(found: dict[str, Any]) -> Table:
+    """Gruebler's count beside the count by rank."""
+    taken = sum(joint["rows"] for joint in found["joints"] if not joint["driven"])
+    involved = {name.partition(".")[0]: None for one in found["overconstrained"] for name in (one["row"], *one["follows_from"])}
+    excess = f"{len(found['overconstrained'])} ({', '.join(involved)})" if involved else "0"
+    rows = [
+        ("rigid motions of all bodies", found["rigid_motions"]),
+        ("taken by joints, one by one", taken),
+        ("degrees of freedom by Gruebler's count", found["gruebler"]),
+        ("conditions too many for rigid bodies", excess),
+        ("degrees of freedom by rank", found["degrees_of_freedom"]),
+        ("left by drives", found["left_by_drives"]),
+    ]
+    return Table("Mechanism", ("", ""), rows)

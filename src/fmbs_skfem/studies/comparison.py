@@ -1,0 +1,210 @@
+"""Full, reduced, coarser and larger-step models of one scene, the error beside the time.
+
+The tables have the layout of those of doi 10.1016/j.cma.2019.112690; where a scene is one of its examples, the published figures
+stand beside ours.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Unpack
+
+from ..core.errors import MissingFeature
+from ..reduction import comparison as comparisons
+from ..reduction.comparison import Comparison, Record
+from ..results import motion, series, speed
+from ..scenes import Scene, build, read
+from . import compiling, figures, pictures, plans, reports, tables
+from . import job as jobs
+from .job import Job, Shared
+from .result import Result, conclude, describe_error, list_files
+from .runs import SERIES, extremes
+
+if TYPE_CHECKING:
+    from .job import Source
+
+RECORD = "compare.json"
+SECOND = 1.5  #: smallest observed order in time that counts as second
+AS_GOOD = 2.0  #: factor to the smallest error of a hyper-reduced model within which the fastest is chosen
+
+DEMO = "double_pendulum.yaml"
+COARSE, STEPS = [10, 20], [2.5e-3]  #: cells a body and steps [s] of the full models that compete in the demo
+SHOWN = ("full.png", "motion.gif", "reduced.png")  #: pictures of the demo
+FRAMES, RATE = 41, 14.0  #: instants of its animation and of its VTK series, and how many the animation shows a second
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class ComparisonResult(Result):
+    """All models of a scene, with time and error."""
+
+    study: Comparison
+
+    def __getitem__(self, name: str) -> Record:
+        """Sizes, times and errors of a model."""
+        return self.study[name]
+
+
+def compare(
+    source: Source, *, quick: bool = False, duration: float | None = None, picture: bool = True, **shared: Unpack[Shared]
+) -> ComparisonResult:
+    """Compare reduced models of a scene with its full model and with cheaper full models.
+
+    `quick`: only the main models, coarser meshes and larger steps, every model once. With a folder `out` figures are written, and
+    with `picture` the bodies are drawn, moving, and the error of a reduced model.
+    """
+
+    def draw(scene: Scene, study: Comparison, out: Path) -> list[pictures.Order]:
+        return [*pictures.scene(scene, study.full, out), *pictures.error(scene, study, out / pictures.ERROR)]
+
+    with jobs.begin(source, **shared) as job:
+        scene = jobs.read_scene(job, duration)
+        names = [pictures.ERROR, pictures.PICTURE, pictures.ANIMATION]
+        return conclude(comparison(job, scene, quick, names, draw if picture else None))
+
+
+def demo(**shared: Unpack[Shared]) -> ComparisonResult:
+    """A flexible double pendulum in full and with all reduced models: figures, pictures, an animation and a VTK series."""
+
+    def draw(scene: Scene, study: Comparison, out: Path) -> list[pictures.Order]:
+        found = pictures.scene(scene, study.full, out, FRAMES, (SHOWN[0], SHOWN[1]), RATE)
+        frames = motion.frames(study.full, motion.spread(study.full, FRAMES))
+        return [*found, *pictures.error(scene, study, out / SHOWN[2]), partial(series.write, frames, out, SERIES)]
+
+    with jobs.begin(lean(read(examples() / DEMO)), **shared) as job:
+        return conclude(comparison(job, jobs.read_scene(job), True, [*SHOWN, f"{SERIES}.pvd"], draw))
+
+
+def comparison(
+    job: Job,
+    scene: Scene,
+    quick: bool,
+    names: Sequence[str],
+    draw: Callable[[Scene, Comparison, Path], Sequence[pictures.Order]] | None,
+) -> ComparisonResult:
+    """All models of a scene; figures, and what `draw` orders, in the output folder."""
+    mark = reports.fingerprint(scene)
+    out = jobs.settle_folder(job, (RECORD, *(f"{name}.png" for name in figures.names(scene)), *names), mark, RECORD)
+    compiling.announce(job)
+    study = run(scene, quick, job.allow_outside, job.progress("comparing"))
+    report = report_of(scene, study)
+    drawn, missing = figures.draw(scene, study), None
+    if out is not None:
+        report["files"] = [out / RECORD]
+        with ThreadPoolExecutor(2) as pool:
+            waiting = [pool.submit(order) for order in (draw(scene, study, out) if draw else ())]
+            report["files"] += drawn.save(out)
+            try:
+                report["files"] += [picture.result() for picture in waiting]
+            except MissingFeature as error:
+                missing, report = error, report | describe_error(error)
+    report |= {"fingerprint": mark, "provenance": reports.provenance(scene), "notices": job.notices}
+    reports.write_report(out, report, RECORD)
+    view = [*tables.tables(scene, study), *summarise(report), *list_files(report)]
+    about = f"{report['scene']}: {', '.join(record.name for record in study.records)}"
+    return ComparisonResult(about=about, report=report, view=view, figures=drawn, error=missing, study=study)
+
+
+def run(
+    scene: Scene, quick: bool = False, allow_outside: bool = False, progress: Callable[[float], None] | None = None
+) -> Comparison:
+    """The comparison of a scene, as its sections `reduction` and `compare` say."""
+    raw = build.system(scene, allow_outside=allow_outside)
+    settings = plans.options(scene, quick, build.has_large_plates(scene, raw))
+    wanted = scene.compare.coarse if scene.compare else []
+    coarse = {cells: build.system(scene, cells, allow_outside) for cells in wanted}
+    return comparisons.run(plans.task(scene, raw, plans.plan(scene)), settings, coarse, progress)
+
+
+def examples() -> Path:
+    """The scenes that travel with the package; in a source tree those of the repository."""
+    package = Path(__file__).resolve().parents[1]
+    packed = package / "_demo" / "examples"
+    return packed if packed.is_dir() else package.parents[1] / "examples"
+
+
+def lean(scene: Scene) -> Scene:
+    """The scene with few competitors."""
+    if scene.compare is None:
+        return scene
+    return scene.model_copy(update={"compare": scene.compare.model_copy(update={"coarse": COARSE, "steps": STEPS})})
+
+
+def report_of(scene: Scene, study: Comparison) -> dict[str, Any]:
+    """The JSON object of a study."""
+
+    best, chosen = cheapest(study), choice(study)
+    return {
+        "status": "ok",
+        "scene": jobs.title(scene),
+        "models": [asdict(record) for record in study.records],
+        "outputs": {name: extremes(values) for name, values in figures.drawn_outputs(study.full).items()},
+        "time_error": asdict(study.time_error) if study.time_error else None,
+        "front": speed.front_in_words(figures.points(study)),
+        "pays_after": best.name if best else None,
+        "pays_after_runs": best.pays_after_runs if best else None,
+        "choice": chosen.name if chosen else None,
+    }
+
+
+def cheapest(study: Comparison) -> Record | None:
+    """The fastest of the main reduced models whose training pays."""
+    paying = [record for record in study.records if record.main and record.pays_after_runs is not None]
+    return min(paying, key=lambda record: record.cpu_s, default=None)
+
+
+def choice(study: Comparison) -> Record | None:
+    """The fastest hyper-reduced model, ECSW or exact polynomial, of those about as exact as the best of them."""
+    found = [r for r in study.records if r.main and r.hyper not in ("", "none") and math.isfinite(r.max_error)]
+    best = min((r.max_error for r in found), default=0.0)
+    return min((r for r in found if r.max_error <= AS_GOOD * best), key=lambda r: r.cpu_s, default=None)
+
+
+def summarise(report: Mapping[str, Any]) -> list[str]:
+    """Who is on the front, how large the error of the time step is, and when training pays."""
+    pays = report["pays_after_runs"]
+    gain = "Training does not pay." if pays is None else f"Training of {report['pays_after']} pays after {math.ceil(pays)} runs."
+    note = "Names end in eps, or eps/eta, where these are not the scene's. "
+    note += "Errors on the front are the largest distances from the full model [m]; training is not in the CPU times."
+    return [report["front"], note, time_words(report["time_error"]), gain, *choice_words(report)]
+
+
+def time_words(found: Mapping[str, Any] | None) -> str:
+    """The error of the time step, beside which errors of reduced models have to be read."""
+    if found is None:
+        return "The error of the full model's own step is unknown: list half or twice the step under compare.steps."
+    order = found["order"]
+    text = f"Error of the full model's own step {found['step']:g} s: {found['position']:.2g} m"
+    text += "" if order is None else f", observed order {order:.2f}"
+    slow = order is not None and order < SECOND
+    return f"{text}; below 2, so that a part of the motion is faster than the step resolves." if slow else f"{text}."
+
+
+def choice_words(report: Mapping[str, Any]) -> list[str]:
+    """Exact polynomial or ECSW, and what happens to the gap between the two levels."""
+    models = {model["name"]: model for model in report["models"] if model["status"] == "done"}
+    chosen, exact = models.get(report["choice"]), models.get("component+exact")
+    if chosen is None or exact is None:
+        return []
+    text = f"Choice: {chosen['name']}, {chosen['cpu_s']:.3g} s CPU at an error of {chosen['max_error']:.1e}; "
+    text += f"the exact polynomial by component takes {exact['cpu_s']:.3g} s at {exact['max_error']:.1e}, without training."
+    parts = "Seconds for force and tangent, solves and products are the time of one call, measured apart, times the calls counted; "
+    parts += "the total also holds mass, joints, predictor and storing."
+    return [text, *gap_words(models), parts]
+
+
+def gap_words(models: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """Whether the system level is less exact than the component level at one eps."""
+    pair = [models.get(f"{level}+exact") for level in ("system", "component")]
+    if pair[0] is None or pair[1] is None:
+        return []
+    ratio = pair[0]["max_error"] / pair[1]["max_error"]
+    modes = [" + ".join(str(count) for count in model["modes"].values()) for model in pair if model]
+    text = f"System against component level at one eps: errors {ratio:.2g} to 1, with {modes[0]} and {modes[1]} modes. "
+    return [
+        text + "Both spaces are cut at the same energy, so neither has to be worse; the source's 40 to 1 is with 46 and 20 + 45."
+    ]

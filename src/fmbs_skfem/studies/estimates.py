@@ -1,0 +1,86 @@
+"""Solver, memory and order of magnitude of the time of an analysis, by counts of numbers read and written."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..bodies.body import Cells
+from ..core import direct, krylov
+from ..scenes import build
+from ..systems import compiled, sparse
+
+if TYPE_CHECKING:
+    from ..scenes import Scene
+    from ..systems import System
+
+#: orders of magnitude of a usual computer: seconds a number read, solved with, factored, factored by SuperLU, and seconds a call
+FORCE_S, SOLVE_S, FACTOR_S, LU_S, CALL_S = 1.2e-9, 1e-9, 5e-10, 1.5e-7, 2e-6
+ITERATIONS, FACTORED = 2.5, 0.2  #: of a time step
+CYCLES = 150.0  #: products with the matrix in a solution by multigrid
+STATIC_ITERATIONS, LANCZOS = 6.0, 60.0  #: a load step: iterations; modes: solutions
+
+
+def estimates(scene: Scene, raw: System, reduced: System) -> dict[str, Any]:
+    """Solver, steps, memory [MB] and order of magnitude of the time [s] of an analysis, by counts of numbers read and written."""
+    analysis, (label, fill, once, each) = scene.analysis, solver(scene, raw, reduced)
+    numbers = numbers_read(reduced)
+    tables = 8e-6 * numbers / max(reduced.dim, 1)
+    found: dict[str, Any] = {"solver": label, "solver_memory_mb": round(fill + tables, 3)}
+    if analysis.type == "static":
+        seconds = analysis.load_steps * STATIC_ITERATIONS * (4 * FORCE_S * numbers + once)
+        return {**found, "load_steps": analysis.load_steps, "wall_s": float(f"{seconds:.1g}")}
+    if analysis.type == "modes":
+        return {**found, "modes": analysis.count, "wall_s": float(f"{4 * FORCE_S * numbers + once + LANCZOS * each:.1g}")}
+    steps, every = round(analysis.duration / analysis.step), build.kept_steps(scene)
+    stored = len(every) if isinstance(every, np.ndarray) else steps // every + 1
+    step = ITERATIONS * (FORCE_S * numbers + each + CALL_S) + FACTORED * (4 * FORCE_S * numbers + once)
+    return {
+        **found,
+        "steps": steps,
+        "stored_states": stored,
+        "memory_mb": round(3 * 8e-6 * stored * reduced.size, 3),
+        "step_s": float(f"{step:.1g}"),
+        "wall_s": float(f"{steps * step:.1g}"),
+    }
+
+
+def numbers_read(system: System) -> float:
+    """Products of a table entry with a coordinate, over all cells, in one evaluation of the forces."""
+    found = 0.0
+    for part in system.elastic:
+        if isinstance(part.gather, Cells):
+            found += math.prod(part.gather.shape) * part.gather.dim**2
+    return found
+
+
+def solver(scene: Scene, raw: System, reduced: System) -> tuple[str, float, float, float]:
+    """Name, memory [MB], and seconds of a factorisation and of a solution of the linear systems of an analysis."""
+    n, m = reduced.size, len(reduced.constraints.names)
+    form, width = compiled.storage(reduced)
+    fill = float(n * width) if form is compiled.Storage.BAND else 0.5 * n**2
+    if form is compiled.Storage.SPARSE:
+        fill, label, memory, each = sparse_solver(raw)
+    elif form is compiled.Storage.DENSE:
+        label, memory, each = "dense LU", 16e-6 * (n + m) ** 2, 2 * SOLVE_S * (n + m) ** 2
+    else:
+        label, memory, each = f"band of half width {width}", 32e-6 * n * (width + 1), 4 * SOLVE_S * fill
+    if scene.analysis.type != "dynamic":
+        return "sparse LU", 16e-6 * fill, LU_S * fill, 4 * SOLVE_S * fill
+    sparse = form is compiled.Storage.SPARSE
+    once = FACTOR_S * fill * (np.sqrt(fill / n) * 8 if sparse else n if form is compiled.Storage.DENSE else width)
+    return label, memory, once / (20 if sparse else 1), each
+
+
+def sparse_solver(raw: System) -> tuple[float, str, float, float]:
+    """Numbers in the factors of a large model, and name, memory [MB] and seconds a solution of what solves it.
+
+    Factors of the pattern of functions, each of which stands for a vector of unknowns.
+    """
+    W, dim = sparse.function_pattern(raw), raw.dim
+    n, fill = dim * W.shape[0], float(dim**2 * direct.entries(direct.analyse(W)))
+    if krylov.choose(n, fill, krylov.free_memory(), 4.0) == "direct":
+        return fill, f"sparse LDL^T with {fill:.3g} numbers", 1e-6 * (5.2 * fill + krylov.BYTES_PER_UNKNOWN * n), SOLVE_S * fill
+    return fill, "conjugate gradients with multigrid", 36e-6 * dim**2 * W.nnz, CYCLES * SOLVE_S * dim**2 * W.nnz

@@ -1,0 +1,179 @@
+"""One study while it runs: what it is asked for, who listens, what there is of it, and the folder of its results.
+
+with job.begin("scene.yaml", parameters={"E": 2e9}, out="results") as work:
+    scene = job.read_scene(work, duration)
+    out = job.settle_folder(work, names, reports.fingerprint(scene))
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+
+from ..core.errors import InputError, say
+from ..core.notices import Notice, Remark, notify
+from . import reports
+
+if TYPE_CHECKING:
+    from ..dynamics import Trajectory
+    from ..scenes import Scene
+
+    Source = str | Path | Scene  #: a scene, or the file of a scene or of a saved reduced model
+
+
+def ignore(*_: object) -> None:
+    """Nobody listens."""
+
+
+@dataclass(frozen=True)
+class Listener:
+    """Who hears of a study while it runs.
+
+    Notices that nobody takes are Python warnings of the class `Notice`; `strict` raises them.
+    """
+
+    progress: Callable[[str, float], None] = ignore  #: what is done, and the finished part of it, 0 to 1
+    tell: Callable[[str], None] = ignore  #: that it compiles, waits, or what a failed start is due to
+    notice: Callable[[str], None] | None = None
+    begin: Callable[[Job], None] = ignore
+    strict: bool = False
+
+
+class Shared(TypedDict, total=False):
+    """Options that all studies have."""
+
+    parameters: Mapping[str, str | float]  #: parameters of the scene or model replaced, in SI units or as "2 GPa"
+    out: str | Path | None  #: folder of the results; without it nothing is written
+    force: bool  #: overwrite the results of another run in the folder
+    allow_outside: bool  #: permit meshes outside the scene's project folder
+    repair: bool  #: merge nodes of meshes that are at one place
+    listener: Listener
+
+
+@dataclass
+class Job:
+    """The options of one study, the notices given so far, and what there is of its results."""
+
+    path: Path = field(default_factory=Path)  #: scene or model file
+    scene: Scene | None = None  #: given as such
+    changes: Mapping[str, str] = field(default_factory=dict)  #: parameters replaced
+    out: Path | None = None
+    force: bool = False
+    allow_outside: bool = False
+    repair: bool = False
+    listener: Listener = field(default_factory=Listener)
+    notices: list[str] = field(default_factory=list)
+    made: Path | None = None  #: the output folder, once it is there
+    trajectory: Trajectory | None = None  #: the motion, once there is one
+
+    def progress(self, label: str) -> Callable[[float], None]:
+        """A function that takes the finished part of the work `label`."""
+        self.listener.progress(label, 0.0)
+        return functools.partial(self.listener.progress, label)
+
+
+@contextlib.contextmanager
+def begin(source: Source = "", **shared: Unpack[Shared]) -> Iterator[Job]:
+    """A study of a source, with one BLAS thread: small systems are faster, and times comparable."""
+    import scipy.linalg  # noqa: F401  (limits reach only libraries that are loaded)
+    from threadpoolctl import threadpool_limits
+
+    given: dict[str, Any] = dict(shared)
+    given["changes"] = {name: str(value).strip() for name, value in given.pop("parameters", {}).items()}
+    given["out"] = None if given.get("out") is None else Path(given["out"])
+    if isinstance(source, str | Path):
+        job = Job(Path(source), **given)
+    else:
+        job = Job(source.path or Path("scene"), source, **given)
+        if job.changes:
+            raise InputError(say("parameters", "the file of a scene", "a scene", "read it with them: scenes.read(path, changes)"))
+    job.listener.begin(job)
+    with threadpool_limits(limits=1, user_api="blas"), hear(job):
+        yield job
+
+
+@contextlib.contextmanager
+def hear(job: Job) -> Iterator[None]:
+    """Notices go to the listener and into the job, each once."""
+    with warnings.catch_warnings():
+        usual = warnings.showwarning
+
+        def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+            if not issubclass(category, Notice):
+                usual(message, category, *place, **more)
+            elif str(message) not in job.notices:
+                job.notices.append(str(message))
+                if job.listener.notice is None:
+                    usual(message, category, *place, **more)
+                else:
+                    job.listener.notice(str(message))
+
+        warnings.simplefilter("error" if job.listener.strict else "always", Notice)
+        warnings.simplefilter("always", Remark)
+        warnings.showwarning = show
+        yield
+
+
+def read_scene(job: Job, duration: float | None = None) -> Scene:
+    """The scene of a job with its parameters replaced; `duration` [s] replaces that of a dynamic analysis."""
+    from .. import scenes
+    from ..scenes import build, times
+
+    scene = job.scene or scenes.read(job.path, job.changes, job.repair)
+    build.check_files(scene, job.allow_outside)
+    if duration is None:
+        return fit_step(scene)
+    if scene.analysis.type != "dynamic":
+        raise InputError(say("--duration", "a scene with a dynamic analysis", scene.analysis.type, "leave the option out"))
+    step = scene.analysis.step
+    if not step <= duration <= times.STEPS * step:
+        raise InputError(say("--duration", f"1 to {times.STEPS} steps of {step:g} s", f"{duration:g} s"))
+    return fit_step(scene.model_copy(update={"analysis": scene.analysis.model_copy(update={"duration": duration})}))
+
+
+def fit_step(scene: Scene) -> Scene:
+    """The scene with a step that divides its duration, with a notice where that is a smaller one than the scene's.
+
+    Scenes with parameters that have a range keep theirs, which may depend on them, and so do those whose other times it divides.
+    """
+    from ..scenes import times
+
+    analysis = scene.analysis
+    if analysis.type != "dynamic" or scene.ranges:
+        return scene
+    spans = [every for every in (analysis.every, scene.reduction and scene.reduction.snapshots) if isinstance(every, tuple)]
+    counted = [time for parts in spans for span in parts for time in (span.every, span.until) if time is not None]
+    if scene.reduction is not None and isinstance(scene.reduction.snapshots, float):
+        counted.append(scene.reduction.snapshots)
+    step = times.fitted(analysis.step, analysis.duration, counted)
+    if step == analysis.step:
+        return scene
+    asked, taken = f"{analysis.step:.6g} s", f"{step:.6g} s"
+    notify(f"the duration of {analysis.duration:.6g} s is no whole number of steps of {asked}: steps of {taken} are taken")
+    return scene.model_copy(update={"analysis": analysis.model_copy(update={"step": step})})
+
+
+def title(scene: Scene) -> str:
+    """The name of a scene, or that of its file."""
+    return scene.name or (scene.path.stem if scene.path else "")
+
+
+def settle_folder(job: Job, names: Iterable[str], mark: str, record: str = reports.REPORT) -> Path | None:
+    """The output folder, made; `names` are the files to be written, `mark` the fingerprint of this run; None without --out.
+
+    Files of another run (whose JSON file `record` has another `fingerprint`, or none) are kept unless --force is given.
+    """
+    out = job.out
+    if out is None:
+        return None
+    taken = [name for name in names if (out / name).exists()]
+    if taken and not job.force and reports.read_fingerprint(out / record) != mark:
+        got = f"another run's {', '.join(taken)}"
+        raise InputError(say(f"--out {out}", "an empty folder or one of the same run", got, "choose another folder, or --force"))
+    job.made = reports.make_folder(out)
+    return out

@@ -1,0 +1,223 @@
+"""Saved reduced models: what one is, and what is run of it at wanted parameters.
+
+Two kinds of files: models at one set of parameters (`reduce`), and models of a whole box of parameters (`train`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Unpack
+
+from .. import dynamics
+from ..core import durable, units
+from ..core.errors import InputError, say
+from ..core.problems import Problem, shown
+from ..reduction import cases, files, parametric_model, prediction
+from ..reduction import parameters as boxes
+from ..results import sweep_files
+from . import job as jobs
+from . import judging, reports, runs
+from .job import Job, Shared
+from .result import Result, Table, conclude, format_value
+from .runs import Run
+
+if TYPE_CHECKING:
+    from ..reduction.cases import Case
+    from ..reduction.parameters import Parameter
+    from ..reduction.parametric_model import ParametricModel
+
+INFO = "info.json"
+SUFFIXES = (".h5", ".hdf5")
+SHORT = 12  #: entries of a list that a table shows
+
+
+def is_model(job: Job) -> bool:
+    """Whether a job is about a saved reduced model."""
+    return job.scene is None and job.path.suffix in SUFFIXES
+
+
+def task(job: Job, duration: float | None = None, step: float | None = None) -> runs.Task:
+    """The run of a saved model, with what is known of its error."""
+    case, notes, facts = (at_values if parametric(job.path) else alone)(job, duration, step)
+    identity = f"{mark(job.path)} {facts.get('parameters', '')} {case.duration} {case.scheme.step}"
+    system, point = case.system, "".join(f"{name} = {value:.6g}, " for name, value in facts.get("parameters", {}).items())
+    facts = {"model": job.path, **facts, "dofs": system.size, "constraints": len(system.constraints.names)}
+
+    def integrate(advance: Any, *_: object) -> dynamics.Trajectory:
+        return cases.run(case, progress=advance)
+
+    return runs.Task(
+        title(job.path, notes),
+        identity,
+        reports.provenance(files=[job.path]),
+        facts,
+        f"{job.path}: {point}{system.size} unknowns",
+        system,
+        integrate,
+        judging.energy_of_reduced,
+        case.scheme,
+        label="reduced model",
+        remarks=remarks(facts),
+    )
+
+
+def run_model(
+    path: str | Path,
+    *,
+    duration: float | None = None,
+    step: float | None = None,
+    plots: bool = True,
+    picture: bool = False,
+    **shared: Unpack[Shared],
+) -> Run:
+    """Run the saved reduced model in a file at values of its parameters, and state the error predicted there."""
+    with jobs.begin(path, **shared) as job:
+        return conclude(solve(job, duration, step, plots, picture))
+
+
+def solve(job: Job, duration: float | None, step: float | None, plots: bool, picture: bool) -> Run:
+    """The run of a saved model, with a picture where it is wanted."""
+    from . import pictures
+
+    made = task(job, duration, step)
+    draw = partial(pictures.model, made.title) if picture else None
+    return runs.solve(job, made.mark, lambda: made, plots, draw, [pictures.PICTURE] if picture else [])
+
+
+def at_values(job: Job, duration: float | None, step: float | None) -> tuple[Case, Mapping[str, Any], dict[str, Any]]:
+    """The case of a parametric model at the wanted values, its notes, and the error predicted there."""
+    rom = parametric_model.load(job.path)
+    known = rom.model.parameters
+    boxes.known(known, job.changes)
+    point = boxes.completed(known, {own.name: read_value(own, job.changes[own.name]) for own in known if own.name in job.changes})
+    case, beyond = parametric_model.case_of(rom, point, duration, step)
+    facts = {
+        "parameters": point,
+        "outside": list(boxes.outside(known, point)),
+        "beyond_training": beyond,
+        "predicted_error": None if beyond else predict_error(rom, point),
+        "doubts": list(rom.notes.get(prediction.DOUBTS, ())),
+        "measure": str(rom.notes.get(prediction.KEY, {}).get("measure", "relative error (48)")),
+    }
+    return case, rom.notes, facts
+
+
+def alone(job: Job, duration: float | None, step: float | None) -> tuple[Case, Mapping[str, Any], dict[str, Any]]:
+    """The case of a model at one set of parameters, and its notes; times not given are those of its training."""
+    if job.changes:
+        remedy = "train one with fmbs train, or another one with fmbs reduce --set"
+        raise InputError(say("--set", "a model of a whole range of parameters", f"'{job.path}', which has none", remedy))
+    saved = files.read(job.path)
+    case, beyond = files.case_of(saved, duration, step, str(job.path))
+    return case, saved.notes, {"beyond_training": beyond}
+
+
+def info(path: str | Path, **shared: Unpack[Shared]) -> Result:
+    """What a saved reduced model is: parameters with their ranges, sizes, training, errors; with `out` also in info.json."""
+    with jobs.begin(path, **shared) as job:
+        report = {"status": "ok", "model": job.path, **(describe_box if parametric(job.path) else describe_point)(job.path)}
+        origin = {"fingerprint": mark(job.path), "provenance": reports.provenance(files=[job.path]), "notices": job.notices}
+        out = jobs.settle_folder(job, [INFO], mark(job.path), INFO)
+        reports.write_report(out, {**report, **origin}, INFO)
+        return Result(about=f"{job.path}: {report['kind']}", report={**report, "notices": job.notices}, view=views(report))
+
+
+def describe_box(path: Path) -> dict[str, Any]:
+    """A model of a box of parameters."""
+    rom = parametric_model.load(path)
+    found = parametric_model.summary(rom)
+    notes = {key: value for key, value in found.pop("notes").items() if key not in (prediction.KEY, "provenance")}
+    return {"kind": "a box of parameters", **found, "predicted_error": predict_error(rom, {}), "notes": notes}
+
+
+def describe_point(path: Path) -> dict[str, Any]:
+    """A model at one set of parameters."""
+    saved = files.read(path)
+    system = saved.system
+    return {
+        "kind": "one set of parameters",
+        "parameters": saved.notes.get("training", {}),
+        "unknowns": system.size,
+        "components": {name: last - first for name, first, last in system.components},
+        "constraints": len(system.constraints.names),
+        "outputs": list(system.outputs),
+        "notes": {key: value for key, value in saved.notes.items() if key not in ("training", "provenance")},
+    }
+
+
+def views(found: Mapping[str, Any]) -> list[Table]:
+    """A model as tables: its parameters, then its facts, then the notes on its training."""
+    known = {name: facts for name, facts in found["parameters"].items() if isinstance(facts, dict)}
+    columns = ("parameter", "from", "to", "nominal", "scale", "degree")
+    keys = ("low", "high", "nominal", "scale", "degree")
+    rows: list[tuple[object, ...]] = [
+        (sweep_files.headed(name, facts["unit"]), *(facts[key] for key in keys)) for name, facts in known.items()
+    ]
+    rows = rows or [(name, "", "", value, "", "") for name, value in found["parameters"].items()]
+    facts = [(key, format_value(found[key])) for key in found if key not in ("status", "parameters", "notes")]
+    notes = [(key, format_value(value)) for key, value in flatten(found["notes"])]
+    tables = [Table("Parameters", columns, rows), Table("Model", ("", "value"), facts)]
+    return [*tables, *([Table("Training", ("", "value"), notes)] if notes else [])]
+
+
+def flatten(notes: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
+    """Notes with nested names joined, `training full_runs`; long lists are left to --json."""
+    found: list[tuple[str, Any]] = []
+    for key, item in notes.items():
+        name = f"{before} {key}".strip()
+        if isinstance(item, Mapping):
+            found += flatten(item, name)
+        elif not hasattr(item, "__len__") or isinstance(item, str) or len(item) <= SHORT:
+            found.append((name, item))
+    return found
+
+
+def parametric(path: Path) -> bool:
+    """Whether a file holds a model of a whole box of parameters; its first line says so."""
+    if not path.is_file():
+        raise InputError(say(f"{path}", "a file of a reduced model", "no file", "make one with fmbs reduce or fmbs train"))
+    with path.open("rb") as file:
+        return file.readline(100).decode("ascii", "replace").rstrip("\n") == parametric_model.KIND.title
+
+
+def mark(path: Path) -> str:
+    """The identity of a file."""
+    return durable.sha256(path)
+
+
+def title(path: Path, notes: Mapping[str, Any]) -> str:
+    """The name of the scene that a model is of, or that of its file."""
+    return str(notes.get("scene") or path.stem)
+
+
+def predict_error(rom: ParametricModel, point: Mapping[str, float]) -> dict[str, float] | None:
+    """The error that the model predicts for itself; none outside of its trained ranges."""
+    found = prediction.predicted_error(rom, **point)
+    return None if found is None or math.isnan(found.error) else asdict(found)
+
+
+def read_value(parameter: Parameter, given: str, option: str = "--set") -> float:
+    """A number in SI units, or a quantity of the parameter's dimension, given by `option`."""
+    try:
+        found = units.read(given)
+        own = units.read(f"1 {parameter.unit}".strip()).exponents
+        if found.exponents not in (own, units.NUMBER.exponents):
+            got = f"{shown(given)} ({units.describe(found.exponents)})"
+            raise Problem(f"a value of the dimension of the parameter ({units.describe(own)})", got)
+    except Problem as problem:
+        raise InputError(problem.at(f"{option} {parameter.name}")) from problem
+    return found.value
+
+
+def remarks(facts: Mapping[str, Any]) -> Sequence[str]:
+    """Where a run leaves the training, or its predicted error with its band and what speaks against it."""
+    found = [f"No error is known: {'; '.join(facts['beyond_training'])}."] if facts["beyond_training"] else []
+    if (error := facts.get("predicted_error")) is not None:
+        spread = f"with its spread {error['low']:.2g} to {error['high']:.2g}"
+        found.append(f"Predicted {facts['measure']}: {error['error']:.2g}, {spread}.")
+        found += [f"Its training cannot promise that: {'; '.join(facts['doubts'])}."] if facts["doubts"] else []
+    return found

@@ -1,0 +1,124 @@
+"""Train a reduced model of one scene and save it to a file that runs without mesh and full model."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Unpack
+
+from .. import reduction
+from ..core.errors import InputError, say
+from ..reduction import cases, costs, files, output_errors, reduced_models
+from ..reduction.plan import newton_for
+from ..reduction.runs import kept_steps
+from ..scenes import build
+from . import compiling, plans, reports, tables
+from . import job as jobs
+from .job import Job, Shared
+from .models import SUFFIXES
+from .result import Result, Table, format_value
+
+if TYPE_CHECKING:
+    from ..dynamics import Trajectory
+    from ..reduction.plan import Plan
+    from ..scenes import Scene
+    from ..systems import System
+    from .job import Source
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class ReductionResult(Result):
+    """A reduced model, and the motions of both models over the training."""
+
+    system: System
+    full: Trajectory
+    reduced: Trajectory
+
+
+def reduce(
+    source: Source,
+    *,
+    level: str = "component",
+    tolerance: float | None = None,
+    modes: int | None = None,
+    hyper: float | None = None,
+    sample: str | None = None,
+    duration: float | None = None,
+    **shared: Unpack[Shared],
+) -> ReductionResult:
+    """Train a reduced model of a scene; with `out`, a file ending in .h5 or a folder for NAME.h5, it is saved.
+
+    `level` "system" makes one basis for all bodies; `tolerance` eps of the bases, a number of `modes` a component, tolerance
+    `hyper` eta of the hyper-reduction (0: none) and what it takes as a `sample` ("elements", "points", "exact") replace those of
+    the scene, `duration` [s] that of the training. The model is run over the training time: its errors are those there.
+    """
+    with jobs.begin(source, **shared) as job:
+        scene = jobs.read_scene(job, duration)
+        path = target(job, scene)
+        compiling.announce(job)
+        found = train(job, scene, plans.plan_with(scene, level, tolerance, modes, hyper, sample))
+        report = found.report
+        origin = reports.plain(reports.provenance(scene))
+        facts = [(key, format_value(value)) for key, value in report.items() if key != "output_errors"]
+        view: list[Table | str] = [Table(f"Reduced model of {report['scene']}", ("", "value"), facts)]
+        view += tables.output_errors(report["output_errors"])
+        if path is not None:
+            training, plain = dict(scene.parameters), reports.plain(report)
+            files.save(found.system, path, scene=report["scene"], training=training, report=plain, provenance=origin)
+            view.append(f"written: {path}")
+        more = {"file": path, "provenance": origin, "notices": job.notices}
+        return replace(found, report={**report, **more}, view=view)
+
+
+def target(job: Job, scene: Scene) -> Path | None:
+    """The file to write; one that exists is kept unless --force is given."""
+    if job.out is None:
+        return None
+    path = job.out if job.out.suffix in SUFFIXES else job.out / f"{job.path.stem}.h5"
+    if path.exists() and not job.force:
+        raise InputError(say(f"--out {path}", "a new file", "one that exists", "choose another name, or --force"))
+    job.made = reports.make_folder(path.parent)
+    return path
+
+
+def train(job: Job, scene: Scene, plan: Plan) -> ReductionResult:
+    """The reduced system, and its sizes, cost and errors against the full model over the training time."""
+    raw = build.system(scene, allow_outside=job.allow_outside)
+    task = plans.task(scene, raw, plan)
+    own = task.family({})
+    kept = kept_steps(own, task.interval)
+    sharp = replace(own, system=task.form(raw), newton=newton_for(own.newton, plan.tolerance))
+    full = job.trajectory = cases.run(sharp, kept, job.progress("full model"))
+    model = reduction.train(task, motion=full).model
+    motion = cases.run(reduced_models.case_at(model, {}), kept, job.progress("reduced model"))
+    errors = reduction.compare(full, motion)
+    cells = {name: len(numbers) for name, numbers in costs.kept_cells(model.system).items()}
+    report = {
+        "status": "ok",
+        "scene": jobs.title(scene),
+        "dofs_full": raw.size,
+        "dofs": model.system.size,
+        "modes": dict(model.modes),
+        "elements": costs.by_component(cells, model.components),
+        "points": costs.by_component(costs.kept_points(model.system), model.components),
+        "tolerance": plan.tolerance if plan.modes is None else None,
+        "hyper_tolerance": plan.hyper.tolerance,
+        "hyper_reduction": plan.hyper.name,
+        "max_error": errors.maximum,
+        "median_error": errors.median,
+        "mean_error": errors.mean,
+        "position_error": errors.position_maximum,
+        "output_errors": {column: asdict(one) for column, one in output_errors.compare(full, motion).items()},
+        "distance_error": errors.distance_maximum,
+        "coordinates_error": errors.coordinates_maximum,
+        "coordinates_mean": errors.coordinates_mean,
+        "cpu_s_full": full.statistics.cpu_s,
+        "cpu_s": motion.statistics.cpu_s,
+        "training_s": model.training_s,
+        "snnls_s": {selection.component: selection.snnls_s for selection in model.selections},
+        "step": own.scheme.step,
+        "rho_inf": own.scheme.rho_inf,
+        "duration": own.duration,
+    }
+    about = f"{report['scene']}: {model.system.size} coordinates for {raw.size}, largest relative error {errors.maximum:.1e}"
+    return ReductionResult(about=about, report=report, system=model.system, full=full, reduced=motion)

@@ -1,0 +1,151 @@
+"""What a study found: numbers as arrays, the JSON object of its report, tables and sentences for people, figures.
+
+Work that fails all the same has results so far: the error that is raised carries them as `error.result`.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from ..core.errors import FmbsError, SolverError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.console import Console
+
+WIDTH = 132  #: characters of a line where there is no terminal
+REASONS = {
+    3: "bad input",
+    4: "no reduced model",
+    5: "failed members",
+    6: "limit reached",
+    7: "missing feature",
+    8: "corrupt file",
+    130: "interrupted",
+    143: "terminated",
+}
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table whose first column is text and whose other columns are numbers; `names`: the first column is never wrapped."""
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[object]]
+    names: bool = False
+
+    def __rich__(self) -> Any:
+        from rich import box, table
+        from rich.markup import escape
+
+        found = table.Table(title=escape(self.title), box=box.SIMPLE_HEAD, title_justify="left", title_style="bold")
+        for number, column in enumerate(self.columns):
+            found.add_column(escape(column), justify="right" if number else "left", no_wrap=self.names and not number)
+        for row in self.rows:
+            found.add_row(*(escape(format_value(value)) for value in row))
+        return found
+
+    def __str__(self) -> str:
+        file = io.StringIO()
+        console(file).print(self)
+        return file.getvalue().rstrip()
+
+
+def console(file: Any) -> Console:
+    """A rich console; as wide as the house's lines where there is no terminal."""
+    from rich.console import Console
+
+    return Console(file=file, width=None if file.isatty() else WIDTH, highlight=False, soft_wrap=False)
+
+
+def format_value(value: object, empty: str = "-") -> str:
+    """A value of a table: numbers with six digits, entries by component as `I 24, II 23`, `empty` where there is none."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {format_value(item)}" for name, item in value.items()) or empty
+    if isinstance(value, list | tuple):
+        return "; ".join(format_value(item) for item in value) or empty
+    return empty if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+class Figures(Mapping[str, "Figure"]):
+    """Figures by name, each drawn when it is asked for."""
+
+    def __init__(self, rules: Mapping[str, Callable[[], Figure]] | None = None) -> None:
+        self.rules = dict(rules or {})
+
+    def __getitem__(self, name: str) -> Figure:
+        return self.rules[name]()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.rules)
+
+    def __len__(self) -> int:
+        return len(self.rules)
+
+    def __repr__(self) -> str:
+        return f"<Figures {', '.join(self) or '(none)'}>"
+
+    def save(self, out: Path) -> list[Path]:
+        """Write all of them into a folder, as NAME.png."""
+        from ..results import plots
+
+        return [plots.save(self[name], out / f"{name}.png") for name in self]
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Result:
+    """The result of a study."""
+
+    about: str  #: in a few words
+    report: Mapping[str, Any]  #: what `fmbs ... --json` prints
+    view: Sequence[Table | str] = ()  #: the same for people
+    figures: Figures = field(default_factory=Figures)
+    error: FmbsError | None = None  #: why this is not all that was wanted
+
+    @property
+    def files(self) -> list[Path]:
+        """What was written."""
+        return [Path(path) for path in self.report.get("files", ())]
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.about}>"
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self.view))
+
+
+Kind = TypeVar("Kind", bound=Result)
+
+
+def conclude(found: Kind) -> Kind:
+    """The result of a study; its error is raised and carries it."""
+    if found.error is not None:
+        found.error.result = found
+        raise found.error
+    return found
+
+
+def list_files(report: Mapping[str, Any]) -> list[str]:
+    """The line that lists the files of a report; none without files."""
+    files = report.get("files")
+    return ["written: " + ", ".join(map(str, files))] if files else []
+
+
+def reason(error: FmbsError) -> str:
+    """What kind of error, as one short text."""
+    return error.reason.value if isinstance(error, SolverError) else REASONS.get(error.exit_code, "error")
+
+
+def describe_error(error: FmbsError | None) -> dict[str, Any]:
+    """Keys of a report that say how the work ended; what a failed solve knows beyond its message."""
+    if error is None:
+        return {"status": "ok"}
+    found: dict[str, Any] = {"status": "error", "reason": reason(error), "message": str(error)}
+    if isinstance(error, SolverError):
+        found |= {"time": error.time, "worst": [{"name": name, "residual": value} for name, value in error.worst]}
+    return found

@@ -1,0 +1,377 @@
+"""Run a scene or a saved reduced model: solve it with what it reaches kept, then outputs, report, plots and pictures.
+
+    source -> Task -> Trajectory, with the error that ended it early -> Run -> outputs.csv, outputs.png, report.json
+
+What is run is a `Task`: full models over time and equilibria from `scene_task`, saved models from `models.task`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Unpack
+
+import numpy as np
+
+from .. import dynamics
+from ..core.errors import FmbsError, InputError, MissingFeature, SolverError, say
+from ..dynamics import GeneralizedAlpha, Newton, Trajectory
+from ..results import motion, segments, series
+from ..results.plots import history_grid
+from ..results.segments import Recorder
+from ..scenes import build, where
+from ..systems import free_motions
+from ..systems.loads import TorsionSpring
+from . import compiling, failures, judging, recording, reports
+from . import job as jobs
+from .job import Job, Shared
+from .result import Figures, Result, Table, conclude, describe_error, list_files
+
+if TYPE_CHECKING:
+    from ..dynamics.checkpoint import Resumed
+    from ..scenes import Scene
+    from ..systems import System
+    from .job import Source
+
+OUTPUTS, MODES, SERIES = "outputs.csv", "modes.csv", "motion"
+
+Draw = Callable[[Trajectory, Path], Sequence[Callable[[], Path]]]  #: pictures and series in a folder, each drawn when called
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is run, and what is told of it."""
+
+    title: str
+    mark: str  #: fingerprint of what is computed
+    origin: Mapping[str, Any]  #: provenance
+    facts: Mapping[str, Any]  #: of the report: what it is, at which parameters, its sizes
+    words: str  #: the same at the begin of a line
+    system: System
+    solve: Callable[[Callable[[float], None], recording.Watch | None, Resumed | None], Trajectory]
+    judge: Callable[[Trajectory], dict[str, Any]]  #: balances of the motion, with notices
+    scheme: GeneralizedAlpha | None = None  #: None of equilibria
+    request: Mapping[str, Any] | None = None  #: what `resume` needs to know; None of what runs anew
+    label: str = "integrating"
+    remarks: Sequence[str] = ()  #: sentences on the result
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Run(Result):
+    """A run: its outputs over time, or over the load factor of an equilibrium; of vibration modes their frequencies."""
+
+    motion: Trajectory | None = None  #: None of vibration modes
+    outputs: Mapping[str, np.ndarray] = field(default_factory=dict)  #: column -> (s,) in SI units
+    frequencies: np.ndarray = field(default_factory=lambda: np.empty(0))  #: (r,) [Hz]
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """All states."""
+        if self.motion is None:
+            raise InputError(say("trajectory", "a motion or an equilibrium", "vibration modes"))
+        return self.motion
+
+    @property
+    def times(self) -> np.ndarray:
+        """(s,) [s], or load factors."""
+        return self.trajectory.times
+
+
+def run(
+    source: Source,
+    *,
+    duration: float | None = None,
+    step: float | None = None,
+    plots: bool = True,
+    picture: bool = False,
+    checkpoint: float | None = None,
+    time_limit: float = np.inf,
+    **shared: Unpack[Shared],
+) -> Run:
+    """Solve a scene: a motion, an equilibrium or vibration modes, as its `analysis` says; or run a saved reduced model.
+
+    `duration` [s] replaces that of a motion; `step` [s] and `picture` are for saved models. With a folder `out` a motion is kept
+    there while it runs, every `checkpoint` seconds (by default 10, of runs that take longer), and after `time_limit` seconds it is
+    stopped, to be resumed. A solve that fails raises SolverError, whose `result` holds what it reached.
+    """
+    from . import models
+
+    with jobs.begin(source, **shared) as job:
+        limits = {"--checkpoint": checkpoint is not None, "--time-limit": isfinite(time_limit)}
+        given = " and ".join(name for name, used in limits.items() if used)
+        if models.is_model(job):
+            if given:
+                raise InputError(say(given, "a scene", f"{job.path}", "a reduced model runs anew in seconds"))
+            return conclude(models.solve(job, duration, step, plots, picture))
+        if picture:
+            raise InputError(say("--picture", "a saved reduced model (.h5)", f"{job.path}", "draw a scene with fmbs render"))
+        if step is not None:
+            raise InputError(say("--step", "a saved reduced model (.h5)", f"{job.path}", "a scene has its own step: analysis.step"))
+        scene = jobs.read_scene(job, duration)
+        if given and scene.analysis.type != "dynamic":
+            raise InputError(say(given, "a scene with a dynamic analysis", scene.analysis.type, "leave the option out"))
+        if given and job.out is None:
+            raise InputError(say(given, "a folder for the results", "none", "give one: out"))
+        if scene.analysis.type == "modes":
+            return modes(job, scene)
+        make = partial(scene_task, job, scene, duration, checkpoint)
+        return conclude(solve(job, reports.fingerprint(scene), make, plots, limit=time_limit))
+
+
+def render(source: Source, *, duration: float | None = None, frames: int = 60, gif: bool = True, **shared: Unpack[Shared]) -> Run:
+    """Solve a scene and draw it into the folder `out`: picture.png at the instants of its `pictures`, and animation.gif.
+
+    Writes what `run` writes, too. Without OpenGL these numbers are kept, and MissingFeature is raised.
+    """
+    from . import pictures
+
+    with jobs.begin(source, **shared) as job:
+        scene = jobs.read_scene(job, duration)
+        names = [pictures.PICTURE, *([pictures.ANIMATION] if gif else [])]
+        draw = partial(pictures.scene, scene, count=frames if gif else 0)
+        make = partial(scene_task, job, scene, duration)
+        return conclude(solve(job, reports.fingerprint(scene), make, True, draw, names))
+
+
+def export(source: Source, *, duration: float | None = None, frames: int = 201, **shared: Unpack[Shared]) -> Run:
+    """Solve a scene and write motion.pvd with one .vtu an instant: displacement, velocity, strain, curvature, stress of plates.
+
+    Writes what `run` writes, too.
+    """
+
+    def draw(trajectory: Trajectory, out: Path) -> Sequence[Callable[[], Path]]:
+        return [partial(series.write_each, motion.pieces(trajectory, motion.spread(trajectory, frames)), out, SERIES)]
+
+    with jobs.begin(source, **shared) as job:
+        scene = jobs.read_scene(job, duration)
+        make = partial(scene_task, job, scene, duration)
+        return conclude(solve(job, reports.fingerprint(scene), make, True, draw, [f"{SERIES}.pvd"]))
+
+
+def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint: float | None = None) -> Task:
+    """The full model of a scene, over time or at rest."""
+    analysis = scene.analysis
+    if analysis.type == "modes":
+        raise InputError(say("analysis.type", "dynamic or static", analysis.type, "use fmbs run for modes"))
+    raw = build.system(scene, allow_outside=job.allow_outside)
+    reduced = build.chosen_form(scene, raw)
+    newton, mark, origin = Newton(tolerance=analysis.tolerance), reports.fingerprint(scene), reports.provenance(scene)
+    facts = {**heading(scene), **sizes(raw, reduced)}
+    words = f"{facts['scene']}: {facts['dofs']} dofs, {facts['constraints']} constraints ({facts['unknowns']} unknowns, "
+    made = partial(Task, scene.name, mark, origin, facts, f"{words}{facts['multipliers']} multipliers)", reduced)
+    if analysis.type == "dynamic":
+        scheme, every = GeneralizedAlpha(analysis.step, analysis.rho_inf), build.kept_steps(scene)
+        newton, end = replace(newton, solver=analysis.solver), analysis.duration
+        request = {
+            "scene": str(job.path.absolute()),
+            "changes": dict(job.changes),
+            "duration": duration,
+            "allow_outside": job.allow_outside,
+            "repair": job.repair,
+            "checkpoint": checkpoint,
+            "fingerprint": mark,
+            "provenance": reports.plain(origin),
+        }
+
+        def integrate(advance: Callable[[float], None], watch: Any, resume: Resumed | None) -> Trajectory:
+            return dynamics.integrate(reduced, scheme, end, newton, every, advance, watch, resume)
+
+        return made(integrate, partial(judging.balances, scheme), scheme, None if job.scene else request)
+
+    def follow(advance: Callable[[float], None], *_: object) -> Trajectory:
+        if analysis.method == "arc_length":
+            control = dynamics.ArcLength(1.0 / analysis.load_steps)
+            return dynamics.follow_path(reduced, control, newton, analysis.time, advance)
+        return dynamics.solve_statics(reduced, analysis.load_steps, newton, analysis.time, advance)
+
+    return made(follow, lambda _: {"energy_drift": None, "acceleration_noise": None}, label="loading")
+
+
+def solve(
+    job: Job,
+    mark: str,
+    make: Callable[[], Task],
+    plots: bool = True,
+    draw: Draw | None = None,
+    names: Sequence[str] = (),
+    limit: float = np.inf,
+) -> Run:
+    """Run a task into the output folder, settled before the task is made, where nothing of another run is touched."""
+    wanted = (OUTPUTS, reports.REPORT, *(["outputs.png"] if plots else []), *names)
+    with recording.place(job, wanted, mark) as out:
+        task = make()
+        warm_up(job, task)
+        record = Recorder(out, task.request, task.request["checkpoint"]) if out and task.request else None
+        return finish(job, task, plots, draw, record, None, limit)
+
+
+def finish(
+    job: Job,
+    task: Task,
+    plots: bool,
+    draw: Draw | None = None,
+    record: Recorder | None = None,
+    resume: Resumed | None = None,
+    limit: float = np.inf,
+) -> Run:
+    """Solve a task, or go on with it; its outputs, report, plots and pictures."""
+    cpu, wall = time.process_time(), time.perf_counter()
+    job.trajectory, error = attempt(job, task, record, resume, limit)
+    cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
+    trajectory, out = job.trajectory, job.made
+    outputs, cost = dynamics.outputs(trajectory), trajectory.statistics
+    report: dict[str, Any] = {
+        **describe_error(error),
+        **task.facts,
+        "end": float(trajectory.times[-1]),
+        "steps": cost.steps,
+        "newton_iterations": cost.iterations,
+        "factorisations": cost.factorisations,
+        "halved_steps": cost.halved,
+        "solver": cost.solver,
+        "cpu_s": cost.cpu_s if task.scheme else cpu,
+        "wall_s": cost.wall_s if task.scheme else wall,
+        **task.judge(trajectory),
+        "outputs": {name: extremes(values) for name, values in outputs.items()},
+        "segments": len(record.manifest.segments) if record else 0,
+        "fingerprint": task.mark,
+        "provenance": task.origin,
+        "notices": job.notices,
+    }
+    figures = figures_of(task.title, trajectory.times, outputs)
+    missing = None
+    if out is not None:
+        with segments.room(out, out):
+            files = [reports.write_csv(out / OUTPUTS, {"t": trajectory.times, **outputs}), out / reports.REPORT]
+            report["files"] = files + (figures.save(out) if plots else [])
+            report = failures.write_failure(out, report, error, plots)
+            reports.write_report(out, report)
+            if draw is not None:
+                try:
+                    report["files"] = [*report["files"], *(order() for order in draw(trajectory, out))]
+                except MissingFeature as problem:
+                    missing, report = problem, report | describe_error(problem) if error is None else report
+                reports.write_report(out, report)
+    view: list[Table | str] = [summary(task, report), *task.remarks]
+    view += [*([table_of_outputs(outputs)] if outputs else []), *failures.views(report), *list_files(report)]
+    about = f"{report.get('scene') or task.title}: {len(trajectory.times)} instants, {', '.join(outputs) or 'no outputs'}"
+    return Run(
+        about=about,
+        report=report,
+        view=view,
+        figures=figures,
+        error=error or missing,
+        motion=trajectory,
+        outputs=outputs,
+    )
+
+
+def warm_up(job: Job, task: Task) -> None:
+    """Compile what a motion needs before it is timed and recorded."""
+    with compiling.alone(job) as cold, contextlib.suppress(FmbsError):  # the run itself will say what is wrong
+        if cold and task.scheme is not None:
+            dynamics.integrate(task.system, task.scheme, task.scheme.step)
+
+
+def attempt(
+    job: Job, task: Task, record: Recorder | None = None, resume: Resumed | None = None, limit: float = np.inf
+) -> tuple[Trajectory, SolverError | None]:
+    """The trajectory of a task, or the part up to a failure with its error; a task that never starts is explained."""
+    try:
+        with recording.stoppable(record, limit) as watch:
+            trajectory = task.solve(job.progress(task.label), watch, resume)
+        broken = dynamics.unstable(trajectory, task.scheme.step) if task.scheme else None
+        if broken is None:
+            return trajectory, None
+        raise broken
+    except SolverError as error:
+        if record is not None:
+            record.fail()
+        if error.partial is None:
+            failures.write_failed_start(job, error, task.origin)
+            raise
+        return error.partial, error
+
+
+def modes(job: Job, scene: Scene) -> Run:
+    """Vibration modes about the unloaded reference: frequencies, also in modes.csv."""
+    acting = {name: load for name, load in scene.loads.items() if isinstance(load, TorsionSpring)}
+    mark = reports.fingerprint(scene)
+    with recording.place(job, (MODES, reports.REPORT), mark) as out:
+        raw = build.system(scene.model_copy(update={"loads": acting}), allow_outside=job.allow_outside)
+        free_motions.refuse_limp(where(scene, "analysis"), raw)
+        reduced = build.chosen_form(scene, raw)
+        omega = dynamics.vibration_modes(reduced, getattr(scene.analysis, "count", 10)).frequencies
+        frequencies = omega / (2 * np.pi)
+        numbers = np.arange(1, len(omega) + 1)
+        report: dict[str, Any] = {
+            "status": "ok",
+            **heading(scene),
+            **sizes(raw, reduced),
+            "frequencies_hz": frequencies,
+            "fingerprint": mark,
+            "provenance": reports.provenance(scene),
+            "notices": job.notices,
+        }
+        if out is not None:
+            columns = {"mode": numbers, "frequency_hz": frequencies, "omega_rad_per_s": omega}
+            with segments.room(out):
+                reports.write_csv(out / MODES, columns, ["%d", "%.15g", "%.15g"])
+            report["files"] = [out / MODES, out / reports.REPORT]
+            reports.write_report(out, report)
+    rows = list(zip(numbers.tolist(), frequencies.tolist(), omega.tolist(), strict=True))
+    table = Table(f"{report['scene']}: vibration modes", ("mode", "frequency [Hz]", "omega [rad/s]"), rows)
+    about = f"{report['scene']}: {len(omega)} vibration modes"
+    return Run(about=about, report=report, view=[table, *list_files(report)], frequencies=frequencies)
+
+
+def heading(scene: Scene) -> dict[str, Any]:
+    """Which scene, with which parameters, and what is done with it."""
+    return {
+        "scene": jobs.title(scene),
+        "file": scene.path,
+        "parameters": dict(scene.parameters),
+        "analysis": scene.analysis.type,
+    }
+
+
+def sizes(raw: System, reduced: System) -> dict[str, int]:
+    """Coordinates and constraint rows with all multipliers, and what is left to solve for."""
+    return {
+        "dofs": raw.size,
+        "constraints": len(raw.constraints.names),
+        "unknowns": reduced.size,
+        "multipliers": len(reduced.constraints.names),
+    }
+
+
+def extremes(values: np.ndarray) -> dict[str, float]:
+    """Smallest, largest and last value of an output."""
+    return {"min": float(values.min()), "max": float(values.max()), "final": float(values[-1])}
+
+
+def table_of_outputs(columns: Mapping[str, np.ndarray]) -> Table:
+    """Smallest, largest and last value of every output."""
+    rows = [(name, *extremes(values).values()) for name, values in columns.items()]
+    return Table("Outputs (SI units)", ("output", "min", "max", "final"), rows)
+
+
+def summary(task: Task, report: Mapping[str, Any]) -> str:
+    """The run in one line."""
+    text = f"{task.words}, {report['steps']} steps, {report['newton_iterations']} Newton iterations, "
+    text += f"{report['cpu_s']:.3g} s CPU, {report['wall_s']:.3g} s wall"
+    drift = report["energy_drift"]
+    return text if drift is None else f"{text}, energy drift {drift:.3g} J"
+
+
+def figures_of(title: str, times: np.ndarray, columns: Mapping[str, np.ndarray]) -> Figures:
+    """All outputs that are finite over time; none of a single instant."""
+    curves = {name: {title or "full": values} for name, values in columns.items() if np.isfinite(values).all()}
+    if len(times) < 2 or not curves:
+        return Figures()
+    return Figures({"outputs": lambda: history_grid(times, curves, columns=2 if len(curves) > 3 else 1, title=title)})

@@ -1,0 +1,188 @@
+"""What a sweep runs: members of a scene or of a saved reduced model, over ranges from files and from options."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from .. import scenes
+from ..core import units
+from ..core.errors import InputError, closest, listed, say
+from ..core.notices import notify
+from ..core.problems import Problem
+from ..reduction import parameters as boxes
+from ..reduction import parametric_model, prediction
+from ..reduction.members import FamilyTask, ProductTask
+from ..reduction.parameters import Parameter, Scale
+from ..results import sweep_files
+from ..scenes import build, yamlfile
+from ..scenes import parameters as texts
+from . import job as jobs
+from . import models, reports
+from .job import Job
+
+if TYPE_CHECKING:
+    from ..reduction.members import Task
+    from ..reduction.prediction import Predictor
+    from ..scenes import Scene
+
+Quantity: TypeAlias = str | float
+Ranges: TypeAlias = Mapping[str, tuple[Quantity, Quantity] | tuple[Quantity, Quantity, str]]  #: low, high, and "log"
+
+
+@dataclass(frozen=True)
+class Members:
+    """What is swept."""
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    task: Task
+    mark: str  #: fingerprint of what the members are made from and of what is kept of them
+    predict: Predictor | None = None  #: error of a member, where a model knows it
+    fixed: Mapping[str, float] = field(default_factory=dict)  #: parameters that no member changes
+    scene: Scene | None = None  #: whose full models are swept; none of a saved model
+
+
+def of_scene(job: Job, ranges: Ranges, duration: float | None, instants: int) -> Members:
+    """Full models of a scene."""
+    job.path = job.path.resolve()
+    read = jobs.read_scene(job, duration)
+    known, family = scenes.family(read, allow_outside=job.allow_outside, duration=duration)
+    given = {own.name: own for own in from_texts(job, ranges, read.parameters)}
+    for name in given.keys() - read.used:
+        raise InputError(say(f"--range {name}", "a parameter that the scene uses", "one that nothing uses"))
+    kept = tuple(own for own in known if own.name not in given and own.name not in job.changes)
+    parameters = check_ranges(f"{job.path}", (*kept, *given.values()))
+    nominal = boxes.completed(parameters, {})
+    task = FamilyTask(family, nominal, functools.partial(build.chosen_form, read), instants)
+    title = read.name or job.path.stem
+    return Members(title, parameters, task, f"{reports.fingerprint(read)} {instants}", scene=read)
+
+
+def from_texts(job: Job, ranges: Ranges, values: Mapping[str, float]) -> list[Parameter]:
+    """Parameters of a scene with ranges from options, in the dimension of the scene's."""
+    raw = dict(yamlfile.plain(yamlfile.read(job.path)).get("parameters") or {}) if ranges else {}
+    entries = {}
+    for name, (low, high, *log) in ranges.items():
+        if name not in raw:
+            got = f"'{name}'{closest(name, raw)}"
+            raise InputError(say(f"--range {name}", f"one of the parameters {listed(raw, name)}", got))
+        entry = raw[name]
+        value = entry.get("value") if isinstance(entry, dict) else entry
+        given = {"range": [low, high], "scale": "log" if "log" in log else "linear"}
+        entries[name] = given if value is None else given | {"value": value}
+    known = texts.resolve({**raw, **entries}, {})
+    for keys, problem in known.found:
+        raise InputError(problem.at(f"--range {keys[1]}" if len(keys) > 1 and keys[1] in ranges else "parameters"))
+    found = []
+    for name in ranges:
+        own, nominal = known.ranges[name], values.get(name)
+        inside = nominal is not None and own.low <= nominal <= own.high
+        scale = Scale.LOG if own.log else Scale.LINEAR
+        found.append(Parameter(name, own.low, own.high, scale, own.unit, nominal if inside else None))
+    return found
+
+
+def check_ranges(place: str, parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
+    """At least one parameter that varies, and columns of the table for all of them."""
+    if not parameters:
+        remedy = "give one a range in the scene, 'E: {value: 1 GPa, range: [0.7 GPa, 1.3 GPa]}', or by --range 'E=0.7 GPa:1.3 GPa'"
+        raise InputError(say(place, "a parameter with a range", "none", remedy))
+    sweep_files.check_names(parameters)
+    return parameters
+
+
+def of_model(job: Job, ranges: Ranges, duration: float | None, instants: int) -> Members:
+    """A reduced model that was saved."""
+    if duration is not None:
+        raise InputError(say("--duration", "a scene", "a saved reduced model", "it runs over the duration it was trained for"))
+    path = job.path.resolve()
+    model = parametric_model.load(path)
+    trained = model.model.parameters
+    boxes.known(trained, [*job.changes, *ranges])
+    named = {own.name: own for own in trained}
+    fixed = {name: read_value(named[name], text, "--set") for name, text in job.changes.items()}
+    given = {name: narrow(named[name], *limits) for name, limits in ranges.items()}
+    kept = tuple(given.get(own.name, own) for own in trained if own.name in given or own.name not in fixed)
+    digest = hashlib.sha256(path.read_bytes() + repr(sorted(fixed.items())).encode()).hexdigest()
+    task, parameters = ProductTask(str(path), fixed, instants), check_ranges(str(job.path), kept)
+    title = models.title(path, model.notes)
+    return Members(title, parameters, task, f"{digest} {instants}", prediction.predictor(model), fixed)
+
+
+def predict_errors(members: Members, points: np.ndarray) -> dict[str, np.ndarray]:
+    """The error of every member that a model predicts for itself, with its band."""
+    if members.predict is None:
+        return {}
+    found = [members.predict({**members.fixed, **boxes.named(members.parameters, row)}) for row in points]
+    return {
+        "predicted error": np.array([one.error for one in found]),
+        "predicted error low": np.array([one.low for one in found]),
+        "predicted error high": np.array([one.high for one in found]),
+    }
+
+
+def read_value(own: Parameter, given: Quantity, option: str) -> float:
+    """The value of a parameter of a saved model, given by `option`; one outside of the training with a notice."""
+    found = models.read_value(own, str(given), option)
+    if not own.low <= found <= own.high:
+        span = f"trained from {own.low:g} to {own.high:g} {own.unit}"
+        notify(f"the reduced model runs outside its training: {own.name} = {given}, {span}")
+    return found
+
+
+def narrow(known: Parameter, low: Quantity, high: Quantity, scale: str = "") -> Parameter:
+    """A parameter of a saved model with another range."""
+    first, last = (read_value(known, end, "--range") for end in (low, high))
+    return Parameter(known.name, first, last, Scale.LOG if scale == "log" else Scale.LINEAR, known.unit)
+
+
+def spread(
+    parameters: Sequence[Parameter], samples: int | str | None, design: str | None, table: Path | None, seed: int
+) -> np.ndarray:
+    """The points (k, d) of the sweep."""
+    if table is not None or design == "list":
+        if table is None or samples is not None or design not in (None, "list"):
+            raise InputError(say("--list", "a table alone, without --samples and another --design", table or "no table"))
+        return boxes.listed(parameters, sweep_files.read_points(table, [own.name for own in parameters], unit_size))
+    counts = re.fullmatch(r"[1-9]\d{0,8}(x[1-9]\d{0,8})*", str(samples or ""))
+    if counts is None:
+        raise InputError(
+            say("--samples", "a number of members, or of values of each parameter of a grid (20x50)", samples or "none")
+        )
+    each = [int(text) for text in counts[0].split("x")]
+    if design == "grid":
+        return boxes.grid(parameters, each if len(each) > 1 else root(each[0], len(parameters)))
+    if len(each) > 1:
+        raise InputError(say("--samples", "one number", samples, "add --design grid"))
+    return (boxes.latin_hypercube if design == "lhs" else boxes.sobol)(parameters, each[0], seed)
+
+
+def unit_size(text: str) -> float:
+    """The size of a unit in the header of a table."""
+    try:
+        return float(units.read(f"1 {text}").value)
+    except Problem as problem:
+        raise InputError(problem.at(f"unit '{text}'")) from problem
+
+
+def root(count: int, dimensions: int) -> int:
+    """Values a parameter of a grid of `count` points."""
+    found = round(count ** (1.0 / dimensions))
+    if found**dimensions != count:
+        remedy = f"take {found**dimensions}, or write the values of each parameter as 20x50"
+        raise InputError(say("--samples", f"the power {dimensions} of a whole number for a grid", count, remedy))
+    return found
+
+
+def fingerprint(members: Members, points: np.ndarray) -> str:
+    """Hash of what is computed."""
+    names = [own.name for own in members.parameters]
+    return hashlib.sha256(f"{members.mark} {names} {points.shape}".encode() + points.tobytes()).hexdigest()

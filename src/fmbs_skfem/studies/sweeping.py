@@ -1,0 +1,251 @@
+"""Many members of a scene or of a saved reduced model, on all cores or on a cluster."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Unpack
+
+import numpy as np
+
+from ..core.errors import InputError, SweepFailure, say
+from ..reduction import parametric_model, prediction, sweeps
+from ..reduction.members import Status
+from ..reduction.sweeps import Options
+from ..results import sweep_files, sweep_plots, training_plots
+from . import compiling, reports, sweep_sources
+from . import job as jobs
+from .job import Job, Shared
+from .models import is_model
+from .recording import Interrupted
+from .result import Figures, Result, Table, conclude, list_files
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..reduction.members import Record
+    from ..reduction.sweeps import Outcome
+    from ..results.sweep_files import Sweep
+    from .job import Source
+    from .sweep_sources import Members, Ranges
+
+DESIGNS = ("sobol", "lhs", "grid", "list")
+PLOTS = ("response", "scatter", "histories", "surrogate")
+LISTED = 20  #: failed members in the table on the screen
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class SweepResult(Result):
+    """All members of a sweep."""
+
+    table: Sweep
+
+    @property
+    def points(self) -> np.ndarray:
+        """Values (k, d) of the parameters."""
+        return self.table.points
+
+    @property
+    def times(self) -> np.ndarray:
+        """(k, s) [s]; NaN where a member has no more."""
+        return self.table.times
+
+    @property
+    def outputs(self) -> Mapping[str, np.ndarray]:
+        """Histories (k, s) by column; NaN of members that failed."""
+        return self.table.columns
+
+
+def sweep(
+    source: Source,
+    *,
+    samples: int | str | None = None,
+    design: str | None = None,
+    table: Path | None = None,
+    seed: int = 0,
+    ranges: Ranges | None = None,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    timeout: float | None = None,
+    resume: bool = False,
+    duration: float | None = None,
+    instants: int = 601,
+    plots: bool = True,
+    **shared: Unpack[Shared],
+) -> SweepResult:
+    """Run many members of a scene whose parameters have ranges, or of a reduced model saved by `train`.
+
+    `samples` members, or "20x50" values of each parameter of a grid, are spread by a `design` ("sobol", "lhs", "grid") with `seed`,
+    or listed in a `table` (CSV); `ranges` are {"E": ("0.7 GPa", "1.3 GPa", "log")}. They run in `workers` processes of this machine
+    or on a dask cluster (`scheduler`), each for at most `timeout` seconds. With a folder `out` every member is stored when it is
+    done, so that `resume` computes missing ones only. Members that fail raise SweepFailure, whose `result` has the others.
+    """
+    options = Options(workers, scheduler, timeout)
+    with jobs.begin(source, **shared) as job:
+        make = sweep_sources.of_model if is_model(job) else sweep_sources.of_scene
+        members = make(job, ranges or {}, duration, instants)
+        points = sweep_sources.spread(members.parameters, samples, design, table, seed)
+        origin = reports.provenance(members.scene, () if members.scene else (job.path,), {"design": seed}, workers)
+        out, done = open_folder(job, members, points, resume, origin)
+        outcome, records = compute(job, members, points, options, out, done)
+        origin["threads"]["workers"] = outcome.workers
+        return conclude(finish(job, members, points, out, outcome, records, origin, plots))
+
+
+def open_folder(
+    job: Job, members: Members, points: np.ndarray, resume: bool, origin: Mapping[str, Any]
+) -> tuple[Path | None, dict[int, Record]]:
+    """The output folder, and the records that are there already."""
+    mark = sweep_sources.fingerprint(members, points)
+    names = (sweep_files.CSV, sweep_files.HDF5, sweep_files.MEMBERS, *(f"{name}.png" for name in PLOTS), reports.REPORT)
+    out = jobs.settle_folder(job, names, mark)
+    if out is None:
+        return None, {}
+    same = reports.read_fingerprint(out / reports.REPORT) == mark
+    there = (out / sweep_files.MEMBERS).exists()
+    if there and same and not (resume or job.force):
+        remedy = "--resume computes what is missing, --force starts anew"
+        raise InputError(say(f"--out {out}", "a new folder", "this sweep, begun before", remedy))
+    found: dict[int, Record] = {}
+    if there and same and resume:
+        found = sweep_files.settled(out, points, [own.name for own in members.parameters])
+    elif there:
+        sweep_files.forget(out)
+    begun = {"status": "running", "fingerprint": mark, "members": len(points), "provenance": origin}
+    reports.write_json(out / reports.REPORT, begun)
+    return out, found
+
+
+def compute(
+    job: Job, members: Members, points: np.ndarray, options: Options, out: Path | None, done: Mapping[int, Record]
+) -> tuple[Outcome, dict[int, Record]]:
+    """Run the missing members; each is stored when it is settled."""
+    records = dict(done)
+
+    def keep(record: Record) -> None:
+        if out is not None:
+            sweep_files.write(out, record)
+        records[record.number] = record
+
+    if len(done) < len(points):
+        options = replace(options, first_alone=compiling.announce(job))
+    names, advance = [own.name for own in members.parameters], job.progress(f"{len(points) - len(done)} members")
+    try:
+        return sweeps.run(members.task, names, points, keep, options, done, advance), records
+    except sweeps.Stopped as stopped:
+        text = f"stopped by {signal.Signals(stopped.number).name} after {len(records)} of {len(points)} members"
+        kept = f", which are kept in {out}; go on with the same call and --resume" if out is not None else ""
+        raise Interrupted(stopped.number, text + kept) from None
+
+
+def finish(
+    job: Job,
+    members: Members,
+    points: np.ndarray,
+    out: Path | None,
+    outcome: Outcome,
+    records: dict[int, Record],
+    origin: Mapping[str, Any],
+    plots: bool,
+) -> SweepResult:
+    """Tables, plots and the report of a sweep."""
+    table = sweep_files.collect(members.parameters, points, records)
+    table = replace(table, numbers=table.numbers | sweep_sources.predict_errors(members, points))
+    figures = figures_of(job, members, table)
+    report = report_of(members, table, outcome, records) | {"fingerprint": sweep_sources.fingerprint(members, points)}
+    report |= {"provenance": origin, "notices": job.notices}
+    if out is not None:
+        files = [sweep_files.write_csv(table, out / sweep_files.CSV), sweep_files.write_hdf5(table, out / sweep_files.HDF5)]
+        report["files"] = [*files, *(figures.save(out) if plots else []), out / reports.REPORT]
+        reports.write_report(out, report)
+    error = SweepFailure(report["message"]) if report["failed"] else None
+    view: list[Table | str] = [summary(report), responses(table), *([failures(report)] if error else []), *list_files(report)]
+    about = f"{report['name']}: {report['ok']} of {report['members']} members in {', '.join(report['parameters'])}"
+    return SweepResult(about=about, report=report, view=view, figures=figures, error=error, table=table)
+
+
+def figures_of(job: Job, members: Members, table: Sweep) -> Figures:
+    """Response, scatter matrix and histories where a member ran, and the surrogate of a model that has a record of its training."""
+    rules: dict[str, Callable[[], Figure]] = {}
+    if table.columns:
+        rules["response"] = partial(sweep_plots.response, table, title=members.name)
+        rules["scatter"] = partial(sweep_plots.scatter_matrix, table, title=members.name)
+        rules["histories"] = partial(sweep_plots.fan, table, title=members.name)
+    if members.predict is not None:
+        model = parametric_model.load(job.path)
+        if (found := prediction.surrogate_of(model)) is not None:
+            rules["surrogate"] = partial(training_plots.slices, model.model.parameters, found, title=members.name)
+    return Figures(rules)
+
+
+def report_of(members: Members, table: Sweep, outcome: Outcome, records: Mapping[int, Record]) -> dict[str, Any]:
+    """The JSON object of a sweep."""
+    failed = [record for _, record in sorted(records.items()) if record.status is not Status.OK]
+    text = f"{len(failed)} of {len(table.points)} members failed; parameters and reasons are listed in {sweep_files.CSV}"
+    return {
+        **({"status": "error", "reason": "failed members", "message": text} if failed else {"status": "ok"}),
+        "name": members.name,
+        "parameters": {
+            own.name: {"low": own.low, "high": own.high, "unit": own.unit, "scale": own.scale.value} for own in members.parameters
+        },
+        "members": len(table.points),
+        "computed": sum(outcome.counts.values()),
+        **{status.value: sum(found is status for found in table.status) for status in Status if status is not Status.FAILED},
+        "outputs": {
+            name: {kind: {"min": low(values), "max": -low(-values)} for kind, values in sweep_files.extremes(column).items()}
+            for name, column in table.columns.items()
+        },
+        "predicted_error": {name: -low(-column) for name, column in table.numbers.items()},
+        "failed": [
+            {"member": one.number, "values": one.values, "status": one.status.value, "reason": one.reason, "message": one.message}
+            for one in failed
+        ],
+        "workers": outcome.workers,
+        "workers_lost": outcome.deaths,
+        "start_s": outcome.start_s,
+        "wall_s": outcome.wall_s,
+        "cpu_s": outcome.cpu_s,
+        "overhead": outcome.overhead,
+    }
+
+
+def low(values: np.ndarray) -> float:
+    """The smallest value; NaN where there is none."""
+    finite = values[np.isfinite(values)]
+    return float(finite.min()) if len(finite) else float("nan")
+
+
+def summary(found: Mapping[str, Any]) -> str:
+    """The sweep in one line."""
+    text = f"{found['name']}: {found['members']} members in {', '.join(found['parameters'])}, {found['ok']} ok, "
+    text += (
+        f"{len(found['failed'])} failed; {found['computed']} computed in {found['wall_s']:.3g} s wall ({found['start_s']:.2g} s "
+    )
+    return (
+        text + f"until the first), {found['cpu_s']:.3g} s CPU, {found['workers']} workers, {100 * found['overhead']:.1f} % overhead"
+    )
+
+
+def responses(table: Sweep) -> Table:
+    """Range of every output over all members."""
+    rows = []
+    for name, column in table.columns.items():
+        ends = sweep_files.extremes(column)
+        final = ends["final"]
+        rows.append(
+            (sweep_files.headed(name, table.units.get(name, "")), low(ends["min"]), -low(-ends["max"]), low(final), -low(-final))
+        )
+    return Table("Outputs over all members (SI units)", ("output", "min", "max", "smallest final", "largest final"), rows)
+
+
+def failures(found: Mapping[str, Any]) -> Table:
+    """The members that failed."""
+    rows = [
+        (one["member"], ", ".join(f"{name} = {value:g}" for name, value in one["values"].items()), one["reason"], one["message"])
+        for one in found["failed"][:LISTED]
+    ]
+    more = len(found["failed"]) - len(rows)
+    return Table("Failed" + (f" (and {more} more)" if more else ""), ("member", "parameters", "reason", "message"), rows)

@@ -1,0 +1,305 @@
+"""One reduced model for whole ranges of a scene's parameters, by the greedy algorithm with Kriging.
+
+The work is in `reduction.training`; here a scene becomes its input, and what it found becomes files, tables and figures.
+"""
+
+from __future__ import annotations
+
+import functools
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Unpack
+
+from .. import scenes
+from ..core.errors import InputError, NoModel, say
+from ..reduction import candidates, comparators, greedy, parameters, parametric_model, prediction
+from ..reduction import training as trainings
+from ..reduction import training_store as store
+from ..reduction.full_runs import OutputMeasure, TrainingTask
+from ..scenes import build, points
+from ..scenes.training import Allowed
+from . import compiling, holdouts, plans, reports
+from . import job as jobs
+from .job import Job, Shared
+from .result import Result, Table, conclude, describe_error, list_files
+from .tables import output_errors
+
+if TYPE_CHECKING:
+    from ..reduction.candidates import Search
+    from ..reduction.greedy import Options
+    from ..reduction.parametric_model import ParametricModel
+    from ..reduction.training import Training
+    from ..scenes import Scene
+    from ..scenes.points import Points
+    from .holdouts import Checked
+    from .job import Source
+
+MODEL, STORE = "model.h5", "training"
+
+
+@dataclass(frozen=True)
+class Order:
+    """What is trained, and where hold-out runs are made."""
+
+    scene: Scene
+    task: TrainingTask
+    search: Search
+    options: Options
+    points: Points
+    tolerance: float | None  #: wanted error in the measure of the task
+    allowed: Mapping[str, float] | None = None  #: wanted largest errors of outputs, of which `tolerance` 1 is the whole
+
+    @property
+    def measure(self) -> str:
+        """What errors are, in words."""
+        if self.task.measure is None:
+            return "error of the displacements over their size"
+        return "error of the outputs over their tolerances" if self.allowed else "error of the outputs over their ranges"
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class TrainingResult(Result):
+    """A reduced model of a box of parameters."""
+
+    model: ParametricModel
+    training: Training
+    holdout: Checked | None  #: what was found at hold-out points
+
+
+def train(
+    source: Source,
+    *,
+    tolerance: float | None = None,
+    iterations: int | None = None,
+    holdout: int | None = None,
+    compare: bool = False,
+    resume: bool = False,
+    duration: float | None = None,
+    plots: bool = True,
+    **shared: Unpack[Shared],
+) -> TrainingResult:
+    """Train a reduced model over the ranges of a scene's parameters, as its sections `training` and `reduction` say.
+
+    `tolerance`, a wanted error of outputs over their ranges, chooses eps, eta and the end; `iterations` is the largest number of
+    full runs, `holdout` the number of hold-out points, at which `compare` also trains the comparators. The folder `out` gets
+    model.h5, the report, every run and iteration: the same call again goes on where it was interrupted, which `resume` insists on.
+    NoModel is raised where there can be none.
+    """
+    with jobs.begin(source, **shared) as job:
+        scene = jobs.read_scene(job, duration)
+        order = prepare(job, scene, duration, tolerance, iterations, holdout)
+        if compare and not len(order.points.holdout):
+            raise InputError(say("--compare", "hold-out points", "none", "give --holdout N, or training.holdout in the scene"))
+        return conclude(solve(job, order, folder(job, scene, resume), compare, plots))
+
+
+def solve(job: Job, order: Order, out: Path | None, compare: bool, plots: bool) -> TrainingResult:
+    """The training, its hold-out points, figures and report; without a model the error that says why."""
+    with compiling.alone(job) as cold:
+        if cold:
+            comparators.warm(order.task)
+    made = {"fingerprint": reports.fingerprint(order.scene), "provenance": reports.provenance(order.scene), "notices": job.notices}
+    try:
+        advance, place = job.progress("training"), out / STORE if out else None
+        found = trainings.train(order.task, order.search, order.options, place, order.tolerance, advance, True, trainings.CHECKS)
+    except NoModel as error:
+        report = {**describe_error(error), **heading(order), **made, "files": [out / reports.REPORT] if out else []}
+        reports.write_report(out, report)
+        error.result = Result(about=str(error), report=report, view=list_files(report))
+        raise
+    model = make_product(order, found)
+    if out is not None:
+        parametric_model.save(model, out / MODEL)
+    checked = holdouts.check(job, order, found, model, compare) if len(order.points.holdout) else None
+    doubts = find_doubts(order, found, checked)
+    model = replace(model, notes={**model.notes, prediction.DOUBTS: doubts})
+    figures = holdouts.figures(order, found, checked)
+    report = {
+        **report_of(order, found),
+        "status": "no promise" if doubts else "ok",
+        "doubts": doubts,
+        **({} if checked is None else {"holdout": holdouts.report_of(order, checked)}),
+        **made,
+    }
+    if out is not None:
+        drawn = figures.save(out) if plots else []
+        parametric_model.save(model, out / MODEL)
+        report["files"] = [out / MODEL, out / reports.REPORT, *drawn]
+        reports.write_report(out, report)
+    view: list[Table | str] = [*summarise(report)]
+    if checked is not None:
+        view += [holdouts.table(checked, order.measure), *output_errors(holdouts.largest_of_outputs(checked))]
+    about = f"{report['scene']}: {report['full_runs']} full runs, largest predicted error {found.predicted[0]:.1e}"
+    return TrainingResult(
+        about=about,
+        report=report,
+        view=[*view, *list_files(report)],
+        figures=figures,
+        model=model,
+        training=found,
+        holdout=checked,
+    )
+
+
+def prepare(
+    job: Job, scene: Scene, duration: float | None, tolerance: float | None, iterations: int | None, holdout: int | None
+) -> Order:
+    """The input of a training from a scene and the options that replace its values."""
+    section = points.section(scene)
+    plan, interval = plans.plan(scene), plans.interval(scene)
+    known, family = scenes.family(scene, allow_outside=job.allow_outside, duration=duration)
+    chosen = points.of(section, known, holdout)
+    allowed = dict(section.tolerance.values) if isinstance(section.tolerance, Allowed) and tolerance is None else None
+    measure = OutputMeasure(allowed or {}) if scene.outputs else None
+    task = TrainingTask(family, known, plan, interval, functools.partial(build.chosen_form, scene), measure)
+    search = candidates.search(known, chosen.candidates, chosen.samples, chosen.first)
+    most = max(section.max_samples, len(search.samples))
+    options = greedy.Options(iterations=iterations or section.iterations, max_samples=most, seed=section.seed)
+    own = 1.0 if isinstance(section.tolerance, Allowed) else section.tolerance
+    wanted = own if tolerance is None else tolerance
+    if tolerance is not None and not 0.0 < tolerance < 1.0:
+        raise InputError(
+            say("--tolerance", "an error between 0 and 1, a part of the ranges of the outputs", wanted, "1e-4 for instance")
+        )
+    return Order(scene, task, search, options, chosen, wanted, allowed)
+
+
+def folder(job: Job, scene: Scene, resume: bool) -> Path | None:
+    """The output folder; with --force without the runs of an earlier training.
+
+    Where a training was stopped between its model and its report, the training itself tells whether it is this one.
+    """
+    out = job.out
+    if resume and (out is None or not (out / STORE).is_dir()):
+        raise InputError(say("--resume", f"a training in '{out}'", "none", "leave the option out to begin one"))
+    if out is None:
+        return None
+    if job.force and (out / STORE).is_dir():
+        shutil.rmtree(out / STORE)
+    unfinished = (out / STORE / store.TITLE).is_file() and not (out / reports.REPORT).exists()
+    return jobs.settle_folder(job, () if unfinished else (MODEL, reports.REPORT), reports.fingerprint(scene))
+
+
+def make_product(order: Order, found: Training) -> ParametricModel:
+    """The model with what it needs to predict its own error and a record of its training."""
+    scene = order.scene
+    notes = {
+        "scene": jobs.title(scene),
+        "hashes": parametric_model.hashes(reports.scene_files(scene)),
+        "fixed": {name: value for name, value in scene.parameters.items() if name not in scene.ranges},
+        "training": reports.plain(record(order, found)),
+        prediction.KEY: {**prediction.record(found), "measure": order.measure},
+        "provenance": reports.plain(reports.provenance(scene)),
+    }
+    return parametric_model.ParametricModel(found.model.parametric, notes)
+
+
+def find_doubts(order: Order, found: Training, checked: Checked | None) -> list[str]:
+    """Why the predicted error cannot be promised; nothing where it can."""
+    true = [] if checked is None else checked.true.tolist()
+    high = [] if checked is None else [one.high for one in checked.predictions]
+    return prediction.doubts(len(found.runs) + len(found.checks), found.predicted, true, high, order.tolerance)
+
+
+def record(order: Order, found: Training) -> dict[str, Any]:
+    """What was run, chosen and reached."""
+    plan, known = found.task.plan, found.task.parameters
+    candidates = found.search.candidates
+    return {
+        "full_runs": len(found.runs),
+        "checks": [run.values for run in found.checks],
+        "reduced_runs": found.reduced_runs,
+        "hyper_reductions": sum(bool(model.selections) for model in found.models),
+        "stop": found.outcome.stop.value,
+        "points": [run.values for run in found.runs],
+        "failed": [
+            {"point": parameters.named(known, candidates[number]), "reason": reason} for number, reason in found.outcome.failed
+        ],
+        "modes": dict(found.model.modes),
+        "kept": {selection.component: len(selection.sample.indices) for selection in found.model.selections},
+        "measure": order.measure,
+        "tolerance": order.allowed or order.tolerance,
+        "eps": plan.tolerance if plan.modes is None else None,
+        "eta": plan.hyper.tolerance,
+        "level": plan.hyper.name,
+        "budget": None if found.choice is None else {**asdict(found.choice), "statement": found.choice.statement},
+        "largest_indicator": found.last.largest,
+        "predicted_error": dict(zip(("error", "low", "high"), found.predicted, strict=True)),
+        "cpu_s_full_runs": sum(run.cpu_s for run in (*found.runs, *found.checks)),
+        "cpu_s_models": sum(model.training_s for model in found.models),
+    }
+
+
+def heading(order: Order) -> dict[str, Any]:
+    """What is trained: the scene, its parameters and candidates."""
+    ranges = {
+        p.name: {"low": p.low, "high": p.high, "scale": p.scale.value, "unit": p.unit, "nominal": p.nominal}
+        for p in order.task.parameters
+    }
+    return {
+        "scene": jobs.title(order.scene),
+        "file": order.scene.path,
+        "parameters": ranges,
+        "candidates": len(order.search.candidates),
+    }
+
+
+def report_of(order: Order, found: Training) -> dict[str, Any]:
+    """The report without hold-out points."""
+    return {
+        **heading(order),
+        **record(order, found),
+        "iterations": [
+            {
+                "point": found.runs[k].values,
+                "samples": len(iteration.samples),
+                "largest_indicator": iteration.largest,
+                "modes": dict(found.models[k].modes),
+            }
+            for k, iteration in enumerate(found.outcome.iterations)
+        ],
+    }
+
+
+def summarise(report: Mapping[str, Any]) -> list[str]:
+    """What was run and chosen, what error is predicted, and why the training ended."""
+    modes = " + ".join(str(count) for count in report["modes"].values())
+    kept = " + ".join(str(count) for count in report["kept"].values())
+    text = f"{report['scene']}: full runs: {report['full_runs']}, reduced runs: {report['reduced_runs']}, "
+    text += f"sNNLS: {report['hyper_reductions']}; {modes} modes" + (f", {kept} {report['level']} kept; " if kept else "; ")
+    text += f"{report['cpu_s_full_runs']:.3g} s CPU in full runs, {report['cpu_s_models']:.3g} s in bases and hyper-reduction."
+    points = "; ".join(map(format_point, report["points"]))
+    if report["budget"] is not None:
+        budget = f"Error budget {report['budget']['statement']}."
+    else:
+        budget = f"eps = {report['eps']}, eta = {report['eta']}, as the scene says; --tolerance chooses them for a wanted error."
+    error = report["predicted_error"]
+    spread = f"with its spread {error['low']:.2g} to {error['high']:.2g}"
+    largest = f"Largest predicted {report['measure']}, among the candidates: {error['error']:.2g}, {spread}."
+    doubts = [f"The training cannot promise its predicted error: {'; '.join(report['doubts'])}."] if report["doubts"] else []
+    lost = name_failed([*report["failed"], *report.get("holdout", {}).get("failed", ())])
+    checks = "; ".join(map(format_point, report["checks"]))
+    unseen = [f"Checked by full runs that are not in the model, at {checks}."] if checks else []
+    return [
+        text,
+        f"Full runs at {points}.",
+        *unseen,
+        f"The training ended because {report['stop']}.",
+        *lost,
+        budget,
+        largest,
+        *doubts,
+    ]
+
+
+def name_failed(failed: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Where in the box the full model has no motion, each point with the first clause of the reason."""
+    points = [f"{format_point(one['point'])} ({one['reason'].split(';')[0]})" for one in failed]
+    return [f"The full model has no motion at {'; '.join(points)}."] if points else []
+
+
+def format_point(point: Mapping[str, float]) -> str:
+    """A point of the box as text."""
+    return ", ".join(f"{name} = {value:.6g}" for name, value in point.items())

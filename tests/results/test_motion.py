@@ -1,0 +1,116 @@
+"""From trajectories to frames: fields of cables and plates, points, joints."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fmbs_skfem import dynamics, scenes, systems
+from fmbs_skfem.bodies import plate, sections
+from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory
+from fmbs_skfem.dynamics.outputs import distances
+from fmbs_skfem.dynamics.trajectory import Statistics
+from fmbs_skfem.results import motion as drawn
+from fmbs_skfem.results.frames import Kind, Skins
+from fmbs_skfem.scenes import build
+from fmbs_skfem.shapes import ancf_plate
+
+from ..cli.calls import EXAMPLES
+from ..models import cantilever, spin_up
+
+
+def test_fields_of_a_stretched_beam_and_of_an_arc() -> None:
+    """A stretch of 1 + e has the strain ((1 + e)^2 - 1) / 2, an arc of radius R the curvature 1 / R; a beam at rest has none."""
+    system = cantilever(cells=20, dim=3)
+    motion = dynamics.integrate(systems.eliminate(system), GeneralizedAlpha(1e-3), 2e-3)
+    start = drawn.frames(motion).bodies["beam"]
+    assert start.points.shape == (3, 201, 3)
+    assert np.abs(start.fields["strain"]).max() < 1e-10
+    assert np.abs(start.fields["velocity"]).max() < 1e-8
+    jets = np.zeros((1, 3, 201, 2))
+    angle = np.linspace(0, 1, 201) / 0.5
+    jets[0, 0] = 0.5 * np.column_stack([np.sin(angle), 1 - np.cos(angle)])
+    jets[0, 1] = 1.1 * np.column_stack([np.cos(angle), np.sin(angle)])
+    jets[0, 2] = 1.21 / 0.5 * np.column_stack([-np.sin(angle), np.cos(angle)])
+    arc = drawn.lines(jets, jets, jets, 0.01)
+    assert arc.fields["curvature"] == pytest.approx(np.full((1, 201), 2.0), rel=1e-12)
+    assert arc.fields["strain"] == pytest.approx(np.full((1, 201), 0.5 * (1.21 - 1)), rel=1e-12)
+    assert np.all(arc.points[..., 2] == 0)
+
+
+def plate_motion(dim: int, states: np.ndarray, rates: np.ndarray) -> Trajectory:
+    """A steel plate of 2 m x 1 m x 1 cm and 4 x 2 cells, whose reference is moved by the linear maps `states` (s, c, c)."""
+    x, y = np.meshgrid(np.linspace(0, 2, 5), np.linspace(0, 1, 3), indexing="ij")
+    number = np.arange(15).reshape(5, 3)
+    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
+    shape = ancf_plate.surface(np.column_stack([x.ravel(), y.ravel()]), quads)
+    system = systems.assemble([plate.plate("plate", shape, 0.01, sections.Material(*STEEL), dim=dim)])
+    reference = system.x0.reshape(-1, dim)
+    moved, moving = (np.stack([reference @ A.T for A in part]).reshape(len(part), -1) for part in (states, rates))
+    times = np.arange(len(moved), dtype=float)
+    return Trajectory(system, times, moved, moving, 0 * moved, np.zeros((len(moved), 0)), Statistics(0, 0, 0, 0, 0.0, 0.0))
+
+
+STEEL = (200e9, 7800.0, 0.3)  #: E [Pa], rho [kg/m3], nu
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_fields_of_a_stretched_plate(dim: int) -> None:
+    """r = F r0 with F = diag(1 + e, 1): E11 = e + e^2/2, S11 = E E11 / (1 - nu^2), S22 = nu S11, turned by 30 degrees at t = 1."""
+    e, nu = 1e-3, 0.3
+    stretch = np.diag([1 + e, 1.0, 1.0])[:dim, :dim]
+    turn = np.eye(3)
+    turn[:2, :2] = [[np.cos(np.pi / 6), -0.5], [0.5, np.cos(np.pi / 6)]]
+    motion = plate_motion(dim, np.stack([stretch, turn[:dim, :dim] @ stretch]), np.stack([0 * stretch, 3.0 * np.eye(dim)]))
+    body = drawn.frames(motion).bodies["plate"]
+    assert isinstance(body, Skins)
+    green = e + e**2 / 2
+    stress = 200e9 * green / (1 - nu**2) * np.sqrt(1 - nu + nu**2)
+    assert body.points.shape == (2, 8 * 9, 3)
+    assert body.fields["strain"] == pytest.approx(np.full((2, 72), green), rel=1e-9)
+    assert body.fields["membrane_strain"][1] == pytest.approx(np.tile([green, 0, 0], (72, 1)), abs=1e-12)
+    for name in ("von_mises", "von_mises_top", "von_mises_bottom"):
+        assert body.fields[name] == pytest.approx(np.full((2, 72), stress), rel=1e-7), name
+    assert np.abs(body.fields["curvature"]).max() < 1e-9
+    assert body.fields["velocity"][1] == pytest.approx(3.0 * body.reference, abs=1e-12)
+    assert body.reference[:, 0].max() == pytest.approx(2.0)
+    assert np.all(body.thickness == 0.01)
+    assert drawn.usual_color(motion.system) == "von_mises"
+
+
+def test_only_wanted_fields_are_kept_and_instants_come_one_by_one() -> None:
+    motion = plate_motion(3, np.stack([(1 + 0.1 * s) * np.eye(3) for s in range(3)]), np.zeros((3, 3, 3)))
+    some = drawn.frames(motion, np.array([0, 2]), ("von_mises",))
+    assert list(some.bodies["plate"].fields) == ["von_mises"]
+    assert [piece.times.tolist() for piece in drawn.pieces(motion, np.array([0, 2]))] == [[0.0], [2.0]]
+    whole = drawn.frames(motion).bodies["plate"]
+    assert np.array_equal(whole.points[[2]], next(drawn.pieces(motion, np.array([2]))).bodies["plate"].points)
+
+
+def test_distance_of_two_motions_of_a_plate() -> None:
+    """A plate 0.1 % larger is farthest away at its corner, 1e-3 sqrt(5) m."""
+    one, other = (plate_motion(2, (1 + e) * np.stack([np.eye(2)] * 2), np.zeros((2, 2, 2))) for e in (0.0, 1e-3))
+    found = drawn.errors(one, other, [1.0]).bodies["plate"].fields["error"]
+    assert found.max() == pytest.approx(1e-3 * np.sqrt(5), rel=1e-9)
+    assert distances(one.system, one.x, other.system, other.x) == pytest.approx([1e-3 * np.sqrt(5)] * 2, rel=1e-9)
+
+
+def test_points_follow_the_outputs_of_a_planar_system() -> None:
+    motion = dynamics.integrate(spin_up(cells=10), GeneralizedAlpha(1e-3), 0.05)
+    found, outputs = drawn.frames(motion), dynamics.outputs(motion)
+    tip = found.bodies["beam"].points[:, -1]
+    assert tip[:, 0] == pytest.approx(outputs["tip_x"], abs=1e-12)
+    assert tip[:, 1] == pytest.approx(outputs["tip_y"], abs=1e-12)
+    rate = np.gradient(tip[:, 1], found.times)
+    assert found.bodies["beam"].fields["velocity"][1:-1, -1, 1] == pytest.approx(rate[1:-1], abs=1e-4)
+    assert found.joints["hinge"][0] == Kind.PIN
+    assert found.joints["drive"][0] == Kind.DRIVEN_ANGLE
+    assert drawn.frames(motion, drawn.spread(motion, 3)).times == pytest.approx([0, 0.025, 0.05])
+
+
+def test_masses_and_driven_supports_are_told_apart() -> None:
+    system = systems.eliminate(build.system(scenes.read(EXAMPLES / "hanging_mass.yaml")))
+    found = drawn.frames(dynamics.integrate(system, GeneralizedAlpha(1e-3), 2e-3))
+    kinds = {name: kind for name, (kind, _) in found.joints.items()}
+    assert kinds == {"left": Kind.DRIVEN_POSITION, "right": Kind.SPHERICAL, "hook": Kind.SPHERICAL, "mass": Kind.MASS}
+    assert found.joints["mass"][1][0] == pytest.approx([1, 0, 0])

@@ -1,0 +1,57 @@
+"""Tables and figures of comparisons from known numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmbs_skfem import scenes
+from fmbs_skfem.studies import comparison, figures, tables
+from tests.cli.calls import EXAMPLES
+
+
+def test_published_products_follow_the_formula() -> None:
+    """p = sum N (w r + r^2) of the source's own figures."""
+    for model in tables.read_published()["double-pendulum"]["models"].values():
+        assert model["p"] == sum(n * (model["w"] * r + r**2) for n, r in zip(model["dofs"], model["r"], strict=True))
+
+
+def test_wrong_models_do_not_hide_the_others() -> None:
+    first = np.array([0.0, 1.0, 2.0])
+    shown = figures.inside({"full": first, "wrong": np.array([0.5, 3.9, 4.1])})
+    np.testing.assert_array_equal(shown["full"], first)
+    np.testing.assert_array_equal(shown["wrong"], [0.5, 3.9, np.nan])
+    errors = np.array([1e-16, 1e-4, 2e-4, 30.0])  # [m]; of a motion of 1 m the last is wrong altogether, of one of 1 km it is not
+    np.testing.assert_array_equal(figures.readable(errors, 1.0), [np.nan, 1e-4, 2e-4, np.nan])
+    np.testing.assert_array_equal(figures.readable(errors, 1e3), [np.nan, 1e-4, 2e-4, 30.0])
+
+
+def test_a_slider_is_followed_along_its_guide(tmp_path: Path) -> None:
+    """A guide along y, a position of all components, and one of another point before it."""
+    text = (EXAMPLES / "crank_slider_coarse.yaml").read_text().replace("direction: [1, 0]", "direction: [0, -1]")
+    outputs = "  b: {type: position, at: linkage.B}\n  c: {type: position, at: slider}\n"
+    text = text.replace("  x_C: {type: position, at: linkage.C, component: x}\n", outputs)
+    assert figures.slider_columns(scenes.loads(text, EXAMPLES)) == ("y", "c_y", "crank_speed")
+    without = text.replace("  c: {type: position, at: slider}\n", "")
+    assert figures.slider_columns(scenes.loads(without, EXAMPLES)) is None
+
+
+def test_published_totals_hold_their_parts() -> None:
+    """Table 4: force, solves and products are part of the total; coarse meshes are compared with the same figures."""
+    for model in tables.read_published()["crank-slider"]["models"].values():
+        assert model["force_s"] + model["solve_s"] + model.get("product_s", 0.0) < model["total_s"]
+
+
+@pytest.mark.parametrize(
+    ("order", "told"),
+    [
+        (None, "0.0004 m."),
+        (1.98, "0.0004 m, observed order 1.98."),
+        (1.02, "0.0004 m, observed order 1.02; below 2, so that a part of the motion is faster than the step resolves."),
+    ],
+)
+def test_an_order_below_two_is_explained(order: float | None, told: str) -> None:
+    found = {"step": 1e-3, "position": 4e-4, "order": order}
+    assert comparison.time_words(found) == f"Error of the full model's own step 0.001 s: {told}"

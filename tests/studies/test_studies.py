@@ -1,0 +1,163 @@
+"""Studies from Python: arrays and figures come back, nothing is written without a folder, errors carry what there is."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+import shutil
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from fmbs_skfem import scenes, studies
+from fmbs_skfem.core.errors import InputError, SolverError, SweepFailure
+from fmbs_skfem.core.notices import Notice
+
+from ..cli.calls import EXAMPLES, ROOT, fmbs, scene
+
+SHORT = "{type: dynamic, duration: 10 ms, step: 1 ms}"
+JUMP = "where(t < 0.0055, 1, 1e12)"
+STUDIES = (
+    "run",
+    "resume",
+    "render",
+    "export",
+    "check",
+    "reduce",
+    "train",
+    "run_model",
+    "info",
+    "sweep",
+    "compare",
+    "demo",
+    "verify",
+)
+
+
+def test_a_run_gives_arrays_and_figures_and_writes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = scene(tmp_path, SHORT)
+    before = set(tmp_path.iterdir())
+    monkeypatch.chdir(tmp_path)
+    found = studies.run(path)
+    assert found.times == pytest.approx(np.linspace(0.0, 0.01, 11))
+    assert set(found.outputs) == {"tip_x", "tip_y", "clamp_x", "clamp_y", "clamp_slope_1"}
+    assert all(values.shape == (11,) for values in found.outputs.values())
+    assert found.trajectory.x.shape[0] == 11
+    assert found.report["outputs"]["tip_y"]["final"] == found.outputs["tip_y"][-1]
+    assert isinstance(found.figures["outputs"], Figure)
+    assert list(found.figures) == ["outputs"]
+    assert repr(found) == f"<Run cantilever: 11 instants, {', '.join(found.outputs)}>"
+    assert "Outputs (SI units)" in str(found)
+    assert found.files == []
+    assert set(tmp_path.iterdir()) == before
+
+
+def test_a_folder_gets_what_the_command_writes(tmp_path: Path) -> None:
+    """The same numbers and files; only times and places differ."""
+    path = scene(tmp_path, SHORT)
+    found = studies.run(path, out=tmp_path / "python", parameters={"load": 0.25})
+    done = fmbs("run", path, "--out", tmp_path / "command", "--set", "load=0.25 N", "--json")
+    assert done.code == 0, done.err
+    ours, theirs = ({file.name for file in (tmp_path / name).iterdir()} for name in ("python", "command"))
+    assert ours == theirs == {file.name for file in found.files}
+    table = np.loadtxt(tmp_path / "command" / "outputs.csv", delimiter=",", skiprows=1)
+    np.testing.assert_allclose(np.column_stack([found.times, *found.outputs.values()]), table, rtol=1e-12, atol=1e-15)
+    assert set(done.json) == set(found.report)
+    assert studies.checksums(tmp_path / "python").report["status"] == "ok"
+
+
+def test_vibration_modes_have_frequencies_and_no_motion(tmp_path: Path) -> None:
+    found = studies.run(scene(tmp_path, "{type: modes, count: 2}"))
+    assert found.frequencies.shape == (2,)
+    assert found.report["frequencies_hz"] is found.frequencies
+    with pytest.raises(InputError, match="vibration modes"):
+        _ = found.trajectory
+
+
+def test_a_scene_may_be_given_as_it_was_read(tmp_path: Path) -> None:
+    path = scene(tmp_path, SHORT)
+    mine = scenes.read(path, {"load": "0.1 N"})
+    assert studies.run(mine).outputs["tip_y"][-1] == studies.run(path, parameters={"load": 0.1}).outputs["tip_y"][-1]
+    with pytest.raises(InputError, match="read it with them"):
+        studies.run(mine, parameters={"load": 1.0})
+
+
+def test_a_failed_solve_carries_what_it_reached(tmp_path: Path) -> None:
+    with pytest.raises(SolverError) as caught:
+        studies.run(scene(tmp_path, SHORT, JUMP))
+    found = caught.value.result
+    assert isinstance(found, studies.Run)
+    assert found.times[-1] == pytest.approx(0.005)
+    assert found.report["status"] == "error"
+    assert found.error is caught.value
+
+
+def test_a_listener_hears_progress_and_notices(tmp_path: Path) -> None:
+    heard: list[tuple[str, float]] = []
+    notices: list[str] = []
+    listener = studies.Listener(progress=lambda label, part: heard.append((label, part)), notice=notices.append)
+    path = EXAMPLES / "four_bar.yaml"
+    found = studies.check(path, parameters={}, listener=listener)
+    studies.run(scene(tmp_path, SHORT), listener=listener)
+    assert heard[0] == ("integrating", 0.0)
+    assert heard[-1] == ("integrating", 1.0)
+    assert found.report["notices"] == notices
+
+
+def test_notices_are_warnings_where_nobody_listens(tmp_path: Path) -> None:
+    path = scene(tmp_path, "{type: dynamic, duration: 10.5 ms, step: 1 ms}")
+    with pytest.warns(Notice, match="no whole number of steps"):
+        found = studies.run(path)
+    assert len(found.report["notices"]) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with pytest.raises(Notice):
+            studies.run(path, listener=studies.Listener(strict=True))
+
+
+def test_members_that_fail_leave_the_others(tmp_path: Path) -> None:
+    path = scene(tmp_path, SHORT, "where(load < 1, 1, where(t < 0.0055, 1, 1e12))")
+    with pytest.raises(SweepFailure, match="1 of 2 members failed") as caught:
+        studies.sweep(path, samples=2, design="grid", workers=1, ranges={"load": ("0.5 N", "2 N")})
+    found = caught.value.result
+    assert found.points[:, 0] == pytest.approx([0.5, 2.0])
+    assert np.isfinite(found.outputs["tip_y"][0]).all()
+    assert np.isnan(found.outputs["tip_y"][1]).all()
+
+
+def test_what_limits_a_run_needs_a_folder_to_go_on_from(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="a folder for the results"):
+        studies.run(scene(tmp_path, SHORT), time_limit=1.0)
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_every_study_takes_the_shared_options_and_explains_itself(name: str) -> None:
+    study = getattr(studies, name)
+    assert name in studies.__all__
+    assert str(inspect.signature(study).parameters["shared"].annotation) == "Unpack[Shared]"
+    assert study.__doc__
+
+
+def test_the_door_opens_without_what_is_behind_it() -> None:
+    code = "import sys; from fmbs_skfem import studies; print(sorted({'numba', 'scipy', 'matplotlib', 'numpy'} & set(sys.modules)))"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"
+
+
+def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """docs/python.md, block after block."""
+    for name in ("examples", "meshes"):
+        shutil.copytree(ROOT / name, tmp_path / name)
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+    for block in re.findall(r"^```python\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE):
+        exec(compile(block, "python.md", "exec"), names)
+    assert "integrating: 100%" in capsys.readouterr().out
+    assert {path.name for path in (tmp_path / "stiff").iterdir()} == {"outputs.csv", "report.json", "outputs.png"}
+    assert json.loads((tmp_path / "family" / "report.json").read_text())["status"] in ("ok", "no promise")
