@@ -159,5 +159,8 @@ def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: 
     for block in re.findall(r"^```python\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE):
         exec(compile(block, "python.md", "exec"), names)
     assert "integrating: 100%" in capsys.readouterr().out
-    assert {path.name for path in (tmp_path / "stiff").iterdir()} == {"outputs.csv", "report.json", "outputs.png"}
+    stiff = names["stiff"]
+    assert isinstance(stiff, studies.Run)
+    assert {path.name for path in stiff.files} == {"outputs.csv", "report.json", "outputs.png"}
+    assert all(path.is_file() for path in stiff.files)
     assert json.loads((tmp_path / "family" / "report.json").read_text())["status"] in ("ok", "no promise")
