@@ -31,7 +31,7 @@ from fmbs_skfem.systems import (
     loads,
     probes,
 )
-from fmbs_skfem.systems.system import Sampled
+from fmbs_skfem.systems.points import Sampled
 
 from .parts import A0, A1, B0, B1, BOB, C0, C1, beams, every_load
 

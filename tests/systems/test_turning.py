@@ -11,7 +11,7 @@ from fmbs_skfem.bodies import body
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
 from fmbs_skfem.reduction import galerkin
 from fmbs_skfem.reduction.pod import Basis
-from fmbs_skfem.systems import At, Rayleigh, System, assemble, compile_system, compiled, gathers, joints, kernels, loads
+from fmbs_skfem.systems import At, Rayleigh, System, assemble, compile_system, compiled, joints, loads, points
 from fmbs_skfem.systems.turning import add_turned_tangent
 
 from .. import models
@@ -47,8 +47,7 @@ def turned(system: System, angles: tuple[float, ...], shift: float = 0.0) -> np.
 
 def part_tangent(system: System, number: int, x: np.ndarray) -> np.ndarray:
     """Assembled tangent of one body."""
-    model = compile_system(system)
-    return compiled.part_tangent(model.arrays, model.work, gathers.collect(system).owners, number, x)
+    return compiled.part_tangent(compile_system(system), number, x)
 
 
 @pytest.mark.parametrize("angles", [(0.0, 0.0), (0.4, -2.5), (3.1, 9.0)])
@@ -66,10 +65,9 @@ def test_damping_times() -> None:
     """With stiffness-proportional damping the tangent carries the factor 1 + gh beta."""
     system = spun(beta=0.02)
     model = compile_system(system)
-    A, x, body_space = model.arrays, turned(system, (0.4, -2.5)), np.zeros(0)
-    W, K = np.zeros((2, system.size, system.size))
+    A, x, W = model.arrays, turned(system, (0.4, -2.5)), np.zeros((system.size, system.size))
     add_turned_tangent(A.turning, x, 50.0, W)
-    kernels.add_elastic_tangent(A.groups, A.scatter, A.lift, A.lift_offset, x, body_space, 50.0, model.buffers()[1], K)
+    K = compiled.elastic_tangent(model, x, 50.0)
     assert np.abs(K).max() > 1.9 * max(np.abs(part_tangent(system, k, x)).max() for k in range(2))
     np.testing.assert_allclose(W, K, rtol=0, atol=1e-9 * np.abs(K).max())
 
@@ -114,9 +112,9 @@ def test_points_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     system = spun(beta=0.02)
     x, v = np.random.default_rng(1).standard_normal((2, system.size))
     whole = compile_system(system)
-    monkeypatch.setattr(gathers, "ROOM", 500)
+    monkeypatch.setattr(points, "ROOM", 500)
     parts = compile_system(system)
-    assert len(parts.arrays.groups.table) > len(whole.arrays.groups.table) == 2
+    assert len(parts.terms) > len(whole.terms) == 2
     found = [
         (
             compiled.strain_energy(model, x),

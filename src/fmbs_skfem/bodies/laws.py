@@ -14,7 +14,7 @@ address, so that a model compiles only its own; `checks.check_law` tests any law
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any, ClassVar
 
@@ -26,8 +26,7 @@ from ..core.errors import InputError, closest, listed, say
 from ..core.jit import jit
 
 KINDS = ("energy", "stress", "modulus", "damped_stress", "damped_modulus")  #: functions of a law
-ENERGY, STRESS, MODULUS, DAMPED_STRESS, DAMPED_MODULUS, OPTION = range(len(KINDS) + 1)  #: columns of `addresses`
-COLUMNS = len(KINDS) + 1
+ENERGY, STRESS, MODULUS, DAMPED_STRESS, DAMPED_MODULUS, OPTION, DIM = range(len(KINDS) + 2)  #: columns of `addresses`
 KNOWN: dict[str, Law] = {}  #: laws by name
 
 
@@ -125,49 +124,51 @@ def _(law: Law, arrays: Arrays, where: str) -> Any:
 ENUMS["Law"] = lambda value: find(value) if isinstance(value, str) else NUMBERS[value]
 
 
-def addresses(used: Iterable[Law], dim: int, damped: bool = True) -> np.ndarray:
-    """Where the functions of the laws in use are and their options, (law, column) flat; zero where nothing is called."""
+def addresses(law: Law, dim: int, damped: bool = True) -> np.ndarray:
+    """Where the functions of a law in `dim` components are, zero where they are not called; its option; `dim`."""
     kinds = KINDS if damped else KINDS[: MODULUS + 1]
-    table = [[law.entry(dim, kind) for kind in kinds] + [0] * (len(KINDS) - len(kinds)) + [law.option] for law in used]
-    return np.array(table, dtype=np.int64).ravel()
+    found = [law.entry(dim, kind) for kind in kinds] + [0] * (len(KINDS) - len(kinds))
+    return np.array([*found, law.option, dim], dtype=np.int64)
 
 
 @jit
-def call_energy(calls: np.ndarray, law: int, u: np.ndarray, section: np.ndarray) -> float:
-    """`energy` in compiled code, with the `addresses` of the laws, `law` the place in them."""
-    W, at = np.zeros(1), COLUMNS * law
-    call(calls[at + ENERGY], (u, u, section, W), (u.shape[0], u.shape[1], u.shape[2], calls[at + OPTION]), 0.0)
+def components(calls: np.ndarray) -> int:
+    """The number of components of the `addresses` of a law."""
+    return calls[DIM]
+
+
+@jit
+def call_energy(calls: np.ndarray, u: np.ndarray, section: np.ndarray) -> float:
+    """`energy` in compiled code, with the `addresses` of the law."""
+    W = np.zeros(1)
+    call(calls[ENERGY], (u, u, section, W), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), 0.0)
     return W[0]
 
 
 @jit
-def call_stress(
-    calls: np.ndarray, law: int, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray
-) -> None:
-    """`stress` in compiled code, with the `addresses` of the laws, `law` the place in them."""
-    at = COLUMNS * law
+def call_stress(calls: np.ndarray, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
+    """`stress` in compiled code, with the `addresses` of the law."""
     kind = DAMPED_STRESS if beta > 0.0 else STRESS
-    call(calls[at + kind], (u, rate, section, S), (u.shape[0], u.shape[1], u.shape[2], calls[at + OPTION]), beta)
+    call(calls[kind], (u, rate, section, S), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
 
 
 @jit
-def call_modulus(calls: np.ndarray, law: int, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
-    """`modulus` in compiled code, with the `addresses` of the laws, `law` the place in them."""
-    at = COLUMNS * law
+def call_modulus(calls: np.ndarray, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
+    """`modulus` in compiled code, with the `addresses` of the law."""
     kind = DAMPED_MODULUS if beta > 0.0 else MODULUS
-    call(calls[at + kind], (u, u, section, D), (u.shape[0], u.shape[1], u.shape[2], calls[at + OPTION]), beta)
+    call(calls[kind], (u, u, section, D), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
 
 
 def energy(law: Law, u: np.ndarray, section: np.ndarray) -> float:
     """Strain energy [J] summed over all points."""
-    return float(call_energy(addresses([law], len(u) // law.vectors, False), 0, u, section))
+    return float(call_energy(addresses(law, len(u) // law.vectors, False), u, section))
 
 
 def stress(law: Law, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
     """S = weight dW/du (+ damping with time `beta` [s] and jet rates `rate`), shapes (k c, p, e)."""
-    call_stress(addresses([law], len(u) // law.vectors, beta > 0.0), 0, u, rate, beta, section, S)
+    call_stress(addresses(law, len(u) // law.vectors, beta > 0.0), u, rate, beta, section, S)
 
 
 def modulus(law: Law, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
     """D = weight d2W/du2 + beta (material part), shape (k c, k c, p, e), symmetric; `beta` [-]: damping time times gh."""
-    call_modulus(addresses([law], len(u) // law.vectors, beta > 0.0), 0, u, beta, section, D)
+    call_modulus(addresses(law, len(u) // law.vectors, beta > 0.0), u, beta, section, D)

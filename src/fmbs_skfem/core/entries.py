@@ -4,8 +4,7 @@
     def stress_at(u, rate, section, S, rows, points, cells, law, beta) -> None      four pointers, four integers, one number
     call(address, (u, rate, section, S), (rows, points, cells, law), beta)          inside compiled code
 
-    s = borrowed(s)             arrays, or a tuple of tuples of arrays, whose slices are not counted
-    A = view(x, at, (m, n))     the m n numbers of the flat array x from x[at] on as a matrix, likewise not counted
+    A = view(x, at, (m, n))     the m n numbers of the flat array x from x[at] on as a matrix, which is not counted
 
 A function that is called by name becomes part of its caller and is compiled again with every caller. One that is called by address
 is compiled once, when its address is asked for. Addresses differ from process to process: they are values, never constants.
@@ -88,31 +87,6 @@ def call(typing: Any, address: Any, arrays: Any, integers: Any, number: Any) -> 
         return context.get_dummy_value()
 
     return types.void(types.int64, arrays, types.UniTuple(types.int64, INTEGERS), types.float64), code
-
-
-@intrinsic
-def borrowed(typing: Any, value: Any) -> Any:
-    """The same arrays (a tuple, tuples inside) without their reference counts: slices of them cost an addition and no atomic count.
-
-    The caller's arguments keep the memory alive; what is borrowed must not be returned or kept.
-    """
-
-    def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        return without_counts(context, builder, value, values[0])
-
-    return value(value), code
-
-
-def without_counts(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-    """The value with all its arrays as if nobody had to free them."""
-    if isinstance(kind, types.Array):
-        array = context.make_array(kind)(context, builder, value)
-        array.meminfo = ir.Constant(array.meminfo.type, None)
-        return array._getvalue()
-    if isinstance(kind, types.BaseTuple):
-        parts = zip(kind, cgutils.unpack_tuple(builder, value), strict=True)
-        return context.make_tuple(builder, kind, [without_counts(context, builder, *part) for part in parts])
-    return value
 
 
 @intrinsic

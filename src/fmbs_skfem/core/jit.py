@@ -29,7 +29,7 @@ from fmbs_skfem.core.notices import notify
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-MARKS = (b"jit import", b"import numba", b"from numba")  #: texts of modules that compile functions
+MARKS = (b"jit import", b"structs import", b"import numba", b"from numba")  #: texts of modules that compile functions
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
 KEEP_DAYS = 30.0  #: folders of other versions are removed after so long without use [d]
 
@@ -99,11 +99,6 @@ def jit(function: F) -> F:
     return decorated(function)
 
 
-def released(function: F) -> F:
-    """As `jit`, without the interpreter lock: threads run side by side."""
-    return decorated(function, nogil=True)
-
-
 def inlined(function: F) -> F:
     """As `jit`, and compiled into its callers as well: a call that passes all arrays of a model costs a tenth of a step."""
     return decorated(function, inline="always")
@@ -112,11 +107,6 @@ def inlined(function: F) -> F:
 def summing(function: F) -> F:
     """As `jit`, and sums may be taken in another order, so that they use all lanes; NaN and infinity survive."""
     return decorated(function, fastmath={"reassoc", "nsz", "contract"})
-
-
-def compile_for(function: Callable[..., Any], *arguments: Any) -> None:
-    """Compile a `jit` function for arguments like these without calling it."""
-    function.compile(tuple(numba.typeof(argument) for argument in arguments))  # type: ignore[attr-defined]
 
 
 @contextlib.contextmanager

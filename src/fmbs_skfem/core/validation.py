@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import singledispatch
 from typing import Any, ClassVar, TypeAlias, TypeVar, cast, get_type_hints
@@ -128,10 +128,14 @@ class Inside:
     """
 
     letters: str = ""
+    known: Callable[[Any], bool] | None = None  #: what a field that is declared as Any holds
     order: ClassVar[int] = 1  #: of the check: 0 where others read its letters, 2 where it reads those of all others
 
     def check(self, value: Any, name: str, sizes: Sizes) -> None:
         """Raises Misfit where a value is something else."""
+        if self.known is not None:
+            require(self.known(value), name, "a struct that is known here", shown(value))
+            types(value, name)
         pairs = [(pair[0], pair[-1]) for pair in self.letters.split()]
         own = {inner: sizes[outer] for inner, outer in pairs if outer in sizes}
         if is_dataclass(value):

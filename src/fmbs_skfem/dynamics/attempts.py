@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..core.errors import Reason
+from ..systems import evaluation
 from . import stepping
 from .histories import leading_signals
 from .integration import HALVINGS, REASONS, Run, restart
 from .scheme import method_of
+from .stepping import State
 
 
 @dataclass(frozen=True)
@@ -30,39 +32,44 @@ def attempts(run: Run) -> tuple[Attempt, ...]:
 
     The iteration is repeated with one correction more each time, so that its course shows without another copy of the step.
     """
-    halvings = (0, HALVINGS) if run.model.plan else range(HALVINGS + 1)
+    halvings = (0, HALVINGS) if run.large else range(HALVINGS + 1)
     return tuple(attempt(run, 2**k) for k in halvings)
 
 
 def attempt(run: Run, parts: int) -> Attempt:
     """The failed step in equal parts, up to the one that fails."""
-    model, system = run.model, run.model.system
-    n, method = system.size, method_of(run.scheme, run.newton, run.scheme.step / parts, run.model)
-    state, counters = type(run.state)(*(part.copy() for part in run.state)), np.zeros_like(run.counters)
+    model, system, work, space = run.model, run.model.system, run.step.work, run.step.space
+    method = method_of(run.scheme, run.newton, run.scheme.step / parts, model)
+    state = State(*(part.copy() for part in run.step.state))
+    n = system.size
+    job = run.step.job._replace(
+        out=np.zeros((3, 1, n)), multipliers=np.zeros((1, model.constraints)), counters=np.zeros_like(run.step.job.counters)
+    )
+    apart = replace(run, step=run.step._replace(state=state, job=job))
     for part in (state.multipliers, state.past):
-        part *= method.c / run.method.c
-    run.work.kind[0] = 0
+        part *= method.c / run.step.method.c
+    work.kind[0] = 0
     if parts > 1:
-        restart(state, run.work)
+        restart(state, work)
     start = [part.copy() for part in state]
     signals, _ = leading_signals(system, run.scheme.step * (run.done + (np.arange(parts) + 1) / parts), method.h)
-    rows, out, multipliers = np.full(parts, -1), np.zeros((3, 1, n)), np.zeros((1, model.constraints))
-    status, taken = run.advance(state, run.work, method, signals, rows, out, multipliers, counters)
+    rows = np.full(parts, -1)
+    status, taken = apart.take(method, signals, rows)
     time = run.scheme.step * (run.done + min(taken + 1, parts) / parts)
     if status == stepping.DONE:
         return Attempt(method.h, time, None, (), ())
     restore(state, start)
-    run.advance(state, run.work, method, signals[:taken], rows, out, multipliers, counters)
-    last, space, corrections, residuals = status, [part.copy() for part in run.work], [], []
+    apart.take(method, signals[:taken], rows)
+    held = [*work, space.W]
+    last, kept, corrections, residuals = status, [part.copy() for part in held], [], []
     for many in range(1, method.iterations + 1):
-        restore(run.work, space)
-        short = method._replace(iterations=many)
-        status, _ = run.advance(state, run.work, short, signals[taken : taken + 1], rows, out, multipliers, counters)
+        restore(held, kept)
+        status, _ = apart.take(method._replace(iterations=many), signals[taken : taken + 1], rows)
         if status == stepping.SINGULAR or status == stepping.DONE:
             break
-        corrections.append(float(np.sqrt(model.arrays.norm @ run.work.rhs[0, :n] ** 2)) / system.scale)
-        stepping.residual(model.arrays, run.work, method.c, signals[taken])
-        residuals.append(float(np.linalg.norm(run.work.rhs[0, :n])) / method.c)
+        corrections.append(float(np.sqrt(model.arrays.norm @ space.f**2)) / system.scale)
+        evaluation.residual(run.step)
+        residuals.append(float(np.linalg.norm(space.f)) / method.c)
         if status != stepping.NOT_CONVERGED:
             break
     return Attempt(method.h, time, REASONS[last], tuple(corrections), tuple(residuals))

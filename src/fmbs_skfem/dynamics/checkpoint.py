@@ -20,7 +20,7 @@ import numpy as np
 from ..core.errors import CorruptFile, say
 from ..systems.compiled import Compiled, signal_table
 from .large import Large
-from .stepping import Method, State, Work
+from .stepping import Method, Step
 
 FACTORS = {
     0: (),
@@ -28,7 +28,7 @@ FACTORS = {
     2: ("general", "pivots", "schur", "schur_pivots", "spread", "J"),
     3: ("kkt", "pivots"),
 }  #: what `stepping.solve` reads, by the kind of the factors
-ADDRESSES = ("laws", "quartics")  #: arrays of a model that differ from process to process
+ADDRESSES = ("elastic", "calls")  #: arrays of a model that differ from process to process
 INSTANTS = 65  #: at which the signals of two models are compared
 
 
@@ -92,7 +92,7 @@ def facts(model: Compiled, method: Method, steps: int, kept: np.ndarray) -> dict
         "contraction for new factors": repr(method.slow),
         "steps": str(steps),
         "states to keep": f"{len(kept)}, {digest(kept)[:16]}",
-        "arrays of the model": digest(model.arrays)[:16],
+        "arrays of the model": digest(np.array([digest(model.arrays), *(digest(term.record) for term in model.terms)]))[:16],
         "signals of joints and loads": digest(signal_table(model.system, times))[:16],
     }
 
@@ -117,42 +117,43 @@ def differences(then: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
     return [f"{k}: {then.get(k, 'nothing')} then, {now.get(k, 'nothing')} now" for k in names if then.get(k) != now.get(k)]
 
 
-def arrays(state: State, work: Work, large: Large | None, counters: np.ndarray) -> dict[str, np.ndarray]:
+def arrays(step: Step, large: Large | None) -> dict[str, np.ndarray]:
     """Copies of motion, counters and factors, by name."""
-    kind = int(work.kind[0])
-    found = {f"state {name}": array.copy() for name, array in state._asdict().items()}
-    found |= {"counters": counters.copy(), "kind": work.kind.copy()}
+    found = {name: array.copy() for name, array in kept(step).items()}
     if large is None:
-        return found | {f"factors {name}": getattr(work, name).copy() for name in FACTORS[kind]}
-    return found | ({"factored at": large.place.copy(), "contraction": np.array([large.rate])} if kind else {})
+        return found | {f"factors {name}": array.copy() for name, array in factors(step, int(step.work.kind[0])).items()}
+    return found | ({"factored at": large.place.copy(), "contraction": step.work.rate.copy()} if step.work.kind[0] else {})
 
 
-def restore(
-    checkpoint: Checkpoint,
-    now: Mapping[str, str],
-    state: State,
-    work: Work,
-    large: Large | None,
-    method: Method,
-    counters: np.ndarray,
-) -> None:
+def kept(step: Step) -> dict[str, np.ndarray]:
+    """Motion and counters by name."""
+    found = {f"state {name}": array for name, array in step.state._asdict().items()}
+    return found | {"counters": step.job.counters, "kind": step.work.kind}
+
+
+def factors(step: Step, kind: int) -> dict[str, np.ndarray]:
+    """Factors of a kind by name."""
+    return {name: step.space.W if name == "W" else getattr(step.work, name) for name in FACTORS[kind]}
+
+
+def restore(checkpoint: Checkpoint, now: Mapping[str, str], step: Step, large: Large | None) -> None:
     """Put a checkpoint back into the arrays of a run whose facts are `now`."""
     other = differences(checkpoint.facts, now)
     if other:
         remedy = "run the scene anew, or restore what has changed"
         raise CorruptFile(say("checkpoint", "the model and the method it was taken of", "; ".join(other), remedy))
     held = checkpoint.arrays
-    kind = int(fitting(held, "kind", work.kind)[0])
-    targets = {f"state {name}": array for name, array in state._asdict().items()} | {"counters": counters, "kind": work.kind}
+    kind = int(fitting(held, "kind", step.work.kind)[0])
+    targets = kept(step)
     if large is None:
-        targets |= {f"factors {name}": getattr(work, name) for name in FACTORS[kind]}
+        targets |= {f"factors {name}": array for name, array in factors(step, kind).items()}
     for name, target in targets.items():
         target[:] = fitting(held, name, target)
     if large is not None and kind:
-        work.x[:] = fitting(held, "factored at", work.x)
-        large.factorise(work, method)
-        large.rate = float(held["contraction"][0])
-        work.kind[0] = kind
+        step.space.x[:] = fitting(held, "factored at", step.space.x)
+        large.factorise(step)
+        step.work.rate[:] = fitting(held, "contraction", step.work.rate)
+        step.work.kind[0] = kind
 
 
 def fitting(held: Mapping[str, np.ndarray], name: str, target: np.ndarray) -> np.ndarray:

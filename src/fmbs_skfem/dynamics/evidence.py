@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.linalg import eigvalsh
@@ -22,19 +23,16 @@ from scipy.optimize import minimize_scalar
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import norm
 
-from ..bodies.body import Cells
 from ..bodies.fields import COMPONENTS
 from ..bodies.fields import strains as plane_strains
 from ..core import ranks, saddle
 from ..core.errors import Reason, SolverError
 from ..core.saddle import Saddle
-from ..systems import compiled
+from ..systems import compiled, terms
 from ..systems.compiled import Compiled, compile_system, signal_table
-from ..systems.quartic import Quartic
-from ..systems.system import Elastic, LoadKind, System, jet_rows
-from . import stepping
+from ..systems.system import LoadKind, System
 from .histories import signal_names
-from .integration import HALVINGS, FailedStep, Run
+from .integration import HALVINGS, FailedStep, Run, last_residual
 from .names import owners
 from .outputs import spring_angles
 from .scheme import method_of
@@ -111,23 +109,21 @@ def stop_of_run(run: Run, time: float) -> Stop:
     """The same for a step that was halved in vain."""
     model, back = run.model, np.argsort(run.model.order)
     method = method_of(run.scheme, run.newton, run.scheme.step / 2**HALVINGS, model)
-    stepping.residual(model.arrays, run.work, method.c, signal_table(model.system, np.array([time]))[0])
-    rest, n = run.work.rhs[0].copy(), model.system.size
-    rest[:n] = rest[:n][back] / method.c
-    x, trial = run.state.x[back], run.work.x[back]
+    rest, state, whole = last_residual(run, time), run.step.state, run.step.method
+    x, trial = state.x[back], run.step.space.x[back]
     return Stop(
         model,
         run.scheme.step * run.done,
         time,
         run.scheme.step,
         x,
-        run.state.v[back],
-        run.state.multipliers / run.method.c,
+        state.v[back],
+        state.multipliers / whole.c,
         trial if np.isfinite(trial).all() else x,
         rest,
         (method.bh, method.gh),
-        (run.method.bh, run.method.gh),
-        run.state.angles,
+        (whole.bh, whole.gh),
+        state.angles,
     )
 
 
@@ -178,19 +174,18 @@ def strains(system: System, x: np.ndarray) -> dict[str, tuple[float, float]]:
     """Smallest and largest axial or principal strain of every elastic body, at its quadrature points."""
     q, found = system.lift(x), {}
     for elastic in system.elastic:
-        if not isinstance(elastic.gather, Quartic) and not elastic.gather.law.follows:
-            e = point_strains(elastic, q, x, system.dim)
+        jets = terms.position_gradients(elastic.gather, x, q)
+        if jets is not None and not elastic.gather.law.follows:
+            e = point_strains(elastic.gather, jets.reshape(len(jets), -1), system.dim)
             found[elastic.name] = (float(e.min()), float(e.max()))
     return found
 
 
-def point_strains(elastic: Elastic, q: np.ndarray, x: np.ndarray, dim: int) -> np.ndarray:
-    """Axial strains (r'.r' - 1)/2 of a line at the points that carry its axial force, both principal strains of a surface."""
-    gather = elastic.gather
-    assert not isinstance(gather, Quartic)
-    u = jet_rows(gather, len(q)) @ q if isinstance(gather, Cells) else gather.jets @ x[gather.columns] + gather.offset
-    points = gather.section[0].size
-    jets = np.asarray(u).reshape(-1, points)
+def point_strains(gather: Any, jets: np.ndarray, dim: int) -> np.ndarray:
+    """Axial strains (r'.r' - 1)/2 of a line at the points that carry its axial force, both principal strains of a surface.
+
+    `jets` (k c, p) are derivatives of the position at all points of a storage.
+    """
     if gather.law not in COMPONENTS:
         axial = np.abs(gather.section[0].ravel())
         return np.asarray(0.5 * (np.sum(jets[:dim] ** 2, axis=0) - 1.0))[axial >= 0.5 * axial.mean()]

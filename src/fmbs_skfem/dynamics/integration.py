@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
+import contextlib
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TypeAlias
 
 import numpy as np
 
 from ..core import krylov
 from ..core.errors import InputError, Reason, SolverError, say
+from ..systems import compiled
 from ..systems.compiled import Compiled, compile_system
 from ..systems.system import System
 from . import checkpoint as checkpoints
-from . import large, stepping
+from . import stepping
 from .checkpoint import Checkpoint, Moment, Record, Resumed, Rows
 from .histories import leading_signals, leading_values
+from .large import Large
 from .names import row_names, told, worst
-from .scheme import GeneralizedAlpha, Newton, Solver, method_of, steps_in
-from .start import Start, consistent_start, first_state, startable, workspace
-from .stepping import Method, State, Work
+from .scheme import GeneralizedAlpha, Newton, method_of, steps_in
+from .start import Start, consistent_start, first_step, startable
+from .stepping import Method, State, Step, Work
 from .trajectory import Statistics, Trajectory
-
-Advance: TypeAlias = Callable[..., tuple[int, int]]  #: `stepping.advance` after its first argument
 
 REASONS = {
     stepping.NOT_CONVERGED: Reason.NOT_CONVERGED,
@@ -32,8 +32,9 @@ REASONS = {
     stepping.NOT_FINITE: Reason.NOT_FINITE,
     stepping.SINGULAR: Reason.SINGULAR_TANGENT,
 }
+BEHIND = ("factorise", "solve", "settle")  #: doors of `stepping` behind which large models keep their factors
 HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
-WHOLE = large.REMEASURE  #: steps are taken in multiples of this number, so that a stop between them changes nothing
+WHOLE = stepping.REMEASURE  #: steps are taken in multiples of this number, so that a stop between them changes nothing
 PACE = 0.2  #: time between two looks at a run that is watched [s]
 
 
@@ -44,15 +45,10 @@ class Run:
     model: Compiled
     scheme: GeneralizedAlpha
     newton: Newton
-    method: Method
     kept: np.ndarray  #: (s,) numbers of the steps whose states are stored
     rows: np.ndarray  #: (steps + 1,) row of every step in the trajectory, -1 for none
-    state: State
-    work: Work
-    advance: Advance
-    out: np.ndarray  #: (3, s, n) x, v, q'' in the order of the model
-    multipliers: np.ndarray  #: (s, m)
-    counters: np.ndarray
+    step: Step  #: of the full size; states in the order of the model
+    large: Large | None  #: factors of a large model
     cpu: float  #: process time at the start, less what the run took before it was resumed [s]
     wall: float
     done: int = 0  #: steps
@@ -61,6 +57,19 @@ class Run:
     @property
     def steps(self) -> int:
         return len(self.rows) - 1
+
+    def take(self, method: Method, signals: np.ndarray, rows: np.ndarray) -> tuple[int, int]:
+        """Take a step for every row of `signals`, to be stored in `rows` of the trajectory: the status and the steps done."""
+        job = self.step.job._replace(signals=signals, rows=np.ascontiguousarray(rows[: len(signals)]))
+        now = self.step._replace(method=method, job=job)
+        doors = self.large.doors(lambda: now) if self.large else ()
+        behind = {name: door.address for name, door in zip(BEHIND, doors, strict=False)}
+        found = stepping.take(now._replace(doors=now.doors._replace(**behind)))
+        self.model.check()
+        for door in doors:
+            with contextlib.suppress(SolverError):  # no factors: the status says it
+                door.check()
+        return found
 
 
 def integrate(
@@ -117,17 +126,13 @@ def begun(
     n, m = system.size, model.constraints
     none = np.zeros(n)
     start = consistent_start(model, scheme) if resume is None else Start(system.x0, system.v0, none, np.zeros(m), np.zeros((2, n)))
-    method = method_of(scheme, newton, scheme.step, model)
     rows = np.full(steps + 1, -1)
     rows[kept] = np.arange(len(kept))
-    state, counters = first_state(model, start, method.c), np.zeros(4, np.int64)
-    out, multipliers = np.zeros((3, len(kept), n)), np.zeros((len(kept), m))
-    out[:, 0] = state.x, start.v[model.order], state.acceleration
-    multipliers[0] = start.multipliers
+    step = first_step(model, start, method_of(scheme, newton, scheme.step, model), len(kept))
+    step.job.out[:, 0] = step.state.x, start.v[model.order], start.a[model.order]
+    step.job.multipliers[0] = start.multipliers
     clocks = clock.process_time(), clock.perf_counter()
-    advance = stepper(model, newton.solver)
-    stage = (model, scheme, newton, method, kept, rows, state, workspace(model), advance, out, multipliers, counters)
-    run = Run(*stage, *clocks)
+    run = Run(model, scheme, newton, kept, rows, step, Large(model, newton.solver) if model.pattern else None, *clocks)
     if resume is not None:
         take_up(run, resume)
     return run
@@ -136,17 +141,12 @@ def begun(
 def take_up(run: Run, resume: Resumed) -> None:
     """Put a run where it was left."""
     held, model = resume.checkpoint, run.model
-    run.facts = checkpoints.facts(model, run.method, run.steps, run.kept)
-    checkpoints.restore(held, run.facts, run.state, run.work, large_of(run), run.method, run.counters)
+    run.facts = checkpoints.facts(model, run.step.method, run.steps, run.kept)
+    checkpoints.restore(held, run.facts, run.step, run.large)
     for k, part in enumerate((resume.rows.x, resume.rows.v, resume.rows.a)):
-        run.out[k, : held.kept] = part[: held.kept, model.order]
-    run.multipliers[: held.kept] = resume.rows.multipliers[: held.kept]
+        run.step.job.out[k, : held.kept] = part[: held.kept, model.order]
+    run.step.job.multipliers[: held.kept] = resume.rows.multipliers[: held.kept]
     run.done, run.cpu, run.wall = held.done, run.cpu - held.cpu_s, run.wall - held.wall_s
-
-
-def large_of(run: Run) -> large.Large | None:
-    """The factors of a large model, which are kept outside of the work space."""
-    return run.advance.__self__ if run.model.plan else None  # type: ignore[attr-defined]
 
 
 def paced(chunk: int, seconds: float) -> int:
@@ -158,19 +158,18 @@ def paced(chunk: int, seconds: float) -> int:
 
 def march(run: Run, many: int) -> None:
     """Take some steps, the last one possibly halved; SolverError where it cannot be taken."""
-    model, scheme, kept = run.model, run.scheme, (run.out, run.multipliers)
+    model, scheme = run.model, run.scheme
     signals, broken = leading_signals(model.system, scheme.step * (run.done + 1 + np.arange(many)), scheme.step)
-    status, taken = run.advance(run.state, run.work, run.method, signals, run.rows[run.done + 1 :], *kept, run.counters)
+    status, taken = run.take(run.step.method, signals, run.rows[run.done + 1 :])
     run.done += taken
     if status == stepping.DONE and broken is not None:
         broken.partial = trajectory(run)
         raise broken
     if status == stepping.DONE:
         return
-    row = int(run.rows[run.done + 1])
-    status, reached = halved_step(model, run.advance, run.state, run.work, scheme, run.newton, run.done, row, *kept, run.counters)
+    status, reached = halved_step(run)
     if status != stepping.DONE:
-        raise failure(model, run.work, status, reached, trajectory(run), scheme, run)
+        raise failure(run, status, reached)
     run.done += 1
 
 
@@ -182,16 +181,17 @@ def stored(run: Run) -> int:
 def states(run: Run, first: int, last: int) -> Rows:
     """Stored states from `first` up to `last` in the order of the system's unknowns."""
     inverse = np.argsort(run.model.order)
-    x, v, a = (part[first:last] if run.model.plan else part[first:last, inverse] for part in run.out)
-    return Rows(run.scheme.step * run.kept[first:last], x, v, a, run.multipliers[first:last])
+    out, multipliers = run.step.job.out, run.step.job.multipliers
+    x, v, a = (part[first:last] if run.large else part[first:last, inverse] for part in out)
+    return Rows(run.scheme.step * run.kept[first:last], x, v, a, multipliers[first:last])
 
 
 def trajectory(run: Run) -> Trajectory:
     """The motion so far."""
     found = states(run, 0, stored(run))
-    taken, iterations, factorisations, halved = (int(k) for k in run.counters)
+    taken, iterations, factorisations, halved = (int(k) for k in run.step.job.counters)
     seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
-    totals = Statistics(taken, iterations, factorisations, halved, *seconds, solver_of(run.model, run.advance))
+    totals = Statistics(taken, iterations, factorisations, halved, *seconds, solver_of(run))
     return Trajectory(run.model.system, found.times, found.x, found.v, found.a, found.multipliers, totals)
 
 
@@ -199,12 +199,12 @@ def moment(run: Run) -> Moment:
     """What `record` sees."""
 
     def checkpoint() -> Checkpoint:
-        run.facts = run.facts or checkpoints.facts(run.model, run.method, run.steps, run.kept)
-        arrays = checkpoints.arrays(run.state, run.work, large_of(run), run.counters)
+        run.facts = run.facts or checkpoints.facts(run.model, run.step.method, run.steps, run.kept)
+        arrays = checkpoints.arrays(run.step, run.large)
         seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
         return Checkpoint(run.done, stored(run), run.facts, arrays, *seconds)
 
-    size = run.out.itemsize * (3 * run.out.shape[2] + run.multipliers.shape[1])
+    size = 8 * (3 * run.model.system.size + run.model.constraints)
     return Moment(run.done, run.steps, run.scheme.step * run.done, stored(run), size, partial(states, run), checkpoint)
 
 
@@ -220,52 +220,34 @@ def kept_steps(every: int | np.ndarray, steps: int) -> np.ndarray:
     return np.union1d(np.arange(0, steps + 1, every), steps)
 
 
-def solver_of(model: Compiled, advance: Advance) -> str:
+def solver_of(run: Run) -> str:
     """Name of the solver of the linear systems, for reports."""
-    if model.plan is not None:
-        return str(advance.__self__.label)  # type: ignore[attr-defined]
-    return "dense LU" if model.arrays.dense else f"band Cholesky or LU, half width {model.arrays.mass.store.shape[1] - 1}"
+    if run.large is not None:
+        return run.large.label
+    A = run.model.arrays
+    return "dense LU" if A.dense else f"band Cholesky or LU, half width {A.mass.store.shape[1] - 1}"
 
 
-def stepper(model: Compiled, solver: Solver = "own") -> Advance:
-    """The time step of a model: compiled, or for a large one with sparse factors."""
-    if model.plan is not None:
-        return large.Large(model, solver).advance
-    return partial(stepping.advance, model.arrays)
-
-
-def halved_step(
-    model: Compiled,
-    advance: Advance,
-    state: State,
-    work: Work,
-    scheme: GeneralizedAlpha,
-    newton: Newton,
-    done: int,
-    row: int,
-    out: np.ndarray,
-    multipliers: np.ndarray,
-    counters: np.ndarray,
-) -> tuple[int, float]:
-    """One step of the full size in 2, 4, ... parts, stored in `row` as `advance` does; status and time of the last failure."""
-    full = method_of(scheme, newton, scheme.step, model)
+def halved_step(run: Run) -> tuple[int, float]:
+    """The next step in 2, 4, ... parts; status and time of the last failure."""
+    scheme, done, state, counters = run.scheme, run.done, run.step.state, run.step.job.counters
+    full, row = run.step.method, run.rows[run.done + 1]
     saved = [array.copy() for array in state]
     status, reached = stepping.NOT_CONVERGED, scheme.step * done
     for halving in range(1, HALVINGS + 1):
         parts = 2**halving
-        method = method_of(scheme, newton, scheme.step / parts, model)
+        method = method_of(scheme, run.newton, scheme.step / parts, run.model)
         for kept in (state.multipliers, state.past):
             kept *= method.c / full.c
-        restart(state, work)
+        restart(state, run.step.work)
         counters[stepping.HALVED] += 1
-        signals, broken = leading_signals(model.system, scheme.step * (done + (np.arange(parts) + 1) / parts), method.h)
-        rows = np.append(np.full(parts - 1, -1), row)
-        status, taken = advance(state, work, method, signals, rows, out, multipliers, counters)
+        signals, broken = leading_signals(run.model.system, scheme.step * (done + (np.arange(parts) + 1) / parts), method.h)
+        status, taken = run.take(method, signals, np.append(np.full(parts - 1, -1), row))
         counters[stepping.STEPS] -= taken
         if status == stepping.DONE and broken is None:
             for kept in (state.multipliers, state.past):
                 kept *= full.c / method.c
-            restart(state, work)
+            restart(state, run.step.work)
             counters[stepping.STEPS] += 1
             return status, scheme.step * (done + 1)
         reached = scheme.step * (done + taken / parts)
@@ -289,26 +271,25 @@ class FailedStep(SolverError):
         self.run = run
 
 
-def failure(
-    model: Compiled,
-    work: Work,
-    status: int,
-    time: float,
-    partial: Trajectory,
-    scheme: GeneralizedAlpha,
-    run: Run | None = None,
-) -> SolverError:
+def failure(run: Run, status: int, time: float) -> SolverError:
     """The error of a step that failed, with the worst residuals by name: forces [N] and gaps."""
-    signals, broken = leading_values(model.system, np.array([time]))
+    model, partial = run.model, trajectory(run)
+    _, broken = leading_values(model.system, np.array([time]))
     if broken is not None:
         broken.partial = partial
         return broken
     reason, n = REASONS[status], model.system.size
-    c = method_of(scheme, Newton(), scheme.step / 2**HALVINGS, model).c
-    stepping.residual(model.arrays, work, c, signals[0])
-    work.rhs[0, :n] /= c
     names = row_names(model.system)
-    largest = worst([names[k] for k in model.order] + names[n:], work.rhs[0])
+    largest = worst(names, last_residual(run, time))
     text = f"{reason.value} at t = {time:.6g} s, also with the step divided by {2**HALVINGS}; largest residuals: {told(largest)}"
     error = SolverError(f"{text}; try a smaller step, or look at loads and joints there (n = {n})", reason, time, largest, partial)
-    return FailedStep(error, run) if run else error
+    return FailedStep(error, run)
+
+
+def last_residual(run: Run, time: float) -> np.ndarray:
+    """Forces [N] and gaps (n + m,) that are left at the last trial state of the shortest step that was tried."""
+    s, order = run.step.space, np.argsort(run.model.order)
+    c = method_of(run.scheme, run.newton, run.scheme.step / 2**HALVINGS, run.model).c
+    state = (part[order] for part in (s.x, s.v, s.acceleration))
+    x, v, a = state
+    return np.concatenate(compiled.evaluate(run.model, x, v, time, s.angles, s.multipliers / c, a))

@@ -1,4 +1,4 @@
-r"""The time step of large models: sparse factors that serve many steps, turned with the bodies, and small systems for the joints.
+r"""The solver of large models: sparse factors that serve many steps, turned with the bodies, and small systems for the joints.
 
 With W = c (bh M + gh C + K) at the configuration where it was factored and R the rotation of every body since then,
 
@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -29,20 +30,18 @@ from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import spsolve
 
-from ..bodies.body import Cells
 from ..bodies.laws import Law
 from ..core import direct, krylov, pardiso
-from ..core.errors import SolverError
 from ..core.linalg import is_identity
-from ..systems import compiled, kernels, sparse
+from ..core.structs import Callback, packed
+from ..systems import compiled, evaluation
 from ..systems.compiled import Compiled
+from ..systems.evaluation import Space
 from . import stepping
 from .scheme import Solver
-from .stepping import Method, State, Work
+from .stepping import Step
 
 LOOSE = 1e-5  #: relative residual of the multigrid solution, the contraction of the Newton iteration
-MARGIN = 10.0  #: on a contraction that was not measured in the same step
-REMEASURE = 8  #: steps after which the contraction is measured again
 EMPTY = 1e-8  #: diagonal of W, relative to the largest, below which an interface unknown counts as massless
 
 
@@ -70,137 +69,90 @@ class Large:
         self.bodies = rotation_weights(model) if self.turns else []
         self.owned = [np.flatnonzero((self.interface >= at.start) & (self.interface < at.stop)) for at, _ in self.bodies]
         self.label = "sparse factors"  #: of the solver, more exactly once there are factors
-        self.rate = 1.0  #: contraction, the largest of late measurements
         self.place = model.system.x0  #: configuration where W was factored
         self.factored: list[np.ndarray] = []  #: rotations of the bodies there
         self.motions = rigid_motions(model)
         self.now = Standing([])
 
-    def advance(
-        self,
-        s: State,
-        w: Work,
-        method: Method,
-        signals: np.ndarray,
-        rows: np.ndarray,
-        out: np.ndarray,
-        multipliers: np.ndarray,
-        counters: np.ndarray,
-    ) -> tuple[int, int]:
-        """As `stepping.advance`."""
-        moving = not kernels.steady(self.model.arrays.terms)
-        for k in range(len(signals)):
-            stepping.predict(s, w, method)
-            status, last, fresh = stepping.NOT_CONVERGED, 0.0, 0
-            for iteration in range(method.iterations):
-                stepping.residual(self.model.arrays, w, method.c, signals[k])
-                if w.kind[0] == 0:
-                    counters[stepping.FACTORISATIONS] += 1
-                    if not self.factorise(w, method):
-                        status = stepping.SINGULAR
-                        break
-                    fresh = 1
-                self.solve(w, method, signals[k])
-                norm = stepping.apply(self.model.arrays.norm, w, method)
-                counters[stepping.ITERATIONS] += 1
-                status = self.judge(w, method, float(s.change[0]), iteration, norm, last, fresh, k)
-                if status != stepping.NOT_CONVERGED:
-                    break
-                last, fresh = norm, fresh + 1 if fresh > 0 and w.kind[0] > 0 else 0
-            if status != stepping.DONE:
-                w.kind[0] = 0
-                return status, k
-            stepping.accept(self.model.arrays.norm, s, w, method)
-            s.angles[:] = compiled.followed(self.model, s.x, s.angles)
-            if moving:
-                self.settle(s, w, method, signals[k])
-            counters[stepping.STEPS] += 1
-            if rows[k] >= 0:
-                stepping.store(s, method.c, rows[k], out, multipliers)
-        return stepping.DONE, len(signals)
+    def doors(self, step: Callable[[], Step]) -> tuple[Callback, Callback, Callback]:
+        """`factorise`, `solve` and `settle` of `stepping.Doors` for what `step` is at the call."""
 
-    def judge(self, w: Work, method: Method, change: float, iteration: int, norm: float, last: float, fresh: int, step: int) -> int:
-        """As `stepping.judge`; one correction is enough where MARGIN times the contraction measured in steps before promises it."""
-        if iteration == 1 and last > 0.0:
-            self.rate = max(0.9 * self.rate, norm / last)
-        promised = norm * MARGIN * self.rate <= stepping.goal(method, change, iteration)
-        if iteration == 0 and promised and fresh == 0 and step % REMEASURE:
-            return stepping.DONE
-        return stepping.judge(w, method, change, iteration, norm, last, fresh)
+        pieces = self.factorise, self.solve, self.settle
+        factorise, solve, settle = (Callback(partial(call, step, one)) for one in pieces)
+        return factorise, solve, settle
 
-    def factorise(self, w: Work, method: Method) -> bool:
-        """Factors of W at the trial state, and the columns of its inverse that belong to the interface."""
-        system, plan = self.model.system, self.model.plan
-        assert plan is not None
+    def factorise(self, step: Step) -> None:
+        """Factors of W at the trial state, and columns of its inverse that belong to the interface, or SolverError."""
+        system, method, space, work = self.model.system, step.method, step.space, step.work
         W = method.bh * csr_array(system.mass) + method.gh * csr_array(system.damping) + csr_array(system.stiffness)
-        W = csr_array(method.c * (W + sparse.tangent(plan, w.x, method.gh)))
+        W = csr_array(method.c * (W + compiled.elastic_tangent(self.model, space.x, method.gh)))
         diagonal = W.diagonal()
         self.shift = np.where(diagonal[self.interface] < EMPTY * diagonal.max(), np.median(diagonal), 0.0)
         shift = np.zeros(self.size)
         shift[self.interface] = self.shift
         W = csr_array(W + diags_array(shift))
-        try:
-            self.inverse = inverse(W, self.motions, self.solver)
-            self.label = self.inverse.label
-        except SolverError:
-            return False
-        self.rate, self.place, self.factored = 1.0, w.x.copy(), fitted_turns(self, w.x)
-        w.kind[2] = stepping.CHOLESKY
+        self.inverse = inverse(W, self.motions, self.solver)
+        self.label = self.inverse.label
+        work.rate[0], self.place, self.factored = 1.0, space.x.copy(), fitted_turns(self, space.x)
         columns = np.zeros((len(self.interface), self.size))
         columns[np.arange(len(self.interface)), self.interface] = 1.0
         spread = refined(W, self.inverse, columns)
         self.flexible = np.ascontiguousarray(spread[:, self.interface])
         self.spread = spread.astype(np.float32)
-        w.kind[0] = 1
-        return True
+        work.kind[0] = work.kind[2] = stepping.CHOLESKY
 
-    def solve(self, w: Work, method: Method, signals: np.ndarray) -> None:
+    def solve(self, step: Step) -> None:
         """rhs <- KKT^-1 rhs."""
-        now = self.now = self.standing(w, method, signals)
-        r = w.rhs[0, : self.size].copy()
+        now = self.now = self.standing(step)
+        r = step.space.f.copy()
         turned(self, r, [R.T for R in now.turns])
-        self.close(w, now, self.inverse.solve(r[None, :])[0])
+        self.close(step.space, now, self.inverse.solve(r[None, :])[0])
 
-    def settle(self, s: State, w: Work, method: Method, signals: np.ndarray) -> None:
+    def settle(self, step: Step) -> None:
         """As `stepping.settle`, with the interface of the last correction."""
-        A = self.model.arrays
-        stepping.drift(A.probes, A.probes_offset, A.terms, s, w, method, signals)
-        self.close(w, self.now, np.zeros(self.size))
-        if not stepping.shift(A.norm, A.probes, s, w):
-            w.kind[0] = 0
+        table = packed(step)
+        stepping.drift(table)
+        self.close(step.space, self.now, np.zeros(self.size))
+        if not stepping.shift(table):
+            step.work.kind[0] = 0
 
-    def standing(self, w: Work, method: Method, signals: np.ndarray) -> Standing:
-        """The interface in the trial state of `w`."""
-        turns = [now @ then.T for now, then in zip(fitted_turns(self, w.x), self.factored, strict=True)]
-        nb, m = len(self.interface), len(w.multipliers)
+    def standing(self, step: Step) -> Standing:
+        """The interface in the trial state."""
+        space = step.space
+        turns = [now @ then.T for now, then in zip(fitted_turns(self, space.x), self.factored, strict=True)]
+        nb, m = len(self.interface), len(space.multipliers)
         if nb == 0:
             return Standing(turns)
         small = block_turns(self, turns)
-        F, J = small @ self.flexible @ small.T, w.Jy @ self.probes
-        H = self.slopes(w, method, signals)
+        F, J = small @ self.flexible @ small.T, space.Jy @ self.probes
+        H = self.slopes(step)
         A = np.block([[np.eye(nb) + F @ H, F @ J.T], [J, np.zeros((m, m))]])
         return Standing(turns, small, H, J, lu_factor(A, check_finite=False))
 
-    def close(self, w: Work, now: Standing, r: np.ndarray) -> None:
+    def close(self, space: Space, now: Standing, r: np.ndarray) -> None:
         """rhs <- KKT^-1 (., g) from rhs = (., g) and W^-1 of what stands for the point, as the bodies stood when W was factored."""
         n, nb = self.size, len(self.interface)
         if nb:
-            found = lu_solve(now.factors, np.concatenate([now.small @ r[self.interface], w.rhs[0, n:]]), check_finite=False)
+            found = lu_solve(now.factors, np.concatenate([now.small @ r[self.interface], space.rhs[0, n:]]), check_finite=False)
             push = now.H @ found[:nb] + now.J.T @ found[nb:]
             r -= (now.small.T @ push).astype(np.float32) @ self.spread
-            w.rhs[0, n:] = found[nb:]
+            space.rhs[0, n:] = found[nb:]
         turned(self, r, now.turns)
-        w.rhs[0, :n] = r
+        space.f[:] = r
 
-    def slopes(self, w: Work, method: Method, signals: np.ndarray) -> np.ndarray:
+    def slopes(self, step: Step) -> np.ndarray:
         """Second derivatives of joints and loads on the interface, less the shift."""
-        A = self.model.arrays
-        H = np.zeros(A.pairs.size)
-        kernels.load_slopes(A.forces, A.probes, w.y, w.v, signals, w.angles, -method.c, method.gh, H)
-        kernels.constraint_slopes(A.terms, w.y, signals, w.multipliers, H)
-        y = np.zeros((len(w.y), len(w.y)))
-        np.add.at(y, (self.pairs[:, 0], self.pairs[:, 1]), H)
+        space = step.space
+        space.gh[0] = step.method.gh
+        evaluation.probe_slopes(step)
+        y = np.zeros((len(space.y), len(space.y)))
+        np.add.at(y, (self.pairs[:, 0], self.pairs[:, 1]), space.H)
         return np.asarray(self.probes.T @ y @ self.probes - np.diag(self.shift))
+
+
+def call(step: Callable[[], Step], function: Callable[[Step], None], table: int, more: int) -> None:
+    """A function of a step behind an address."""
+    function(step())
 
 
 def whole_vectors(model: Compiled) -> bool:
@@ -228,7 +180,7 @@ def rotation_weights(model: Compiled) -> list[tuple[slice, np.ndarray]]:
     q, dim = system.lift(system.x0), system.dim
     for elastic in system.elastic:
         part = elastic.gather
-        if not isinstance(part, Cells) or part.law not in (Law.MEMBRANE, Law.SHELL):
+        if part.law not in (Law.MEMBRANE, Law.SHELL):
             continue
         p = q if part.spread is None else part.spread @ q
         nodes, G = part.nodes // dim, np.zeros((len(p) // dim, dim))

@@ -13,11 +13,11 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
-from ..core.jit import jit
-from ..systems import compiled, kernels
+from ..core.structs import Routine
+from ..systems import evaluation
 from ..systems.angles import continuous, turning
 from ..systems.compiled import Compiled, compile_system, signal_table
-from ..systems.kernels import Arrays
+from ..systems.evaluation import Samples
 from ..systems.probes import Sensed, kind_of, require_distinct_columns
 from ..systems.system import Line, LoadKind, System, linear_part
 from .trajectory import Trajectory
@@ -26,84 +26,6 @@ STILL = 1e-12  #: energy, over that of crossing the model once in the run, that 
 UNSURE = 3.0  #: error of the work over its difference from that of every second state
 FEW = 9  #: stored states, below which nothing is said of a rise of the energy balance
 DELTA = 1e-6  #: relative time difference for Phi_t
-
-
-@jit
-def survey(
-    A: Arrays,
-    x: np.ndarray,
-    v: np.ndarray,
-    multipliers: np.ndarray,
-    signals: np.ndarray,
-    before: np.ndarray,
-    after: np.ndarray,
-    span: np.ndarray,
-    angles: np.ndarray,
-    body: np.ndarray,
-    work: np.ndarray,
-) -> np.ndarray:
-    """Kinetic and strain energy [J], and power of drives, loads and damping [W], for every sample: (s, 3)."""
-    samples, n = x.shape
-    m, rows = multipliers.shape[1], len(A.probes_offset)
-    out = np.zeros((samples, 3))
-    y, vy, g = np.zeros(rows), np.zeros(rows), np.zeros(rows)
-    low, high, jacobian = np.zeros(m), np.zeros(m), np.zeros((m, rows))
-    moving, still, rest = np.zeros(n), np.zeros(n), np.zeros(n)
-    for s in range(samples):
-        kernels.clear(moving)
-        kernels.add_operator(A.mass, v[s], moving)
-        out[s, 0] = 0.5 * np.dot(v[s], moving)
-        out[s, 1] = kernels.elastic_energy(A.groups, A.lift, A.lift_offset, x[s], body[0], work)
-        kernels.clear(still)
-        kernels.add_operator(A.stiffness, x[s], still)
-        out[s, 1] += 0.5 * np.dot(x[s], still)
-        kernels.affine(A.probes, A.probes_offset, x[s], y)
-        kernels.clear(vy)
-        kernels.add_product(A.probes, 1.0, v[s], vy)
-        kernels.clear(g)
-        kernels.add_loads(A.forces, A.probes, y, v[s], signals[s], angles[s], g)
-        power = np.dot(g, vy)
-        kernels.constrain(A.terms, y, before[s], low, jacobian)
-        kernels.constrain(A.terms, y, after[s], high, jacobian)
-        power += np.dot(multipliers[s], high - low) / span[s]
-        kernels.clear(moving)
-        kernels.add_operator(A.damping, v[s], moving)
-        if A.groups.beta.max() > 0.0:
-            kernels.clear(still)
-            kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, x[s], v[s], body, work, moving)
-            kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, x[s], rest, body, work, still)
-            for i in range(n):
-                moving[i] -= still[i]
-        out[s, 2] = power - np.dot(v[s], moving)
-    return out
-
-
-@jit
-def residuals(
-    A: Arrays,
-    x: np.ndarray,
-    v: np.ndarray,
-    a: np.ndarray,
-    signals: np.ndarray,
-    angles: np.ndarray,
-    body: np.ndarray,
-    work: np.ndarray,
-) -> np.ndarray:
-    """M q'' + f - Q without constraint forces, for every sample: (s, n)."""
-    out = np.zeros(x.shape)
-    y, g = np.zeros(len(A.probes_offset)), np.zeros(len(A.probes_offset))
-    for s in range(len(x)):
-        kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, x[s], v[s], body, work, out[s])
-        kernels.add_operator(A.mass, a[s], out[s])
-        kernels.add_operator(A.damping, v[s], out[s])
-        kernels.add_operator(A.stiffness, x[s], out[s])
-        kernels.affine(A.probes, A.probes_offset, x[s], y)
-        kernels.clear(g)
-        kernels.add_loads(A.forces, A.probes, y, v[s], signals[s], angles[s], g)
-        kernels.add_transposed(A.probes, -1.0, g, out[s])
-        for i in range(x.shape[1]):
-            out[s, i] -= A.load[i]
-    return out
 
 
 def energies(trajectory: Trajectory) -> np.ndarray:
@@ -120,18 +42,34 @@ def work_done(times: np.ndarray, power: np.ndarray) -> np.ndarray:
 def survey_of(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
     """Kinetic, strain and potential energy (s, 3) [J], and the power (s,) [W] of loads, drives and damping."""
     system, times = trajectory.system, trajectory.times
-    model = compile_system(system)
     delta = DELTA * max(float(times[-1]), 1e-12)
-    before, after = np.maximum(times - delta, 0.0), times + delta
-    x, v = (np.ascontiguousarray(part[:, model.order]) for part in (trajectory.x, trajectory.v))
-    now, early, late = (signal_table(system, t) for t in (times, before, after))
-    body, buffer = model.buffers()
-    angles = spring_angles(system, times, trajectory.x, trajectory.v, trajectory.a)
-
-    multipliers = np.ascontiguousarray(trajectory.multipliers)
-    found = survey(model.arrays, x, v, multipliers, now, early, late, after - before, angles, body, buffer)
+    span = np.maximum(times - delta, 0.0), times + delta
+    motion = times, trajectory.x, trajectory.v, trajectory.a
+    found = on_samples(evaluation.survey, compile_system(system), 3, *motion, trajectory.multipliers, span)
     potential = -(trajectory.x - trajectory.x[0]) @ system.loads.constant
     return np.column_stack([found[:, :2], potential]), found[:, 2]
+
+
+def on_samples(
+    routine: Routine,
+    model: Compiled,
+    width: int,
+    times: np.ndarray,
+    x: np.ndarray,
+    v: np.ndarray,
+    a: np.ndarray,
+    multipliers: np.ndarray | None = None,
+    span: tuple[np.ndarray, np.ndarray] | None = None,
+) -> np.ndarray:
+    """What a routine of `evaluation` makes of all states of a motion, (s, width); `span` are instants before and after them."""
+    xc, vc, ac = (np.ascontiguousarray(part[:, model.order]) for part in (x, v, a))
+    held = np.zeros((len(times), model.constraints)) if multipliers is None else np.ascontiguousarray(multipliers)
+    before, after = span or (times, times)
+    now, early, late = (signal_table(model.system, t) for t in (times, before, after))
+    angles, out = spring_angles(model.system, times, x, v, a), np.zeros((len(times), width))
+    space = model.evaluation[0].space
+    routine(Samples(space, model.arrays, xc, vc, ac, held, now, early, late, after - before, angles, out))
+    return out
 
 
 def drift_of(times: np.ndarray, stored: np.ndarray, power: np.ndarray) -> float:
@@ -169,12 +107,11 @@ def energy_errors(trajectory: Trajectory) -> tuple[float, float]:
     return drift, max(float((balance - balance[0]).max()) - UNSURE * float(doubt), 0.0) / scale
 
 
-def residual_samples(model: Compiled, times: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """M q'' + f - Q of a system on any motion, (s, n)."""
-    xc, vc, ac = (np.ascontiguousarray(part[:, model.order]) for part in (x, v, a))
-    body, work = model.buffers()
-    angles = spring_angles(model.system, times, x, v, a)
-    found = residuals(model.arrays, xc, vc, ac, signal_table(model.system, times), angles, body, work)
+def residual_samples(
+    model: Compiled, times: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray, multipliers: np.ndarray | None = None
+) -> np.ndarray:
+    """M q'' + f - Q + Phi_q^T lambda of a system on any motion, (s, n); without multipliers (s, m) the last part is left out."""
+    found = on_samples(evaluation.residuals, model, model.system.size, times, x, v, a, multipliers)
     return found[:, np.argsort(model.order)]
 
 
@@ -190,15 +127,14 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
         return {name: -trajectory.multipliers[:, k] for k, name in enumerate(system.constraints.names)}
     q, v, a = lifted(trajectory)
     model = compile_system(full)
-    r = residual_samples(model, trajectory.times, q, v, a)
     rows, A, _ = linear_part(full)
     known = {name: -trajectory.multipliers[:, k] for k, name in enumerate(system.constraints.names)}
-    place = {name: k for k, name in enumerate(full.constraints.names)}
-    kept = np.array([place[name] for name in system.constraints.names], dtype=np.int64)
+    held = np.zeros((len(q), len(full.constraints.names)))
+    for k, name in enumerate(full.constraints.names):
+        held[:, k] = -known.get(name, 0.0)
+    r = residual_samples(model, trajectory.times, q, v, a, held)
     lost = np.array([k for k, row in enumerate(rows) if full.constraints.names[row] not in known], dtype=np.int64)
     rows, A = rows[lost], csr_array(A[lost])
-    for s, t in enumerate(trajectory.times if len(kept) else []):
-        r[s] += trajectory.multipliers[s] @ compiled.gap(model, q[s], float(t))[1][kept]
     used = np.unique(A.indices)
     found = -r[:, used] @ np.linalg.pinv(A[:, used].toarray())
     known |= {full.constraints.names[k]: -found[:, i] for i, k in enumerate(rows)}

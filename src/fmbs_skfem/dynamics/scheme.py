@@ -85,13 +85,14 @@ def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, model: Compile
     """
     system = model.system
     reduced = len(model.arrays.lift.indptr) <= 1  # no cells to gather from
-    dear = model.plan is not None or (reduced and system.size > FEW)
+    large = model.pattern is not None
+    dear = large or (reduced and system.size > FEW)
     slow = newton.slow if newton.slow is not None else LAZY if dear else BRISK
     am, af, gamma, beta = scheme.coefficients
     bh, gh = (1 - am) / (h**2 * beta * (1 - af)), gamma / (h * beta)
     c = h**2 * beta
     control = newton.tolerance * system.scale, newton.iterations, slow, round_off(system)
-    return Method(h, am, af, gamma, beta, bh, gh, c, *control, SHARP * c)
+    return Method(h, am, af, gamma, beta, bh, gh, c, *control, SHARP * c, large)
 
 
 def round_off(system: System) -> float:

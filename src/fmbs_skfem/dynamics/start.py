@@ -17,16 +17,15 @@ from ..core import lapack, ranks, saddle
 from ..core.errors import Reason, SolverError
 from ..core.notices import notify
 from ..systems import compiled as compilation
-from ..systems import mechanism
+from ..systems import evaluation, mechanism
 from ..systems.compiled import Compiled
-from ..systems.quartic import Quartic
 from ..systems.redundancy import rows_of, scale_of, singular_start, without_redundant
 from ..systems.system import System
 from . import large, stepping
 from .histories import finite_signals
 from .names import coordinate_names
 from .scheme import GeneralizedAlpha, Newton, method_of
-from .stepping import State, Work
+from .stepping import Doors, Job, Method, State, Step, Work
 
 PLATES = (Law.MEMBRANE, Law.SHELL)
 DRIFT, CURVATURE = 1e-3, 0.25  #: distance of the five instants of the differences for Phi_t and Phi'', in steps
@@ -83,7 +82,7 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha) -> Start:
     phi, J = compilation.gap(model, x)
     closed(system, phi)
     M = csr_array(system.mass)
-    if any(isinstance(part.gather, Quartic) or part.gather.law in PLATES for part in system.elastic):
+    if any(part.gather.law in PLATES for part in system.elastic):
         method = method_of(scheme, Newton(), h, model)
         M = M + (compilation.tangent(model, x, np.zeros(len(phi)), 0.0, method.gh)) / method.bh
     solve = kkt_solver(model, csr_array(M), J)
@@ -126,7 +125,7 @@ def kkt_solver(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.nda
     rows = ranks.independent_rows(J, units=scale_of(system))
     if len(rows) < len(J) and not singular_start(system):
         raise dependent(system, np.setdiff1d(np.arange(len(J)), rows))
-    inverse = augmented(model, M / size, J[rows]) if model.plan else saddle.inverse(saddle.matrix(M / size, J[rows]))
+    inverse = augmented(model, M / size, J[rows]) if model.pattern else saddle.inverse(saddle.matrix(M / size, J[rows]))
     if inverse is None:
         raise weightless(system, M)
 
@@ -187,14 +186,22 @@ def first_state(model: Compiled, start: Start, c: float) -> State:
     return State(xc, vc, ac, early, start.multipliers * c, history, past, *known)
 
 
+def first_step(model: Compiled, start: Start, method: Method, stored: int) -> Step:
+    """A step with its space and room for so many states."""
+    n, m = model.system.size, model.constraints
+    doors = Doors(evaluation.residual.address, *(door.address for door in (stepping.factorise, stepping.solve, stepping.settle)))
+    counters, none = np.zeros(4, np.int64), np.zeros(0, np.int64)
+    job = Job(np.zeros((0, 0)), none, np.zeros((3, stored, n)), np.zeros((stored, m)), counters, np.zeros(1, np.int64))
+    return Step(compilation.space(model), model.arrays, doors, first_state(model, start, method.c), workspace(model), method, job)
+
+
 def workspace(model: Compiled) -> Work:
+    """Space of the solver; without factors where these are kept elsewhere."""
     A, n, m, j = model.arrays, model.system.size, model.constraints, len(model.arrays.probes_offset)
     width = A.mass.store.shape[1] - 1
-    stored = 0 if model.plan else n
-    body, work = model.buffers()
+    stored = 0 if model.pattern else n
     return Work(
         lapack.ADDRESSES,
-        np.zeros((stored, width + 1)),
         np.zeros((n + m, n + m) if A.dense else (0, 0)),
         np.zeros((1, 1) if A.dense else (stored, 3 * width + 1)),
         np.zeros(n + m if A.dense else n, np.int32),
@@ -202,19 +209,8 @@ def workspace(model: Compiled) -> Work:
         np.zeros(m, np.int32),
         np.zeros((m, stored)),
         np.zeros((m, stored)),
-        np.zeros((m, j)),
-        np.zeros((1, n + m)),
-        np.zeros(j),
-        np.zeros(j),
-        np.zeros(A.pairs.size),
         np.zeros((4, j)),
         np.array([np.inf, float(model.system.mass.diagonal().max(initial=0.0))]),
-        body,
-        work,
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros(m),
-        compilation.last_angles(model.system),
+        np.ones(1),
         np.array([0, len(A.turning.table) > 0, 0, 0], np.int64),
     )

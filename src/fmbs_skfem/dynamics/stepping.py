@@ -33,17 +33,17 @@ Bottasso, Bauchau and Cardona, SIAM J. Sci. Comput. 29 (2007) 397-414, doi 10.11
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..core import lapack
-from ..core.entries import borrowed
-from ..core.jit import inlined, jit, released, summing
-from ..systems import kernels, springs, turning
-from ..systems.kernels import Arrays, Csr, Terms
+from ..core.jit import jit, summing
+from ..core.structs import Cube, Integers, Matrix, Shorts, Vector, invoke, opener, routine
+from ..systems import evaluation, kernels, springs, turning
+from ..systems.evaluation import Arrays, Space
 
-DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR = range(5)
+DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED = range(6)
 STEPS, ITERATIONS, FACTORISATIONS, HALVED = range(4)  #: counters
 CHOLESKY, BAND, FULL = 1, 2, 3  #: kinds of factors: Cholesky band, general band, dense
 FLOOR = 1e-4  #: a correction below this part of the tolerance needs no second one
@@ -51,6 +51,8 @@ PATIENT = 6  #: corrections after which the tolerance alone decides
 CHEAP = 0.2  #: part of `slow` where tangents are turned: new factors cost little then
 OLD = 0.01  #: part of (4) that old factors may leave
 HISTORY = 3  #: accelerations kept for the predictor
+MARGIN = 10.0  #: on a contraction that was not measured in the same step
+REMEASURE = 8  #: steps after which a contraction that is relied on is measured again
 
 
 class Method(NamedTuple):
@@ -69,102 +71,101 @@ class Method(NamedTuple):
     slow: float  #: contraction above which the matrix is factored anew for the next step
     floor: float  #: round-off of q [m]
     sharp: float  #: remaining error of q over the second difference of q'' [s2]
+    trusting: bool  #: whether a contraction of steps before may be relied on
 
 
 class State(NamedTuple):
     """Motion at one instant; arrays are updated in place."""
 
-    x: np.ndarray
-    v: np.ndarray
-    a: np.ndarray  #: algorithmic acceleration
-    acceleration: np.ndarray  #: q''
-    multipliers: np.ndarray  #: c times the physical ones
-    history: np.ndarray  #: (3, n) earlier q'', latest first
-    past: np.ndarray  #: (3, m) earlier multipliers, latest first
-    known: np.ndarray  #: (1,) number of valid rows of history and past
-    order: np.ndarray  #: (1,) order of the predictor
-    angles: np.ndarray  #: (l,) angles of springs with their turns
-    change: np.ndarray  #: (1,) size of the second difference of q'' [m/s2], infinite where it is not known
+    x: Vector
+    v: Vector
+    a: Vector  #: algorithmic acceleration
+    acceleration: Vector  #: q''
+    multipliers: Vector  #: c times the physical ones
+    history: Matrix  #: (3, n) earlier q'', latest first
+    past: Matrix  #: (3, m) earlier multipliers, latest first
+    known: Integers  #: (1,) number of valid rows of history and past
+    order: Integers  #: (1,) order of the predictor
+    angles: Vector  #: (l,) angles of springs with their turns
+    change: Vector  #: (1,) size of the second difference of q'' [m/s2], infinite where it is not known
 
 
 class Work(NamedTuple):
-    """Preallocated space of the iteration."""
+    """Factors, and preallocated space of the solver."""
 
-    addresses: np.ndarray
-    W: np.ndarray  #: lower band (n, d+1) or dense (n, n)
-    kkt: np.ndarray  #: (n + m, n + m) for dense systems
-    general: np.ndarray  #: general band, used where W is indefinite
-    pivots: np.ndarray
-    schur: np.ndarray
-    schur_pivots: np.ndarray
-    spread: np.ndarray  #: (m, n) W^-1 Phi_q^T
-    J: np.ndarray  #: (m, n)
-    Jy: np.ndarray  #: (m, j)
-    rhs: np.ndarray  #: (1, n + m)
-    y: np.ndarray
-    g: np.ndarray
-    H: np.ndarray
-    paths: np.ndarray  #: (4, j) rows of `kernels.drift`
-    pull: np.ndarray  #: (2,) size of the last correction of the multipliers, infinite before the first; the largest mass [kg]
-    body: np.ndarray
-    work: np.ndarray
-    x: np.ndarray
-    v: np.ndarray
-    acceleration: np.ndarray
-    multipliers: np.ndarray
-    angles: np.ndarray  #: (l,) those of springs at the last accepted step
-    kind: np.ndarray  #: (4,) kind of the factors, 0: anew; 1 while tangents are turned; kind of those there are; their age in steps
+    addresses: Integers
+    kkt: Matrix  #: (n + m, n + m) for dense systems
+    general: Matrix  #: general band, used where W is indefinite
+    pivots: Shorts
+    schur: Matrix
+    schur_pivots: Shorts
+    spread: Matrix  #: (m, n) W^-1 Phi_q^T
+    J: Matrix  #: (m, n)
+    paths: Matrix  #: (4, j) rows of `kernels.drift`
+    pull: Vector  #: (2,) size of the last correction of the multipliers, infinite before the first; the largest mass [kg]
+    rate: Vector  #: (1,) contraction, the largest of late measurements
+    kind: Integers  #: (4,) kind of the factors, 0: anew; 1 while tangents are turned; kind of those there are; their age in steps
 
 
-@inlined
-def residual(A: Arrays, w: Work, c: float, signals: np.ndarray) -> None:
-    """rhs = (c (M q'' + f) + Phi_q^T lambda, Phi) at the trial state of `w`."""
-    n = len(w.x)
-    R = w.rhs[0, :n]
-    kernels.clear(R)
-    kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, w.x, w.v, w.body, w.work, R)
-    kernels.add_operator(A.mass, w.acceleration, R)
-    kernels.add_operator(A.damping, w.v, R)
-    kernels.add_operator(A.stiffness, w.x, R)
-    for i in range(n):
-        R[i] = c * (R[i] - A.load[i])
-    if len(w.y) > 0:
-        kernels.affine(A.probes, A.probes_offset, w.x, w.y)
-        kernels.clear(w.g)
-        if len(A.forces.row) + len(A.forces.laws) > 0:
-            kernels.add_loads(A.forces, A.probes, w.y, w.v, signals, w.angles, w.g)
-        kernels.constrain(A.terms, w.y, signals, w.rhs[0, n:], w.Jy)
-        for j in range(len(w.y)):
-            total = -c * w.g[j]
-            for m in range(len(w.multipliers)):
-                total += w.Jy[m, j] * w.multipliers[m]
-            w.g[j] = total
-        kernels.add_transposed(A.probes, 1.0, w.g, R)
+class Doors(NamedTuple):
+    """Addresses of the routines that a step calls."""
+
+    residual: int
+    factorise: int  #: factors at the trial state of the space, 0 or the reason for none
+    solve: int  #: rhs <- KKT^-1 rhs
+    settle: int  #: the accepted velocities onto (4)
 
 
-@jit
-def factorise(A: Arrays, w: Work, method: Method, signals: np.ndarray) -> int:
-    """Factors of c W + d(Phi_q^T lambda)/dq at the trial state of `w`, whose y and Phi_y must be current; 0, or LAPACK's info.
+class Job(NamedTuple):
+    """Steps to take, and where their results go."""
+
+    signals: Matrix  #: (k, s) a row for every step
+    rows: Integers  #: (k,) rows of the trajectory, -1 for none
+    out: Cube  #: (3, s, n) x, v, q''
+    multipliers: Matrix  #: (s, m) physical
+    counters: Integers
+    done: Integers  #: (1,) steps that were taken
+
+
+class Step(NamedTuple):
+    """All that the routines of a step read and write."""
+
+    space: Space  #: the trial state and what is evaluated there
+    arrays: Arrays
+    doors: Doors
+    state: State
+    work: Work
+    method: Method
+    job: Job
+
+
+opened = opener(Step)
+
+
+@routine
+def factorise(table: Any, _: Any) -> int:
+    """Factors of c W + d(Phi_q^T lambda)/dq at the trial state, whose y and Phi_y must be current; 0, or LAPACK's info.
 
     Where Cholesky's factorisation of the band fails, the matrix is set up again for LU.
     """
+    S = opened(table)
+    A, s, w = S.arrays, S.space, S.work
     kernels.clear(w.J.reshape(-1))
-    for m in range(len(w.multipliers)):
-        kernels.add_transposed(A.probes, 1.0, w.Jy[m], w.J[m])
-    kernels.clear(w.H)
-    kernels.load_slopes(A.forces, A.probes, w.y, w.v, signals, w.angles, -method.c, method.gh, w.H)
-    kernels.constraint_slopes(A.terms, w.y, signals, w.multipliers, w.H)
+    for m in range(len(s.multipliers)):
+        kernels.add_transposed(A.probes, 1.0, s.Jy[m], w.J[m])
+    s.c[0], s.gh[0] = S.method.c, S.method.gh
+    evaluation.slopes(table)
     info = 1
     for kind in range(FULL if A.dense else CHOLESKY, FULL + 1 if A.dense else FULL):
-        combine(method.bh, A.mass.store, method.gh, A.damping.store, A.stiffness.store, w.W)
+        combine(S.method.bh, A.mass.store, S.method.gh, A.damping.store, A.stiffness.store, s.W)
         if w.kind[1] == 1:
-            turning.add_turned_tangent(A.turning, w.x, method.gh, w.W)
-        else:
-            kernels.add_elastic_tangent(A.groups, A.scatter, A.lift, A.lift_offset, w.x, w.body[0], method.gh, w.work, w.W)
-        scale(method.c, w.W)
-        kernels.add_pairs(A.pairs, w.H, A.dense, w.W)
+            turning.add_turned_tangent(A.turning, s.x, S.method.gh, s.W)
+        elif evaluation.sum_tangents(table) != 0:
+            return 1
+        scale(S.method.c, s.W)
+        kernels.add_pairs(A.pairs, s.H, A.dense, s.W)
         w.kind[0] = w.kind[2] = kind
-        info = factors(w)
+        info = factors(table)
         if info == 0:
             break
     return info
@@ -187,29 +188,31 @@ def scale(c: float, W: np.ndarray) -> None:
 
 
 @jit
-def factors(w: Work) -> int:
+def factors(table: Any) -> int:
     """Factor W and J by `kind`: band by Cholesky or LU with the Schur complement of J, or all dense; 0, or LAPACK's info."""
-    n, m = len(w.x), len(w.multipliers)
+    S = opened(table)
+    W, w = S.space.W, S.work
+    n, m = len(S.space.x), len(S.space.multipliers)
     if w.kind[2] == FULL:
-        bordered(w.W, w.J, w.kkt)
+        bordered(W, w.J, w.kkt)
         info = lapack.getrf(w.addresses, w.kkt, w.pivots)
         for i in range(n + m):
             w.kkt[i, i] = 1.0 / w.kkt[i, i]
         return info
     if w.kind[2] == CHOLESKY:
-        info = lapack.pbtrf(w.addresses, w.W)
+        info = lapack.pbtrf(w.addresses, W)
         for i in range(n):
-            w.W[i, 0] = 1.0 / w.W[i, 0]
+            W[i, 0] = 1.0 / W[i, 0]
     else:
-        width = w.W.shape[1] - 1
-        mirror_band(w.W, w.general)
+        width = W.shape[1] - 1
+        mirror_band(W, w.general)
         info = lapack.gbtrf(w.addresses, w.general, width, width, w.pivots)
     if info != 0 or m == 0:
         return info
     for k in range(m):
         for i in range(n):
             w.spread[k, i] = w.J[k, i]
-    solve_band(w, w.spread)
+    solve_band(table, w.spread)
     for k in range(m):
         for l in range(m):
             w.schur[k, l] = 0.0
@@ -245,13 +248,15 @@ def mirror_band(low: np.ndarray, general: np.ndarray) -> None:
 
 
 @jit
-def solve_band(w: Work, rhs: np.ndarray) -> None:
+def solve_band(table: Any, rhs: np.ndarray) -> None:
     """rhs rows <- W^-1 rhs."""
+    S = opened(table)
+    W, w = S.space.W, S.work
     if w.kind[2] == CHOLESKY:
         for k in range(len(rhs)):
-            substitute(w.W, rhs[k])
+            substitute(W, rhs[k])
     else:
-        width = w.W.shape[1] - 1
+        width = W.shape[1] - 1
         lapack.gbtrs(w.addresses, w.general, width, width, w.pivots, rhs)
 
 
@@ -346,23 +351,31 @@ def substitute(L: np.ndarray, x: np.ndarray) -> None:
         x[j], x[j + 1], x[j + 2], x[j + 3] = a, b, c, d
 
 
-@inlined
-def solve(w: Work) -> None:
+@routine
+def solve(table: Any, _: Any) -> int:
     """rhs <- KKT^-1 rhs with the current factors."""
-    if w.kind[2] == FULL:
-        substitute_dense(w.kkt, w.pivots, w.rhs[0])
-        return
-    n = len(w.x)
-    solve_band(w, w.rhs[0, :n].reshape(1, n))
-    if len(w.multipliers) > 0:
-        close(w)
+    back_substitute(table)
+    return 0
 
 
 @jit
-def close(w: Work) -> None:
+def back_substitute(table: Any) -> None:
+    """As `solve`."""
+    S = opened(table)
+    rhs, n = S.space.rhs, len(S.space.x)
+    if S.work.kind[2] == FULL:
+        substitute_dense(S.work.kkt, S.work.pivots, rhs[0])
+        return
+    solve_band(table, rhs[0, :n].reshape(1, n))
+    if len(S.space.multipliers) > 0:
+        close(S.work, rhs)
+
+
+@jit
+def close(w: Work, rhs: np.ndarray) -> None:
     """rhs <- KKT^-1 (r, g) from rhs = (W^-1 r, g), with band factors."""
-    n, m = len(w.x), len(w.multipliers)
-    R, small = w.rhs[0, :n].reshape(1, n), w.rhs[0, n:].reshape(1, m)
+    m, n = w.J.shape
+    R, small = rhs[0, :n].reshape(1, n), rhs[0, n:].reshape(1, m)
     for k in range(m):
         total = -small[0, k]
         for i in range(n):
@@ -375,18 +388,20 @@ def close(w: Work) -> None:
 
 
 @jit
-def predict(s: State, w: Work, method: Method) -> None:
+def predict(table: Any) -> None:
     """Trial state from extrapolated q'' and multipliers."""
+    S = opened(table)
+    s, t, method = S.state, S.space, S.method
     order, h = min(s.order[0], s.known[0] - 1), method.h
-    extrapolate(s.history, order, w.acceleration)
-    extrapolate(s.past, order, w.multipliers)
-    w.pull[0] = np.inf
+    extrapolate(s.history, order, t.acceleration)
+    extrapolate(s.past, order, t.multipliers)
+    S.work.pull[0] = np.inf
     for i in range(len(s.x)):
-        a1 = algorithmic(method, w.acceleration[i], s.acceleration[i], s.a[i])
-        w.x[i] = s.x[i] + h * s.v[i] + h * h * ((0.5 - method.beta) * s.a[i] + method.beta * a1)
-        w.v[i] = s.v[i] + h * ((1.0 - method.gamma) * s.a[i] + method.gamma * a1)
+        a1 = algorithmic(method, t.acceleration[i], s.acceleration[i], s.a[i])
+        t.x[i] = s.x[i] + h * s.v[i] + h * h * ((0.5 - method.beta) * s.a[i] + method.beta * a1)
+        t.v[i] = s.v[i] + h * ((1.0 - method.gamma) * s.a[i] + method.gamma * a1)
     for k in range(len(s.angles)):
-        w.angles[k] = s.angles[k]
+        t.angles[k] = s.angles[k]
 
 
 @jit
@@ -433,134 +448,153 @@ def remember(history: np.ndarray, new: np.ndarray) -> None:
 
 
 @jit
-def accept(norm: np.ndarray, s: State, w: Work, method: Method) -> None:
+def accept(table: Any) -> None:
     """Take over the converged trial state and choose the predictor of the next step."""
-    s.order[0], s.change[0] = best_order(norm, s.history, s.known[0], w.acceleration)
+    S = opened(table)
+    s, t = S.state, S.space
+    s.order[0], s.change[0] = best_order(S.arrays.norm, s.history, s.known[0], t.acceleration)
     for i in range(len(s.x)):
-        s.a[i] = algorithmic(method, w.acceleration[i], s.acceleration[i], s.a[i])
-        s.x[i], s.v[i], s.acceleration[i] = w.x[i], w.v[i], w.acceleration[i]
-    remember(s.history, w.acceleration)
-    remember(s.past, w.multipliers)
+        s.a[i] = algorithmic(S.method, t.acceleration[i], s.acceleration[i], s.a[i])
+        s.x[i], s.v[i], s.acceleration[i] = t.x[i], t.v[i], t.acceleration[i]
+    remember(s.history, t.acceleration)
+    remember(s.past, t.multipliers)
     if s.known[0] < HISTORY:
         s.known[0] += 1
         s.order[0] = min(s.order[0] + 1, s.known[0] - 1)
     for k in range(len(s.multipliers)):
-        s.multipliers[k] = w.multipliers[k]
+        s.multipliers[k] = t.multipliers[k]
+    springs.follow(S.arrays.forces.laws, S.arrays.probes, S.arrays.probes_offset, s.x, s.angles)
 
 
 @jit
-def drift(probes: Csr, offset: np.ndarray, terms: Terms, s: State, w: Work, method: Method, signals: np.ndarray) -> None:
-    """rhs = (0, r), r what the accepted state is off (4), and a copy of r in the multipliers of `w`; v of `w` is overwritten."""
+def find_drift(table: Any) -> None:
+    """rhs = (0, r), r what the accepted state is off (4), and a copy of r in the trial multipliers; the trial v is overwritten."""
+    S = opened(table)
+    s, t, method, A, paths = S.state, S.space, S.method, S.arrays, S.work.paths
     n, lead = len(s.x), method.h * (0.5 - method.beta)
     third = method.h**2 * (1.0 / 6.0 - method.beta * (1.0 + method.am - method.af))
     for i in range(n):
-        w.v[i] = s.v[i] + lead * s.a[i]
-    kernels.probe_paths(probes, offset, s.x, w.v, s.v, s.acceleration, w.paths)
-    kernels.clear(w.rhs[0, :n])
-    kernels.drift(terms, w.paths, signals, lead, third, w.rhs[0, n:])
-    for k in range(len(w.multipliers)):
-        w.multipliers[k] = w.rhs[0, n + k]
+        t.v[i] = s.v[i] + lead * s.a[i]
+    kernels.probe_paths(A.probes, A.probes_offset, s.x, t.v, s.v, s.acceleration, paths)
+    kernels.clear(t.f)
+    kernels.drift(A.terms, paths, t.signals, lead, third, t.rhs[0, n:])
+    for k in range(len(t.multipliers)):
+        t.multipliers[k] = t.rhs[0, n + k]
 
 
-@jit
-def settle(A: Arrays, s: State, w: Work, method: Method, signals: np.ndarray, counters: np.ndarray) -> None:
+@routine
+def drift(table: Any, _: Any) -> int:
+    """As `find_drift`."""
+    find_drift(table)
+    return 0
+
+
+@routine
+def settle(table: Any, _: Any) -> int:
     """Put the accepted velocities onto (4) with the factors that are there, or with new ones of the accepted state."""
+    S = opened(table)
     for attempt in range(2):
-        drift(A.probes, A.probes_offset, A.terms, s, w, method, signals)
-        if w.kind[2] == FULL:
-            substitute_dense(w.kkt, w.pivots, w.rhs[0])
+        find_drift(table)
+        if S.work.kind[2] == FULL:
+            substitute_dense(S.work.kkt, S.work.pivots, S.space.rhs[0])
         else:
-            close(w)
-        turn(A.probes, w)
-        solve(w)
-        if shift(A.norm, A.probes, s, w) or attempt == 1:
-            return
-        restore(s, w)
-        counters[FACTORISATIONS] += 1
-        if factorise(A, w, method, signals) != 0:
-            w.kind[0] = 0
-            return
+            close(S.work, S.space.rhs)
+        turn(table)
+        back_substitute(table)
+        if move_velocities(table) or attempt == 1:
+            return 0
+        restore(table)
+        S.job.counters[FACTORISATIONS] += 1
+        if invoke(S.doors.factorise, table, 0) != 0:
+            S.work.kind[0] = 0
+            return 0
+    return 0
 
 
 @jit
-def restore(s: State, w: Work) -> None:
+def restore(table: Any) -> None:
     """The trial state of velocities and multipliers is the accepted one."""
-    for i in range(len(s.x)):
-        w.v[i] = s.v[i]
-    for k in range(len(s.multipliers)):
-        w.multipliers[k] = s.multipliers[k]
+    S = opened(table)
+    for i in range(len(S.state.x)):
+        S.space.v[i] = S.state.v[i]
+    for k in range(len(S.state.multipliers)):
+        S.space.multipliers[k] = S.state.multipliers[k]
 
 
 @jit
-def turn(probes: Csr, w: Work) -> None:
+def turn(table: Any) -> None:
     """rhs for the direction of the joints as they are now, from (d, mu) = KKT^-1 (0, r) with the joints J0 of the factors.
 
     W d' + J^T mu' = 0,  J d' = r:    KKT (d', .) = (- J^T mu, r + r - J d)  up to the square of J - J0
     """
-    n, y = len(w.x), w.paths[0]
-    kernels.clear(w.g)
-    kernels.add_combination(w.Jy, w.rhs[0, n:], w.g)
+    S = opened(table)
+    t, probes, y, n = S.space, S.arrays.probes, S.work.paths[0], len(S.space.x)
+    kernels.clear(t.g)
+    kernels.add_combination(t.Jy, t.rhs[0, n:], t.g)
     kernels.clear(y)
-    kernels.add_product(probes, 1.0, w.rhs[0, :n], y)
-    for k in range(len(w.multipliers)):
-        w.rhs[0, n + k] = 2.0 * w.multipliers[k]
+    kernels.add_product(probes, 1.0, t.f, y)
+    for k in range(len(t.multipliers)):
+        t.rhs[0, n + k] = 2.0 * t.multipliers[k]
         for j in range(len(y)):
-            w.rhs[0, n + k] -= w.Jy[k, j] * y[j]
-    kernels.clear(w.rhs[0, :n])
-    kernels.add_transposed(probes, -1.0, w.g, w.rhs[0, :n])
+            t.rhs[0, n + k] -= t.Jy[k, j] * y[j]
+    kernels.clear(t.f)
+    kernels.add_transposed(probes, -1.0, t.g, t.f)
 
 
 @jit
-def shift(norm: np.ndarray, probes: Csr, s: State, w: Work) -> bool:
+def move_velocities(table: Any) -> bool:
     """v -= d, the front of rhs, where Phi_q d is r; else the factors are too old, as near a singular position. Whether it is.
 
     A change beyond v itself is left out as well: at a dead centre the joints do not determine it.
     """
+    S = opened(table)
+    s, t, norm = S.state, S.space, S.arrays.norm
     square, change, wanted, missed = 0.0, 0.0, 0.0, 0.0
     for i in range(len(s.x)):
         square += norm[i] * s.v[i] * s.v[i]
-        change += norm[i] * w.rhs[0, i] * w.rhs[0, i]
-    kernels.clear(w.g)
-    kernels.add_product(probes, 1.0, w.rhs[0, : len(s.x)], w.g)
-    for k in range(len(w.multipliers)):
-        rest = w.multipliers[k]
+        change += norm[i] * t.f[i] * t.f[i]
+    kernels.clear(t.g)
+    kernels.add_product(S.arrays.probes, 1.0, t.f, t.g)
+    for k in range(len(t.multipliers)):
+        rest = t.multipliers[k]
         wanted += rest * rest
-        for j in range(len(w.g)):
-            rest -= w.Jy[k, j] * w.g[j]
+        for j in range(len(t.g)):
+            rest -= t.Jy[k, j] * t.g[j]
         missed += rest * rest
     if missed > OLD * OLD * wanted:
         return False
     if change <= square:
         for i in range(len(s.x)):
-            s.v[i] -= w.rhs[0, i]
+            s.v[i] -= t.f[i]
     return True
 
 
-@inlined
-def correct(norm: np.ndarray, w: Work, method: Method) -> float:
-    """One Newton correction from the residual in rhs; the size of dq [m]."""
-    solve(w)
-    return apply(norm, w, method)
+@routine
+def shift(table: Any, _: Any) -> int:
+    """As `move_velocities`."""
+    return 1 if move_velocities(table) else 0
 
 
-@inlined
-def apply(norm: np.ndarray, w: Work, method: Method) -> float:
+@jit
+def apply(table: Any) -> float:
     """Add the correction in rhs to the trial state; the size of dq [m].
 
     Factors with which the multipliers' corrections grow are discarded: near singular positions |dq| does not show it. What a
     displacement of the tolerance stands for, |dlambda| = tolerance times mass, does not count.
     """
+    S = opened(table)
+    t, w, method, norm = S.space, S.work, S.method, S.arrays.norm
     square, pull = 0.0, 0.0
-    for i in range(len(w.x)):
-        d = w.rhs[0, i]
+    for i in range(len(t.x)):
+        d = t.f[i]
         square += norm[i] * d * d
-        w.x[i] -= d
-        w.v[i] -= method.gh * d
-        w.acceleration[i] -= method.bh * d
-    for k in range(len(w.multipliers)):
-        d = w.rhs[0, len(w.x) + k]
+        t.x[i] -= d
+        t.v[i] -= method.gh * d
+        t.acceleration[i] -= method.bh * d
+    for k in range(len(t.multipliers)):
+        d = t.rhs[0, len(t.x) + k]
         pull += d * d
-        w.multipliers[k] -= d
+        t.multipliers[k] -= d
     pull = np.sqrt(pull)
     if pull > w.pull[0] and pull > method.tolerance * w.pull[1]:
         w.kind[0] = 0
@@ -576,14 +610,23 @@ def goal(method: Method, change: float, iteration: int) -> float:
     return max(min(method.tolerance, method.sharp * change), method.floor)
 
 
-@inlined
-def judge(w: Work, method: Method, change: float, iteration: int, norm: float, last: float, fresh: int) -> int:
+@jit
+def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh: int) -> int:
     """Go on, accept or give up after a correction of size `norm`, `last` the one before; a slow iteration discards its factors.
 
-    `change` is the second difference of q'' before the step. `fresh` counts the corrections with factors of this step, 0 where they
-    are older: with old directions of the joints a correction of the multipliers leaves forces behind, however small that of q is,
-    so the first one is not believed. Turned tangents that contract slowly when they are new are given up for the exact ones.
+    `fresh` counts the corrections with factors of this step, 0 where they are older: with old directions of the joints a correction
+    of the multipliers leaves forces behind, however small that of q is, so the first one is not believed, unless directions are
+    current and MARGIN times the contraction of steps before promises enough. Turned tangents that contract slowly when they are
+    new are given up for the exact ones.
     """
+    S = opened(table)
+    w, method = S.work, S.method
+    enough = goal(method, S.state.change[0], iteration)
+    if method.trusting:
+        if iteration == 1 and last > 0.0:
+            w.rate[0] = max(0.9 * w.rate[0], norm / last)
+        if iteration == 0 and fresh == 0 and step % REMEASURE != 0 and norm * MARGIN * w.rate[0] <= enough:
+            return DONE
     rate = norm / last if iteration > 0 and last > 0.0 else 1.0
     slow = CHEAP * method.slow if w.kind[1] == 1 else method.slow
     if fresh > 1 and rate > method.slow:
@@ -592,7 +635,7 @@ def judge(w: Work, method: Method, change: float, iteration: int, norm: float, l
         return NOT_FINITE
     if w.kind[0] == 0 and fresh == 0:
         return NOT_CONVERGED
-    sure, enough = iteration > 0 or fresh > 0, goal(method, change, iteration)
+    sure = iteration > 0 or fresh > 0
     if (sure and norm <= max(FLOOR * enough, method.floor)) or (rate < 1.0 and norm * rate <= enough * (1.0 - rate)):
         if rate > slow and iteration > 0:
             w.kind[0] = 0
@@ -604,54 +647,60 @@ def judge(w: Work, method: Method, change: float, iteration: int, norm: float, l
     return NOT_CONVERGED
 
 
-@released
-def advance(
-    A: Arrays,
-    s: State,
-    w: Work,
-    method: Method,
-    signals: np.ndarray,
-    rows: np.ndarray,
-    out: np.ndarray,
-    multipliers: np.ndarray,
-    counters: np.ndarray,
-) -> tuple[int, int]:
-    """Take a step for every row of `signals` (s, k); store x, v, q'' in row rows[k] of out (3, s, n) unless that is negative.
+@jit
+def iterate(table: Any, step: int) -> int:
+    """Newton's iteration from the predicted state of a step; status."""
+    S = opened(table)
+    w, last, fresh, brief = S.work, 0.0, 0, False
+    for iteration in range(S.method.iterations):
+        S.space.c[0] = S.method.c
+        if invoke(S.doors.residual, table, 0) != 0:
+            return STOPPED
+        if w.kind[0] == 0:
+            brief, w.kind[3] = iteration > 0 and w.kind[3] < 2, 0
+            S.job.counters[FACTORISATIONS] += 1
+            if invoke(S.doors.factorise, table, 0) != 0:
+                return SINGULAR
+            fresh = 1
+        if invoke(S.doors.solve, table, 0) != 0:
+            return STOPPED
+        norm = apply(table)
+        S.job.counters[ITERATIONS] += 1
+        status = judge(table, step, iteration, norm, last, fresh)
+        if status == DONE:
+            w.kind[0], w.kind[3] = 0 if brief else w.kind[0], w.kind[3] + 1
+        if status != NOT_CONVERGED:
+            return status
+        last, fresh = norm, fresh + 1 if fresh > 0 and w.kind[0] > 0 else 0
+    return NOT_CONVERGED
 
-    Returns the status and the number of steps done. On failure `s` stays at the last good step, and `w` keeps the trial state.
+
+@routine
+def advance(table: Any, _: Any) -> int:
+    """Take the steps of the job; the status, and the number of steps done in the job.
+
+    On failure the state stays at the last good step, and the space keeps the trial state.
     """
-    A, s, w, signals = borrowed(A), borrowed(s), borrowed(w), borrowed(signals)
-    moving = not kernels.steady(A.terms)  # on steady joints velocities are at the end of a step, too
-    for k in range(len(signals)):
-        predict(s, w, method)
-        status, last, fresh, brief = NOT_CONVERGED, 0.0, 0, False
-        for iteration in range(method.iterations):
-            residual(A, w, method.c, signals[k])
-            if w.kind[0] == 0:
-                brief, w.kind[3] = iteration > 0 and w.kind[3] < 2, 0
-                counters[FACTORISATIONS] += 1
-                if factorise(A, w, method, signals[k]) != 0:
-                    status = SINGULAR
-                    break
-                fresh = 1
-            norm = correct(A.norm, w, method)
-            counters[ITERATIONS] += 1
-            status = judge(w, method, s.change[0], iteration, norm, last, fresh)
-            if status != NOT_CONVERGED:
-                break
-            last, fresh = norm, fresh + 1 if fresh > 0 and w.kind[0] > 0 else 0
+    S = opened(table)
+    job, moving = S.job, not kernels.steady(S.arrays.terms)  # on steady joints velocities are at the end of a step, too
+    for k in range(len(job.signals)):
+        for i in range(job.signals.shape[1]):
+            S.space.signals[i] = job.signals[k, i]
+        predict(table)
+        status = iterate(table, k)
         if status != DONE:
-            w.kind[:] = 0
-            return status, k
-        w.kind[0], w.kind[3] = 0 if brief else w.kind[0], w.kind[3] + 1
-        accept(A.norm, s, w, method)
-        springs.follow(A.forces.laws, A.probes, A.probes_offset, s.x, s.angles)
-        if moving:
-            settle(A, s, w, method, signals[k], counters)
-        counters[STEPS] += 1
-        if rows[k] >= 0:
-            store(s, method.c, rows[k], out, multipliers)
-    return DONE, len(signals)
+            S.work.kind[:] = 0
+            job.done[0] = k
+            return status
+        accept(table)
+        if moving and invoke(S.doors.settle, table, 0) != 0:
+            job.done[0] = k
+            return STOPPED
+        job.counters[STEPS] += 1
+        if job.rows[k] >= 0:
+            store(S.state, S.method.c, job.rows[k], job.out, job.multipliers)
+    job.done[0] = len(job.signals)
+    return DONE
 
 
 @jit
@@ -661,3 +710,8 @@ def store(s: State, c: float, row: int, out: np.ndarray, multipliers: np.ndarray
         out[0, row, i], out[1, row, i], out[2, row, i] = s.x[i], s.v[i], s.acceleration[i]
     for m in range(len(s.multipliers)):
         multipliers[row, m] = s.multipliers[m] / c
+
+
+def take(step: Step) -> tuple[int, int]:
+    """Take the steps of a job: the status and the number of steps done."""
+    return advance(step), int(step.job.done[0])

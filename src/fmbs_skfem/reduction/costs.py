@@ -13,27 +13,28 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..bodies import laws
 from ..bodies.body import Cells
-from ..core.jit import jit
+from ..core.structs import Callback, Routine, invoke, opener, packed, routine
 from ..dynamics import stepping
 from ..dynamics.large import Large
 from ..dynamics.scheme import GeneralizedAlpha, Newton, method_of
-from ..dynamics.start import workspace
-from ..dynamics.stepping import Method, Work
+from ..dynamics.start import Start, first_step
+from ..dynamics.stepping import Step
 from ..dynamics.trajectory import Trajectory
-from ..systems import kernels, quartic
+from ..systems import evaluation
 from ..systems.compiled import Compiled, compile_system, signal_table
-from ..systems.kernels import Arrays
-from ..systems.system import Sampled, System
+from ..systems.points import Sampled
+from ..systems.system import System
 
 BURST = 0.005  #: CPU time of one measurement [s]
 STEP = 1e-3  #: of measurements that do not depend on it [s]
-FORCE, TANGENT, FACTOR, SOLUTION, GATHER, PRODUCT, STRESS, MODULUS = range(8)  #: pieces of the time step
+GATHER, PRODUCT = 3, 4  #: pieces of the time step: places in `terms.Routines`
+FORCE, TANGENT, FACTOR, SOLUTION = range(10, 14)  #: other pieces
 
 
 def bandwidth(full: System) -> int:
@@ -90,7 +91,7 @@ def multiplications(dofs: Mapping[str, int], modes: Mapping[str, int], width: in
 
 def tangent_seconds(system: System, repeat: int = 5) -> float:
     """CPU time [s] of one evaluation of the elastic tangent in the unknowns of the system at x0, the best of several bursts."""
-    return bench(system, repeat=repeat)(TANGENT) if len(system.elastic) else 0.0
+    return bench(compile_system(system), repeat=repeat)(TANGENT) if len(system.elastic) else 0.0
 
 
 @dataclass(frozen=True)
@@ -113,118 +114,84 @@ def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 3) -> Sha
     model = compile_system(system)
     if not len(system.elastic):
         return Shares(0.0, 0.0, 0.0)
-    one = bench(system, scheme, repeat)
-    if model.plan is not None:
+    one = bench(model, scheme, repeat)
+    if model.pattern is not None:
         factor, solution = sparse_seconds(model, scheme)
         return Shares(calls * one(FORCE), factored * factor + calls * solution, 0.0)
     turned = len(model.arrays.turning.table) > 0
     tangents = 0 if turned else factored
     solving = calls * one(SOLUTION) + factored * max(one(FACTOR) - (0.0 if turned else one(TANGENT)), 0.0)
-    if not any(isinstance(e.gather, Sampled) for e in system.elastic):
-        return Shares(calls * one(FORCE) + tangents * one(TANGENT), solving, 0.0)
-    gather = one(GATHER)
-    products = calls * 2 * gather + tangents * (gather + one(PRODUCT))
-    return Shares(calls * one(STRESS) + tangents * one(MODULUS), solving, products)
+    gather, product = one(GATHER), one(PRODUCT)
+    products = calls * 2 * gather + tangents * (gather + product)
+    return Shares(max(calls * one(FORCE) + tangents * one(TANGENT) - products, 0.0), solving, products)
 
 
 def sparse_seconds(model: Compiled, scheme: GeneralizedAlpha, times: int = 5) -> tuple[float, float]:
     """CPU time [s] of a factorisation and of a solution of a large model."""
-    work, method, signals = prepared(model, scheme)
-    solver = Large(model)
+    step, solver = prepared(model, scheme), Large(model)
     start = clock.process_time()
-    solver.factorise(work, method)
+    solver.factorise(step)
     middle = clock.process_time()
     for _ in range(times):
-        solver.solve(work, method, signals)
+        solver.solve(step)
     return middle - start, (clock.process_time() - middle) / times
 
 
-def prepared(model: Compiled, scheme: GeneralizedAlpha) -> tuple[Work, Method, np.ndarray]:
-    """Work space at x0 with a current residual, the method of a step, and the signals at t = 0."""
-    work = workspace(model)
-    work.x[:] = model.system.x0[model.order]
-    method = method_of(scheme, Newton(), scheme.step, model)
-    signals = signal_table(model.system, np.zeros(1))[0]
-    stepping.residual(model.arrays, work, method.c, signals)
-    return work, method, signals
+def prepared(model: Compiled, scheme: GeneralizedAlpha) -> Step:
+    """A step at x0 with a current residual, and the signals at t = 0."""
+    system, none = model.system, np.zeros(model.system.size)
+    start = Start(system.x0, system.v0, none, np.zeros(model.constraints), np.zeros((2, system.size)))
+    step = first_step(model, start, method_of(scheme, Newton(), scheme.step, model), 1)
+    step.space.x[:], step.space.c[0] = system.x0[model.order], step.method.c
+    step.space.signals[: len(system.signals)] = signal_table(system, np.zeros(1))[0]
+    evaluation.residual(step)
+    return step
 
 
-def bench(system: System, scheme: GeneralizedAlpha | None = None, repeat: int = 5) -> Callable[[int], float]:
+class Burst(NamedTuple):
+    """Calls of one routine, again and again."""
+
+    step: Step
+    routine: int
+    more: int
+    times: int
+
+
+opened = opener(Burst)
+
+
+@routine
+def repeat_calls(table: Any, _: Any) -> int:
+    """The routine of a burst so many times, on a right-hand side that stays as it is."""
+    B = opened(table)
+    for _ in range(B.times):
+        B.step.space.rhs[:] = 1.0
+        invoke(B.routine, table, B.more)
+    return 0
+
+
+def bench(model: Compiled, scheme: GeneralizedAlpha | None = None, repeat: int = 5) -> Callable[[int], float]:
     """Seconds of one call of a piece of the time step: CPU time, the best of several bursts."""
-    model = compile_system(system)
-    work, method, signals = prepared(model, scheme or GeneralizedAlpha(STEP))
-    W = np.zeros_like(model.arrays.mass.store)
+    step = prepared(model, scheme or GeneralizedAlpha(STEP))
+    whole = {FORCE: evaluation.forces, TANGENT: evaluation.add_tangents, FACTOR: stepping.factorise, SOLUTION: stepping.solve}
 
-    def burst(what: int, times: int) -> float:
+    def burst(one: Routine | Callback, more: int, times: int) -> float:
+        table = packed(Burst(step, one.address, more, times))
         start = clock.process_time()
-        if what in (STRESS, MODULUS):
-            _repeat_laws(model.arrays, work, W, what == MODULUS, times)
-        else:
-            _repeat(what, model.arrays, work, method, signals, W, times)
+        repeat_calls(table)
         return clock.process_time() - start
 
+    def measured(one: Routine | Callback, more: int) -> float:
+        burst(one, more, 1)
+        times = max(2, int(2 * BURST / max(burst(one, more, 2), 1e-6)))
+        return min(burst(one, more, times) for _ in range(repeat)) / times
+
     def seconds(what: int) -> float:
-        burst(what, 1)
-        times = max(2, int(2 * BURST / max(burst(what, 2), 1e-6)))
-        return min(burst(what, times) for _ in range(repeat)) / times
+        if what in whole:
+            return measured(whole[what], 0)
+        pairs = [(term.routines[what], term.address) for term in model.terms]
+        return float(sum(measured(one, address) for one, address in pairs if one is not None))
 
-    if model.plan is None:
-        seconds(FACTOR)  # factors for the solutions
+    if model.pattern is None:
+        stepping.factorise(step)  # factors for the solutions
     return seconds
-
-
-@jit
-def _repeat(what: int, A: Arrays, w: Work, method: Method, signals: np.ndarray, W: np.ndarray, times: int) -> None:
-    """One piece of the time step, again and again."""
-    for _ in range(times):
-        if what == FORCE:
-            kernels.clear(w.acceleration)
-            kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, w.x, w.v, w.body, w.work, w.acceleration)
-        elif what == TANGENT:
-            kernels.clear(W.reshape(-1))
-            kernels.add_elastic_tangent(A.groups, A.scatter, A.lift, A.lift_offset, w.x, w.body[0], 0.0, w.work, W)
-        elif what == FACTOR:
-            stepping.factorise(A, w, method, signals)
-        elif what == SOLUTION:
-            w.rhs[:] = 1.0
-            stepping.solve(w)
-        else:
-            _products(A, w, W, what == PRODUCT)
-
-
-@jit
-def _repeat_laws(A: Arrays, w: Work, W: np.ndarray, tangents: bool, times: int) -> None:
-    """Laws at jets that are there, stresses or moduli, and polynomials, again and again."""
-    for g in range(len(A.groups.table)):
-        row = A.groups.table[g]
-        if row[kernels.SAMPLED] == kernels.QUARTIC:
-            x = w.x[row[kernels.FIRST] : row[kernels.FIRST] + row[kernels.COUNT]]
-            for _ in range(times):
-                if tangents:
-                    quartic.call_tangent(A.groups.quartics, kernels.coefficients(A.groups, g), x, w.work[0], row[kernels.FIRST], W)
-                else:
-                    quartic.call_force(A.groups.quartics, kernels.coefficients(A.groups, g), x, w.work[0], w.work[2][: len(x)])
-            continue
-        u, section = kernels.gather(A.groups, g, w.x, w.body[0], 1.0, w.work[0]), kernels.section_view(A.groups, g)
-        S = w.work[2][: u.size].reshape(u.shape)
-        D = w.work[1][: u.shape[0] * u.size].reshape(u.shape[0], u.shape[0], u.shape[1], u.shape[2])
-        for _ in range(times):
-            if tangents:
-                laws.call_modulus(A.groups.laws, row[kernels.LAW], u, 0.0, section, D)
-            else:
-                laws.call_stress(A.groups.laws, row[kernels.LAW], u, u, 0.0, section, S)
-
-
-@jit
-def _products(A: Arrays, w: Work, W: np.ndarray, tangents: bool) -> None:
-    """Products with the modes of sampled points: U x, or U^T D U of a tangent."""
-    for g in range(len(A.groups.table)):
-        row = A.groups.table[g]
-        if row[kernels.SAMPLED] != kernels.SAMPLE:
-            continue
-        if not tangents:
-            kernels.gather(A.groups, g, w.x, w.body[0], 1.0, w.work[0])
-            continue
-        rows, points = row[kernels.VECTORS] * row[kernels.COMPONENTS], row[kernels.POINTS] * row[kernels.CELLS]
-        D = w.work[1][: rows * rows * points].reshape(rows, rows, row[kernels.POINTS], row[kernels.CELLS])
-        kernels.add_sampled_tangent(A.groups, g, D, w.work[2], W)

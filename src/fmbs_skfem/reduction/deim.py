@@ -12,21 +12,19 @@ Source: Chaturantabut and Sorensen, SIAM J. Sci. Comput. 32 (2010) 2737-2764, do
 
 from __future__ import annotations
 
-import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
+from scipy.sparse import csr_array
 
-from ..core.errors import InputError, Reason, SolverError, say
+from ..bodies.laws import Law
+from ..core.errors import InputError, say
 from ..core.linalg import as_dense
-from ..dynamics.scheme import GeneralizedAlpha, Newton, method_of, steps_in
-from ..dynamics.stepping import Method
-from ..dynamics.trajectory import Statistics, Trajectory
-from ..systems import compiled
+from ..systems import compiled, terms
 from ..systems.compiled import Compiled, compile_system
-from ..systems.system import Loads, System
+from ..systems.system import Affine, Elastic, Loads, Matrix, System
+from ..systems.terms import Lifts, Setting, Term
 from .galerkin import Snapshots, rows_of
 from .pod import truncation
 
@@ -50,26 +48,33 @@ class Interpolation:
 
 @dataclass(frozen=True)
 class Interpolated:
-    """A reduced system whose elastic force is interpolated."""
+    """Elastic force of a reduced system as a term: D P^T F(U x + qbar), evaluated in Python."""
 
-    reduced: System
-    rest: Compiled  #: the reduced system without its elastic bodies
-    bodies: Compiled  #: the full system without loads
+    bodies: Compiled  #: the full system without loads, springs and damping by mass, which the reduced one has itself
+    lift: Affine  #: U, qbar
     rows: np.ndarray  #: (k,) coordinates of which the force is read
     weights: np.ndarray  #: D (r, k)
-    modes: np.ndarray  #: U (n, r)
     parts: Mapping[str, Interpolation]  #: by component
 
-    def force(self, x: np.ndarray) -> np.ndarray:
-        """D P^T F (r,)."""
-        q = self.reduced.lift(x)
-        return np.asarray(self.weights @ compiled.forces(self.bodies, q, 0.0 * q)[self.rows])
+    @property
+    def law(self) -> Law:
+        """That of the first body."""
+        found: Law = self.bodies.system.elastic[0].gather.law
+        return found
 
-    def tangent(self, x: np.ndarray) -> np.ndarray:
-        """D P^T K U (r, r), not symmetric."""
+    def force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """D P^T F (r,)."""
+        return np.asarray(self.weights @ compiled.forces(self.bodies, self.lift(x), self.lift.matrix @ v)[self.rows])
+
+    def tangent(self, x: np.ndarray, gh: float) -> np.ndarray:
+        """D P^T (K + gh C) U (r, r), not symmetric."""
         none = np.zeros(self.bodies.constraints)
-        K = compiled.tangent(self.bodies, self.reduced.lift(x), none)
-        return np.asarray(self.weights @ (K[self.rows] @ self.modes))
+        K = compiled.tangent(self.bodies, self.lift(x), none, 0.0, gh)
+        return np.asarray(self.weights @ (K[self.rows] @ self.lift.matrix))
+
+    def energy(self, x: np.ndarray) -> float:
+        """Strain energy of all bodies at U x + qbar [J], of which the force is not the derivative."""
+        return compiled.strain_energy(self.bodies, self.lift(x))
 
 
 def interpolation(modes: np.ndarray) -> Interpolation:
@@ -90,13 +95,14 @@ def force_modes(forces: np.ndarray, tolerance: float) -> np.ndarray:
 
 def train(
     full: System, reduced: System, components: Mapping[str, Sequence[str]], data: Snapshots, tolerance: float = 1e-12
-) -> Interpolated:
-    """Interpolation of the elastic forces of every component, from those at the snapshots of the full system."""
+) -> System:
+    """The reduced system with the elastic forces of every component interpolated, from those at snapshots of the full system."""
     if not reduced.components:
         raise InputError(say("deim.train", "a reduced system", "a full one", "reduce it first"))
     none = np.zeros(0, dtype=np.int64)
-    unloaded = replace(full, loads=Loads(np.zeros(full.size), none, np.zeros(0), none))
-    bodies = compile_system(unloaded)
+    still = csr_array((full.size, full.size))
+    alone = replace(full, loads=Loads(np.zeros(full.size), none, np.zeros(0), none), damping=still, stiffness=still)
+    bodies = compile_system(alone)
     F = np.stack([compiled.forces(bodies, q, 0.0 * q) for q in data.q], axis=1)
     U, picked, weights, parts = as_dense(reduced.lift.matrix), [], [], {}
     for name, members in components.items():
@@ -105,91 +111,23 @@ def train(
         picked.append(own[part.rows])
         weights.append(U[own].T @ np.linalg.solve(part.modes[part.rows].T, part.modes.T).T)
         parts[name] = part
-    rest = compile_system(replace(reduced, elastic=()))
-    return Interpolated(reduced, rest, bodies, np.concatenate(picked), np.concatenate(weights, axis=1), U, parts)
+    force = Interpolated(bodies, reduced.lift, np.concatenate(picked), np.concatenate(weights, axis=1), parts)
+    return replace(reduced, elastic=(Elastic("interpolated", 0.0, force),))
 
 
-def integrate(
-    model: Interpolated, scheme: GeneralizedAlpha, duration: float, newton: Newton | None = None, every: int = 1
-) -> Trajectory:
-    """Motion from rest by the generalized-alpha method of `dynamics`, in dense algebra; a step that fails ends it."""
-    newton, system = newton or Newton(), model.reduced
-    if np.any(system.v0):
-        raise InputError(say("deim.integrate", "a start at rest", f"velocities up to {np.abs(system.v0).max():.3g}"))
-    method = method_of(scheme, newton, scheme.step, model.rest)
-    begun, x, v = clock.process_time(), system.x0, system.v0
-    acceleration, multipliers = start(model)
-    a, angles, kept = acceleration, compiled.followed(model.rest, x), [(0.0, x, v, acceleration, multipliers)]
-    steps = steps_in(scheme, duration)
-    for step in range(1, steps + 1):
-        try:
-            state = x, v, a, acceleration, multipliers
-            x, v, a, acceleration, multipliers = advance(model, method, step * scheme.step, angles, *state)
-        except SolverError as error:
-            error.partial = gathered(system, kept, clock.process_time() - begun)
-            raise
-        angles = compiled.followed(model.rest, x, angles)
-        if step % every == 0 or step == steps:
-            kept.append((step * scheme.step, x, v, acceleration, multipliers))
-    return gathered(system, kept, clock.process_time() - begun)
+@terms.split.register(Interpolated)
+def split(force: Interpolated, lifts: Lifts) -> list[Interpolated]:
+    """One piece."""
+    return [force]
 
 
-def gathered(system: System, kept: list[tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]], cpu: float) -> Trajectory:
-    """Stored states as a Trajectory."""
-    times, x, v, a, multipliers = (np.array(part) for part in zip(*kept, strict=True))
-    return Trajectory(system, times, x, v, a, multipliers, Statistics(len(kept) - 1, 0, 0, 0, cpu, cpu, "dense LU, interpolated"))
+@terms.compile_term.register(Interpolated)
+def compile_term(force: Interpolated, setting: Setting) -> Term:
+    """Functions of Python in place of routines."""
+    return terms.of_python(force)
 
 
-def start(model: Interpolated) -> tuple[np.ndarray, np.ndarray]:
-    """q'' and multipliers at rest: M q'' + f + J^T lambda = 0, J q'' = 0."""
-    system, x = model.reduced, model.reduced.x0
-    f = model.force(x) + compiled.forces(model.rest, x, 0.0 * x)
-    J = compiled.gap(model.rest, x)[1]
-    found = np.linalg.solve(bordered(as_dense(system.mass), J), np.append(-f, np.zeros(len(J))))
-    return found[: len(x)], found[len(x) :]
-
-
-def bordered(W: np.ndarray, J: np.ndarray) -> np.ndarray:
-    """[[W, J^T], [J, 0]]."""
-    return np.block([[W, J.T], [J, np.zeros((len(J), len(J)))]])
-
-
-def advance(
-    model: Interpolated,
-    method: Method,
-    t: float,
-    angles: np.ndarray,
-    x: np.ndarray,
-    v: np.ndarray,
-    a: np.ndarray,
-    acceleration: np.ndarray,
-    multipliers: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """x, v, a, q'' and multipliers after a step to time t; factors are renewed where the iteration contracts badly.
-
-    `angles` are those of springs before the step.
-    """
-    M, h, guess, n = as_dense(model.reduced.mass), method.h, acceleration, len(x)
-    a1 = ((1 - method.af) * guess + method.af * acceleration - method.am * a) / (1 - method.am)
-    q = x + h * v + h * h * ((0.5 - method.beta) * a + method.beta * a1)
-    rate, factors, last = v + h * ((1 - method.gamma) * a + method.gamma * a1), None, np.inf
-    for _ in range(method.iterations):
-        phi, J = compiled.gap(model.rest, q, t)
-        R = M @ guess + model.force(q) + compiled.forces(model.rest, q, rate, t, angles) + J.T @ multipliers
-        if factors is None:
-            outer = as_dense(compiled.tangent(model.rest, q, multipliers, t, method.gh, angles))
-            W = method.bh * M + model.tangent(q) + outer
-            if not np.isfinite(W).all():
-                break
-            factors = lu_factor(bordered(method.c * W, J), check_finite=False)
-        d = lu_solve(factors, np.append(method.c * R, phi), check_finite=False)
-        q, rate, guess = q - d[:n], rate - method.gh * d[:n], guess - method.bh * d[:n]
-        multipliers, norm = multipliers - d[n:] / method.c, float(np.linalg.norm(d[:n]))
-        if not np.isfinite(norm) or norm > 1e3 * last:
-            break
-        if norm < last and norm * norm / last <= method.tolerance:
-            a1 = ((1 - method.af) * guess + method.af * acceleration - method.am * a) / (1 - method.am)
-            return q, rate, a1, guess, multipliers
-        factors = factors if norm < 0.1 * last else None
-        last = norm
-    raise SolverError(f"the interpolated model cannot take the step to t = {t:.6g} s", Reason.DIVERGED, t)
+@terms.carry.register(Interpolated)
+def carry(force: Interpolated, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Interpolated:
+    """Refused: its rows are chosen for its unknowns."""
+    raise InputError(say(f"body '{name}'", "cells or sampled points", "an interpolated force", "reduce the system before"))

@@ -29,8 +29,8 @@ from ..core.linalg import is_identity
 from ..dynamics.outputs import distances, lifted, positions, residual_samples
 from ..dynamics.scheme import GeneralizedAlpha
 from ..dynamics.trajectory import Trajectory
-from ..systems import compiled, kernels
-from ..systems.compiled import Compiled, compile_system, signal_table
+from ..systems import compiled
+from ..systems.compiled import Compiled, compile_system
 from ..systems.system import System, is_linear, sizes
 
 BLOCK = 4_000_000  #: numbers in a block of residuals
@@ -244,16 +244,9 @@ def scaling(scheme: GeneralizedAlpha) -> float:
 
 def full_residual(model: Compiled, motion: Trajectory) -> np.ndarray:
     """M q'' + F + Q + Phi_q^T lambda of a full system on a reduced motion (s, q), with the multipliers that the motion has."""
-    q, v, a = lifted(motion)
-    R, P = residual_samples(model, motion.times, q, v, a), model.system.probes
-    place = {name: k for k, name in enumerate(model.system.constraints.names)}
-    pairs = [(k, place[name]) for k, name in enumerate(motion.system.constraints.names) if name in place]
-    if not pairs:
-        return R
-    here, there = np.array(pairs).T
-    y, signals = np.asarray(P.matrix @ q.T).T + P.offset, signal_table(model.system, motion.times)
-    gap, jacobian, forces = np.zeros(model.constraints), np.zeros((model.constraints, len(P.offset))), np.zeros(y.shape)
-    for s in range(len(y)):
-        kernels.constrain(model.arrays.terms, y[s], signals[s], gap, jacobian)
-        forces[s] = motion.multipliers[s, here] @ jacobian[there]
-    return R + np.asarray(P.matrix.T @ forces.T).T
+    here = {name: k for k, name in enumerate(motion.system.constraints.names)}
+    multipliers = np.zeros((len(motion.times), model.constraints))
+    for k, name in enumerate(model.system.constraints.names):
+        if name in here:
+            multipliers[:, k] = motion.multipliers[:, here[name]]
+    return residual_samples(model, motion.times, *lifted(motion), multipliers)

@@ -24,9 +24,10 @@ from ..core.expressions import Expression
 from ..core.problems import shown
 from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..dynamics.trajectory import Trajectory
+from ..systems.points import Sampled
 from ..systems.quartic import Quartic
 from ..systems.signals import Cosine, Sine
-from ..systems.system import Affine, Constraints, Elastic, Line, LoadKind, Loads, Output, PointLaw, Sampled, Skin, System
+from ..systems.system import Affine, Constraints, Elastic, Line, LoadKind, Loads, Output, PointLaw, Skin, System
 from . import cases, extent, validation  # noqa: F401  (rules of what is read)
 from .affine import Order, ParametricCase, Varying
 from .cases import Case

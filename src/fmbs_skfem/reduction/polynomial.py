@@ -28,8 +28,9 @@ from scipy.linalg.blas import dsyrk
 from ..bodies.laws import Law
 from ..core.errors import InputError, say
 from ..systems import quartic
+from ..systems.points import Sampled
 from ..systems.quartic import Quartic
-from ..systems.system import Elastic, Sampled, System
+from ..systems.system import Elastic, System
 from .hyper_reduction import HyperReduction, Rule, TrainingRun, register
 from .sampling import sampled_gather
 

@@ -23,7 +23,8 @@ from scipy.sparse import csr_array
 
 from ..bodies import laws
 from ..core.errors import InputError, say
-from ..systems.system import Elastic, Sampled, System
+from ..systems.points import Sampled
+from ..systems.system import Elastic, System
 from . import ecsw
 from .ecsw import Gram, Sample
 from .hyper_reduction import USUAL, HyperReduction, Rule, TrainingRun, register

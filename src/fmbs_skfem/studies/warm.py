@@ -15,14 +15,10 @@ import numpy as np
 
 from .. import dynamics, scenes
 from ..core.errors import FmbsError
-from ..core.jit import compile_for
-from ..dynamics import GeneralizedAlpha, Newton, Statistics, Trajectory, stepping
-from ..dynamics.scheme import method_of
-from ..dynamics.start import Start, first_state, workspace
+from ..dynamics import GeneralizedAlpha, Statistics, Trajectory, stepping
 from ..reduction import costs, ecsw
 from ..scenes import build
-from ..systems import kernels, turning
-from ..systems.compiled import compile_system, signal_table
+from ..systems.compiled import compile_system
 from ..systems.system import System
 
 
@@ -40,25 +36,14 @@ def main(path: str) -> None:
         dynamics.energy_drift(still)
         dynamics.reactions(still)
         costs.shares(still, GeneralizedAlpha(costs.STEP), 1)
-        costs.bench(system, repeat=1)(costs.STRESS)
 
 
 def end_of_step(system: System) -> None:
-    """Factors, solution and what follows them, then tangents."""
+    """Solution and what follows it, then tangents and factors: a step is compiled from its other end."""
     model = compile_system(system)
-    method = method_of(GeneralizedAlpha(costs.STEP), Newton(), costs.STEP, model)
-    A, w, signals = model.arrays, workspace(model), signal_table(system, np.zeros(1))[0]
-    none = 0 * system.x0
-    s = first_state(model, Start(system.x0, system.v0, none, np.zeros(model.constraints), np.zeros((2, len(none)))), method.c)
-    compile_for(stepping.factors, w)
-    compile_for(stepping.correct, A.norm, w, method)
-    compile_for(stepping.accept, A.norm, s, w, method)
-    compile_for(stepping.settle, A, s, w, method, signals)
-    compile_for(stepping.judge, w, method, 0.0, 0, 0.0, 0.0, 0)
-    compile_for(kernels.load_slopes, A.forces, A.probes, w.y, w.v, signals, w.angles, 0.0, 0.0, w.H)
-    compile_for(kernels.constraint_slopes, A.terms, w.y, signals, w.multipliers, w.H)
-    compile_for(turning.add_turned_tangent, A.turning, w.x, 0.0, w.W)
-    compile_for(kernels.add_elastic_tangent, A.groups, A.scatter, A.lift, A.lift_offset, w.x, w.body[0], 0.0, w.work, w.W)
+    step = stepping.advance, stepping.settle, stepping.solve, stepping.factorise
+    for one in (*step, *(term.routines.tangent for term in model.terms)):
+        int(one.address)
 
 
 if __name__ == "__main__":

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from enum import Enum
-from functools import partial
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array, kron
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import splu
 
-from ..bodies import laws as elastic_laws
-from ..bodies.body import Cells
 from ..core.linalg import as_dense, is_sparse, mirrored
-from . import gathers, kernels, quartic, sparse, springs, turning
-from .kernels import Arrays, Csr, Forces, Groups, Operator, Pairs, Scatter, Terms
+from ..core.structs import packed
+from . import cells, evaluation, kernels, sparse, springs, turning
+from . import terms as storages
+from .evaluation import Arrays, ElasticTerms, Evaluation, Space
+from .kernels import Csr, Forces, Operator, Pairs, Terms
 from .lengths import LIGHT
-from .quartic import Quartic
 from .springs import ANGLE
 from .system import LoadKind, System
+from .terms import Lifts, Setting, Targets, Term
 
 DENSE = 48  #: systems of at most this size are always treated as dense
 WIDE = 20_000  #: systems from this size on are sparse without looking for a band
@@ -35,39 +38,69 @@ class Storage(Enum):
 
 
 @dataclass(frozen=True)
+class Pieces:
+    """Elastic storages of a system in pieces, in the coordinates p of all cells."""
+
+    matrix: csr_array  #: p from the unknowns (p, n)
+    offset: np.ndarray  #: (p,)
+    storages: tuple[Any, ...]
+    owners: np.ndarray  #: (t,) number of the elastic part of every piece
+
+
+@dataclass(frozen=True)
 class Compiled:
     """Arrays of a system with its unknowns permuted: compiled x = x[order]."""
 
     system: System
     arrays: Arrays
+    terms: tuple[Term, ...]  #: what the addresses in `arrays.elastic` belong to
+    owners: np.ndarray  #: (t,) number of the elastic part of every term
     order: np.ndarray  #: (n,)
-    work: int  #: length of a work vector
-    laws: tuple[elastic_laws.Law, ...]  #: in use, by their numbers
-    plan: sparse.Plan | None  #: where the iteration matrix is sparse
+    pattern: sparse.Pattern | None  #: of the iteration matrix where it is sparse
 
     @property
     def constraints(self) -> int:
         return len(self.system.constraints.names)
 
-    def buffers(self) -> tuple[np.ndarray, np.ndarray]:
-        """Work space of the kernels: body (3, q) and work (3, w)."""
-        return np.zeros((3, len(self.arrays.lift_offset))), np.zeros((3, self.work))
+    def check(self) -> None:
+        """Raise what went wrong in terms that are functions of Python."""
+        for term in self.terms:
+            term.check()
+
+    @cached_property
+    def evaluation(self) -> tuple[Evaluation, np.ndarray]:
+        """A space for this model, and the table of both for routines."""
+        found = Evaluation(space(self), self.arrays)
+        return found, packed(found)
+
+
+def space(model: Compiled) -> Space:
+    """Space of an evaluation at rest, with a signal table of one instant and no factor of forces."""
+    A, n, m, j = model.arrays, model.system.size, model.constraints, len(model.arrays.probes_offset)
+    rhs, shape = np.zeros((1, n + m)), (1, len(model.pattern.indices)) if model.pattern else A.mass.store.shape
+    return Space(
+        *(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(m)),
+        *(np.zeros(4 * len(model.system.signals)), last_angles(model.system)),
+        *(np.ones(1), np.zeros(1), np.zeros(1)),
+        *(rhs[0, :n], rhs, np.zeros(shape)),
+        *(np.zeros(j), np.zeros(j), np.zeros(A.pairs.size), np.zeros((m, j))),
+        *(np.zeros((3, len(A.lift_offset))), np.zeros((3, max((term.work for term in model.terms), default=1)))),
+    )
 
 
 def compile_system(system: System) -> Compiled:
     """Choose order and storage, and flatten a system."""
-    cells = gathers.collect(system)
-    form, order, width = chosen_storage(system, cells)
+    parts = split(system)
+    form, order, width = chosen_storage(system, parts)
     dense, large, place = form is Storage.DENSE, form is Storage.SPARSE, np.argsort(order)
+    pattern = sparse.pattern(parts.matrix, parts.offset, [storages.couplings(one) for one in parts.storages]) if large else None
+    matrix = permuted(parts.matrix, order)
 
-    def scatter_map(part: Cells) -> gathers.Map:
-        return gathers.scatter_map(part, csr_array(cells.lift.matrix), place, dense, width)
+    def targets(local: np.ndarray) -> Targets:
+        return pattern.targets(local) if pattern else cells.targets(local, parts.matrix, place, dense, width)
 
-    flat = gathers.flatten(system.dim, cells, gathers.nowhere if large else scatter_map)
-    beta = np.array([e.beta for e in system.elastic])[cells.owners] if len(cells.groups) else np.zeros(1)
-    in_use = elastic_laws.addresses(flat.laws, system.dim, bool(np.any(beta > 0.0)))
-    polynomials = quartic.addresses(any(isinstance(part, Quartic) for _, part in cells.groups))
-    groups = Groups(flat.table, beta, flat.integers, flat.numbers, in_use, polynomials)
+    beta = [system.elastic[owner].beta for owner in parts.owners]
+    found = [storages.compile_term(one, Setting(system.dim, b, targets)) for one, b in zip(parts.storages, beta, strict=True)]
     terms, forces, pairs = laws_of(system)
     probes = permuted(system.probes.matrix, order)
     target, factor = pair_targets(probes, [] if large else pairs)
@@ -77,10 +110,9 @@ def compile_system(system: System) -> Compiled:
         return constant(permuted(A, order, True), store(A, place, width), dense, large, system.dim)
 
     arrays = Arrays(
-        groups=groups,
-        scatter=Scatter(*flat.scatter),
-        lift=triple(permuted(cells.lift.matrix, order)),
-        lift_offset=cells.lift.offset,
+        elastic=sum_of(found),
+        lift=triple(matrix),
+        lift_offset=parts.offset,
         mass=operator(system.mass),
         damping=operator(system.damping),
         stiffness=operator(system.stiffness),
@@ -94,20 +126,40 @@ def compile_system(system: System) -> Compiled:
         turning=turning.nothing(system.size),
         norm=np.ascontiguousarray(system.metric.diagonal()[order] / system.weight),
     )
-    if dense and not cells.cells:
-        arrays = arrays._replace(turning=turning.turning(system, partial(part_tangent, arrays, flat.work, cells.owners)))
-    return Compiled(system, arrays, order, flat.work, flat.laws, sparse.plan(cells, groups, flat.work) if large else None)
+    model = Compiled(system, arrays, tuple(found), parts.owners, order, pattern)
+    if dense and not len(parts.offset):
+        model = replace(model, arrays=arrays._replace(turning=turning.turning(system, partial(part_tangent, model))))
+    return model
 
 
-def chosen_storage(system: System, cells: gathers.Collected) -> tuple[Storage, np.ndarray, int]:
+def split(system: System) -> Pieces:
+    """All elastic storages of a system in pieces."""
+    lifts, found, owners = Lifts(system.lift), list[Any](), list[int]()
+    for number, elastic in enumerate(system.elastic):
+        pieces = storages.split(elastic.gather, lifts)
+        found += pieces
+        owners += [number] * len(pieces)
+    return Pieces(*lifts.whole(), tuple(found), np.array(owners, dtype=np.int64))
+
+
+def sum_of(found: Sequence[Term]) -> ElasticTerms:
+    """Terms by address; the caller keeps them."""
+    routines = [one.routines for one in found]
+    columns = [[one.force.address, one.tangent.address, one.energy.address] for one in routines]
+    force, tangent, energy = np.array(columns, dtype=np.int64).reshape(-1, 3).T.copy()
+    records = np.array([one.address for one in found], dtype=np.int64)
+    return ElasticTerms(force, tangent, energy, records, any(one.damped for one in found))
+
+
+def chosen_storage(system: System, parts: Pieces) -> tuple[Storage, np.ndarray, int]:
     """How the iteration matrix is stored, the order of the unknowns, and the half bandwidth of a band."""
     natural = np.arange(system.size)
     dense = not is_sparse(system.lift.matrix) or system.size <= DENSE
     if not dense and system.size >= WIDE:
         return Storage.SPARSE, natural, system.size - 1
-    order, width = (natural, system.size - 1) if dense else band_order(coupling(system, cells))
+    order, width = (natural, system.size - 1) if dense else band_order(coupling(system, parts))
     dense = dense or (3 * width > system.size and system.size <= 4 * BAND)
-    loose = not dense and massless(system, cells)
+    loose = not dense and massless(system, parts)
     if dense or (loose and system.size <= 8 * DENSE):
         return Storage.DENSE, natural, width
     return (Storage.SPARSE, natural, width) if loose or width > BAND else (Storage.BAND, order, width)
@@ -117,7 +169,7 @@ def storage(system: System) -> tuple[Storage, int]:
     """How the iteration matrix of a system is stored, and the half bandwidth of a band; nothing is made of wide systems."""
     if is_sparse(system.lift.matrix) and system.size >= WIDE:
         return Storage.SPARSE, system.size - 1
-    form, _, width = chosen_storage(system, gathers.collect(system))
+    form, _, width = chosen_storage(system, split(system))
     return form, width
 
 
@@ -142,18 +194,17 @@ def size(model: Compiled, displacement: np.ndarray) -> float:
     return float(np.sqrt(model.system.metric.diagonal() @ displacement**2 / model.system.weight))
 
 
-def part_tangent(A: Arrays, work: int, owners: np.ndarray, number: int, x: np.ndarray) -> np.ndarray:
-    """Tangent of one elastic part of a dense system (n, n) at x, from all its groups."""
-    mine = owners == number
-    groups, W = A.groups._replace(table=A.groups.table[mine], beta=A.groups.beta[mine]), np.zeros((len(x), len(x)))
-    kernels.add_elastic_tangent(groups, A.scatter, A.lift, A.lift_offset, x, np.zeros(0), 0.0, np.zeros((3, work)), W)
-    return W
+def part_tangent(model: Compiled, number: int, x: np.ndarray) -> np.ndarray:
+    """Tangent of one elastic part of a dense system (n, n) at x, from all its terms."""
+    mine = [term for term, owner in zip(model.terms, model.owners, strict=True) if owner == number]
+    alone = replace(model, arrays=model.arrays._replace(elastic=sum_of(mine)))
+    return elastic_tangent(alone, x, 0.0)
 
 
-def massless(system: System, cells: gathers.Collected) -> bool:
+def massless(system: System, parts: Pieces) -> bool:
     """Whether unknowns have neither mass nor elastic energy, as axes of thin rigid parts: only joints determine them."""
-    rows = [gathers.cell_coordinates(part).ravel() for _, part in cells.groups if isinstance(part, Cells)]
-    used = coo_array(csr_array(cells.lift.matrix)[np.unique(np.concatenate(rows))]) if rows else coo_array((0, system.size))
+    rows = [storages.couplings(one).ravel() for one in parts.storages]
+    used = coo_array(parts.matrix[np.unique(np.concatenate(rows))]) if rows else coo_array((0, system.size))
     held = np.unique(used.col[used.data != 0.0])
     free = np.setdiff1d(np.arange(system.size), held)
     mass = csr_array(system.mass)
@@ -204,13 +255,12 @@ def permuted(A: csr_array | np.ndarray, order: np.ndarray, rows: bool = False) -
     return csr_array(A[order] if rows else A)
 
 
-def coupling(system: System, cells: gathers.Collected) -> csr_array:
+def coupling(system: System, parts: Pieces) -> csr_array:
     """Pattern of the iteration matrix (n, n)."""
     touched = [abs(csr_array(A)) for A in (system.mass, system.damping, system.stiffness)]
     pattern = touched[0] + touched[1] + touched[2]
-    lift = abs(csr_array(cells.lift.matrix))
-    for part in cells.cells:
-        local = gathers.cell_coordinates(part)
+    lift = abs(parts.matrix)
+    for local in map(storages.couplings, parts.storages):
         rows = np.repeat(np.arange(local.shape[1])[None, :], local.shape[0], axis=0)
         shape = (local.shape[1], lift.shape[0])
         incidence = csr_array((np.ones(local.size), (rows.ravel(), local.ravel())), shape=shape) @ lift
@@ -292,26 +342,37 @@ def signal_table(system: System, times: np.ndarray) -> np.ndarray:
     )
 
 
-def forces(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, angles: np.ndarray | None = None) -> np.ndarray:
-    """C v + K x + elastic and damping forces minus loads, (n,), without inertia and constraints.
+def evaluate(
+    model: Compiled,
+    x: np.ndarray,
+    v: np.ndarray | None = None,
+    t: float = 0.0,
+    angles: np.ndarray | None = None,
+    multipliers: np.ndarray | None = None,
+    a: np.ndarray | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """R (n,) of (1) in `evaluation`, with c = 1 and zeros for what is not given, and Phi (m,).
 
     `angles` (l,) are those of springs before (`followed`); without them springs have turned by less than half a turn.
     """
-    A = model.arrays
-    body, work = model.buffers()
-    f = np.zeros(len(x))
-    y, g = np.zeros(len(A.probes_offset)), np.zeros(len(A.probes_offset))
-    xc, vc = np.ascontiguousarray(x[model.order]), np.ascontiguousarray(v[model.order])
-    kernels.add_elastic_force(A.groups, A.lift, A.lift_offset, xc, vc, body, work, f)
-    kernels.add_operator(A.damping, vc, f)
-    kernels.add_operator(A.stiffness, xc, f)
-    kernels.affine(A.probes, A.probes_offset, xc, y)
-    kernels.add_loads(A.forces, A.probes, y, vc, signal_table(model.system, np.array([t]))[0], last_angles(model.system, angles), g)
-    kernels.add_transposed(A.probes, -1.0, g, f)
-    f -= A.load
-    out = np.zeros_like(f)
-    out[model.order] = f
-    return out
+    found, table = model.evaluation
+    s, n = found.space, len(x)
+    state = (x, v, a)
+    for target, part in zip((s.x, s.v, s.acceleration), state, strict=True):
+        target[:] = 0.0 if part is None else part[model.order]
+    s.multipliers[:] = 0.0 if multipliers is None else multipliers
+    s.signals[: len(model.system.signals)] = signal_table(model.system, np.array([t]))[0]
+    s.angles[:], s.c[0] = last_angles(model.system, angles), 1.0
+    evaluation.residual(table)
+    model.check()
+    out = np.zeros(n)
+    out[model.order] = s.f
+    return out, s.rhs[0, n:].copy()
+
+
+def forces(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, angles: np.ndarray | None = None) -> np.ndarray:
+    """C v + K x + elastic and damping forces minus loads, (n,), without inertia and constraints; `angles` as in `evaluate`."""
+    return evaluate(model, x, v, t, angles)[0]
 
 
 def last_angles(system: System, angles: np.ndarray | None = None) -> np.ndarray:
@@ -328,9 +389,11 @@ def followed(model: Compiled, x: np.ndarray, angles: np.ndarray | None = None) -
 
 def strain_energy(model: Compiled, x: np.ndarray) -> float:
     """Strain energy of all bodies [J], without linear springs."""
-    A = model.arrays
-    body, work = model.buffers()
-    return float(kernels.elastic_energy(A.groups, A.lift, A.lift_offset, np.ascontiguousarray(x[model.order]), body[0], work))
+    found, table = model.evaluation
+    found.space.x[:] = x[model.order]
+    evaluation.strain_energy(table)
+    model.check()
+    return float(found.space.energy[0])
 
 
 def gap(model: Compiled, x: np.ndarray, t: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -346,7 +409,7 @@ def tangent(
     model: Compiled, x: np.ndarray, multipliers: np.ndarray, t: float = 0.0, gh: float = 0.0, angles: np.ndarray | None = None
 ) -> csr_array:
     """d(forces + Phi_x^T lambda)/dx + gh d forces/dv as a sparse array, exact (n, n)."""
-    K = sparse.tangent(model.plan, x, gh) if model.plan else stored_tangent(model, x, gh)
+    K = csr_array(elastic_tangent(model, x, gh))
     return csr_array(K + attached(model.system, x, multipliers, t, gh, angles) + gh * csr_array(model.system.damping))
 
 
@@ -365,15 +428,20 @@ def attached(
     return csr_array(K + P.T @ csr_array((H, (i, j)), shape=(P.shape[0], P.shape[0])) @ P)
 
 
-def stored_tangent(model: Compiled, x: np.ndarray, gh: float) -> csr_array:
-    """Elastic tangent of a band or dense system (n, n)."""
-    A = model.arrays
-    body, work = model.buffers()
-    W = np.zeros_like(A.mass.store)
-    at = np.ascontiguousarray(x[model.order])
-    kernels.add_elastic_tangent(A.groups, A.scatter, A.lift, A.lift_offset, at, body[0], gh, work, W)
+def elastic_tangent(model: Compiled, x: np.ndarray, gh: float) -> csr_array | np.ndarray:
+    """Elastic tangent K + gh C (n, n), an array where the system is dense."""
+    found, _ = model.evaluation
+    one = Evaluation(found.space._replace(W=np.zeros_like(found.space.W)), model.arrays)
+    one.space.x[:], one.space.gh[0] = x[model.order], gh
+    evaluation.add_tangents(one)
+    model.check()
+    W = one.space.W
+    if model.pattern:
+        return model.pattern.assembled(W[0])
+    if model.arrays.dense:
+        return W
     inverse = np.argsort(model.order)
-    return csr_array(W if A.dense else from_lower_band(W))[inverse][:, inverse]
+    return from_lower_band(W)[inverse][:, inverse]
 
 
 def from_lower_band(band: np.ndarray) -> csr_array:

@@ -21,7 +21,6 @@ from ..core import ranks
 from ..core.errors import InputError, say
 from .compiled import attached
 from .mechanism import center, idle, motions, moved, on_motions, onto_joints
-from .quartic import Quartic
 from .redundancy import Rows, rows_of
 from .system import System
 
@@ -60,7 +59,7 @@ def unsupported(system: System) -> tuple[tuple[Motion, ...], tuple[Motion, ...]]
 
 def limp_bodies(system: System) -> tuple[str, ...]:
     """Cables curved in space, by names of bodies or components: without tension nothing resists their bending out of the plane."""
-    known = ((part.name, part.gather) for part in system.elastic if not isinstance(part.gather, Quartic))
+    known = ((part.name, part.gather) for part in system.elastic)
     return tuple(name for name, gather in known if limp(gather, system.dim))
 
 

@@ -1,10 +1,6 @@
-r"""Compiled evaluation of a system: forces, constraints and the iteration matrix, for cells and sampled points alike.
+r"""Compiled pieces of an evaluation: products of constant matrices, constraints, loads and their derivatives on probe rows.
 
-    f(x, v) = C v + K x + sum L^T phi(L x) - Q,    Phi(y),  y = P x + y0,    W = bh M + gh C + K + sum L^T phi' L
-
-`Arrays` is one fixed type for full, reduced and hyper-reduced systems, so that everything is compiled once. Sparse matrices are
-(indptr, indices, data). The matrix W is kept as lower band (n, d + 1), band[j, i - j] = W[i, j], or dense (n, n). Vectors `work`
-are overwritten.
+Sparse matrices are (indptr, indices, data); y = P x + y0 are the probe rows, which joints and loads read.
 """
 
 from __future__ import annotations
@@ -13,24 +9,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bodies import laws
-from ..core.entries import view
 from ..core.jit import jit, summing
-from . import quartic, springs
+from ..core.structs import IntegerMatrix, Integers, Matrix, Vector
+from . import springs
 from .springs import ANGLE, SPRING
-from .turning import Turning
-
-# columns of `groups`
-SAMPLED, LAW, VECTORS, ROWS, POINTS, CELLS, BASIS, COMPONENTS, NODES, TABLE, OFFSET, SECTION, FIRST, COUNT, PAIR, TURNED = range(16)
-SAMPLE, QUARTIC = 1, 2  #: values of SAMPLED: points multiplied out, a polynomial; 0 for cells
 
 
 class Csr(NamedTuple):
     """A sparse matrix inside compiled code, the columns of every row in order."""
 
-    indptr: np.ndarray
-    indices: np.ndarray
-    data: np.ndarray
+    indptr: Integers
+    indices: Integers
+    data: Vector
 
 
 class Operator(NamedTuple):
@@ -41,82 +31,42 @@ class Operator(NamedTuple):
     iteration matrix adds: lower band (n, d+1) or dense (n, n); it has no rows for sparse systems.
     """
 
-    offsets: np.ndarray
-    diagonals: np.ndarray
+    offsets: Integers
+    diagonals: Matrix
     rows: Csr
     components: int
-    store: np.ndarray
+    store: Matrix
     full: bool  #: the product reads `store`
-
-
-class Groups(NamedTuple):
-    """Elastic groups: cells, sampled points or polynomials, flattened behind each other."""
-
-    table: np.ndarray  #: (g, 16) integers of every group
-    beta: np.ndarray  #: (g,) damping times [s]
-    integers: np.ndarray  #: node numbers of cells
-    numbers: np.ndarray  #: tables, sampled jets, offsets, sections
-    laws: np.ndarray  #: addresses of the elastic laws in use
-    quartics: np.ndarray  #: addresses of the functions of polynomials
-
-
-class Scatter(NamedTuple):
-    """Where entries of the cells' matrices go in the flat band."""
-
-    source: np.ndarray
-    target: np.ndarray
-    factor: np.ndarray
 
 
 class Terms(NamedTuple):
     """Terms of systems.system.Constraints; `pair` is the first probe pair of a term with second derivatives."""
 
-    row: np.ndarray
-    value: np.ndarray
-    signal: np.ndarray
-    i: np.ndarray
-    j: np.ndarray
-    pair: np.ndarray
+    row: Integers
+    value: Vector
+    signal: Integers
+    i: Integers
+    j: Integers
+    pair: Integers
 
 
 class Forces(NamedTuple):
     """Loads on probe rows: terms, and laws (l, 5) kind, slope row, position row, signal, first pair, with vectors (l, 3)."""
 
-    row: np.ndarray
-    value: np.ndarray
-    signal: np.ndarray
-    laws: np.ndarray
-    vectors: np.ndarray
+    row: Integers
+    value: Vector
+    signal: Integers
+    laws: IntegerMatrix
+    vectors: Matrix
     dim: int
 
 
 class Pairs(NamedTuple):
     """Entries of P^T H P: target (h, 3) pair, row, column of W; factor (h,)."""
 
-    target: np.ndarray
-    factor: np.ndarray
+    target: IntegerMatrix
+    factor: Vector
     size: int
-
-
-class Arrays(NamedTuple):
-    """A system as plain arrays, unknowns in the order of the band. Functions take the parts they need: passing all costs time."""
-
-    groups: Groups
-    scatter: Scatter
-    lift: Csr  #: coordinates of the cells from the unknowns; empty when no group has cells
-    lift_offset: np.ndarray
-    mass: Operator
-    damping: Operator
-    stiffness: Operator
-    dense: bool
-    probes: Csr  #: (j, n)
-    probes_offset: np.ndarray
-    terms: Terms
-    forces: Forces
-    pairs: Pairs
-    load: np.ndarray  #: (n,) constant generalised force [N]
-    turning: Turning  #: of reduced bodies in the plane
-    norm: np.ndarray  #: (n,) weights of the unknowns in the norm of a displacement, sqrt(sum norm_n x_n^2) [m]
 
 
 @jit
@@ -260,168 +210,6 @@ def add_sums(rows: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
         for i in range(len(x)):
             a += row_a[i] * x[i]
         y[r] += a
-
-
-@jit
-def gather_cells(nodes: np.ndarray, table: np.ndarray, q: np.ndarray, local: np.ndarray, u: np.ndarray) -> None:
-    """u[(k, c), p, e] = sum_b table[k, p, b, e] q[nodes[b, e] + c]."""
-    derivatives, points, basis, cells = table.shape
-    dim = u.shape[0] // derivatives
-    for b in range(basis):
-        for c in range(dim):
-            for e in range(cells):
-                local[b, c, e] = q[nodes[b, e] + c]
-    full = basis // 4 * 4
-    for k in range(derivatives):
-        for c in range(dim):
-            for p in range(points):
-                target = u[k * dim + c, p]
-                if full == 0:
-                    clear(target)
-                for b in range(0, full, 4):
-                    N0, N1, N2, N3 = table[k, p, b], table[k, p, b + 1], table[k, p, b + 2], table[k, p, b + 3]
-                    q0, q1, q2, q3 = local[b, c], local[b + 1, c], local[b + 2, c], local[b + 3, c]
-                    if b == 0:
-                        for e in range(cells):
-                            target[e] = N0[e] * q0[e] + N1[e] * q1[e] + N2[e] * q2[e] + N3[e] * q3[e]
-                    else:
-                        for e in range(cells):
-                            target[e] += N0[e] * q0[e] + N1[e] * q1[e] + N2[e] * q2[e] + N3[e] * q3[e]
-                for b in range(full, basis):
-                    N0, q0 = table[k, p, b], local[b, c]
-                    for e in range(cells):
-                        target[e] += N0[e] * q0[e]
-
-
-@jit
-def scatter_cells(nodes: np.ndarray, table: np.ndarray, S: np.ndarray, local: np.ndarray, f: np.ndarray) -> None:
-    """f[nodes[b, e] + c] += sum_kp table[k, p, b, e] S[(k, c), p, e]."""
-    derivatives, points, basis, cells = table.shape
-    dim = S.shape[0] // derivatives
-    for b in range(basis):
-        for c in range(dim):
-            for e in range(cells):
-                local[b, c, e] = 0.0
-            target = local[b, c]
-            for p in range(points):
-                if derivatives == 2:
-                    N0, N1, S0, S1 = table[0, p, b], table[1, p, b], S[c, p], S[dim + c, p]
-                    for e in range(cells):
-                        target[e] += N0[e] * S0[e] + N1[e] * S1[e]
-                else:
-                    for k in range(derivatives):
-                        N0, S0 = table[k, p, b], S[k * dim + c, p]
-                        for e in range(cells):
-                            target[e] += N0[e] * S0[e]
-    for e in range(cells):
-        for b in range(basis):
-            for c in range(dim):
-                f[nodes[b, e] + c] += local[b, c, e]
-
-
-@jit
-def cell_views(groups: Groups, g: int) -> tuple[np.ndarray, np.ndarray]:
-    """Node numbers (b, e) and table (k, p, b, e) of a group of cells."""
-    row = groups.table[g]
-    cells, basis, points = row[CELLS], row[BASIS], row[POINTS]
-    nodes = view(groups.integers, row[NODES], (basis, cells))
-    return nodes, view(groups.numbers, row[TABLE], (row[VECTORS], points, basis, cells))
-
-
-@jit
-def sampled_views(groups: Groups, g: int) -> tuple[np.ndarray, np.ndarray]:
-    """Jets (k c p, r) and offset (k c p,) of a group of sampled points."""
-    row = groups.table[g]
-    size, modes = row[VECTORS] * row[COMPONENTS] * row[POINTS] * row[CELLS], row[COUNT]
-    return view(groups.numbers, row[TABLE], (size, modes)), view(groups.numbers, row[OFFSET], (size,))
-
-
-@jit
-def turned_view(groups: Groups, g: int) -> np.ndarray:
-    """Jets mode by mode (r, k c p): forces read these alone, so that they stay in the cache from gather to scatter."""
-    row = groups.table[g]
-    return view(groups.numbers, row[TURNED], (row[COUNT], row[VECTORS] * row[COMPONENTS] * row[POINTS] * row[CELLS]))
-
-
-@jit
-def coefficients(groups: Groups, g: int) -> np.ndarray:
-    """Coefficients of a group that is a quartic polynomial, with all that is behind them."""
-    return groups.numbers[groups.table[g, TABLE] :]
-
-
-@jit
-def section_view(groups: Groups, g: int) -> np.ndarray:
-    row = groups.table[g]
-    return view(groups.numbers, row[SECTION], (row[ROWS], row[POINTS], row[CELLS]))
-
-
-@jit
-def gather(groups: Groups, g: int, x: np.ndarray, q: np.ndarray, fixed: float, work: np.ndarray) -> np.ndarray:
-    """Jets (k c, p, e) of a group, with `fixed` times the offset: 1 for positions, 0 for rates. Uses the front of `work`."""
-    row = groups.table[g]
-    shape = (row[VECTORS] * row[COMPONENTS], row[POINTS], row[CELLS])
-    size = shape[0] * shape[1] * shape[2]
-    flat = view(work, 0, (size,))
-    if row[SAMPLED] == SAMPLE:
-        _, offset = sampled_views(groups, g)
-        for i in range(size):
-            flat[i] = fixed * offset[i]
-        add_combination(turned_view(groups, g), view(x, row[FIRST], (row[COUNT],)), flat)
-    else:
-        nodes, table = cell_views(groups, g)
-        local = view(work, size, (row[BASIS], row[COMPONENTS], row[CELLS]))
-        gather_cells(nodes, table, q, local, view(work, 0, shape))
-    return view(work, 0, shape)
-
-
-@jit
-def add_elastic_force(
-    groups: Groups, lift: Csr, offset: np.ndarray, x: np.ndarray, v: np.ndarray, body: np.ndarray, work: np.ndarray, f: np.ndarray
-) -> None:
-    """f += sum_j L_j^T S_j; `body` (3, q) receives q, dq/dt and the force on q, `work` is (3, w)."""
-    cells, damped = len(lift.indptr) > 1, False
-    for g in range(len(groups.beta)):
-        damped = damped or groups.beta[g] > 0.0
-    q, qv, fq = body[0], body[1], body[2]
-    if cells:
-        affine(lift, offset, x, q)
-        clear(fq)
-        if damped:
-            clear(qv)
-            add_product(lift, 1.0, v, qv)
-    for g in range(len(groups.table)):
-        row = groups.table[g]
-        if row[SAMPLED] == QUARTIC:
-            modes = slice(row[FIRST], row[FIRST] + row[COUNT])
-            quartic.call_force(groups.quartics, coefficients(groups, g), x[modes], work[0], f[modes])
-            continue
-        u = gather(groups, g, x, q, 1.0, work[0])
-        rate = gather(groups, g, v, qv, 0.0, work[1]) if groups.beta[g] > 0.0 else u
-        S = view(work[2], 0, u.shape)
-        laws.call_stress(groups.laws, row[LAW], u, rate, groups.beta[g], section_view(groups, g), S)
-        if row[SAMPLED] == SAMPLE:
-            add_sums(turned_view(groups, g), view(work[2], 0, (u.size,)), view(f, row[FIRST], (row[COUNT],)))
-        else:
-            nodes, table = cell_views(groups, g)
-            local = view(work[0], 0, (row[BASIS], row[COMPONENTS], row[CELLS]))
-            scatter_cells(nodes, table, S, local, fq)
-    if cells:
-        add_transposed(lift, 1.0, fq, f)
-
-
-@jit
-def elastic_energy(groups: Groups, lift: Csr, offset: np.ndarray, x: np.ndarray, q: np.ndarray, work: np.ndarray) -> float:
-    """Strain energy [J]."""
-    if len(lift.indptr) > 1:
-        affine(lift, offset, x, q)
-    total = 0.0
-    for g in range(len(groups.table)):
-        row = groups.table[g]
-        if row[SAMPLED] == QUARTIC:
-            total += quartic.call_energy(groups.quartics, coefficients(groups, g), x[row[FIRST] : row[FIRST] + row[COUNT]], work[0])
-            continue
-        total += laws.call_energy(groups.laws, groups.table[g, LAW], gather(groups, g, x, q, 1.0, work[0]), section_view(groups, g))
-    return total
 
 
 @jit
@@ -607,120 +395,6 @@ def constraint_slopes(A: Terms, y: np.ndarray, signals: np.ndarray, multipliers:
                 continue
             H[A.pair[k]] += value
             H[A.pair[k] + 1] += value
-
-
-@jit
-def add_elastic_tangent(
-    groups: Groups,
-    scatter: Scatter,
-    lift: Csr,
-    offset: np.ndarray,
-    x: np.ndarray,
-    q: np.ndarray,
-    gh: float,
-    work: np.ndarray,
-    W: np.ndarray,
-) -> None:
-    """W += sum_j L_j^T D_j L_j, lower band or dense, with damping times gh."""
-    if len(lift.indptr) > 1:
-        affine(lift, offset, x, q)
-    flat = W.reshape(-1)
-    for g in range(len(groups.table)):
-        row = groups.table[g]
-        if row[SAMPLED] == QUARTIC:
-            modes = slice(row[FIRST], row[FIRST] + row[COUNT])
-            quartic.call_tangent(groups.quartics, coefficients(groups, g), x[modes], work[0], row[FIRST], W)
-            continue
-        u = gather(groups, g, x, q, 1.0, work[0])
-        rows = u.shape[0]
-        D = view(work[1], 0, (rows, rows, u.shape[1], u.shape[2]))
-        laws.call_modulus(groups.laws, row[LAW], u, gh * groups.beta[g], section_view(groups, g), D)
-        if row[SAMPLED] == SAMPLE:
-            add_sampled_tangent(groups, g, D, work[2], W)
-        else:
-            cell_matrices(groups, g, D, work[2])
-            for k in range(row[PAIR], row[PAIR] + row[COUNT]):
-                flat[scatter.target[k]] += scatter.factor[k] * work[2][scatter.source[k]]
-
-
-@jit
-def add_sampled_tangent(groups: Groups, g: int, D: np.ndarray, work: np.ndarray, W: np.ndarray) -> None:
-    """W[columns, columns] += jets^T D jets."""
-    row = groups.table[g]
-    jets, _ = sampled_views(groups, g)
-    rows, points, modes = D.shape[0], D.shape[2] * D.shape[3], row[COUNT]
-    modulus_times_jets(D.reshape(rows, rows, points), jets.reshape(rows, points, modes), view(work, 0, (rows, points, modes)))
-    product = np.dot(jets.T, view(work, 0, (rows * points, modes)))
-    first = row[FIRST]
-    for i in range(modes):
-        for j in range(modes):
-            W[first + i, first + j] += product[i, j]
-
-
-@jit
-def modulus_times_jets(D: np.ndarray, jets: np.ndarray, stress: np.ndarray) -> None:
-    """stress[i, p, r] = sum_j D[i, j, p] jets[j, p, r]; four terms, then two at a time: every law has at least four rows."""
-    rows, points, modes = jets.shape
-    for i in range(rows):
-        for p in range(points):
-            target = stress[i, p]
-            a, b, c, d = D[i, 0, p], D[i, 1, p], D[i, 2, p], D[i, 3, p]
-            row_a, row_b, row_c, row_d = jets[0, p], jets[1, p], jets[2, p], jets[3, p]
-            for r in range(modes):
-                target[r] = a * row_a[r] + b * row_b[r] + c * row_c[r] + d * row_d[r]
-            for j in range(4, rows - 1, 2):
-                a, b, row_a, row_b = D[i, j, p], D[i, j + 1, p], jets[j, p], jets[j + 1, p]
-                for r in range(modes):
-                    target[r] += a * row_a[r] + b * row_b[r]
-            if rows % 2 == 1:
-                a, row_a = D[i, rows - 1, p], jets[rows - 1, p]
-                for r in range(modes):
-                    target[r] += a * row_a[r]
-
-
-@jit
-def cell_matrices(groups: Groups, g: int, D: np.ndarray, work: np.ndarray) -> None:
-    """Lower triangles of all cell matrices, work[l (l+1)/2 + m, e] with l = (b, c), from the moduli D (k c, k c, p, e)."""
-    row = groups.table[g]
-    _, table = cell_views(groups, g)
-    dim, basis, cells, points = row[COMPONENTS], row[BASIS], row[CELLS], row[POINTS]
-    size = basis * dim
-    count = size * (size + 1) // 2
-    matrices = work[: count * cells].reshape(count, cells)
-    vectors = row[VECTORS]
-    DB = work[count * cells : count * cells + vectors * cells].reshape(vectors, cells)
-    clear(work[: count * cells])
-    for p in range(points):
-        for m in range(size):
-            b, c = m // dim, m % dim
-            for ci in range(dim):
-                modulus_times_basis(D, table, p, b, c, ci, DB)
-                for bi in range(b, basis):
-                    line = bi * dim + ci
-                    if line >= m:
-                        target = matrices[line * (line + 1) // 2 + m]
-                        N0, N1, first, second = table[0, p, bi], table[1, p, bi], DB[0], DB[1]
-                        for e in range(cells):
-                            target[e] += N0[e] * first[e] + N1[e] * second[e]
-                        for k in range(2, vectors):
-                            N0, first = table[k, p, bi], DB[k]
-                            for e in range(cells):
-                                target[e] += N0[e] * first[e]
-
-
-@jit
-def modulus_times_basis(D: np.ndarray, table: np.ndarray, p: int, b: int, c: int, ci: int, DB: np.ndarray) -> None:
-    """DB[k, e] = sum_l D[(k, ci), (l, c), p, e] table[l, p, b, e]; two terms at once: every law reads at least two vectors."""
-    vectors, dim, cells = len(DB), len(D) // len(DB), DB.shape[1]
-    for k in range(vectors):
-        target, row = DB[k], k * dim + ci
-        first, second, N0, N1 = D[row, c, p], D[row, dim + c, p], table[0, p, b], table[1, p, b]
-        for e in range(cells):
-            target[e] = first[e] * N0[e] + second[e] * N1[e]
-        for l in range(2, vectors):
-            first, N0 = D[row, l * dim + c, p], table[l, p, b]
-            for e in range(cells):
-                target[e] += first[e] * N0[e]
 
 
 @jit

@@ -16,10 +16,9 @@ from ..bodies.body import Body, Cells
 from ..bodies.laws import Law
 from ..shapes import surface
 from ..shapes.surface import Surface
-from . import kernels
-from .compiled import Compiled
-from .quartic import Quartic
+from .compiled import Compiled, sum_of
 from .system import System
+from .terms import Term
 
 
 def reference_of(part: Body, shape: Surface) -> np.ndarray:
@@ -71,19 +70,21 @@ def loaded(law: Law, dim: int, nodes: np.ndarray, values: np.ndarray, load: floa
 
 
 def at_load_factor(model: Compiled, factor: float) -> Compiled:
-    """The model with the pressures of its cells times a load factor."""
-    groups = model.arrays.groups
-    rows = [row for row in groups.table if row[kernels.SAMPLED] != kernels.QUARTIC and model.laws[row[kernels.LAW]].follows]
-    if not rows:
+    """The model with its pressures times a load factor."""
+    if not present(model.system):
         return model
-    numbers = groups.numbers.copy()
-    for row in rows:
-        numbers[row[kernels.SECTION] : row[kernels.SECTION] + row[kernels.POINTS] * row[kernels.CELLS]] *= factor
-    groups = groups._replace(numbers=numbers)
-    plan = None if model.plan is None else replace(model.plan, groups=groups)
-    return replace(model, arrays=model.arrays._replace(groups=groups), plan=plan)
+
+    def scaled(term: Term, owner: int) -> Term:
+        if not model.system.elastic[owner].gather.law.follows:
+            return term
+        section = term.record.section.copy()
+        section[0] *= factor
+        return replace(term, record=term.record._replace(section=section))
+
+    terms = tuple(scaled(term, owner) for term, owner in zip(model.terms, model.owners, strict=True))
+    return replace(model, terms=terms, arrays=model.arrays._replace(elastic=sum_of(terms)))
 
 
 def present(system: System) -> list[str]:
     """Names of the loads that follow surfaces or edges."""
-    return [part.name for part in system.elastic if not isinstance(part.gather, Quartic) and part.gather.law.follows]
+    return [part.name for part in system.elastic if part.gather.law.follows]

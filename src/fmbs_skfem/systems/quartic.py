@@ -19,15 +19,23 @@ multiplications each. Coefficients that start at a multiple of 64 bytes are read
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import numba
 import numpy as np
-from numba import carray
 
-from ..core.entries import call, entry
+from ..bodies.laws import Law
+from ..core.entries import view
+from ..core.errors import InputError, say
 from ..core.jit import jit
+from ..core.structs import Vector, opener, routine
 from ..core.validation import Range, Reals, Sizes, also, require
+from . import terms
+from .evaluation import evaluation
+from .terms import Lifts, Routines, Setting, Term
+
+if TYPE_CHECKING:
+    from .system import Affine, Matrix
 
 LANES = 8  #: numbers of a cache line, to which rows are padded
 
@@ -39,6 +47,7 @@ regrouped = numba.njit(error_model="numpy", fastmath={"reassoc", "contract"})
 class Quartic:
     """Strain energy of one body as a polynomial of x[columns]."""
 
+    law: ClassVar[Law] = Law.MEMBRANE
     coefficients: Annotated[np.ndarray, Reals("t")]  #: blocks B_c behind each other [J]
     columns: Annotated[slice, Range("r", end="n")]  #: the body's unknowns among all
 
@@ -253,46 +262,62 @@ def add_tangent(T: np.ndarray, x: np.ndarray, work: np.ndarray, W: np.ndarray) -
         W[b - 1, b - 1] += 2.0 * g[k + b]
 
 
-@entry
-def energy_at(T: Any, x: Any, work: Any, W: Any, modes: int, _: int, __: int, ___: int, beta: float) -> None:
-    """`energy` as an entry: W[0]."""
-    carray(W, 1)[0] = energy(carray(T, length(modes)), carray(x, modes), carray(work, work_length(modes)))
+class Record(NamedTuple):
+    """A polynomial for compiled code."""
+
+    coefficients: Vector
+    first: int  #: of the unknowns
+    modes: int
 
 
-@entry
-def force_at(T: Any, x: Any, work: Any, f: Any, modes: int, _: int, __: int, ___: int, beta: float) -> None:
-    """`add_force` as an entry."""
-    add_force(carray(T, length(modes)), carray(x, modes), carray(work, work_length(modes)), carray(f, modes))
+opened = opener(Record)
 
 
-@entry
-def tangent_at(T: Any, x: Any, work: Any, W: Any, modes: int, first: int, size: int, _: int, beta: float) -> None:
-    """`add_tangent` as an entry, on a block of the matrix W (n, n)."""
-    last = first + modes
-    block = carray(W, (size, size))[first:last, first:last]
-    add_tangent(carray(T, length(modes)), carray(x, modes), carray(work, work_length(modes)), block)
+@routine
+def call_energy(table: Any, record: Any) -> int:
+    """`energy` as a term."""
+    s, Q = evaluation(table).space, opened(record)
+    s.energy[0] += energy(Q.coefficients, view(s.x, Q.first, (Q.modes,)), s.work[0])
+    return 0
 
 
-def addresses(used: bool) -> np.ndarray:
-    """Where the functions above are, where they are used: otherwise they are not compiled."""
-    return np.array([energy_at(), force_at(), tangent_at()] if used else [0, 0, 0], dtype=np.int64)
+@routine
+def call_force(table: Any, record: Any) -> int:
+    """`add_force` as a term."""
+    s, Q = evaluation(table).space, opened(record)
+    add_force(Q.coefficients, view(s.x, Q.first, (Q.modes,)), s.work[0], view(s.f, Q.first, (Q.modes,)))
+    return 0
 
 
-@jit
-def call_energy(calls: np.ndarray, T: np.ndarray, x: np.ndarray, work: np.ndarray) -> float:
-    """Strain energy [J] by address."""
-    W = np.zeros(1)
-    call(calls[0], (T, x, work, W), (len(x), 0, 0, 0), 0.0)
-    return W[0]
+@routine
+def call_tangent(table: Any, record: Any) -> int:
+    """`add_tangent` as a term."""
+    s, Q = evaluation(table).space, opened(record)
+    last = Q.first + Q.modes
+    add_tangent(Q.coefficients, view(s.x, Q.first, (Q.modes,)), s.work[0], s.W[Q.first : last, Q.first : last])
+    return 0
 
 
-@jit
-def call_force(calls: np.ndarray, T: np.ndarray, x: np.ndarray, work: np.ndarray, f: np.ndarray) -> None:
-    """f (r,) += dW/dx by address."""
-    call(calls[1], (T, x, work, f), (len(x), 0, 0, 0), 0.0)
+ROUTINES = Routines(call_force, call_tangent, call_energy)
 
 
-@jit
-def call_tangent(calls: np.ndarray, T: np.ndarray, x: np.ndarray, work: np.ndarray, first: int, W: np.ndarray) -> None:
-    """W (n, n) += d2W/dx2 of the unknowns from `first` on, by address."""
-    call(calls[2], (T, x, work, W), (len(x), first, len(W), 0), 0.0)
+@terms.carry.register(Quartic)
+def carry(polynomial: Quartic, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Quartic:
+    """Refused: its coefficients are those of its unknowns."""
+    remedy = "reduce the system before its polynomials are made"
+    raise InputError(say(f"body '{name}'", "cells or sampled points", "a polynomial", remedy))
+
+
+@terms.split.register(Quartic)
+def split(polynomial: Quartic, lifts: Lifts) -> list[Quartic]:
+    """One piece."""
+    return [polynomial]
+
+
+@terms.compile_term.register(Quartic)
+def compile_term(polynomial: Quartic, setting: Setting) -> Term:
+    """Its coefficients where they are read fastest."""
+    coefficients = aligned(polynomial.coefficients.size)
+    coefficients[:] = polynomial.coefficients
+    modes = polynomial.modes
+    return Term(Record(coefficients, polynomial.columns.start, modes), ROUTINES, int(work_length(modes)))

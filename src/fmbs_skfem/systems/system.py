@@ -14,18 +14,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Annotated, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import spsolve
 
-from ..bodies.body import Cells
 from ..bodies.laws import Law
-from ..core.errors import InputError, say
-from ..core.linalg import as_dense, is_sparse
+from ..core.linalg import is_sparse
 from ..core.validation import Attributes, Indices, Inside, Number, Range, Reals
-from .quartic import Quartic
+from . import terms
 from .springs import ANGLE
 
 Matrix: TypeAlias = csr_array | np.ndarray
@@ -44,25 +42,13 @@ class Affine:
 
 
 @dataclass(frozen=True)
-class Sampled:
-    """Gather multiplied out at chosen points: jets (k c, p) = jets @ x[columns] + offset."""
-
-    law: Annotated[Law, Attributes("k=vectors i=rows")]
-    jets: Annotated[np.ndarray, Reals("kcp r")]
-    offset: Annotated[np.ndarray, Reals("kcp")]
-    section: Annotated[np.ndarray, Reals("i 1 p")]  #: rows of the law, the last one the weight of a point
-    columns: Annotated[slice, Range("r", end="n")]
-    cell: Annotated[np.ndarray, Indices("p")]  #: number of the cell of every point
-
-
-@dataclass(frozen=True)
 class Elastic:
     """Strain energy of one body or component."""
 
     name: str
     beta: Annotated[float, Number()]  #: stiffness-proportional damping time [s]
-    #: cells act on the body coordinates q = lift(x), points and polynomials on x
-    gather: Annotated[Cells | Sampled | Quartic, Inside("c n q")]
+    #: storage, see `terms`: cells act on the body coordinates q = lift(x), points and polynomials on x
+    gather: Annotated[Any, Inside("c n q", terms.is_storage)]
 
 
 @dataclass(frozen=True)
@@ -254,12 +240,7 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
         return np.linalg.lstsq(V, x, rcond=None)[0]
 
     def carry(elastic: Elastic) -> Elastic:
-        if is_sparse(V) and isinstance(elastic.gather, Cells):
-            return elastic
-        if isinstance(elastic.gather, Quartic):
-            remedy = "reduce the system before its polynomials are made"
-            raise InputError(say(f"body '{elastic.name}'", "cells or sampled points", "a polynomial", remedy))
-        return replace(elastic, gather=sampled(elastic.gather, lift, as_dense(V), d))
+        return replace(elastic, gather=terms.carry(elastic.gather, elastic.name, lift, V, d))
 
     lift, mass = compose(system.lift), square(system.mass)
     return replace(
@@ -284,37 +265,3 @@ def chosen(V: Matrix) -> np.ndarray | None:
         return None
     rows = csr_array(V.T).indices
     return rows if (np.diff(csr_array(V).indptr) <= 1).all() and (np.diff(csr_array(V.T).indptr) == 1).all() else None
-
-
-def sampled(gather: Cells | Sampled, lift: Affine, V: np.ndarray, d: np.ndarray) -> Sampled:
-    """Gather times basis: rows (derivative, component, point) by modes; columns that are zero are left out."""
-    if isinstance(gather, Sampled):
-        part = V[gather.columns]
-        columns = support(part)
-        return replace(
-            gather, jets=gather.jets @ part[:, columns], offset=gather.offset + gather.jets @ d[gather.columns], columns=columns
-        )
-    rows = jet_rows(gather, len(lift.offset))
-    jets = np.asarray(rows @ lift.matrix)
-    columns = support(jets)
-    section = gather.section.reshape(len(gather.section), 1, -1)
-    cell = np.tile(np.arange(gather.section.shape[2]), gather.section.shape[1])
-    return Sampled(gather.law, np.ascontiguousarray(jets[:, columns]), rows @ lift.offset, section, columns, cell)
-
-
-def support(A: np.ndarray) -> slice:
-    """Smallest range of columns that holds all non-zeros."""
-    used = np.flatnonzero(np.abs(A).max(axis=0) > 0)
-    return slice(int(used[0]), int(used[-1]) + 1) if len(used) else slice(0, 0)
-
-
-def jet_rows(cells: Cells, size: int) -> csr_array:
-    """Gather of cells as a sparse array: rows (k, c, p, e), columns q."""
-    K, P, B, E = cells.table.shape
-    dim = cells.dim
-    values = np.broadcast_to(cells.table[:, None, :, :, :], (K, dim, P, B, E)).transpose(0, 1, 2, 4, 3)
-    columns = np.broadcast_to(cells.nodes.T[None, None, None] + np.arange(dim)[None, :, None, None, None], (K, dim, P, E, B))
-    indptr = np.arange(K * dim * P * E + 1) * B
-    width = size if cells.spread is None else cells.spread.shape[0]
-    rows = csr_array((values.ravel(), columns.ravel(), indptr), shape=(K * dim * P * E, width))
-    return rows if cells.spread is None else csr_array(rows @ cells.spread)

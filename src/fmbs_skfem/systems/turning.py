@@ -13,13 +13,16 @@ Only for planar systems in dense coordinates whose space holds the turned refere
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..core.entries import view
 from ..core.jit import jit
-from .system import System
+from ..core.structs import Cube, IntegerMatrix, Matrix, Vector
+
+if TYPE_CHECKING:
+    from .system import System
 
 ALIKE = 0.05  #: largest relative difference from the exact tangent at a fifth angle
 REACH = 1e-2  #: largest part of the turned reference shape that the space may miss
@@ -29,11 +32,11 @@ PROOF = 2.0  #: that angle [rad]
 class Turning(NamedTuple):
     """Tangents of all groups, flattened; no rows where they do not apply."""
 
-    table: np.ndarray  #: (t, 3) first unknown, number of unknowns, place of K_a, K_b, K_c in `numbers`
-    rows: np.ndarray  #: (t, 2, n) with offset (t, 2): multiples of c and s
-    offset: np.ndarray
-    beta: np.ndarray  #: (t,) stiffness-proportional damping times [s]
-    numbers: np.ndarray
+    table: IntegerMatrix  #: (t, 3) first unknown, number of unknowns, place of K_a, K_b, K_c in `numbers`
+    rows: Cube  #: (t, 2, n) with offset (t, 2): multiples of c and s
+    offset: Matrix
+    beta: Vector  #: (t,) stiffness-proportional damping times [s]
+    numbers: Vector
 
 
 def nothing(size: int) -> Turning:

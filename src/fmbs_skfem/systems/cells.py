@@ -1,0 +1,297 @@
+"""Cells of full bodies as terms: gather from the coordinates p of the cells, law at the points, scatter.
+
+    u = B p[nodes],    p = S (lift x),    f = lift^T S^T B^T phi(u),    W += lift^T S^T B^T phi' B S lift
+
+p are the coordinates of the bodies, or their images S q where a body slaves functions to a frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..bodies import laws
+from ..bodies.body import Cells
+from ..core.entries import view
+from ..core.jit import jit
+from ..core.linalg import is_sparse
+from ..core.structs import Cube, IntegerMatrix, Integers, Tensor, opener, routine
+from . import terms
+from .evaluation import evaluation
+from .kernels import clear
+from .points import Sampled, support
+from .terms import Lifts, Routines, Setting, Targets, Term
+
+if TYPE_CHECKING:
+    from .system import Affine, Matrix
+
+BLOCK = 64  #: cells that a kernel handles at once, so that their jets stay in the cache
+
+
+class Record(NamedTuple):
+    """A block of cells for compiled code."""
+
+    calls: Integers  #: addresses of the law's functions, see `laws.addresses`
+    beta: float  #: stiffness-proportional damping time [s]
+    nodes: IntegerMatrix  #: (b, e)
+    table: Tensor  #: (k, p, b, e)
+    section: Cube  #: (i, p, e)
+    targets: Targets
+
+
+opened = opener(Record)
+
+
+@jit
+def gather_cells(nodes: np.ndarray, table: np.ndarray, q: np.ndarray, local: np.ndarray, u: np.ndarray) -> None:
+    """u[(k, c), p, e] = sum_b table[k, p, b, e] q[nodes[b, e] + c]."""
+    derivatives, points, basis, cells = table.shape
+    dim = u.shape[0] // derivatives
+    for b in range(basis):
+        for c in range(dim):
+            for e in range(cells):
+                local[b, c, e] = q[nodes[b, e] + c]
+    full = basis // 4 * 4
+    for k in range(derivatives):
+        for c in range(dim):
+            for p in range(points):
+                target = u[k * dim + c, p]
+                if full == 0:
+                    clear(target)
+                for b in range(0, full, 4):
+                    N0, N1, N2, N3 = table[k, p, b], table[k, p, b + 1], table[k, p, b + 2], table[k, p, b + 3]
+                    q0, q1, q2, q3 = local[b, c], local[b + 1, c], local[b + 2, c], local[b + 3, c]
+                    if b == 0:
+                        for e in range(cells):
+                            target[e] = N0[e] * q0[e] + N1[e] * q1[e] + N2[e] * q2[e] + N3[e] * q3[e]
+                    else:
+                        for e in range(cells):
+                            target[e] += N0[e] * q0[e] + N1[e] * q1[e] + N2[e] * q2[e] + N3[e] * q3[e]
+                for b in range(full, basis):
+                    N0, q0 = table[k, p, b], local[b, c]
+                    for e in range(cells):
+                        target[e] += N0[e] * q0[e]
+
+
+@jit
+def scatter_cells(nodes: np.ndarray, table: np.ndarray, S: np.ndarray, local: np.ndarray, f: np.ndarray) -> None:
+    """f[nodes[b, e] + c] += sum_kp table[k, p, b, e] S[(k, c), p, e]."""
+    derivatives, points, basis, cells = table.shape
+    dim = S.shape[0] // derivatives
+    for b in range(basis):
+        for c in range(dim):
+            for e in range(cells):
+                local[b, c, e] = 0.0
+            target = local[b, c]
+            for p in range(points):
+                if derivatives == 2:
+                    N0, N1, S0, S1 = table[0, p, b], table[1, p, b], S[c, p], S[dim + c, p]
+                    for e in range(cells):
+                        target[e] += N0[e] * S0[e] + N1[e] * S1[e]
+                else:
+                    for k in range(derivatives):
+                        N0, S0 = table[k, p, b], S[k * dim + c, p]
+                        for e in range(cells):
+                            target[e] += N0[e] * S0[e]
+    for e in range(cells):
+        for b in range(basis):
+            for c in range(dim):
+                f[nodes[b, e] + c] += local[b, c, e]
+
+
+@jit
+def cell_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
+    """Lower triangles of all cell matrices, work[l (l+1)/2 + m, e] with l = (b, c), from the moduli D (k c, k c, p, e)."""
+    vectors, points, basis, cells = table.shape
+    dim = len(D) // vectors
+    size = basis * dim
+    count = size * (size + 1) // 2
+    matrices = work[: count * cells].reshape(count, cells)
+    DB = work[count * cells : count * cells + vectors * cells].reshape(vectors, cells)
+    clear(work[: count * cells])
+    for p in range(points):
+        for m in range(size):
+            b, c = m // dim, m % dim
+            for ci in range(dim):
+                modulus_times_basis(D, table, p, b, c, ci, DB)
+                for bi in range(b, basis):
+                    line = bi * dim + ci
+                    if line >= m:
+                        target = matrices[line * (line + 1) // 2 + m]
+                        N0, N1, first, second = table[0, p, bi], table[1, p, bi], DB[0], DB[1]
+                        for e in range(cells):
+                            target[e] += N0[e] * first[e] + N1[e] * second[e]
+                        for k in range(2, vectors):
+                            N0, first = table[k, p, bi], DB[k]
+                            for e in range(cells):
+                                target[e] += N0[e] * first[e]
+
+
+@jit
+def modulus_times_basis(D: np.ndarray, table: np.ndarray, p: int, b: int, c: int, ci: int, DB: np.ndarray) -> None:
+    """DB[k, e] = sum_l D[(k, ci), (l, c), p, e] table[l, p, b, e]; two terms at once: every law reads at least two vectors."""
+    vectors, dim, cells = len(DB), len(D) // len(DB), DB.shape[1]
+    for k in range(vectors):
+        target, row = DB[k], k * dim + ci
+        first, second, N0, N1 = D[row, c, p], D[row, dim + c, p], table[0, p, b], table[1, p, b]
+        for e in range(cells):
+            target[e] = first[e] * N0[e] + second[e] * N1[e]
+        for l in range(2, vectors):
+            first, N0 = D[row, l * dim + c, p], table[l, p, b]
+            for e in range(cells):
+                target[e] += first[e] * N0[e]
+
+
+@jit
+def jets(C: Record, q: np.ndarray, work: np.ndarray) -> np.ndarray:
+    """Jets (k c, p, e) of the cells from their coordinates, in the front of `work`."""
+    vectors, points, basis, cells = C.table.shape
+    dim = laws.components(C.calls)
+    shape = (vectors * dim, points, cells)
+    local = view(work, shape[0] * points * cells, (basis, dim, cells))
+    gather_cells(C.nodes, C.table, q, local, view(work, 0, shape))
+    return view(work, 0, shape)
+
+
+@routine
+def force(table: Any, record: Any) -> int:
+    """Forces on the coordinates of the cells += B^T S."""
+    E, C = evaluation(table), opened(record)
+    body, work = E.space.body, E.space.work
+    u = jets(C, body[0], work[0])
+    rate = jets(C, body[1], work[1]) if C.beta > 0.0 else u
+    S = view(work[2], 0, u.shape)
+    laws.call_stress(C.calls, u, rate, C.beta, C.section, S)
+    basis, cells = C.nodes.shape
+    scatter_cells(C.nodes, C.table, S, view(work[0], 0, (basis, laws.components(C.calls), cells)), body[2])
+    return 0
+
+
+@routine
+def energy(table: Any, record: Any) -> int:
+    """Energy += the sum over all points."""
+    E, C = evaluation(table), opened(record)
+    E.space.energy[0] += laws.call_energy(C.calls, jets(C, E.space.body[0], E.space.work[0]), C.section)
+    return 0
+
+
+@routine
+def tangent(table: Any, record: Any) -> int:
+    """W += B^T D B in the places of `targets`, with damping times gh."""
+    E, C = evaluation(table), opened(record)
+    work = E.space.work
+    u = jets(C, E.space.body[0], work[0])
+    rows = u.shape[0]
+    D = view(work[1], 0, (rows, rows, u.shape[1], u.shape[2]))
+    laws.call_modulus(C.calls, u, E.space.gh[0] * C.beta, C.section, D)
+    cell_matrices(C.table, D, work[2])
+    put(C.targets, work[2], E.space.W.reshape(-1))
+    return 0
+
+
+@jit
+def put(T: Targets, entries: np.ndarray, W: np.ndarray) -> None:
+    """W += the entries of the cell matrices, each in its place."""
+    if len(T.source) == 0:
+        for k in range(len(T.target)):
+            if T.target[k] >= 0:
+                W[T.target[k]] += entries[k]
+    else:
+        for k in range(len(T.source)):
+            W[T.target[k]] += T.factor[k] * entries[T.source[k]]
+
+
+ROUTINES = Routines(force, tangent, energy)
+
+
+@terms.carry.register(Cells)
+def carry(cells: Cells, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Cells | Sampled:
+    """Sparse V leaves cells in body coordinates; dense V multiplies them out to rows (derivative, component, point) by modes."""
+    if is_sparse(V):
+        return cells
+    rows = jet_rows(cells, len(lift.offset))
+    jets = np.asarray(rows @ lift.matrix)
+    columns = support(jets)
+    section = cells.section.reshape(len(cells.section), 1, -1)
+    cell = np.tile(np.arange(cells.section.shape[2]), cells.section.shape[1])
+    return Sampled(cells.law, np.ascontiguousarray(jets[:, columns]), rows @ lift.offset, section, columns, cell)
+
+
+@terms.split.register(Cells)
+def split(cells: Cells, lifts: Lifts) -> list[Cells]:
+    """Blocks of about BLOCK cells, all in one where they are few."""
+    start, count = lifts.place(cells.spread), cells.nodes.shape[1]
+    parts = max(1, round(count / BLOCK)) if count > 4 * BLOCK else 1
+    return [
+        replace(cells, table=cells.table[..., k], nodes=cells.nodes[:, k] + start, section=cells.section[..., k], spread=None)
+        for k in np.array_split(np.arange(count), parts)
+    ]
+
+
+@terms.couplings.register(Cells)
+def couplings(cells: Cells) -> np.ndarray:
+    """Coordinates of every cell, (b c, e)."""
+    return (cells.nodes[:, None, :] + np.arange(cells.dim)[None, :, None]).reshape(-1, cells.nodes.shape[1])
+
+
+@terms.compile_term.register(Cells)
+def compile_term(cells: Cells, setting: Setting) -> Term:
+    """Its numbers behind each other, and the places of its matrices."""
+    (basis, count), dim, vectors = cells.nodes.shape, setting.dim, cells.law.vectors
+    size, jets, points = basis * dim, vectors * dim, cells.section.shape[1]
+    work = max(jets**2 * points * count, jets * points * count + size * count, (size * (size + 1) // 2 + vectors) * count)
+    calls = laws.addresses(cells.law, dim, setting.beta > 0.0)
+    nodes, table, section = (np.ascontiguousarray(part) for part in (cells.nodes, cells.table, cells.section))
+    record = Record(calls, setting.beta, nodes, table, section, setting.targets(couplings(cells)))
+    return Term(record, ROUTINES, work, setting.beta > 0.0)
+
+
+@terms.position_gradients.register(Cells)
+def position_gradients(cells: Cells, x: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Of all cells, (k c, p, e)."""
+    return np.asarray(jet_rows(cells, len(q)) @ q).reshape(-1, *cells.section.shape[1:])
+
+
+def jet_rows(cells: Cells, size: int) -> csr_array:
+    """Gather of cells as a sparse array: rows (k, c, p, e), columns q."""
+    K, P, B, E = cells.table.shape
+    dim = cells.dim
+    values = np.broadcast_to(cells.table[:, None, :, :, :], (K, dim, P, B, E)).transpose(0, 1, 2, 4, 3)
+    columns = np.broadcast_to(cells.nodes.T[None, None, None] + np.arange(dim)[None, :, None, None, None], (K, dim, P, E, B))
+    indptr = np.arange(K * dim * P * E + 1) * B
+    width = size if cells.spread is None else cells.spread.shape[0]
+    rows = csr_array((values.ravel(), columns.ravel(), indptr), shape=(K * dim * P * E, width))
+    return rows if cells.spread is None else csr_array(rows @ cells.spread)
+
+
+def targets(local: np.ndarray, T: csr_array, place: np.ndarray, dense: bool, width: int) -> Targets:
+    """Where entries of the lower triangles of cells go in the flat band or dense matrix, W += T^T K_e T with p = T x."""
+    size, count = local.shape
+    deep = int(np.diff(T.indptr).max(initial=1))
+    target, factor = np.full((T.shape[0], deep), -1), np.zeros((T.shape[0], deep))
+    for k in range(deep):
+        has = np.diff(T.indptr) > k
+        target[has, k], factor[has, k] = place[T.indices[T.indptr[:-1][has] + k]], T.data[T.indptr[:-1][has] + k]
+    low, column = np.tril_indices(size)
+    sources, targets, factors = [], [], []
+    for k in range(deep):
+        for m in range(deep):
+            i, j = target[local[low], k], target[local[column], m]
+            value = factor[local[low], k] * factor[local[column], m]
+            source = (low * (low + 1) // 2 + column)[:, None] * count + np.arange(count)[None, :]
+            for a, b, on in ((i, j, np.ones(len(low), bool)), (j, i, low != column)):
+                valid = (i >= 0) & (j >= 0) & on[:, None] & (dense | (a >= b))
+                sources.append(source[valid])
+                flat = a * len(place) + b if dense else b * (width + 1) + a - b
+                targets.append(flat[valid])
+                factors.append(value[valid])
+    source, flat, value = np.concatenate(sources), np.concatenate(targets), np.concatenate(factors)
+    if deep == 1 and not dense and (value == 1.0).all():
+        places = np.full(len(low) * count, -1, np.int32)
+        places[source] = flat
+        return Targets(np.zeros(0, np.int32), places, np.zeros(0))
+    order = np.argsort(source, kind="stable")
+    return Targets(source[order].astype(np.int32), flat[order].astype(np.int32), value[order])

@@ -1,0 +1,289 @@
+r"""Compiled evaluation of a system: its residual, its energy, its iteration matrix.
+
+    R = c (M a + C v + K x + sum L^T phi(L x, L v) - Q) + Phi_q^T lambda,    Phi(y),  y = P x + y0                      (1)
+    W += sum L^T phi' L
+
+Elastic energy is a sum of terms, of which nothing is known here but the addresses of three routines and of a record of arrays, on
+which they act. `Arrays` is one fixed type for full, reduced and hyper-reduced systems: everything is compiled once. Routines read
+and write the `Space` of an evaluation; W is a lower band (n, d + 1), band[j, i - j] = W[i, j], dense (n, n), or the entries of
+a sparse pattern (1, z) in the coordinates of the cells.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..core.jit import jit
+from ..core.structs import Integers, Matrix, Vector, invoke, opener, routine
+from . import kernels
+from .kernels import Csr, Forces, Operator, Pairs, Terms
+from .turning import Turning
+
+
+class ElasticTerms(NamedTuple):
+    """Terms of the elastic energy by address."""
+
+    force: Integers  #: (t,) routines: f += L^T phi
+    tangent: Integers  #: (t,) W += L^T phi' L, with damping times gh
+    energy: Integers  #: (t,)
+    records: Integers  #: (t,) what these routines are told beside the table of the evaluation
+    damped: bool  #: whether one of them reads velocities
+
+
+class Arrays(NamedTuple):
+    """A system as plain arrays, unknowns in the order of the band."""
+
+    elastic: ElasticTerms
+    lift: Csr  #: coordinates of the cells from the unknowns; empty when no term has cells
+    lift_offset: Vector
+    mass: Operator
+    damping: Operator
+    stiffness: Operator
+    dense: bool
+    probes: Csr  #: (j, n)
+    probes_offset: Vector
+    terms: Terms
+    forces: Forces
+    pairs: Pairs
+    load: Vector  #: (n,) constant generalised force [N]
+    turning: Turning  #: of reduced bodies in the plane
+    norm: Vector  #: (n,) weights of the unknowns in the norm of a displacement, sqrt(sum norm_n x_n^2) [m]
+
+
+class Space(NamedTuple):
+    """Where routines read a state and write what they find."""
+
+    x: Vector
+    v: Vector
+    acceleration: Vector  #: q''
+    multipliers: Vector  #: (m,) c times the physical ones
+    signals: Vector  #: (s,) values of all signals, and of their derivatives where constraints read them
+    angles: Vector  #: (l,) those of springs at the last accepted state
+    c: Vector  #: (1,) factor of forces
+    gh: Vector  #: (1,) factor of damping in W
+    energy: Vector  #: (1,) [J]
+    f: Vector  #: (n,) forces, the front of `rhs`
+    rhs: Matrix  #: (1, n + m) residual
+    W: Matrix
+    y: Vector  #: (j,) probe rows
+    g: Vector  #: (j,) forces on them
+    H: Vector  #: second derivatives on pairs of them
+    Jy: Matrix  #: (m, j) dPhi/dy
+    body: Matrix  #: (3, p) coordinates of the cells, their rates, forces on them
+    work: Matrix  #: (3, w) of terms
+
+
+class Evaluation(NamedTuple):
+    """A system with the space of its evaluation; other structs begin with it."""
+
+    space: Space
+    arrays: Arrays
+
+
+evaluation = opener(Evaluation)
+
+
+@jit
+def place_cells(table: Any) -> None:
+    """Coordinates of the cells and, where a term reads them, their rates; no forces yet."""
+    E = evaluation(table)
+    A, s = E.arrays, E.space
+    if len(A.lift.indptr) > 1:
+        kernels.affine(A.lift, A.lift_offset, s.x, s.body[0])
+        kernels.clear(s.body[2])
+        if A.elastic.damped:
+            kernels.clear(s.body[1])
+            kernels.add_product(A.lift, 1.0, s.v, s.body[1])
+
+
+@jit
+def elastic_forces(table: Any) -> int:
+    """f = sum L^T phi(L x, L v); 0, or the number of terms that failed."""
+    E = evaluation(table)
+    A, s = E.arrays, E.space
+    kernels.clear(s.f)
+    place_cells(table)
+    failed = 0
+    for k in range(len(A.elastic.records)):
+        failed += invoke(A.elastic.force[k], table, A.elastic.records[k])
+    if len(A.lift.indptr) > 1:
+        kernels.add_transposed(A.lift, 1.0, s.body[2], s.f)
+    return failed
+
+
+@routine
+def forces(table: Any, _: Any) -> int:
+    """As `elastic_forces`."""
+    return elastic_forces(table)
+
+
+@routine
+def residual(table: Any, _: Any) -> int:
+    """As `evaluate`."""
+    return evaluate(table)
+
+
+@jit
+def evaluate(table: Any) -> int:
+    """rhs = (R, Phi) of (1); y, g and dPhi/dy become current; 0, or the number of terms that failed."""
+    failed = elastic_forces(table)
+    E = evaluation(table)
+    A, s, c = E.arrays, E.space, E.space.c[0]
+    kernels.add_operator(A.mass, s.acceleration, s.f)
+    kernels.add_operator(A.damping, s.v, s.f)
+    kernels.add_operator(A.stiffness, s.x, s.f)
+    for i in range(len(s.f)):
+        s.f[i] = c * (s.f[i] - A.load[i])
+    if len(s.y) > 0:
+        read_loads(table)
+        kernels.constrain(A.terms, s.y, s.signals, s.rhs[0, len(s.f) :], s.Jy)
+        for j in range(len(s.y)):
+            total = -c * s.g[j]
+            for m in range(len(s.multipliers)):
+                total += s.Jy[m, j] * s.multipliers[m]
+            s.g[j] = total
+        kernels.add_transposed(A.probes, 1.0, s.g, s.f)
+    return failed
+
+
+@jit
+def read_loads(table: Any) -> None:
+    """y = P x + y0, and g the forces of loads on these rows."""
+    E = evaluation(table)
+    A, s = E.arrays, E.space
+    kernels.affine(A.probes, A.probes_offset, s.x, s.y)
+    kernels.clear(s.g)
+    if len(A.forces.row) + len(A.forces.laws) > 0:
+        kernels.add_loads(A.forces, A.probes, s.y, s.v, s.signals, s.angles, s.g)
+
+
+@jit
+def sum_tangents(table: Any) -> int:
+    """W += sum L^T phi' L, with damping times gh; 0, or the number of terms that failed."""
+    E = evaluation(table)
+    A, s = E.arrays, E.space
+    if len(A.lift.indptr) > 1:
+        kernels.affine(A.lift, A.lift_offset, s.x, s.body[0])
+    failed = 0
+    for k in range(len(A.elastic.records)):
+        failed += invoke(A.elastic.tangent[k], table, A.elastic.records[k])
+    return failed
+
+
+@routine
+def add_tangents(table: Any, _: Any) -> int:
+    """As `sum_tangents`."""
+    return sum_tangents(table)
+
+
+@jit
+def sum_energies(table: Any) -> None:
+    """Energy of all terms, without constant springs."""
+    E = evaluation(table)
+    A, s = E.arrays, E.space
+    s.energy[0] = 0.0
+    if len(A.lift.indptr) > 1:
+        kernels.affine(A.lift, A.lift_offset, s.x, s.body[0])
+    for k in range(len(A.elastic.records)):
+        invoke(A.elastic.energy[k], table, A.elastic.records[k])
+
+
+@routine
+def strain_energy(table: Any, _: Any) -> int:
+    """As `sum_energies`."""
+    sum_energies(table)
+    return 0
+
+
+@jit
+def slopes(table: Any) -> None:
+    """H = - c d g/dy - c gh dg/dy' + d(Phi_y^T lambda)/dy, on pairs of probe rows, with current y."""
+    E = evaluation(table)
+    A, s = E.arrays, E.space
+    kernels.clear(s.H)
+    kernels.load_slopes(A.forces, A.probes, s.y, s.v, s.signals, s.angles, -s.c[0], s.gh[0], s.H)
+    kernels.constraint_slopes(A.terms, s.y, s.signals, s.multipliers, s.H)
+
+
+@routine
+def probe_slopes(table: Any, _: Any) -> int:
+    """As `slopes`."""
+    slopes(table)
+    return 0
+
+
+class Samples(NamedTuple):
+    """States of a motion, s of them."""
+
+    space: Space
+    arrays: Arrays
+    x: Matrix
+    v: Matrix
+    a: Matrix
+    multipliers: Matrix  #: physical
+    signals: Matrix
+    before: Matrix  #: signals a little earlier, and later
+    after: Matrix
+    span: Vector  #: time between these [s]
+    angles: Matrix
+    out: Matrix  #: results
+
+
+samples_of = opener(Samples)
+
+
+@jit
+def place_sample(table: Any, k: int) -> None:
+    """The space in the state of a sample, with c = 1."""
+    S = samples_of(table)
+    s = S.space
+    s.x[:], s.v[:], s.acceleration[:], s.multipliers[:], s.angles[:] = S.x[k], S.v[k], S.a[k], S.multipliers[k], S.angles[k]
+    s.signals[: S.signals.shape[1]] = S.signals[k]
+    s.c[0] = 1.0
+
+
+@routine
+def residuals(table: Any, _: Any) -> int:
+    """out (s, n) = R of all samples."""
+    S = samples_of(table)
+    for k in range(len(S.x)):
+        place_sample(table, k)
+        evaluate(table)
+        S.out[k] = S.space.f
+    return 0
+
+
+@routine
+def survey(table: Any, _: Any) -> int:
+    """out (s, 3) = kinetic and strain energy [J], and the power of drives, loads and damping [W]."""
+    S = samples_of(table)
+    A, s, n = S.arrays, S.space, len(S.space.x)
+    vy, low, rest = np.zeros(len(s.y)), np.zeros(len(s.multipliers)), np.zeros(n)
+    for k in range(len(S.x)):
+        place_sample(table, k)
+        kernels.clear(s.f)
+        kernels.add_operator(A.mass, s.v, s.f)
+        S.out[k, 0] = 0.5 * np.dot(s.v, s.f)
+        sum_energies(table)
+        kernels.clear(rest)
+        kernels.add_operator(A.stiffness, s.x, rest)
+        S.out[k, 1] = s.energy[0] + 0.5 * np.dot(s.x, rest)
+        read_loads(table)
+        kernels.clear(vy)
+        kernels.add_product(A.probes, 1.0, s.v, vy)
+        power = np.dot(s.g, vy)
+        kernels.constrain(A.terms, s.y, S.before[k], low, s.Jy)
+        kernels.constrain(A.terms, s.y, S.after[k], s.rhs[0, n:], s.Jy)
+        power += np.dot(s.multipliers, s.rhs[0, n:] - low) / S.span[k]
+        kernels.clear(rest)
+        kernels.add_operator(A.damping, s.v, rest)
+        if A.elastic.damped:
+            elastic_forces(table)
+            rest += s.f
+            kernels.clear(s.v)
+            elastic_forces(table)
+            rest -= s.f
+        S.out[k, 2] = power - np.dot(S.v[k], rest)
+    return 0

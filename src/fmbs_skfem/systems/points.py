@@ -1,0 +1,203 @@
+"""Sampled points of reduced bodies as terms: gather and modes multiplied out to one dense array.
+
+u = jets x[columns] + offset,    f = jets^T phi(u),    W += jets^T phi' jets
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import numpy as np
+
+from ..bodies import laws
+from ..bodies.laws import Law
+from ..core.entries import view
+from ..core.jit import jit
+from ..core.linalg import as_dense
+from ..core.structs import Cube, Integers, Vector, opener, routine
+from ..core.structs import Matrix as Rows
+from ..core.validation import Attributes, Indices, Range, Reals
+from . import terms
+from .evaluation import evaluation
+from .kernels import add_combination, add_sums
+from .terms import Lifts, Routines, Setting, Term
+
+if TYPE_CHECKING:
+    from .system import Affine, Matrix
+
+ROOM = 20_000  #: numbers of jets that stay in the cache from gather to scatter
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """Gather multiplied out at chosen points: jets (k c, p) = jets @ x[columns] + offset."""
+
+    law: Annotated[Law, Attributes("k=vectors i=rows")]
+    jets: Annotated[np.ndarray, Reals("kcp r")]
+    offset: Annotated[np.ndarray, Reals("kcp")]
+    section: Annotated[np.ndarray, Reals("i 1 p")]  #: rows of the law, the last one the weight of a point
+    columns: Annotated[slice, Range("r", end="n")]
+    cell: Annotated[np.ndarray, Indices("p")]  #: number of the cell of every point
+
+
+class Record(NamedTuple):
+    """A block of points for compiled code."""
+
+    calls: Integers  #: addresses of the law's functions, see `laws.addresses`
+    beta: float  #: stiffness-proportional damping time [s]
+    first: int  #: of the unknowns
+    jets: Rows  #: (k c p, r)
+    turned: Rows  #: (r, k c p): forces read these alone, so that they stay in the cache from gather to scatter
+    offset: Vector  #: (k c p,)
+    section: Cube  #: (i, 1, p)
+
+
+opened = opener(Record)
+
+
+@jit
+def gather(P: Any, x: np.ndarray, fixed: float, work: np.ndarray) -> np.ndarray:
+    """Jets (k c, 1, p) in the front of `work`, with `fixed` times the offset: 1 for positions, 0 for rates."""
+    modes, size = P.turned.shape
+    points = P.section.shape[2]
+    flat = view(work, 0, (size,))
+    for i in range(size):
+        flat[i] = fixed * P.offset[i]
+    add_combination(P.turned, view(x, P.first, (modes,)), flat)
+    return view(work, 0, (size // points, 1, points))
+
+
+@routine
+def force(table: Any, record: Any) -> int:
+    """f += jets^T S."""
+    E, P = evaluation(table), opened(record)
+    s, work = E.space, E.space.work
+    u = gather(P, s.x, 1.0, work[0])
+    rate = gather(P, s.v, 0.0, work[1]) if P.beta > 0.0 else u
+    laws.call_stress(P.calls, u, rate, P.beta, P.section, view(work[2], 0, u.shape))
+    add_sums(P.turned, view(work[2], 0, (u.size,)), view(s.f, P.first, (len(P.turned),)))
+    return 0
+
+
+@routine
+def energy(table: Any, record: Any) -> int:
+    """Energy += the sum over all points."""
+    E, P = evaluation(table), opened(record)
+    E.space.energy[0] += laws.call_energy(P.calls, gather(P, E.space.x, 1.0, E.space.work[0]), P.section)
+    return 0
+
+
+@routine
+def tangent(table: Any, record: Any) -> int:
+    """W[columns, columns] += jets^T D jets, with damping times gh."""
+    E, P = evaluation(table), opened(record)
+    work = E.space.work
+    u = gather(P, E.space.x, 1.0, work[0])
+    D = view(work[1], 0, (u.shape[0], u.shape[0], 1, u.shape[2]))
+    laws.call_modulus(P.calls, u, E.space.gh[0] * P.beta, P.section, D)
+    add_product(P, work, E.space.W)
+    return 0
+
+
+@jit
+def add_product(P: Any, work: np.ndarray, W: np.ndarray) -> None:
+    """W[columns, columns] += jets^T D jets with D in the second row of `work`."""
+    (modes, size), points = P.turned.shape, P.section.shape[2]
+    rows = size // points
+    D, stress = view(work[1], 0, (rows, rows, points)), view(work[2], 0, (rows, points, modes))
+    modulus_times_jets(D, P.jets.reshape(rows, points, modes), stress)
+    product = np.dot(P.jets.T, view(work[2], 0, (size, modes)))
+    for i in range(modes):
+        for j in range(modes):
+            W[P.first + i, P.first + j] += product[i, j]
+
+
+@routine
+def gather_alone(table: Any, record: Any) -> int:
+    """The jets, for reports of time."""
+    s = evaluation(table).space
+    gather(opened(record), s.x, 1.0, s.work[0])
+    return 0
+
+
+@routine
+def product_alone(table: Any, record: Any) -> int:
+    """The product of a tangent with a modulus that is there, for reports of time."""
+    s = evaluation(table).space
+    add_product(opened(record), s.work, s.W)
+    return 0
+
+
+@jit
+def modulus_times_jets(D: np.ndarray, jets: np.ndarray, stress: np.ndarray) -> None:
+    """stress[i, p, r] = sum_j D[i, j, p] jets[j, p, r]; four terms, then two at a time: every law has at least four rows."""
+    rows, points, modes = jets.shape
+    for i in range(rows):
+        for p in range(points):
+            target = stress[i, p]
+            a, b, c, d = D[i, 0, p], D[i, 1, p], D[i, 2, p], D[i, 3, p]
+            row_a, row_b, row_c, row_d = jets[0, p], jets[1, p], jets[2, p], jets[3, p]
+            for r in range(modes):
+                target[r] = a * row_a[r] + b * row_b[r] + c * row_c[r] + d * row_d[r]
+            for j in range(4, rows - 1, 2):
+                a, b, row_a, row_b = D[i, j, p], D[i, j + 1, p], jets[j, p], jets[j + 1, p]
+                for r in range(modes):
+                    target[r] += a * row_a[r] + b * row_b[r]
+            if rows % 2 == 1:
+                a, row_a = D[i, rows - 1, p], jets[rows - 1, p]
+                for r in range(modes):
+                    target[r] += a * row_a[r]
+
+
+ROUTINES = Routines(force, tangent, energy, gather_alone, product_alone)
+
+
+@terms.carry.register(Sampled)
+def carry(points: Sampled, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Sampled:
+    """Rows times modes; columns that are zero are left out."""
+    part = as_dense(V)[points.columns]
+    columns = support(part)
+    offset = points.offset + points.jets @ d[points.columns]
+    return replace(points, jets=points.jets @ part[:, columns], offset=offset, columns=columns)
+
+
+def support(A: np.ndarray) -> slice:
+    """Smallest range of columns that holds all non-zeros."""
+    used = np.flatnonzero(np.abs(A).max(axis=0) > 0)
+    return slice(int(used[0]), int(used[-1]) + 1) if len(used) else slice(0, 0)
+
+
+@terms.split.register(Sampled)
+def split(points: Sampled, lifts: Lifts) -> list[Sampled]:
+    """Blocks of about ROOM jets, all in one where they are few."""
+    count, modes = points.section.shape[2], points.jets.shape[1]
+    jets, offset = points.jets.reshape(-1, count, modes), points.offset.reshape(-1, count)
+    parts = max(1, round(points.jets.size / ROOM))
+    return [
+        replace(
+            points,
+            jets=np.ascontiguousarray(jets[:, k]).reshape(-1, modes),
+            offset=np.ascontiguousarray(offset[:, k]).ravel(),
+            section=np.ascontiguousarray(points.section[..., k]),
+            cell=points.cell[k],
+        )
+        for k in np.array_split(np.arange(count), parts)
+    ]
+
+
+@terms.compile_term.register(Sampled)
+def compile_term(points: Sampled, setting: Setting) -> Term:
+    """Its numbers behind each other, by rows and by columns."""
+    calls = laws.addresses(points.law, setting.dim, setting.beta > 0.0)
+    jets, offset, section = (np.ascontiguousarray(part) for part in (points.jets, points.offset, points.section))
+    record = Record(calls, setting.beta, points.columns.start, jets, np.ascontiguousarray(jets.T), offset, section)
+    rows = points.law.vectors * setting.dim
+    return Term(record, ROUTINES, max(rows**2 * section.shape[2], jets.size, 1), setting.beta > 0.0)
+
+
+@terms.position_gradients.register(Sampled)
+def position_gradients(points: Sampled, x: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Of all points, (k c, 1, p)."""
+    u = np.asarray(points.jets @ x[points.columns] + points.offset)
+    return u.reshape(-1, *points.section.shape[1:])

@@ -1,0 +1,179 @@
+"""Elastic terms f(x) = L^T phi(L x): what a storage of L has to say, whichever it is.
+
+A storage is a struct of arrays; for its type it registers
+
+    carry           itself in other coordinates x = V z + d
+    split           itself in pieces whose numbers stay in the cache, in the coordinates of `Lifts` if it reads bodies
+    compile_term    a piece as a record of arrays and three routines that act on it (`evaluation.ElasticTerms`)
+
+and, where the default does not do, `couplings` and `position_gradients`. Nothing else asks which storage a term has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import singledispatch
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+import numpy as np
+from scipy.sparse import csr_array, vstack
+
+from ..core.structs import Callback, Routine, Shorts, Vector, packed, unpacked
+from .evaluation import Space
+
+if TYPE_CHECKING:
+    from .system import Affine, Matrix
+
+
+class Routines(NamedTuple):
+    """What a record is acted on by."""
+
+    force: Routine | Callback
+    tangent: Routine | Callback
+    energy: Routine | Callback
+    gather: Routine | None = None  #: the product of dense modes with the unknowns alone, for reports of time
+    product: Routine | None = None  #: the products U^T D U of a tangent alone
+
+
+@dataclass(frozen=True)
+class Term:
+    """A piece of a storage for compiled code."""
+
+    record: Any  #: a struct, see `core.structs`
+    routines: Routines
+    work: int  #: length of a work vector
+    damped: bool = False  #: whether it reads velocities
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "table", packed(self.record))
+
+    def check(self) -> None:
+        """Raise what went wrong in functions of Python."""
+        for one in self.routines:
+            if isinstance(one, Callback):
+                one.check()
+
+    @property
+    def address(self) -> int:
+        """Of the record for compiled code."""
+        table: np.ndarray = self.__dict__["table"]
+        return int(table.__array_interface__["data"][0])
+
+
+class Targets(NamedTuple):
+    """Where entries of the lower triangles of all cell matrices go in the flat storage of W.
+
+    Without `source` there is one place for every entry, -1 for none; else W[target] += factor entries[source].
+    """
+
+    source: Shorts
+    target: Shorts
+    factor: Vector
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How a piece is compiled."""
+
+    dim: int
+    beta: float  #: stiffness-proportional damping time [s]
+    targets: Callable[[np.ndarray], Targets]  #: of the cells that read coordinates p (l, e)
+
+
+@dataclass
+class Lifts:
+    """Coordinates p of the cells, while pieces of bodies say which ones they read: those of the bodies, or images of them."""
+
+    lift: Affine  #: all body coordinates from the unknowns
+    rows: list[csr_array] = field(default_factory=list)
+    offsets: list[np.ndarray] = field(default_factory=lambda: [np.zeros(0)])
+    shared: int = -1  #: place of the body coordinates themselves
+    count: int = 0
+
+    def place(self, spread: csr_array | None) -> int:
+        """The first of the coordinates `spread` q, or of q."""
+        if spread is None and self.shared >= 0:
+            return self.shared
+        matrix, offset = self.lift.matrix, self.lift.offset
+        start = self.count
+        self.rows.append(csr_array(matrix if spread is None else spread @ matrix))
+        self.offsets.append(offset if spread is None else spread @ offset)
+        self.count += len(self.offsets[-1])
+        self.shared = start if spread is None else self.shared
+        return start
+
+    def whole(self) -> tuple[csr_array, np.ndarray]:
+        """Matrix (p, n) and offset (p,) of p from the unknowns."""
+        matrix = csr_array(vstack(self.rows)) if self.rows else csr_array((0, self.lift.matrix.shape[1]))
+        return matrix, np.ascontiguousarray(np.concatenate(self.offsets))
+
+
+@singledispatch
+def carry(storage: Any, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Any:
+    """The storage of a body in unknowns z with x = V z + d; `lift` gives the body coordinates from z."""
+    raise TypeError(type(storage))
+
+
+@singledispatch
+def split(storage: Any, lifts: Lifts) -> Sequence[Any]:
+    """The storage in pieces whose numbers stay in the cache from gather to scatter."""
+    raise TypeError(type(storage))
+
+
+def is_storage(value: Any) -> bool:
+    """Whether terms can be made of a value."""
+    return split.dispatch(type(value)) is not split.dispatch(object)
+
+
+@singledispatch
+def compile_term(piece: Any, setting: Setting) -> Term:
+    """A piece for compiled code."""
+    raise TypeError(type(piece))
+
+
+@singledispatch
+def couplings(piece: Any) -> np.ndarray:
+    """Coordinates p (l, e) that the cells of a piece couple; none where it acts on dense unknowns."""
+    return np.zeros((0, 0), np.int64)
+
+
+@singledispatch
+def position_gradients(storage: Any, x: np.ndarray, q: np.ndarray) -> np.ndarray | None:
+    """Derivatives of the position (k c, p, e) at the points of a storage; None where it has no points."""
+    return None
+
+
+class Nothing(NamedTuple):
+    """A record of nothing."""
+
+
+class OfPython(Protocol):
+    """A force that is evaluated in Python, on all unknowns of a dense system: slow, and free to do anything."""
+
+    def force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(n,)"""
+
+    def tangent(self, x: np.ndarray, gh: float) -> np.ndarray:
+        """Derivative by x plus gh times that by v (n, n)."""
+
+    def energy(self, x: np.ndarray) -> float:
+        """[J]"""
+
+
+def of_python(force: OfPython) -> Term:
+    """A term whose routines are functions of Python: about 0.1 ms a call beside their own time."""
+
+    def add_force(table: int, _: int) -> None:
+        s = unpacked(Space, table)
+        s.f[:] += force.force(s.x, s.v)
+
+    def add_tangent(table: int, _: int) -> None:
+        s = unpacked(Space, table)
+        s.W[:] += force.tangent(s.x, float(s.gh[0]))
+
+    def add_energy(table: int, _: int) -> None:
+        s = unpacked(Space, table)
+        s.energy[0] += force.energy(s.x)
+
+    return Term(Nothing(), Routines(Callback(add_force), Callback(add_tangent), Callback(add_energy)), 1, True)
