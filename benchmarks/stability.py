@@ -116,14 +116,15 @@ def interpolated(model: Trained) -> list[dict[str, Any]]:
     for tolerance in (1e-8, 1e-12, 1e-16, 1e-20):
         found = deim.train(model.raw, model.galerkin, reduction.body_level(model.raw), model.data, tolerance)
         try:
-            run, failed = deim.integrate(found, SCHEME, TRAINING, Newton(), EVERY), False
+            run, failed = integrate(found, SCHEME, TRAINING, Newton(), EVERY), False
         except SolverError as error:
             run, failed = error.partial, True
+        parts = found.elastic[0].gather.parts.values()
         rows.append(
             {
-                "force modes": " + ".join(str(len(one.rows)) for one in found.parts.values()),
-                "of rows": " + ".join(str(len(one.modes)) for one in found.parts.values()),
-                "amplification": max(one.amplification for one in found.parts.values()),
+                "force modes": " + ".join(str(len(one.rows)) for one in parts),
+                "of rows": " + ".join(str(len(one.modes)) for one in parts),
+                "amplification": max(one.amplification for one in parts),
                 "end [s]": float(run.times[-1]),
                 "failed": failed,
                 "error": float("nan") if failed else reduction.compare(model.run, run).maximum,
