@@ -435,4 +435,4 @@ def test_the_page_of_the_schema_is_the_one_in_the_documentation() -> None:
     }
     assert "| `diameter` | a length [m] > 0 | |" in page
     assert '| `interpolation` | `ancf` or `bfs` or `argyris` | `"ancf"` |' in page
-    assert "| `section` | [Circular](#circular) or [Rectangular](#rectangular) or [Given](#given) | |" in page
+    assert "| `section` | [Circular](#circular) or [Given](#given) or [Rectangular](#rectangular) | |" in page
