@@ -13,6 +13,7 @@ from fmbs_skfem.bodies import Body, Material
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core import krylov
+from fmbs_skfem.core.errors import Reason, SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, large, outputs
 from fmbs_skfem.systems import At, System, assemble, compile_system, compiled, eliminate, joints, loads
 
@@ -136,3 +137,20 @@ def test_constant_operators_of_sparse_systems_act(monkeypatch: pytest.MonkeyPatc
     assert found.statistics.solver.startswith("sparse")
     assert np.abs(still.x - band.x).max() > 1e-6
     assert_allclose(found.x, band.x, atol=1e-10 * np.linalg.norm(damped.x0))
+
+
+@pytest.mark.usefixtures("sparse")
+@pytest.mark.parametrize("name", ["factorise", "solve"])
+def test_errors_behind_the_doors_come_through(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """What goes wrong in Python inside the compiled step is raised as it is; only without factors the step is halved."""
+
+    def fail(self: large.Large, step: object) -> None:
+        raise error
+
+    monkeypatch.setattr(large.Large, name, fail)
+    error: BaseException = KeyboardInterrupt()
+    with pytest.raises(KeyboardInterrupt):
+        run(hanging(3), 2)
+    error = SolverError("no convergence", Reason.NOT_CONVERGED)
+    with pytest.raises(SolverError, match="singular" if name == "factorise" else "no convergence"):
+        run(hanging(3), 2)
