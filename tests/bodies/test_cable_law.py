@@ -66,7 +66,7 @@ def with_unit_entry(D: np.ndarray, beta: float) -> None:
 
 
 def absolute(S: np.ndarray, u: np.ndarray, rate: np.ndarray, beta: float) -> np.ndarray:
-    """Damping of the jets themselves, which damps rigid rotations too."""
+    """Damping of the gradients themselves, which damps rigid rotations too."""
     return beta * rate
 
 

@@ -69,7 +69,7 @@ def test_stretched_and_bent() -> None:
     "law, rows, data, thickness, message",
     [
         (Law.EXACT, 4, 4, T, "the law MEMBRANE or SHELL, got EXACT"),
-        (Law.SHELL, 4, 3, T, r"jets and section with \(15, 7\) rows at the same points"),
+        (Law.SHELL, 4, 3, T, r"gradients and section with \(15, 7\) rows at the same points"),
         (Law.MEMBRANE, 4, 3, 0.0, "a positive thickness"),
     ],
 )

@@ -42,7 +42,7 @@ TWIN = own_laws.define("twin", 2, ("EA", "EI", "kappa0"), planar_twin, dims=(2,)
 
 @pytest.mark.parametrize("law, dim", [(law, dim) for law in CABLES for dim in (2, 3)])
 def test_committed_loops_are_those_of_the_symbols(law: Law, dim: int) -> None:
-    """Energy, stress and modulus, damped or not, at random jets against SymPy's own numbers."""
+    """Energy, stress and modulus, damped or not, at random gradients against SymPy's own numbers."""
     given = cable_symbols.QUADRATIC if law is Law.QUADRATIC else cable_symbols.PLANAR if dim == 2 else cable_symbols.SPATIAL
     random = np.random.default_rng(dim)
     u, v, section = random.normal(size=(2 * dim, 1, 3)), random.normal(size=(2 * dim, 1, 3)), random.uniform(0.5, 2.0, (4, 1, 3))

@@ -13,7 +13,7 @@ SIZES = {Law.PRESSURE: 9, Law.EDGE_PRESSURE: 4}
 
 
 def sample(law: Law) -> tuple[np.ndarray, np.ndarray]:
-    """Random jets and sections at 2 points of 3 cells."""
+    """Random gradients and sections at 2 points of 3 cells."""
     random = np.random.default_rng(3)
     return random.normal(size=(SIZES[law], 2, 3)), random.uniform(0.5, 2.0, (3, 2, 3))
 

@@ -28,7 +28,7 @@ def gradients(field: np.ndarray) -> np.ndarray:
     return np.stack([first.ravel() * nx / LENGTH, second.ravel() * ny / HEIGHT])
 
 
-def jets_of(position: np.ndarray) -> np.ndarray:
+def gradients_of(position: np.ndarray) -> np.ndarray:
     """Rows r,1x r,1y r,2x r,2y of the points, (4 p,), of complex nodal positions x + i y."""
     return np.stack([gradients(position.real), gradients(position.imag)], axis=1).ravel()
 
@@ -45,27 +45,27 @@ def turning_plate(strain: float, modes: int = 9) -> tuple[Sampled, np.ndarray, n
     rigid = np.concatenate([Z.real.ravel(), Z.imag.ravel()]) - mean
     U = np.linalg.svd(np.vstack([100.0 * rigid, q - mean]).T, full_matrices=False)[0][:, :modes]
 
-    def jets(row: np.ndarray) -> np.ndarray:
+    def gradients(row: np.ndarray) -> np.ndarray:
         real, imaginary = row.reshape(2, *Z.shape)
-        return jets_of(real + 1j * imaginary)
+        return gradients_of(real + 1j * imaginary)
 
     points = 4 * CELLS[0] * CELLS[1]
     weight = np.full(points, LENGTH * HEIGHT / points)
     section = np.stack([A * np.linspace(1.0, 2.0, points), np.linspace(0.1, 0.4, points), weight])[:, None]
-    rows = np.ascontiguousarray(np.array([jets(mode) for mode in U.T]).T)
-    return Sampled(Law.MEMBRANE, rows, jets(mean), section, slice(3, 3 + modes), np.arange(points)), (q - mean) @ U, rigid @ U
+    rows = np.ascontiguousarray(np.array([gradients(mode) for mode in U.T]).T)
+    return Sampled(Law.MEMBRANE, rows, gradients(mean), section, slice(3, 3 + modes), np.arange(points)), (q - mean) @ U, rigid @ U
 
 
 def all_points(sampled: Sampled, x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """Energy, force and tangent as the sum over all points."""
     points = sampled.section.shape[2]
-    u = (sampled.jets @ x + sampled.offset).reshape(4, 1, points)
+    u = (sampled.rows @ x + sampled.offset).reshape(4, 1, points)
     S, D = np.zeros_like(u), np.zeros((4, 4, 1, points))
     membrane_law.stress(u, u, 0.0, sampled.section, S)
     membrane_law.modulus(u, 0.0, sampled.section, D)
-    J = sampled.jets.reshape(4, points, -1)
+    J = sampled.rows.reshape(4, points, -1)
     tangent = np.einsum("ipr,ijp,jps->rs", J, D[:, :, 0], J, optimize=True)
-    return membrane_law.energy(u, sampled.section), sampled.jets.T @ S.ravel(), tangent
+    return membrane_law.energy(u, sampled.section), sampled.rows.T @ S.ravel(), tangent
 
 
 def evaluate(model: Quartic, x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:

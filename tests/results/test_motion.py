@@ -27,12 +27,12 @@ def test_fields_of_a_stretched_beam_and_of_an_arc() -> None:
     assert start.points.shape == (3, 201, 3)
     assert np.abs(start.fields["strain"]).max() < 1e-10
     assert np.abs(start.fields["velocity"]).max() < 1e-8
-    jets = np.zeros((1, 3, 201, 2))
+    gradients = np.zeros((1, 3, 201, 2))
     angle = np.linspace(0, 1, 201) / 0.5
-    jets[0, 0] = 0.5 * np.column_stack([np.sin(angle), 1 - np.cos(angle)])
-    jets[0, 1] = 1.1 * np.column_stack([np.cos(angle), np.sin(angle)])
-    jets[0, 2] = 1.21 / 0.5 * np.column_stack([-np.sin(angle), np.cos(angle)])
-    arc = drawn.lines(jets, jets, jets, 0.01)
+    gradients[0, 0] = 0.5 * np.column_stack([np.sin(angle), 1 - np.cos(angle)])
+    gradients[0, 1] = 1.1 * np.column_stack([np.cos(angle), np.sin(angle)])
+    gradients[0, 2] = 1.21 / 0.5 * np.column_stack([-np.sin(angle), np.cos(angle)])
+    arc = drawn.lines(gradients, gradients, gradients, 0.01)
     assert arc.fields["curvature"] == pytest.approx(np.full((1, 201), 2.0), rel=1e-12)
     assert arc.fields["strain"] == pytest.approx(np.full((1, 201), 0.5 * (1.21 - 1)), rel=1e-12)
     assert np.all(arc.points[..., 2] == 0)

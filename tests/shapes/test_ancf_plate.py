@@ -74,7 +74,7 @@ SURFACES = {
 
 
 # ------------------------------------------------------------------------------------------------- mechanics of the tests
-def jets(space: Surface, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def gradients(space: Surface, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """N (e, p, b), dN/dX (e, p, 2, b) and the area weights (e, p)."""
     table = surface.tabulate(space, order)
     jacobian = np.einsum("epkb,ebc->epck", table.values[:, :, 1:3], space.reference[space.nodes])  # dX_c / dxi_k
@@ -92,7 +92,7 @@ def assembled(space: Surface, blocks: np.ndarray, components: int) -> np.ndarray
 
 def membrane(space: Surface, order: int = ancf_plate.ORDER) -> np.ndarray:
     """int eps : C : eps of linear elasticity, coordinates (function, component)."""
-    _, gradient, area = jets(space, order)
+    _, gradient, area = gradients(space, order)
     strain = np.zeros((*area.shape, 3, 12, 2))
     strain[:, :, 0, :, 0] = strain[:, :, 2, :, 1] = gradient[:, :, 0]
     strain[:, :, 1, :, 1] = strain[:, :, 2, :, 0] = gradient[:, :, 1]
@@ -101,7 +101,7 @@ def membrane(space: Surface, order: int = ancf_plate.ORDER) -> np.ndarray:
 
 
 def mass(space: Surface, components: int) -> np.ndarray:
-    values, _, area = jets(space, 6)
+    values, _, area = gradients(space, 6)
     scalar = np.einsum("epa,epb,ep->eab", values, values, area)
     size = 12 * components
     return assembled(space, np.einsum("eab,cd->eacbd", scalar, np.eye(components)).reshape(-1, size, size), components)
@@ -187,7 +187,7 @@ def test_radius_of_curved_edges(around: int) -> None:
 
 
 def area(space: Surface) -> float:
-    return float(jets(space, ancf_plate.ORDER)[2].sum())
+    return float(gradients(space, ancf_plate.ORDER)[2].sum())
 
 
 @pytest.mark.parametrize("curved,order", [(True, 6.0), (False, 2.0)])
@@ -266,7 +266,7 @@ def test_linear_fields_are_exact(space: Surface) -> None:
     """r = A X + b gives dr/dX = A everywhere, on curved cells too."""
     a, b = np.array([[1.3, -0.4], [0.2, 0.8]]), np.array([2.0, -1.0])
     coordinates = space.reference @ a.T + space.unit[:, None] * b
-    gradient = np.einsum("epkb,ebc->epck", jets(space, 4)[1], coordinates[space.nodes])
+    gradient = np.einsum("epkb,ebc->epck", gradients(space, 4)[1], coordinates[space.nodes])
     assert_allclose(gradient, np.broadcast_to(a, gradient.shape), atol=1e-14 * max(1.0, np.abs(space.reference).max()))
 
 
@@ -274,7 +274,7 @@ def test_linear_fields_are_exact(space: Surface) -> None:
 def test_rotations_strain_nothing(space: Surface) -> None:
     q = np.array([[np.cos(2.0), -np.sin(2.0)], [np.sin(2.0), np.cos(2.0)]])
     coordinates = space.reference @ q.T
-    f = np.einsum("epkb,ebc->epck", jets(space, 3)[1], coordinates[space.nodes])
+    f = np.einsum("epkb,ebc->epck", gradients(space, 3)[1], coordinates[space.nodes])
     strain = 0.5 * (np.einsum("epca,epcb->epab", f, f) - np.eye(2))
     assert np.abs(strain).max() < 1e-14 * max(1.0, np.abs(space.reference).max())
 
@@ -328,7 +328,7 @@ def test_patch_at_finite_strain(name: str) -> None:
     e = 0.5 * (f.T @ f - np.eye(2))
     s = PLANE_STRESS @ [e[0, 0], e[1, 1], 2.0 * e[0, 1]]
     p = f @ np.array([[s[0], s[2]], [s[2], s[1]]])
-    _, gradient, weights = jets(space, ancf_plate.ORDER)
+    _, gradient, weights = gradients(space, ancf_plate.ORDER)
     force = np.zeros((space.count, 2))
     np.add.at(force, space.nodes, np.einsum("epab,ca,ep->ebc", gradient, p, weights))
     points = space.reference[::3]

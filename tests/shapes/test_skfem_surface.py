@@ -96,7 +96,7 @@ def vertices(space: Surface) -> np.ndarray:
     return space.reference[space.nodes[:, : nodal * int(space.parent) : nodal]]
 
 
-def jets(space: Surface, cell: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, ...]:
+def gradients(space: Surface, cell: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, ...]:
     """N (x, b), dN/dX (x, 2, b), d2N/dX2 (x, 2, 2, b) and det J (x,); J from the vertices, exact far from the origin too."""
     values = surface.basis(space.space, cell, xi)
     corners = vertices(space)[cell]
@@ -112,10 +112,10 @@ def jets(space: Surface, cell: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, 
 
 
 def at_gauss(space: Surface, order: int) -> tuple[np.ndarray, ...]:
-    """`jets` and area weights at all quadrature points, (e, p, ...)."""
+    """`gradients` and area weights at all quadrature points, (e, p, ...)."""
     table = surface.tabulate(space, order)
     e, p = table.weights.shape
-    *parts, det = jets(space, np.repeat(np.arange(e), p), table.points.reshape(-1, 2))
+    *parts, det = gradients(space, np.repeat(np.arange(e), p), table.points.reshape(-1, 2))
     return *(part.reshape(e, p, *part.shape[1:]) for part in parts), table.weights * det.reshape(e, p)
 
 
@@ -187,7 +187,7 @@ def test_slopes_are_continuous(name: str) -> None:
     results = []
     for sided, fraction in zip(pair, (s, 1.0 - s), strict=True):
         cell, side = np.divmod(sided, sides)
-        value, gradient, _, _ = jets(space, cell, surface.side_points(space.parent, side, fraction))
+        value, gradient, _, _ = gradients(space, cell, surface.side_points(space.parent, side, fraction))
         place = np.einsum("xb,xbc->xc", value, space.reference[space.nodes[cell]])
         results.append(
             (place, np.einsum("xb,xb->x", value, c[space.nodes[cell]]), np.einsum("xcb,xb->xc", gradient, c[space.nodes[cell]]))
@@ -207,7 +207,7 @@ def test_polynomials_are_reproduced(name: str) -> None:
     cell = random.integers(0, len(space.nodes), 200)
     xi = random.uniform(-0.1, 1.1, (200, 2))
     c = coefficients(space, field)[space.nodes[cell]]
-    value, gradient, hessian, _ = jets(space, cell, xi)
+    value, gradient, hessian, _ = gradients(space, cell, xi)
     x, y = np.einsum("xb,xbc->cx", value, space.reference[space.nodes[cell]])
     assert_allclose(np.einsum("xb,xb->x", value, c), field(x, y, 0, 0), rtol=0.0, atol=1e-12)
     assert_allclose(np.einsum("xcb,xb->cx", gradient, c), [field(x, y, 1, 0), field(x, y, 0, 1)], rtol=0.0, atol=1e-10)
@@ -259,7 +259,7 @@ def test_meshes_do_not_disturb_each_other() -> None:
         assert_array_equal(alone.space.coefficients, after.space.coefficients)
         field = polynomial_field(after.parent)
         cell = np.arange(len(after.nodes))
-        value = jets(after, cell, np.full((len(cell), 2), 0.3))[0]
+        value = gradients(after, cell, np.full((len(cell), 2), 0.3))[0]
         x, y = np.einsum("xb,xbc->cx", value, after.reference[after.nodes])
         assert_allclose(np.einsum("xb,xb->x", value, coefficients(after, field)[after.nodes]), field(x, y, 0, 0), atol=1e-12)
 

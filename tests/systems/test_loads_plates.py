@@ -28,7 +28,7 @@ def every_load(dim: int, history: Signal | None = None) -> list[loads.Load]:
         loads.PointForce("force on a rim", RIM, (3.0, 1.0, 2.0)[:dim], history),
         loads.Moment("torque on a rim", RIM, 0.3 if dim == 2 else (0.1, -0.2, 0.3), history),
         loads.Moment("torque on a body", A1, 0.3 if dim == 2 else (0.1, -0.2, 0.3), history),
-        loads.Follower("jet", B2, (1.0, 2.0, 3.0)[:dim], history),
+        loads.Follower("gradient", B2, (1.0, 2.0, 3.0)[:dim], history),
         loads.SurfaceLoad("wind", "plate", (1.0, -2.0, 3.0)[:dim], history),
         loads.EdgeLoad("line load", "plate", ("right", "top"), (1.0, -2.0, 3.0)[:dim], history),
         loads.TorsionSpring("spring", A1, None, 3.0, 0.2, 0.1, **axis),
@@ -90,7 +90,7 @@ def test_the_power_of_a_torque(at: At) -> None:
 def test_a_follower_turns_with_its_body() -> None:
     turn = Rotation.from_rotvec([0.4, 1.0, -0.3]).as_matrix()
     axes = bodies(3)[1].reference[1:]
-    f = force(3, loads.Follower("jet", B2, (1.0, 2.0, 3.0)), turned(3, turn))
+    f = force(3, loads.Follower("gradient", B2, (1.0, 2.0, 3.0)), turned(3, turn))
     shifts = [np.concatenate([np.outer(part.constant, e).ravel() for part in bodies(3)]) for e in np.eye(3)]
     assert_allclose([f @ shift for shift in shifts], turn @ axes.T @ [1.0, 2.0, 3.0], rtol=1e-12)
 
@@ -185,7 +185,7 @@ def test_the_rows_of_an_edge_are_independent() -> None:
         (3, loads.NormalEdgeLoad("pull", "plate", ("right",), 1.0), "expected a planar scene, got a spatial one"),
         (2, loads.NormalEdgeLoad("pull", "plate", ("rigt",), 1.0), "one of its edges .*did you mean 'right'"),
         (3, loads.Moment("torque", At("plate", "corner"), (1.0, 0.0, 0.0)), "expected a slope or a frame, got plate.corner"),
-        (3, loads.Follower("jet", B2, (1.0,)), "load 'jet': expected 3 finite numbers"),
+        (3, loads.Follower("gradient", B2, (1.0,)), "load 'gradient': expected 3 finite numbers"),
         (2, loads.TorsionSpring("spring", A1, None, -1.0), r"'spring'\.stiffness: expected a number that is not negative"),
         (3, loads.TorsionSpring("spring", A1, None, 1.0), r"'spring'.axis: expected the axis of rotation in space"),
         (3, loads.TorsionSpring("spring", A1, B1, 1.0, axis=(0, 0, 1)), r"'spring'\.to: expected the ground in space"),

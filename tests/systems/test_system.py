@@ -217,7 +217,7 @@ def test_changes_of_coordinates_follow_each_other(dim: int) -> None:
 
 
 def test_components_touch_only_their_own_columns() -> None:
-    """A block-diagonal basis: every body's jets hold the columns of its own block."""
+    """A block-diagonal basis: every body's gradients hold the columns of its own block."""
     system = assemble(beams(3), [joints.Weld("weld", A1, B0)])
     rng, sizes = np.random.default_rng(3), [last - first for _, first, last in system.coordinates]
     V = block_diag(*(np.linalg.qr(rng.normal(size=(size, min(size, 4))))[0] for size in sizes))

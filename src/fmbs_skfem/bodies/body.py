@@ -208,8 +208,8 @@ def arc_length_table(
 ) -> tuple[Table, np.ndarray, np.ndarray]:
     """Table in xi; basis and derivatives in S, (e, p, k, b); weights in S [m], (e, p)."""
     table = line.tabulate(space, points, derivatives)
-    jets = np.einsum("epkb,ebc->epkc", table.values, reference[table.nodes])
-    first, second = jets[:, :, 1], jets[:, :, 2]
+    gradients = np.einsum("epkb,ebc->epkc", table.values, reference[table.nodes])
+    first, second = gradients[:, :, 1], gradients[:, :, 2]
     J = np.linalg.norm(first, axis=2)
     slope = np.einsum("epc,epc->ep", first, second) / J
     values = table.values.copy()
@@ -248,9 +248,9 @@ def cable_numbers(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Table and section at the quadrature points; the reference configuration is free of stress."""
     table, values, weights = arc_length_table(space, reference, points)
-    jets = np.einsum("epkb,ebc->epkc", values[:, :, 1:], reference[table.nodes])
+    gradients = np.einsum("epkb,ebc->epkc", values[:, :, 1:], reference[table.nodes])
     measure = law if law.bends else Law.EXACT
-    kappa = curvatures(measure.option, reference.shape[1], jets.reshape(jets.shape[0], jets.shape[1], -1))
+    kappa = curvatures(measure.option, reference.shape[1], gradients.reshape(gradients.shape[0], gradients.shape[1], -1))
     noise = 64.0 * np.finfo(float).eps * np.abs(reference).max() / weights.sum(axis=1).min() ** 2  # of rounded positions
     kappa[np.abs(kappa) < 1e-9 / weights.sum() + noise] = 0.0
     shares = locking.axial_shares(space, table, data.EA * weights.sum(axis=1).max() ** 2 / data.EI)

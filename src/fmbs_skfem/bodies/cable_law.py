@@ -18,7 +18,7 @@ In space the rate of the curvature vector k is damped by (k k' + s^2 I) / (kappa
 straight: along k, the one objective rate of a line without torsion, and in all directions where the line is straight. A rigid
 rotation omega of a line that is bent in space dissipates at most beta EI s^2 omega^2 a length.
 
-Arrays: jets `u` (2c, p, e) hold r' (c rows) and r'' (c rows) at point p of cell e, `S` = dW/du the same, `D` = d2W/du2
+Arrays: gradients `u` (2c, p, e) hold r' (c rows) and r'' (c rows) at point p of cell e, `S` = dW/du the same, `D` = d2W/du2
 (2c, 2c, p, e); `section` (4, p, e) holds EA [N], EI [N m2], kappa0 [1/m] and the weight [m] of each point.
 
 `cable_symbols` says all this in symbols, from which the loops of `cable_loops` are generated.
@@ -62,10 +62,10 @@ def strains(n: int, dim: int, u: np.ndarray) -> tuple[float, float]:
 
 
 @jit
-def curvatures(n: int, dim: int, jets: np.ndarray) -> np.ndarray:
-    """kappa [1/m] (e, p) of jets (e, p, 2c)."""
-    kappa = np.zeros(jets.shape[:2])
-    for e in range(jets.shape[0]):
-        for p in range(jets.shape[1]):
-            kappa[e, p] = strains(n, dim, jets[e, p])[1]
+def curvatures(n: int, dim: int, gradients: np.ndarray) -> np.ndarray:
+    """kappa [1/m] (e, p) of gradients (e, p, 2c)."""
+    kappa = np.zeros(gradients.shape[:2])
+    for e in range(gradients.shape[0]):
+        for p in range(gradients.shape[1]):
+            kappa[e, p] = strains(n, dim, gradients[e, p])[1]
     return kappa

@@ -1,10 +1,10 @@
-r"""The contract of a strain energy W(u) of jets u = (r,1 ... r,k): the laws of cable, membrane and shell, or a user's own.
+r"""The contract of a strain energy W(u) of gradients u = (r,1 ... r,k): the laws of cable, membrane and shell, or a user's own.
 
     S = dW/du,   D = d2W/du2 = D^T,   W(R u) = W(u),   S(R u) = R S(u)                 for rotations R
     W = 0 and S = 0                                                                    where u = R u0
     S_d(u, v) = S(u, v, beta) - S(u, 0, 0) = (D(u, beta) - D(u, 0)) v,   v . S_d >= 0,   S_d = 0 for v = omega x u
 
-with jets u and rates v (k c, p, e), stresses S (k c, p, e) and moduli D (k c, k c, p, e) as in `laws`.
+with gradients u and rates v (k c, p, e), stresses S (k c, p, e) and moduli D (k c, k c, p, e) as in `laws`.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from . import laws
 from .cable_law import STRAIGHT
 from .laws import Law
 
-STEP = 3e-4  #: of the difference quotients, in units of the jets
-POINTS, CELLS = 2, 6  #: tested jets
+STEP = 3e-4  #: of the difference quotients, in units of the gradients
+POINTS, CELLS = 2, 6  #: tested gradients
 BETA = 0.3  #: tested damping time [s]
 
 
 class Rules(Protocol):
-    """Energy, stress and modulus of jets u (k c, p, e) with the section data (i, p, e) of a law; see `laws`."""
+    """Energy, stress and modulus of gradients u (k c, p, e) with the section data (i, p, e) of a law; see `laws`."""
 
     def energy(self, law: Law, u: np.ndarray, section: np.ndarray, /) -> float: ...
 
@@ -38,14 +38,14 @@ class Rules(Protocol):
 
 @dataclass(frozen=True)
 class Case:
-    """A law with random sections and jets, on which the contract is tested."""
+    """A law with random sections and gradients, on which the contract is tested."""
 
     rules: Rules
     law: Law
     dim: int
     section: np.ndarray  #: (i, p, e)
-    reference: np.ndarray | None  #: (k c, p, e) jets free of stress
-    jets: np.ndarray  #: (k c, p, e) deformed jets
+    reference: np.ndarray | None  #: (k c, p, e) gradients free of stress
+    gradients: np.ndarray  #: (k c, p, e) deformed gradients
     where: str  #: place in messages
     tolerance: float
 
@@ -71,28 +71,28 @@ def check_law(law: Law, dim: int, rules: Rules = laws, tolerance: float = 1e-8, 
     """The contract of a law in 2 or 3 dimensions; raises an InputError that names what fails.
 
     `rules` replace those of `laws`. Tested are straight and curved references (straight ones only for the quadratic curvature and
-    the membrane) at random jets. Stiffnesses and weights are of order one, so that no part of the energy hides behind another.
+    the membrane) at random gradients. Stiffnesses and weights are of order one, so that no part of the energy hides behind another.
     """
     where, random = f"check_law({law.name}, dimension {dim})", np.random.default_rng(seed)
     if dim not in law.dims:
         raise InputError(say(where, f"dimension {law.dims[0]} for this law", dim))
     for bent in (False,) if law in (Law.QUADRATIC, Law.MEMBRANE) else (False, True):
-        section, reference, jets = samples(law, dim, bent, random)
-        case = Case(rules, law, dim, section, reference, jets, where, tolerance)
+        section, reference, gradients = samples(law, dim, bent, random)
+        case = Case(rules, law, dim, section, reference, gradients, where, tolerance)
         check_derivatives(case, random)
         check_rotation(case, random)
         check_damping(case, random)
 
 
 def samples(law: Law, dim: int, bent: bool, random: Generator) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
-    """Random sections of a law with their reference jets, where they are known, and random deformed jets."""
+    """Random sections of a law with their reference gradients, where they are known, and random deformed gradients."""
     if law in (Law.MEMBRANE, Law.SHELL):
         section = surface_sections(random, law, bent)
-        return section, surface_reference(random, section, dim), surface_jets(random, law.vectors, dim)
+        return section, surface_reference(random, section, dim), surface_gradients(random, law.vectors, dim)
     if law.bends:
         section = cable_sections(random, dim, bent)
-        return section, cable_reference(section, dim), cable_jets(random, dim)
-    return random.uniform(0.5, 2.0, (law.rows, POINTS, CELLS)), None, surface_jets(random, law.vectors, dim)
+        return section, cable_reference(section, dim), cable_gradients(random, dim)
+    return random.uniform(0.5, 2.0, (law.rows, POINTS, CELLS)), None, surface_gradients(random, law.vectors, dim)
 
 
 def cable_sections(random: Generator, dim: int, bent: bool) -> np.ndarray:
@@ -110,8 +110,8 @@ def cable_reference(section: np.ndarray, dim: int) -> np.ndarray:
     return u
 
 
-def cable_jets(random: Generator, dim: int) -> np.ndarray:
-    """Random jets with |r'| between 0.7 and 1.3, (2c, p, e)."""
+def cable_gradients(random: Generator, dim: int) -> np.ndarray:
+    """Random gradients with |r'| between 0.7 and 1.3, (2c, p, e)."""
     u = random.normal(size=(2 * dim, POINTS, CELLS))
     u[:dim] *= random.uniform(0.7, 1.3, (POINTS, CELLS)) / np.linalg.norm(u[:dim], axis=0)
     return u
@@ -137,8 +137,8 @@ def surface_reference(random: Generator, section: np.ndarray, dim: int) -> np.nd
     return np.concatenate([tangents, second]).reshape(15, *section.shape[1:])
 
 
-def surface_jets(random: Generator, vectors: int, dim: int) -> np.ndarray:
-    """Random jets with strains up to about one half, (k c, p, e)."""
+def surface_gradients(random: Generator, vectors: int, dim: int) -> np.ndarray:
+    """Random gradients with strains up to about one half, (k c, p, e)."""
     u = random.normal(size=(vectors, dim, POINTS, CELLS))
     u[:2] = np.eye(2, dim)[:, :, None, None] + random.uniform(-0.3, 0.3, (2, dim, POINTS, CELLS))
     return rotated(turn(random, dim), u.reshape(-1, POINTS, CELLS))
@@ -146,7 +146,7 @@ def surface_jets(random: Generator, vectors: int, dim: int) -> np.ndarray:
 
 def check_derivatives(case: Case, random: Generator) -> None:
     """S . w and D w against fourth-order differences of W and S along random directions w; D symmetric."""
-    u = case.jets
+    u = case.gradients
     S, D = case.stress(u), case.modulus(u)
     for w in random.normal(size=(4, *u.shape)):
         ahead = {k: u + k * STEP * w for k in (-2, -1, 1, 2)}
@@ -161,16 +161,16 @@ def check_derivatives(case: Case, random: Generator) -> None:
 
 
 def check_rotation(case: Case, random: Generator) -> None:
-    """A rotation of the reference costs no energy and gives no stress; a rotation of any jets turns their stress."""
+    """A rotation of the reference costs no energy and gives no stress; a rotation of any gradients turns their stress."""
     R = turn(random, case.dim)
     if case.reference is not None:
         rigid = rotated(R, case.reference)
         case.require("energy of a rigid rotation", abs(case.energy(rigid)))
         case.require("stress of a rigid rotation", float(np.abs(case.stress(rigid)).max()))
-    turned, S = rotated(R, case.jets), case.stress(case.jets)
-    case.require("energy of rotated jets", abs(case.energy(turned) / case.energy(case.jets) - 1.0))
+    turned, S = rotated(R, case.gradients), case.stress(case.gradients)
+    case.require("energy of rotated gradients", abs(case.energy(turned) / case.energy(case.gradients) - 1.0))
     error = np.abs(case.stress(turned) - rotated(R, S)).max() / np.abs(S).max()
-    case.require("stress of rotated jets", float(error))
+    case.require("stress of rotated gradients", float(error))
 
 
 def turn(random: Generator, dim: int) -> np.ndarray:
@@ -182,14 +182,14 @@ def turn(random: Generator, dim: int) -> np.ndarray:
 
 
 def rotated(R: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """R applied to every vector of jets (k c, p, e)."""
+    """R applied to every vector of gradients (k c, p, e)."""
     vectors = u.reshape(-1, len(R), *u.shape[1:])
     return np.ascontiguousarray(np.einsum("cd,kdpe->kcpe", R, vectors).reshape(u.shape))
 
 
 def check_damping(case: Case, random: Generator) -> None:
     """Damping stress: linear in the rate with its modulus, dissipates, vanishes (cable in space: is bounded) for rigid rates."""
-    u = case.jets
+    u = case.gradients
     rates, S = random.normal(size=(4, *u.shape)), case.stress(u)
     C = case.modulus(u, BETA) - case.modulus(u)
     if not C.any() and not (case.stress(u, rates[0], BETA) - S).any():

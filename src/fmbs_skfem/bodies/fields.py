@@ -1,4 +1,4 @@
-r"""Strain, curvature and stress fields of membranes and shells, from jets at any points.
+r"""Strain, curvature and stress fields of membranes and shells, from gradients at any points.
 
     E_ab = (r,a.r,b - delta_ab)/2,   k_ab = -(n.r,ab - b0_ab),   E(z) = E + z k,   z in [-t/2, t/2] along n
     N = A C:E,   M = B C:k,   S(z) = N/t + 12 z M/t^3,   sigma_v^2 = S11^2 - S11 S22 + S22^2 + 3 S12^2
@@ -6,7 +6,8 @@ r"""Strain, curvature and stress fields of membranes and shells, from jets at an
 S is the second Piola-Kirchhoff stress in the orthonormal reference tangents of the point; sigma_v is the von Mises stress of plane
 stress, which is that of the Cauchy stress where strains are small. Tensors are stored by their components 11, 22, 12.
 
-Arrays: jets `u` (4 or 15, ...) of `laws.Law.MEMBRANE` or `SHELL`, `section` (3 or 7, ...) with the same points in any shape behind.
+Arrays: gradients `u` (4 or 15, ...) of `laws.Law.MEMBRANE` or `SHELL`, `section` (3 or 7, ...) with the same points, in any
+shape, behind.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ class Fields:
 
 
 def recover(law: Law, u: np.ndarray, section: np.ndarray, thickness: float | np.ndarray) -> Fields:
-    """All fields from the jets, the section and the thickness [m] (a number or one for every point)."""
+    """All fields from the gradients, the section and the thickness [m] (a number or one for every point)."""
     check_shapes(law, u, section, thickness)
     strain, change = strains(u, COMPONENTS[law]), curvatures(law, u, section)
     levels = stresses(law, strain, change, section, thickness)
@@ -47,19 +48,20 @@ def check_shapes(law: Law, u: np.ndarray, section: np.ndarray, thickness: float 
         raise InputError(say(where, "the law MEMBRANE or SHELL", law.name))
     expected = (law.vectors * COMPONENTS[law], law.rows)
     if (len(u), len(section)) != expected or u.shape[1:] != section.shape[1:]:
-        raise InputError(say(where, f"jets and section with {expected} rows at the same points", f"{u.shape}, {section.shape}"))
+        wanted = f"gradients and section with {expected} rows at the same points"
+        raise InputError(say(where, wanted, f"{u.shape}, {section.shape}"))
     if not np.all(np.asarray(thickness) > 0.0):
         raise InputError(say(where, "a positive thickness [m]", thickness))
 
 
 def strains(u: np.ndarray, dim: int) -> np.ndarray:
-    """Green-Lagrange strain (3, ...) of the first two vectors of the jets."""
+    """Green-Lagrange strain (3, ...) of the first two vectors of the gradients."""
     a, b = u[:dim], u[dim : 2 * dim]
     return 0.5 * np.stack([np.sum(a * a, axis=0) - 1.0, np.sum(b * b, axis=0) - 1.0, np.sum(a * b, axis=0)])
 
 
 def normals(u: np.ndarray) -> np.ndarray:
-    """Unit normals (3, ...) of the jets of a shell."""
+    """Unit normals (3, ...) of the gradients of a shell."""
     n = np.cross(u[:3], u[3:6], axis=0)
     return np.asarray(n / np.linalg.norm(n, axis=0))
 

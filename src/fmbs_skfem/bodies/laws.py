@@ -1,4 +1,4 @@
-r"""Laws of what happens at a point, behind one door: an energy W(u) of jets u (k c, p, e), derivatives of the position.
+r"""Laws of what happens at a point, behind one door: an energy W(u) of gradients u (k c, p, e), derivatives of the position.
 
     S = dW/du,   D = d2W/du2,   u = (r,1, ... r,k)
 
@@ -165,7 +165,7 @@ def energy(law: Law, u: np.ndarray, section: np.ndarray) -> float:
 
 
 def stress(law: Law, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
-    """S = weight dW/du (+ damping with time `beta` [s] and jet rates `rate`), shapes (k c, p, e)."""
+    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (k c, p, e)."""
     call_stress(addresses(law, len(u) // law.vectors, beta > 0.0), u, rate, beta, section, S)
 
 

@@ -10,7 +10,7 @@ Forces N_ab per length, N11 = A (E11 + nu E22), N22 = A (E22 + nu E11), N12 = A 
 
 Stiffness-proportional damping is of Kelvin-Voigt type: N belongs to E + beta dE/dt, so that rigid motions are not damped.
 
-Arrays: jets `u` (4, p, e) hold r,1 (2 rows) and r,2 (2 rows) at point p of cell e, `S` = dW/du the same, `D` = d2W/du2
+Arrays: gradients `u` (4, p, e) hold r,1 (2 rows) and r,2 (2 rows) at point p of cell e, `S` = dW/du the same, `D` = d2W/du2
 (4, 4, p, e); `section` (3, p, e) holds A [N/m], nu [-] and the weight [m2] of each point.
 
 Source (the membrane part of): Kiendl, Bletzinger, Linhard and Wuechner, Comput. Methods Appl. Mech. Engrg. 198 (2009) 3902-3914,
@@ -56,7 +56,7 @@ def energy(u: np.ndarray, section: np.ndarray) -> float:
 
 @jit
 def stress(u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
-    """S = weight dW/du (+ damping with time `beta` [s] and jet rates `rate`), shapes (4, p, e)."""
+    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (4, p, e)."""
     for p in range(u.shape[1]):
         for e in range(u.shape[2]):
             x1, y1, x2, y2 = u[0, p, e], u[1, p, e], u[2, p, e], u[3, p, e]

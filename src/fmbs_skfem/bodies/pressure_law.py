@@ -14,8 +14,9 @@ the matrix is exact there. So does the work that is not the change of -p V,
 which serves as the energy, counted from its value v0 in the reference. At a rim that is free to move the force is exact as well;
 Newton's iteration converges linearly, and the energy is none.
 
-Arrays: jets `u` (9, p, e) hold r, r,1, r,2 (3 rows each), those of an edge (4, p, e) r and r,1 (2 rows each); `S` the same, `D`
-with one more axis; `section` (3, p, e) holds p [Pa] (of an edge [N/m]), v0 (integrand of 3 V, 2 V) and the weight of each point.
+Arrays: gradients `u` (9, p, e) hold r, r,1, r,2 (3 rows each), those of an edge (4, p, e) r and r,1 (2 rows each); `S` the same,
+`D` with one more axis; `section` (3, p, e) holds p [Pa] (of an edge [N/m]), v0 (integrand of 3 V, 2 V) and the weight of each
+point.
 
 Source of the load stiffness: Abaqus Theory Manual 6.6, section 6.5.1, Pressure load stiffness (Dassault Systemes).
 """

@@ -17,7 +17,7 @@ so that db_i = n.(dr,i - G_i^a dr,a) with i = 11, 22, 12 and G_i^a = r,i.r^a, an
 Stiffness-proportional damping is of Kelvin-Voigt type: forces and moments belong to E + beta dE/dt and k + beta dk/dt, so that
 rigid motions are not damped.
 
-Arrays: jets `u` (15, p, e) hold r,1 r,2 r,11 r,22 r,12 (3 rows each) at point p of cell e, `S` = dW/du the same, `D` = d2W/du2
+Arrays: gradients `u` (15, p, e) hold r,1 r,2 r,11 r,22 r,12 (3 rows each) at point p of cell e, `S` = dW/du the same, `D` = d2W/du2
 (15, 15, p, e); `section` (7, p, e) holds A [N/m], B [N m], nu [-], b0_11, b0_22, b0_12 [1/m] and the weight [m2] of each point.
 
 Source (the energy): Kiendl, Bletzinger, Linhard and Wuechner, Comput. Methods Appl. Mech. Engrg. 198 (2009) 3902-3914, doi
@@ -100,7 +100,7 @@ def energy(u: np.ndarray, section: np.ndarray) -> float:
 
 @jit
 def stress(u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
-    """S = weight dW/du (+ damping with time `beta` [s] and jet rates `rate`), shapes (15, p, e).
+    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (15, p, e).
 
     dW/dr,a = N_ab r,b - m_i G_i^a n,  dW/dr,i = m_i n,  with m = (M11, M22, 2 M12).
 
@@ -145,7 +145,7 @@ def set_elastic(u: np.ndarray, section: np.ndarray, p: int, first: int, cells: i
 def set_damping(
     u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, p: int, first: int, cells: int, block: np.ndarray
 ) -> None:
-    """Stress of the damping of the cells from `first` on, from dE/dt and db/dt = n.(v,i - G_i^a v,a) of the jet rates v."""
+    """Stress of the damping of the cells from `first` on, from dE/dt and db/dt = n.(v,i - G_i^a v,a) of the gradient rates v."""
     if p < 0 or first < 0:
         return  # as in `set_elastic`
     for i in range(cells):

@@ -2,7 +2,7 @@ r"""Laws written as their energy in symbols: stress, modulus and damping follow 
 
     S = w (dW/du + beta dR/dv),     D = w (d2W/du2 + b d2R/dv2),     v = du/dt,     b = gh beta
 
-with an energy W(u) of the jets u and, for damping of Kelvin-Voigt type, a dissipation R(u, v), half the power that a damping
+with an energy W(u) of the gradients u and, for damping of Kelvin-Voigt type, a dissipation R(u, v), half the power that a damping
 time beta of 1 s turns into heat. A law that is given by its strains e(u) and a section stiffness C has
 
     W = (e - e0)^T C (e - e0) / 2,     R = (de/du v)^T C (de/du v) / 2  (`quadratic_dissipation`)
@@ -110,7 +110,7 @@ def quadratic_dissipation(
 
 
 def rate(value: Expression, r: Vectors, v: Vectors) -> Expression:
-    """Time derivative of a function of the jets."""
+    """Time derivative of a function of the gradients."""
     return sum(sympy.diff(value, x) * y for one, other in zip(r, v, strict=True) for x, y in zip(one, other, strict=True))
 
 

@@ -1,6 +1,6 @@
 """Whether what comes from a file is what its types declare: kinds of fields, shapes, finite numbers, indices that stay inside.
 
-    x0: Annotated[np.ndarray, Reals("n")]                       jets: Annotated[np.ndarray, Reals("kcp r")]
+    x0: Annotated[np.ndarray, Reals("n")]                       rows: Annotated[np.ndarray, Reals("kcp r")]
     row: Annotated[np.ndarray, Indices("t", end="y")]           lift: Annotated[Affine, Inside("i=q j=n")]
 
 Letters are sizes of axes, equal throughout a struct: `kcp` is a product, `x+kx` a sum. A letter gets its value from the vectors of

@@ -212,5 +212,5 @@ def workspace(model: Compiled) -> Work:
         np.zeros((4, j)),
         np.array([np.inf, float(model.system.mass.diagonal().max(initial=0.0))]),
         np.ones(1),
-        np.array([0, len(A.turning.table) > 0, 0, 0], np.int64),
+        np.array([0, len(A.corotation.table) > 0, 0, 0], np.int64),
     )

@@ -40,7 +40,7 @@ import numpy as np
 from ..core import lapack
 from ..core.jit import jit, summing
 from ..core.structs import Cube, Integers, Matrix, Shorts, Vector, invoke, opener, routine
-from ..systems import evaluation, kernels, springs, turning
+from ..systems import corotation, evaluation, kernels, springs
 from ..systems.evaluation import Arrays, Space
 
 DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED = range(6)
@@ -159,7 +159,7 @@ def factorise(table: Any, _: Any) -> int:
     for kind in range(FULL if A.dense else CHOLESKY, FULL + 1 if A.dense else FULL):
         combine(S.method.bh, A.mass.store, S.method.gh, A.damping.store, A.stiffness.store, s.W)
         if w.kind[1] == 1:
-            turning.add_turned_tangent(A.turning, s.x, S.method.gh, s.W)
+            corotation.add_rotated_tangent(A.corotation, s.x, S.method.gh, s.W)
         elif evaluation.sum_tangents(table) != 0:
             return 1
         scale(S.method.c, s.W)

@@ -100,14 +100,14 @@ class Shares:
 
     force_s: float  #: elastic forces and tangents of cells, points or polynomials
     solve_s: float  #: factors of the iteration matrix and solutions
-    product_s: float  #: products with the modes: jets = U x, U^T S, U^T D U
+    product_s: float  #: products with the modes: gradients = U x, U^T S, U^T D U
 
 
 def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 3) -> Shares:
     """What the calls of a run cost: the time of one call at x0, measured apart, times the calls that the run counted.
 
     Every iteration has one force, one solution and the products of gather and scatter, every factorisation one tangent with its
-    products, unless tangents are turned (`turning`): then it has none, and the turn is part of its own cost.
+    products, unless tangents are turned (`corotation`): then it has none, and the turn is part of its own cost.
     """
     system, cost = motion.system, motion.statistics
     calls, factored = cost.iterations, cost.factorisations
@@ -118,7 +118,7 @@ def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 3) -> Sha
     if model.pattern is not None:
         factor, solution = sparse_seconds(model, scheme)
         return Shares(calls * one(FORCE), factored * factor + calls * solution, 0.0)
-    turned = len(model.arrays.turning.table) > 0
+    turned = len(model.arrays.corotation.table) > 0
     tangents = 0 if turned else factored
     solving = calls * one(SOLUTION) + factored * max(one(FACTOR) - (0.0 if turned else one(TANGENT)), 0.0)
     gather, product = one(GATHER), one(PRODUCT)

@@ -39,12 +39,13 @@ VERSION = 2
 ANEW = "train and save the model anew"
 KIND = Kind("fmbs_skfem reduced model", "a reduced model", VERSION, f"copy the file again, or {ANEW}", ANEW)
 STORED = (
-    *(Affine, Cells, Sampled, Quartic, Elastic, Constraints, PointLaw, LoadKind, Loads, Line, Skin, Output),
+    *(Affine, Cells, Quartic, Elastic, Constraints, PointLaw, LoadKind, Loads, Line, Skin, Output),
     *(Expression, Cosine, Sine, Selection, Sample, Level),
     *(Case, GeneralizedAlpha, Newton, Parameter, Scale, Order, Varying, ParametricCase),
 )  #: types in a file, beside the system
 for kind in STORED:
     container.storable(kind)
+container.storable(Sampled, rows=lambda values: values.pop("jets"))  #: their name in earlier files
 #: of version 1: its tolerance refers to the norm of all coordinates, from the origin of the scene
 container.storable(
     System,

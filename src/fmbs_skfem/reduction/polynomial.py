@@ -78,7 +78,7 @@ def ratio(old: Elastic, new: Elastic) -> float | None:
     a, b = old.gather, new.gather
     if not (isinstance(a, Sampled) and isinstance(b, Sampled)):
         return None
-    same = np.array_equal(a.jets, b.jets) and np.array_equal(a.offset, b.offset) and np.array_equal(a.section[1], b.section[1])
+    same = np.array_equal(a.rows, b.rows) and np.array_equal(a.offset, b.offset) and np.array_equal(a.section[1], b.section[1])
     before, now = (gather.section[0] * gather.section[-1] for gather in (a, b))
     factors = now / before
     middle = float(np.median(factors))
@@ -133,7 +133,7 @@ def check(sampled: Sampled, beta: float, name: str) -> None:
 def energy_matrix(sampled: Sampled) -> np.ndarray:
     """P (m, m), its lower triangle; blocks of points are summed with compensation, so that P is as good as one block."""
     points = sampled.section.shape[2]
-    fields = np.concatenate([sampled.offset[:, None], sampled.jets], axis=1).reshape(4, points, -1)
+    fields = np.concatenate([sampled.offset[:, None], sampled.rows], axis=1).reshape(4, points, -1)
     size = fields.shape[2]
     P = np.zeros((size * (size + 1) // 2,) * 2, order="F")
     lost = np.zeros_like(P)

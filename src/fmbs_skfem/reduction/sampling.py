@@ -222,19 +222,19 @@ def training_blocks(members: list[Elastic], states: np.ndarray, start: int, leve
 def forces(elastic: Elastic, states: np.ndarray, level: Level) -> np.ndarray:
     """Contribution of every cell or point to the force on the body's own unknowns (s, r): (s, r, e)."""
     gather = sampled_gather(elastic)
-    rows, points, modes = jet_size(gather), len(gather.cell), gather.jets.shape[1]
-    u = (gather.jets @ states.T + gather.offset[:, None]).reshape(rows, points, len(states))
+    rows, points, modes = gradient_size(gather), len(gather.cell), gather.rows.shape[1]
+    u = (gather.rows @ states.T + gather.offset[:, None]).reshape(rows, points, len(states))
     section = np.repeat(gather.section.reshape(len(gather.section), points, 1), len(states), axis=2)
     S = np.empty_like(u)
     laws.stress(gather.law, u, u, 0.0, section, S)
-    out = np.matmul(S.transpose(1, 2, 0), gather.jets.reshape(rows, points, modes).transpose(1, 0, 2)).reshape(points, -1)
+    out = np.matmul(S.transpose(1, 2, 0), gather.rows.reshape(rows, points, modes).transpose(1, 0, 2)).reshape(points, -1)
     if level is Level.ELEMENTS:
         out = csr_array((np.ones(points), (gather.cell, np.arange(points)))) @ out
     return out.reshape(-1, len(states), modes).transpose(1, 2, 0)
 
 
-def jet_size(gather: Sampled) -> int:
-    """Number of components of a jet, k c."""
+def gradient_size(gather: Sampled) -> int:
+    """Number of components of a position gradient, k c."""
     return len(gather.offset) // len(gather.cell)
 
 
@@ -260,14 +260,14 @@ def weighted(elastic: Elastic, weights: np.ndarray, level: Level) -> Elastic:
     gather = sampled_gather(elastic)
     point = weights if level is Level.POINTS else weights[gather.cell]
     kept = np.flatnonzero(point > 0)
-    rows, points = jet_size(gather), len(gather.cell)
+    rows, points = gradient_size(gather), len(gather.cell)
     section = gather.section[:, :, kept].copy()
     section[-1] *= point[kept]
     return replace(
         elastic,
         gather=replace(
             gather,
-            jets=np.ascontiguousarray(gather.jets.reshape(rows, points, -1)[:, kept].reshape(rows * len(kept), -1)),
+            rows=np.ascontiguousarray(gather.rows.reshape(rows, points, -1)[:, kept].reshape(rows * len(kept), -1)),
             offset=np.ascontiguousarray(gather.offset.reshape(rows, points)[:, kept].ravel()),
             section=np.ascontiguousarray(section),
             cell=gather.cell[kept],

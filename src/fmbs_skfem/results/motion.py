@@ -71,7 +71,7 @@ def line_bodies(
     bodies = {name: lines(now[name], moving[name], start[name], radius[name]) for name in now if now[name].shape[2] > 1}
     for name in bodies.keys() & rigid(system):
         bodies[name] = replace(bodies[name], fields=chosen(bodies[name].fields, ("velocity",)))
-    masses = {name: (Kind.MASS.value, spatial(jets[:, 0, 0])) for name, jets in now.items() if jets.shape[2] == 1}
+    masses = {name: (Kind.MASS.value, spatial(gradients[:, 0, 0])) for name, gradients in now.items() if gradients.shape[2] == 1}
     return {name: replace(body, fields=chosen(body.fields, wanted)) for name, body in bodies.items()}, masses
 
 
@@ -107,9 +107,9 @@ def skin_bodies(trajectory: Trajectory, rows: np.ndarray, wanted: Collection[str
     return bodies
 
 
-def skin_fields(skin: Skin, jets: np.ndarray, rate: np.ndarray) -> dict[str, np.ndarray]:
-    """Fields of a surface at one instant from its jets (1 + k, x, c) and the velocity (x, c): (x,) or (x, 3) each."""
-    u = jets[1:].transpose(0, 2, 1).reshape(-1, jets.shape[1])
+def skin_fields(skin: Skin, gradients: np.ndarray, rate: np.ndarray) -> dict[str, np.ndarray]:
+    """Fields of a surface at one instant from its gradients (1 + k, x, c) and the velocity (x, c): (x,) or (x, 3) each."""
+    u = gradients[1:].transpose(0, 2, 1).reshape(-1, gradients.shape[1])
     section = skin.section[:, 0]
     found = recover(skin.law, u, section, skin.thickness)
     bottom, top = found.von_mises
@@ -131,9 +131,9 @@ def principal(tensor: np.ndarray) -> np.ndarray:
     return np.asarray(middle + np.where(middle < 0, -1.0, 1.0) * np.hypot(0.5 * (tensor[0] - tensor[1]), tensor[2]))
 
 
-def lines(jets: np.ndarray, rates: np.ndarray, start: np.ndarray, radius: float) -> Lines:
-    """One cable from its jets (s, 3, x, c): positions, slopes, curvature vectors."""
-    position, slope, bend = (spatial(jets[:, k]) for k in range(3))
+def lines(gradients: np.ndarray, rates: np.ndarray, start: np.ndarray, radius: float) -> Lines:
+    """One cable from its gradients (s, 3, x, c): positions, slopes, curvature vectors."""
+    position, slope, bend = (spatial(gradients[:, k]) for k in range(3))
     square = np.einsum("sxc,sxc->sx", slope, slope)
     fields = {
         "strain": 0.5 * (square - 1.0),

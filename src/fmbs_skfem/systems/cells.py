@@ -28,7 +28,7 @@ from .terms import Lifts, Routines, Setting, Targets, Term
 if TYPE_CHECKING:
     from .system import Affine, Matrix
 
-BLOCK = 64  #: cells that a kernel handles at once, so that their jets stay in the cache
+BLOCK = 64  #: cells that a kernel handles at once, so that their gradients stay in the cache
 
 
 class Record(NamedTuple):
@@ -146,7 +146,7 @@ def modulus_times_basis(D: np.ndarray, table: np.ndarray, p: int, b: int, c: int
 
 
 @jit
-def jets(C: Record, q: np.ndarray, work: np.ndarray) -> np.ndarray:
+def gradients(C: Record, q: np.ndarray, work: np.ndarray) -> np.ndarray:
     """Jets (k c, p, e) of the cells from their coordinates, in the front of `work`."""
     vectors, points, basis, cells = C.table.shape
     dim = laws.components(C.calls)
@@ -161,8 +161,8 @@ def force(table: Any, record: Any) -> int:
     """Forces on the coordinates of the cells += B^T S."""
     E, C = evaluation(table), opened(record)
     body, work = E.space.body, E.space.work
-    u = jets(C, body[0], work[0])
-    rate = jets(C, body[1], work[1]) if C.beta > 0.0 else u
+    u = gradients(C, body[0], work[0])
+    rate = gradients(C, body[1], work[1]) if C.beta > 0.0 else u
     S = view(work[2], 0, u.shape)
     laws.call_stress(C.calls, u, rate, C.beta, C.section, S)
     basis, cells = C.nodes.shape
@@ -174,7 +174,7 @@ def force(table: Any, record: Any) -> int:
 def energy(table: Any, record: Any) -> int:
     """Energy += the sum over all points."""
     E, C = evaluation(table), opened(record)
-    E.space.energy[0] += laws.call_energy(C.calls, jets(C, E.space.body[0], E.space.work[0]), C.section)
+    E.space.energy[0] += laws.call_energy(C.calls, gradients(C, E.space.body[0], E.space.work[0]), C.section)
     return 0
 
 
@@ -183,7 +183,7 @@ def tangent(table: Any, record: Any) -> int:
     """W += B^T D B in the places of `targets`, with damping times gh."""
     E, C = evaluation(table), opened(record)
     work = E.space.work
-    u = jets(C, E.space.body[0], work[0])
+    u = gradients(C, E.space.body[0], work[0])
     rows = u.shape[0]
     D = view(work[1], 0, (rows, rows, u.shape[1], u.shape[2]))
     laws.call_modulus(C.calls, u, E.space.gh[0] * C.beta, C.section, D)
@@ -212,12 +212,12 @@ def carry(cells: Cells, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Ce
     """Sparse V leaves cells in body coordinates; dense V multiplies them out to rows (derivative, component, point) by modes."""
     if is_sparse(V):
         return cells
-    rows = jet_rows(cells, len(lift.offset))
-    jets = np.asarray(rows @ lift.matrix)
-    columns = support(jets)
+    rows = gradient_rows(cells, len(lift.offset))
+    gradients = np.asarray(rows @ lift.matrix)
+    columns = support(gradients)
     section = cells.section.reshape(len(cells.section), 1, -1)
     cell = np.tile(np.arange(cells.section.shape[2]), cells.section.shape[1])
-    return Sampled(cells.law, np.ascontiguousarray(jets[:, columns]), rows @ lift.offset, section, columns, cell)
+    return Sampled(cells.law, np.ascontiguousarray(gradients[:, columns]), rows @ lift.offset, section, columns, cell)
 
 
 @terms.split.register(Cells)
@@ -241,8 +241,8 @@ def couplings(cells: Cells) -> np.ndarray:
 def compile_term(cells: Cells, setting: Setting) -> Term:
     """Its numbers behind each other, and the places of its matrices."""
     (basis, count), dim, vectors = cells.nodes.shape, setting.dim, cells.law.vectors
-    size, jets, points = basis * dim, vectors * dim, cells.section.shape[1]
-    work = max(jets**2 * points * count, jets * points * count + size * count, (size * (size + 1) // 2 + vectors) * count)
+    size, gradients, points = basis * dim, vectors * dim, cells.section.shape[1]
+    work = max(gradients**2 * points * count, gradients * points * count + size * count, (size * (size + 1) // 2 + vectors) * count)
     calls = laws.addresses(cells.law, dim, setting.beta > 0.0)
     nodes, table, section = (np.ascontiguousarray(part) for part in (cells.nodes, cells.table, cells.section))
     record = Record(calls, setting.beta, nodes, table, section, setting.targets(couplings(cells)))
@@ -252,10 +252,10 @@ def compile_term(cells: Cells, setting: Setting) -> Term:
 @terms.position_gradients.register(Cells)
 def position_gradients(cells: Cells, x: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Of all cells, (k c, p, e)."""
-    return np.asarray(jet_rows(cells, len(q)) @ q).reshape(-1, *cells.section.shape[1:])
+    return np.asarray(gradient_rows(cells, len(q)) @ q).reshape(-1, *cells.section.shape[1:])
 
 
-def jet_rows(cells: Cells, size: int) -> csr_array:
+def gradient_rows(cells: Cells, size: int) -> csr_array:
     """Gather of cells as a sparse array: rows (k, c, p, e), columns q."""
     K, P, B, E = cells.table.shape
     dim = cells.dim

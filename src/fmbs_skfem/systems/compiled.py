@@ -15,7 +15,7 @@ from scipy.sparse.linalg import splu
 
 from ..core.linalg import as_dense, is_sparse, mirrored
 from ..core.structs import packed
-from . import cells, evaluation, kernels, sparse, springs, turning
+from . import cells, corotation, evaluation, kernels, sparse, springs
 from . import terms as storages
 from .evaluation import Arrays, ElasticTerms, Evaluation, Space
 from .kernels import Csr, Forces, Operator, Pairs, Terms
@@ -123,12 +123,13 @@ def compile_system(system: System) -> Compiled:
         forces=forces,
         pairs=Pairs(target, factor, len(pairs)),
         load=np.ascontiguousarray(system.loads.constant[order]),
-        turning=turning.nothing(system.size),
+        corotation=corotation.nothing(system.size),
         norm=np.ascontiguousarray(system.metric.diagonal()[order] / system.weight),
     )
     model = Compiled(system, arrays, tuple(found), parts.owners, order, pattern)
     if dense and not len(parts.offset):
-        model = replace(model, arrays=arrays._replace(turning=turning.turning(system, partial(part_tangent, model))))
+        turned = corotation.corotational_tangent(system, partial(part_tangent, model))
+        model = replace(model, arrays=arrays._replace(corotation=turned))
     return model
 
 

@@ -18,8 +18,8 @@ import numpy as np
 from ..core.jit import jit
 from ..core.structs import Integers, Matrix, Vector, invoke, opener, routine
 from . import kernels
+from .corotation import CorotationalTangent
 from .kernels import Csr, Forces, Operator, Pairs, Terms
-from .turning import Turning
 
 
 class ElasticTerms(NamedTuple):
@@ -48,7 +48,7 @@ class Arrays(NamedTuple):
     forces: Forces
     pairs: Pairs
     load: Vector  #: (n,) constant generalised force [N]
-    turning: Turning  #: of reduced bodies in the plane
+    corotation: CorotationalTangent  #: of reduced bodies in the plane
     norm: Vector  #: (n,) weights of the unknowns in the norm of a displacement, sqrt(sum norm_n x_n^2) [m]
 
 

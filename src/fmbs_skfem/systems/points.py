@@ -1,6 +1,6 @@
 """Sampled points of reduced bodies as terms: gather and modes multiplied out to one dense array.
 
-u = jets x[columns] + offset,    f = jets^T phi(u),    W += jets^T phi' jets
+u = L x[columns] + offset,    f = L^T phi(u),    W += L^T phi' L
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from .terms import Lifts, Routines, Setting, Term
 if TYPE_CHECKING:
     from .system import Affine, Matrix
 
-ROOM = 20_000  #: numbers of jets that stay in the cache from gather to scatter
+ROOM = 20_000  #: numbers of gradients that stay in the cache from gather to scatter
 
 
 @dataclass(frozen=True)
 class Sampled:
-    """Gather multiplied out at chosen points: jets (k c, p) = jets @ x[columns] + offset."""
+    """Gather multiplied out at chosen points: gradients (k c, p) = L @ x[columns] + offset."""
 
     law: Annotated[Law, Attributes("k=vectors i=rows")]
-    jets: Annotated[np.ndarray, Reals("kcp r")]
+    rows: Annotated[np.ndarray, Reals("kcp r")]  #: L
     offset: Annotated[np.ndarray, Reals("kcp")]
     section: Annotated[np.ndarray, Reals("i 1 p")]  #: rows of the law, the last one the weight of a point
     columns: Annotated[slice, Range("r", end="n")]
@@ -47,7 +47,7 @@ class Record(NamedTuple):
     calls: Integers  #: addresses of the law's functions, see `laws.addresses`
     beta: float  #: stiffness-proportional damping time [s]
     first: int  #: of the unknowns
-    jets: Rows  #: (k c p, r)
+    rows: Rows  #: (k c p, r)
     turned: Rows  #: (r, k c p): forces read these alone, so that they stay in the cache from gather to scatter
     offset: Vector  #: (k c p,)
     section: Cube  #: (i, 1, p)
@@ -70,7 +70,7 @@ def gather(P: Any, x: np.ndarray, fixed: float, work: np.ndarray) -> np.ndarray:
 
 @routine
 def force(table: Any, record: Any) -> int:
-    """f += jets^T S."""
+    """f += L^T S."""
     E, P = evaluation(table), opened(record)
     s, work = E.space, E.space.work
     u = gather(P, s.x, 1.0, work[0])
@@ -90,7 +90,7 @@ def energy(table: Any, record: Any) -> int:
 
 @routine
 def tangent(table: Any, record: Any) -> int:
-    """W[columns, columns] += jets^T D jets, with damping times gh."""
+    """W[columns, columns] += L^T D L, with damping times gh."""
     E, P = evaluation(table), opened(record)
     work = E.space.work
     u = gather(P, E.space.x, 1.0, work[0])
@@ -102,12 +102,12 @@ def tangent(table: Any, record: Any) -> int:
 
 @jit
 def add_product(P: Any, work: np.ndarray, W: np.ndarray) -> None:
-    """W[columns, columns] += jets^T D jets with D in the second row of `work`."""
+    """W[columns, columns] += L^T D L with D in the second row of `work`."""
     (modes, size), points = P.turned.shape, P.section.shape[2]
     rows = size // points
     D, stress = view(work[1], 0, (rows, rows, points)), view(work[2], 0, (rows, points, modes))
-    modulus_times_jets(D, P.jets.reshape(rows, points, modes), stress)
-    product = np.dot(P.jets.T, view(work[2], 0, (size, modes)))
+    modulus_times_rows(D, P.rows.reshape(rows, points, modes), stress)
+    product = np.dot(P.rows.T, view(work[2], 0, (size, modes)))
     for i in range(modes):
         for j in range(modes):
             W[P.first + i, P.first + j] += product[i, j]
@@ -115,7 +115,7 @@ def add_product(P: Any, work: np.ndarray, W: np.ndarray) -> None:
 
 @routine
 def gather_alone(table: Any, record: Any) -> int:
-    """The jets, for reports of time."""
+    """The gradients, for reports of time."""
     s = evaluation(table).space
     gather(opened(record), s.x, 1.0, s.work[0])
     return 0
@@ -130,22 +130,22 @@ def product_alone(table: Any, record: Any) -> int:
 
 
 @jit
-def modulus_times_jets(D: np.ndarray, jets: np.ndarray, stress: np.ndarray) -> None:
-    """stress[i, p, r] = sum_j D[i, j, p] jets[j, p, r]; four terms, then two at a time: every law has at least four rows."""
-    rows, points, modes = jets.shape
+def modulus_times_rows(D: np.ndarray, gradients: np.ndarray, stress: np.ndarray) -> None:
+    """stress[i, p, r] = sum_j D[i, j, p] gradients[j, p, r]; four terms, then two at a time: every law has at least four rows."""
+    rows, points, modes = gradients.shape
     for i in range(rows):
         for p in range(points):
             target = stress[i, p]
             a, b, c, d = D[i, 0, p], D[i, 1, p], D[i, 2, p], D[i, 3, p]
-            row_a, row_b, row_c, row_d = jets[0, p], jets[1, p], jets[2, p], jets[3, p]
+            row_a, row_b, row_c, row_d = gradients[0, p], gradients[1, p], gradients[2, p], gradients[3, p]
             for r in range(modes):
                 target[r] = a * row_a[r] + b * row_b[r] + c * row_c[r] + d * row_d[r]
             for j in range(4, rows - 1, 2):
-                a, b, row_a, row_b = D[i, j, p], D[i, j + 1, p], jets[j, p], jets[j + 1, p]
+                a, b, row_a, row_b = D[i, j, p], D[i, j + 1, p], gradients[j, p], gradients[j + 1, p]
                 for r in range(modes):
                     target[r] += a * row_a[r] + b * row_b[r]
             if rows % 2 == 1:
-                a, row_a = D[i, rows - 1, p], jets[rows - 1, p]
+                a, row_a = D[i, rows - 1, p], gradients[rows - 1, p]
                 for r in range(modes):
                     target[r] += a * row_a[r]
 
@@ -158,8 +158,8 @@ def carry(points: Sampled, name: str, lift: Affine, V: Matrix, d: np.ndarray) ->
     """Rows times modes; columns that are zero are left out."""
     part = as_dense(V)[points.columns]
     columns = support(part)
-    offset = points.offset + points.jets @ d[points.columns]
-    return replace(points, jets=points.jets @ part[:, columns], offset=offset, columns=columns)
+    offset = points.offset + points.rows @ d[points.columns]
+    return replace(points, rows=points.rows @ part[:, columns], offset=offset, columns=columns)
 
 
 def support(A: np.ndarray) -> slice:
@@ -170,14 +170,14 @@ def support(A: np.ndarray) -> slice:
 
 @terms.split.register(Sampled)
 def split(points: Sampled, lifts: Lifts) -> list[Sampled]:
-    """Blocks of about ROOM jets, all in one where they are few."""
-    count, modes = points.section.shape[2], points.jets.shape[1]
-    jets, offset = points.jets.reshape(-1, count, modes), points.offset.reshape(-1, count)
-    parts = max(1, round(points.jets.size / ROOM))
+    """Blocks of about ROOM gradients, all in one where they are few."""
+    count, modes = points.section.shape[2], points.rows.shape[1]
+    gradients, offset = points.rows.reshape(-1, count, modes), points.offset.reshape(-1, count)
+    parts = max(1, round(points.rows.size / ROOM))
     return [
         replace(
             points,
-            jets=np.ascontiguousarray(jets[:, k]).reshape(-1, modes),
+            rows=np.ascontiguousarray(gradients[:, k]).reshape(-1, modes),
             offset=np.ascontiguousarray(offset[:, k]).ravel(),
             section=np.ascontiguousarray(points.section[..., k]),
             cell=points.cell[k],
@@ -190,14 +190,14 @@ def split(points: Sampled, lifts: Lifts) -> list[Sampled]:
 def compile_term(points: Sampled, setting: Setting) -> Term:
     """Its numbers behind each other, by rows and by columns."""
     calls = laws.addresses(points.law, setting.dim, setting.beta > 0.0)
-    jets, offset, section = (np.ascontiguousarray(part) for part in (points.jets, points.offset, points.section))
-    record = Record(calls, setting.beta, points.columns.start, jets, np.ascontiguousarray(jets.T), offset, section)
+    gradients, offset, section = (np.ascontiguousarray(part) for part in (points.rows, points.offset, points.section))
+    record = Record(calls, setting.beta, points.columns.start, gradients, np.ascontiguousarray(gradients.T), offset, section)
     rows = points.law.vectors * setting.dim
-    return Term(record, ROUTINES, max(rows**2 * section.shape[2], jets.size, 1), setting.beta > 0.0)
+    return Term(record, ROUTINES, max(rows**2 * section.shape[2], gradients.size, 1), setting.beta > 0.0)
 
 
 @terms.position_gradients.register(Sampled)
 def position_gradients(points: Sampled, x: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Of all points, (k c, 1, p)."""
-    u = np.asarray(points.jets @ x[points.columns] + points.offset)
+    u = np.asarray(points.rows @ x[points.columns] + points.offset)
     return u.reshape(-1, *points.section.shape[1:])

@@ -35,8 +35,8 @@ def surface_cells(part: Body, shape: Surface, chosen: np.ndarray, pressure: floa
     """Cells of a pressure [Pa] along r,1 x r,2 on some cells of a surface in space."""
     table, nodes = surface.tabulate(shape, finer(shape)), shape.nodes[chosen]
     values, weights = table.values[chosen][:, :, :3], table.weights[chosen]
-    jets = np.einsum("epkb,ebc->epkc", values, reference_of(part, shape)[nodes])
-    volume = np.einsum("epc,epc->ep", jets[:, :, 0], np.cross(jets[:, :, 1], jets[:, :, 2]))
+    gradients = np.einsum("epkb,ebc->epkc", values, reference_of(part, shape)[nodes])
+    volume = np.einsum("epc,epc->ep", gradients[:, :, 0], np.cross(gradients[:, :, 1], gradients[:, :, 2]))
     return loaded(Law.PRESSURE, 3, nodes, values, pressure, volume, weights)
 
 
@@ -48,8 +48,8 @@ def edge_cells(part: Body, shape: Surface, sides: np.ndarray, load: float) -> Ce
     basis = surface.basis(shape.space, cell, xi)
     corners = surface.VERTICES[shape.parent]
     along = corners[(side + 1) % int(shape.parent)] - corners[side]
-    jets = np.einsum("xkb,xbc->xkc", basis[:, :3], reference_of(part, shape)[shape.nodes[cell]])
-    turned = np.sign(np.linalg.det(jets[:, 1:]))  # a cell may be numbered clockwise
+    gradients = np.einsum("xkb,xbc->xkc", basis[:, :3], reference_of(part, shape)[shape.nodes[cell]])
+    turned = np.sign(np.linalg.det(gradients[:, 1:]))  # a cell may be numbered clockwise
     slope = turned[:, None] * np.einsum("xa,xab->xb", along, basis[:, 1:3])
     values = np.stack([basis[:, 0], slope], axis=1).reshape(len(sides), len(points), 2, -1)
     ends = np.einsum("epkb,ebc->epkc", values, reference_of(part, shape)[shape.nodes[sides[:, 0]]])

@@ -253,8 +253,8 @@ class Stress(Probe):
         vectors, dim = part.cells.law.vectors, part.dim
         indptr = np.arange(vectors + 1) * values.shape[3]
         size = (vectors, shape.count)
-        jets = csr_array((local[0, 0, :vectors].ravel(), np.tile(shape.nodes[cell], vectors), indptr), shape=size)
-        rows = draft.layout.widen(where, at.body, kron(edges.own(part, jets), np.eye(dim)))
+        gradients = csr_array((local[0, 0, :vectors].ravel(), np.tile(shape.nodes[cell], vectors), indptr), shape=size)
+        rows = draft.layout.widen(where, at.body, kron(edges.own(part, gradients), np.eye(dim)))
         section = part.cells.section[:, 0, cell].copy()
         if dim == 3:
             section[3:6] = curved[0, 0]

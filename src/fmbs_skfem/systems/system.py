@@ -2,7 +2,7 @@ r"""System: the equations of motion as arrays.
 
     M q'' + C q' + K q + sum_j L_j^T phi_j(L_j q) - Q(q, t) + Phi_q^T lambda = 0,     Phi(q, t) = 0               (2)
 
-All laws act on linear images of the unknowns: strain energy on jets, joints and loads on probe rows y = P x + y0. A change of
+All laws act on linear images of the unknowns: strain energy on gradients, joints and loads on probe rows y = P x + y0. A change of
 coordinates x = V z + d therefore changes arrays only; elimination of constraints (V sparse) and Galerkin reduction (V dense) are
 the same function, and the result is again a System.
 

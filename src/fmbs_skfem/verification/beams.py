@@ -233,11 +233,11 @@ def bent(S: np.ndarray, dim: int) -> np.ndarray:
     return np.stack([axial, 0.8 * bow, 0.5 * dip][:dim], axis=1)
 
 
-def law_stress(law: Law, jets: np.ndarray, section: np.ndarray) -> np.ndarray:
+def law_stress(law: Law, gradients: np.ndarray, section: np.ndarray) -> np.ndarray:
     """weight dW/du (k c, p, e) of a law."""
-    jets = np.ascontiguousarray(jets)
-    found = np.zeros_like(jets)
-    laws.stress(law, jets, 0 * jets, 0.0, np.ascontiguousarray(section), found)
+    gradients = np.ascontiguousarray(gradients)
+    found = np.zeros_like(gradients)
+    laws.stress(law, gradients, 0 * gradients, 0.0, np.ascontiguousarray(section), found)
     return found
 
 

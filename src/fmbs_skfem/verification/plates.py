@@ -98,9 +98,9 @@ def forces_of(x: np.ndarray, dim: int, section: np.ndarray) -> np.ndarray:
 
     def stress(at: np.ndarray) -> np.ndarray:
         flat = at.reshape(2, 1, -1)
-        jets = pushed(flat, dim)[1 : 1 + vectors].reshape(vectors * dim, *flat.shape[1:])
+        gradients = pushed(flat, dim)[1 : 1 + vectors].reshape(vectors * dim, *flat.shape[1:])
         rows = np.broadcast_to(np.append(section, 1.0)[:, None, None], (len(section) + 1, *flat.shape[1:]))
-        return law_stress(law, jets, rows).reshape(vectors, dim, *at.shape[1:])
+        return law_stress(law, gradients, rows).reshape(vectors, dim, *at.shape[1:])
 
     found = stress(x)[:2]
     if dim == 2:

@@ -29,7 +29,7 @@ REACH = 1e-2  #: largest part of the turned reference shape that the space may m
 PROOF = 2.0  #: that angle [rad]
 
 
-class Turning(NamedTuple):
+class CorotationalTangent(NamedTuple):
     """Tangents of all groups, flattened; no rows where they do not apply."""
 
     table: IntegerMatrix  #: (t, 3) first unknown, number of unknowns, place of K_a, K_b, K_c in `numbers`
@@ -39,12 +39,12 @@ class Turning(NamedTuple):
     numbers: Vector
 
 
-def nothing(size: int) -> Turning:
+def nothing(size: int) -> CorotationalTangent:
     """No body turns."""
-    return Turning(np.zeros((0, 3), np.int64), np.zeros((0, 2, size)), np.zeros((0, 2)), np.zeros(0), np.zeros(0))
+    return CorotationalTangent(np.zeros((0, 3), np.int64), np.zeros((0, 2, size)), np.zeros((0, 2)), np.zeros(0), np.zeros(0))
 
 
-def turning(system: System, tangent: Callable[[int, np.ndarray], np.ndarray]) -> Turning:
+def corotational_tangent(system: System, tangent: Callable[[int, np.ndarray], np.ndarray]) -> CorotationalTangent:
     """The tangents of all elastic parts of a reduced system from `tangent` (number of the part, x) (n, n), or `nothing`."""
     none = nothing(system.size)
     if system.dim != 2 or not isinstance(system.lift.matrix, np.ndarray) or not system.elastic:
@@ -73,7 +73,7 @@ def turning(system: System, tangent: Callable[[int, np.ndarray], np.ndarray]) ->
         offsets.append(offset)
         at += 3 * count * count
     beta = np.array([elastic.beta for elastic in system.elastic])
-    return Turning(np.array(table, dtype=np.int64), np.array(rows), np.array(offsets), beta, np.concatenate(numbers))
+    return CorotationalTangent(np.array(table, dtype=np.int64), np.array(rows), np.array(offsets), beta, np.concatenate(numbers))
 
 
 def fit(system: System, span: slice) -> tuple[np.ndarray, np.ndarray, Callable[[float], np.ndarray], float]:
@@ -97,7 +97,7 @@ def fit(system: System, span: slice) -> tuple[np.ndarray, np.ndarray, Callable[[
 
 
 @jit
-def add_turned_tangent(T: Turning, x: np.ndarray, gh: float, W: np.ndarray) -> None:
+def add_rotated_tangent(T: CorotationalTangent, x: np.ndarray, gh: float, W: np.ndarray) -> None:
     """W (n, n) += (1 + gh beta) K(theta) of all bodies."""
     for t in range(len(T.table)):
         c, s = T.offset[t, 0], T.offset[t, 1]

@@ -12,7 +12,7 @@ from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
 from fmbs_skfem.reduction import galerkin
 from fmbs_skfem.reduction.pod import Basis
 from fmbs_skfem.systems import At, Rayleigh, System, assemble, compile_system, compiled, joints, loads, points
-from fmbs_skfem.systems.turning import add_turned_tangent
+from fmbs_skfem.systems.corotation import add_rotated_tangent
 
 from .. import models
 
@@ -57,7 +57,7 @@ def test_exact_for_rigid_motion(angles: tuple[float, float]) -> None:
     model = compile_system(system)
     A, x = model.arrays, turned(system, angles, 0.3)
     W, K = np.zeros((system.size, system.size)), sum(part_tangent(system, k, x) for k in range(2))
-    add_turned_tangent(A.turning, x, 0.0, W)
+    add_rotated_tangent(A.corotation, x, 0.0, W)
     np.testing.assert_allclose(W, K, rtol=0, atol=1e-9 * np.abs(K).max())
 
 
@@ -66,7 +66,7 @@ def test_damping_times() -> None:
     system = spun(beta=0.02)
     model = compile_system(system)
     A, x, W = model.arrays, turned(system, (0.4, -2.5)), np.zeros((system.size, system.size))
-    add_turned_tangent(A.turning, x, 50.0, W)
+    add_rotated_tangent(A.corotation, x, 50.0, W)
     K = compiled.elastic_tangent(model, x, 50.0)
     assert np.abs(K).max() > 1.9 * max(np.abs(part_tangent(system, k, x)).max() for k in range(2))
     np.testing.assert_allclose(W, K, rtol=0, atol=1e-9 * np.abs(K).max())
@@ -77,7 +77,7 @@ def test_the_same_motion_as_with_assembled_tangents() -> None:
     system = spun()
     fast = integrate(system, SCHEME, DURATION, NEWTON)
     slow = integrate(spun_without_turning(system), SCHEME, DURATION, NEWTON)
-    assert len(compile_system(fast.system).arrays.turning.table) == 2
+    assert len(compile_system(fast.system).arrays.corotation.table) == 2
     assert np.abs(fast.x - slow.x).max() < 1e-7 * np.abs(slow.x).max()
     assert np.abs(fast.x[-1] - fast.x[0]).max() > 0.1
 
@@ -88,9 +88,9 @@ def spun_without_turning(system: System) -> System:
 
 
 def test_systems_in_space_and_full_systems_assemble() -> None:
-    assert len(compile_system(spun(dim=3)).arrays.turning.table) == 0
+    assert len(compile_system(spun(dim=3)).arrays.corotation.table) == 0
     beam = body.cable("beam", models.straight(3), models.SECTION, models.MATERIAL, dim=2)
-    assert len(compile_system(assemble([beam], [joints.Pin("A", At("beam", "left"))], [])).arrays.turning.table) == 0
+    assert len(compile_system(assemble([beam], [joints.Pin("A", At("beam", "left"))], [])).arrays.corotation.table) == 0
 
 
 def test_a_space_without_the_turned_shapes_assembles() -> None:
@@ -104,7 +104,7 @@ def test_a_space_without_the_turned_shapes_assembles() -> None:
     bend[1::2, 0] = np.linspace(0.0, 1.0, raw.size // 2) ** 2
     bend /= np.linalg.norm(bend)
     system = galerkin.reduce_system(raw, {"beam": ("beam",)}, {"beam": Basis(bend, raw.x0, np.zeros(0))})
-    assert len(compile_system(system).arrays.turning.table) == 0
+    assert len(compile_system(system).arrays.corotation.table) == 0
 
 
 def test_points_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -120,7 +120,7 @@ def test_points_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
             compiled.strain_energy(model, x),
             compiled.forces(model, x, v),
             compiled.tangent(model, x, np.zeros(model.constraints), 0.0, 5.0).toarray(),
-            model.arrays.turning.numbers,
+            model.arrays.corotation.numbers,
         )
         for model in (whole, parts)
     ]

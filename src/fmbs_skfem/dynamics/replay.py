@@ -27,7 +27,7 @@ class Attempt:
     residuals: tuple[float, ...]  #: norm of the force residual after the correction [N]
 
 
-def attempts(run: Run) -> tuple[Attempt, ...]:
+def replay(run: Run) -> tuple[Attempt, ...]:
     """The failed step again, in all lengths that were tried; of large models in the full and the shortest one.
 
     The iteration is repeated with one correction more each time, so that its course shows without another copy of the step.

@@ -174,22 +174,22 @@ def strains(system: System, x: np.ndarray) -> dict[str, tuple[float, float]]:
     """Smallest and largest axial or principal strain of every elastic body, at its quadrature points."""
     q, found = system.lift(x), {}
     for elastic in system.elastic:
-        jets = terms.position_gradients(elastic.gather, x, q)
-        if jets is not None and not elastic.gather.law.follows:
-            e = point_strains(elastic.gather, jets.reshape(len(jets), -1), system.dim)
+        gradients = terms.position_gradients(elastic.gather, x, q)
+        if gradients is not None and not elastic.gather.law.follows:
+            e = point_strains(elastic.gather, gradients.reshape(len(gradients), -1), system.dim)
             found[elastic.name] = (float(e.min()), float(e.max()))
     return found
 
 
-def point_strains(gather: Any, jets: np.ndarray, dim: int) -> np.ndarray:
+def point_strains(gather: Any, gradients: np.ndarray, dim: int) -> np.ndarray:
     """Axial strains (r'.r' - 1)/2 of a line at the points that carry its axial force, both principal strains of a surface.
 
-    `jets` (k c, p) are derivatives of the position at all points of a storage.
+    `gradients` (k c, p) are derivatives of the position at all points of a storage.
     """
     if gather.law not in COMPONENTS:
         axial = np.abs(gather.section[0].ravel())
-        return np.asarray(0.5 * (np.sum(jets[:dim] ** 2, axis=0) - 1.0))[axial >= 0.5 * axial.mean()]
-    a, b, c = plane_strains(jets, dim)
+        return np.asarray(0.5 * (np.sum(gradients[:dim] ** 2, axis=0) - 1.0))[axial >= 0.5 * axial.mean()]
+    a, b, c = plane_strains(gradients, dim)
     radius = np.hypot(0.5 * (a - b), c)
     return np.concatenate([0.5 * (a + b) - radius, 0.5 * (a + b) + radius])
 
