@@ -23,10 +23,10 @@ from numba import types
 from numba.core import cgutils, compiler
 from numba.core.errors import TypingError
 from numba.extending import intrinsic
-from numba.np.arrayobj import populate_array
 
 from .errors import say
 from .jit import caching, inlined
+from .structs import array_at
 
 POINTERS, INTEGERS = 4, 4
 LANES = 32  #: points whose moduli are computed side by side
@@ -99,13 +99,6 @@ def view(typing: Any, flat: Any, start: Any, shape: Any) -> Any:
     def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         source = context.make_array(flat)(context, builder, values[0])
         data = builder.gep(source.data, [values[1]])
-        sizes = cgutils.unpack_tuple(builder, values[2])
-        item = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(flat.dtype)))
-        strides = [item]
-        for size in reversed(sizes[1:]):
-            strides.insert(0, builder.mul(strides[0], size))
-        array = context.make_array(kind)(context, builder)
-        populate_array(array, data, cgutils.pack_array(builder, sizes), cgutils.pack_array(builder, strides), item, None)
-        return array._getvalue()
+        return array_at(context, builder, kind, data, cgutils.unpack_tuple(builder, values[2]))
 
     return kind(flat, types.intp, types.UniTuple(types.intp, len(shape))), code

@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any, TypeAlias, get_type_hints
 
 import numba
@@ -120,6 +120,17 @@ class OpenedFields(AttributeTemplate):
         return SCALARS[kind] if kind in SCALARS else Opened(kind)
 
 
+def array_at(context: Any, builder: Any, kind: types.Array, data: Any, sizes: Sequence[Any]) -> Any:
+    """Code that makes an array, C order, of numbers that are there. It owns nothing and is not counted."""
+    item = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
+    strides = [item]
+    for size in reversed(sizes[1:]):
+        strides.insert(0, builder.mul(strides[0], size))
+    array = context.make_array(kind)(context, builder)
+    populate_array(array, data, cgutils.pack_array(builder, sizes), cgutils.pack_array(builder, strides), item, None)
+    return array._getvalue()
+
+
 @lower_getattr_generic(Opened)
 def read_field(context: Any, builder: Any, struct: Opened, start: Any, name: str) -> Any:
     """Code that reads a field. Integers of a struct never change while it is open, so that reads may leave their loops."""
@@ -135,14 +146,7 @@ def read_field(context: Any, builder: Any, struct: Opened, start: Any, name: str
     kind = kinds[name]
     if isinstance(kind, types.Array):
         data = builder.inttoptr(slot(0), context.get_data_type(kind.dtype).as_pointer())
-        sizes = [slot(1 + k) for k in range(kind.ndim)]
-        item = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
-        strides = [item]
-        for size in reversed(sizes[1:]):
-            strides.insert(0, builder.mul(strides[0], size))
-        array = context.make_array(kind)(context, builder)
-        populate_array(array, data, cgutils.pack_array(builder, sizes), cgutils.pack_array(builder, strides), item, None)
-        return array._getvalue()
+        return array_at(context, builder, kind, data, [slot(1 + k) for k in range(kind.ndim)])
     if kind is float:
         return builder.bitcast(slot(0), ir.DoubleType())
     if kind is bool:
