@@ -10,8 +10,7 @@ import signal
 import subprocess
 import sys
 import time
-import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +23,7 @@ from fmbs_skfem.results import segments
 from fmbs_skfem.results.segments import Recorder, State
 from fmbs_skfem.studies import reports
 
+from ..hard_cases import child, ended
 from .calls import Call, fmbs, scene
 
 MOTION = "{type: dynamic, duration: 0.4 s, step: 1 ms}"
@@ -118,31 +118,16 @@ def test_a_run_is_stopped_and_goes_on_many_times(tmp_path: Path, monkeypatch: py
     assert (out / "outputs.csv").read_bytes() == (tmp_path / "whole" / "outputs.csv").read_bytes()
 
 
-def child(work: Callable[[], Call]) -> int:
-    """A process with all that this one has imported and compiled, which ends with the exit code of a call; its number."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # other threads of the test runner do not matter there
-        number = os.fork()
-    if number:
-        return number
-    code = 99
-    try:
-        done = work()
-        code = done.code
-        os.write(1, (done.out + done.err).encode())
-    finally:
-        os._exit(code)
-
-
-def ended(number: int) -> int:
-    """How a child ended: its exit code, or minus the signal that killed it."""
-    return os.waitstatus_to_exitcode(os.waitpid(number, 0)[1])
+def ended_with(done: Call) -> int:
+    """The exit code of a call in a child, what it wrote on stdout."""
+    os.write(1, (done.out + done.err).encode())
+    return done.code
 
 
 def test_a_killed_run_goes_on_to_the_same_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """While it is there, though it stands still, its folder is taken."""
     path, out = scene(tmp_path, LONG, HISTORY), tmp_path / "out"
-    number, begin = child(lambda: run(path, out, "--checkpoint", "0")), time.monotonic()
+    number, begin = child(lambda: ended_with(run(path, out, "--checkpoint", "0"))), time.monotonic()
     while not segments.exists(out) and time.monotonic() - begin < 60.0:
         time.sleep(1e-3)
     os.kill(number, signal.SIGSTOP)
@@ -167,9 +152,9 @@ def test_a_full_disk_ends_a_run_that_goes_on_later(
     path, out = scene(tmp_path, LONG, HISTORY), tmp_path / "out"
     monkeypatch.setattr(integration, "PACE", 10.0)
 
-    def limited() -> Call:
+    def limited() -> int:
         resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, resource.RLIM_INFINITY))
-        return run(path, out, "--checkpoint", "0")
+        return ended_with(run(path, out, "--checkpoint", "0"))
 
     assert ended(child(limited)) == 6
     told = capfd.readouterr().out

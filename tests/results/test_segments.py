@@ -7,8 +7,6 @@ import os
 import resource
 import signal
 import time
-import warnings
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,6 +23,7 @@ from fmbs_skfem.results import segments
 from fmbs_skfem.results.segments import Recorder, State
 
 from .. import models
+from ..hard_cases import child, ended
 
 SCHEME, STEPS, EVERY = GeneralizedAlpha(5e-4), 20_000, 20
 KILLS = 50
@@ -51,28 +50,6 @@ def go_on(folder: Path, every: float = 0.0) -> Trajectory:
     else:
         record, resume = Recorder(folder, JOB, every), None
     return integrate(SYSTEM, SCHEME, STEPS * SCHEME.step, every=EVERY, record=record, resume=resume)
-
-
-def child(work: Callable[[], object]) -> int:
-    """A process with all that this one has imported and compiled, which does `work` and ends with 0; its number."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # other threads of the test runner do not matter there
-        number = os.fork()
-    if number:
-        return number
-    code = 99
-    try:
-        work()
-        code = 0
-    except NoRoom as error:
-        code = error.exit_code
-    finally:
-        os._exit(code)
-
-
-def ended(number: int) -> int:
-    """How a child ended: its exit code, or minus the signal that killed it."""
-    return os.waitstatus_to_exitcode(os.waitpid(number, 0)[1])
 
 
 def done(folder: Path) -> int:
