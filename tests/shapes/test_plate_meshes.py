@@ -168,7 +168,7 @@ def test_rectangles(name: str, length: float, width: float, cells: int) -> None:
 def test_sides_of_cells() -> None:
     mesh = plate_meshes.read(FOLDER / "plate_crank_coarse.msh", planar=True)
     pairs = mesh.edge_groups["A"]
-    _, edges, _ = groups.named(mesh.cells, None, {"A": pairs, "turned": pairs[:, ::-1]}, None)
+    _, edges, _ = groups.check_groups(mesh.cells, None, {"A": pairs, "turned": pairs[:, ::-1]}, None)
     cell, side = edges["A"].T
     np.testing.assert_array_equal(mesh.cells[cell, side], pairs[:, 0])
     np.testing.assert_array_equal(mesh.cells[cell, (side + 1) % 4], pairs[:, 1])

@@ -54,7 +54,7 @@ def test_circles_keep_their_shape_and_lose_the_functions_on_their_knots(
 ) -> None:
     """Positions and both derivatives to round-off, at every Gauss point; no line is left along which the surface may fold."""
     plain = nurbs.surface(*nurbs.refine(*patch, cells, cells, degree), join=join)
-    smooth = smoothing.tied(plain)
+    smooth = smoothing.tie_slopes(plain)
     if join:  # the sides of a slit coincide and have no function in common
         check_table(smooth)
     n1, n2 = plain.space.patches[""].shape
@@ -72,7 +72,7 @@ def test_circles_keep_their_shape_and_lose_the_functions_on_their_knots(
 def test_any_motion_of_a_tied_surface_is_smooth() -> None:
     """Outward derivatives of random fields sum to zero across the lines that were tied; before, they do not."""
     plain = nurbs.surface(*nurbs.refine(*tube(), 2, 2, 3), join=True)
-    smooth = smoothing.tied(plain)
+    smooth = smoothing.tie_slopes(plain)
     named = replace(smooth, edges={**smooth.edges, **interfaces.inner_lines(plain)})
     jumps = []
     for shape in (plain, named):
@@ -87,12 +87,12 @@ def test_what_other_patches_share_or_what_has_a_kink_is_not_tied() -> None:
     """Two tubes on top of each other share a circle; a profile with a corner has no common direction."""
     patch, control = tube()
     shape = nurbs.surface({"a": patch, "b": patch}, {"a": control, "b": control + np.array([0.0, 0.0, 1.0])}, join=True)
-    assert smoothing.tied(shape) is shape
+    assert smoothing.tie_slopes(shape) is shape
     assert len(interfaces.seams(shape)) == 9
     bent = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 0, 1], [2, 0, 2.0]])
     folded = np.stack([bent, bent + np.array([0.0, 1.0, 0.0])], axis=1)
     shape = nurbs.surface(nurbs.Patch(np.array([0, 0, 0, 1, 1, 2, 2, 2.0]), OPEN, 2, 1), folded)
-    assert smoothing.tied(shape) is shape
+    assert smoothing.tie_slopes(shape) is shape
     assert interfaces.seams(shape) == [("xi1 = 1.0-", "xi1 = 1.0+")]
 
 
@@ -101,6 +101,6 @@ def test_uneven_arcs_are_tied_with_the_ratio_of_their_speeds() -> None:
     x = np.array([0.0, 0.5, 1.0, 2.5, 4.0])
     control = np.stack([np.column_stack([x, 0 * x, 0 * x]), np.column_stack([x, 0 * x + 1.0, 0 * x])], axis=1)
     shape = nurbs.surface(nurbs.Patch(np.array([0, 0, 0, 1, 1, 2, 2, 2.0]), OPEN, 2, 1), control)
-    smooth = smoothing.tied(shape)
+    smooth = smoothing.tie_slopes(shape)
     assert smooth.space.ties[""][0] == {2: pytest.approx(0.75)}
     assert smooth.count == 8

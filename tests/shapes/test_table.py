@@ -57,14 +57,14 @@ def _(space: Faulty, curve: table.Curve) -> np.ndarray:
     return space.coefficients(line.fit(space.space, curve))
 
 
-@line.known.register
+@line.sample_field.register
 def _(space: Faulty) -> np.ndarray:
-    return line.known(space.space)
+    return line.sample_field(space.space)
 
 
-@line.reproduced.register
+@line.reproduce.register
 def _(space: Faulty, xi: np.ndarray, derivative: int = 0) -> np.ndarray:
-    return line.reproduced(space.space, xi, derivative)
+    return line.reproduce(space.space, xi, derivative)
 
 
 def _scaled(factors: tuple[float, float, float], functions: slice = slice(None)) -> Callable[[Table], Table]:
@@ -145,7 +145,7 @@ def test_table_refuses_arrays_that_do_not_match() -> None:
             replace(good, **change)
 
 
-@pytest.mark.parametrize("verb", [line.breaks, line.tabulate, line.known])
+@pytest.mark.parametrize("verb", [line.breaks, line.tabulate, line.sample_field])
 def test_unknown_space(verb: Callable[[Any], Any]) -> None:
     with pytest.raises(InputError, match=r"got dict; register a rule with"):
         verb({})

@@ -143,7 +143,7 @@ def cable(
         raise InputError(say(f"body '{name}'", BENDS_ALIKE, section, BENDS_ALIKE_REMEDY))
     mesh = meshes.read(mesh) if isinstance(mesh, (str, Path)) else mesh
     order = meshes.chain(mesh, group)
-    position = placed(f"body '{name}'", mesh.points[order], dim, origin, rotation)
+    position = place(f"body '{name}'", mesh.points[order], dim, origin, rotation)
     breaks, curve = curves.through(position)
     space = line.Hermite(breaks) if ancf else line.uniform(breaks, degree, continuity)
     reference = line.fit(space, curve)
@@ -189,7 +189,7 @@ def extent(part: Body) -> float:
     return float(np.linalg.norm(np.ptp(positions(part), axis=0)))
 
 
-def placed(where: str, points: np.ndarray, dim: int, origin: np.ndarray | None, rotation: np.ndarray | None) -> np.ndarray:
+def place(where: str, points: np.ndarray, dim: int, origin: np.ndarray | None, rotation: np.ndarray | None) -> np.ndarray:
     """Points (j, 2 or 3) of a mesh or shape in the frame of the scene, (j, c); planar scenes need points in the plane z = 0."""
     if dim == 2 and points.shape[1] == 3 and np.abs(points[:, 2]).max() > 1e-12 * np.ptp(points):
         raise InputError(say(where, "points in the plane z = 0", f"z up to {np.abs(points[:, 2]).max():.3g} m", "use dimension 3"))
@@ -222,10 +222,10 @@ def mass_matrix(space: line.BSpline | line.Hermite, reference: np.ndarray, densi
     """m_ij = int rhoA N_i N_j dS, (b, b)."""
     table, values, weights = arc_length_table(space, reference, order_of(space) + 1, 1)
     blocks = density * np.einsum("epb,epd,ep->ebd", values[:, :, 0], values[:, :, 0], weights)
-    return scattered(blocks, table.nodes, table.count)
+    return scatter_blocks(blocks, table.nodes, table.count)
 
 
-def scattered(blocks: np.ndarray, nodes: np.ndarray, count: int) -> csr_array:
+def scatter_blocks(blocks: np.ndarray, nodes: np.ndarray, count: int) -> csr_array:
     """The sum (count, count) of blocks (e, b, b) on the functions (e, b) of cells."""
     rows, columns = np.repeat(nodes, nodes.shape[1], axis=1).ravel(), np.tile(nodes, (1, nodes.shape[1])).ravel()
     return csr_array(coo_array((blocks.ravel(), (rows, columns)), shape=(count, count)))

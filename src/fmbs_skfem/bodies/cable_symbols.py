@@ -65,18 +65,18 @@ def quadratic_energy(r: Vectors, *section: Expression) -> Expression:
     return bent(r, r[1].dot(r[1]), *section)
 
 
-def damped(k: Expression, r: Vectors, v: Vectors, EA: Expression, EI: Expression) -> Expression:
+def dissipation(k: Expression, r: Vectors, v: Vectors, EA: Expression, EI: Expression) -> Expression:
     """R with (k k' + s^2 I) / (kappa^2 + s^2) between the rates of the curvature vector k."""
     dk = sympy.Matrix([rate(one, r, v) for one in k])
     return EA / 2 * rate(stretch(r), r, v) ** 2 + EI / 2 * (k.dot(dk) ** 2 + STRAIGHT * dk.dot(dk)) / (k.dot(k) + STRAIGHT)
 
 
 def spatial_dissipation(r: Vectors, v: Vectors, EA: Expression, EI: Expression, kappa0: Expression) -> Expression:
-    return damped(curvature_vector(r), r, v, EA, EI)
+    return dissipation(curvature_vector(r), r, v, EA, EI)
 
 
 def quadratic_dissipation_of(r: Vectors, v: Vectors, EA: Expression, EI: Expression, kappa0: Expression) -> Expression:
-    return damped(r[1], r, v, EA, EI)
+    return dissipation(r[1], r, v, EA, EI)
 
 
 PLANAR = Symbols(2, SECTION, planar_energy, quadratic_dissipation(planar_strains, stiffness))
@@ -88,11 +88,11 @@ ABOUT = "Energy, stress and modulus of cables, written by `cable_symbols` and no
 IMPORTS = ("from .cable_law import fall",)
 
 
-def written() -> str:
+def write_module() -> str:
     """The text of `cable_loops`."""
     laws = [("planar", PLANAR, (2,)), ("spatial", SPATIAL, (3,)), ("quadratic", QUADRATIC, (2, 3))]
     return source(laws, ABOUT, IMPORTS)
 
 
 if __name__ == "__main__":
-    LOOPS.write_text(written(), encoding="utf-8")
+    LOOPS.write_text(write_module(), encoding="utf-8")

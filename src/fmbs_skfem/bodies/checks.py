@@ -141,7 +141,7 @@ def surface_gradients(random: Generator, vectors: int, dim: int) -> np.ndarray:
     """Random gradients with strains up to about one half, (k c, p, e)."""
     u = random.normal(size=(vectors, dim, POINTS, CELLS))
     u[:2] = np.eye(2, dim)[:, :, None, None] + random.uniform(-0.3, 0.3, (2, dim, POINTS, CELLS))
-    return rotated(turn(random, dim), u.reshape(-1, POINTS, CELLS))
+    return rotate(turn(random, dim), u.reshape(-1, POINTS, CELLS))
 
 
 def check_derivatives(case: Case, random: Generator) -> None:
@@ -164,12 +164,12 @@ def check_rotation(case: Case, random: Generator) -> None:
     """A rotation of the reference costs no energy and gives no stress; a rotation of any gradients turns their stress."""
     R = turn(random, case.dim)
     if case.reference is not None:
-        rigid = rotated(R, case.reference)
+        rigid = rotate(R, case.reference)
         case.require("energy of a rigid rotation", abs(case.energy(rigid)))
         case.require("stress of a rigid rotation", float(np.abs(case.stress(rigid)).max()))
-    turned, S = rotated(R, case.gradients), case.stress(case.gradients)
+    turned, S = rotate(R, case.gradients), case.stress(case.gradients)
     case.require("energy of rotated gradients", abs(case.energy(turned) / case.energy(case.gradients) - 1.0))
-    error = np.abs(case.stress(turned) - rotated(R, S)).max() / np.abs(S).max()
+    error = np.abs(case.stress(turned) - rotate(R, S)).max() / np.abs(S).max()
     case.require("stress of rotated gradients", float(error))
 
 
@@ -181,7 +181,7 @@ def turn(random: Generator, dim: int) -> np.ndarray:
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
-def rotated(R: np.ndarray, u: np.ndarray) -> np.ndarray:
+def rotate(R: np.ndarray, u: np.ndarray) -> np.ndarray:
     """R applied to every vector of gradients (k c, p, e)."""
     vectors = u.reshape(-1, len(R), *u.shape[1:])
     return np.ascontiguousarray(np.einsum("cd,kdpe->kcpe", R, vectors).reshape(u.shape))
@@ -201,7 +201,7 @@ def check_damping(case: Case, random: Generator) -> None:
         power = np.sum(damped * rate, axis=0)
         case.require("damping dissipates (largest gain of energy)", float(-power.min() / np.abs(power).max()))
     spin = random.normal(size=(case.dim, case.dim))
-    turning = rotated(spin - spin.T, u)
+    turning = rotate(spin - spin.T, u)
     still = case.stress(u, turning, BETA) - S
     if not case.law.bends or (case.dim == 2 and case.law is not Law.QUADRATIC):
         case.require("damping of a rigid rotation", float(np.abs(still).max() / np.abs(S).max()))

@@ -85,28 +85,28 @@ def find(name: str) -> Law:
     return KNOWN[name]
 
 
-def written(module: str, prefix: str = "") -> Callable[[int, str], int]:
+def hand_written(module: str, prefix: str = "") -> Callable[[int, str], int]:
     """Addresses of functions that are written by hand, one for both stresses and one for both moduli."""
     return lambda dim, kind: int(getattr(import_module(module, __package__), f"{prefix}{kind.removeprefix('damped_')}_at")())
 
 
-def generated(planar: str, spatial: str) -> Callable[[int, str], int]:
+def generated_from(planar: str, spatial: str) -> Callable[[int, str], int]:
     """Addresses of functions in `cable_loops`, by the prefix of their names in the plane and in space."""
     names = {2: planar, 3: spatial}
     return lambda dim, kind: int(getattr(import_module(".cable_loops", __package__), f"{names[dim]}_{dim}_{kind}")())
 
 
 CABLE = ("EA", "EI", "kappa0", "weight")
-BEAM = generated("planar", "spatial")
+BEAM = generated_from("planar", "spatial")
 PRESSED = ("p", "v0", "weight")
-Law.QUADRATIC = Law("QUADRATIC", 2, CABLE, (2, 3), generated("quadratic", "quadratic"))
+Law.QUADRATIC = Law("QUADRATIC", 2, CABLE, (2, 3), generated_from("quadratic", "quadratic"))
 Law.MATERIAL = Law("MATERIAL", 2, CABLE, (2, 3), BEAM, option=2)
 Law.EXACT = Law("EXACT", 2, CABLE, (2, 3), BEAM, option=3)
 CABLES = (Law.QUADRATIC, Law.MATERIAL, Law.EXACT)
-Law.MEMBRANE = Law("MEMBRANE", 2, ("A", "nu", "weight"), (2,), written(".membrane_law"))
-Law.SHELL = Law("SHELL", 5, ("A", "B", "nu", "b0_11", "b0_22", "b0_12", "weight"), (3,), written(".shell_law"))
-Law.PRESSURE = Law("PRESSURE", 3, PRESSED, (3,), written(".pressure_law"), follows=True)
-Law.EDGE_PRESSURE = Law("EDGE_PRESSURE", 2, PRESSED, (2,), written(".pressure_law", "edge_"), follows=True)
+Law.MEMBRANE = Law("MEMBRANE", 2, ("A", "nu", "weight"), (2,), hand_written(".membrane_law"))
+Law.SHELL = Law("SHELL", 5, ("A", "B", "nu", "b0_11", "b0_22", "b0_12", "weight"), (3,), hand_written(".shell_law"))
+Law.PRESSURE = Law("PRESSURE", 3, PRESSED, (3,), hand_written(".pressure_law"), follows=True)
+Law.EDGE_PRESSURE = Law("EDGE_PRESSURE", 2, PRESSED, (2,), hand_written(".pressure_law", "edge_"), follows=True)
 #: numbers of laws in outputs, and in earlier files of reduced models
 NUMBERS = {0: Law.QUADRATIC, 2: Law.MATERIAL, 3: Law.EXACT, 4: Law.MEMBRANE, 5: Law.SHELL, 6: Law.PRESSURE, 7: Law.EDGE_PRESSURE}
 

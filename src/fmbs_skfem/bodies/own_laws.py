@@ -51,7 +51,7 @@ def define(
         from . import symbolic
 
         law = symbolic.Symbols(vectors, tuple(section), energy, dissipation)
-        return imported(symbolic.source([(PREFIX, law, tuple(dims))], f"The law '{name}'."))
+        return import_text(symbolic.source([(PREFIX, law, tuple(dims))], f"The law '{name}'."))
 
     def entry(dim: int, kind: str) -> int:
         return int(getattr(loops(), f"{PREFIX}_{dim}_{kind}")())
@@ -59,7 +59,7 @@ def define(
     return Law(name, vectors, (*section, "weight"), tuple(dims), entry)
 
 
-def imported(text: str) -> ModuleType:
+def import_text(text: str) -> ModuleType:
     """The module of a text, kept in the cache folder under its hash, so that its compiled functions are found again."""
     folder = cache_folder() or Path(tempfile.mkdtemp(prefix="fmbs_laws_"))
     name = f"law_{hashlib.sha256(text.encode()).hexdigest()[:16]}"

@@ -29,7 +29,7 @@ from ..core.notices import notify
 from ..shapes import ancf_plate, interfaces, nurbs, smoothing
 from ..shapes import surface as surfaces
 from ..shapes.surface import Surface
-from .body import Body, Cells, placed, scattered
+from .body import Body, Cells, place, scatter_blocks
 from .laws import Law
 from .sections import Material, positive
 
@@ -72,10 +72,10 @@ def plate(
         got = f"the rim '{both[0]}' beside a point of the mesh of that name"
         raise InputError(say(where, "names of rims and points that differ", got, "rename the rim"))
     tell_closed(where, shape)
-    shape = smoothing.tied(shape) if dim == 3 and isinstance(shape.space, nurbs.Nurbs) else shape
-    turned = placed(where, shape.reference, dim, None, rotation)  # about the shape's own origin: far from it digits are lost
+    shape = smoothing.tie_slopes(shape) if dim == 3 and isinstance(shape.space, nurbs.Nurbs) else shape
+    turned = place(where, shape.reference, dim, None, rotation)  # about the shape's own origin: far from it digits are lost
     reference = turned if origin is None else turned + np.outer(shape.unit, np.asarray(origin, dtype=float))
-    spread, free, centers = slaved(where, shape, reference, rims or {})
+    spread, free, centers = tie_rims(where, shape, reference, rims or {})
     own_reference = np.concatenate([reference[free], *(np.vstack([c, np.eye(dim)]) for c in centers)])
     zero = np.zeros((dim + 1) * len(centers))
     zero[:: dim + 1] = 1.0
@@ -190,7 +190,7 @@ def mass_matrix(shape: Surface, reference: np.ndarray, thickness: float | np.nda
         area = local_first(table.values, table.weights, reference[table.nodes])[1]
         N = table.values[:, :, 0]
         blocks[part] = np.swapaxes(N, 1, 2) @ ((heavy[part, None] * area)[:, :, None] * N)
-    return scattered(blocks, shape.nodes.astype(np.int32), shape.count)
+    return scatter_blocks(blocks, shape.nodes.astype(np.int32), shape.count)
 
 
 def edge(where: str, shape: Surface, names: Iterable[str]) -> np.ndarray:
@@ -286,7 +286,7 @@ def middle(ends: np.ndarray) -> np.ndarray:
     return mean + ranks.least(A / size, square / size)[: ends.shape[2]]
 
 
-def slaved(
+def tie_rims(
     where: str, shape: Surface, reference: np.ndarray, rims: Mapping[str, Rim]
 ) -> tuple[csr_array, np.ndarray, list[np.ndarray]]:
     """Functions of the surface from free functions and frames: spread (n, b), free functions (i,), centres of the frames."""

@@ -20,7 +20,7 @@ from scipy.sparse import csr_array
 from ..core.errors import InputError, say
 from ..shapes import plate_audit, plate_meshes
 from ..shapes.plate_meshes import PlateMesh
-from .body import Body, placed
+from .body import Body, place
 from .sections import positive
 
 LIGHT = 1e-12  #: second moment, relative to the largest, that counts as none
@@ -102,7 +102,7 @@ def rigid_from_mesh(
     where = f"body '{name}'"
     positive(where, thickness=thickness, density=density)
     mesh = plate_meshes.read(mesh, dim == 2) if isinstance(mesh, (str, Path)) else mesh
-    points = placed(where, mesh.points, dim, origin, rotation)
+    points = place(where, mesh.points, dim, origin, rotation)
     area, center, moments = area_moments(points[mesh.cells])
     heavy = density * thickness
     if dim == 3:

@@ -169,8 +169,8 @@ def set_damping(
 @jit
 def put(block: np.ndarray, i: int, a1: Vector, a2: Vector, n: Vector, N: Vector, m: Vector, g: tuple[float, float]) -> None:
     """Cell i of a block: N_ab r,b - g^a n in the rows of r,a, and m_i n in those of r,i."""
-    put_vector(block, 0, i, combined(N[0], a1, N[2], a2, -g[0], n))
-    put_vector(block, 1, i, combined(N[2], a1, N[1], a2, -g[1], n))
+    put_vector(block, 0, i, combine(N[0], a1, N[2], a2, -g[0], n))
+    put_vector(block, 1, i, combine(N[2], a1, N[1], a2, -g[1], n))
     put_vector(block, 2, i, (m[0] * n[0], m[0] * n[1], m[0] * n[2]))
     put_vector(block, 3, i, (m[1] * n[0], m[1] * n[1], m[1] * n[2]))
     put_vector(block, 4, i, (m[2] * n[0], m[2] * n[1], m[2] * n[2]))
@@ -192,7 +192,7 @@ def turning(u: np.ndarray, p: int, e: int, c1: Vector, c2: Vector, m: Vector) ->
 
 
 @jit
-def combined(f: float, a: Vector, g: float, b: Vector, h: float, c: Vector) -> Vector:
+def combine(f: float, a: Vector, g: float, b: Vector, h: float, c: Vector) -> Vector:
     """f a + g b + h c."""
     return f * a[0] + g * b[0] + h * c[0], f * a[1] + g * b[1] + h * c[1], f * a[2] + g * b[2] + h * c[2]
 

@@ -304,7 +304,7 @@ def sparse(parts: Sequence[np.ndarray], shape: tuple[int, ...], where: str) -> c
     kinds = data.dtype == np.float64 and indices.dtype.kind == indptr.dtype.kind == "i"
     require(kinds, where, "float64 numbers and integer indices", f"{data.dtype}, {indices.dtype} and {indptr.dtype}")
     rises = indptr.ndim == 1 and len(indptr) and (np.diff(indptr) >= 0).all() and indptr[-1] == len(indices)
-    require(bool(rises), where, f"row pointers that rise to {len(indices)}", validation.shown(indptr))
+    require(bool(rises), where, f"row pointers that rise to {len(indices)}", validation.describe(indptr))
     try:
         matrix = csr_array((data, indices, indptr), shape=shape)
         matrix.check_format(full_check=True)

@@ -176,20 +176,20 @@ def word(known: Mapping[str, Any]) -> Takes:
 
 def quantity(unit: str, *bounds: str) -> Takes:
     """A number with a unit, "" for none, within bounds such as "> 0" and "< 1"."""
-    dimension = units.named(unit)
+    dimension = units.find_dimension(unit)
     return Takes(lambda value, context: read_quantity(value, dimension, context, *bounds), number_schema(dimension, *bounds))
 
 
 def vector(unit: str) -> Takes:
     """A quantity a coordinate of the scene."""
-    dimension = units.named(unit)
+    dimension = units.find_dimension(unit)
     schema = array_schema(number_schema(dimension), 2, 3) | {"description": f"{dimension} per coordinate"}
     return Takes(lambda value, context: read_vector(value, dimension, context), schema)
 
 
 def either(unit: str, read: Callable[[object, units.Dimension, Context], Any]) -> Takes:
     """A quantity or a vector, as `read` decides by the dimension of the scene."""
-    dimension = units.named(unit)
+    dimension = units.find_dimension(unit)
     options = [number_schema(dimension), array_schema(number_schema(dimension), 2, 3)]
     return Takes(
         lambda value, context: read(value, dimension, context), {"anyOf": options, "description": f"{dimension} per coordinate"}

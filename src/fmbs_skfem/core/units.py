@@ -78,7 +78,7 @@ DIMENSIONS = (
 )  # fmt: skip
 
 
-def named(unit: str) -> Dimension:
+def find_dimension(unit: str) -> Dimension:
     """The dimension of a unit such as `N m/rad`; one without a name of its own is a quantity."""
     known = next((dimension for dimension in DIMENSIONS if dimension.unit == unit), None)
     return known or Dimension("quantity", unit, read(f"1 {unit}").exponents)

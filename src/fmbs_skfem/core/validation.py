@@ -89,7 +89,7 @@ def rule_of(hint: Any) -> Rule:
 
 # ------------------------------------------------------------------------------------------------------------------------ types
 @functools.cache
-def declared(kind: Any, strict: bool) -> Any:
+def find_rule(kind: Any, strict: bool) -> Any:
     """The fields of a type, and of all types in them, as a validator of {name: value}."""
     from pydantic import ConfigDict, TypeAdapter
 
@@ -107,10 +107,10 @@ def build(kind: type[T], value: Any, name: str, strict: bool = False) -> T:
     from pydantic import ValidationError
 
     try:
-        found: T = declared(cast(Any, kind), strict).validate_python({name: value})[name]
+        found: T = find_rule(cast(Any, kind), strict).validate_python({name: value})[name]
     except ValidationError as problem:
         first = problem.errors(include_url=False)[0]
-        raise Misfit(label(tuple(first["loc"])), first["msg"].removeprefix("Input should be "), shown(first["input"])) from None
+        raise Misfit(label(tuple(first["loc"])), first["msg"].removeprefix("Input should be "), describe(first["input"])) from None
     return found
 
 
@@ -134,7 +134,7 @@ class Inside:
     def check(self, value: Any, name: str, sizes: Sizes) -> None:
         """Raises Misfit where a value is something else."""
         if self.known is not None:
-            require(self.known(value), name, "a struct that is known here", shown(value))
+            require(self.known(value), name, "a struct that is known here", describe(value))
             types(value, name)
         pairs = [(pair[0], pair[-1]) for pair in self.letters.split()]
         own = {inner: sizes[outer] for inner, outer in pairs if outer in sizes}
@@ -175,7 +175,7 @@ class Reals:
             inner, outer = self.axes.split()
             sizes[inner] = sizes[outer]
             return
-        shaped(value, self.axes, np.dtype(np.float64), name, sizes)
+        check_shape(value, self.axes, np.dtype(np.float64), name, sizes)
         entries = np.ravel(value.data if is_sparse(value) else value)
         bad = np.flatnonzero(~np.isfinite(entries))
         require(not len(bad), name, "finite numbers", f"{entries[bad[:1]]} as number {bad[:1]}")
@@ -196,7 +196,7 @@ class Indices:
 
     def check(self, value: Any, name: str, sizes: Sizes) -> None:
         """Raises Misfit where an array is another one."""
-        shaped(value, self.axes, np.dtype(np.int64), name, sizes)
+        check_shape(value, self.axes, np.dtype(np.int64), name, sizes)
         last = size(self.end, sizes) - size(self.reach, sizes) if self.end else np.iinfo(np.int64).max
         least, largest = (int(value.min()), int(value.max())) if value.size else (self.low, last)
         require(self.low <= least and largest <= last, name, f"indices from {self.low} to {last}", f"{least} to {largest}")
@@ -239,15 +239,15 @@ class Number:
 Rule: TypeAlias = Inside | Attributes | Reals | Indices | Range | Number
 
 
-def shaped(value: Any, text: str, dtype: np.dtype[Any], name: str, sizes: Sizes) -> None:
+def check_shape(value: Any, text: str, dtype: np.dtype[Any], name: str, sizes: Sizes) -> None:
     """Refuse an array of other axes or another kind of numbers; letters without a value get it from the array."""
     axes = text.split()
-    require(value.ndim == len(axes), name, f"an array of {len(axes)} axes", shown(value))
+    require(value.ndim == len(axes), name, f"an array of {len(axes)} axes", describe(value))
     for axis, length in zip(axes, value.shape, strict=True):
         for letter in {letter for letter in axis if letter.isalpha()} - sizes.keys():
             sizes[letter] = length // (size(axis, {**sizes, letter: 1}) or 1)
     shape = tuple(length if axis == "*" else size(axis, sizes) for axis, length in zip(axes, value.shape, strict=True))
-    require(value.shape == shape and value.dtype == dtype, name, f"an array {shape} of {dtype}", shown(value))
+    require(value.shape == shape and value.dtype == dtype, name, f"an array {shape} of {dtype}", describe(value))
 
 
 def size(axis: str, sizes: Sizes) -> int:
@@ -255,7 +255,7 @@ def size(axis: str, sizes: Sizes) -> int:
     return sum(math.prod(int(sign) if sign.isdigit() else sizes[sign] for sign in product) for product in axis.split("+"))
 
 
-def shown(value: Any) -> str:
+def describe(value: Any) -> str:
     """A value in short: arrays by shape and type."""
     if isinstance(value, np.ndarray) or is_sparse(value):
         return f"{'a sparse' if is_sparse(value) else 'an'} array {value.shape} of {value.dtype}"

@@ -27,7 +27,7 @@ from ..core.errors import InputError, Reason, SolverError, say
 from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
 from ..systems.system import System
-from .loading import ramped
+from .loading import ramp
 from .outputs import spring_angles
 from .scheme import STATIC, Newton, round_off
 from .statics import FLOOR, Equilibrium, march, newton_statics, path, static_failure
@@ -102,7 +102,7 @@ def follow_path(
     """
     if following := pressure.present(system):
         raise InputError(say("arc length", "loads that do not follow a surface", ", ".join(following), "use load steps"))
-    system = ramped(system, time)
+    system = ramp(system, time)
     problem = Problem(compile_system(system), newton or Newton(STATIC), control or ArcLength())
     found = [Equilibrium(0.0, system.x0, np.zeros(problem.model.constraints), 0)]
     try:
@@ -131,7 +131,7 @@ def at_load_factor(trajectory: Trajectory, factor: float, newton: Newton | None 
         if b.at == factor:
             found.append(b)
         elif (a.at - factor) * (b.at - factor) < 0.0:
-            start = between(a, b, factor, k in turns, k + 1 in turns)
+            start = interpolate(a, b, factor, k in turns, k + 1 in turns)
             found.append(newton_statics(model, start, newton, factor, UNIT))
     if not found:
         raise InputError(say("load factor", f"one from {times.min():.6g} to {times.max():.6g}, which the path passes", factor))
@@ -150,8 +150,8 @@ def follow(problem: Problem, found: list[Equilibrium], progress: Callable[[float
             text = f"load factor {found[-1].at:.4g} after {steps} points of the path; allow more points, or more iterations a step"
             raise SolverError(text, Reason.NOT_CONVERGED, found[-1].at)
         try:
-            after = [*turning(problem, last, length, point := advance(problem, last, length)), point]
-            found.extend(landed(problem, [last, *after]))
+            after = [*locate_limits(problem, last, length, point := advance(problem, last, length)), point]
+            found.extend(land_on_loads(problem, [last, *after]))
         except SolverError:
             length *= SHORTER
             if length < SMALLEST * first:
@@ -171,7 +171,7 @@ def begin(problem: Problem, start: Equilibrium) -> Point:
     ahead = state.x - start.x
     if not problem.size(ahead) > STILL * problem.size(state.x):
         raise InputError(say("loads", "loads that move a mass", "none", "an arc length needs a load, and bodies with mass"))
-    _, ray, _ = linearised(problem, state, ahead, 0.0)
+    _, ray, _ = linearise(problem, state, ahead, 0.0)
     return tangent(problem, state, ray)
 
 
@@ -183,7 +183,7 @@ def advance(problem: Problem, last: Point, length: float) -> Point:
     before = norm = np.inf
     for iteration in range(3 * problem.control.wanted):
         rest = length - problem.measure(last.x, x - at.x)
-        step, ray, R = linearised(problem, Equilibrium(s, x, multipliers, 0, at.angles), last.x, rest)
+        step, ray, R = linearise(problem, Equilibrium(s, x, multipliers, 0, at.angles), last.x, rest)
         before, norm = norm, compiled.size(problem.model, step[:n])
         if iteration > 1 and not norm < max(before, 1e-6 * scale):
             raise static_failure(problem.model, Reason.DIVERGED, (UNIT, s), R)
@@ -198,7 +198,7 @@ def advance(problem: Problem, last: Point, length: float) -> Point:
     raise static_failure(problem.model, Reason.NOT_CONVERGED, (UNIT, s), R)
 
 
-def linearised(problem: Problem, at: Equilibrium, ahead: np.ndarray, rest: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def linearise(problem: Problem, at: Equilibrium, ahead: np.ndarray, rest: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Correction of (x, lambda, s) with the rest of the length along `ahead` (n,), direction of the path with 1 along it, and G."""
     model, still = problem.model, np.zeros(len(at.x))
 
@@ -227,7 +227,7 @@ def tangent(problem: Problem, at: Equilibrium, ray: np.ndarray) -> Point:
     return Point(at, unit[:n], unit[n:-1], float(unit[-1]))
 
 
-def turning(problem: Problem, last: Point, length: float, after: Point) -> list[Point]:
+def locate_limits(problem: Problem, last: Point, length: float, after: Point) -> list[Point]:
     """The limit point between two neighbouring points, if there is one."""
     if np.sign(last.load) == np.sign(after.load):
         return []
@@ -235,7 +235,7 @@ def turning(problem: Problem, last: Point, length: float, after: Point) -> list[
     return [advance(problem, last, at)] if 0.0 < at < length else []
 
 
-def landed(problem: Problem, points: list[Point]) -> list[Equilibrium]:
+def land_on_loads(problem: Problem, points: list[Point]) -> list[Equilibrium]:
     """Equilibria after the first of some neighbouring points, cut off where the load factor is 1 or -1."""
     kept: list[Equilibrium] = []
     for a, b in pairwise(points):
@@ -243,7 +243,7 @@ def landed(problem: Problem, points: list[Point]) -> list[Equilibrium]:
             kept.append(b.at)
             continue
         end = float(np.copysign(1.0, b.at.at))
-        mixed = between(a.at, b.at, end)
+        mixed = interpolate(a.at, b.at, end)
         state = newton_statics(problem.model, mixed, problem.newton, end, UNIT)
         if problem.size(state.x - mixed.x) > 0.5 * problem.size(b.at.x - a.at.x):
             raise SolverError(f"another branch at {UNIT} {end:.4g}", Reason.NOT_CONVERGED, end)
@@ -251,7 +251,7 @@ def landed(problem: Problem, points: list[Point]) -> list[Equilibrium]:
     return kept
 
 
-def between(a: Equilibrium, b: Equilibrium, factor: float, from_limit: bool = False, to_limit: bool = False) -> Equilibrium:
+def interpolate(a: Equilibrium, b: Equilibrium, factor: float, from_limit: bool = False, to_limit: bool = False) -> Equilibrium:
     """What lies between two equilibria at a load factor, on a straight line along which loads change as a square from a limit."""
     share = (factor - a.at) / (b.at - a.at)
     if from_limit != to_limit:

@@ -84,12 +84,12 @@ def explain(error: SolverError) -> Diagnosis:
     if stop is None:
         return replace(found, causes=(at_start(found),))
     with np.errstate(all="ignore"):
-        found = measured(stop, error, found)
+        found = measure(stop, error, found)
         causes = tuple(cause for rule in RULES if (cause := rule(stop, found)))
     return replace(found, causes=causes or (long_way(stop, found) or UNKNOWN,))
 
 
-def measured(stop: Stop, error: SolverError, found: Diagnosis) -> Diagnosis:
+def measure(stop: Stop, error: SolverError, found: Diagnosis) -> Diagnosis:
     """All facts."""
     system = stop.system
     names, labels = owners(system), row_names(system)
@@ -105,7 +105,7 @@ def measured(stop: Stop, error: SolverError, found: Diagnosis) -> Diagnosis:
         step=error.run.done + 1 if isinstance(error, FailedStep) else None,
         residuals=largest(dict(zip(labels, np.abs(stop.residual), strict=True))) if np.isfinite(stop.residual).any() else (),
         by_body=largest(sizes),
-        multipliers=held(error),
+        multipliers=largest_reactions(error),
         attempts=replay(error.run) if isinstance(error, FailedStep) else (),
         weakness=weak[0] if weak else None,
         null=largest(measurements.shares(names, weak[1])) if weak else (),
@@ -114,12 +114,12 @@ def measured(stop: Stop, error: SolverError, found: Diagnosis) -> Diagnosis:
         lowest=None if now is None or start is None else (float(start[0]), float(now[0])),
         strains=measurements.strains(system, stop.x),
         stiffest=measurements.stiffest(stop) if stop.h else None,
-        **sound(stop, error),
+        **measure_sound_state(stop, error),
         singular=(measurements.closeness(stop, system.x0)[0], nearest(stop)[0]) if joints else None,
     )
 
 
-def sound(stop: Stop, error: SolverError) -> dict[str, Any]:
+def measure_sound_state(stop: Stop, error: SolverError) -> dict[str, Any]:
     """Turns and way in one step in the last state whose energy can be believed, and its time where it is not the last one."""
     x, v, motion, since = stop.x, stop.v, error.partial, None
     if not stop.h:
@@ -136,7 +136,7 @@ def largest(values: dict[str, float]) -> tuple[tuple[str, float], ...]:
     return tuple((name, float(values[name])) for name in sorted(size, key=lambda name: -size[name])[:LISTED])
 
 
-def held(error: SolverError) -> tuple[tuple[str, float], ...]:
+def largest_reactions(error: SolverError) -> tuple[tuple[str, float], ...]:
     """The largest reactions of the last stored state; of a reduced model those that it knows."""
     whole: Trajectory = error.partial
     last = {name: getattr(whole, name)[-1:] for name in ("times", "x", "v", "a", "multipliers")}
@@ -183,7 +183,7 @@ def free_body(stop: Stop, found: Diagnosis) -> Cause | None:
     if stop.h or found.weakness is None or found.lowest is None or found.weakness > WEAK or abs(found.lowest[0]) > 1e-9:
         return None
     return Cause(
-        "free", f"{named(found.null)} can move freely (most: {found.null_at})", "hold it by joints or springs, or use dynamics"
+        "free", f"{list_names(found.null)} can move freely (most: {found.null_at})", "hold it by joints or springs, or use dynamics"
     )
 
 
@@ -192,7 +192,7 @@ def buckling(stop: Stop, found: Diagnosis) -> Cause | None:
     if stop.h or found.lowest is None or found.lowest[0] <= 1e-9 or found.lowest[1] > SOFT * found.lowest[0]:
         return None
     what = f"the structure buckles or snaps near load factor {stop.good:.4g}: the lowest eigenvalue of its tangent fell from "
-    what += f"{found.lowest[0]:.3g} to {found.lowest[1]:.3g}; {named(found.null)} gives way (most: {found.null_at})"
+    what += f"{found.lowest[0]:.3g} to {found.lowest[1]:.3g}; {list_names(found.null)} gives way (most: {found.null_at})"
     remedy = "follow the path by arc length (dynamics.follow_path), prescribe the displacement, or use dynamics"
     return Cause("buckling", what, remedy)
 
@@ -204,7 +204,7 @@ def dead_centre(stop: Stop, found: Diagnosis) -> Cause | None:
     names = owners(stop.system)[stop.system.size :]
     joints = largest(measurements.shares(names, nearest(stop)[1]))
     what = f"the joints are at a dead centre or at the end of their reach: their rows are dependent to {found.singular[1]:.2g} "
-    what += f"(start: {found.singular[0]:.2g}), above all {named(joints)}"
+    what += f"(start: {found.singular[0]:.2g}), above all {list_names(joints)}"
     remedy = "drive another joint, shorten the driven motion, or let a body bend; through a dead centre start with some speed"
     return Cause("dead centre", what, remedy)
 
@@ -275,7 +275,7 @@ def unstable(stop: Stop, found: Diagnosis) -> Cause | None:
     return Cause("unstable", what, "halve the step and compare, or take a smaller rho_inf")
 
 
-def squeezed(stop: Stop, found: Diagnosis) -> Cause | None:
+def strains_too_much(stop: Stop, found: Diagnosis) -> Cause | None:
     """A reduced model that stretches or compresses where the full one would bend: outside of its training."""
     if is_sparse(stop.system.lift.matrix) or not found.strains:
         return None
@@ -337,13 +337,13 @@ RULES: tuple[Rule, ...] = (
     limp,
     stiff_spring,
     large_step,
-    squeezed,
+    strains_too_much,
     large_strain,
     indefinite,
     unstable,
 )
 
 
-def named(listed: tuple[tuple[str, float], ...]) -> str:
+def list_names(listed: tuple[tuple[str, float], ...]) -> str:
     """Names with a share above a tenth."""
     return ", ".join(name for name, share in listed if share > 0.1) or "nothing in particular"

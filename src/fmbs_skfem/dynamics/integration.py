@@ -102,7 +102,7 @@ def integrate(
         past = run.done % WHOLE
         march(run, min(WHOLE - past if past else chunk, steps - run.done))
         if watched:
-            chunk = paced(chunk, clock.perf_counter() - begin)
+            chunk = choose_chunk(chunk, clock.perf_counter() - begin)
         if progress:
             progress(run.done / steps)
         if record:
@@ -151,7 +151,7 @@ def take_up(run: Run, resume: Resumed) -> None:
     run.done, run.cpu, run.wall = held.done, run.cpu - held.cpu_s, run.wall - held.wall_s
 
 
-def paced(chunk: int, seconds: float) -> int:
+def choose_chunk(chunk: int, seconds: float) -> int:
     """Steps to take at once, in units of WHOLE, so that they take about PACE seconds; results do not depend on it."""
     if seconds < 0.5 * PACE:
         return 2 * chunk
@@ -175,7 +175,7 @@ def march(run: Run, many: int) -> None:
     run.done += 1
 
 
-def stored(run: Run) -> int:
+def count_stored(run: Run) -> int:
     """Number of states stored so far."""
     return int(np.searchsorted(run.kept, run.done, side="right"))
 
@@ -190,7 +190,7 @@ def states(run: Run, first: int, last: int) -> Rows:
 
 def trajectory(run: Run) -> Trajectory:
     """The motion so far."""
-    found = states(run, 0, stored(run))
+    found = states(run, 0, count_stored(run))
     taken, iterations, factorisations, halved = (int(k) for k in run.step.job.counters)
     seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
     totals = Statistics(taken, iterations, factorisations, halved, *seconds, solver_of(run))
@@ -204,10 +204,10 @@ def moment(run: Run) -> Moment:
         run.facts = run.facts or checkpoints.facts(run.model, run.step.method, run.steps, run.kept)
         arrays = checkpoints.arrays(run.step, run.large)
         seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
-        return Checkpoint(run.done, stored(run), run.facts, arrays, *seconds)
+        return Checkpoint(run.done, count_stored(run), run.facts, arrays, *seconds)
 
     size = 8 * (3 * run.model.system.size + run.model.constraints)
-    return Moment(run.done, run.steps, run.scheme.step * run.done, stored(run), size, partial(states, run), checkpoint)
+    return Moment(run.done, run.steps, run.scheme.step * run.done, count_stored(run), size, partial(states, run), checkpoint)
 
 
 def kept_steps(every: int | np.ndarray, steps: int) -> np.ndarray:

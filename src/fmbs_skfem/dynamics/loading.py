@@ -59,7 +59,7 @@ def _(function: Cosine | Sine, end: float) -> Signal:
     return replace(function, angle=over_factor(function.angle, end))
 
 
-def ramped(system: System, end: float) -> System:
+def ramp(system: System, end: float) -> System:
     """The system over the load factor in place of time; linear springs and torsion springs do not grow.
 
     The constant part of the force is Q0 - (the springs' part of a change of coordinates), Q0 = constant - K x0: they are at rest in
@@ -83,7 +83,7 @@ def ramped(system: System, end: float) -> System:
         probes=Affine(rows, np.append(system.probes.offset, 0.0)),
         loads=grown,
         signals=signals,
-        full=None if system.full is None else ramped(replace(system.full, full=None), end),
+        full=None if system.full is None else ramp(replace(system.full, full=None), end),
     )
 
 

@@ -135,7 +135,7 @@ def shares(names: Sequence[str], values: np.ndarray) -> dict[str, float]:
     return dict(sorted(total.items(), key=lambda item: -item[1]))
 
 
-def bordered(stop: Stop) -> Saddle | None:
+def saddle_of(stop: Stop) -> Saddle | None:
     """Factors of the matrix (n + m, n + m) at the trial state, joint rows of length 1, shifted so that they exist; None if not."""
     size = saddle.scales(stop.matrix)
     scale = np.append(size, 1.0 / ranks.lengths(stop.jacobian * size))
@@ -146,7 +146,7 @@ def weakest(stop: Stop) -> tuple[float, np.ndarray] | None:
     """Smallest singular value of A relative to |A|, and the right vector (n + m,) in balanced unknowns."""
     if stop.system.size > SPARSE or not np.isfinite(stop.matrix.data).all():
         return None
-    found = bordered(stop)
+    found = saddle_of(stop)
     if found is None:
         return None
     A, y = found.balanced, np.cos(np.arange(len(found.scale)))
@@ -301,7 +301,7 @@ def push(stop: Stop) -> tuple[str, float]:
     """
     names, n = owners(stop.system), stop.system.size
     if not stop.h:
-        factors = bordered(stop)
+        factors = saddle_of(stop)
         way = np.full(n, np.inf) if factors is None else np.abs(saddle.solve(factors, stop.residual))[:n]
     else:
         m = csr_array(stop.system.mass).diagonal()

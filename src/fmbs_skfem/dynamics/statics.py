@@ -24,7 +24,7 @@ from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import scale_of
 from ..systems.system import System
 from .histories import finite_signals
-from .loading import parts, ramped
+from .loading import parts, ramp
 from .names import row_names, told, worst
 from .scheme import STATIC, Newton, round_off
 from .trajectory import Statistics, Trajectory
@@ -62,7 +62,7 @@ def solve_statics(
     newton = newton or Newton(STATIC)
     if steps < 1:
         raise InputError(say("analysis.load_steps", "at least one", steps))
-    system = ramped(system, time)
+    system = ramp(system, time)
     model = compile_system(system)
 
     def solve(factor: float, last: Equilibrium) -> Equilibrium:

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..core.errors import InputError
-from ..core.validation import Misfit, Sizes, also, require, shown
+from ..core.validation import Misfit, Sizes, also, describe, require
 from ..systems import probes
 from ..systems.springs import ANGLE
 from ..systems.system import Constraints, LoadKind, Output, PointLaw, System
@@ -28,7 +28,7 @@ TITLE = re.compile(r"[^\W\d][^,;\"'\x00-\x1f\x7f]*")  #: of a column
 @also.register
 def _(part: System, name: str, sizes: Sizes) -> None:
     length = sizes["q"] // part.dim
-    require(sizes["u"] == length, f"{name}.unit", f"an array ({length},) of float64", shown(part.unit))
+    require(sizes["u"] == length, f"{name}.unit", f"an array ({length},) of float64", describe(part.unit))
     require(bool((part.metric.diagonal() > 0.0).all()), f"{name}.metric", "a positive diagonal", "another")
     for k, signal in enumerate(part.signals):
         history(signal, f"{name}.signals[{k}]")
@@ -48,7 +48,7 @@ def history(signal: Any, name: str) -> None:
         values = np.asarray(signal(np.zeros(1)), dtype=float)
     except (LookupError, TypeError, ValueError, AttributeError) as problem:
         raise Misfit(name, "a function of time", problem) from problem
-    require(values.shape in ((), (1,)), name, "one number for one time", shown(values))
+    require(values.shape in ((), (1,)), name, "one number for one time", describe(values))
 
 
 @also.register
@@ -73,11 +73,11 @@ def _(part: PointLaw, name: str, sizes: Sizes) -> None:
 def headed(title: str, name: str) -> None:
     """A text that may head a column of a table, where others begin a formula of a spreadsheet or end the column."""
     fine = isinstance(title, str) and TITLE.fullmatch(title) is not None
-    require(fine, name, "names that begin with a letter, without commas, semicolons, quotes and line breaks", shown(title))
+    require(fine, name, "names that begin with a letter, without commas, semicolons, quotes and line breaks", describe(title))
 
 
 def listed(rows: tuple[int, ...], name: str, end: int) -> None:
-    require(all(0 <= row < end for row in rows), name, f"indices from 0 to {end - 1}", shown(rows))
+    require(all(0 <= row < end for row in rows), name, f"indices from 0 to {end - 1}", describe(rows))
 
 
 @also.register
@@ -88,11 +88,11 @@ def _(part: Output, name: str, sizes: Sizes) -> None:
     try:
         kind = probes.kind_of(part)
     except InputError as problem:
-        raise Misfit(f"{name}.kind", f"one of {', '.join(probes.Probe.known)}", shown(part.kind)) from problem
+        raise Misfit(f"{name}.kind", f"one of {', '.join(probes.Probe.known)}", describe(part.kind)) from problem
     try:
         wanted = kind.sizes(part, dim)
     except (LookupError, ValueError, OverflowError) as problem:
-        raise Misfit(f"{name}.parameters", "numbers of such an output", shown(part.parameters)) from problem
+        raise Misfit(f"{name}.parameters", "numbers of such an output", describe(part.parameters)) from problem
     for key, count in zip(("rows", "columns", "parameters"), wanted, strict=True):
         got = len(getattr(part, key))
         require(count in (None, got), f"{name}.{key}", f"{count} of them", got)
@@ -119,16 +119,18 @@ def polynomial(model: ParametricCase, part: Varying, name: str) -> None:
     """The numbers of one leaf at the nodes of its grid."""
     degrees, logarithms = part.order.degrees, part.order.logarithmic
     known = len(degrees) == len(logarithms) == len(model.nodes)
-    require(known, f"{name}.order", f"a degree for each of {len(model.nodes)} parameters", shown(degrees))
+    require(known, f"{name}.order", f"a degree for each of {len(model.nodes)} parameters", describe(degrees))
     for degree, logarithm, nodes in zip(degrees, logarithms, model.nodes, strict=True):
         require(0 <= degree < len(nodes), f"{name}.order", f"degrees from 0 to {len(nodes) - 1}", degree)
-        require(not logarithm or bool((nodes > 0.0).all()), f"{name}.order", "positive nodes on a logarithmic scale", shown(nodes))
+        require(
+            not logarithm or bool((nodes > 0.0).all()), f"{name}.order", "positive nodes on a logarithmic scale", describe(nodes)
+        )
     leaf = leaf_at(model.nominal, part, name)
     last = (leaf.data.size if isinstance(leaf, csr_array) else np.size(leaf)) - 1
     largest = int(part.positions.max(initial=0))
     require(largest <= last, f"{name}.positions", f"indices from 0 to {last}", f"up to {largest}")
     grid = math.prod(degree + 1 for degree in degrees)
-    require(len(part.mixture) == grid, f"{name}.mixture", f"an array of {grid} rows", shown(part.mixture))
+    require(len(part.mixture) == grid, f"{name}.mixture", f"an array of {grid} rows", describe(part.mixture))
 
 
 def leaf_at(nominal: Case, part: Varying, name: str) -> Any:
@@ -136,7 +138,7 @@ def leaf_at(nominal: Case, part: Varying, name: str) -> Any:
     try:
         leaf = cases.leaf_at(nominal, part.place)
     except (LookupError, AttributeError, TypeError) as problem:
-        raise Misfit(f"{name}.place", "a number or an array of the case", shown(part.place)) from problem
+        raise Misfit(f"{name}.place", "a number or an array of the case", describe(part.place)) from problem
     whole = isinstance(leaf, np.ndarray | csr_array) and leaf.dtype == np.float64
-    require(type(leaf) is float or whole, f"{name}.place", "a number or an array of numbers", shown(part.place))
+    require(type(leaf) is float or whole, f"{name}.place", "a number or an array of numbers", describe(part.place))
     return leaf

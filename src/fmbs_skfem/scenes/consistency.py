@@ -282,7 +282,7 @@ def _tolerances(scene: Scene, wanted: Allowed) -> Iterator[Found]:
             yield key, _unknown("output", "outputs", name, scene.outputs)
             continue
         output = scene.outputs[name]
-        if given not in ("", units.unit(units.named(output.unit).exponents)):
+        if given not in ("", units.unit(units.find_dimension(output.unit).exponents)):
             expected = f"an error in {output.unit}" if output.unit else "a number"
             yield key, Problem(expected, f"one in {given}", f"output '{name}' is of the type {output.word}")
 

@@ -99,7 +99,7 @@ def surface(
         reference.reshape(3 * count, 2),
         np.tile([1.0, 0.0, 0.0], count),
         ORDER,
-        *groups.named(cells, point_groups, edge_groups, face_groups),
+        *groups.check_groups(cells, point_groups, edge_groups, face_groups),
     )
     _check_folds(result, cells)
     return result
@@ -173,7 +173,7 @@ def _check_corners(points: Floats, cells: Ints, tangents: Floats) -> None:
     )
     kind, remedy = next((kind, remedy) for found, kind, remedy in kinds if found)
     nodes = ", ".join(f"{node} {_place(points[node])}" for node in cells[cell])
-    got = f"the {kind} cell {cell} with the nodes {nodes}; cells {groups.listed(bad)}"
+    got = f"the {kind} cell {cell} with the nodes {nodes}; cells {groups.list_numbers(bad)}"
     raise InputError(say("ancf_plate.surface: cells", "convex anticlockwise cells", got, remedy))
 
 
@@ -187,7 +187,7 @@ def _check_folds(result: Surface, cells: Ints) -> None:
         folded = (np.linalg.det(rows @ nodal) <= 0.0).reshape(len(part), -1).any(axis=1)
         if folded.any():
             cell = part[np.argmax(folded)]
-            got = f"the folded cell {cell} with the nodes {groups.listed(cells[cell])}"
+            got = f"the folded cell {cell} with the nodes {groups.list_numbers(cells[cell])}"
             raise InputError(say("ancf_plate.arcs", "arcs that leave every cell its area", got, "refine the mesh there"))
 
 

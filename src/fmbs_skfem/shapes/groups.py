@@ -34,7 +34,7 @@ def ids(where: str, values: ArrayLike, count: int, columns: int = 0) -> Ints:
     return array.astype(np.int64)
 
 
-def listed(numbers: Ints) -> str:
+def list_numbers(numbers: Ints) -> str:
     """The first numbers of a list."""
     return ", ".join(map(str, numbers[:5])) + (f", .. ({len(numbers)} in all)" if len(numbers) > 5 else "")
 
@@ -48,7 +48,9 @@ def flat_mesh(where: str, points: ArrayLike, cells: ArrayLike, parent: Parent) -
     numbers = ids(f"{where}: cells", cells, len(places), columns=int(parent))
     unused = np.setdiff1d(np.arange(len(places)), numbers)
     if unused.size:
-        raise InputError(say(f"{where}: points", "nodes that belong to cells", f"unused nodes {listed(unused)}", "remove them"))
+        raise InputError(
+            say(f"{where}: points", "nodes that belong to cells", f"unused nodes {list_numbers(unused)}", "remove them")
+        )
     return places, numbers
 
 
@@ -60,7 +62,7 @@ def require_sides(where: str, pairs: Ints, found: np.ndarray) -> None:
         raise InputError(say(where, "edges of cells", f"no cell with the side {a}, {b}", remedy))
 
 
-def named(cells: Ints, points: Groups | None, edges: Groups | None, faces: Groups | None) -> Named:
+def check_groups(cells: Ints, points: Groups | None, edges: Groups | None, faces: Groups | None) -> Named:
     """Points, edges and faces of a `Surface` on cells whose nodes are numbered from 0 on without gaps."""
     count, corners = int(cells.max()) + 1, VERTICES[Parent(cells.shape[1])]
     named_points, named_edges = {}, {}

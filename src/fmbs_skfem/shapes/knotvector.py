@@ -16,7 +16,7 @@ from ..core.errors import InputError, say
 from .table import Floats, Ints
 
 
-def frozen(where: str, values: ArrayLike) -> Floats:
+def freeze(where: str, values: ArrayLike) -> Floats:
     """A read-only copy (i,) of finite numbers."""
     remedy = "look for NaN, text or nested lists"
     try:
@@ -31,7 +31,7 @@ def frozen(where: str, values: ArrayLike) -> Floats:
 
 def increasing(where: str, values: ArrayLike) -> Floats:
     """A read-only copy (i,) of at least two strictly increasing numbers."""
-    array = frozen(where, values)
+    array = freeze(where, values)
     if len(array) < 2 or not np.all(np.diff(array) > 0.0):
         raise InputError(say(where, "at least two strictly increasing numbers", array, "sort them and remove repetitions"))
     return array
@@ -96,7 +96,7 @@ def sites(degree: int, knots: Floats) -> tuple[Floats, Ints]:
     return np.clip(averages(degree, closed), low, high), np.zeros(len(knots) - degree - 1, dtype=np.int64)
 
 
-def elevated(degree: int, knots: Floats) -> Floats:
+def elevate(degree: int, knots: Floats) -> Floats:
     """Knots of degree p + 1 and the same continuity: each once more, outer ones left out that carry no function of the domain."""
     distinct, times = np.unique(knots, return_counts=True)
     more = np.repeat(distinct, times + 1)
@@ -105,15 +105,15 @@ def elevated(degree: int, knots: Floats) -> Floats:
     return more[before : len(more) - after]
 
 
-def inserted(degree: int, knots: Floats, refined: Floats) -> sparse.csr_array:
+def insertion_matrix(degree: int, knots: Floats, refined: Floats) -> sparse.csr_array:
     """Coefficients over `refined`, which holds all of `knots`, from those over `knots`: (i, b)."""
     arguments = np.lib.stride_tricks.sliding_window_view(refined[1:-1], degree)
     return _polar(degree, knots, refined[: len(arguments)], arguments)
 
 
-def raised(degree: int, knots: Floats) -> sparse.csr_array:
+def elevation_matrix(degree: int, knots: Floats) -> sparse.csr_array:
     """Coefficients of degree p + 1 over `elevated` knots, (i, b): the mean of the polar forms with one argument left out."""
-    more = elevated(degree, knots)
+    more = elevate(degree, knots)
     arguments = np.lib.stride_tricks.sliding_window_view(more[1:-1], degree + 1)
     starts = more[: len(arguments)]
     total = sum(_polar(degree, knots, starts, np.delete(arguments, j, axis=1)) for j in range(degree + 1))
@@ -133,7 +133,7 @@ def extraction(degree: int, knots: Floats) -> Floats:
     """
     ends, first = np.unique(knots), first_functions(degree, knots)
     spans = len(first)
-    change = inserted(degree, knots, np.concatenate([ends[:1], np.repeat(ends, degree), ends[-1:]]))
+    change = insertion_matrix(degree, knots, np.concatenate([ends[:1], np.repeat(ends, degree), ends[-1:]]))
     found = np.zeros((spans, degree + 1, degree + 1))
     for j in range(degree + 1):
         rows = change[degree * np.arange(spans) + j].tocoo()

@@ -22,7 +22,7 @@ from scipy.sparse.linalg import splu
 
 from ..core.errors import InputError, say
 from . import knotvector
-from .table import Curve, Floats, Ints, Table, breaks, fit, inside, known, reproduced, sample, tabulate
+from .table import Curve, Floats, Ints, Table, breaks, fit, inside, reproduce, sample, sample_field, tabulate
 
 __all__ = [
     "BSpline",
@@ -32,8 +32,8 @@ __all__ = [
     "tabulate",
     "sample",
     "fit",
-    "known",
-    "reproduced",
+    "sample_field",
+    "reproduce",
     "insert_knots",
     "elevate",
     "hermite_to_bspline",
@@ -52,10 +52,10 @@ class BSpline:
 
     def __post_init__(self) -> None:
         _check_degree("BSpline.degree", self.degree)
-        object.__setattr__(self, "knots", knotvector.frozen("BSpline.knots", self.knots))
+        object.__setattr__(self, "knots", knotvector.freeze("BSpline.knots", self.knots))
         knotvector.check(self.degree, self.knots)
         if self.weights is not None:
-            object.__setattr__(self, "weights", knotvector.frozen("BSpline.weights", self.weights))
+            object.__setattr__(self, "weights", knotvector.freeze("BSpline.weights", self.weights))
             knotvector.check_weights(self.weights, self.count)
 
     @property
@@ -186,20 +186,20 @@ def _quotient(numerators: list[Any], denominators: list[Floats]) -> Any:
 
 
 # ------------------------------------------------------------------------------------------------------- reproduction
-@known.register
+@sample_field.register
 def _(space: BSpline) -> Floats:
     one = np.ones(space.count)
     return one[:, None] if space.weights is not None else np.stack([one, knotvector.averages(space.degree, space.knots)], axis=1)
 
 
-@known.register
+@sample_field.register
 def _(space: Hermite) -> Floats:
     one, xi = np.tile([1.0, 0.0], len(space.breaks)), np.ones(space.count)
     xi[::2] = space.breaks
     return np.stack([one, xi], axis=1)
 
 
-@reproduced.register
+@reproduce.register
 def _(space: BSpline, xi: Floats, derivative: int = 0) -> Floats:
     low, high = breaks(space)[[0, -1]]
     powers = [_powers(xi, space.degree, low, high, d) for d in range(derivative + 1)]
@@ -209,7 +209,7 @@ def _(space: BSpline, xi: Floats, derivative: int = 0) -> Floats:
     return np.asarray(_quotient(powers, [weight(xi, d) for d in range(derivative + 1)]))
 
 
-@reproduced.register
+@reproduce.register
 def _(space: Hermite, xi: Floats, derivative: int = 0) -> Floats:
     return _powers(xi, 3, space.breaks[0], space.breaks[-1], derivative)
 
@@ -255,7 +255,7 @@ def insert_knots(space: BSpline, coefficients: ArrayLike, knots: ArrayLike) -> t
     if np.any((extra <= low) | (extra >= high)):
         raise InputError(say("insert_knots", f"knots strictly between {low:g} and {high:g}", extra, "leave out the end knots"))
     refined = np.sort(np.concatenate([space.knots, extra]))
-    return _carry(space, space.degree, refined, knotvector.inserted(space.degree, space.knots, refined), coefficients)
+    return _carry(space, space.degree, refined, knotvector.insertion_matrix(space.degree, space.knots, refined), coefficients)
 
 
 def elevate(space: BSpline, coefficients: ArrayLike, times: int = 1) -> tuple[BSpline, Floats]:
@@ -265,7 +265,9 @@ def elevate(space: BSpline, coefficients: ArrayLike, times: int = 1) -> tuple[BS
     array = _coefficients(space, coefficients)
     for _ in range(times):
         degree, knots = space.degree, space.knots
-        space, array = _carry(space, degree + 1, knotvector.elevated(degree, knots), knotvector.raised(degree, knots), array)
+        space, array = _carry(
+            space, degree + 1, knotvector.elevate(degree, knots), knotvector.elevation_matrix(degree, knots), array
+        )
     return space, array
 
 

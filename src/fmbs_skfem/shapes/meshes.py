@@ -24,7 +24,7 @@ from ..core import errors
 from ..core.notices import notify
 from . import msh, vtu
 from .msh import Cells, Floats, Ints, Raw
-from .repair import merged
+from .repair import merge_points
 
 MAX_FILE = 256 * 2**20  #: bytes of a mesh file
 
@@ -104,7 +104,7 @@ def load(path: Path, where: str, repair: bool = False) -> Raw:
             got = f"{size} bytes" if size else "an empty file"
             raise errors.InputError(errors.say(where, f"a file of at most {MAX_FILE} bytes", got))
         raw = reader(path, where)
-        return merged(raw, where) if repair else raw
+        return merge_points(raw, where) if repair else raw
     except OSError as error:
         raise errors.InputError(errors.say(where, "a readable file", error.strerror or str(error))) from None
 
@@ -238,7 +238,7 @@ def tell_unused(raw: Raw, cells: Ints, where: str) -> None:
     """A notice of points that no cell uses."""
     unused = np.setdiff1d(np.arange(len(raw.points)), cells)
     if len(unused):
-        notify(f"{where}: {len(unused)} points that no cell uses are dropped: {listed(raw, unused)}")
+        notify(f"{where}: {len(unused)} points that no cell uses are dropped: {list_ids(raw, unused)}")
 
 
 def points_of(raw: Raw, used: Ints, where: str) -> dict[str, Ints]:
@@ -272,7 +272,7 @@ def position(point: Floats) -> str:
     return "(" + ", ".join(f"{x:.6g}" for x in point) + ")"
 
 
-def listed(raw: Raw, ids: Ints) -> str:
+def list_ids(raw: Raw, ids: Ints) -> str:
     """The first few points by number and position."""
     return several([f"node {raw.numbers[i]} at {position(raw.points[i])}" for i in ids[:3]], len(ids))
 
@@ -281,11 +281,11 @@ def check_points(raw: Raw, where: str) -> None:
     """Finite points, one a node number."""
     bad = np.flatnonzero(~np.isfinite(raw.points).all(axis=1))
     if len(bad):
-        raise errors.InputError(errors.say(where, "finite coordinates", listed(raw, bad), "export the mesh again"))
+        raise errors.InputError(errors.say(where, "finite coordinates", list_ids(raw, bad), "export the mesh again"))
     numbers, counts = np.unique(raw.numbers, return_counts=True)
     if counts.max() > 1:
         again = np.flatnonzero(np.isin(raw.numbers, numbers[counts > 1]))
-        raise errors.InputError(errors.say(where, "one point a node number", listed(raw, again), "renumber the nodes"))
+        raise errors.InputError(errors.say(where, "one point a node number", list_ids(raw, again), "renumber the nodes"))
 
 
 def rows(raw: Raw, numbers: Ints, where: str, what: str, cells: Ints | None = None) -> Ints:

@@ -219,7 +219,7 @@ def _edges(raw: Raw, where: str, used: Ints, cells: Ints, strict: bool) -> dict[
     grouped = np.unique(np.concatenate([np.zeros(0, np.int64), *raw.lines.groups.values()]))
     bad = grouped[~good[grouped]]
     if strict and len(bad):
-        ends = [(meshes.listed(raw, pairs[i, :1]), meshes.listed(raw, pairs[i, 1:])) for i in bad[:3]]
+        ends = [(meshes.list_ids(raw, pairs[i, :1]), meshes.list_ids(raw, pairs[i, 1:])) for i in bad[:3]]
         found = [f"line {raw.lines.numbers[i]} from {a} to {b}" for i, (a, b) in zip(bad, ends, strict=False)]
         remedy = "mesh the curve together with the surface"
         raise errors.InputError(errors.say(where, "edge groups on sides of cells", meshes.several(found, len(bad)), remedy))

@@ -17,7 +17,7 @@ from .msh import Cells, Ints, Raw
 CLOSE = 1e-9  #: of the extent: nodes nearer than this are at one place
 
 
-def merged(raw: Raw, where: str) -> Raw:
+def merge_points(raw: Raw, where: str) -> Raw:
     """The mesh with one node a place; notices tell how many nodes and cells are gone, the audit what is still wrong."""
     finite = np.flatnonzero(np.isfinite(raw.points).all(axis=1))
     points = raw.points[finite]

@@ -82,7 +82,7 @@ def bfs(
     places, cells = _audited("skfem_surface.bfs", points, quads, Parent.SQUARE)
     axes = _axes(places, cells)
     _check_rectangles(places, cells, axes)
-    named = groups.named(cells, point_groups, edge_groups, face_groups)
+    named = groups.check_groups(cells, point_groups, edge_groups, face_groups)
     return _surface(skfem.ElementQuadBFS(), Parent.SQUARE, BFS_ORDER, places, cells, axes, named)
 
 
@@ -97,7 +97,7 @@ def argyris(
     import skfem
 
     places, cells = _audited("skfem_surface.argyris", points, triangles, Parent.TRIANGLE)
-    named = groups.named(cells, point_groups, edge_groups, face_groups)
+    named = groups.check_groups(cells, point_groups, edge_groups, face_groups)
     return _surface(skfem.ElementTriArgyris(), Parent.TRIANGLE, ARGYRIS_ORDER, places, cells, np.eye(2), named)
 
 

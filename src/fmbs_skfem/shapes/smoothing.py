@@ -28,7 +28,7 @@ from .table import Floats, Ints
 SAME = 1e-9  #: relative differences below which factors along a line, and slopes on its sides, are the same
 
 
-def tied(shape: Surface) -> Surface:
+def tie_slopes(shape: Surface) -> Surface:
     """The surface with the functions left out that follow from their neighbours; itself where there are none."""
     space: Nurbs = shape.space
     uses = np.concatenate([np.unique(array) for array in space.numbers.values()])

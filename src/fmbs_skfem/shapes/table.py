@@ -2,8 +2,8 @@
 
     r(xi_ep) = sum_b values[e, p, 0, b] c[nodes[e, b]],     int f dxi = sum_ep weights[e, p] f(xi_ep)
 
-A space is a frozen struct; `breaks`, `tabulate`, `sample`, `fit`, `known` and `reproduced` are registered for its type, in `line`
-for the spaces of this package. `check_table` tests any space, a user's own too.
+A space is a frozen struct; `breaks`, `tabulate`, `sample`, `fit`, `sample_field` and `reproduce` are registered for its type, in
+`line` for the spaces of this package. `check_table` tests any space, a user's own too.
 """
 
 from __future__ import annotations
@@ -95,13 +95,13 @@ def fit(space: Any, curve: Curve) -> Floats:
 
 
 @singledispatch
-def known(space: Any) -> Floats:
+def sample_field(space: Any) -> Floats:
     """Coefficients (b, 1 or 2) of the functions 1 and, where a closed form exists, xi."""
     _unknown("known", space)
 
 
 @singledispatch
-def reproduced(space: Any, xi: Floats, derivative: int = 0) -> Floats:
+def reproduce(space: Any, xi: Floats, derivative: int = 0) -> Floats:
     """Functions (x, c) of xi that span a cell: the polynomials up to the degree, over the weight function in a rational space."""
     _unknown("reproduced", space)
 
@@ -123,7 +123,7 @@ def check_table(space: Any, tolerance: float = 1e-9) -> None:
     """The contract of a space; raises an InputError (a ValueError) that names the first property that fails.
 
     Nodes in range; quadrature inside each cell, its weights positive and summing to the cell's length; the table equal to `sample`;
-    partition of unity, and xi itself where its coefficients are known; `fit` reproduces what `reproduced` lists; derivatives 1, 2
+    partition of unity, and xi itself where its coefficients are known; `fit` reproduces what `reproduce` lists; derivatives 1, 2
     and 3 against fourth-order differences, to the square root of the tolerance. Derivatives are scaled by the cell's length.
     """
     table = tabulate(space)
@@ -166,7 +166,7 @@ def _check_sample(space: Any, table: Table, tolerance: float) -> None:
 
 
 def _check_known(space: Any, table: Table, tolerance: float) -> None:
-    coefficients, xi = known(space), table.points.ravel()
+    coefficients, xi = sample_field(space), table.points.ravel()
     names = ("partition of unity", "linear reproduction")
     size = float(np.max(np.abs(breaks(space))))
     for j, column in enumerate(coefficients.T):
@@ -177,9 +177,9 @@ def _check_known(space: Any, table: Table, tolerance: float) -> None:
 
 
 def _check_reproduction(space: Any, table: Table, tolerance: float) -> None:
-    coefficients = fit(space, partial(reproduced, space))
+    coefficients = fit(space, partial(reproduce, space))
     for k in range(table.values.shape[2]):
-        error = matrix(table, k) @ coefficients - reproduced(space, table.points.ravel(), k)
+        error = matrix(table, k) @ coefficients - reproduce(space, table.points.ravel(), k)
         require(space, f"polynomial reproduction, derivative {k}", _scaled(space, table, error, k), tolerance)
 
 

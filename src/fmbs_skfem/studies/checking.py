@@ -161,7 +161,7 @@ def solved_form(scene: Scene, raw: System) -> tuple[System, dict[str, Any]]:
     """The form the scene is solved in, and what its joints make of the initial state; velocities are those of motions alone."""
     reduced = without_redundant(build.chosen_form(scene, raw))
     if scene.analysis.type != "dynamic":
-        start.hold(loading.ramped(reduced, scene.analysis.time) if scene.analysis.type == "static" else reduced)
+        start.hold(loading.ramp(reduced, scene.analysis.time) if scene.analysis.type == "static" else reduced)
         return reduced, {"position_change": float(np.abs(reduced.lift(reduced.x0) - raw.x0).max(initial=0.0))}
     gaps = velocity_gaps(raw)
     x, v = start.admissible(reduced, GeneralizedAlpha(scene.analysis.step))
