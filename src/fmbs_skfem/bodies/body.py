@@ -22,7 +22,7 @@ from scipy.sparse import coo_array, csr_array
 
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
-from ..core.validation import Attributes, Indices, Reals
+from ..core.validation import Attributes, Indices, Range, Reals
 from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface
 from ..shapes.table import Table
@@ -35,6 +35,8 @@ BENDS_ALIKE_REMEDY = (
     "a cable has one bending stiffness: take a circular section, give EA, EI and rhoA, model a plate, or stay in the plane"
 )
 
+
+ROUND_OFF = 1e-12  #: entry of a row over the largest that is no part of it
 
 MAKING = Lock()
 Numbers: TypeAlias = Callable[[], tuple[np.ndarray, np.ndarray]]  #: table (k, p, b, e) and section (i, p, e) of cells
@@ -88,8 +90,23 @@ class Cells:
 
 
 @dataclass(frozen=True)
+class ShapePoints:
+    """A law at points of a reduced body, u[(k, c), p] = sum_b table[k, p, b] q[columns][b, c]: shape functions over all of it."""
+
+    law: Annotated[Law, Attributes("k=vectors i=rows")]
+    table: Annotated[np.ndarray, Reals("k p b")]  #: derivatives of the shape functions that the law reads [1/m, 1/m2]
+    columns: Annotated[slice, Range("bc", end="q")]  #: coordinates of the body
+    dim: Annotated[int, Attributes("c")]  #: number of components
+    section: Annotated[np.ndarray, Reals("i 1 p")]  #: rows of the law, the last one the weight of a point
+    cell: Annotated[np.ndarray, Indices("p")]  #: number of the cell of every point
+
+
+@dataclass(frozen=True)
 class Body:
-    """A part with linear interpolation r = N(xi) q and constant mass."""
+    """A part with linear interpolation r = N(xi) q and constant mass.
+
+    The b functions are those of the space, or combinations of them by `spread`: where frames slave some, and in reduced bodies.
+    """
 
     name: str
     reference: np.ndarray  #: (b, c) coordinates of the reference configuration [m]
@@ -100,6 +117,8 @@ class Body:
     cells: Cells | None = None
     radius: float = 0.01  #: drawn radius [m]
     frames: dict[str, int] = field(default_factory=dict)  #: named rigid frames: first of their functions c, e1, e2 (, e3)
+    axes: csr_array | None = None  #: (i, b) functions that `frames` counts, where they are combinations of the body's
+    shapes: ShapePoints | None = None  #: of a reduced body: its elastic energy, in place of that of its cells
     thickness: np.ndarray | float = 0.0  #: of plates and shells, one number or one a cell [m]
     spread: csr_array | None = None  #: (functions of the space, b) where the body's functions are not those of the space
     stiffness: csr_array | None = None  #: (b, b) constant springs between the functions, the same for every component [N/m]
@@ -181,6 +200,8 @@ def positions(part: Body) -> np.ndarray:
     """Positions among the coordinates of a body in the reference, places of a rigid body (x, c)."""
     if part.space is None and part.frames:
         return part.reference[0] + np.array(list(part.places.values())) @ part.reference[1:]
+    if part.shapes is not None and part.spread is not None:
+        return np.asarray(part.spread @ part.reference)[part.spread @ part.constant > 0.5]
     return part.reference[part.constant > 0.5]
 
 
@@ -285,8 +306,10 @@ def locate(body: Body, place: str | float) -> Place:
         raise InputError(say(f"body '{body.name}'", f"one of its points ({names})", place))
     fine = np.concatenate([np.linspace(a, b, 9)[:-1] for a, b in zip(*adjacent(line.breaks(body.space)), strict=True)])
     fine = np.append(fine, line.breaks(body.space)[-1])
-    speed = np.linalg.norm(line.sample(body.space, fine, 1) @ body.reference, axis=1)
-    middle = np.linalg.norm(line.sample(body.space, 0.5 * (fine[1:] + fine[:-1]), 1) @ body.reference, axis=1)
+    speed, middle = (
+        np.linalg.norm(own(body, line.sample(body.space, xi, 1)) @ body.reference, axis=1)
+        for xi in (fine, 0.5 * (fine[1:] + fine[:-1]))
+    )
     arc = np.append(0.0, np.cumsum(np.diff(fine) * (speed[1:] + 4 * middle + speed[:-1]) / 6))
     if not -1e-9 * arc[-1] <= place <= arc[-1] * (1 + 1e-9):
         end = arc[-1] if place > 0.0 else 0.0
@@ -307,12 +330,12 @@ def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:
     """
     if isinstance(place, str):
         axes = body.dim if derivative else 0
-        column = body.frames[place] + derivative
-        return vector_row(body, derivative, axes, csr_array(([1.0], ([0], [column])), shape=(1, len(body.reference))))
+        number = body.frames[place] + derivative
+        unit = csr_array(([1.0], ([0], [number])), shape=(1, len(body.reference)))
+        return vector_row(body, derivative, axes, unit if body.axes is None else csr_array(body.axes[[number]]))
     if isinstance(body.space, Surface):
         cell, xi = np.array([place[0]]), np.array([place[1:]])  # type: ignore[index]
-        rows = [surface.sample(body.space, cell, xi, k) for k in range(3)]
-        rows = rows if body.spread is None else [csr_array(row @ body.spread) for row in rows]
+        rows = [own(body, surface.sample(body.space, cell, xi, k)) for k in range(3)]
         tangents = np.stack([row @ body.reference for row in rows[1:]], axis=1)
         inverse = np.linalg.inv(np.einsum("xac,xic->xai", tangents, surface.local_axes(tangents)[0]))[0]
         local = (
@@ -328,9 +351,14 @@ def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:
     if body.space is None:
         return vector_row(body, derivative, 0, csr_array(([1.0], ([0], [0])), shape=(1, len(body.reference))))
     xi = np.array([place])
-    row = line.sample(body.space, xi, min(derivative, 1))
-    size = np.linalg.norm(line.sample(body.space, xi, 1) @ body.reference) if derivative else 1.0
+    row = own(body, line.sample(body.space, xi, min(derivative, 1)))
+    size = np.linalg.norm(row @ body.reference) if derivative else 1.0
     return vector_row(body, derivative, 1, csr_array(row / size))
+
+
+def own(body: Body, rows: csr_array) -> csr_array:
+    """Rows on the functions of the space as rows on the functions of the body."""
+    return csr_array(rows) if body.spread is None else csr_array(rows @ body.spread)
 
 
 def vector_row(body: Body, derivative: int, known: int, row: csr_array) -> csr_array:
@@ -339,6 +367,14 @@ def vector_row(body: Body, derivative: int, known: int, row: csr_array) -> csr_a
         expected = "a body with a slope" if derivative == 1 else f"a place with {derivative} vectors"
         remedy = "take a place of a line for a slope, a frame for axes"
         raise InputError(say(f"body '{body.name}'", expected, f"one with {known}" if known else "a mere point", remedy))
+    return row if body.shapes is None else without_round_off(row)
+
+
+def without_round_off(row: csr_array) -> csr_array:
+    """A row of a reduced body: places that are coordinates of their own are read by exact numbers."""
+    row.data[np.abs(row.data) <= ROUND_OFF * np.abs(row.data).max(initial=0.0)] = 0.0
+    row.data[np.abs(row.data - 1.0) <= ROUND_OFF] = 1.0
+    row.eliminate_zeros()
     return row
 
 

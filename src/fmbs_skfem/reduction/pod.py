@@ -91,6 +91,25 @@ def update(
     return _decompose(W, weighted, centre, EPS * _size(W, weighted), tolerance, modes, keep)
 
 
+def of_vectors(
+    snapshots: ArrayLike, keep: ArrayLike, tolerance: float | None = None, modes: int | None = None, metric: csr_array | None = None
+) -> Basis:
+    """Basis of coordinates that are vectors in space, from their components (n,s), as many columns as snapshots times components.
+
+    U (x) I_c holds the states turned in any way if U holds their components. The first of the columns `keep` (n,k) is the field 1:
+    the tolerance refers to the deviations from it. All of them are represented exactly, in the first columns of U.
+    """
+    x, kept = _states(snapshots, "snapshots"), _states(keep, "fields to be kept")
+    W = _metric(metric, x.shape[0])
+    one = kept[:, :1] / _size(W, kept[:, :1])
+    others, sizes = left_singular(W, _outside(W, kept[:, 1:], one))
+    first = np.hstack([one, others[:, sizes > SAME * _size(W, kept)]])
+    s, floor = left_singular(W, _outside(W, x, one))[1], EPS * _size(W, x)
+    left, rest = left_singular(W, _outside(W, x, first))
+    count = _count(rest, int(np.sum(rest > floor)), tolerance, modes, s, first.shape[1])
+    return Basis(np.ascontiguousarray(np.hstack([first, _outside(W, left[:, :count], first)])), np.zeros(len(x)), s)
+
+
 def truncation(singular_values: ArrayLike, tolerance: float) -> int:
     """Smallest r with tolerance >= sum_{i>r} s_i^2 / sum_i s_i^2, equation (14); the tails are summed from the small end."""
     s = np.asarray(singular_values, dtype=np.float64)

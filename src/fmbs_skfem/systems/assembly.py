@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import csr_array, diags_array, kron, vstack
 from scipy.sparse.linalg import spsolve
 
-from ..bodies.body import Body, Cells
+from ..bodies.body import Body, Cells, ShapePoints, own
 from ..bodies.laws import Law
 from ..bodies.plate import local_table
 from ..core import fields, ranks
@@ -106,7 +106,7 @@ def assemble(
         damping=csr_array(damping.mass * mass) if damping.mass else csr_array(mass.shape),
         stiffness=springs(parts, layout.dim),
         elastic=(
-            *(Elastic(part.name, damping.stiffness, gather(part, part.cells, layout)) for part in parts if part.cells is not None),
+            *(Elastic(part.name, damping.stiffness, energy(part, layout)) for part in parts if part.cells is not None),
             *(Elastic(name, 0.0, gather(part, cells, layout)) for name, part, cells in forces.cells),
         ),
         probes=probes,
@@ -140,6 +140,15 @@ def springs(parts: list[Body], dim: int) -> csr_array:
     """Constant stiffness of all bodies, alike in every component."""
     own = [csr_array(part.mass.shape) if part.stiffness is None else part.stiffness for part in parts]
     return diagonal([alike(matrix, dim) for matrix in own])
+
+
+def energy(part: Body, layout: Layout) -> Cells | ShapePoints:
+    """The storage of a body's elastic energy: its cells, or the points of a reduced body."""
+    assert part.cells is not None
+    if part.shapes is None:
+        return gather(part, part.cells, layout)
+    first = layout.first[part.name]
+    return replace(part.shapes, columns=slice(first, first + part.reference.size))
 
 
 def gather(part: Body, cells: Cells, layout: Layout) -> Cells:
@@ -221,7 +230,7 @@ def picture_line(part: Body, layout: Layout) -> Line:
         return Line(part.name, widen(rigid_samples(part), part, layout), part.radius, Law.EXACT)
     breaks = line.breaks(part.space)
     xi = snapped(np.linspace(breaks[0], breaks[-1], SAMPLES), breaks)
-    value, first, second = (line.sample(part.space, xi, k) for k in range(3))
+    value, first, second = (own(part, line.sample(part.space, xi, k)) for k in range(3))
     r1, r2 = first @ part.reference, second @ part.reference
     J = np.linalg.norm(r1, axis=1)
     slope = diags_array(1 / J) @ first
@@ -262,7 +271,7 @@ def picture_skin(part: Body, layout: Layout) -> Skin:
     columns = np.tile(np.repeat(shape.nodes, points, axis=0), (1 + vectors, 1))
     indptr = np.arange(len(tables) + 1) * tables.shape[1]
     rows = csr_array((tables.ravel(), columns.ravel(), indptr), shape=(len(tables), shape.count))
-    rows = rows if part.spread is None else csr_array(rows @ part.spread)
+    rows = own(part, rows)
     corner = (np.arange(FACETS)[:, None] * (FACETS + 1) + np.arange(FACETS)[None, :]).ravel()
     facets = corner[:, None] + np.array([0, FACETS + 1, FACETS + 2, 1])
     facets = (facets[None] + points * np.arange(count)[:, None, None]).reshape(-1, 4)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_array, csr_array, kron
 
-from ..bodies.body import Body
+from ..bodies.body import Body, own
 from ..bodies.plate import dependent, edge, local_first, trace
 from ..core.errors import InputError, listed, say
 from ..core.problems import Problem
@@ -105,11 +105,6 @@ def components(name: str, letters: str, dim: int) -> list[int]:
     if not set(letters) <= set(AXES[:dim]) or len(set(letters)) < len(letters):
         raise InputError(say(name, f"letters of {AXES[:dim]}, each once", f"'{letters}'"))
     return [AXES.index(letter) for letter in letters]
-
-
-def own(part: Body, rows: csr_array) -> csr_array:
-    """Rows on the functions of the surface as rows on the functions of the body."""
-    return csr_array(rows) if part.spread is None else csr_array(rows @ part.spread)
 
 
 def held(part: Body, shape: Surface, sides: np.ndarray, position: bool, slope: bool) -> csr_array:

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..bodies.body import extent
+from ..bodies.body import extent, positions
 from ..core import ranks
 from ..core.declared import Declared
 from ..core.errors import InputError, say
@@ -115,7 +115,7 @@ def size_of(layout: Layout, names: set[str]) -> float:
     own = max(extent(layout.bodies[name]) for name in names)
     if own:
         return own
-    points = np.concatenate([part.reference[part.constant > 0.5] for part in layout.bodies.values()])
+    points = np.concatenate([positions(part) for part in layout.bodies.values()])
     return max(*map(extent, layout.bodies.values()), float(np.linalg.norm(np.ptp(points, axis=0))))
 
 

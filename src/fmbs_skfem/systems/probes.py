@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import csr_array, kron
 
 from ..bodies import laws
-from ..bodies.body import locate
+from ..bodies.body import locate, own
 from ..bodies.fields import recover
 from ..bodies.plate import local_table
 from ..core.declared import Declared
@@ -254,7 +254,7 @@ class Stress(Probe):
         indptr = np.arange(vectors + 1) * values.shape[3]
         size = (vectors, shape.count)
         gradients = csr_array((local[0, 0, :vectors].ravel(), np.tile(shape.nodes[cell], vectors), indptr), shape=size)
-        rows = draft.layout.widen(where, at.body, kron(edges.own(part, gradients), np.eye(dim)))
+        rows = draft.layout.widen(where, at.body, kron(own(part, gradients), np.eye(dim)))
         section = part.cells.section[:, 0, cell].copy()
         if dim == 3:
             section[3:6] = curved[0, 0]
