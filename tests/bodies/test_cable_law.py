@@ -113,7 +113,9 @@ def test_curvature_of_a_stretched_circle(law: Law, kappa: float, dim: int) -> No
     """A circle of radius 0.4 m stretched by 1.25 to 0.5 m: 1/R geometric, |r'|/R material, |r'|^2/R for |r''|."""
     u = np.zeros(2 * dim)
     u[0], u[dim + 1] = 1.25, 1.25**2 / 0.5
-    assert_allclose(cable_law.strains(law.option, dim, u), [0.28125, kappa], rtol=1e-14)
+    assert_allclose(cable_law.curvatures(law.option, dim, u), kappa, rtol=1e-14)
+    stretched, bent = (laws.energy(law, u[:, None, None], np.array(row)[:, None, None]) for row in ([2.0, 0, 0, 1], [0, 2.0, 0, 1]))
+    assert_allclose([stretched, bent], [0.28125**2, kappa**2], rtol=1e-14)
 
 
 def test_planar_curvature_has_a_sign() -> None:

@@ -77,7 +77,7 @@ def test_without_a_writable_folder_code_is_compiled_without_cache(tmp_path: Path
         return 2.0 * x
 
     assert double(1.5) == 3.0
-    assert double.stats.cache_path is None
+    assert double.whole.stats.cache_path is None
 
 
 def test_the_users_folder_takes_precedence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -94,7 +94,26 @@ def test_the_cache_of_other_packages_is_left_alone() -> None:
 
     assert same(1.0) == 1.0
     assert before == config.CACHE_DIR
-    assert Path(same.stats.cache_path).is_relative_to(cache_folder())
+    assert Path(same.whole.stats.cache_path).is_relative_to(cache_folder())
+
+
+def test_only_what_python_calls_becomes_a_function_of_its_own() -> None:
+    """A function that another one calls is part of it: no code of its own, nothing on disk; Python may call it, too."""
+
+    @jit
+    def part(x: float) -> float:
+        return 2.0 * x
+
+    @jit
+    def caller(x: float) -> float:
+        return part(x) + 1.0
+
+    assert caller(1.5) == 4.0
+    assert caller.whole.stats.cache_misses
+    assert "whole" not in part.__dict__
+    assert [found.library.get_pointer_to_function(found.fndesc.llvm_func_name) for found in part.overloads.values()] == [0]
+    assert part(1.5) == 3.0
+    assert part(2) == 4
 
 
 def test_divisions_by_zero_follow_ieee() -> None:

@@ -145,7 +145,7 @@ def factor(addresses, band):
 
 band = np.full((4, 1), 4.0)
 assert factor(lapack.ADDRESSES, band) == 0 and np.all(band == 2.0)
-print(sum(factor.stats.cache_hits.values()), sum(factor.stats.cache_misses.values()))
+print(sum(factor.whole.stats.cache_hits.values()), sum(factor.whole.stats.cache_misses.values()))
 """
 
 

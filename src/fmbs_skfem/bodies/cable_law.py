@@ -46,26 +46,12 @@ def fall(a: float, n: int) -> float:
     return 1.0 / (a * math.sqrt(a)) if n == 3 else 1.0 / a
 
 
-@jit
-def strains(n: int, dim: int, u: np.ndarray) -> tuple[float, float]:
-    """Axial strain eps [-] and curvature kappa [1/m] at one point, with |r'|^n in its denominator (0: |r''|); u (2c,)."""
-    a, b, d = 0.0, 0.0, 0.0
-    for c in range(dim):
-        a += u[c] * u[c]
-        b += u[c] * u[dim + c]
-        d += u[dim + c] * u[dim + c]
-    if n == 0:
-        return 0.5 * (a - 1.0), math.sqrt(d)
-    if dim == 2:
-        return 0.5 * (a - 1.0), (u[0] * u[3] - u[1] * u[2]) * fall(a, n)
-    return 0.5 * (a - 1.0), math.sqrt(max(a * d - b * b, 0.0)) * fall(a, n)
-
-
-@jit
 def curvatures(n: int, dim: int, gradients: np.ndarray) -> np.ndarray:
-    """kappa [1/m] (e, p) of gradients (e, p, 2c)."""
-    kappa = np.zeros(gradients.shape[:2])
-    for e in range(gradients.shape[0]):
-        for p in range(gradients.shape[1]):
-            kappa[e, p] = strains(n, dim, gradients[e, p])[1]
-    return kappa
+    """kappa [1/m] (e, p) of gradients (e, p, 2c), with |r'|^n in its denominator (0: |r''|)."""
+    slope, bend = gradients[..., :dim], gradients[..., dim:]
+    a, b, d = ((one * other).sum(axis=-1) for one, other in ((slope, slope), (slope, bend), (bend, bend)))
+    if n == 0:
+        return np.asarray(np.sqrt(d))
+    if dim == 2:
+        return np.asarray((slope[..., 0] * bend[..., 1] - slope[..., 1] * bend[..., 0]) * a ** (-0.5 * n))
+    return np.asarray(np.sqrt(np.maximum(a * d - b * b, 0.0)) * a ** (-0.5 * n))

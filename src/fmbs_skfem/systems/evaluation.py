@@ -239,8 +239,12 @@ def place_sample(table: Any, k: int) -> None:
     """The space in the state of a sample, with c = 1."""
     S = samples_of(table)
     s = S.space
-    s.x[:], s.v[:], s.acceleration[:], s.multipliers[:], s.angles[:] = S.x[k], S.v[k], S.a[k], S.multipliers[k], S.angles[k]
-    s.signals[: S.signals.shape[1]] = S.signals[k]
+    kernels.copy(S.x[k], s.x)
+    kernels.copy(S.v[k], s.v)
+    kernels.copy(S.a[k], s.acceleration)
+    kernels.copy(S.multipliers[k], s.multipliers)
+    kernels.copy(S.angles[k], s.angles)
+    kernels.copy(S.signals[k], s.signals)
     s.c[0] = 1.0
 
 
@@ -251,7 +255,7 @@ def residuals(table: Any, _: Any) -> int:
     for k in range(len(S.x)):
         place_sample(table, k)
         evaluate(table)
-        S.out[k] = S.space.f
+        kernels.copy(S.space.f, S.out[k])
     return 0
 
 
@@ -265,25 +269,26 @@ def survey(table: Any, _: Any) -> int:
         place_sample(table, k)
         kernels.clear(s.f)
         kernels.add_operator(A.mass, s.v, s.f)
-        S.out[k, 0] = 0.5 * np.dot(s.v, s.f)
+        S.out[k, 0] = 0.5 * kernels.dot(s.v, s.f)
         sum_energies(table)
         kernels.clear(rest)
         kernels.add_operator(A.stiffness, s.x, rest)
-        S.out[k, 1] = s.energy[0] + 0.5 * np.dot(s.x, rest)
+        S.out[k, 1] = s.energy[0] + 0.5 * kernels.dot(s.x, rest)
         read_loads(table)
         kernels.clear(vy)
         kernels.add_product(A.probes, 1.0, s.v, vy)
-        power = np.dot(s.g, vy)
+        power = kernels.dot(s.g, vy)
         kernels.constrain(A.terms, s.y, S.before[k], low, s.Jy)
         kernels.constrain(A.terms, s.y, S.after[k], s.rhs[0, n:], s.Jy)
-        power += np.dot(s.multipliers, s.rhs[0, n:] - low) / S.span[k]
+        for m in range(len(low)):
+            power += s.multipliers[m] * (s.rhs[0, n + m] - low[m]) / S.span[k]
         kernels.clear(rest)
         kernels.add_operator(A.damping, s.v, rest)
         if A.elastic.damped:
             elastic_forces(table)
-            rest += s.f
+            power -= kernels.dot(S.v[k], s.f)
             kernels.clear(s.v)
             elastic_forces(table)
-            rest -= s.f
-        S.out[k, 2] = power - np.dot(S.v[k], rest)
+            power += kernels.dot(S.v[k], s.f)
+        S.out[k, 2] = power - kernels.dot(S.v[k], rest)
     return 0

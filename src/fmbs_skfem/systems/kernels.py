@@ -76,6 +76,22 @@ def clear(x: np.ndarray) -> None:
         x[i] = 0.0
 
 
+@jit
+def copy(x: np.ndarray, y: np.ndarray) -> None:
+    """y = x, without the check of lengths whose message would be compiled, too."""
+    for i in range(len(x)):
+        y[i] = x[i]
+
+
+@summing
+def dot(x: np.ndarray, y: np.ndarray) -> float:
+    """x^T y."""
+    total = 0.0
+    for i in range(len(x)):
+        total += x[i] * y[i]
+    return total
+
+
 @summing
 def add_product(A: Csr, factor: float, x: np.ndarray, y: np.ndarray) -> None:
     """y += factor A x."""

@@ -31,7 +31,7 @@ def angle(y: np.ndarray, i: int, j: int) -> float:
 @jit
 def remainder(value: float, period: float) -> float:
     """The value nearest to zero that differs by whole periods."""
-    return value - period * np.round(value / period)
+    return value - period * np.rint(value / period)
 
 
 @jit
