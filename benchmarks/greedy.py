@@ -28,13 +28,14 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmbs_skfem import scenes
-from fmbs_skfem.reduction import Elements, Points, comparators, greedy, holdout, training
+from fmbs_skfem.reduction import Elements, Points, comparators, greedy, prediction, training
 from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction import training_store as store
 from fmbs_skfem.reduction.comparators import Full
 from fmbs_skfem.reduction.comparators import Row as Compared
 from fmbs_skfem.reduction.full_runs import TrainingTask
 from fmbs_skfem.reduction.parameters import Parameter
+from fmbs_skfem.reduction.parametric_model import ParametricModel
 from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.reduction.training import Training
 from fmbs_skfem.results import plots, training_plots
@@ -154,8 +155,10 @@ def measure(name: str, task: Task, folder: Path, every: int) -> Row:
     points = (boxes.grid(known, count) if len(known) == 1 else boxes.latin_hypercube(known, count, seed=7))[::every]
     full = holdouts.read_or_run(found, folder)
     truth = holdouts.read_or_run(found, folder, sharp=not name.endswith(FINE))
-    truths = [truth(boxes.named(known, row)) for row in points]
-    checked = holdout.holdout(found, truths)
+    held = comparators.compare(found.task, [*comparators.stages(found)][-1:], truth, points)[0]
+    predict = prediction.predictor(ParametricModel(found.model.parametric, {prediction.KEY: prediction.record(found)}))
+    bands = [predict(boxes.named(known, row)) for row in points] if predict else []
+    errors = [trial.error for trial in held.trials]
     rows = drawn(RESULTS / FIGURES[name], found, full, truth, points) if name in FIGURES else ()
     return Row(
         name,
@@ -171,16 +174,16 @@ def measure(name: str, task: Task, folder: Path, every: int) -> Row:
         found.model_plan.tolerance,
         found.model_plan.hyper.tolerance,
         len(points),
-        checked.largest,
-        float(checked.errors.mean()),
+        held.max_error,
+        held.mean_error,
         rows[-1].max_error if rows else None,
         found.predicted[0],
-        checked.inside,
-        task.tolerance is None or checked.largest <= task.tolerance,
+        float(np.mean([band.low <= error <= band.high for band, error in zip(bands, errors, strict=True)])),
+        task.tolerance is None or held.max_error <= task.tolerance,
         sum(run.cpu_s for run in found.runs),
         sum(model.training_s for model in found.models),
         spent,
-        float(np.median(checked.run_s)),
+        held.run_s,
         found.outcome.stop.value,
     )
 
@@ -188,7 +191,7 @@ def measure(name: str, task: Task, folder: Path, every: int) -> Row:
 def drawn(path: Path, found: Training, full: Full, truth: Full, points: np.ndarray) -> tuple[Compared, ...]:
     """Fig. 13 or 14: errors after every full run, and of the basis of one run at the fastest parameter, which is the last row."""
     (own,) = found.task.parameters
-    others = [*holdouts.stages(found), comparators.fast_to_slow(found.task, full, holdouts.fastest(found))]
+    others = [*comparators.stages(found), comparators.fast_to_slow(found.task, full, holdouts.fastest(found))]
     rows = comparators.compare(found.task, others, truth, points)
     errors = {row.name: np.array([trial.error for trial in row.trials]) for row in rows}
     label = "error of the displacements over their size"

@@ -13,16 +13,16 @@ import pytest
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.core import expressions
 from fmbs_skfem.dynamics import GeneralizedAlpha
-from fmbs_skfem.reduction import Elements, greedy, holdout, training
+from fmbs_skfem.reduction import Elements, greedy, training
 from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.full_runs import TrainingTask
-from fmbs_skfem.reduction.holdout import Holdout
 from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.reduction.training import Training
 from fmbs_skfem.systems import At, assemble, joints
 from tests import models
+from tests.reduction.hold_out import HeldOut, hold_out
 
 YOUNG = Parameter("E", 0.7e9, 1.3e9, unit="Pa")
 ANGLE = expressions.of_time(
@@ -48,13 +48,13 @@ def trained() -> Training:
 
 
 @pytest.fixture(scope="module")
-def checked(trained: Training) -> tuple[Holdout, Holdout]:
+def checked(trained: Training) -> tuple[HeldOut, HeldOut]:
     """26 values with the model after one and after two full runs."""
-    truths = holdout.truths(trained.task, boxes.grid((YOUNG,), 26))
-    return holdout.holdout(trained, truths, trained.models[0]), holdout.holdout(trained, truths)
+    points = boxes.grid((YOUNG,), 26)
+    return hold_out(trained, points, trained.models[0]), hold_out(trained, points)
 
 
-def test_two_full_runs_are_enough(trained: Training, checked: tuple[Holdout, Holdout]) -> None:
+def test_two_full_runs_are_enough(trained: Training, checked: tuple[HeldOut, HeldOut]) -> None:
     assert len(trained.runs) == 2
     assert trained.reduced_runs <= 12
     assert [model.problems for model in trained.models] == [1, 1]
@@ -66,16 +66,16 @@ def test_truncation_is_told_as_the_limit(trained: Training) -> None:
     assert "truncation (eps)" in trained.outcome.stop.value
 
 
-def test_the_second_run_is_needed(checked: tuple[Holdout, Holdout]) -> None:
+def test_the_second_run_is_needed(checked: tuple[HeldOut, HeldOut]) -> None:
     one, both = checked
     assert one.largest > 1e-3
     assert both.largest < 0.05 * one.largest
 
 
-def test_true_errors_lie_in_the_predicted_band(checked: tuple[Holdout, Holdout]) -> None:
+def test_true_errors_lie_in_the_predicted_band(checked: tuple[HeldOut, HeldOut]) -> None:
     assert checked[1].inside >= 0.9
 
 
-def test_the_indicator_orders_the_models(checked: tuple[Holdout, Holdout]) -> None:
+def test_the_indicator_orders_the_models(checked: tuple[HeldOut, HeldOut]) -> None:
     one, both = checked
     assert both.indicators.max() < 0.1 * one.indicators.max()

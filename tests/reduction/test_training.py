@@ -29,7 +29,6 @@ from fmbs_skfem.reduction import (
     full_runs,
     galerkin,
     greedy,
-    holdout,
     pod,
     polynomial,
     reduced_models,
@@ -49,6 +48,7 @@ from fmbs_skfem.systems import At, System, assemble, compile_system, joints, loa
 from fmbs_skfem.systems.quartic import Quartic
 from fmbs_skfem.systems.system import sizes
 from tests import models
+from tests.reduction.hold_out import hold_out
 
 SPIN = expressions.of_time("4*(t - sin(pi*t)/pi)")  #: a driven angle that starts smoothly [rad]
 YOUNG = Parameter("E", 0.7e9, 1.3e9, unit="Pa")
@@ -378,7 +378,7 @@ def test_two_full_runs_are_enough_for_a_tolerance(tmp_path: Path) -> None:
     assert found.model_plan.tolerance == found.choice.eps
     assert "eps = " in found.choice.statement
     assert "time step" in found.choice.statement
-    checked = holdout.holdout(found, holdout.truths(found.task, boxes.grid((YOUNG,), 7)))
+    checked = hold_out(found, boxes.grid((YOUNG,), 7))
     assert checked.largest < 1e-3
     assert checked.inside >= 0.9
 
@@ -467,7 +467,12 @@ def test_checks_calibrate_the_last_model_without_being_in_it(tolerance: float | 
     assert set(found.last.samples) >= set(found.outcome.iterations[-1].samples)
     for run, pair in zip(found.checks, found.pairs[-2:], strict=True):
         seen = reduced_models.quick(found.task)
-        assert holdout.measured(seen, found.model, run)[:2] == pytest.approx((pair.indicator, pair.error), rel=1e-6)
+        motion = reduced_models.reduced_run(seen, reduced_models.case_at(found.model, run.values))
+        measured = (
+            reduced_models.indicator(seen, motion, run.values),
+            full_runs.wanted_error(seen, seen.family(run.values).system, run, motion),
+        )
+        assert measured == pytest.approx((pair.indicator, pair.error), rel=1e-6)
     made = list(count.full)
     again = training.train(task, places(task), OPTIONS, tmp_path, tolerance, checks=2)
     assert count.full == made
@@ -540,14 +545,13 @@ def test_eps_is_lowered_where_it_is_the_limit(tmp_path: Path, monkeypatch: pytes
     assert found.model_plan.hyper.tolerance == pytest.approx(1e-3 * training_work.LOWER_ETA**found.lowered, rel=1e-12)
     assert found.reduced_runs == found.outcome.evaluations + found.discarded
     assert found.discarded >= 3
-    points = [run.values["E"] for run in found.runs]
-    assert len(set(points)) == len(points)
+    assert len({run.values["E"] for run in found.runs}) == len(found.runs)
     before, after = (
         reduced_models.model_of(reduced_models.quick(dataclasses.replace(found.task, plan=plan)), found.runs)
         for plan in (dataclasses.replace(found.model_plan, tolerance=rough, hyper=Elements(1e-3)), found.model_plan)
     )
-    truths = holdout.truths(found.task, boxes.grid((YOUNG,), 5))
-    assert holdout.holdout(found, truths, after).largest < 0.3 * holdout.holdout(found, truths, before).largest
+    points = boxes.grid((YOUNG,), 5)
+    assert hold_out(found, points, after).largest < 0.3 * hold_out(found, points, before).largest
     made = list(count.full)
     again = training.train(task, places(task), OPTIONS, tmp_path, tolerance=wanted)
     assert count.full == made
@@ -577,8 +581,7 @@ def test_a_family_that_is_no_polynomial_is_made_member_by_member(tmp_path: Path)
         found = training.train(task, search, few, tmp_path)
     with pytest.raises(InputError, match="numbers that are polynomials of the parameters"):
         _ = found.model.parametric
-    checked = holdout.holdout(found, [full_runs.full_run(task, {"L": 0.9})])
-    assert checked.largest < 1e-3
+    assert hold_out(found, np.array([[0.9]])).largest < 1e-3
     with pytest.warns(Notice):
         again = training.train(task, search, few, tmp_path)
     assert again.outcome.points == found.outcome.points

@@ -20,6 +20,7 @@ from typing import Annotated, Any, TypeAlias
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
+from ..core.container import storable
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
 from ..core.validation import Attributes, Indices, Range, Reals
@@ -45,6 +46,7 @@ LIMP = "is curved in space, where a cable without torsion bends out of its plane
 STIFF = "take dimension 2 if it moves in its plane, a straight mesh that loads and joints bend, or a shell"
 
 
+@storable
 @dataclass(frozen=True)
 class Cells:
     """Gather and law data of the cells of a body; the cell axis is last, so that kernels run along it.

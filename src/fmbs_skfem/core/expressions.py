@@ -20,6 +20,7 @@ from typing import Any, TypeAlias, overload
 import numpy as np
 import numpy.typing as npt
 
+from .container import storable
 from .errors import Reason, SolverError, closest, listed, say
 from .problems import Problem, shown
 
@@ -69,6 +70,7 @@ ARRAY: Algebra = {
 }  # fmt: skip
 
 
+@storable
 @dataclass(frozen=True)
 class Expression:
     """A function of time f(t) with its parameters bound: floats in, floats out; arrays in, arrays out."""

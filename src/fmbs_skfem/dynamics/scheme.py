@@ -11,6 +11,7 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from ..core import pardiso
+from ..core.container import storable
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..systems.compiled import Compiled
@@ -26,6 +27,7 @@ DYNAMIC, STATIC = 2e-12, 1e-10  #: default tolerances: errors of steps add up, t
 Solver: TypeAlias = Literal["own", "pardiso"]
 
 
+@storable
 @dataclass(frozen=True)
 class GeneralizedAlpha:
     """Step h [s] and spectral radius rho_inf at infinite frequency, 0 (asymptotic annihilation) to 1 (no damping)."""
@@ -48,6 +50,7 @@ class GeneralizedAlpha:
         return am, af, gamma, (gamma + 0.5) ** 2 / 4
 
 
+@storable
 @dataclass(frozen=True)
 class Newton:
     """Iteration control; the tolerance is an error of the positions, root mean square, relative to the size of the mechanism."""

@@ -25,6 +25,7 @@ from typing import Annotated, Any
 import numpy as np
 import scipy.linalg
 
+from ..core.container import storable
 from ..core.errors import InputError, say
 from ..core.validation import Indices, Reals
 from . import cases, family_samples
@@ -38,6 +39,7 @@ FINE = 2000  #: candidates for a Leja point
 MANY = 5000  #: most cases that are made for one leaf
 
 
+@storable
 @dataclass(frozen=True)
 class Order:
     """How one leaf depends on the parameters."""
@@ -46,6 +48,7 @@ class Order:
     logarithmic: tuple[bool, ...]  #: whether the polynomial is one of log mu
 
 
+@storable
 @dataclass(frozen=True)
 class Varying:
     """The numbers of one leaf that depend on parameters."""
@@ -59,6 +62,7 @@ class Varying:
     ]  #: the values at all nodes, of which the last parameter changes first, are mixture @ values
 
 
+@storable
 @dataclass(frozen=True)
 class ParametricCase:
     """A case as a function of parameters."""

@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.sparse import csr_array
 
+from ..core.container import storable
 from ..core.expressions import Expression
 from ..core.linalg import is_sparse
 from ..dynamics.checkpoint import Record, Resumed
@@ -28,6 +29,7 @@ Leaf: TypeAlias = float | np.ndarray | csr_array
 Sample: TypeAlias = dict[Place, Leaf]  #: leaves that differ from those of another case
 
 
+@storable
 @dataclass(frozen=True)
 class Case:
     """One member of a family."""

@@ -23,7 +23,7 @@ import contextlib
 import functools
 import math
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -40,6 +40,7 @@ from .output_errors import OutputError
 from .plan import with_components
 from .pod import Basis
 from .reduced_models import Reduction
+from .training import Training
 
 
 @dataclass(frozen=True)
@@ -176,6 +177,14 @@ def greedy(task: TrainingTask, search: Search, options: Options | None = None, n
     found = training.train(task, search, options)
     family = functools.partial(reduced_models.case_at, found.model)
     return Comparator(name, family, len(found.runs), clock.process_time() - begun, found.reduced_runs)
+
+
+def stages(found: Training) -> Iterator[Comparator]:
+    """The models of a training after every full run."""
+    for k, model in enumerate(found.models, start=1):
+        offline = sum(run.cpu_s for run in found.runs[:k]) + sum(one.training_s for one in found.models[:k])
+        evaluated = sum(len(iteration.samples) for iteration in found.outcome.iterations[:k])
+        yield Comparator(f"greedy {k}", functools.partial(reduced_models.case_at, model), k, offline, evaluated)
 
 
 def at_system_level(task: TrainingTask) -> TrainingTask:

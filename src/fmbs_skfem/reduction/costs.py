@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..bodies.body import Cells
 from ..core.structs import Callback, Routine, invoke, opener, packed, routine
 from ..dynamics import stepping
 from ..dynamics.large import Large
@@ -26,10 +25,9 @@ from ..dynamics.scheme import GeneralizedAlpha, Newton, method_of
 from ..dynamics.start import Start, first_step
 from ..dynamics.stepping import Step
 from ..dynamics.trajectory import Trajectory
-from ..systems import evaluation
+from ..systems import evaluation, terms
 from ..systems.compiled import Compiled, compile_system, signal_table
-from ..systems.points import Sampled
-from ..systems.system import System
+from ..systems.system import Elastic, System
 
 BURST = 0.005  #: CPU time of one measurement [s]
 STEP = 1e-3  #: of measurements that do not depend on it [s]
@@ -39,44 +37,34 @@ FORCE, TANGENT, FACTOR, SOLUTION = range(10, 14)  #: other pieces
 
 def bandwidth(full: System) -> int:
     """w: most non-zeros in a row of the elastic tangent of a body."""
-    return max((_row_width(e.gather) for e in full.elastic if isinstance(e.gather, Cells)), default=0)
+    return max((_row_width(_reads(full, elastic)) for elastic in full.elastic), default=0) * full.dim
 
 
-def _row_width(cells: Cells) -> int:
-    basis, count = cells.nodes.shape
-    rows, nodes = np.repeat(np.arange(count), basis), cells.nodes.T.ravel() // cells.dim
-    incidence = csr_array((np.ones(nodes.size), (rows, nodes)), shape=(count, width_of(cells) // cells.dim))
-    if cells.spread is not None:
-        incidence = csr_array(incidence @ abs(csr_array(cells.spread)[:: cells.dim, :: cells.dim]))
-    return int(np.diff((incidence.T @ incidence).tocsr().indptr).max()) * cells.dim
+def _row_width(reads: csr_array) -> int:
+    """Most functions that are coupled with one, where cells read functions (e, b)."""
+    return int(np.diff(csr_array(reads.T @ reads).indptr).max(initial=0))
 
 
-def width_of(cells: Cells) -> int:
-    """Number of coordinates that the cells read, before they are slaved to others."""
-    return int(cells.nodes.max()) + cells.dim if cells.spread is None else int(cells.spread.shape[0])
+def _reads(full: System, elastic: Elastic) -> csr_array:
+    """Functions (e, b) of the cells of a body."""
+    return terms.functions_read(elastic.gather, len(full.lift.offset) // full.dim)
 
 
 def touched(full: System, kept: Mapping[str, np.ndarray]) -> dict[str, int]:
     """Coordinates touched by the kept cells (i,) of every body."""
-    gathers = {e.name: e.gather for e in full.elastic}
-    return {name: _touched(gathers[name], numbers) for name, numbers in kept.items()}
-
-
-def _touched(cells: object, numbers: np.ndarray) -> int:
-    if not isinstance(cells, Cells):
-        return 0
-    rows = (np.unique(cells.nodes[:, numbers])[:, None] + np.arange(cells.dim)).ravel()
-    return len(rows) if cells.spread is None else len(np.unique(csr_array(cells.spread)[rows].indices))
+    known = {elastic.name: elastic for elastic in full.elastic}
+    return {name: len(np.unique(_reads(full, known[name])[cells].indices)) * full.dim for name, cells in kept.items()}
 
 
 def kept_cells(reduced: System) -> dict[str, np.ndarray]:
     """Numbers (i,) of the cells with points in use, by body."""
-    return {e.name: np.unique(e.gather.cell) for e in reduced.elastic if isinstance(e.gather, Sampled)}
+    found = {elastic.name: np.unique(terms.cells_of_points(elastic.gather)) for elastic in reduced.elastic}
+    return {name: cells for name, cells in found.items() if len(cells)}
 
 
 def kept_points(reduced: System) -> dict[str, int]:
     """Points in use, by body."""
-    return {e.name: len(e.gather.cell) for e in reduced.elastic if isinstance(e.gather, Sampled)}
+    return {elastic.name: len(terms.cells_of_points(elastic.gather)) for elastic in reduced.elastic}
 
 
 def by_component(values: Mapping[str, int], components: Mapping[str, Sequence[str]]) -> dict[str, int]:

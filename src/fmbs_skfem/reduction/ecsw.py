@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fmbs_skfem.core.container import storable
 from fmbs_skfem.core.errors import InputError, Reason, SolverError, say
 from fmbs_skfem.core.jit import jit
 
@@ -34,6 +35,7 @@ GRAM_FLOOR = 1e-6  #: smallest tolerance for which the Gram form is used
 DEPENDENT = 1e-12  #: a column with less than this outside the span, relative (in the Gram form: of its square), is passed over
 
 
+@storable
 @dataclass(frozen=True)
 class Sample:
     """The cells kept and their weights; all other weights are zero."""

@@ -11,32 +11,29 @@ from dataclasses import replace
 
 from ..core.errors import InputError, say
 from ..core.notices import notify
+from . import cases
 from .cases import Case
 from .validation import STEPS
 
 ROUND = 1e-9  #: relative difference of times that is round-off
 
 
-def timed(case: Case, duration: float | None, step: float | None, where: str) -> Case:
-    """The case with another duration or step [s]; None keeps its own."""
-    step = case.scheme.step if step is None else step
-    duration = case.duration if duration is None else duration
+def at_times(
+    trained: Case, duration: float | None, step: float | None, where: str, beyond: Sequence[str] = ()
+) -> tuple[Case, list[str]]:
+    """A trained case with another duration or step [s], None for its own, and in words where it leaves the training.
+
+    A shorter run does not. A notice lists these places behind those in `beyond`, which are known already.
+    """
+    step = trained.scheme.step if step is None else step
+    duration = trained.duration if duration is None else duration
     if not 0 < step <= duration <= STEPS * step:
         raise InputError(say(where, f"a positive step, and a duration of 1 to {STEPS} of them", f"{step} s and {duration} s"))
-    return replace(case, duration=duration, scheme=replace(case.scheme, step=step))
-
-
-def departures(trained: Case, case: Case) -> list[str]:
-    """Where the times of a case leave those of the training, as texts; a shorter run does not."""
-    found = []
-    if case.duration > trained.duration * (1.0 + ROUND):
-        found.append(f"runs for {case.duration:g} s, trained for {trained.duration:g} s")
-    if abs(case.scheme.step - trained.scheme.step) > ROUND * trained.scheme.step:
-        found.append(f"a step of {case.scheme.step:g} s, trained with {trained.scheme.step:g} s")
-    return found
-
-
-def warn(found: Sequence[str]) -> None:
-    """A notice of departures from the training."""
+    found = [*beyond]
+    if duration > trained.duration * (1.0 + ROUND):
+        found.append(f"runs for {duration:g} s, trained for {trained.duration:g} s")
+    if abs(step - trained.scheme.step) > ROUND * trained.scheme.step:
+        found.append(f"a step of {step:g} s, trained with {trained.scheme.step:g} s")
     if found:
         notify(f"the reduced model runs outside its training: {'; '.join(found)}; check its error against a full run")
+    return cases.with_step(replace(trained, duration=duration), step), found

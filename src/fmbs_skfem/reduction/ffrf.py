@@ -32,7 +32,7 @@ def reduce_floating(system: System, modes: int = 10) -> System:
     at, before = 0, len(system.probes.offset)
     for name, first, last in system.coordinates:
         part = cells.get(name)
-        if isinstance(part, Cells):
+        if part is not None:
             fields, squares = floating_fields(system, name, part, modes)
             frame_rows(terms, name, before + at + dim, dim, len(squares))
             blocks.append(np.kron(fields, np.eye(dim)))

@@ -14,45 +14,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array, eye_array
 
-from ..bodies.body import Cells
 from ..core import container
 from ..core.container import Kind
 from ..core.errors import CorruptFile, InputError, say
-from ..core.expressions import Expression
 from ..core.problems import shown
-from ..dynamics.scheme import GeneralizedAlpha, Newton
+from ..dynamics.scheme import GeneralizedAlpha
 from ..dynamics.trajectory import Trajectory
-from ..systems.points import Sampled
-from ..systems.quartic import Quartic
-from ..systems.signals import Cosine, Sine
-from ..systems.system import Affine, Constraints, Elastic, Line, LoadKind, Loads, Output, PointLaw, Skin, System
+from ..systems.system import System
 from . import cases, extent, validation  # noqa: F401  (rules of what is read)
-from .affine import Order, ParametricCase, Varying
 from .cases import Case
-from .ecsw import Sample
-from .parameters import Parameter, Scale
-from .sampling import Level, Selection
 
 VERSION = 2
 ANEW = "train and save the model anew"
 KIND = Kind("fmbs_skfem reduced model", "a reduced model", VERSION, f"copy the file again, or {ANEW}", ANEW)
-STORED = (
-    *(Affine, Cells, Quartic, Elastic, Constraints, PointLaw, LoadKind, Loads, Line, Skin, Output),
-    *(Expression, Cosine, Sine, Selection, Sample, Level),
-    *(Case, GeneralizedAlpha, Newton, Parameter, Scale, Order, Varying, ParametricCase),
-)  #: types in a file, beside the system
-for kind in STORED:
-    container.storable(kind)
-container.storable(Sampled, rows=lambda values: values.pop("jets"))  #: their name in earlier files
-#: of version 1: its tolerance refers to the norm of all coordinates, from the origin of the scene
-container.storable(
-    System,
-    metric=lambda values: csr_array(eye_array(len(values["x0"]))),
-    weight=lambda values: 1.0,
-    origin=lambda values: np.zeros(values["dim"]),
-)
 
 
 @dataclass(frozen=True)
@@ -81,11 +56,7 @@ def case_of(
         raise InputError(say(where, "a duration and a step", f"no {' and no '.join(missing)}", "give both in seconds"))
     end, h = duration or times["duration"], step or times["step"]
     scheme = GeneralizedAlpha(times.get("step", h), times.get("rho_inf", 0.8))
-    trained = Case(saved.system, scheme, times.get("duration", end))
-    case = extent.timed(trained, duration, step, where)
-    found = extent.departures(trained, case)
-    extent.warn(found)
-    return case, found
+    return extent.at_times(Case(saved.system, scheme, times.get("duration", end)), duration, step, where)
 
 
 def run(saved: Saved, every: int | np.ndarray = 1, duration: float | None = None, step: float | None = None) -> Trajectory:

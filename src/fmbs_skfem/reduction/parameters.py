@@ -20,11 +20,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.container import storable
 from ..core.errors import InputError, closest, say
 
 NEAR = 1e-9  #: part of the box that is round-off
 
 
+@storable
 class Scale(Enum):
     """How a range is divided."""
 
@@ -32,6 +34,7 @@ class Scale(Enum):
     LOG = "log"
 
 
+@storable
 @dataclass(frozen=True)
 class Parameter:
     """A number of a case with its range in SI units."""

@@ -75,13 +75,9 @@ def case_of(
     """The case at values of the parameters, nominal where none is given, and where it leaves the training, with a notice."""
     model = rom.model
     point = boxes.completed(model.parameters, values)
-    trained = affine.at(model, point)
-    case = extent.timed(trained, duration, step, "reduced model")
     far = boxes.outside(model.parameters, point)
-    found = [f"{p.name} = {point[p.name]:g}, {distance(p, point[p.name])}" for p in model.parameters if p.name in far]
-    found += extent.departures(trained, case)
-    extent.warn(found)
-    return case, found
+    beyond = [f"{p.name} = {point[p.name]:g}, {distance(p, point[p.name])}" for p in model.parameters if p.name in far]
+    return extent.at_times(affine.at(model, point), duration, step, "reduced model", beyond)
 
 
 def distance(parameter: Parameter, value: float) -> str:

@@ -58,26 +58,22 @@ class Polynomials:
     def of(self, system: System) -> System:
         """The reduced system with polynomials in place of its points."""
         for elastic, made in self.known:
-            factors = [ratio(old, new) for old, new in zip(elastic, system.elastic, strict=True)]
-            if None not in factors and len(set(factors)) == 1:
-                return replace(system, elastic=tuple(rescaled(part, factors[0]) for part in made.elastic))
+            factors = {ratio(old, new) for old, new in zip(elastic, system.elastic, strict=True)}
+            if len(factors) == 1 and (factor := factors.pop()) is not None:
+                return replace(system, elastic=tuple(rescaled(part, factor) for part in made.elastic))
         made = exact(system)
         self.known.append((system.elastic, made))
         return made
 
 
-def rescaled(elastic: Elastic, factor: float | None) -> Elastic:
+def rescaled(elastic: Elastic, factor: float) -> Elastic:
     """A polynomial body with its energy times a factor."""
-    if not isinstance(elastic.gather, Quartic) or factor in (None, 1.0):
-        return elastic
-    return replace(elastic, gather=scaled(elastic.gather, float(factor or 1.0)))
+    return elastic if factor == 1.0 else replace(elastic, gather=scaled(elastic.gather, factor))
 
 
 def ratio(old: Elastic, new: Elastic) -> float | None:
     """Factor between the energies of one sampled membrane at two parameters, None where there is none."""
-    a, b = old.gather, new.gather
-    if not (isinstance(a, Sampled) and isinstance(b, Sampled)):
-        return None
+    a, b = sampled_gather(old), sampled_gather(new)
     same = np.array_equal(a.rows, b.rows) and np.array_equal(a.offset, b.offset) and np.array_equal(a.section[1], b.section[1])
     before, now = (gather.section[0] * gather.section[-1] for gather in (a, b))
     factors = now / before
@@ -94,8 +90,8 @@ def exact(system: System) -> System:
     for elastic in system.elastic:
         energy = build(sampled_gather(elastic), elastic.beta, elastic.name)
         span = (energy.columns.start, energy.columns.stop)
-        if span in found and isinstance(other := found[span].gather, Quartic):
-            energy.coefficients[:] += other.coefficients
+        if span in found:
+            energy.coefficients[:] += found[span].gather.coefficients
             elastic = replace(elastic, name=f"{found[span].name}+{elastic.name}")
         found[span] = replace(elastic, gather=energy)
     return replace(system, elastic=tuple(found.values()))
@@ -104,9 +100,7 @@ def exact(system: System) -> System:
 def possible(system: System) -> bool:
     """Whether every elastic body is a planar membrane without stiffness damping, so that `exact` is possible."""
     planar = system.dim == 2 and len(system.elastic) > 0
-    return planar and all(
-        not isinstance(e.gather, Quartic) and e.gather.law is Law.MEMBRANE and e.beta == 0.0 for e in system.elastic
-    )
+    return planar and all(elastic.gather.law is Law.MEMBRANE and elastic.beta == 0.0 for elastic in system.elastic)
 
 
 def build(sampled: Sampled, beta: float = 0.0, name: str = "membrane") -> Quartic:

@@ -22,7 +22,9 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..bodies import laws
+from ..core.container import storable
 from ..core.errors import InputError, say
+from ..systems import terms
 from ..systems.points import Sampled
 from ..systems.system import Elastic, System
 from . import ecsw
@@ -39,6 +41,7 @@ MANY = 6000  #: points above which the cells are searched first, and then the po
 Run: TypeAlias = tuple[list[Elastic], np.ndarray]  #: bodies of a component with their parameters, states (s, n)
 
 
+@storable
 class Level(Enum):
     """What is sampled."""
 
@@ -46,6 +49,7 @@ class Level(Enum):
     POINTS = "points"
 
 
+@storable
 @dataclass(frozen=True)
 class Selection:
     """Sampled cells or points of one component, numbered through all its bodies."""
@@ -58,36 +62,32 @@ class Selection:
     snnls_s: float  #: CPU time of the sparse non-negative least squares [s]
 
 
-@register
 @dataclass(frozen=True)
-class Elements(HyperReduction):
+class Ecsw(HyperReduction):
+    """ECSW of every component, to the relative tolerance eta."""
+
+    tolerance: float = USUAL
+
+    def train(self, runs: Sequence[TrainingRun]) -> Rule:
+        """The weights of all components, trained on the projected motions."""
+        selections = train([(run.system, run.states()) for run in runs], self.tolerance, Level(self.name))
+        return Rule(partial(apply, selections=selections), selections)
+
+
+@register
+class Elements(Ecsw):
     """ECSW over the cells of a component, to the relative tolerance eta."""
 
     name: ClassVar[str] = Level.ELEMENTS.value
     label: ClassVar[str] = "ecsw"
-    tolerance: float = USUAL
-
-    def train(self, runs: Sequence[TrainingRun]) -> Rule:
-        return rule(runs, self.tolerance, Level.ELEMENTS)
 
 
 @register
-@dataclass(frozen=True)
-class Points(HyperReduction):
+class Points(Ecsw):
     """ECSW over the quadrature points of a component, to the relative tolerance eta."""
 
     name: ClassVar[str] = Level.POINTS.value
     label: ClassVar[str] = "ecsw-points"
-    tolerance: float = USUAL
-
-    def train(self, runs: Sequence[TrainingRun]) -> Rule:
-        return rule(runs, self.tolerance, Level.POINTS)
-
-
-def rule(runs: Sequence[TrainingRun], tolerance: float, level: Level) -> Rule:
-    """The weights of all components, trained on the projected motions."""
-    selections = train([(run.system, run.states()) for run in runs], tolerance, level)
-    return Rule(partial(apply, selections=selections), selections)
 
 
 def train(
@@ -112,8 +112,8 @@ def train(
 
 def owned(elastic: Elastic, first: int, last: int) -> bool:
     """Whether a body's unknowns lie in the given range."""
-    gather = elastic.gather
-    return isinstance(gather, Sampled) and first <= gather.columns.start and gather.columns.stop <= last
+    gather = sampled_gather(elastic)
+    return first <= gather.columns.start and gather.columns.stop <= last
 
 
 def count(elastic: Elastic, level: Level) -> int:
@@ -277,5 +277,5 @@ def weighted(elastic: Elastic, weights: np.ndarray, level: Level) -> Elastic:
 
 def kept(system: System) -> dict[str, tuple[int, int]]:
     """Cells and points in use, by body."""
-    gathers = {e.name: e.gather for e in system.elastic}
-    return {name: (len(np.unique(g.cell)), len(g.cell)) for name, g in gathers.items() if isinstance(g, Sampled)}
+    found = {elastic.name: terms.cells_of_points(elastic.gather) for elastic in system.elastic}
+    return {name: (len(np.unique(cells)), len(cells)) for name, cells in found.items() if len(cells)}

@@ -15,7 +15,8 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Field, PrivateAttr, StrictStr, WithJsonSchema
 
 from ..bodies.sections import Section
-from ..core.fields import Number, Range, Time, Tolerance
+from ..core.fields import Number, Range, Time, Tolerance, word
+from ..reduction import hyper_reduction
 from ..systems.assembly import Motion, Rayleigh
 from ..systems.gaps import Joint
 from ..systems.loads import Load
@@ -113,10 +114,10 @@ Analysis: TypeAlias = Annotated[Dynamic | Static | Modes, Field(discriminator="t
 
 
 class HyperReduction(Model):
-    """ECSW with relative tolerance eta, on elements or on quadrature points."""
+    """How elastic forces are evaluated: ECSW with relative tolerance eta over elements or points, or another way by its name."""
 
     tolerance: Tolerance = 1e-3
-    sample: Literal["elements", "points"] = "points"
+    sample: Annotated[str, word(hyper_reduction.KNOWN)] = "points"
 
 
 class Reduction(Model):

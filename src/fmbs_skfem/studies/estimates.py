@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..bodies.body import Cells
 from ..core import direct, krylov
 from ..scenes import build
-from ..systems import compiled, sparse
+from ..systems import compiled, sparse, terms
 
 if TYPE_CHECKING:
     from ..scenes import Scene
@@ -26,7 +24,7 @@ STATIC_ITERATIONS, LANCZOS = 6.0, 60.0  #: a load step: iterations; modes: solut
 def estimates(scene: Scene, raw: System, reduced: System) -> dict[str, Any]:
     """Solver, steps, memory [MB] and order of magnitude of the time [s] of an analysis, by counts of numbers read and written."""
     analysis, (label, fill, once, each) = scene.analysis, solver(scene, raw, reduced)
-    numbers = numbers_read(reduced)
+    numbers = sum(terms.numbers_read(part.gather) for part in reduced.elastic)
     tables = 8e-6 * numbers / max(reduced.dim, 1)
     found: dict[str, Any] = {"solver": label, "solver_memory_mb": round(fill + tables, 3)}
     if analysis.type == "static":
@@ -45,15 +43,6 @@ def estimates(scene: Scene, raw: System, reduced: System) -> dict[str, Any]:
         "step_s": float(f"{step:.1g}"),
         "wall_s": float(f"{steps * step:.1g}"),
     }
-
-
-def numbers_read(system: System) -> float:
-    """Products of a table entry with a coordinate, over all cells, in one evaluation of the forces."""
-    found = 0.0
-    for part in system.elastic:
-        if isinstance(part.gather, Cells):
-            found += math.prod(part.gather.shape) * part.gather.dim**2
-    return found
 
 
 def solver(scene: Scene, raw: System, reduced: System) -> tuple[str, float, float, float]:

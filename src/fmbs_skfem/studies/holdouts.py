@@ -78,7 +78,7 @@ def check(job: Job, order: Order, found: Training, model: ParametricModel, compa
     """All hold-out points; comparators are trained where they are wanted."""
     task, points = found.task, order.points.holdout
     full, predict = read_or_run(found, job.made), prediction.predictor(model)
-    everyone = [*stages(found), *(others(job, order, found, full) if compare else ())]
+    everyone = [*comparators.stages(found), *(others(job, order, found, full) if compare else ())]
     rows = comparators.compare(task, everyone, full, points, job.progress("hold-out points"))
     predictions = tuple(predict(parameters.named(task.parameters, row)) for row in points) if predict else ()
     return Checked(points, rows, len(found.models), predictions)
@@ -103,15 +103,6 @@ def read_or_run(found: Training, out: Path | None, sharp: bool = True) -> Full:
         return store.made(path, functools.partial(full_runs.full_run, found.task, values, sharp))
 
     return full
-
-
-def stages(found: Training) -> Iterator[Comparator]:
-    """The model after every full run."""
-    for k, model in enumerate(found.models, start=1):
-        offline = sum(run.cpu_s for run in found.runs[:k]) + sum(one.training_s for one in found.models[:k])
-        evaluated = sum(len(iteration.samples) for iteration in found.outcome.iterations[:k])
-        family = functools.partial(reduced_models.case_at, model)
-        yield Comparator(f"greedy {k}", family, k, offline, evaluated)
 
 
 def others(job: Job, order: Order, found: Training, full: Full) -> Iterator[Comparator]:

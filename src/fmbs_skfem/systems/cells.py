@@ -7,6 +7,7 @@ p are the coordinates of the bodies, or their images S q where a body slaves fun
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -253,6 +254,21 @@ def compile_term(cells: Cells, setting: Setting) -> Term:
 def position_gradients(cells: Cells, x: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Of all cells, (k c, p, e)."""
     return np.asarray(gradient_rows(cells, len(q)) @ q).reshape(-1, *cells.section.shape[1:])
+
+
+@terms.functions_read.register(Cells)
+def functions_read(cells: Cells, size: int) -> csr_array:
+    """The functions of every cell, or those that they are slaved to."""
+    functions, spread, dim = cells.nodes.T // cells.dim, cells.spread, cells.dim
+    indptr, width = np.arange(len(functions) + 1) * functions.shape[1], size if spread is None else spread.shape[0] // dim
+    reads = csr_array((np.ones(functions.size, np.float32), functions.ravel(), indptr), shape=(len(functions), width))
+    return reads if spread is None else csr_array(reads @ abs(csr_array(spread)[::dim, ::dim].astype(np.float32)))
+
+
+@terms.numbers_read.register(Cells)
+def numbers_read(cells: Cells) -> float:
+    """Of all cells."""
+    return float(math.prod(cells.shape) * cells.dim**2)
 
 
 def gradient_rows(cells: Cells, size: int) -> csr_array:

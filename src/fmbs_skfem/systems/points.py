@@ -12,6 +12,7 @@ import numpy as np
 
 from ..bodies import laws
 from ..bodies.laws import Law
+from ..core.container import storable
 from ..core.entries import view
 from ..core.jit import jit
 from ..core.linalg import as_dense
@@ -39,6 +40,9 @@ class Sampled:
     section: Annotated[np.ndarray, Reals("i 1 p")]  #: rows of the law, the last one the weight of a point
     columns: Annotated[slice, Range("r", end="n")]
     cell: Annotated[np.ndarray, Indices("p")]  #: number of the cell of every point
+
+
+storable(Sampled, rows=lambda values: values.pop("jets"))  #: their name in earlier files
 
 
 class Record(NamedTuple):
@@ -201,3 +205,9 @@ def position_gradients(points: Sampled, x: np.ndarray, q: np.ndarray) -> np.ndar
     """Of all points, (k c, 1, p)."""
     u = np.asarray(points.rows @ x[points.columns] + points.offset)
     return u.reshape(-1, *points.section.shape[1:])
+
+
+@terms.cells_of_points.register(Sampled)
+def cells_of_points(points: Sampled) -> np.ndarray:
+    """Of all points."""
+    return points.cell

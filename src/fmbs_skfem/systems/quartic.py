@@ -25,6 +25,7 @@ import numba
 import numpy as np
 
 from ..bodies.laws import Law
+from ..core.container import storable
 from ..core.entries import view
 from ..core.errors import InputError, say
 from ..core.jit import jit
@@ -43,6 +44,7 @@ LANES = 8  #: numbers of a cache line, to which rows are padded
 regrouped = numba.njit(error_model="numpy", fastmath={"reassoc", "contract"})
 
 
+@storable
 @dataclass(frozen=True)
 class Quartic:
     """Strain energy of one body as a polynomial of x[columns]."""

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.container import storable
 
+
+@storable
 @dataclass(frozen=True)
 class Cosine:
     """cos(angle(t))."""
@@ -18,6 +21,7 @@ class Cosine:
         return np.asarray(np.cos(self.angle(t)))
 
 
+@storable
 @dataclass(frozen=True)
 class Sine:
     """sin(angle(t))."""

@@ -15,7 +15,7 @@ from scipy.sparse import csr_array, eye_array
 
 from ..core.linalg import is_identity, mirrored
 from .system import System
-from .terms import Targets
+from .terms import Targets, functions_read
 
 NONE = np.zeros(0, np.int32)
 
@@ -63,11 +63,6 @@ def function_pattern(system: System) -> csr_array:
     for matrix in (system.mass, system.stiffness):
         pattern = csr_array(pattern + abs(csr_array(matrix)[::dim, ::dim].astype(np.float32)))
     for part in system.elastic:
-        nodes, spread = part.gather.nodes // dim, part.gather.spread
-        indptr = np.arange(nodes.shape[1] + 1) * len(nodes)
-        width = count if spread is None else spread.shape[0] // dim
-        reads = csr_array((np.ones(nodes.size, np.float32), nodes.T.ravel(), indptr), shape=(nodes.shape[1], width))
-        if spread is not None:
-            reads = csr_array(reads @ abs(csr_array(spread)[::dim, ::dim].astype(np.float32)))
+        reads = functions_read(part.gather, count)
         pattern = csr_array(pattern + reads.T @ reads)
     return csr_array(pattern, dtype=float)

@@ -17,10 +17,11 @@ from enum import IntEnum
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, eye_array
 from scipy.sparse.linalg import spsolve
 
 from ..bodies.laws import Law
+from ..core.container import storable
 from ..core.linalg import is_sparse
 from ..core.validation import Attributes, Indices, Inside, Number, Range, Reals
 from . import terms
@@ -30,6 +31,7 @@ Matrix: TypeAlias = csr_array | np.ndarray
 Signal: TypeAlias = Callable[[np.ndarray], np.ndarray]  #: a scalar function of time, vectorised
 
 
+@storable
 @dataclass(frozen=True)
 class Affine:
     """x -> matrix @ x + offset."""
@@ -41,6 +43,7 @@ class Affine:
         return np.asarray(self.matrix @ x) + self.offset
 
 
+@storable
 @dataclass(frozen=True)
 class Elastic:
     """Strain energy of one body or component."""
@@ -51,6 +54,7 @@ class Elastic:
     gather: Annotated[Any, Inside("c n q", terms.is_storage)]
 
 
+@storable
 @dataclass(frozen=True)
 class Constraints:
     """Constraints in probe rows: Phi_row += coefficient s(t) y_i y_j, with -1 for an absent factor.
@@ -67,6 +71,7 @@ class Constraints:
     j: Annotated[np.ndarray, Indices("t", end="y", low=-1)] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
 
+@storable
 class LoadKind(IntEnum):
     """Laws of loads that depend on the configuration."""
 
@@ -75,6 +80,7 @@ class LoadKind(IntEnum):
     SPRING = 2  #: torque - k (theta - theta0) - d theta' on arg(slope rows) - arg(position rows), two rows each
 
 
+@storable
 @dataclass(frozen=True)
 class PointLaw:
     """A load on probe rows: slope rows start at `slope`, position rows at `position`."""
@@ -87,6 +93,7 @@ class PointLaw:
     vector: Annotated[np.ndarray, Reals("3")]
 
 
+@storable
 @dataclass(frozen=True)
 class Loads:
     """Constant generalised force [N], terms coefficient s(t) on probe rows, and point laws."""
@@ -98,6 +105,7 @@ class Loads:
     laws: Annotated[tuple[PointLaw, ...], Inside("c y k")] = ()
 
 
+@storable
 @dataclass(frozen=True)
 class Line:
     """What a picture needs of a body: samples of its centre line as affine functions of the body coordinates q."""
@@ -108,6 +116,7 @@ class Line:
     law: Law
 
 
+@storable
 @dataclass(frozen=True)
 class Skin:
     """What a picture needs of a plate or shell: samples of its middle surface, samples @ q[columns].reshape(b, c)."""
@@ -121,6 +130,7 @@ class Skin:
     section: Annotated[np.ndarray, Reals("i 1 x")]  #: rows of the law
 
 
+@storable
 @dataclass(frozen=True)
 class Output:
     """A named output: `kind` and the sensor rows it reads."""
@@ -165,6 +175,15 @@ class System:
     @property
     def size(self) -> int:
         return len(self.x0)
+
+
+#: in files of version 1 the tolerance refers to the norm of all coordinates, from the origin of the scene
+storable(
+    System,
+    metric=lambda values: csr_array(eye_array(len(values["x0"]))),
+    weight=lambda values: 1.0,
+    origin=lambda values: np.zeros(values["dim"]),
+)
 
 
 def in_scene(system: System, q: np.ndarray) -> np.ndarray:

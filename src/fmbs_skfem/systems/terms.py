@@ -6,7 +6,8 @@ A storage is a struct of arrays; for its type it registers
     split           itself in pieces whose numbers stay in the cache, in the coordinates of `Lifts` if it reads bodies
     compile_term    a piece as a record of arrays and three routines that act on it (`evaluation.ElasticTerms`)
 
-and, where the default does not do, `couplings` and `position_gradients`. Nothing else asks which storage a term has.
+and, where the default does not do, `couplings`, `position_gradients` and what costs are counted from: `functions_read`,
+`numbers_read` and `cells_of_points`. Nothing else asks which storage a term has.
 """
 
 from __future__ import annotations
@@ -142,6 +143,24 @@ def couplings(piece: Any) -> np.ndarray:
 def position_gradients(storage: Any, x: np.ndarray, q: np.ndarray) -> np.ndarray | None:
     """Derivatives of the position (k c, p, e) at the points of a storage; None where it has no points."""
     return None
+
+
+@singledispatch
+def functions_read(storage: Any, size: int) -> csr_array:
+    """Ones (e, b) where a cell of a full body reads one of the `size` functions of all bodies; no rows of other storages."""
+    return csr_array((0, size), dtype=np.float32)
+
+
+@singledispatch
+def numbers_read(storage: Any) -> float:
+    """Products of a table entry with a coordinate in one evaluation of the force of a full body; 0 of other storages."""
+    return 0.0
+
+
+@singledispatch
+def cells_of_points(storage: Any) -> np.ndarray:
+    """Number of the cell of every point in use of a reduced body (p,); none of storages without such points."""
+    return np.zeros(0, np.int64)
 
 
 class Nothing(NamedTuple):

@@ -1,0 +1,36 @@
+"""A trained model at points that its training has not seen."""
+
+from __future__ import annotations
+
+import functools
+from typing import NamedTuple
+
+import numpy as np
+
+from fmbs_skfem.reduction import calibration, comparators, full_runs, parameters, reduced_models
+from fmbs_skfem.reduction.comparators import Comparator
+from fmbs_skfem.reduction.reduced_models import ReducedModel
+from fmbs_skfem.reduction.training import Training
+
+
+class HeldOut(NamedTuple):
+    """Largest true error, indicators (k,), and the part of the true errors in the band that their indicators predict."""
+
+    largest: float
+    indicators: np.ndarray
+    inside: float
+
+
+def hold_out(found: Training, points: np.ndarray, model: ReducedModel | None = None) -> HeldOut:
+    """The last model of a training, or another one of it, at points (k, d) with full runs."""
+    task, used = reduced_models.quick(found.task), model or found.model
+    one = Comparator("model", functools.partial(reduced_models.case_at, used), len(found.runs), 0.0)
+    (row,) = comparators.compare(task, [one], functools.partial(full_runs.full_run, found.task), points)
+    indicators, inside = [], []
+    assert found.calibration is not None
+    for values, trial in zip((parameters.named(task.parameters, point) for point in points), row.trials, strict=True):
+        motion = reduced_models.reduced_run(task, reduced_models.case_at(used, values))
+        indicators.append(reduced_models.indicator(task, motion, values))
+        _, low, high = calibration.predict(found.calibration, indicators[-1])
+        inside.append(low <= trial.error <= high)
+    return HeldOut(row.max_error, np.array(indicators), float(np.mean(inside)))
