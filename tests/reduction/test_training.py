@@ -38,10 +38,9 @@ from fmbs_skfem.reduction import (
 )
 from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction import training_store as store
-from fmbs_skfem.reduction.candidates import Search
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.full_runs import FullRun, TrainingTask
-from fmbs_skfem.reduction.parameters import Parameter
+from fmbs_skfem.reduction.parameters import Parameter, Search
 from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems import At, System, assemble, compile_system, joints, loads

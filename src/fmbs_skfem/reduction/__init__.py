@@ -18,14 +18,13 @@ from . import (
     pod,
     sampling,
 )
-from .candidates import Search, search
 from .cases import Case, Family
 from .errors import Errors, Norms, compare, residual_norms
 from .ffrf import reduce_floating
 from .full_runs import TrainingTask, task_of
 from .galerkin import Snapshots, bases, body_level, reduce_system, snapshots, system_level
 from .hyper_reduction import NONE, HyperReduction
-from .parameters import Parameter, Scale
+from .parameters import Parameter, Scale, Search, search
 from .plan import Plan
 from .polynomial import Exact
 from .sampling import Elements, Level, Points

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -56,6 +57,17 @@ class Calibration:
         return self.count < FEW
 
 
+class Prediction(NamedTuple):
+    """A predicted error, in the measure of the training, and the ends of its band; NaN where nothing can be said."""
+
+    error: float
+    low: float
+    high: float
+
+
+NOTHING = Prediction(math.nan, math.nan, math.nan)
+
+
 def fit(indicators: ArrayLike, errors: ArrayLike, level: float = LEVEL) -> Calibration:
     """Calibration from pairs (k,); pairs that are not finite and positive, as those of failed runs, are left out."""
     i, e = np.asarray(indicators, dtype=np.float64), np.asarray(errors, dtype=np.float64)
@@ -87,11 +99,11 @@ def half_width(calibration: Calibration, indicator: float) -> float:
     return max(NARROWEST, factor * calibration.spread * math.sqrt(1.0 + 1.0 / calibration.count + away))
 
 
-def predict(calibration: Calibration, indicator: float) -> tuple[float, float, float]:
+def predict(calibration: Calibration, indicator: float) -> Prediction:
     """Predicted error and the ends of its band; all infinite for the infinite indicator of a failed run, all 0 for 0."""
     if math.isnan(indicator) or indicator < 0.0:
         raise InputError(say("calibration.predict", "an indicator that is not negative", indicator))
     if indicator == 0.0 or math.isinf(indicator):
-        return indicator, indicator, indicator
+        return Prediction(indicator, indicator, indicator)
     middle, half = calibration.offset + calibration.slope * math.log10(indicator), half_width(calibration, indicator)
-    return 10.0**middle, 10.0 ** (middle - half), 10.0 ** (middle + half)
+    return Prediction(10.0**middle, 10.0 ** (middle - half), 10.0 ** (middle + half))

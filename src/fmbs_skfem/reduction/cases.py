@@ -6,7 +6,7 @@ place, the fields, keys and positions on the way to it. Two cases of one structu
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, TypeAlias
 
@@ -14,8 +14,10 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..core.container import storable
+from ..core.errors import InputError, say
 from ..core.expressions import Expression
 from ..core.linalg import is_sparse
+from ..core.notices import notify
 from ..dynamics.checkpoint import Record, Resumed
 from ..dynamics.integration import integrate
 from ..dynamics.scheme import GeneralizedAlpha, Newton
@@ -24,6 +26,8 @@ from ..systems import quartic
 from ..systems.system import System
 
 APART: dict[type, tuple[str, ...]] = {Expression: ("text",), System: ("metric", "weight", "scale")}  #: fields that are no leaves
+STEPS = 10_000_000  #: most steps of a run, as of the analysis of a scene
+ROUND = 1e-9  #: relative difference of times that is round-off
 Place: TypeAlias = tuple[str | int, ...]
 Leaf: TypeAlias = float | np.ndarray | csr_array
 Sample: TypeAlias = dict[Place, Leaf]  #: leaves that differ from those of another case
@@ -57,6 +61,30 @@ def run(
 def with_step(case: Case, step: float) -> Case:
     """The case with another step [s]."""
     return replace(case, scheme=replace(case.scheme, step=step))
+
+
+def at_times(
+    trained: Case, duration: float | None, step: float | None, where: str, beyond: Sequence[str] = ()
+) -> tuple[Case, list[str]]:
+    """A trained case with another duration or step [s], None for its own, and in words where it leaves the training.
+
+    A basis holds the states of the full runs that it was made of. What a reduced model does beyond them may look as sound as
+    before, and be far from the full model; its predicted error is that of the training.
+
+    A shorter run does not. A notice lists these places behind those in `beyond`, which are known already.
+    """
+    step = trained.scheme.step if step is None else step
+    duration = trained.duration if duration is None else duration
+    if not 0 < step <= duration <= STEPS * step:
+        raise InputError(say(where, f"a positive step, and a duration of 1 to {STEPS} of them", f"{step} s and {duration} s"))
+    found = [*beyond]
+    if duration > trained.duration * (1.0 + ROUND):
+        found.append(f"runs for {duration:g} s, trained for {trained.duration:g} s")
+    if abs(step - trained.scheme.step) > ROUND * trained.scheme.step:
+        found.append(f"a step of {step:g} s, trained with {trained.scheme.step:g} s")
+    if found:
+        notify(f"the reduced model runs outside its training: {'; '.join(found)}; check its error against a full run")
+    return with_step(replace(trained, duration=duration), step), found
 
 
 class Change(Exception):

@@ -31,12 +31,12 @@ import numpy as np
 from ..core.errors import FmbsError, InputError, say
 from ..systems.system import System
 from . import affine, costs, full_runs, galerkin, grassmann, parameters, reduced_models, training
-from .candidates import Search
 from .cases import Case, Family
 from .full_runs import Full, FullRun, TrainingTask
 from .greedy import Options
 from .hyper_reduction import NONE
 from .output_errors import OutputError
+from .parameters import Search
 from .plan import with_components
 from .pod import Basis
 from .reduced_models import Reduction

@@ -22,7 +22,7 @@ from ..core.problems import shown
 from ..dynamics.scheme import GeneralizedAlpha
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System
-from . import cases, extent, validation  # noqa: F401  (rules of what is read)
+from . import cases, validation  # noqa: F401  (rules of what is read)
 from .cases import Case
 
 VERSION = 2
@@ -56,7 +56,7 @@ def case_of(
         raise InputError(say(where, "a duration and a step", f"no {' and no '.join(missing)}", "give both in seconds"))
     end, h = duration or times["duration"], step or times["step"]
     scheme = GeneralizedAlpha(times.get("step", h), times.get("rho_inf", 0.8))
-    return extent.at_times(Case(saved.system, scheme, times.get("duration", end)), duration, step, where)
+    return cases.at_times(Case(saved.system, scheme, times.get("duration", end)), duration, step, where)
 
 
 def run(saved: Saved, every: int | np.ndarray = 1, duration: float | None = None, step: float | None = None) -> Trajectory:

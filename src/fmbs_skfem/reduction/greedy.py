@@ -38,6 +38,7 @@ Array = NDArray[np.float64]
 
 WORTH = 0.01  #: smallest expected gain for which Kriging adds a sample [decades]
 ABOVE_FLOOR = 3.0  #: indicators up to this times those at full runs are truncation, whose floor itself follows the loads
+ENDING = (NoRoom, NoModel)  #: what ends the loop, whatever raises it
 FAILURES = (FmbsError, RuntimeError, ArithmeticError, np.linalg.LinAlgError)  #: what a run that fails raises
 
 
@@ -129,6 +130,7 @@ class Problem:
     first: int
     options: Options
     truncates: Callable[[], bool]
+    enough: Callable[[float], bool]
 
 
 def run(
@@ -142,6 +144,7 @@ def run(
     keep: Callable[[Iteration], None] | None = None,
     truncates: Callable[[], bool] = lambda: True,
     name: Callable[[int], str] = "candidate {}".format,
+    enough: Callable[[float], bool] = lambda largest: False,
 ) -> Outcome:
     """Algorithm 1 over candidates (c,d) in the unit box.
 
@@ -149,9 +152,10 @@ def run(
     the basis. `samples` are evaluated first in every iteration, `first` is the first full run. `keep` is given every complete
     iteration (the last one again when later full runs fail). As `done` they continue an interrupted loop: nothing of them is run
     again, the caller restores their basis. `truncates()` says whether the present basis leaves out anything of its full runs,
-    `name(i)` what candidate i is called. NoModel where every full run that is tried first fails; a full disk passes as NoRoom.
+    `name(i)` what candidate i is called; `enough(largest indicator)` ends the loop as the tolerance of the options does. NoModel
+    where every full run that is tried first fails; NoModel of `extend` and NoRoom, of a full disk, pass.
     """
-    problem = _problem(evaluate, extend, candidates, samples, first, options or Options(), truncates)
+    problem = _problem(evaluate, extend, candidates, samples, first, options or Options(), truncates, enough)
     history = _checked(done, problem)
     while True:
         failed = history[-1].failed if history else ()
@@ -183,7 +187,7 @@ def decide(
     if not open_:
         return None, Stop.FAILED
     largest = max(open_.values())
-    if options.tolerance is not None and largest <= options.tolerance:
+    if (options.tolerance is not None and largest <= options.tolerance) or problem.enough(largest):
         return None, Stop.TOLERANCE
     worst = [k for k, i in open_.items() if i == largest]
     fresh = [k for k in worst if k not in used]
@@ -194,7 +198,7 @@ def decide(
         return None, Stop.FLOOR
     if len(history) >= options.iterations:
         return None, Stop.ITERATIONS
-    return _farthest(problem.candidates, fresh, sorted(used)), None
+    return farthest(problem.candidates, fresh, sorted(used)), None
 
 
 def _iteration(problem: Problem, history: Sequence[Iteration], point: int, failed: tuple[tuple[int, str], ...]) -> Iteration:
@@ -226,7 +230,7 @@ def _samples(problem: Problem, closed: set[int]) -> list[int]:
         others = [k for k in _open(problem, closed) if k not in samples]
         if not others:
             break
-        samples.append(_farthest(problem.candidates, others, sorted({*samples, *closed})))
+        samples.append(farthest(problem.candidates, others, sorted({*samples, *closed})))
     return samples
 
 
@@ -269,7 +273,7 @@ def _indicator(problem: Problem, candidate: int) -> float:
     """The indicator, infinite where the reduced run fails."""
     try:
         value = float(problem.evaluate(candidate))
-    except NoRoom:
+    except ENDING:
         raise
     except FAILURES:
         return math.inf
@@ -282,7 +286,7 @@ def _attempt(problem: Problem, candidate: int) -> str | None:
     """Make the full run; the reason when it fails."""
     try:
         problem.extend(candidate)
-    except NoRoom:
+    except ENDING:
         raise
     except FAILURES as error:
         return str(error) or type(error).__name__
@@ -316,7 +320,7 @@ def _nearest(problem: Problem, lost: dict[int, str]) -> int | None:
     return choices[int(np.argmin(away))]
 
 
-def _farthest(candidates: Array, choices: Sequence[int], used: Sequence[int]) -> int:
+def farthest(candidates: Array, choices: Sequence[int], used: Sequence[int]) -> int:
     """The one of several candidates that is farthest from all used ones."""
     return choices[int(np.argmax(cdist(candidates[list(choices)], candidates[list(used)]).min(axis=1)))]
 
@@ -328,7 +332,7 @@ def _problem(
     samples: Sequence[int],
     first: int,
     options: Options,
-    truncates: Callable[[], bool],
+    *others: Callable[..., bool],
 ) -> Problem:
     """Candidates, samples and the first point, checked; copies of a candidate stand for the first of them."""
     where, x = "greedy.run", np.asarray(candidates, dtype=np.float64)
@@ -341,7 +345,7 @@ def _problem(
             raise InputError(say(f"{where}: {name}", f"a candidate, 0 to {len(x) - 1}", k))
     _, original, copies = np.unique(x, axis=0, return_index=True, return_inverse=True)
     same = tuple(int(k) for k in original[copies.ravel()])
-    return Problem(evaluate, extend, x, same, tuple(dict.fromkeys(same[k] for k in samples)), same[first], options, truncates)
+    return Problem(evaluate, extend, x, same, tuple(dict.fromkeys(same[k] for k in samples)), same[first], options, *others)
 
 
 def _checked(done: Sequence[Iteration], problem: Problem) -> tuple[Iteration, ...]:

@@ -184,11 +184,11 @@ class ProductTask:
         from . import parameters as boxes
 
         model = parametric_model.load(self.path).model
-        with warming():
-            integrated(replace(model.nominal, duration=model.nominal.scheme.step), self.instants)
-        return lambda values: integrated(
-            affine.at(model, boxes.completed(model.parameters, {**self.fixed, **values})), self.instants
-        )
+
+        def family(values: Mapping[str, float]) -> Case:
+            return affine.at(model, boxes.completed(model.parameters, {**self.fixed, **values}))
+
+        return FamilyTask(family, {}, instants=self.instants).prepare()
 
 
 @contextlib.contextmanager

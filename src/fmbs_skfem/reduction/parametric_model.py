@@ -22,7 +22,7 @@ import numpy as np
 from ..core import container, durable
 from ..core.errors import InputError, say
 from ..dynamics.trajectory import Trajectory
-from . import affine, cases, extent, files
+from . import affine, cases, files
 from . import parameters as boxes
 from .affine import ParametricCase
 from .cases import Case
@@ -77,7 +77,7 @@ def case_of(
     point = boxes.completed(model.parameters, values)
     far = boxes.outside(model.parameters, point)
     beyond = [f"{p.name} = {point[p.name]:g}, {distance(p, point[p.name])}" for p in model.parameters if p.name in far]
-    return extent.at_times(affine.at(model, point), duration, step, "reduced model", beyond)
+    return cases.at_times(affine.at(model, point), duration, step, "reduced model", beyond)
 
 
 def distance(parameter: Parameter, value: float) -> str:

@@ -21,7 +21,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,6 +28,7 @@ import numpy as np
 from ..core.errors import CorruptFile, say
 from . import calibration, kriging
 from . import parameters as boxes
+from .calibration import NOTHING, Prediction
 from .parametric_model import ParametricModel
 
 if TYPE_CHECKING:
@@ -41,15 +41,6 @@ FEWEST = 2  #: indicators away from full runs that are enough
 WIDE = 2.5  #: widest band that tells anything [decades]
 LEFT = 0.1  #: part of the hold-out points that may lie above their bands
 WHOLE = 1.0  #: error of the size of what is predicted
-
-
-@dataclass(frozen=True)
-class Prediction:
-    """A predicted error, in the measure of the training, and its band; NaN where nothing can be said."""
-
-    error: float
-    low: float
-    high: float
 
 
 Predictor = Callable[[Mapping[str, float]], Prediction]
@@ -73,18 +64,12 @@ def record(training: Training) -> dict[str, Any]:
 
 def predictor(rom: ParametricModel) -> Predictor | None:
     """The prediction of a model as a function of parameters; None where its notes have no record of a training."""
-    known = trained(rom)
+    known = read_record(rom)
     return None if known is None else functools.partial(predict, rom, *known)
 
 
-def surrogate_of(rom: ParametricModel) -> kriging.Surrogate | None:
-    """The surrogate of the indicator (49) over the unit box of the trained ranges; None without a record of a training."""
-    known = trained(rom)
-    return None if known is None else known[0]
-
-
-def trained(rom: ParametricModel) -> tuple[kriging.Surrogate, calibration.Calibration] | None:
-    """Surrogate and calibration of the record in the notes; None where there is none."""
+def read_record(rom: ParametricModel) -> tuple[kriging.Surrogate, calibration.Calibration] | None:
+    """Surrogate of the indicator (49) over the unit box, and calibration, from the notes; None without a record of a training."""
     if KEY not in rom.notes:
         return None
     try:
@@ -103,14 +88,12 @@ def predict(
     known = rom.model.parameters
     whole = boxes.completed(known, values)
     if boxes.outside(known, whole):
-        return Prediction(math.nan, math.nan, math.nan)
+        return NOTHING
     point = boxes.to_box(known, [boxes.row_of(known, whole)])
     mean, std = float(kriging.predict(surrogate, point)[0][0]), float(kriging.deviation(surrogate, point)[0])
-    error, low, high = calibration.predict(calibrated, 10.0**mean)
-    wide = [calibration.predict(calibrated, 10.0 ** (mean + sign * BAND * std))[0] for sign in (-1.0, 1.0)]
-    down, up = (
-        math.hypot(math.log10(end / error), math.log10(other / error)) for end, other in zip((low, high), wide, strict=True)
-    )
+    error, *ends = calibration.predict(calibrated, 10.0**mean)
+    wide = [calibration.predict(calibrated, 10.0 ** (mean + sign * BAND * std)).error for sign in (-1.0, 1.0)]
+    down, up = (math.hypot(math.log10(end / error), math.log10(other / error)) for end, other in zip(ends, wide, strict=True))
     return Prediction(error, error * 10.0**-down, error * 10.0**up)
 
 
@@ -125,7 +108,7 @@ def predicted_error(rom: ParametricModel, **values: float) -> Prediction | None:
 
 def doubts(
     full_runs: int,
-    predicted: tuple[float, float, float],
+    predicted: Prediction,
     true: Sequence[float] | np.ndarray,
     high: Sequence[float] | np.ndarray,
     tolerance: float | None = None,

@@ -22,35 +22,34 @@ from pathlib import Path
 import numpy as np
 
 from ..core import durable
-from ..core.errors import InputError, NoModel, NoRoom, say
+from ..core.errors import InputError, NoRoom, say
 from ..dynamics.trajectory import Trajectory
 from . import calibration, error_budget, full_runs, greedy
 from . import parameters as boxes
 from . import training_store as store
-from .calibration import Calibration
-from .candidates import Search, search
+from .calibration import NOTHING, Calibration, Prediction
 from .error_budget import Choice
 from .full_runs import FullRun, TrainingTask
 from .greedy import Iteration, Options, Outcome, Stop
+from .parameters import Search, search
 from .plan import Plan
 from .reduced_models import ReducedModel, model_of, quick
 from .training_store import Pair
 from .training_work import (
     LOWER_EPS,
     LOWERINGS,
-    Unsavable,
     Work,
     calibrated,
     check,
     evaluated,
     extended,
-    farthest,
     known_pairs,
     lower,
     made,
     recalibrate,
     settle,
     truncates,
+    unit_box,
     unseen,
     values_at,
 )
@@ -95,16 +94,9 @@ class Training:
         return self.outcome.evaluations + self.discarded
 
     @property
-    def predicted(self) -> tuple[float, float, float]:
+    def predicted(self) -> Prediction:
         """Predicted largest error over the candidates, with its band; NaN where there are no parameters."""
-        if self.calibration is None:
-            return math.nan, math.nan, math.nan
-        error, low, high = calibration.predict(self.calibration, self.last.largest)
-        return float(error), float(low), float(high)
-
-
-class Enough(Exception):
-    """The predicted error is as small as it was wanted."""
+        return NOTHING if self.calibration is None else calibration.predict(self.calibration, self.last.largest)
 
 
 def train(
@@ -137,8 +129,6 @@ def train(
         with durable.room(Path(folder or ""), ROOM):
             done = resumed(work) if work.folder else ()
             outcome, last = loop(work, options, done, checks, progress)
-    except Unsavable as problem:
-        raise NoModel(str(problem)) from None
     except NoRoom:
         raise
     except OSError as problem:
@@ -212,7 +202,7 @@ def loop(
         if checks:
             last = surveyed(work, last, options)
             check(work, last, checks)
-        if work.tolerance is None or small_enough(work, [last]):
+        if work.tolerance is None or small_enough(work, last.largest):
             return outcome, last
         if outcome.stop is Stop.TOLERANCE and options.tolerance is None and len(work.runs) < options.iterations:
             if work.folder:
@@ -226,15 +216,6 @@ def loop(
 
 def searched(work: Work, options: Options, done: Sequence[Iteration], progress: Callable[[float], None] | None) -> Outcome:
     """Algorithm 1 with the runs and indicators of this training, until the predicted error is small enough."""
-    complete = list(done)
-    unit = boxes.to_box(work.task.parameters, work.search.candidates)
-
-    def keep(iteration: Iteration) -> None:
-        complete[iteration.number - 1 :] = [iteration]
-        if work.folder:
-            store.keep_iteration(work.folder, iteration)
-        if small_enough(work, complete):
-            raise Enough
 
     def evaluate(point: int) -> float:
         value = evaluated(work, point)
@@ -243,28 +224,26 @@ def searched(work: Work, options: Options, done: Sequence[Iteration], progress: 
             progress(min(1.0, (len(work.runs) - 1 + part) / options.iterations))
         return value
 
-    def extend(point: int) -> None:
-        extended(work, point)
+    return greedy.run(
+        evaluate,
+        functools.partial(extended, work),
+        unit_box(work),
+        work.search.samples,
+        work.search.first,
+        options,
+        done,
+        functools.partial(store.keep_iteration, work.folder) if work.folder else None,
+        functools.partial(truncates, work),
+        lambda point: boxes.text(work.task.parameters, values_at(work, point)),
+        functools.partial(small_enough, work),
+    )
 
-    def name(point: int) -> str:
-        return boxes.text(work.task.parameters, values_at(work, point))
 
-    arguments = (evaluate, extend, unit, work.search.samples, work.search.first)
-    try:
-        if small_enough(work, complete):
-            raise Enough
-        return greedy.run(*arguments, options, done, keep, functools.partial(truncates, work), name)
-    except Enough:
-        small = replace(options, tolerance=complete[-1].largest)
-        return greedy.run(*arguments, small, [*complete[:-1], replace(complete[-1], next=None)])
-
-
-def small_enough(work: Work, iterations: Sequence[Iteration]) -> bool:
-    """Whether the largest error predicted after the last iteration, with its spread, is below the wanted one."""
-    largest = iterations[-1].largest if iterations else math.inf
+def small_enough(work: Work, largest: float) -> bool:
+    """Whether the error predicted from the largest indicator, with its spread, is below the wanted one."""
     if work.tolerance is None or not math.isfinite(largest):
         return False
-    return calibration.predict(calibrated(known_pairs(work)), largest)[2] <= work.tolerance
+    return calibration.predict(calibrated(known_pairs(work)), largest).high <= work.tolerance
 
 
 def surveyed(work: Work, last: Iteration, options: Options) -> Iteration:
@@ -275,6 +254,6 @@ def surveyed(work: Work, last: Iteration, options: Options) -> Iteration:
         choices = [k for k in range(len(work.search.candidates)) if k not in known and k not in closed]
         if not choices:
             break
-        point = farthest(work, choices, [*known, *work.points])
+        point = greedy.farthest(unit_box(work), choices, [*known, *work.points])
         known[point] = evaluated(work, point)
     return replace(last, samples=tuple(known), indicators=tuple(known.values()))

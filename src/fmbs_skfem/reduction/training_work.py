@@ -21,15 +21,15 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.errors import SolverError
+from ..core.errors import NoModel, SolverError
 from ..dynamics.trajectory import Trajectory
-from . import calibration, candidates, error_budget, full_runs, greedy
+from . import calibration, error_budget, full_runs, greedy
 from . import parameters as boxes
 from . import training_store as store
 from .calibration import Calibration
-from .candidates import Search
 from .error_budget import Choice
 from .full_runs import FullRun, TrainingTask, full_run
+from .parameters import Search
 from .reduced_models import ReducedModel, case_at, indicator, model_of, reduced_run
 from .training_store import Pair
 
@@ -60,10 +60,6 @@ class Work:
     discarded: int = 0
     stale: bool = False  #: whether the last model has to be made again
     savable: bool = False  #: whether a file has to be able to hold the models
-
-
-class Unsavable(Exception):
-    """A file cannot hold the model; this ends the training, where a full run that fails does not."""
 
 
 def truncates(work: Work) -> bool:
@@ -153,7 +149,7 @@ def made(work: Work, runs: Sequence[FullRun]) -> ReducedModel:
     """The model of some runs."""
     model = model_of(work.fast, runs)
     if work.savable and model.obstacle:
-        raise Unsavable(f"no file can hold the reduced model, it is no polynomial of its parameters: {model.obstacle}")
+        raise NoModel(f"no file can hold the reduced model, it is no polynomial of its parameters: {model.obstacle}")
     return model
 
 
@@ -194,11 +190,9 @@ def pair_at(work: Work, run: FullRun, point: int, number: int) -> Pair | None:
     return Pair(number, len(work.models), work.indicators[point], error)
 
 
-def farthest(work: Work, choices: Sequence[int], used: Sequence[int]) -> int:
-    """The candidate among `choices` that is farthest from all `used` ones."""
-    rows = work.search.candidates
-    away = candidates.distances(work.task.parameters, rows[list(used)], rows[list(choices)]).min(axis=1)
-    return choices[int(np.argmax(away))]
+def unit_box(work: Work) -> np.ndarray:
+    """The candidates (c, d) in the unit box."""
+    return boxes.to_box(work.task.parameters, work.search.candidates)
 
 
 def check(work: Work, last: greedy.Iteration, count: int) -> None:
@@ -211,7 +205,7 @@ def check(work: Work, last: greedy.Iteration, count: int) -> None:
     used = [*work.points, *work.checks]
     choices = [k for k, value in known.items() if k not in lost and k not in used and math.isfinite(value)]
     while choices and len(unseen(work)) < count:
-        point = farthest(work, choices, used) if work.checks else max(choices, key=lambda k: known[k])
+        point = greedy.farthest(unit_box(work), choices, used) if work.checks else max(choices, key=lambda k: known[k])
         choices.remove(point)
         used.append(point)
         run = full_runs.reached(work.task, functools.partial(kept_check, work, point), values_at(work, point))

@@ -21,7 +21,6 @@ from . import cases
 from .affine import ParametricCase, Varying
 from .cases import Case
 
-STEPS = 10_000_000  #: most steps of a run, as of the analysis of a scene
 TITLE = re.compile(r"[^\W\d][^,;\"'\x00-\x1f\x7f]*")  #: of a column
 
 
@@ -102,7 +101,9 @@ def _(part: Output, name: str, sizes: Sizes) -> None:
 @also.register
 def _(part: Case, name: str, sizes: Sizes) -> None:
     duration, step = part.duration, part.scheme.step
-    require(step <= duration < STEPS * step, f"{name}.duration", f"1 to {STEPS:g} steps of {step:g} s", f"{duration:g} s")
+    require(
+        step <= duration < cases.STEPS * step, f"{name}.duration", f"1 to {cases.STEPS:g} steps of {step:g} s", f"{duration:g} s"
+    )
 
 
 @also.register

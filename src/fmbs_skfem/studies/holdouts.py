@@ -31,11 +31,11 @@ from .result import Figures, Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ..reduction.calibration import Prediction
     from ..reduction.full_runs import FullRun
     from ..reduction.greedy import Iteration
     from ..reduction.output_errors import OutputError
     from ..reduction.parametric_model import ParametricModel
-    from ..reduction.prediction import Prediction
     from ..reduction.training import Training
     from .training import Order
 
@@ -154,7 +154,7 @@ def report_of(order: Order, checked: Checked) -> dict[str, Any]:
         "points": checked.points,
         "true": checked.true,
         "states": [trial.states for trial in checked.last.trials],
-        "predicted": [asdict(prediction) for prediction in checked.predictions],
+        "predicted": [prediction._asdict() for prediction in checked.predictions],
         "inside": checked.inside,
         "max_error": checked.last.max_error,
         "failed": list_failed(order, checked),
@@ -221,7 +221,7 @@ def figures(order: Order, found: Training, checked: Checked | None) -> Figures:
         places, label = np.argsort(np.argsort(true)) + 1.0, "hold-out point, by its error"
     rules["errors"] = functools.partial(training_plots.errors_over, places, errors, label, order.measure, order.tolerance)
     if checked.predictions:
-        bands = np.array([(p.error, p.low, p.high) for p in checked.predictions])[used].T
+        bands = np.array(checked.predictions)[used].T
         rules["predicted"] = functools.partial(
             training_plots.predicted, true, bands[0], bands[1], bands[2], order.tolerance, order.measure
         )

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
@@ -197,7 +196,7 @@ def title(path: Path, notes: Mapping[str, Any]) -> str:
 def predict_error(rom: ParametricModel, point: Mapping[str, float]) -> dict[str, float] | None:
     """The error that the model predicts for itself; none outside of its trained ranges."""
     found = prediction.predicted_error(rom, **point)
-    return None if found is None or math.isnan(found.error) else asdict(found)
+    return None if found is None or math.isnan(found.error) else found._asdict()
 
 
 def read_value(parameter: Parameter, given: str, option: str = "--set") -> float:

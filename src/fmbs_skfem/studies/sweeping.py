@@ -176,8 +176,8 @@ def figures_of(job: Job, members: Members, table: Sweep) -> Figures:
         rules["histories"] = partial(sweep_plots.fan, table, title=members.name)
     if members.predict is not None:
         model = parametric_model.load(job.path)
-        if (found := prediction.surrogate_of(model)) is not None:
-            rules["surrogate"] = partial(training_plots.slices, model.model.parameters, found, title=members.name)
+        if (found := prediction.read_record(model)) is not None:
+            rules["surrogate"] = partial(training_plots.slices, model.model.parameters, found[0], title=members.name)
     return Figures(rules)
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from .. import scenes
 from ..core.errors import InputError, NoModel, say
-from ..reduction import candidates, comparators, greedy, parameters, parametric_model, prediction
+from ..reduction import comparators, greedy, parameters, parametric_model, prediction
 from ..reduction import training as trainings
 from ..reduction import training_store as store
 from ..reduction.full_runs import OutputMeasure, TrainingTask
@@ -27,8 +27,8 @@ from .result import Result, Table, conclude, describe_error, list_files
 from .tables import output_errors
 
 if TYPE_CHECKING:
-    from ..reduction.candidates import Search
     from ..reduction.greedy import Options
+    from ..reduction.parameters import Search
     from ..reduction.parametric_model import ParametricModel
     from ..reduction.training import Training
     from ..scenes import Scene
@@ -131,7 +131,7 @@ def solve(job: Job, order: Order, out: Path | None, compare: bool, plots: bool) 
     view: list[Table | str] = [*summarise(report)]
     if checked is not None:
         view += [holdouts.table(checked, order.measure), *output_errors(holdouts.largest_of_outputs(checked))]
-    about = f"{report['scene']}: {report['full_runs']} full runs, largest predicted error {found.predicted[0]:.1e}"
+    about = f"{report['scene']}: {report['full_runs']} full runs, largest predicted error {found.predicted.error:.1e}"
     return TrainingResult(
         about=about,
         report=report,
@@ -154,7 +154,7 @@ def prepare(
     allowed = dict(section.tolerance.values) if isinstance(section.tolerance, Allowed) and tolerance is None else None
     measure = OutputMeasure(allowed or {}) if scene.outputs else None
     task = TrainingTask(family, known, plan, interval, functools.partial(build.chosen_form, scene), measure)
-    search = candidates.search(known, chosen.candidates, chosen.samples, chosen.first)
+    search = parameters.search(known, chosen.candidates, chosen.samples, chosen.first)
     most = max(section.max_samples, len(search.samples))
     options = greedy.Options(iterations=iterations or section.iterations, max_samples=most, seed=section.seed)
     own = 1.0 if isinstance(section.tolerance, Allowed) else section.tolerance
@@ -226,7 +226,7 @@ def record(order: Order, found: Training) -> dict[str, Any]:
         "level": plan.hyper.name,
         "budget": None if found.choice is None else {**asdict(found.choice), "statement": found.choice.statement},
         "largest_indicator": found.last.largest,
-        "predicted_error": dict(zip(("error", "low", "high"), found.predicted, strict=True)),
+        "predicted_error": found.predicted._asdict(),
         "cpu_s_full_runs": sum(run.cpu_s for run in (*found.runs, *found.checks)),
         "cpu_s_models": sum(model.training_s for model in found.models),
     }
