@@ -192,7 +192,7 @@ def cable(
 
 
 def point_mass(name: str, mass: float, position: np.ndarray, radius: float = 0.03) -> Body:
-    """A mass point; its only place is `center`."""
+    """A mass point [kg] at a position (c,) [m], drawn with a radius [m]; its only place is `center`."""
     positive(f"body '{name}'", mass=mass)
     at = np.asarray(position, dtype=float)[None, :]
     return Body(name, at, csr_array(np.array([[mass]])), np.ones(1), {"center": 0.0}, radius=radius)

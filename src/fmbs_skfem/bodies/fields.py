@@ -34,7 +34,10 @@ class Fields:
 
 
 def recover(law: Law, u: np.ndarray, section: np.ndarray, thickness: float | np.ndarray) -> Fields:
-    """All fields from the gradients, the section and the thickness [m] (a number or one for every point)."""
+    """All fields (.., ...) at points of any shape (...), from gradients u (k c, ...), section (i, ...) and thickness [m].
+
+    The thickness is a number or one for every point; InputError names shapes that do not fit. Sources as of the module.
+    """
     check_shapes(law, u, section, thickness)
     strain, change = strains(u, COMPONENTS[law]), curvatures(law, u, section)
     levels = stresses(law, strain, change, section, thickness)
@@ -42,7 +45,7 @@ def recover(law: Law, u: np.ndarray, section: np.ndarray, thickness: float | np.
 
 
 def check_shapes(law: Law, u: np.ndarray, section: np.ndarray, thickness: float | np.ndarray) -> None:
-    """Refuse other laws, arrays of other shapes and thicknesses that are not positive."""
+    """InputError for other laws, other shapes than u (k c, ...) and section (i, ...), and a thickness that is not positive."""
     where = "fields.recover"
     if law not in COMPONENTS:
         raise InputError(say(where, "the law MEMBRANE or SHELL", law.name))
@@ -55,19 +58,19 @@ def check_shapes(law: Law, u: np.ndarray, section: np.ndarray, thickness: float 
 
 
 def strains(u: np.ndarray, dim: int) -> np.ndarray:
-    """Green-Lagrange strain (3, ...) of the first two vectors of the gradients."""
+    """Green-Lagrange strain (3, ...) of the first two vectors of the gradients u (k c, ...)."""
     a, b = u[:dim], u[dim : 2 * dim]
     return 0.5 * np.stack([np.sum(a * a, axis=0) - 1.0, np.sum(b * b, axis=0) - 1.0, np.sum(a * b, axis=0)])
 
 
 def normals(u: np.ndarray) -> np.ndarray:
-    """Unit normals (3, ...) of the gradients of a shell."""
+    """Unit normals (3, ...) of the gradients u (15, ...) of a shell."""
     n = np.cross(u[:3], u[3:6], axis=0)
     return np.asarray(n / np.linalg.norm(n, axis=0))
 
 
 def curvatures(law: Law, u: np.ndarray, section: np.ndarray) -> np.ndarray:
-    """Change of curvature (3, ...) with the sign that stretches the face z = t/2 where it is positive."""
+    """Change of curvature (3, ...) [1/m] of the gradients u (15, ...); where positive, it stretches the face z = t/2."""
     if law is not Law.SHELL:
         return np.zeros((3, *u.shape[1:]))
     second = u[6:].reshape(3, 3, *u.shape[1:])
@@ -75,12 +78,12 @@ def curvatures(law: Law, u: np.ndarray, section: np.ndarray) -> np.ndarray:
 
 
 def hooke(stiffness: np.ndarray, nu: np.ndarray, e: np.ndarray) -> np.ndarray:
-    """Forces or moments (3, ...) of strains or curvatures in plane stress."""
+    """Forces [N/m] or moments [N] (3, ...) of strains or curvatures e (3, ...) in plane stress, with stiffness and nu (...)."""
     return stiffness * np.stack([e[0] + nu * e[1], e[1] + nu * e[0], (1.0 - nu) * e[2]])
 
 
 def stresses(law: Law, strain: np.ndarray, change: np.ndarray, section: np.ndarray, thickness: float | np.ndarray) -> np.ndarray:
-    """Second Piola-Kirchhoff stress (level, component, ...) at z = -t/2, 0, t/2 [Pa]."""
+    """Second Piola-Kirchhoff stress (3, 3, ...), level by component, at z = -t/2, 0, t/2 [Pa]."""
     t = np.asarray(thickness)
     middle = hooke(section[0], section[NU[law]], strain) / t
     if law is Law.MEMBRANE:
@@ -90,5 +93,5 @@ def stresses(law: Law, strain: np.ndarray, change: np.ndarray, section: np.ndarr
 
 
 def von_mises(stress: np.ndarray) -> np.ndarray:
-    """Von Mises stress (...) of plane stress (3, ...) with the components 11, 22, 12."""
+    """Von Mises stress (...) [Pa] of plane stress (3, ...) [Pa] with the components 11, 22, 12."""
     return np.asarray(np.sqrt(stress[0] ** 2 - stress[0] * stress[1] + stress[1] ** 2 + 3.0 * stress[2] ** 2))

@@ -152,7 +152,11 @@ def on_nodes(rows: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
 
 
 def cells(shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, material: Material) -> Cells:
-    """Cells of the membrane (two components) or shell law, with numbers that are made when they are needed."""
+    """Cells of the membrane (two components) or shell law, with numbers that are made when they are needed.
+
+    `reference` (j, c) are the coordinates of the functions of the surface [m], `thickness` is that of all cells or of every one
+    (e,) [m].
+    """
     dim, points = reference.shape[1], len(surfaces.quadrature(shape.parent, shape.order)[1])
     numbers = partial(numbers_of, shape, reference, thickness, material)
     return Cells.later(Law.MEMBRANE if dim == 2 else Law.SHELL, np.ascontiguousarray(shape.nodes.T * dim), dim, points, numbers)
@@ -215,7 +219,7 @@ def edge(where: str, shape: Surface, names: Iterable[str]) -> np.ndarray:
 
 @singledispatch
 def slope_places(space: Any, s: np.ndarray) -> np.ndarray:
-    """Fractions of a side near s at which the slope across it belongs to the side alone: all of them for C1 interpolations."""
+    """Fractions (x,) of a side, near s (x,), where the slope across it is the side's alone: s itself for C1 interpolations."""
     return s
 
 

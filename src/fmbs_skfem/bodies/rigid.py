@@ -187,7 +187,7 @@ def second_moments(where: str, inertia: Numbers, dim: int) -> tuple[np.ndarray, 
 
 
 def orthonormal(where: str, rotation: np.ndarray, dim: int) -> np.ndarray:
-    """A rotation matrix, checked."""
+    """A rotation matrix (c, c); InputError where it is not orthonormal or mirrors."""
     good = rotation.shape == (dim, dim) and bool(np.isfinite(rotation).all())
     if not good or np.abs(rotation.T @ rotation - np.eye(dim)).max() > 1e-9 or np.linalg.det(rotation) < 0:
         raise InputError(say(f"{where}.rotation", f"a {dim} x {dim} rotation matrix", rotation.tolist()))

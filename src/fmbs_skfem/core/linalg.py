@@ -19,7 +19,7 @@ def is_sparse(a: Any) -> bool:
 
 
 def as_dense(a: Any) -> np.ndarray:
-    """`a` as a numpy array of float64; no copy where it is one already."""
+    """`a` (i, j), sparse or dense, as a numpy array (i, j) of float64; no copy where it is one already."""
     return np.asarray(a.toarray() if is_sparse(a) else a, dtype=np.float64)
 
 

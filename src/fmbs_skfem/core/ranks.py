@@ -29,7 +29,7 @@ def lengths(a: np.ndarray) -> np.ndarray:
 
 
 def unit_rows(a: np.ndarray) -> np.ndarray:
-    """Rows scaled to length 1; rows of zeros stay."""
+    """Rows of a (m, n) scaled to length 1; rows of zeros stay."""
     return np.asarray(a / lengths(a)[:, None])
 
 
@@ -55,7 +55,7 @@ def rank(a: Array, tolerance: float = EXACT, units: np.ndarray | float = 1.0) ->
 
 
 def null_space(a: Array, tolerance: float = EXACT, units: np.ndarray | float = 1.0, alike: bool = False) -> np.ndarray:
-    """Orthonormal columns Z (n, n - rank) with a Z = 0."""
+    """Orthonormal columns Z (n, n - rank) with a Z = 0, a (m, n)."""
     rows = as_dense(a)
     rows = np.asarray(np.linalg.qr(rows, mode="r")) if alike and len(rows) > rows.shape[1] else rows
     rows = rows[independent_rows(rows, tolerance, units, alike)]

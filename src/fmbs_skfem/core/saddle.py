@@ -60,7 +60,7 @@ def scales(A: csr_array) -> np.ndarray:
 
 
 def balance(A: csr_array, scale: np.ndarray) -> csr_array:
-    """D A D."""
+    """D A D, A (n, n), with D = diag(scale), scale (n,)."""
     return csr_array(diags_array(scale) @ A @ diags_array(scale))
 
 
@@ -87,7 +87,7 @@ def solve(saddle: Saddle, b: np.ndarray) -> np.ndarray:
 
 
 def inverse(A: csr_array) -> Callable[[np.ndarray], np.ndarray] | None:
-    """b -> A^-1 b; None where A is singular to the bit."""
+    """b (n,) or (n, k) -> A^-1 b, A (n, n); None where A is singular to the bit."""
     found = factor(A)
     return None if found is None else partial(solve, found)
 

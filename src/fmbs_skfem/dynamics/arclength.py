@@ -114,7 +114,7 @@ def follow_path(
 
 
 def limit_points(trajectory: Trajectory) -> np.ndarray:
-    """Numbers of the points of a load path where its load factor turns."""
+    """Numbers (k,) of the points of a load path where its load factor turns."""
     rises = np.diff(trajectory.times) > 0
     return np.flatnonzero(rises[1:] != rises[:-1]) + 1
 

@@ -86,8 +86,9 @@ def integrate(
 ) -> Trajectory:
     """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps and at the end, or after the steps listed.
 
-    The number of steps is duration / step, rounded with a notice. Initial velocities are projected onto the constraints with a
-    notice. A step that fails is halved; SolverError carries reason, time, worst residuals by name and the partial trajectory.
+    The trajectory holds times (s,), x, v and a (s, n) in the unknowns of the system, and multipliers (s, m). The number of steps is
+    duration / step, rounded with a notice. Initial velocities are projected onto the constraints with a notice. A step that fails
+    is halved; SolverError carries reason, time, worst residuals by name and the partial trajectory.
 
     `record` sees the run a few times a second and may keep its states and a checkpoint; `resume` goes on from those, and ends in
     the same numbers as a run that was never stopped.

@@ -32,9 +32,9 @@ def integrate_many(
     threads: int = 1,
     progress: Callable[[float], None] | None = None,
 ) -> list[Result]:
-    """Trajectories of all systems from t = 0 over `duration` [s], in their order; the SolverError of a member that failed.
+    """Trajectories of all systems from t = 0 over `duration` [s], in their order; the SolverError of a system that failed.
 
-    `schemes` is one for all or one a member, `every` as in `integrate`; `progress` receives the part of the members that is done.
+    `schemes` is one for all or one for each, `every` as in `integrate`; `progress` receives the part of the runs that is done.
     """
     chosen = [schemes] * len(systems) if isinstance(schemes, GeneralizedAlpha) else list(schemes)
     if len(chosen) != len(systems):

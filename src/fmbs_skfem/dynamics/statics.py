@@ -85,7 +85,7 @@ def solve_statics(
 
 
 def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = None) -> Trajectory:
-    """Equilibria at increasing times: histories of loads and driven joints move on, without inertia.
+    """Equilibria x (s, n) at increasing times (s,) [s]: histories of loads and driven joints move on, without inertia.
 
     Driven positions make a path of prescribed displacements, which passes limit points of the load. A step between two times that
     does not converge is shortened as in `solve_statics`.
@@ -178,7 +178,7 @@ class Modes:
 
 
 def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None, multipliers: np.ndarray | None = None) -> Modes:
-    """Lowest `count` modes about x (the reference by default), with all constraints held in linear form.
+    """Lowest `count` modes about x (n,), by default the reference, and multipliers (m,), with all constraints in linear form.
 
     Cables curved in space have no stiffness out of their plane in the reference, and are refused there.
     Found by Lanczos iteration on the inverse of the bordered matrix, shifted a little below zero so that free bodies have one;

@@ -47,7 +47,7 @@ _READERS = {".msh": msh.read, ".vtu": vtu.read}
 
 
 def straight(s: Floats) -> Floats:
-    """Points along +x."""
+    """Points (n, 3) at the arc lengths s (n,) along +x."""
     return np.column_stack([s, 0.0 * s, 0.0 * s])
 
 
@@ -268,7 +268,7 @@ def several(texts: list[str], count: int) -> str:
 
 
 def position(point: Floats) -> str:
-    """A point as text."""
+    """A point (c,) as text."""
     return "(" + ", ".join(f"{x:.6g}" for x in point) + ")"
 
 

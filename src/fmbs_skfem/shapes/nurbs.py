@@ -348,7 +348,8 @@ def refine(
 ) -> tuple[Patch, Floats]:
     """The same surface with both degrees raised to `degree`, then every span split into equal ones of the given continuity.
 
-    The continuity across new knots is degree - 1 unless given; across old ones it stays.
+    `control` (n1, n2, c) becomes the control points of the refined patch. The continuity across new knots is degree - 1 unless
+    given; across old ones it stays.
     """
     array = _control({"": patch}, {"": control})[""]
     if patch.weights is not None:

@@ -143,7 +143,10 @@ def sample(surface: Surface, cell: Ints, xi: Floats, derivative: int = 0) -> csr
 
 
 def local_axes(tangents: Floats) -> tuple[Floats, Floats]:
-    """Orthonormal tangents (..., 2, c), the first along the x-axis as far as the surface allows, and the normal (..., c)."""
+    """Orthonormal vectors (..., 2, c) in the plane of tangents (..., 2, c), and the normal (..., c).
+
+    The first is along the x-axis as far as the surface allows.
+    """
     dim = tangents.shape[-1]
     if dim == 2:
         return np.broadcast_to(np.eye(2), tangents.shape), np.zeros((*tangents.shape[:-2], 2))
