@@ -1,13 +1,16 @@
-"""Time integration, statics and vibration modes."""
+"""Time integration, statics, vibration modes, stability and buckling."""
 
 from .arclength import ArcLength, at_load_factor, follow_path, limit_points
+from .buckling import Buckling, buckling
 from .diagnosis import Diagnosis, explain
 from .integration import integrate
+from .linear import Linear, in_turning_frame, linearise
 from .many import integrate_many
+from .modes import ComplexModes, Modes, complex_modes, vibration_modes
 from .outputs import energies, energy_drift, energy_errors, outputs, reactions
 from .scheme import GeneralizedAlpha, Newton, acceleration_noise
 from .stability import unstable
-from .statics import Modes, solve_equilibria, solve_statics, vibration_modes
+from .statics import solve_equilibria, solve_statics
 from .trajectory import Statistics, Trajectory
 
 __all__ = [
@@ -25,6 +28,13 @@ __all__ = [
     "at_load_factor",
     "Modes",
     "vibration_modes",
+    "in_turning_frame",
+    "Linear",
+    "linearise",
+    "ComplexModes",
+    "complex_modes",
+    "Buckling",
+    "buckling",
     "outputs",
     "reactions",
     "energies",

@@ -1,9 +1,8 @@
-r"""Equilibrium by load stepping or over time, and vibration modes of constrained systems.
+r"""Equilibrium of constrained systems by load stepping or over time.
 
-    f(x) - Q(s) + Phi_x^T lambda = 0,  Phi(x, s) = 0,  s = s1 .. 1          K v = omega^2 M v  on the null space of Phi_x
+    f(x) - Q(s) + Phi_x^T lambda = 0,  Phi(x, s) = 0,  s = s1 .. 1
 
 What grows with the load factor s and what follows its history: `loading`.
-Source of the eigenproblem on the constraints' null space: Geradin and Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, ch. 2.
 """
 
 from __future__ import annotations
@@ -13,15 +12,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import eigh
-from scipy.sparse import csr_array
-from scipy.sparse.linalg import LinearOperator, eigsh
 
-from ..core import ranks, saddle
+from ..core import saddle
 from ..core.errors import InputError, Reason, SolverError, say
-from ..systems import compiled, free_motions, pressure
+from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
-from ..systems.redundancy import scale_of
 from ..systems.system import System
 from .histories import finite_signals
 from .loading import parts, ramp
@@ -167,69 +162,3 @@ def static_failure(model: Compiled, reason: Reason, place: tuple[str, float], R:
     hint = "a body may be free to move: hold it by joints" if reason is Reason.SINGULAR_TANGENT else "try more load steps"
     text = f"{reason.value} at {place[0]} {place[1]:.4g}; largest residuals: {told(largest)}; {hint}"
     return SolverError(text, reason, place[1], largest)
-
-
-@dataclass(frozen=True)
-class Modes:
-    """Vibration modes about a configuration."""
-
-    frequencies: np.ndarray  #: (i,) angular frequencies [rad/s]
-    shapes: np.ndarray  #: (n, i) normalised by the mass matrix
-
-
-def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None, multipliers: np.ndarray | None = None) -> Modes:
-    """Lowest `count` modes about x (n,), by default the reference, and multipliers (m,), with all constraints in linear form.
-
-    Cables curved in space have no stiffness out of their plane in the reference, and are refused there.
-    Found by Lanczos iteration on the inverse of the bordered matrix, shifted a little below zero so that free bodies have one;
-    where most modes are wanted, by a dense solution on the null space of the constraints.
-    """
-    if x is None:
-        free_motions.refuse_limp("vibration_modes", system)
-    model = compile_system(system)
-    x = system.x0 if x is None else x
-    multipliers = np.zeros(model.constraints) if multipliers is None else multipliers
-    J = compiled.gap(model, x)[1]
-    J = J[ranks.independent_rows(J, units=scale_of(system))]
-    K, M = compiled.tangent(model, x, multipliers), csr_array(system.mass)
-    possible = len(x) - len(J)
-    if not 1 <= count <= possible:
-        raise InputError(say("analysis.count", f"1 to {possible} modes", count))
-    squares, vectors = (dense_modes if 3 * count + 20 > possible else sparse_modes)(0.5 * (K + K.T), M, J, count)
-    return Modes(np.sqrt(np.maximum(squares, 0.0)), vectors)
-
-
-def dense_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues and vectors of (K, M) on the null space of independent rows J."""
-    Z = ranks.null_space(J)
-    squares, vectors = eigh(Z.T @ (K @ Z), Z.T @ (M @ Z), subset_by_index=[0, count - 1])
-    return squares, Z @ vectors
-
-
-def sparse_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues and vectors of (K, M) with J v = 0 for independent rows J, by Lanczos iteration in shift-invert mode.
-
-    Near a shift close to zero the free motions of a body drown the digits of all others: where there are any, the lowest other
-    eigenvalue, negative, is the second shift.
-    """
-    shift = -1e-9 * float(abs(K).max() / abs(M).max())
-    squares, vectors = shifted_modes(K, M, J, count, shift)
-    others = squares[squares > 10.0 * abs(shift)]
-    return shifted_modes(K, M, J, count, -float(others[0])) if 0 < len(others) < count else (squares, vectors)
-
-
-def shifted_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int, shift: float) -> tuple[np.ndarray, np.ndarray]:
-    """The modes next to a shift below all of them."""
-    n, factors = K.shape[0], saddle.factor(saddle.matrix(K - shift * M, J))
-    if factors is None:
-        raise InputError(say("vibration_modes", "a mass or a stiffness in every direction", "one without both"))
-
-    def inverse(b: np.ndarray) -> np.ndarray:
-        return saddle.solve(factors, np.append(b.ravel(), np.zeros(len(J))))[:n]
-
-    start = inverse(M @ np.cos(np.arange(n)))
-    squares, vectors = eigsh(
-        K, count, M=M, sigma=shift, OPinv=LinearOperator((n, n), matvec=inverse, dtype=float), v0=start, tol=1e-14
-    )
-    order = np.argsort(squares)
-    return squares[order], vectors[:, order]

@@ -8,17 +8,15 @@ rotating  M z'' + K(x_s) z = 0 about the stretched state x_s in the rotating fra
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.sparse import csr_array, diags_array
 
 from ..bodies import Material, body, sections
 from ..bodies.plate import plate
-from ..dynamics import solve_statics, vibration_modes
+from ..dynamics import in_turning_frame, solve_statics, vibration_modes
 from ..shapes import ancf_plate
 from ..shapes.surface import Surface
 from ..systems import At, System, assemble, eliminate, joints
@@ -134,15 +132,9 @@ WRIGHT = {  # Omega sqrt(rhoA L^4/EI): first three flapping frequencies, hub rad
 
 def rotating(spin: float, count: int = 8) -> np.ndarray:
     """Frequencies of a cantilever (EA = 1e9, EI = rhoA = L = 1) along x that rotates about z; (flap or lag, mode)."""
-    system = eliminate(beam("clamped-free", 16, dim=3, EA=1e9, degree=5))
-    plane = diags_array(np.tile([1.0, 1.0, 0.0], len(system.lift.offset) // 3))
-    lift = csr_array(system.lift.matrix)
-    whole = beam("clamped-free", 16, dim=3, EA=1e9, degree=5).mass
-    pull = csr_array(-(spin**2) * (lift.T @ plane @ whole @ lift))
-    held = -(spin**2) * np.asarray(lift.T @ (plane @ (whole @ system.lift.offset)))
-    turning = replace(system, stiffness=pull, loads=replace(system.loads, constant=system.loads.constant - held))
+    turning = eliminate(in_turning_frame(beam("clamped-free", 16, dim=3, EA=1e9, degree=5), spin))
     modes = vibration_modes(turning, count, solve_statics(turning, 1, TIGHT).x[-1])
-    share = np.abs((lift @ modes.shapes).reshape(-1, 3, count)).max(axis=0)
+    share = np.abs((turning.lift.matrix @ modes.shapes).reshape(-1, 3, count)).max(axis=0)
     flap = share[2] > share[1]
     return np.stack([modes.frequencies[flap][:3], modes.frequencies[~flap][:3]])
 

@@ -1,0 +1,86 @@
+r"""Buckling loads predicted from the stiffness that loads add.
+
+    (K0 + k K1) v = 0,   K1 = dK/dfactor at no load
+
+with K the tangent of forces and joints along the equilibria of small loads.
+Source: de Borst, Crisfield, Remmers and Verhoosel, Non-Linear Finite Element Analysis of Solids and Structures, Wiley 2012, ch. 4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eig
+from scipy.sparse.linalg import LinearOperator, eigs
+
+from ..core import ranks, saddle
+from ..core.errors import InputError, say
+from ..systems import compiled, pressure
+from ..systems.compiled import Compiled, compile_system
+from ..systems.redundancy import scale_of
+from ..systems.system import System
+from .loading import ramp
+from .modes import SMALL, largest_one
+from .scheme import STATIC, Newton
+from .statics import Equilibrium, newton_statics
+
+FIRST, PROBE = 1e-3, 1e-2  #: loads of the difference quotient: a part of those given, then of those that buckle
+REAL = 1e-6  #: imaginary parts of load factors, relative to their size, that are round-off
+
+
+@dataclass(frozen=True)
+class Buckling:
+    """Where the predicted stiffness is singular."""
+
+    factors: np.ndarray  #: (i,) of the loads of the system, by their size; negative ones for reversed loads
+    shapes: np.ndarray  #: (n, i) of largest entry 1
+
+
+def buckling(system: System, count: int = 1, time: float = 1.0) -> Buckling:
+    """The `count` load factors of least size at which K0 + k K1 is singular.
+
+    The factor 1 stands for the loads at `time` [s] as in `solve_statics`; K1 is taken from loads of a hundredth of the least one.
+    Exact where equilibria lie on a straight path, as in a column; where a structure bends before, `follow_path` finds what happens.
+    InputError where the loads do not change the stiffness; SolverError where the system is free to move.
+    """
+    model, probe = compile_system(ramp(system, time)), FIRST
+    for _ in range(2):
+        found = predict_buckling(model, count, probe)
+        probe = PROBE * float(abs(found.factors[0]))
+    return found
+
+
+def predict_buckling(model: Compiled, count: int, probe: float) -> Buckling:
+    """Buckling of a system over the load factor, with K1 from the equilibria at the factors `probe` and -`probe`."""
+    system, n = model.system, model.system.size
+    start, sides = Equilibrium(0.0, system.x0, np.zeros(model.constraints), 0), []
+    for factor in (probe, -probe):
+        loaded = pressure.at_load_factor(model, factor)
+        found = newton_statics(loaded, start, Newton(STATIC), factor, "load factor")
+        sides.append(compiled.tangent(loaded, found.x, found.multipliers, factor, 0.0, found.angles))
+    J = compiled.gap(model, system.x0, 0.0)[1]
+    J = J[ranks.independent_rows(J, units=scale_of(system))]
+    K0, K1 = 0.5 * (sides[0] + sides[1]), (sides[0] - sides[1]) / (2.0 * probe)
+    if not 1 <= count <= n - len(J) - 2:
+        raise InputError(say("buckling, count", f"1 to {n - len(J) - 2}", count))
+    if (factors := saddle.factor(saddle.matrix(K0, J))) is None:
+        raise InputError(say("buckling", "a system that its joints hold", "one that is free to move", "hold it by joints"))
+
+    def product(v: np.ndarray) -> np.ndarray:
+        return -saddle.solve(factors, np.append(K1 @ v, np.zeros(len(J))))[:n]
+
+    first = product(np.cos(np.arange(n)))
+    if not np.linalg.norm(first) > 0.0:
+        raise InputError(say("buckling", "loads that change the stiffness", "none", "add a load"))
+    if n <= SMALL:
+        inverses, vectors = eig(np.array([product(column) for column in np.eye(n)]).T)
+    else:
+        inverses, vectors = eigs(LinearOperator((n, n), matvec=product, dtype=float), min(4 * count + 4, n - 2), v0=first)
+    real = np.flatnonzero((np.abs(inverses.imag) <= REAL * np.abs(inverses)) & (np.abs(inverses) > 0.0))
+    kept = real[np.argsort(-np.abs(inverses[real]), kind="stable")][:count]
+    if not len(kept):
+        raise InputError(
+            say("buckling", "loads at which the system loses its stiffness", "none", "look at `complex_modes` for flutter")
+        )
+    return Buckling(1.0 / inverses[kept].real, largest_one(vectors[:, kept].real))

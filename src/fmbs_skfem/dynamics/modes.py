@@ -1,0 +1,176 @@
+r"""Vibration modes of constrained systems, undamped and damped, about any equilibrium.
+
+    K v = omega^2 M v  on the null space of Phi_x                                                                         (1)
+    u = v exp(s t):    (s^2 M + s C + K) v = 0;     frequency |Im s|, damping ratio -Re s / |s|                             (2)
+
+K and C of (2) need not be symmetric (follower forces, gyroscopic terms, damping in a turning frame), so its eigenvalues are
+complex, and an equilibrium is unstable where one has a positive real part: flutter with, divergence without an imaginary one.
+
+Sources: Geradin and Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, chs. 2 and 3; Fan, Lin and Van Dooren, SIAM J. Matrix Anal.
+Appl. 26 (2004) 252-256, doi 10.1137/S0895479803434914 (scaling of the quadratic eigenproblem).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eig, eigh
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, eigsh
+
+from ..core import ranks, saddle
+from ..core.errors import InputError, Reason, SolverError, say
+from ..systems import free_motions
+from ..systems.system import System
+from .linear import Linear, linearise
+
+SMALL = 400  #: independent unknowns up to which all eigenvalues are found
+ROUND = 1e-9  #: imaginary parts, relative to the size of an eigenvalue, that are round-off
+UPWARD = 1e-7  #: shift over the largest frequency that the matrices allow, so that free motions have an inverse
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Vibration modes about a configuration."""
+
+    frequencies: np.ndarray  #: (i,) angular frequencies [rad/s]
+    shapes: np.ndarray  #: (n, i) normalised by the mass matrix
+
+
+def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None, multipliers: np.ndarray | None = None) -> Modes:
+    """Lowest `count` modes about x (n,), by default the reference, and multipliers (m,), with all constraints in linear form.
+
+    Cables curved in space have no stiffness out of their plane in the reference, and are refused there.
+    Found by Lanczos iteration on the inverse of the bordered matrix, shifted a little below zero so that free bodies have one;
+    where most modes are wanted, by a dense solution on the null space of the constraints.
+    """
+    if x is None:
+        free_motions.refuse_limp("vibration_modes", system)
+    linear = linearise(system, x, multipliers)
+    K, M, J = linear.stiffness, linear.mass, linear.rows
+    possible = system.size - len(J)
+    if not 1 <= count <= possible:
+        raise InputError(say("analysis.count", f"1 to {possible} modes", count))
+    squares, vectors = (dense_modes if 3 * count + 20 > possible else sparse_modes)(0.5 * (K + K.T), M, J, count)
+    return Modes(np.sqrt(np.maximum(squares, 0.0)), vectors)
+
+
+def dense_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues and vectors of (K, M) on the null space of independent rows J."""
+    Z = ranks.null_space(J)
+    squares, vectors = eigh(Z.T @ (K @ Z), Z.T @ (M @ Z), subset_by_index=[0, count - 1])
+    return squares, Z @ vectors
+
+
+def sparse_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues and vectors of (K, M) with J v = 0 for independent rows J, by Lanczos iteration in shift-invert mode.
+
+    Near a shift close to zero the free motions of a body drown the digits of all others: where there are any, the lowest other
+    eigenvalue, negative, is the second shift.
+    """
+    shift = -1e-9 * float(abs(K).max() / abs(M).max())
+    squares, vectors = shifted_modes(K, M, J, count, shift)
+    others = squares[squares > 10.0 * abs(shift)]
+    return shifted_modes(K, M, J, count, -float(others[0])) if 0 < len(others) < count else (squares, vectors)
+
+
+def shifted_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int, shift: float) -> tuple[np.ndarray, np.ndarray]:
+    """The modes next to a shift below all of them."""
+    n, factors = K.shape[0], saddle.factor(saddle.matrix(K - shift * M, J))
+    if factors is None:
+        raise InputError(say("vibration_modes", "a mass or a stiffness in every direction", "one without both"))
+
+    def inverse(b: np.ndarray) -> np.ndarray:
+        return saddle.solve(factors, np.append(b.ravel(), np.zeros(len(J))))[:n]
+
+    start = inverse(M @ np.cos(np.arange(n)))
+    squares, vectors = eigsh(
+        K, count, M=M, sigma=shift, OPinv=LinearOperator((n, n), matvec=inverse, dtype=float), v0=start, tol=1e-14
+    )
+    order = np.argsort(squares)
+    return squares[order], vectors[:, order]
+
+
+@dataclass(frozen=True)
+class ComplexModes:
+    """Motions v exp(s t), each of a conjugate pair once, slowest first."""
+
+    eigenvalues: np.ndarray  #: (i,) s [1/s], imaginary parts not negative
+    shapes: np.ndarray  #: (n, i) complex, of largest entry 1
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Angular frequencies (i,) |Im s| [rad/s]."""
+        return np.asarray(np.abs(self.eigenvalues.imag))
+
+    @property
+    def damping_ratios(self) -> np.ndarray:
+        """-Re s / |s| (i,), negative where a motion grows."""
+        size = np.abs(self.eigenvalues)
+        return np.asarray(np.divide(-self.eigenvalues.real, size, out=np.zeros(len(size)), where=size > 0.0))
+
+
+def complex_modes(linear: Linear, count: int = 10) -> ComplexModes:
+    """The `count` slowest motions (2) of linear equations; InputError where there are not so many.
+
+    All of a small system by a dense solution on the null space of the constraints, those of a large one by Arnoldi's iteration on
+    the inverse; SolverError where that does not converge.
+    """
+    possible = len(linear.x) - len(linear.rows)
+    if not 1 <= count <= possible:
+        raise InputError(say("analysis.count", f"1 to {possible} modes", count))
+    values, shapes = (all_eigenvalues if possible <= SMALL or 4 * count > possible else slow_eigenvalues)(linear, count)
+    values = np.where(np.abs(values.imag) <= ROUND * np.abs(values), values.real, values)
+    kept = np.flatnonzero(values.imag >= 0.0)
+    kept = kept[np.argsort(np.abs(values[kept]), kind="stable")][:count]
+    return ComplexModes(values[kept], largest_one(shapes[:, kept]))
+
+
+def all_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (i,) and vectors (n, i) of (2) on the null space Z of the rows, by the companion form in the time 1/w.
+
+    w = sqrt(|K| / |M|) makes both matrices equally large, which keeps the digits of slow motions.
+    """
+    Z = ranks.null_space(linear.rows) if len(linear.rows) else np.eye(len(linear.x))
+    M, C, K = (Z.T @ (A @ Z) for A in (linear.mass, linear.damping, linear.stiffness))
+    w = np.sqrt(max(float(np.linalg.norm(K)), 1e-300) / float(np.linalg.norm(M)))
+    r, size = len(M), float(np.linalg.norm(K)) or 1.0
+    A = np.block([[np.zeros((r, r)), np.eye(r)], [-K / size, -w * C / size]])
+    B = np.block([[np.eye(r), np.zeros((r, r))], [np.zeros((r, r)), w * w * M / size]])
+    values, vectors = eig(A, B)
+    finite = np.isfinite(values)
+    return w * values[finite], Z @ vectors[:r, finite]
+
+
+def slow_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The slowest eigenvalues (i,) and vectors (n, i) of (2) by shift and inversion.
+
+    With q = (u, u'), A q = s B q and (A - z B)^-1 (a, b):  (K + z C + z^2 M) u = -(b + (C + z M) a),  u' = z u + a on the rows.
+    """
+    M, C, K, J, n = linear.mass, linear.damping, linear.stiffness, linear.rows, len(linear.x)
+    z = UPWARD * float(np.sqrt(abs(K).max() / abs(M).max()))
+    factors = saddle.factor(saddle.matrix(K + z * C + z * z * M, J))
+    if factors is None:
+        raise InputError(say("complex_modes", "a mass or a stiffness in every direction", "one without both"))
+
+    def inverse(q: np.ndarray) -> np.ndarray:
+        a, b = q[:n], q[n:]
+        u = saddle.solve(factors, np.append(-(b + C @ a + z * (M @ a)), np.zeros(len(J))))[:n]
+        return np.append(u, z * u + a)
+
+    def product(q: np.ndarray) -> np.ndarray:
+        return inverse(np.append(q[:n], M @ q[n:]))
+
+    start = product(np.append(np.cos(np.arange(n)), np.zeros(n)))
+    try:
+        inverted, vectors = eigs(LinearOperator((2 * n, 2 * n), matvec=product, dtype=float), 2 * count + 2, v0=start, tol=1e-13)
+    except ArpackNoConvergence as error:
+        text = f"complex modes: {len(error.eigenvalues)} of {2 * count + 2} eigenvalues converged; ask for fewer modes"
+        raise SolverError(text, Reason.NOT_CONVERGED, 0.0, ()) from error
+    return z + 1.0 / inverted, vectors[:n]
+
+
+def largest_one(shapes: np.ndarray) -> np.ndarray:
+    """Shapes (n, i) with the largest entry 1."""
+    return np.asarray(shapes / shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])])

@@ -1,0 +1,199 @@
+"""What a system does near a state: exact eigenvalues about loaded, following and turning states, exact buckling loads."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import lsqr
+
+from fmbs_skfem.bodies import Material, body, sections
+from fmbs_skfem.bodies.plate import plate
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.dynamics import ComplexModes, buckling, complex_modes, in_turning_frame, linearise, modes, solve_statics
+from fmbs_skfem.dynamics.scheme import Newton
+from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate, joints, loads
+from fmbs_skfem.verification.statics_shells import interpolated, spaced
+from tests.models import straight
+
+TIGHT = Newton(1e-13)
+
+
+def cantilever(cells: int, *forces: loads.Load, EA: float = 1e7, dim: int = 2) -> System:
+    """EI = rhoA = L = 1 along x, clamped on the left."""
+    part = body.cable("beam", straight(cells), sections.Given(EA=EA, EI=1.0, rhoA=1.0), dim=dim, degree=5)
+    return eliminate(assemble([part], [joints.Clamp("root", At("beam", "left"))], list(forces)))
+
+
+def frequencies_about(system: System, count: int, steps: int = 4) -> np.ndarray:
+    motion = solve_statics(system, steps, TIGHT)
+    linear = linearise(motion.system, motion.x[-1], motion.multipliers[-1], 1.0)
+    return complex_modes(linear, count).frequencies
+
+
+def test_modes_about_a_bent_cantilever() -> None:
+    """Dead tip force F L^2/EI = 1; a chain of rigid links, three times extrapolated, gives nine digits."""
+    system = cantilever(24, loads.PointForce("tip", At("beam", "right"), (0.0, -1.0)))
+    np.testing.assert_allclose(frequencies_about(system, 4), [3.77092591, 21.7517582, 60.5149876, 119.702445], rtol=1e-5)
+
+
+def test_hanging_chain() -> None:
+    """Bending stiffness next to nothing under its own weight: j0,n / 2 sqrt(g/L)."""
+    part = body.cable("chain", straight(60), sections.Given(EA=1e5, EI=1e-8, rhoA=1.0), dim=2, degree=3)
+    down = loads.Gravity((9.81, 0.0))
+    system = eliminate(assemble([part], [joints.Pin("top", At("chain", "left"))], [down]))
+    exact = np.array([1.20241278, 2.76003906, 4.32686396]) * np.sqrt(9.81)
+    np.testing.assert_allclose(frequencies_about(system, 3), exact, rtol=1e-4)
+
+
+def beck(load: float, cells: int = 12) -> ComplexModes:
+    system = cantilever(cells, loads.Follower("push", At("beam", "right"), (-load, 0.0)), EA=1e8)
+    motion = solve_statics(system, 4, TIGHT)
+    return complex_modes(linearise(motion.system, motion.x[-1], motion.multipliers[-1], 1.0), 2)
+
+
+@pytest.mark.parametrize(
+    ("load", "exact"),
+    [(5.0, (4.2176752348, 20.435622435)), (15.0, (6.6274066835, 16.2598297625)), (19.5, (9.4497809312, 12.6728704024))],
+)
+def test_becks_column_before_flutter(load: float, exact: tuple[float, float]) -> None:
+    found = beck(load)
+    np.testing.assert_allclose(found.frequencies, exact, rtol=1e-5)
+    assert np.abs(found.damping_ratios).max() < 1e-6
+
+
+def test_becks_column_flutters() -> None:
+    """The two lowest frequencies meet at 20.0509536 EI/L^2, omega 11.0155576 sqrt(EI/(m L^4))."""
+    low, high = 19.0, 21.0
+    assert beck(low).eigenvalues.real.max() < 1e-6
+    for _ in range(22):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if beck(middle).eigenvalues.real.max() > 1e-4 else (middle, high)
+    assert high == pytest.approx(20.0509536, rel=1e-4)
+    assert beck(high).frequencies[0] == pytest.approx(11.0155576, rel=1e-3)
+
+
+def test_blades_in_a_turning_frame_agree_with_published_frequencies() -> None:
+    """Wright et al. (1982): flapping at Omega = 6 is 7.3604; lagging sqrt(flapping^2 - Omega^2)."""
+    part = body.cable("beam", straight(16), sections.Given(EA=1e9, EI=1.0, rhoA=1.0), dim=3, degree=5)
+    raw = assemble([part], [joints.Clamp("root", At("beam", "left"))], [])
+    turning = eliminate(in_turning_frame(raw, 6.0))
+    found = frequencies_about(turning, 4, 1)
+    flap = np.array([7.3604, 26.8091])
+    np.testing.assert_allclose(np.sort(found), np.sort([*flap, *np.sqrt(flap**2 - 36.0)]), rtol=1e-4)
+
+
+def test_the_frame_may_turn_about_any_axis_through_any_point() -> None:
+    """A blade from (3, 1, 2) on that turns about an axis along y there."""
+    place = np.array([3.0, 1.0, 2.0])
+    part = body.cable("beam", straight(12), sections.Given(EA=1e9, EI=1.0, rhoA=1.0), dim=3, degree=5, origin=place)
+    raw = assemble([part], [joints.Clamp("root", At("beam", "left"))], [])
+    turning = eliminate(in_turning_frame(raw, 4.0, np.array([0.0, 2.0, 0.0]), place))
+    flap = 5.5850
+    np.testing.assert_allclose(frequencies_about(turning, 2, 1), [np.sqrt(flap**2 - 16.0), flap], rtol=1e-4)
+
+
+def shaft(spin: float, outside: float = 0.0, inside: float = 0.0) -> ComplexModes:
+    """A simply supported shaft EI = rhoA = L = 1 along x that turns about itself."""
+    part = body.cable("shaft", straight(10), sections.Given(EA=1e4, EI=1.0, rhoA=1.0), dim=3, degree=5)
+    ends = [joints.Spherical("a", At("shaft", "left")), joints.Spherical("b", At("shaft", "right"))]
+    raw = assemble([part], ends, [], Rayleigh(outside, inside))
+    return complex_modes(linearise(eliminate(in_turning_frame(raw, spin, np.eye(3)[0]))), 4)
+
+
+def test_whirling_of_a_shaft() -> None:
+    """A motion of w in space is one of w - Omega or w + Omega in the turning frame; at pi^2 no stiffness is left."""
+    w = np.pi**2 * np.array([1.0, 4.0])
+    np.testing.assert_allclose(shaft(3.0).frequencies, np.sort([*(w - 3.0), *(w + 3.0)]), rtol=1e-6)
+    assert shaft(np.pi**2).frequencies[0] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_damping_inside_of_a_shaft_makes_it_unstable() -> None:
+    """Jeffcott: stable below w (1 + c_outside / c_inside), here 1.5 w, c_inside = beta w^2 m and c_outside = alpha m."""
+    w, inside = np.pi**2, 1e-3
+    outside = 0.5 * inside * w**2
+    assert shaft(1.499 * w, outside, inside).eigenvalues.real.max() < 0.0
+    assert shaft(1.501 * w, outside, inside).eigenvalues.real.max() > 0.0
+    still = shaft(0.0, outside, inside)
+    np.testing.assert_allclose(still.damping_ratios[:2], (outside / w + inside * w) / 2.0, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("sine", "exact"), [(False, (2.35, 3.3)), (True, (1.0, 4.05, 5.95))])
+def test_spinning_membrane_disk(sine: bool, exact: tuple[float, ...]) -> None:
+    """A free disk without bending stiffness, nu = 0.3: omega^2 / Omega^2 of Lamb and Southwell (1921); a quarter of it.
+
+    About x it is symmetric (n even) or antisymmetric (n odd), about y symmetric. It is held across only where it is spun up.
+    """
+    spin, E, t = 1.0, 1e4, 1e-5
+    shape = interpolated(
+        lambda phi, r: np.stack([r * np.cos(phi), r * np.sin(phi), 0.0 * phi], -1),
+        (spaced(np.pi / 2, 6), 0.005 + spaced(0.995, 8, 2.5)),
+    )
+    part = plate("disk", shape, t, Material(E, 1.0, 0.3), dim=3)
+    planes = [
+        joints.Edge("x", "disk", ("xi1_max",), "x", "yz"),
+        joints.Edge("y", "disk", ("xi1_min",), "yz" if sine else "y", "x" if sine else "xz"),
+    ]
+    flat = joints.Edge("flat", "disk", ("xi2_min", "xi2_max"), "z")
+
+    def turning(*more: joints.Joint) -> System:
+        return in_turning_frame(assemble([part], [*planes, *more], []), spin)
+
+    held, free = eliminate(turning(flat)), eliminate(turning())
+    spun = solve_statics(held, 1, TIGHT)
+    q = held.lift(spun.x[-1])
+    x = lsqr(free.lift.matrix, q - free.lift.offset, atol=1e-15, btol=1e-15)[0]
+    np.testing.assert_allclose(free.lift(x), q, atol=1e-12)
+    found = complex_modes(linearise(free, x), 40)
+    across = np.abs((free.lift.matrix @ found.shapes).reshape(-1, 3, 40))[:, 2].max(axis=0) > 0.5
+    ratios = found.frequencies[across] ** 2 / spin**2
+    for value in exact:
+        assert np.abs(ratios / value - 1.0).min() < 1e-3
+
+
+def test_column_buckles_at_eulers_load() -> None:
+    """Clamped and free: pi^2/4, 9 pi^2/4; a load of 3 has the factors of a third."""
+    found = buckling(cantilever(16, loads.PointForce("push", At("beam", "right"), (-3.0, 0.0)), EA=1e8), 2)
+    np.testing.assert_allclose(found.factors, np.pi**2 / 4 * np.array([1.0, 9.0]) / 3.0, rtol=3e-6)
+
+
+def test_factors_do_not_depend_on_the_size_of_the_load() -> None:
+    """A load of a thousand buckling loads is tried in small parts."""
+    found = [
+        buckling(cantilever(8, loads.PointForce("push", At("beam", "right"), (-force, 0.0)), EA=1e6), 1).factors * force
+        for force in (1.0, 2.4, 2000.0)
+    ]
+    np.testing.assert_allclose(found, np.mean(found), rtol=1e-6)
+
+
+def test_large_and_small_solutions_agree(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Arnoldi's iteration and the dense solution, with gyroscopic terms, damping and constraints with multipliers."""
+    part = body.cable("beam", straight(16), sections.Given(EA=1e4, EI=1.0, rhoA=1.0), dim=3, degree=5)
+    raw = assemble([part], [joints.Clamp("root", At("beam", "left"))], [], Rayleigh(0.1, 1e-3))
+    linear = linearise(in_turning_frame(raw, 1.5))
+    few = complex_modes(linear, 6)
+    monkeypatch.setattr(modes, "SMALL", 0)
+    many = complex_modes(linear, 6)
+    np.testing.assert_allclose(many.eigenvalues, few.eigenvalues, rtol=1e-7)
+    assert few.eigenvalues.real.max() < 0.0
+    for found in (few, many):
+        for s, v in zip(found.eigenvalues, found.shapes.T, strict=True):
+            rest = s * s * (linear.mass @ v) + s * (linear.damping @ v) + linear.stiffness @ v
+            free = rest - linear.rows.T @ np.linalg.lstsq(linear.rows.T.astype(complex), rest, rcond=None)[0]
+            assert np.linalg.norm(free) < 1e-6 * np.linalg.norm(linear.stiffness @ v)
+
+
+def test_free_motions_have_the_eigenvalue_zero() -> None:
+    part = body.cable("beam", straight(8), sections.Given(EA=1e3, EI=1.0, rhoA=1.0), dim=2, degree=5)
+    found = complex_modes(linearise(assemble([part], [], [])), 4)
+    assert np.abs(found.eigenvalues[:3]).max() < 1e-3
+    assert found.frequencies[3] == pytest.approx(22.3732854, rel=1e-6)
+
+
+def test_bad_input_is_named() -> None:
+    beam = cantilever(4)
+    with pytest.raises(InputError, match="all coordinates of full bodies"):
+        in_turning_frame(beam, 1.0)
+    with pytest.raises(InputError, match="loads that change the stiffness, got none"):
+        buckling(beam)
+    with pytest.raises(InputError, match=r"analysis\.count: expected 1 to"):
+        complex_modes(linearise(beam), 10_000)
