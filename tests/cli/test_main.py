@@ -1,23 +1,24 @@
 """The command as a whole: help without heavy imports, usage errors, errors and notices of every kind."""
 
-from __future__ import annotations
-
 import errno
+import inspect
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Unpack
 
 import click
 import pytest
 from click.testing import CliRunner
 
+from fmbs_skfem import studies
 from fmbs_skfem.cli import common
-from fmbs_skfem.cli.main import COMMANDS
+from fmbs_skfem.cli.main import COMMANDS, main
 from fmbs_skfem.core.errors import CorruptFile, InputError, MissingFeature, Reason, SolverError
 from fmbs_skfem.core.notices import notify
 from fmbs_skfem.studies import Result, Table
 from fmbs_skfem.studies import job as jobs
+from fmbs_skfem.studies.options import Output
 from fmbs_skfem.studies.result import console
 
 from .calls import fmbs
@@ -25,7 +26,7 @@ from .calls import fmbs
 HEAVY = ("numba", "pyvista", "vtkmodules", "matplotlib", "scipy", "numpy", "sklearn", "distributed", "rich", "pydantic")
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["--version"]])
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], *([name, "--help"] for name in COMMANDS)])
 def test_help_imports_nothing_heavy(arguments: list[str]) -> None:
     code = (
         "import sys\nfrom fmbs_skfem.cli.main import main\n"
@@ -87,10 +88,10 @@ def test_errors_have_their_exit_code_and_no_traceback(
 ) -> None:
     monkeypatch.chdir(tmp_path)
 
-    def fails(**options: Any) -> Result:
+    def fails(**options: Unpack[Output]) -> Result:
         raise error
 
-    command = common.command("fails", scene=False)(fails)
+    command = common.command("fails", fails)
     done = CliRunner().invoke(command, ["--json"])
     assert done.exit_code == code
     assert f'"reason": "{reason}"' in done.stdout
@@ -104,13 +105,13 @@ def test_errors_have_their_exit_code_and_no_traceback(
 
 
 def test_notices_go_to_stderr_and_json_once_and_stop_a_strict_call() -> None:
-    @common.command("notes", scene=False)
-    def notes(**options: Any) -> Result:
+    def study(**options: Unpack[Output]) -> Result:
         with jobs.begin(**options) as job:
             for _ in range(3):
                 notify("mind the gap")
             return Result(about="", report={"status": "ok", "ratio": float("nan"), "notices": job.notices}, view=["done"])
 
+    notes = common.command("notes", study)
     done = CliRunner().invoke(notes, ["--json"])
     assert done.stderr == "notice: mind the gap\n"
     assert done.stdout.count("mind the gap") == 1
@@ -130,9 +131,18 @@ def test_tables_show_brackets_and_numbers_as_they_are(tmp_path: Path) -> None:
 
 
 def test_every_command_is_a_click_command_of_its_name() -> None:
-    import importlib
-
+    assert isinstance(main, click.Group)
     for name in COMMANDS:
-        found = importlib.import_module(f"fmbs_skfem.cli.{name}").command
+        found = main.get_command(click.Context(main), name)
         assert isinstance(found, click.Command)
         assert found.name == name
+
+
+@pytest.mark.parametrize("name", ["check", "run", "sweep", "reduce", "train", "render", "compare", "verify"])
+def test_every_keyword_of_a_study_is_an_option_that_says_what_it_is(name: str) -> None:
+    found = main.get_command(click.Context(main), name)
+    assert found is not None
+    options = {one.name: one for one in found.params}
+    keywords = set(inspect.signature(getattr(studies, name)).parameters) - {"shared"}
+    assert keywords <= options.keys()
+    assert all(one.help for one in options.values() if isinstance(one, click.Option))

@@ -1,8 +1,4 @@
-"""What all commands share: options, what is printed, exit codes.
-
-    @common.command("check")
-    @click.option("--duration", ...)
-    def command(path: Path, **options: Any) -> Result        a study, called with the options
+"""What all commands share: a study called with its options, what is printed, exit codes.
 
 stdout is data; notices, progress and messages go to stderr. Nothing heavy is imported before a command runs.
 """
@@ -26,11 +22,9 @@ from ..core.errors import FmbsError, InputError
 from ..core.notices import Notice
 from ..studies.job import Job, Listener
 from ..studies.result import REASONS, Result, describe_error
-from . import screen
+from . import options, screen
 
 INTERNAL, INTERRUPTED, BAD_INPUT, LIMIT = 1, 130, InputError.exit_code, 6
-
-Body = Callable[..., Result]
 
 
 @dataclass(frozen=True)
@@ -47,69 +41,25 @@ class Call:
         return self.jobs[-1].notices if self.jobs else []
 
 
-def command(name: str, scene: bool = True, into: str = "") -> Callable[[Body], click.Command]:
-    """Make a function of options the command `name`; `scene`: it takes a SCENE argument.
+def command(name: str, study: Callable[..., Result], into: str = "") -> click.Command:
+    """The command of a study.
 
     `into` names the output where --out does not, with the name of the scene or model file for `{}`.
     """
+    source = options.source(study)
 
-    def decorate(function: Body) -> click.Command:
-        @functools.wraps(function)
-        def guarded(**values: Any) -> None:
-            call = Call(values.pop("json"), values.pop("debug"))
-            if "changes" in values:
-                values["parameters"] = dict(values.pop("changes"))
-            if values["out"] is None and into:
-                values["out"] = Path(into.format(values["path"].stem if "path" in values else ""))
-            with contextlib.closing(screen.Bar()) as bar:
-                strict = values.pop("strict")
-                listener = Listener(
-                    bar.progress, screen.tell, lambda text: screen.tell(f"notice: {text}"), call.jobs.append, strict
-                )
-                code = perform(functools.partial(function, **values, listener=listener), call, bar)
-            click.get_current_context().exit(code)
+    def call(**values: Any) -> None:
+        how = Call(values.pop("json"), values.pop("debug"))
+        if values["out"] is None and into:
+            values["out"] = Path(into.format(values[source].stem if source else ""))
+        given = [values.pop(source)] if source else []
+        with contextlib.closing(screen.Bar()) as bar:
+            strict = values.pop("strict")
+            listener = Listener(bar.progress, screen.tell, lambda text: screen.tell(f"notice: {text}"), how.jobs.append, strict)
+            code = perform(functools.partial(study, *given, **values, listener=listener), how, bar)
+        click.get_current_context().exit(code)
 
-        wrapped: Callable[..., Any] = guarded
-        for option in reversed((*SCENE_OPTIONS, *OPTIONS) if scene else OPTIONS):
-            wrapped = option(wrapped)
-        return click.command(name)(wrapped)
-
-    return decorate
-
-
-def changed(context: click.Context, option: click.Parameter, values: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
-    """NAME=VALUE pairs of --set."""
-    for text in values:
-        if "=" not in text:
-            raise click.BadParameter(f"expected NAME=VALUE, got '{text}'", context, option)
-    return tuple((key.strip(), value.strip()) for key, _, value in (text.partition("=") for text in values))
-
-
-PATH = click.Path(path_type=Path)
-FILE = click.argument("path", metavar="FILE", type=PATH)
-DURATION = click.option("--duration", type=float, metavar="SECONDS", help="Replace the duration of a dynamic analysis.")
-PLOTS = click.option("--plots/--no-plots", default=True, help="Draw the outputs into outputs.png (default: yes).")
-TIME_LIMIT = click.option(
-    "--time-limit",
-    type=click.FloatRange(0.0, min_open=True),
-    default=float("inf"),
-    metavar="SECONDS",
-    help="Stop a motion after so many seconds of integration, with a checkpoint and exit code 6.",
-)
-SET = functools.partial(click.option, "--set", "changes", metavar="NAME=VALUE", multiple=True, callback=changed)
-SCENE_OPTIONS = (
-    click.argument("path", metavar="SCENE", type=PATH),
-    SET(help="Replace a parameter of the scene."),
-    click.option("--allow-outside", is_flag=True, help="Permit meshes outside the scene's project folder."),
-    click.option("--repair", is_flag=True, help="Merge nodes of meshes that are at one place."),
-)
-OPTIONS = (
-    click.option("--out", metavar="DIR", type=click.Path(path_type=Path, file_okay=True), help="Folder for the results."),
-    click.option("--json", is_flag=True, help="Print one JSON object on stdout."),
-    click.option("--force", is_flag=True, help="Overwrite the results of another run in the folder."),
-    click.option("--strict", is_flag=True, help="Take notices for errors."),
-    click.option("--debug", is_flag=True, help="Show the Python traceback of an error."),
-)
+    return click.Command(name, callback=call, params=options.parameters(study, into.format("NAME")), help=options.explain(study))
 
 
 def perform(function: Callable[[], Result], call: Call, bar: screen.Bar) -> int:

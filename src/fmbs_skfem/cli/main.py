@@ -1,41 +1,66 @@
-"""The command `fmbs`: subcommands are imported when they are called, so that `fmbs --help` answers at once."""
+"""The command `fmbs`: every command is a study, whose work is imported when it is called, so that `--help` answers at once."""
 
 from __future__ import annotations
 
-import importlib
+import functools
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import click
 
-from .. import __version__
+from .. import __version__, studies
 from ..core import durable
 from ..core.errors import InputError, closest
 from ..core.notices import Notice
+from . import common, screen
 
-#: command -> what it does; module `cli.<command>` holds it as `command`
-COMMANDS = {
-    "check": "Read a scene and its meshes, assemble it, and say what it is.",
-    "run": "Solve a scene, or run a saved reduced model.",
-    "resume": "Go on with a run that was stopped.",
-    "reduce": "Train a reduced model of a scene and save it.",
-    "train": "Train a reduced model over the ranges of a scene's parameters.",
-    "rom": "Say what a saved reduced model is, or run it at wanted parameters.",
-    "compare": "Full and reduced models of a scene: time beside error.",
-    "sweep": "Run many members of a scene or of a reduced model, on all cores or on a cluster.",
-    "render": "Solve a scene and draw pictures (PNG) and an animation (GIF).",
-    "export": "Solve a scene and write a VTK series.",
-    "verify": "Hold the solver against published and exact results.",
-    "demo": "Example: a flexible double pendulum in full and reduced.",
-    "schema": "Print the JSON schema of scene files.",
+DEMO = Path("fmbs-demo")
+
+
+@functools.wraps(studies.check)
+def check(source: Path, **options: Any) -> studies.Result:
+    """Of a folder its checksums."""
+    if source.is_dir():
+        return studies.checksums(source, listener=options["listener"])
+    return studies.check(source, **options)
+
+
+@functools.wraps(studies.demo)
+def demo(out: Path | None, force: bool, **options: Any) -> studies.Result:
+    """Into a folder of its own, whose files are those of an earlier demo."""
+    return studies.demo(out=out or DEMO, force=force or out is None, **options)
+
+
+def rom() -> click.Group:
+    """The commands of saved reduced models."""
+    text = "Say what a saved reduced model is, or run it at other parameters, without meshes and full model."
+    made = [common.command("info", studies.info), common.command("run", studies.run_model, "fmbs-{}")]
+    return click.Group("rom", made, help=text, epilog="Both take --json and, for what they write, --out DIR.")
+
+
+#: command -> its study, and the name of its output folder or file where --out gives none
+COMMANDS: dict[str, tuple[Callable[..., studies.Result], str] | None] = {
+    "check": (check, ""),
+    "run": (studies.run, "fmbs-{}"),
+    "resume": (studies.resume, ""),
+    "reduce": (studies.reduce, "{}.h5"),
+    "train": (studies.train, "fmbs-{}-train"),
+    "rom": None,
+    "compare": (studies.compare, "fmbs-{}-compare"),
+    "sweep": (studies.sweep, "fmbs-{}-sweep"),
+    "render": (studies.render, "fmbs-{}"),
+    "export": (studies.export, "fmbs-{}"),
+    "verify": (studies.verify, ""),
+    "demo": (demo, ""),
+    "schema": (studies.describe_scenes, ""),
 }
 
 
 class Commands(click.Group):
-    """A group that knows its commands by name and imports the one that is called."""
+    """A group that knows its commands by name, in the order in which they are used."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -43,8 +68,8 @@ class Commands(click.Group):
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         if name not in COMMANDS:
             return None
-        found = importlib.import_module(f".{name}", __package__).command
-        return found if isinstance(found, click.Command) else None
+        found = COMMANDS[name]
+        return rom() if found is None else common.command(name, *found)
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[str | None, click.Command | None, list[str]]:
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
@@ -56,15 +81,14 @@ class Commands(click.Group):
         try:
             return super().main(*args, **kwargs)
         except OSError as problem:
-            from . import screen
-
             screen.drop()
             screen.tell(f"error: {problem}")
             sys.exit(6 if problem.errno in durable.FULL else 3)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        commands = {name: self.get_command(ctx, name) for name in COMMANDS}
         with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
+            formatter.write_dl([(name, one.get_short_help_str(200)) for name, one in commands.items() if one is not None])
 
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
@@ -87,7 +111,6 @@ def main(files: tuple[str, ...]) -> None:
 def run_extensions(files: Sequence[str]) -> None:
     """Run Python files that declare outputs and laws, which saved models may need, and more keys for `fmbs schema`."""
     from ..scenes import extensions
-    from . import screen
 
     for file in files:
         try:

@@ -14,33 +14,46 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from .job import Job, Listener, Shared
+from .commands import (
+    cases,
+    check,
+    checksums,
+    compare,
+    demo,
+    describe_scenes,
+    export,
+    info,
+    reduce,
+    render,
+    resume,
+    run,
+    run_model,
+    sweep,
+    train,
+    verify,
+)
+from .job import Job, Listener
+from .options import Shared
 from .result import Figures, Result, Table
 
 if TYPE_CHECKING:
-    from .checking import Check, check, checksums
-    from .comparison import ComparisonResult, compare, demo
-    from .models import info, run_model
-    from .reducing import ReductionResult, reduce
-    from .resuming import resume
-    from .runs import Run, export, render, run
-    from .schema import describe_scenes
-    from .sweeping import SweepResult, sweep
-    from .training import TrainingResult, train
-    from .verifying import Verification, cases, verify
+    from .checking import Check
+    from .comparison import ComparisonResult
+    from .reducing import ReductionResult
+    from .runs import Run
+    from .sweeping import SweepResult
+    from .training import TrainingResult
+    from .verifying import Verification
 
-#: module -> what it has; loaded when it is first used
-HOMES = {
-    "runs": ("Run", "run", "render", "export"),
-    "resuming": ("resume",),
-    "checking": ("Check", "check", "checksums"),
-    "reducing": ("ReductionResult", "reduce"),
-    "models": ("info", "run_model"),
-    "comparison": ("ComparisonResult", "compare", "demo"),
-    "training": ("TrainingResult", "train"),
-    "sweeping": ("SweepResult", "sweep"),
-    "verifying": ("Verification", "cases", "verify"),
-    "schema": ("describe_scenes",),
+#: result -> module that has it; loaded when it is first used
+RESULTS = {
+    "Run": "runs",
+    "Check": "checking",
+    "ReductionResult": "reducing",
+    "ComparisonResult": "comparison",
+    "TrainingResult": "training",
+    "SweepResult": "sweeping",
+    "Verification": "verifying",
 }
 
 __all__ = [
@@ -77,7 +90,6 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    for home, names in HOMES.items():
-        if name in names:
-            return getattr(importlib.import_module(f"{__name__}.{home}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name not in RESULTS:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{RESULTS[name]}"), name)

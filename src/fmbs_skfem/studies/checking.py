@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from ..systems import mechanism as mechanisms
 from ..systems.redundancy import rows_of, without_redundant
 from . import compiling, estimates, reports
 from . import job as jobs
-from .job import Job, Shared
+from .job import Job
 from .result import Result, Table
 from .runs import heading, sizes
 
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
     from ..scenes.plausibility import Figures as Facts
     from ..systems import System
     from ..systems.mechanism import Dependence, Mechanism
-    from .job import Source
 
 NAME = "check.json"
 LOST = 0.5  #: part of the kinetic energy of the given initial motion that joints may take away
@@ -47,17 +45,7 @@ class Check(Result):
     mechanism: Mechanism
 
 
-def check(source: Source, *, duration: float | None = None, **shared: Unpack[Shared]) -> Check:
-    """Read a scene and its meshes, assemble it in the form it is solved in, check the initial state, and say what it is.
-
-    Nothing is solved; `out` gets check.json. What is hardly meant is a notice: masses, units, slenderness, cells, redundant joints,
-    floating bodies, initial motion that joints forbid.
-    """
-    with jobs.begin(source, **shared) as job:
-        return scene_check(job, jobs.read_scene(job, duration))
-
-
-def scene_check(job: Job, scene: Scene) -> Check:
+def check_scene(job: Job, scene: Scene) -> Check:
     """The judgement of a scene."""
     build.check_functions(scene)
     parts = {part.name: part for part in build.parts(scene, None, job.allow_outside)}
@@ -91,17 +79,16 @@ def scene_check(job: Job, scene: Scene) -> Check:
     return Check(about=about, report=report, view=view(report), scene=scene, system=reduced, mechanism=counted)
 
 
-def checksums(folder: str | Path, **shared: Unpack[Shared]) -> Result:
-    """Hold the results in a folder against their checksums; CorruptFile names a file that is not as it was written."""
-    with jobs.begin(folder, **shared) as job:
-        found = reports.verify_checksums(job.path)
-        if segments.exists(job.path):
-            segments.read(job.path)
-            found.append(job.path / segments.FOLDER)
-        if not found:
-            raise InputError(say(f"{job.path}", "a scene, or a folder with results", "a folder without a report"))
-        text = "as written: " + ", ".join(map(str, found))
-        return Result(about=text, report={"status": "ok", "verified": found, "notices": job.notices}, view=[text])
+def compare_checksums(job: Job) -> Result:
+    """The results in the folder of a job beside their checksums."""
+    found = reports.verify_checksums(job.path)
+    if segments.exists(job.path):
+        segments.read(job.path)
+        found.append(job.path / segments.FOLDER)
+    if not found:
+        raise InputError(say(f"{job.path}", "a scene, or a folder with results", "a folder without a report"))
+    text = "as written: " + ", ".join(map(str, found))
+    return Result(about=text, report={"status": "ok", "verified": found, "notices": job.notices}, view=[text])
 
 
 def tell_findings(scene: Scene, known: Mapping[str, Facts]) -> None:

@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 from ..core.errors import MissingFeature
 from ..reduction import comparison as comparisons
@@ -21,12 +21,12 @@ from ..results import motion, series, speed
 from ..scenes import Scene, build, read
 from . import compiling, figures, pictures, plans, reports, tables
 from . import job as jobs
-from .job import Job, Shared
+from .job import Job
 from .result import Result, conclude, describe_error, list_files
 from .runs import SERIES, extremes
 
 if TYPE_CHECKING:
-    from .job import Source
+    pass
 
 RECORD = "compare.json"
 SECOND = 1.5  #: smallest observed order in time that counts as second
@@ -49,34 +49,31 @@ class ComparisonResult(Result):
         return self.study[name]
 
 
-def compare(
-    source: Source, *, quick: bool = False, duration: float | None = None, picture: bool = True, **shared: Unpack[Shared]
-) -> ComparisonResult:
-    """Compare reduced models of a scene with its full model and with cheaper full models.
-
-    `quick`: only the main models, coarser meshes and larger steps, every model once. With a folder `out` figures are written, and
-    with `picture` the bodies are drawn, moving, and the error of a reduced model.
-    """
+def compare_scene(job: Job, duration: float | None, quick: bool, picture: bool) -> ComparisonResult:
+    """All models of a scene, with pictures of its full model and of an error."""
 
     def draw(scene: Scene, study: Comparison, out: Path) -> list[pictures.Order]:
         return [*pictures.scene(scene, study.full, out), *pictures.error(scene, study, out / pictures.ERROR)]
 
-    with jobs.begin(source, **shared) as job:
-        scene = jobs.read_scene(job, duration)
-        names = [pictures.ERROR, pictures.PICTURE, pictures.ANIMATION]
-        return conclude(comparison(job, scene, quick, names, draw if picture else None))
+    scene = jobs.read_scene(job, duration)
+    names = [pictures.ERROR, pictures.PICTURE, pictures.ANIMATION]
+    return conclude(comparison(job, scene, quick, names, draw if picture else None))
 
 
-def demo(**shared: Unpack[Shared]) -> ComparisonResult:
-    """A flexible double pendulum in full and with all reduced models: figures, pictures, an animation and a VTK series."""
+def demo_scene() -> Scene:
+    """The scene of the demo."""
+    return lean(read(examples() / DEMO))
+
+
+def show_demo(job: Job) -> ComparisonResult:
+    """All models of the scene of the demo, with pictures of its own and a VTK series."""
 
     def draw(scene: Scene, study: Comparison, out: Path) -> list[pictures.Order]:
         found = pictures.scene(scene, study.full, out, FRAMES, (SHOWN[0], SHOWN[1]), RATE)
         frames = motion.frames(study.full, motion.spread(study.full, FRAMES))
         return [*found, *pictures.error(scene, study, out / SHOWN[2]), partial(series.write, frames, out, SERIES)]
 
-    with jobs.begin(lean(read(examples() / DEMO)), **shared) as job:
-        return conclude(comparison(job, jobs.read_scene(job), True, [*SHOWN, f"{SERIES}.pvd"], draw))
+    return conclude(comparison(job, jobs.read_scene(job), True, [*SHOWN, f"{SERIES}.pvd"], draw))
 
 
 def comparison(

@@ -13,7 +13,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 from ..core.errors import InputError, say
 from ..core.notices import Notice, Remark, notify
@@ -22,6 +22,7 @@ from . import reports
 if TYPE_CHECKING:
     from ..dynamics import Trajectory
     from ..scenes import Scene
+    from .options import Shared
 
     Source = str | Path | Scene  #: a scene, or the file of a scene or of a saved reduced model
 
@@ -42,17 +43,6 @@ class Listener:
     notice: Callable[[str], None] | None = None
     begin: Callable[[Job], None] = ignore
     strict: bool = False
-
-
-class Shared(TypedDict, total=False):
-    """Options that all studies have."""
-
-    parameters: Mapping[str, str | float]  #: parameters of the scene or model replaced, in SI units or as "2 GPa"
-    out: str | Path | None  #: folder of the results; without it nothing is written
-    force: bool  #: overwrite the results of another run in the folder
-    allow_outside: bool  #: permit meshes outside the scene's project folder
-    repair: bool  #: merge nodes of meshes that are at one place
-    listener: Listener
 
 
 @dataclass

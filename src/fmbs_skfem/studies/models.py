@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 from .. import dynamics
 from ..core import durable, units
@@ -20,7 +20,7 @@ from ..reduction import parameters as boxes
 from ..results import sweep_files
 from . import job as jobs
 from . import judging, reports, runs
-from .job import Job, Shared
+from .job import Job
 from .result import Result, Table, conclude, format_value
 from .runs import Run
 
@@ -64,27 +64,13 @@ def task(job: Job, duration: float | None = None, step: float | None = None) -> 
     )
 
 
-def run_model(
-    path: str | Path,
-    *,
-    duration: float | None = None,
-    step: float | None = None,
-    plots: bool = True,
-    picture: bool = False,
-    **shared: Unpack[Shared],
-) -> Run:
-    """Run the saved reduced model in a file at values of its parameters, and state the error predicted there."""
-    with jobs.begin(path, **shared) as job:
-        return conclude(solve(job, duration, step, plots, picture))
-
-
-def solve(job: Job, duration: float | None, step: float | None, plots: bool, picture: bool) -> Run:
+def run_saved(job: Job, duration: float | None, step: float | None, plots: bool, picture: bool) -> Run:
     """The run of a saved model, with a picture where it is wanted."""
     from . import pictures
 
     made = task(job, duration, step)
     draw = partial(pictures.model, made.title) if picture else None
-    return runs.solve(job, made.mark, lambda: made, plots, draw, [pictures.PICTURE] if picture else [])
+    return conclude(runs.solve(job, made.mark, lambda: made, plots, draw, [pictures.PICTURE] if picture else []))
 
 
 def at_values(job: Job, duration: float | None, step: float | None) -> tuple[Case, Mapping[str, Any], dict[str, Any]]:
@@ -115,14 +101,13 @@ def alone(job: Job, duration: float | None, step: float | None) -> tuple[Case, M
     return case, saved.notes, {"beyond_training": beyond}
 
 
-def info(path: str | Path, **shared: Unpack[Shared]) -> Result:
-    """What a saved reduced model is: parameters with their ranges, sizes, training, errors; with `out` also in info.json."""
-    with jobs.begin(path, **shared) as job:
-        report = {"status": "ok", "model": job.path, **(describe_box if parametric(job.path) else describe_point)(job.path)}
-        origin = {"fingerprint": mark(job.path), "provenance": reports.provenance(files=[job.path]), "notices": job.notices}
-        out = jobs.settle_folder(job, [INFO], mark(job.path), INFO)
-        reports.write_report(out, {**report, **origin}, INFO)
-        return Result(about=f"{job.path}: {report['kind']}", report={**report, "notices": job.notices}, view=views(report))
+def describe(job: Job) -> Result:
+    """What a saved reduced model is: parameters with their ranges, sizes, training, errors; in a folder also as info.json."""
+    report = {"status": "ok", "model": job.path, **(describe_box if parametric(job.path) else describe_point)(job.path)}
+    origin = {"fingerprint": mark(job.path), "provenance": reports.provenance(files=[job.path]), "notices": job.notices}
+    out = jobs.settle_folder(job, [INFO], mark(job.path), INFO)
+    reports.write_report(out, {**report, **origin}, INFO)
+    return Result(about=f"{job.path}: {report['kind']}", report={**report, "notices": job.notices}, view=views(report))
 
 
 def describe_box(path: Path) -> dict[str, Any]:

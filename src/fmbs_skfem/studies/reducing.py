@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING
 
 from .. import reduction
 from ..core.errors import InputError, say
@@ -14,7 +14,7 @@ from ..reduction.runs import kept_steps
 from ..scenes import build
 from . import compiling, plans, reports, tables
 from . import job as jobs
-from .job import Job, Shared
+from .job import Job
 from .models import SUFFIXES
 from .result import Result, Table, format_value
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from ..reduction.plan import Plan
     from ..scenes import Scene
     from ..systems import System
-    from .job import Source
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -35,39 +34,22 @@ class ReductionResult(Result):
     reduced: Trajectory
 
 
-def reduce(
-    source: Source,
-    *,
-    level: str = "component",
-    tolerance: float | None = None,
-    modes: int | None = None,
-    hyper: float | None = None,
-    sample: str | None = None,
-    duration: float | None = None,
-    **shared: Unpack[Shared],
-) -> ReductionResult:
-    """Train a reduced model of a scene; with `out`, a file ending in .h5 or a folder for NAME.h5, it is saved.
-
-    `level` "system" makes one basis for all bodies; `tolerance` eps of the bases, a number of `modes` a component, tolerance
-    `hyper` eta of the hyper-reduction (0: none) and what it takes as a `sample` ("elements", "points", "exact") replace those of
-    the scene, `duration` [s] that of the training. The model is run over the training time: its errors are those there.
-    """
-    with jobs.begin(source, **shared) as job:
-        scene = jobs.read_scene(job, duration)
-        path = target(job, scene)
-        compiling.announce(job)
-        found = train(job, scene, plans.plan_with(scene, level, tolerance, modes, hyper, sample))
-        report = found.report
-        origin = reports.plain(reports.provenance(scene))
-        facts = [(key, format_value(value)) for key, value in report.items() if key != "output_errors"]
-        view: list[Table | str] = [Table(f"Reduced model of {report['scene']}", ("", "value"), facts)]
-        view += tables.output_errors(report["output_errors"])
-        if path is not None:
-            training, plain = dict(scene.parameters), reports.plain(report)
-            files.save(found.system, path, scene=report["scene"], training=training, report=plain, provenance=origin)
-            view.append(f"written: {path}")
-        more = {"file": path, "provenance": origin, "notices": job.notices}
-        return replace(found, report={**report, **more}, view=view)
+def reduce_scene(job: Job, scene: Scene, plan: Plan) -> ReductionResult:
+    """A reduced model of a scene by a plan, saved."""
+    path = target(job, scene)
+    compiling.announce(job)
+    found = train(job, scene, plan)
+    report = found.report
+    origin = reports.plain(reports.provenance(scene))
+    facts = [(key, format_value(value)) for key, value in report.items() if key != "output_errors"]
+    view: list[Table | str] = [Table(f"Reduced model of {report['scene']}", ("", "value"), facts)]
+    view += tables.output_errors(report["output_errors"])
+    if path is not None:
+        training, plain = dict(scene.parameters), reports.plain(report)
+        files.save(found.system, path, scene=report["scene"], training=training, report=plain, provenance=origin)
+        view.append(f"written: {path}")
+    more = {"file": path, "provenance": origin, "notices": job.notices}
+    return replace(found, report={**report, **more}, view=view)
 
 
 def target(job: Job, scene: Scene) -> Path | None:

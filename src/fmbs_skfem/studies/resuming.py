@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Unpack
-
-import numpy as np
+from typing import Any
 
 from ..core.errors import CorruptFile, InputError, say
 from ..core.notices import notify
@@ -15,34 +13,29 @@ from ..dynamics.checkpoint import differences
 from ..results import segments
 from . import job as jobs
 from . import reports, runs
-from .job import Shared
+from .job import Job
 from .result import conclude
 from .runs import Run
 
 
-def resume(folder: str | Path, *, plots: bool = True, time_limit: float = np.inf, **shared: Unpack[Shared]) -> Run:
-    """Go on with the run whose output folder is `folder`, from its last checkpoint to the end.
-
-    The numbers are those of a run that was never stopped. Every byte that is read is verified, and a scene or mesh that has changed
-    since then is refused: CorruptFile.
-    """
-    with jobs.begin(folder, **shared) as job:
-        out = job.path
-        if job.out is not None:
-            raise InputError(say("--out", "no folder beside DIR", f"{job.out}", "results go into DIR"))
-        segments.manifest(out)
-        with segments.locked(out):
-            found = segments.manifest(out)
-            asked = found.job
-            same = {name: asked[name] for name in ("changes", "allow_outside", "repair")}
-            own = replace(job, path=Path(asked["scene"]), out=out, made=out, **same)
-            own.listener.begin(own)
-            scene = jobs.read_scene(own, asked["duration"])
-            task = runs.scene_task(own, scene, asked["duration"], asked["checkpoint"])
-            compare(out, asked["provenance"], reports.plain(task.origin))
-            runs.warm_up(own, task)
-            record = segments.Recorder(out, asked, asked["checkpoint"], found)
-            return conclude(runs.finish(own, task, plots, None, record, segments.read(out, found), time_limit))
+def resume_run(job: Job, plots: bool, time_limit: float) -> Run:
+    """The run in the folder of a job, from its last checkpoint to the end."""
+    out = job.path
+    if job.out is not None:
+        raise InputError(say("--out", "no folder beside DIR", f"{job.out}", "results go into DIR"))
+    segments.manifest(out)
+    with segments.locked(out):
+        found = segments.manifest(out)
+        asked = found.job
+        same = {name: asked[name] for name in ("changes", "allow_outside", "repair")}
+        own = replace(job, path=Path(asked["scene"]), out=out, made=out, **same)
+        own.listener.begin(own)
+        scene = jobs.read_scene(own, asked["duration"])
+        task = runs.scene_task(own, scene, asked["duration"], asked["checkpoint"])
+        compare(out, asked["provenance"], reports.plain(task.origin))
+        runs.warm_up(own, task)
+        record = segments.Recorder(out, asked, asked["checkpoint"], found)
+        return conclude(runs.finish(own, task, plots, None, record, segments.read(out, found), time_limit))
 
 
 def compare(out: Path, then: Mapping[str, Any], now: Mapping[str, Any]) -> None:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,14 +29,13 @@ from ..systems import free_motions
 from ..systems.loads import TorsionSpring
 from . import compiling, failures, judging, recording, reports
 from . import job as jobs
-from .job import Job, Shared
+from .job import Job
 from .result import Figures, Result, Table, conclude, describe_error, list_files
 
 if TYPE_CHECKING:
     from ..dynamics.checkpoint import Resumed
     from ..scenes import Scene
     from ..systems import System
-    from .job import Source
 
 OUTPUTS, MODES, SERIES = "outputs.csv", "modes.csv", "motion"
 
@@ -82,75 +81,53 @@ class Run(Result):
         return self.trajectory.times
 
 
-def run(
-    source: Source,
-    *,
-    duration: float | None = None,
-    step: float | None = None,
-    plots: bool = True,
-    picture: bool = False,
-    checkpoint: float | None = None,
-    time_limit: float = np.inf,
-    **shared: Unpack[Shared],
+def run_source(
+    job: Job, duration: float | None, step: float | None, plots: bool, picture: bool, checkpoint: float | None, time_limit: float
 ) -> Run:
-    """Solve a scene: a motion, an equilibrium or vibration modes, as its `analysis` says; or run a saved reduced model.
-
-    `duration` [s] replaces that of a motion; `step` [s] and `picture` are for saved models. With a folder `out` a motion is kept
-    there while it runs, every `checkpoint` seconds (by default 10, of runs that take longer), and after `time_limit` seconds it is
-    stopped, to be resumed. A solve that fails raises SolverError, whose `result` holds what it reached.
-    """
+    """A scene or a saved model, as its file says; options that are not for it are refused."""
     from . import models
 
-    with jobs.begin(source, **shared) as job:
-        limits = {"--checkpoint": checkpoint is not None, "--time-limit": isfinite(time_limit)}
-        given = " and ".join(name for name, used in limits.items() if used)
-        if models.is_model(job):
-            if given:
-                raise InputError(say(given, "a scene", f"{job.path}", "a reduced model runs anew in seconds"))
-            return conclude(models.solve(job, duration, step, plots, picture))
-        if picture:
-            raise InputError(say("--picture", "a saved reduced model (.h5)", f"{job.path}", "draw a scene with fmbs render"))
-        if step is not None:
-            raise InputError(say("--step", "a saved reduced model (.h5)", f"{job.path}", "a scene has its own step: analysis.step"))
-        scene = jobs.read_scene(job, duration)
-        if given and scene.analysis.type != "dynamic":
-            raise InputError(say(given, "a scene with a dynamic analysis", scene.analysis.type, "leave the option out"))
-        if given and job.out is None:
-            raise InputError(say(given, "a folder for the results", "none", "give one: out"))
-        if scene.analysis.type == "modes":
-            return modes(job, scene)
-        make = partial(scene_task, job, scene, duration, checkpoint)
-        return conclude(solve(job, reports.fingerprint(scene), make, plots, limit=time_limit))
+    limits = {"--checkpoint": checkpoint is not None, "--time-limit": isfinite(time_limit)}
+    given = " and ".join(name for name, used in limits.items() if used)
+    if models.is_model(job):
+        if given:
+            raise InputError(say(given, "a scene", f"{job.path}", "a reduced model runs anew in seconds"))
+        return models.run_saved(job, duration, step, plots, picture)
+    if picture:
+        raise InputError(say("--picture", "a saved reduced model (.h5)", f"{job.path}", "draw a scene with fmbs render"))
+    if step is not None:
+        raise InputError(say("--step", "a saved reduced model (.h5)", f"{job.path}", "a scene has its own step: analysis.step"))
+    scene = jobs.read_scene(job, duration)
+    if given and scene.analysis.type != "dynamic":
+        raise InputError(say(given, "a scene with a dynamic analysis", scene.analysis.type, "leave the option out"))
+    if given and job.out is None:
+        raise InputError(say(given, "a folder for the results", "none", "give one: out"))
+    if scene.analysis.type == "modes":
+        return modes(job, scene)
+    make = partial(scene_task, job, scene, duration, checkpoint)
+    return conclude(solve(job, reports.fingerprint(scene), make, plots, limit=time_limit))
 
 
-def render(source: Source, *, duration: float | None = None, frames: int = 60, gif: bool = True, **shared: Unpack[Shared]) -> Run:
-    """Solve a scene and draw it into the folder `out`: picture.png at the instants of its `pictures`, and animation.gif.
-
-    Writes what `run` writes, too. Without OpenGL these numbers are kept, and MissingFeature is raised.
-    """
+def render_scene(job: Job, duration: float | None, frames: int, gif: bool) -> Run:
+    """A scene, with its picture and its animation."""
     from . import pictures
 
-    with jobs.begin(source, **shared) as job:
-        scene = jobs.read_scene(job, duration)
-        names = [pictures.PICTURE, *([pictures.ANIMATION] if gif else [])]
-        draw = partial(pictures.scene, scene, count=frames if gif else 0)
-        make = partial(scene_task, job, scene, duration)
-        return conclude(solve(job, reports.fingerprint(scene), make, True, draw, names))
+    scene = jobs.read_scene(job, duration)
+    names = [pictures.PICTURE, *([pictures.ANIMATION] if gif else [])]
+    draw = partial(pictures.scene, scene, count=frames if gif else 0)
+    make = partial(scene_task, job, scene, duration)
+    return conclude(solve(job, reports.fingerprint(scene), make, True, draw, names))
 
 
-def export(source: Source, *, duration: float | None = None, frames: int = 201, **shared: Unpack[Shared]) -> Run:
-    """Solve a scene and write motion.pvd with one .vtu an instant: displacement, velocity, strain, curvature, stress of plates.
-
-    Writes what `run` writes, too.
-    """
+def export_scene(job: Job, duration: float | None, frames: int) -> Run:
+    """A scene, with its VTK series."""
 
     def draw(trajectory: Trajectory, out: Path) -> Sequence[Callable[[], Path]]:
         return [partial(series.write_each, motion.pieces(trajectory, motion.spread(trajectory, frames)), out, SERIES)]
 
-    with jobs.begin(source, **shared) as job:
-        scene = jobs.read_scene(job, duration)
-        make = partial(scene_task, job, scene, duration)
-        return conclude(solve(job, reports.fingerprint(scene), make, True, draw, [f"{SERIES}.pvd"]))
+    scene = jobs.read_scene(job, duration)
+    make = partial(scene_task, job, scene, duration)
+    return conclude(solve(job, reports.fingerprint(scene), make, True, draw, [f"{SERIES}.pvd"]))
 
 
 def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint: float | None = None) -> Task:

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,9 +32,7 @@ if TYPE_CHECKING:
     from ..reduction.members import Task
     from ..reduction.prediction import Predictor
     from ..scenes import Scene
-
-Quantity: TypeAlias = str | float
-Ranges: TypeAlias = Mapping[str, tuple[Quantity, Quantity] | tuple[Quantity, Quantity, str]]  #: low, high, and "log"
+    from .options import Quantity, Ranges
 
 
 @dataclass(frozen=True)
@@ -48,6 +46,11 @@ class Members:
     predict: Predictor | None = None  #: error of a member, where a model knows it
     fixed: Mapping[str, float] = field(default_factory=dict)  #: parameters that no member changes
     scene: Scene | None = None  #: whose full models are swept; none of a saved model
+
+
+def members(job: Job, ranges: Ranges, duration: float | None, instants: int) -> Members:
+    """What a job sweeps: full models of a scene, or a saved model."""
+    return (of_model if models.is_model(job) else of_scene)(job, ranges, duration, instants)
 
 
 def of_scene(job: Job, ranges: Ranges, duration: float | None, instants: int) -> Members:

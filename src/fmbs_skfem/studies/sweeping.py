@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,8 +18,7 @@ from ..reduction.sweeps import Options
 from ..results import sweep_files, sweep_plots, training_plots
 from . import compiling, reports, sweep_sources
 from . import job as jobs
-from .job import Job, Shared
-from .models import is_model
+from .job import Job
 from .recording import Interrupted
 from .result import Figures, Result, Table, conclude, list_files
 
@@ -29,10 +28,8 @@ if TYPE_CHECKING:
     from ..reduction.members import Record
     from ..reduction.sweeps import Outcome
     from ..results.sweep_files import Sweep
-    from .job import Source
-    from .sweep_sources import Members, Ranges
+    from .sweep_sources import Members
 
-DESIGNS = ("sobol", "lhs", "grid", "list")
 PLOTS = ("response", "scatter", "histories", "surrogate")
 LISTED = 20  #: failed members in the table on the screen
 
@@ -59,40 +56,15 @@ class SweepResult(Result):
         return self.table.columns
 
 
-def sweep(
-    source: Source,
-    *,
-    samples: int | str | None = None,
-    design: str | None = None,
-    table: Path | None = None,
-    seed: int = 0,
-    ranges: Ranges | None = None,
-    scheduler: str | None = None,
-    workers: int | None = None,
-    timeout: float | None = None,
-    resume: bool = False,
-    duration: float | None = None,
-    instants: int = 601,
-    plots: bool = True,
-    **shared: Unpack[Shared],
+def sweep_points(
+    job: Job, members: Members, points: np.ndarray, seed: int, options: Options, resume: bool, plots: bool
 ) -> SweepResult:
-    """Run many members of a scene whose parameters have ranges, or of a reduced model saved by `train`.
-
-    `samples` members, or "20x50" values of each parameter of a grid, are spread by a `design` ("sobol", "lhs", "grid") with `seed`,
-    or listed in a `table` (CSV); `ranges` are {"E": ("0.7 GPa", "1.3 GPa", "log")}. They run in `workers` processes of this machine
-    or on a dask cluster (`scheduler`), each for at most `timeout` seconds. With a folder `out` every member is stored when it is
-    done, so that `resume` computes missing ones only. Members that fail raise SweepFailure, whose `result` has the others.
-    """
-    options = Options(workers, scheduler, timeout)
-    with jobs.begin(source, **shared) as job:
-        make = sweep_sources.of_model if is_model(job) else sweep_sources.of_scene
-        members = make(job, ranges or {}, duration, instants)
-        points = sweep_sources.spread(members.parameters, samples, design, table, seed)
-        origin = reports.provenance(members.scene, () if members.scene else (job.path,), {"design": seed}, workers)
-        out, done = open_folder(job, members, points, resume, origin)
-        outcome, records = compute(job, members, points, options, out, done)
-        origin["threads"]["workers"] = outcome.workers
-        return conclude(finish(job, members, points, out, outcome, records, origin, plots))
+    """Members at points (k, d) of the parameters, which a design with a seed gave."""
+    origin = reports.provenance(members.scene, () if members.scene else (job.path,), {"design": seed}, options.workers)
+    out, done = open_folder(job, members, points, resume, origin)
+    outcome, records = compute(job, members, points, options, out, done)
+    origin["threads"]["workers"] = outcome.workers
+    return conclude(finish(job, members, points, out, outcome, records, origin, plots))
 
 
 def open_folder(

@@ -10,7 +10,7 @@ import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 from .. import scenes
 from ..core.errors import InputError, NoModel, say
@@ -22,8 +22,8 @@ from ..scenes import build, points
 from ..scenes.training import Allowed
 from . import compiling, holdouts, plans, reports
 from . import job as jobs
-from .job import Job, Shared
-from .result import Result, Table, conclude, describe_error, list_files
+from .job import Job
+from .result import Result, Table, describe_error, list_files
 from .tables import output_errors
 
 if TYPE_CHECKING:
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from ..scenes import Scene
     from ..scenes.points import Points
     from .holdouts import Checked
-    from .job import Source
 
 MODEL, STORE = "model.h5", "training"
 
@@ -68,34 +67,7 @@ class TrainingResult(Result):
     holdout: Checked | None  #: what was found at hold-out points
 
 
-def train(
-    source: Source,
-    *,
-    tolerance: float | None = None,
-    iterations: int | None = None,
-    holdout: int | None = None,
-    compare: bool = False,
-    resume: bool = False,
-    duration: float | None = None,
-    plots: bool = True,
-    **shared: Unpack[Shared],
-) -> TrainingResult:
-    """Train a reduced model over the ranges of a scene's parameters, as its sections `training` and `reduction` say.
-
-    `tolerance`, a wanted error of outputs over their ranges, chooses eps, eta and the end; `iterations` is the largest number of
-    full runs, `holdout` the number of hold-out points, at which `compare` also trains the comparators. The folder `out` gets
-    model.h5, the report, every run and iteration: the same call again goes on where it was interrupted, which `resume` insists on.
-    NoModel is raised where there can be none.
-    """
-    with jobs.begin(source, **shared) as job:
-        scene = jobs.read_scene(job, duration)
-        order = prepare(job, scene, duration, tolerance, iterations, holdout)
-        if compare and not len(order.points.holdout):
-            raise InputError(say("--compare", "hold-out points", "none", "give --holdout N, or training.holdout in the scene"))
-        return conclude(solve(job, order, folder(job, scene, resume), compare, plots))
-
-
-def solve(job: Job, order: Order, out: Path | None, compare: bool, plots: bool) -> TrainingResult:
+def train_order(job: Job, order: Order, out: Path | None, compare: bool, plots: bool) -> TrainingResult:
     """The training, its hold-out points, figures and report; without a model the error that says why."""
     with compiling.alone(job) as cold:
         if cold:
@@ -132,25 +104,26 @@ def solve(job: Job, order: Order, out: Path | None, compare: bool, plots: bool) 
     if checked is not None:
         view += [holdouts.table(checked, order.measure), *output_errors(holdouts.largest_of_outputs(checked))]
     about = f"{report['scene']}: {report['full_runs']} full runs, largest predicted error {found.predicted.error:.1e}"
-    return TrainingResult(
-        about=about,
-        report=report,
-        view=[*view, *list_files(report)],
-        figures=figures,
-        model=model,
-        training=found,
-        holdout=checked,
-    )
+    view += list_files(report)
+    return TrainingResult(about=about, report=report, view=view, figures=figures, model=model, training=found, holdout=checked)
 
 
 def prepare(
-    job: Job, scene: Scene, duration: float | None, tolerance: float | None, iterations: int | None, holdout: int | None
+    job: Job,
+    scene: Scene,
+    duration: float | None,
+    tolerance: float | None,
+    iterations: int | None,
+    holdout: int | None,
+    compare: bool,
 ) -> Order:
     """The input of a training from a scene and the options that replace its values."""
     section = points.section(scene)
     plan, interval = plans.plan(scene), plans.interval(scene)
     known, family = scenes.family(scene, allow_outside=job.allow_outside, duration=duration)
     chosen = points.of(section, known, holdout)
+    if compare and not len(chosen.holdout):
+        raise InputError(say("--compare", "hold-out points", "none", "give --holdout N, or training.holdout in the scene"))
     allowed = dict(section.tolerance.values) if isinstance(section.tolerance, Allowed) and tolerance is None else None
     measure = OutputMeasure(allowed or {}) if scene.outputs else None
     task = TrainingTask(family, known, plan, interval, functools.partial(build.chosen_form, scene), measure)

@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 from .. import __version__, verification
 from ..core import durable
@@ -14,7 +14,7 @@ from ..core.errors import FmbsError
 from ..results import verification_plots
 from . import compiling, reports
 from . import job as jobs
-from .job import Shared
+from .job import Job
 from .result import Figures, Result, Table, conclude
 
 if TYPE_CHECKING:
@@ -63,49 +63,46 @@ class Verification(Result):
     outcomes: Sequence[Outcome]
 
 
-def cases(names: Sequence[str] = (), groups: Sequence[str] = ()) -> Result:
+def cases(names: Sequence[str], groups: Sequence[str]) -> Verification:
     """The cases and what they are; nothing is solved."""
     found = verification.find(tuple(names), tuple(groups))
     rows = [(case.name, case.group, case.about) for case in found]
     report = {"status": "ok", "cases": [heading(case) for case in found], "notices": []}
-    return Result(about=f"{len(found)} cases", report=report, view=[Table("Cases", ("case", "group", "about"), rows)])
+    table = Table("Cases", ("case", "group", "about"), rows)
+    return Verification(about=f"{len(found)} cases", report=report, view=[table], outcomes=())
 
 
-def verify(names: Sequence[str] = (), groups: Sequence[str] = (), **shared: Unpack[Shared]) -> Verification:
-    """Solve the cases of the verification suite (all by default) and hold them against their references.
-
-    `out` gets verification.md, verification.json and a picture a group. An error is raised when a quantity is off.
-    """
-    with jobs.begin(**shared) as job:
-        chosen = verification.find(tuple(names), tuple(groups))
-        mark = hashlib.sha256(repr((__version__, [case.name for case in chosen])).encode()).hexdigest()
-        pictures = [f"verification_{group}" for group in dict.fromkeys(case.group for case in chosen)]
-        out = jobs.settle_folder(job, [PAGE, RECORD, *(f"{name}.png" for name in pictures)], mark, RECORD)
-        compiling.announce(job)
-        advance, outcomes = job.progress("verification"), list[verification.Outcome]()
-        for number, case in enumerate(chosen, 1):
-            outcomes.append(verification.run(case))
-            advance(number / len(chosen))
-        wrong = [outcome.case.name for outcome in outcomes if not outcome.holds]
-        report: dict[str, Any] = {
-            "status": "error" if wrong else "ok",
-            "failed": wrong,
-            "cases": [record(outcome) for outcome in outcomes],
-            "fingerprint": mark,
-            "provenance": reports.provenance(),
-            "notices": job.notices,
-        }
-        figures = Figures({f"verification_{group}": partial(draw, group, outcomes) for group in by_group(outcomes)})
-        if out is not None:
-            drawn = figures.save(out)
-            with durable.place(out / PAGE) as part:
-                part.write_text(page(outcomes), encoding="utf-8")
-            report["files"] = [out / PAGE, out / RECORD, *drawn]
-            reports.write_report(out, {**report, "files": [path.name for path in report["files"]]}, RECORD)
-        error = VerificationFailure(f"off their references: {', '.join(wrong)}") if wrong else None
-        about = f"{len(outcomes) - len(wrong)} of {len(outcomes)} cases hold"
-        found = Verification(about=about, report=report, view=view(outcomes), figures=figures, error=error, outcomes=outcomes)
-        return conclude(found)
+def verify_cases(job: Job, names: Sequence[str], groups: Sequence[str]) -> Verification:
+    """Cases beside their references; the page, the JSON file and the pictures are those of all that were chosen."""
+    chosen = verification.find(tuple(names), tuple(groups))
+    mark = hashlib.sha256(repr((__version__, [case.name for case in chosen])).encode()).hexdigest()
+    pictures = [f"verification_{group}" for group in dict.fromkeys(case.group for case in chosen)]
+    out = jobs.settle_folder(job, [PAGE, RECORD, *(f"{name}.png" for name in pictures)], mark, RECORD)
+    compiling.announce(job)
+    advance, outcomes = job.progress("verification"), list[verification.Outcome]()
+    for number, case in enumerate(chosen, 1):
+        outcomes.append(verification.run(case))
+        advance(number / len(chosen))
+    wrong = [outcome.case.name for outcome in outcomes if not outcome.holds]
+    report: dict[str, Any] = {
+        "status": "error" if wrong else "ok",
+        "failed": wrong,
+        "cases": [record(outcome) for outcome in outcomes],
+        "fingerprint": mark,
+        "provenance": reports.provenance(),
+        "notices": job.notices,
+    }
+    figures = Figures({f"verification_{group}": partial(draw, group, outcomes) for group in by_group(outcomes)})
+    if out is not None:
+        drawn = figures.save(out)
+        with durable.place(out / PAGE) as part:
+            part.write_text(page(outcomes), encoding="utf-8")
+        report["files"] = [out / PAGE, out / RECORD, *drawn]
+        reports.write_report(out, {**report, "files": [path.name for path in report["files"]]}, RECORD)
+    error = VerificationFailure(f"off their references: {', '.join(wrong)}") if wrong else None
+    about = f"{len(outcomes) - len(wrong)} of {len(outcomes)} cases hold"
+    found = Verification(about=about, report=report, view=view(outcomes), figures=figures, error=error, outcomes=outcomes)
+    return conclude(found)
 
 
 def heading(case: Case) -> dict[str, str]:

@@ -1,0 +1,350 @@
+"""The studies: every function is a command of `fmbs` as well, with its keywords as options and its docstring as help.
+
+A study opens its source as a `Job`; what does the work is imported when it is called. Annotations are kept as they are, for the
+command line, so that those of results stand in quotes.
+"""
+
+from collections.abc import Sequence
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Unpack
+
+from . import job as jobs
+from .options import (
+    Argument,
+    Duration,
+    Option,
+    Output,
+    Picture,
+    Plots,
+    Ranges,
+    Shared,
+    Step,
+    TimeLimit,
+    Values,
+    hyper_reductions,
+    ranges,
+)
+from .result import Result
+
+if TYPE_CHECKING:
+    from .checking import Check
+    from .comparison import ComparisonResult
+    from .job import Source
+    from .reducing import ReductionResult
+    from .runs import Run
+    from .sweeping import SweepResult
+    from .training import TrainingResult
+    from .verifying import Verification
+
+SceneSource = Annotated["Source", Argument("SCENE")]
+Model = Annotated[str | Path, Argument("FILE")]
+Folder = Annotated[str | Path, Argument("DIR")]
+
+
+def check(source: SceneSource, *, duration: Duration = None, **shared: Unpack[Shared]) -> "Check":
+    """Read a scene and its meshes, assemble it, and say what it is.
+
+    SCENE is assembled in the form in which it is solved, and its initial state is checked; nothing is solved. The tables show
+    masses, sizes, joints, degrees of freedom, solver, memory and time. A warning is shown for units, slenderness and cells that are
+    hardly meant, for redundant joints and for bodies that no joint ties to the ground; joints that contradict each other, and
+    initial motion that joints forbid, are errors. `out` gets check.json. SCENE may also be a folder with results, whose files are
+    compared with their checksums (`checksums` in Python; CorruptFile, exit code 8).
+    """
+    from . import checking
+
+    with jobs.begin(source, **shared) as job:
+        return checking.check_scene(job, jobs.read_scene(job, duration))
+
+
+def checksums(folder: Folder, **shared: Unpack[Output]) -> Result:
+    """Compare the results in a folder with their checksums.
+
+    CorruptFile (exit code 8) names a file that is not as it was written.
+    """
+    from . import checking
+
+    with jobs.begin(folder, **shared) as job:
+        return checking.compare_checksums(job)
+
+
+def run(
+    source: SceneSource,
+    *,
+    duration: Duration = None,
+    step: Step = None,
+    plots: Plots = True,
+    picture: Picture = False,
+    checkpoint: Annotated[
+        float | None,
+        Option(
+            "Store the motion and a checkpoint every so many seconds of wall time and at the end, instead of every 10, which only "
+            "runs that take longer need.",
+            "SECONDS",
+            least=0.0,
+        ),
+    ] = None,
+    time_limit: TimeLimit = inf,
+    **shared: Unpack[Shared],
+) -> "Run":
+    """Solve a scene, or run a saved reduced model.
+
+    SCENE becomes a motion, an equilibrium or vibration modes, as its `analysis` says. `out` gets outputs.csv (time in column t),
+    report.json and outputs.png. A solve that fails raises SolverError (exit code 4), whose `result` is what was reached. A motion
+    that takes long is stored in the folder `history` while it runs: `resume` goes on with one that was stopped. SCENE may also be a
+    reduced model saved by `reduce` or `train` (NAME.h5): that is `run_model`, on the command line `fmbs rom run`.
+    """
+    from . import runs
+
+    with jobs.begin(source, **shared) as job:
+        return runs.run_source(job, duration, step, plots, picture, checkpoint, time_limit)
+
+
+def resume(folder: Folder, *, plots: Plots = True, time_limit: TimeLimit = inf, **shared: Unpack[Output]) -> "Run":
+    """Go on with a run that was stopped.
+
+    The run whose output folder is DIR goes on from its last checkpoint; the numbers are those of a run that was never stopped.
+    Every byte that is read is verified, and a scene or mesh that has changed since then is refused: CorruptFile (exit code 8).
+    """
+    from . import resuming
+
+    with jobs.begin(folder, **shared) as job:
+        return resuming.resume_run(job, plots, time_limit)
+
+
+def reduce(
+    source: SceneSource,
+    *,
+    level: Annotated[
+        str, Option("A basis for each component, or one for the system.", choices=("component", "system"))
+    ] = "component",
+    tolerance: Annotated[float | None, Option("Truncation eps of the bases, instead of the scene's.", "EPS")] = None,
+    modes: Annotated[int | None, Option("Number of modes of each component, instead of a tolerance.", "R", least=1)] = None,
+    hyper: Annotated[
+        float | None, Option("Tolerance eta of the hyper-reduction, instead of the scene's; 0 for none.", "ETA")
+    ] = None,
+    sample: Annotated[
+        str | None,
+        Option(
+            "Hyper-reduction instead of the scene's: elements, points, none, or exact, the polynomial of planar plates.",
+            "NAME",
+            choices=hyper_reductions,
+        ),
+    ] = None,
+    duration: Duration = None,
+    **shared: Unpack[Shared],
+) -> "ReductionResult":
+    """Train a reduced model of a scene and save it.
+
+    `out` is a file ending in .h5, or a folder for NAME.h5 where NAME.yaml is the scene. The reduced model is run over the training
+    time; its errors against the full model there are printed and saved with it.
+    """
+    from . import plans, reducing
+
+    with jobs.begin(source, **shared) as job:
+        scene = jobs.read_scene(job, duration)
+        return reducing.reduce_scene(job, scene, plans.plan_with(scene, level, tolerance, modes, hyper, sample))
+
+
+def train(
+    source: SceneSource,
+    *,
+    tolerance: Annotated[
+        float | None,
+        Option("Wanted error of the outputs as a part of their ranges; eps, eta and the end of the training follow.", "ERROR"),
+    ] = None,
+    iterations: Annotated[int | None, Option("Largest number of full runs, instead of the scene's.", "N", least=1)] = None,
+    holdout: Annotated[int | None, Option("Number of hold-out points, instead of the scene's; 0 for none.", "N", least=0)] = None,
+    compare: Annotated[bool, Option("Train the comparators too, and check all of them at the hold-out points.")] = False,
+    resume: Annotated[bool, Option("Insist that the folder holds an interrupted training to go on with.")] = False,
+    duration: Duration = None,
+    plots: Plots = True,
+    **shared: Unpack[Shared],
+) -> "TrainingResult":
+    """Train a reduced model over the ranges of a scene's parameters.
+
+    The sections `training` and `reduction` of SCENE say how. `out` gets model.h5 (run it with `run` or `fmbs rom run`), report.json
+    and figures, and every run and iteration in the folder `training` there: the same call again goes on where it was interrupted,
+    and computes nothing twice. NoModel (exit code 4) is raised where there can be no model.
+    """
+    from . import training
+
+    with jobs.begin(source, **shared) as job:
+        scene = jobs.read_scene(job, duration)
+        order = training.prepare(job, scene, duration, tolerance, iterations, holdout, compare)
+        return training.train_order(job, order, training.folder(job, scene, resume), compare, plots)
+
+
+def info(path: Model, **shared: Unpack[Output]) -> Result:
+    """Say what a saved reduced model is.
+
+    The tables show parameters with their ranges, sizes, training and errors of the model in FILE; `out` gets info.json.
+    """
+    from . import models
+
+    with jobs.begin(path, **shared) as job:
+        return models.describe(job)
+
+
+def run_model(
+    path: Model,
+    *,
+    duration: Duration = None,
+    step: Step = None,
+    plots: Plots = True,
+    picture: Picture = False,
+    **shared: Unpack[Values],
+) -> "Run":
+    """Run a saved reduced model at values of its parameters, and predict its error there.
+
+    Neither meshes nor the full model are needed. `out` gets outputs.csv (time in column t), report.json and outputs.png.
+    """
+    from . import models
+
+    with jobs.begin(path, **shared) as job:
+        return models.run_saved(job, duration, step, plots, picture)
+
+
+def compare(
+    source: SceneSource,
+    *,
+    quick: Annotated[bool, Option("Only the main models, coarser meshes and larger steps; every model runs once.")] = False,
+    duration: Duration = None,
+    picture: Annotated[bool, Option("Draw the bodies, moving, and the error of a reduced model.")] = True,
+    **shared: Unpack[Shared],
+) -> "ComparisonResult":
+    """Compare full and reduced models of a scene: time beside error.
+
+    The reduced models of SCENE stand beside its full model and cheaper full models: coarser meshes, larger steps. `out` gets
+    compare.json and figures.
+    """
+    from . import comparison
+
+    with jobs.begin(source, **shared) as job:
+        return comparison.compare_scene(job, duration, quick, picture)
+
+
+def sweep(
+    source: SceneSource,
+    *,
+    samples: Annotated[
+        int | str | None, Option("Number of samples; of a grid also N1xN2x...: values of each parameter.", "N")
+    ] = None,
+    design: Annotated[
+        str | None,
+        Option("How the samples are distributed, sobol by default.", choices=("sobol", "lhs", "grid", "list")),
+    ] = None,
+    table: Annotated[Path | None, Option("Samples from a table.", "FILE.csv", "list")] = None,
+    seed: Annotated[int, Option("Seed of sobol and lhs.", least=0)] = 0,
+    ranges: Annotated[Ranges | None, Option("Range of a parameter.", "NAME=LOW:HIGH[:log]", "range", read=ranges)] = None,
+    scheduler: Annotated[str | None, Option("Run on a dask cluster (tcp://host:port) that sees the same files.", "ADDRESS")] = None,
+    workers: Annotated[int | None, Option("Processes on this machine, one a core by default.", least=1)] = None,
+    timeout: Annotated[float | None, Option("Give up a sample that takes longer.", "SECONDS")] = None,
+    resume: Annotated[bool, Option("Go on with a sweep that was stopped: missing samples only.")] = False,
+    duration: Duration = None,
+    instants: Annotated[int, Option("Stored instants of a history, at most.", least=2)] = 601,
+    plots: Plots = True,
+    **shared: Unpack[Shared],
+) -> "SweepResult":
+    """Run many samples of a scene or of a saved reduced model, on all cores or on a cluster.
+
+    SCENE is a scene whose parameters have ranges, or a reduced model (NAME.h5) saved by `train`. In Python a
+    range is ("0.7 GPa", "1.3 GPa", "log"). `out` gets every sample in the folder members when it is done, and at the end
+    sweep.csv and sweep.h5 with plots. Samples that fail, hang or lose their process are listed, the others finish: SweepFailure
+    (exit code 5), whose `result` has them. Extremes of outputs are those at the stored instants.
+    """
+    from ..reduction import sweeps
+    from . import sweep_sources, sweeping
+
+    with jobs.begin(source, **shared) as job:
+        members = sweep_sources.members(job, ranges or {}, duration, instants)
+        points = sweep_sources.spread(members.parameters, samples, design, table, seed)
+        return sweeping.sweep_points(job, members, points, seed, sweeps.Options(workers, scheduler, timeout), resume, plots)
+
+
+def render(
+    source: SceneSource,
+    *,
+    duration: Duration = None,
+    frames: Annotated[int, Option("Frames of the animation.", least=1, most=1000)] = 60,
+    gif: Annotated[bool, Option("Draw the animation.")] = True,
+    **shared: Unpack[Shared],
+) -> "Run":
+    """Solve a scene and draw pictures (PNG) and an animation (GIF).
+
+    `out` gets picture.png, at the instants of the scene's section `pictures`, and animation.gif beside what `run` writes. Without
+    OpenGL these numbers are kept, and MissingFeature is raised (exit code 7).
+    """
+    from . import runs
+
+    with jobs.begin(source, **shared) as job:
+        return runs.render_scene(job, duration, frames, gif)
+
+
+def export(
+    source: SceneSource,
+    *,
+    duration: Duration = None,
+    frames: Annotated[int, Option("Instants of the series.", least=1, most=100_000)] = 201,
+    **shared: Unpack[Shared],
+) -> "Run":
+    """Solve a scene and write a VTK series.
+
+    `out` gets motion.pvd with one .vtu for each instant, beside what `run` writes: displacement, velocity, strain and curvature,
+    of plates also stress.
+    """
+    from . import runs
+
+    with jobs.begin(source, **shared) as job:
+        return runs.export_scene(job, duration, frames)
+
+
+def verify(
+    names: Annotated[Sequence[str], Option("A case; may be given several times.", "NAME", "case", read=tuple)] = (),
+    groups: Annotated[Sequence[str], Option("A group of cases; may be given several times.", "GROUP", "group", read=tuple)] = (),
+    listed: Annotated[bool, Option("List the cases and solve nothing.", name="list")] = False,
+    **shared: Unpack[Output],
+) -> "Verification":
+    """Compare the solver with published and exact results.
+
+    All cases of the verification suite are solved by default. `out` gets verification.md, verification.json and a picture of each
+    group. VerificationFailure (exit code 4) is raised when a quantity is off.
+    """
+    from . import verifying
+
+    if listed:
+        return verifying.cases(names, groups)
+    with jobs.begin(**shared) as job:
+        return verifying.verify_cases(job, names, groups)
+
+
+def cases(names: Sequence[str] = (), groups: Sequence[str] = ()) -> "Verification":
+    """The cases of the verification suite and what they are; nothing is solved."""
+    return verify(names, groups, listed=True)
+
+
+def demo(**shared: Unpack[Output]) -> "ComparisonResult":
+    """Show an example: a flexible double pendulum in full and reduced.
+
+    The tables show time beside error of all models. `out` (fmbs-demo on the command line, where files of an earlier demo are
+    replaced) gets report, plots, pictures, an animation and a VTK series.
+    """
+    from . import comparison
+
+    with jobs.begin(comparison.demo_scene(), **shared) as job:
+        return comparison.show_demo(job)
+
+
+def describe_scenes(
+    *,
+    page: Annotated[bool, Option("Print a page for people (Markdown) instead: every key with what it takes.")] = False,
+    **shared: Unpack[Output],
+) -> Result:
+    """Print the JSON schema of scene files.
+
+    Editors complete and check YAML by it; `out` gets it as scene.schema.json.
+    """
+    from . import schema
+
+    with jobs.begin(**shared) as job:
+        return schema.describe(job, page)

@@ -1,0 +1,114 @@
+"""Options of studies, declared once: a keyword of a Python function, which is an option of the command line.
+
+    def run(source: SceneOrModel, *, duration: Duration = None, **shared: Unpack[Shared]) -> "Run": ...
+    Duration = Annotated[float | None, Option("Duration of the motion, ...", "SECONDS")]          --duration SECONDS
+
+`cli.options` makes the options of a command of the annotations of its function; its help is the docstring.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, TypeAlias, TypedDict
+
+from .job import Listener
+
+Quantity: TypeAlias = str | float
+Ranges: TypeAlias = Mapping[str, tuple[Quantity, Quantity] | tuple[Quantity, Quantity, str]]  #: low, high, and "log"
+
+
+@dataclass(frozen=True)
+class Argument:
+    """What a study is of: the argument of its command, shown as `value`."""
+
+    value: str
+
+    def __repr__(self) -> str:
+        return repr(self.value)
+
+
+@dataclass(frozen=True)
+class Option:
+    """What a keyword of a study means, and how it is written on the command line."""
+
+    help: str
+    value: str = ""  #: what stands for its value in the help, with the unit of a number; the type where it is empty
+    name: str = ""  #: of the option, where that is not the keyword
+    least: float | None = None  #: the smallest number that it may be
+    most: float | None = None
+    above: bool = False  #: `least` itself is none of them
+    choices: Collection[str] | Callable[[], Collection[str]] = ()  #: what it may be; a function where that needs imports
+    read: Callable[[tuple[str, ...]], Any] | None = None  #: of an option that may be given several times: its texts as a value
+
+    def __repr__(self) -> str:
+        return repr(self.help)
+
+
+def changes(texts: tuple[str, ...]) -> dict[str, str]:
+    """NAME=VALUE pairs; ValueError for another form."""
+    for text in texts:
+        if "=" not in text:
+            raise ValueError(f"expected NAME=VALUE, got '{text}'")
+    return {key.strip(): value.strip() for key, _, value in (text.partition("=") for text in texts)}
+
+
+def ranges(texts: tuple[str, ...]) -> Ranges:
+    """NAME=LOW:HIGH or NAME=LOW:HIGH:log; ValueError for another form."""
+    found: dict[str, Any] = {}
+    for text in texts:
+        match = re.fullmatch(r"\s*(\w+)\s*=([^:]+):([^:]+?)(:\s*(?:log|linear)\s*)?", text)
+        if match is None:
+            raise ValueError(f"expected NAME=LOW:HIGH or NAME=LOW:HIGH:log, got '{text}'")
+        found[match[1]] = (match[2].strip(), match[3].strip(), *(["log"] if "log" in (match[4] or "") else []))
+    return found
+
+
+def hyper_reductions() -> Collection[str]:
+    """Words of the hyper-reductions that are known."""
+    from ..reduction import hyper_reduction
+
+    return hyper_reduction.KNOWN
+
+
+class Output(TypedDict, total=False):
+    """Options that all studies have."""
+
+    out: Annotated[str | Path | None, Option("Folder for the results.", "DIR")]
+    force: Annotated[bool, Option("Overwrite the results of another run in the folder.")]
+    listener: Listener
+
+
+class Values(Output, total=False):
+    """Options of studies whose source has parameters."""
+
+    parameters: Annotated[
+        Mapping[str, Quantity],
+        Option("Replace a parameter: a number in SI units, or with its unit (E=2 GPa).", "NAME=VALUE", "set", read=changes),
+    ]
+
+
+class Shared(Values, total=False):
+    """Options of studies of scenes."""
+
+    allow_outside: Annotated[bool, Option("Permit meshes outside the scene's project folder.")]
+    repair: Annotated[bool, Option("Merge nodes of meshes that are at one place.")]
+
+
+Duration = Annotated[float | None, Option("Duration of the motion, instead of that of the scene or of the training.", "SECONDS")]
+Step = Annotated[float | None, Option("Step of a saved reduced model, instead of that of its training.", "SECONDS")]
+Plots = Annotated[bool, Option("Draw the figures.")]
+Picture = Annotated[
+    bool, Option("Draw a saved reduced model into picture.png: the centre lines and surfaces of the bodies behind it.")
+]
+TimeLimit = Annotated[
+    float,
+    Option(
+        "Stop a motion after so many seconds of integration, with a checkpoint (exit code 6).",
+        "SECONDS",
+        least=0.0,
+        above=True,
+    ),
+]
