@@ -171,6 +171,19 @@ def test_degrees_of_freedom_of_the_examples(name: str, motions: int, gruebler: i
     assert (counted["overconstrained"], counted["floating"], found["notices"]) == ([], [], [])
 
 
+@pytest.mark.parametrize(("name", "count"), [("four_bar", 0), ("double_pendulum", 4), ("crank_slider_coarse", 1)])
+def test_the_motions_that_drives_leave_are_named(name: str, count: int) -> None:
+    found = fmbs("check", EXAMPLES / f"{name}.yaml", "--json").json["mechanism"]["free_motions"]
+    assert len(found) == count
+    assert all("turns about" in text for text in found)
+
+
+def test_a_bar_on_a_hinge_is_free_to_turn_about_it(tmp_path: Path) -> None:
+    path = rigid_scene(tmp_path, {"bar": "0, 0 -> 1, 0"}, {"A": "{type: revolute, at: bar.A}"})
+    assert fmbs("check", path, "--json").json["mechanism"]["free_motions"] == ["bar turns about (0, 0)"]
+    assert "bar turns about (0, 0)" in fmbs("check", path).out
+
+
 def test_gruebler_and_rank_stand_side_by_side(tmp_path: Path) -> None:
     """A planar four-bar of revolutes in space: 3 * 6 - 4 * 5 = -2 by the formula, 1 by rank, 3 conditions too many."""
     path = rigid_scene(tmp_path, LINKS, four_bar(3), dim=3)

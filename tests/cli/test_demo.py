@@ -25,6 +25,20 @@ def test_the_scenes_travel_with_the_package() -> None:
     assert (comparison.examples().parent / "meshes" / "double_pendulum_100.msh").is_file()
 
 
+def test_examples_are_copied_with_their_meshes_and_run_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = fmbs("demo", "--copy")
+    assert done.code == 0, done.err
+    assert "fmbs check fmbs-examples/examples/double_pendulum.yaml" in done.out
+    assert fmbs("check", "fmbs-examples/examples/four_bar.yaml").code == 0
+    changed = tmp_path / "fmbs-examples" / "examples" / "four_bar.yaml"
+    changed.write_text("mine")
+    assert fmbs("demo", "--copy").code == 3
+    assert changed.read_text() == "mine"
+    assert fmbs("demo", "--copy", "--force").code == 0
+    assert changed.read_text() != "mine"
+
+
 def test_demo_computes_all_models_and_writes_all_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(comparison, "lean", short)

@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from fmbs_skfem import studies
-from fmbs_skfem.cli import common
+from fmbs_skfem.cli import common, screen
 from fmbs_skfem.cli.main import COMMANDS, main
 from fmbs_skfem.core.errors import CorruptFile, InputError, MissingFeature, Reason, SolverError
 from fmbs_skfem.core.notices import notify
@@ -146,3 +146,12 @@ def test_every_keyword_of_a_study_is_an_option_that_says_what_it_is(name: str) -
     keywords = set(inspect.signature(getattr(studies, name)).parameters) - {"shared"}
     assert keywords <= options.keys()
     assert all(one.help for one in options.values() if isinstance(one, click.Option))
+
+
+def test_long_work_tells_a_log_how_far_it_is(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    clock = iter([0.0, 0.0, 10.0, 40.0, 50.0, 75.0])
+    monkeypatch.setattr(screen.time, "perf_counter", lambda: next(clock))
+    bar = screen.Bar()
+    for part in (0.0, 0.1, 0.4, 0.5, 0.75):
+        bar.progress("1000 samples", part)
+    assert capsys.readouterr().err == "1000 samples: 40% after 40 s\n1000 samples: 75% after 75 s\n"

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fmbs_skfem.results.plots import PANELS
 from fmbs_skfem.studies import runs
+from fmbs_skfem.systems.system import Output
 
 from .calls import CANTILEVER, EXAMPLES, ROOT, fmbs, scene
 
@@ -59,6 +61,29 @@ def test_examples_run(name: str, duration: str, columns: list[str], tmp_path: Pa
         extremes = found["outputs"][column]
         assert (values.min(), values.max(), values[-1]) == pytest.approx(tuple(extremes[key] for key in ("min", "max", "final")))
     assert json.loads((out / "report.json").read_text())["outputs"] == found["outputs"]
+
+
+def test_every_column_has_its_unit_and_a_drive_a_torque(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    done = fmbs("run", EXAMPLES / "four_bar.yaml", "--out", out, "--duration", "0.01")
+    found = json.loads((out / "report.json").read_text())
+    assert found["units"].keys() == found["outputs"].keys()
+    assert (found["units"]["C_x"], found["units"]["coupler_slope_x"], found["units"]["motor_angle"]) == ("m", "", "N m")
+    assert found["labels"] == {"motor_angle": "moment about z"}
+    assert "motor_angle: moment about z [N m]" in done.out
+    assert "C_x [m]" in done.out
+
+
+def test_a_figure_takes_the_first_columns_of_every_output() -> None:
+    """The reaction of an edge has a column for each of its functions, which would make a figure of 46 rows."""
+    outputs = {
+        "edge": Output("reaction", (), tuple(f"edge_y_{k}" for k in range(91))),
+        "tip": Output("position", (), ("tip_x", "tip_y", "tip_z")),
+    }
+    drawn = runs.choose_columns(outputs, [column for one in outputs.values() for column in one.columns])
+    assert len(drawn) == PANELS
+    assert drawn[:21] == [f"edge_y_{k}" for k in range(21)]
+    assert drawn[21:] == ["tip_x", "tip_y", "tip_z"]
 
 
 def test_example_1_has_the_published_deflection(tmp_path: Path) -> None:

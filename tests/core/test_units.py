@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 from hypothesis import given, settings
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 
 from fmbs_skfem.core import units
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.problems import Problem
 from fmbs_skfem.core.units import Dimension, Quantity
 
 
@@ -140,3 +142,13 @@ def test_anything_is_a_quantity_or_an_input_error(value: object) -> None:
         return
     assert isinstance(quantity, Quantity)
     assert math.isfinite(quantity.value)
+
+
+def test_the_message_about_an_unknown_unit_lists_all_that_there_are() -> None:
+    with pytest.raises(Problem) as caught:
+        units.read("3 inch")
+    named = set(re.findall(r"[A-Za-z]+", str(caught.value)))
+    alone = {name for name in units.UNITS if name.isalpha() and name.isascii()}
+    known = alone - {prefix + name for prefix in units._PREFIXES if prefix for name in units._SCALED}
+    assert known <= named
+    assert {"n", "u", "m", "k", "M", "G"} <= named

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ast import literal_eval
 from collections.abc import Callable
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs, reactions, solve_statics
-from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads
+from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads, probes
 
 from .. import models
 
@@ -51,6 +52,25 @@ def test_clamp_carries_the_weight(all_multipliers: bool, dim: int) -> None:
     arm = q[0::dim] @ (body.cable("beam", models.straight(20), section, dim=dim).mass.toarray().sum(axis=0))
     moment = np.hypot(forces["slope 1"], forces.get("slope 2", 0.0))
     assert moment == pytest.approx(9.81 * arm, rel=1e-4)  # the slope's length at the clamp is 1 up to the strain of bending
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("form", [eliminate, lambda system: system], ids=["eliminated", "multipliers"])
+def test_the_moment_of_a_clamp_is_about_the_axes_that_stand_beside_its_columns(dim: int, form: Callable[[System], System]) -> None:
+    """A light tip load F pulls a horizontal beam of length L down: the clamp holds it by the moment F L about z."""
+    beam = body.cable("beam", models.straight(10), sections.Given(EA=1e6, EI=100.0, rhoA=1.0), dim=dim)
+    tip = loads.PointForce(At("beam", "right"), (0.0, -1e-3, 0.0)[:dim])
+    held = {"root": probes.Reaction("root")}
+    system = form(assemble([beam], [joints.Clamp("root", At("beam", "left"))], [tip], outputs=held))
+    labels, found = probes.column_labels(system.outputs), outputs(solve_statics(system, 1, TIGHT))
+    axes = {column: text.removeprefix("moment about ") for column, text in labels.items() if text.startswith("moment")}
+    named = {"z": np.array([0.0, 0.0, 1.0]), "-z": np.array([0.0, 0.0, -1.0])}
+    moment = sum(found[column][-1] * (named[text] if dim == 2 else np.array(literal_eval(text))) for column, text in axes.items())
+    np.testing.assert_allclose(moment, [0.0, 0.0, 1e-3], atol=1e-9)
+    assert labels["root_y"] == "force along y"
+    assert {column: unit for column, unit in probes.column_units(system.outputs).items() if column in axes} == dict.fromkeys(
+        axes, "N m"
+    )
 
 
 @pytest.mark.parametrize("form", [eliminate, lambda system: system], ids=["eliminated", "multipliers"])

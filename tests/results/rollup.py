@@ -38,4 +38,4 @@ def spatial() -> Frames:
     tip = lines.points[:, -1]
     turned = lines.points[:, :, [1, 2, 0]] * np.array([1.0, 1.0, -1.0])
     second = Lines(tip[:, None] + turned, {"curvature": lines.fields["curvature"]}, 0.01, tip[0] + turned[0])
-    return Frames(first.times, {"I": lines, "II": second}, {"A": first.joints["root"], "B": ("pin", tip)})
+    return Frames(first.times, {"I": lines, "II": second}, {"A": first.joints["root"], "B": ("revolute joint", tip)})

@@ -16,6 +16,7 @@ from PIL import Image
 
 from fmbs_skfem.core.errors import FmbsError, InputError, MissingFeature
 from fmbs_skfem.results import camera, frames, pictures, render_child
+from fmbs_skfem.results.frames import Frames, Lines
 from fmbs_skfem.results.pictures import Layout, Look
 
 from . import rollup
@@ -97,6 +98,43 @@ def test_multiples_show_one_instant_each(tmp_path: Path) -> None:
     drawn = [saturated(cell) for cell in cells]
     assert min(cell.sum() for cell in drawn) > 100
     assert all((a != b).sum() > 50 for a, b in itertools.pairwise(drawn))
+
+
+@pytest.mark.usefixtures("opengl")
+def test_the_sheet_of_small_scenes_ends_where_they_end(tmp_path: Path) -> None:
+    """A scene four times as wide as high fills its sheet: nothing below the numbers of the lowest axes."""
+    times, x = np.linspace(0.0, 1.0, 6), np.linspace(0.0, 4.0, 9)
+    points = np.stack([np.column_stack([x, 0.3 * t * np.sin(x), 0 * x]) for t in times])
+    frames = Frames(times, {"wave": Lines(points, {}, 0.02, points[0])})
+    image = pixels(pictures.render(frames, tmp_path / "a.png", look=Look(size=(1120, 800)), layout=Layout.MULTIPLES))
+    ink = (image < 200).any(axis=(1, 2))
+    assert len(image) < 800
+    assert ink[-len(image) // 10 :].any()
+
+
+def test_instants_of_equilibria_are_load_factors() -> None:
+    times = np.array([0.0, 0.25, 0.5])
+    job, _ = pictures._order(rollup.planar(), Look(clock="load factor"), "multiples", 1.0, "a.png")
+    assert render_child.stamps(job, times)[1] == "load factor 0.25"
+    assert render_child.marks(job, times)[1] == "0.25"
+    job, _ = pictures._order(rollup.planar(), Look(), "multiples", 1.0, "a.png")
+    assert render_child.stamps(job, times)[1] == "t = 0.25 s"
+    assert render_child.marks(job, times)[1] == "0.25 s"
+
+
+def test_times_stand_at_an_end_that_moves() -> None:
+    """The last body ends at a fixed hinge, where six times have no room beside each other."""
+    turn = np.exp(0.25j * np.pi * np.arange(6))
+    tip = np.column_stack([turn.real, turn.imag, 0 * turn.real])
+    hinge = np.tile([3.0, 0.0, 0.0], (6, 1))
+    arrays = {
+        "points_0": np.stack([0 * tip, 0.5 * tip, tip], axis=1),
+        "points_1": np.stack([tip, 0.5 * (tip + hinge), hinge], axis=1),
+    }
+    eye = camera.fit(np.array([[-1.0, -1.0, 0.0], [3.0, 1.0, 0.0]]), True, (800, 600), (50.0, 50.0, 50.0, 50.0))
+    texts = render_child._marks(eye, arrays, 2, [f"{k} s" for k in range(6)], 15)
+    places = np.array([text.place for text in texts])
+    assert np.linalg.norm(np.diff(places, axis=0), axis=1).min() > 45
 
 
 @pytest.mark.usefixtures("opengl")

@@ -100,6 +100,22 @@ def test_speed_error_has_one_colour_a_family(tmp_path: Path) -> None:
         plots.save(plots.speed_error(POINTS[-1:]), tmp_path / "u.png")
 
 
+@pytest.mark.parametrize("floor", [1e-9, 3.5e-4, 50.0])
+def test_the_error_of_the_step_is_drawn_inside_of_the_axes(floor: float) -> None:
+    axes = plots.speed_error(POINTS, floor=floor).axes[0]
+    low, high = axes.get_ylim()
+    (line,) = [line for line in axes.lines if line.get_label() == "time discretisation"]
+    assert low < line.get_ydata()[0] < high
+
+
+def test_a_grid_has_no_more_panels_than_can_be_read() -> None:
+    outputs = {f"force {k}": {"full": SWING} for k in range(plots.PANELS + 1)}
+    with pytest.raises(InputError, match="1 to 24, got 25"):
+        plots.history_grid(TIMES, outputs, 2)
+    figure = plots.history_grid(TIMES, dict(list(outputs.items())[1:]), 2, across="load factor")
+    assert figure.axes[-1].get_xlabel() == "load factor"
+
+
 def test_front_exactly() -> None:
     assert [point.name for point in speed.front(POINTS)] == ["points, 23 + 23", "full, 20 elements", "full, 100 elements"]
     assert speed.front(POINTS[-1:]) == ()

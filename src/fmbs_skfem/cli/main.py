@@ -17,7 +17,7 @@ from ..core.errors import InputError, closest
 from ..core.notices import Notice
 from . import common, screen
 
-DEMO = Path("fmbs-demo")
+DEMO, EXAMPLES = Path("fmbs-demo"), Path("fmbs-examples")
 
 
 @functools.wraps(studies.check)
@@ -29,9 +29,10 @@ def check(source: Path, **options: Any) -> studies.Result:
 
 
 @functools.wraps(studies.demo)
-def demo(out: Path | None, force: bool, **options: Any) -> studies.Result:
-    """Into a folder of its own, whose files are those of an earlier demo."""
-    return studies.demo(out=out or DEMO, force=force or out is None, **options)
+def demo(out: Path | None, force: bool, copy: bool, **options: Any) -> studies.Result:
+    """Into a folder of its own, whose files are those of an earlier demo; examples, which may have been changed, are kept."""
+    own = EXAMPLES if copy else DEMO
+    return studies.demo(out=out or own, force=force or (out is None and not copy), copy=copy, **options)
 
 
 def rom() -> click.Group:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress
 
 PATIENCE = 2.0  #: work that takes longer shows its progress [s]
+PACE = 30.0  #: between two lines of progress where there is no terminal [s]
 
 
 class Unheard(FmbsError):
@@ -68,10 +69,10 @@ def stdout() -> Iterator[None]:
 
 
 class Bar:
-    """Progress on a terminal: a bar on stderr for work that takes longer than two seconds."""
+    """Progress on stderr: a bar on a terminal for work that takes longer than PATIENCE, elsewhere a line every PACE seconds."""
 
     def __init__(self) -> None:
-        self.label, self.begin = "", 0.0
+        self.label, self.begin, self.line = "", 0.0, 0.0
         self.bar: Progress | None = None
         self.visible = sys.stderr is not None and sys.stderr.isatty()
 
@@ -80,7 +81,14 @@ class Bar:
         if label != self.label:
             self.close()
             self.label, self.begin = label, time.perf_counter()
-        if not self.visible or (self.bar is None and time.perf_counter() - self.begin < PATIENCE):
+            self.line = self.begin
+        now = time.perf_counter()
+        if not self.visible:
+            if now - self.line >= PACE:
+                self.line = now
+                tell(f"{label}: {fraction:.0%} after {now - self.begin:.0f} s")
+            return
+        if self.bar is None and now - self.begin < PATIENCE:
             return
         if self.bar is None:
             from rich.progress import Progress

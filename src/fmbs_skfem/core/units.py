@@ -89,11 +89,7 @@ _SCALED: dict[str, tuple[Fraction | int, Dimension]] = {
     "m": (1, LENGTH), "g": (Fraction(1, 1000), MASS), "s": (1, TIME), "N": (1, FORCE), "Pa": (1, PRESSURE), "J": (1, MOMENT),
     "W": (1, POWER), "Hz": (1, RATE), "rad": (1, ANGLE),
 }  # fmt: skip
-UNITS: dict[str, tuple[Fraction, Exponents]] = {
-    prefix + name: (Fraction(10) ** power * scale, dimension.exponents)
-    for name, (scale, dimension) in _SCALED.items()
-    for prefix, power in _PREFIXES.items()
-} | {
+_OTHERS: dict[str, tuple[Fraction, Exponents]] = {
     "cm": (Fraction(1, 100), LENGTH.exponents),
     "t": (Fraction(1000), MASS.exponents),
     "bar": (Fraction(100_000), PRESSURE.exponents),
@@ -102,7 +98,14 @@ UNITS: dict[str, tuple[Fraction, Exponents]] = {
     "deg": (Fraction(math.pi) / 180, ANGLE.exponents),
     "rpm": (Fraction(math.pi) / 30, ANGULAR_VELOCITY.exponents),
     "1": (Fraction(1), NUMBER.exponents),
-}  #: scale to SI and exponents
+}
+UNITS: dict[str, tuple[Fraction, Exponents]] = {
+    prefix + name: (Fraction(10) ** power * scale, dimension.exponents)
+    for name, (scale, dimension) in _SCALED.items()
+    for prefix, power in _PREFIXES.items()
+} | _OTHERS  #: scale to SI and exponents
+KNOWN = f"{', '.join(_SCALED)}, these also with {', '.join(filter(str.isascii, filter(None, _PREFIXES)))} before; "
+KNOWN += ", ".join(name for name in _OTHERS if name != "1")  #: all units, for messages
 CYCLES = frozenset(prefix + "Hz" for prefix in _PREFIXES)
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[A-Za-zµμ]|1\s*/).*)?\s*", re.ASCII | re.DOTALL)
@@ -183,7 +186,7 @@ def _unit(text: str, whole: str) -> tuple[Fraction, Exponents, int]:
             raise Problem("a unit such as mm, kg/m^3 or N m", shown(whole), f"'{text[position:][:20]}' is not part of a unit")
         if match[2] not in UNITS:
             hint = closest(match[2], UNITS).removeprefix("; ")
-            raise Problem("a known unit (m, kg, s, N, Pa, J, W, Hz, rad, deg, rpm; n u m k M G before)", shown(match[2]), hint)
+            raise Problem(f"a known unit ({KNOWN})", shown(match[2]), hint)
         power = int(match[3] or 1) * (-1 if match[1] == "/" else 1)
         factor, own = UNITS[match[2]]
         scale, exponents = scale * factor**power, tuple(n + power * m for n, m in zip(exponents, own, strict=True))

@@ -26,7 +26,7 @@ Pixels = np.ndarray[Any, np.dtype[np.uint8]]
 
 #: joint kind -> (marker of the key, colour); driven joints stand out
 GLYPHS = {
-    "pin": ("o", "#303030"),
+    "revolute joint": ("o", "#303030"),
     "spherical joint": ("o", "#303030"),
     "clamp": ("s", "#303030"),
     "weld": ("D", "#303030"),
@@ -119,17 +119,18 @@ def _axis_name(axis: int, pixels: Array, gap: tuple[float, float], height: int) 
     return Text(name, (centre[0] + 2.6 * height * sideways, centre[1] + 2.1 * height), "ma" if sideways == 0 else "mm", height)
 
 
-def strip(job: Job, width: int) -> Pixels:
+def strip(job: Job, width: int, height: int) -> Pixels:
     """The key beside the scene, (height, width, 3): colour scale or names of bodies, then the kinds of joints."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     dpi = job.size[1] / 7.0
-    figure = Figure(figsize=(width / dpi, job.size[1] / dpi), dpi=dpi, facecolor="white")
+    figure = Figure(figsize=(width / dpi, height / dpi), dpi=dpi, facecolor="white")
     canvas = FigureCanvasAgg(figure)
     if job.label:
-        _scale(figure.add_axes((0.10, 0.36, 0.16, 0.56)), job)
-    _key(figure.add_axes((0.0, 0.04, 1.0, 0.26 if job.label else 0.9)), job)
+        below = 0.36 * job.size[1] / height  # the key has its room below the scale, however low the picture is
+        _scale(figure.add_axes((0.10, below, 0.16, 0.92 - below)), job)
+    _key(figure.add_axes((0.0, 0.04, 1.0, 0.26 * job.size[1] / height if job.label else 0.9)), job)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
 

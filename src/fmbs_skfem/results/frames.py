@@ -25,7 +25,7 @@ Indices = NDArray[np.int64]
 class Kind(StrEnum):
     """What a joint looks like in a picture."""
 
-    PIN = "pin"
+    PIN = "revolute joint"
     SPHERICAL = "spherical joint"
     CLAMP = "clamp"
     WELD = "weld"

@@ -31,6 +31,7 @@ class Job:
     colours: str  #: colour map of matplotlib for fields of one sign; empty: viridis without its palest end
     size: tuple[int, int]  #: width, height [pixel]
     title: str
+    clock: str  #: unit of the times, or "load factor"
     rate: float  #: frames a second
     target: str  #: file name of the picture in the folder
 

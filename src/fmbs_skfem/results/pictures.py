@@ -60,6 +60,7 @@ class Look:
     limits: tuple[float, float] | None = None  #: of the colour scale, SI units; None: those of the drawn instants
     logarithmic: bool = False  #: colour scale by decades
     title: str = ""
+    clock: str = "s"  #: unit of the times; "load factor" of equilibria
     size: tuple[int, int] = (1120, 800)  #: width, height [pixel]
 
     def __post_init__(self) -> None:
@@ -171,6 +172,7 @@ def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) ->
         STRESS if look.field in UNITS else "",
         look.size,
         look.title,
+        look.clock,
         rate,
         target,
     )

@@ -7,6 +7,7 @@ Figures 3 to 5, 8, 9, 11 and 12 of doi 10.1016/j.cma.2019.112690 have this form.
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,6 +33,8 @@ DASHES: tuple[str | tuple[int, tuple[float, ...]], ...] = (
     (0, (4, 1, 1, 1, 1, 1)),
 )
 MARKERS = "osD^vPX*<>"
+PANELS = 24  #: most axes of one figure
+LETTERS = 26  #: of a line of the label beside a small axes
 
 #: family -> (colour, marker, name in the legend)
 FAMILIES = {
@@ -52,10 +55,15 @@ def histories(times: Array, models: Mapping[str, Array], label: str, title: str 
     return history_grid(times, {label: models}, title=title)
 
 
-def history_grid(times: Array, outputs: Mapping[str, Mapping[str, Array]], columns: int = 1, title: str = "") -> Figure:
-    """Several outputs, one small axes each with a common time axis and one legend: label with unit -> {model: (s,)}."""
-    if not outputs:
-        raise errors_.InputError(errors_.say("plots: outputs", "at least one", "none"))
+def history_grid(
+    times: Array, outputs: Mapping[str, Mapping[str, Array]], columns: int = 1, title: str = "", across: str = "time [s]"
+) -> Figure:
+    """Several outputs, one small axes each with a common axis of time and one legend: label with unit -> {model: (s,)}.
+
+    At most PANELS of them; `across` is the label of the common axis.
+    """
+    if not 0 < len(outputs) <= PANELS:
+        raise errors_.InputError(errors_.say("plots: outputs", f"1 to {PANELS}", len(outputs)))
     outputs = {plain(label): _plain(models) for label, models in outputs.items()}
     rows = math.ceil(len(outputs) / columns)
     figure = _figure(7.2 if columns == 1 else 4.6 * columns, 4.2 if len(outputs) == 1 else 2.3 * rows + 0.6, title)
@@ -63,12 +71,12 @@ def history_grid(times: Array, outputs: Mapping[str, Mapping[str, Array]], colum
     order = tuple(dict.fromkeys(name for models in outputs.values() for name in models))
     for axes, (label, models) in zip(grid.flat, outputs.items(), strict=False):
         _curves(axes, times, models, order, f"plots: output '{label}'")
-        axes.set_ylabel(label)
+        axes.set_ylabel("\n".join(textwrap.wrap(label, LETTERS)))
     for axes in grid.flat[len(outputs) :]:
         axes.set_axis_off()
     for column in range(columns):
         shown = grid[(len(outputs) - 1 - column) // columns, column] if column < len(outputs) else grid[0, column]
-        shown.set_xlabel("time [s]")
+        shown.set_xlabel(across)
         shown.tick_params(labelbottom=True)
     _legend_below(figure, order, list(grid.flat[: len(outputs)]))
     return figure
@@ -153,6 +161,8 @@ def speed_error(
         axes.set_ylim(bottom=edge / 2)
     if floor is not None and floor > 0:
         axes.axhline(floor, color=palette.BLACK, lw=1.1, ls=(0, (1, 1.5)), label="time discretisation", zorder=1)
+        low, high = axes.get_ylim()
+        axes.set_ylim(min(low, floor / 2), max(high, floor * 2))
     axes.grid(True, which="major", color="#E4E4E4", lw=0.6)
     axes.set_axisbelow(True)
     _plain_ticks(axes)

@@ -19,6 +19,7 @@ from .decor import Pixels, Text
 from .frames import Array
 from .job import Arrays, Job, load
 
+SHORTEST = 0.45  #: height of a sheet of small scenes over that which was asked for, at least, for the key
 PALEST = 0.28  #: strength of the first instant of an overlay
 
 
@@ -51,14 +52,27 @@ def _probe() -> None:
 
 
 def view(job: Job, arrays: Arrays, size: tuple[int, int], height: int) -> tuple[Camera, Box]:
-    """Camera and box that serve all instants; small scenes have narrow margins."""
+    """Camera and box that serve all instants."""
     parts = [values.reshape(-1, 3) for key, values in arrays.items() if key.startswith(("points_", "joint_"))]
     box = camera_.box(np.concatenate(parts), job.planar, cells=4 if size[0] > 35 * height else 2)
+    return camera_.fit(box.corners, job.planar, size, _margins(job, height)), box
+
+
+def _margins(job: Job, height: int) -> camera_.Margins:
+    """Left, right, top, bottom [pixel] for letters of a height; small scenes have narrow ones."""
     sides = (4.2, 3.6, 5.2, 4.2) if job.planar else (4.0, 3.6, 3.6, 2.4)
     if job.planar and job.layout == "multiples":
         sides = (3.6, 1.4, 4.5, 3.8)
-    margins = (sides[0] * height, sides[1] * height, sides[2] * height, sides[3] * height)
-    return camera_.fit(box.corners, job.planar, size, margins), box
+    return sides[0] * height, sides[1] * height, sides[2] * height, sides[3] * height
+
+
+def _filled(job: Job, arrays: Arrays, size: tuple[int, int]) -> tuple[int, int]:
+    """The part of a small scene of this size that its box and its letters fill [pixel]."""
+    height = _small(job, size)
+    camera, box = view(job, arrays, size, height)
+    left, right, top, bottom = _margins(job, height)
+    across, along = np.ptp(camera_.project(camera, box.corners), axis=0)
+    return min(size[0], math.ceil(across + left + right)), min(size[1], math.ceil(along + top + bottom))
 
 
 def _thinnest(camera: Camera, box: Box) -> float:
@@ -71,8 +85,18 @@ def strip_width(job: Job) -> int:
     return round(0.21 * job.size[1]) + 24 if job.label or job.kinds or len(job.bodies) > 1 else 0
 
 
-def _seconds(times: Array) -> list[str]:
-    """Times as text, all with the decimals that tell them apart."""
+def marks(job: Job, times: Array) -> list[str]:
+    """Instants (s,) beside a body: `0.25 s`, or the load factor alone."""
+    return [f"{number} s" if job.clock == "s" else number for number in _numbers(times)]
+
+
+def stamps(job: Job, times: Array) -> list[str]:
+    """Instants (s,) at the head of a picture: `t = 0.25 s`, `load factor 0.25`."""
+    return [f"t = {number} s" if job.clock == "s" else f"{job.clock} {number}" for number in _numbers(times)]
+
+
+def _numbers(times: Array) -> list[str]:
+    """Times or load factors as text, all with the decimals that tell them apart."""
     gap = float(np.diff(times).min()) if times.size > 1 else float(abs(times[0])) or 1.0
     decimals = min(max(2 - math.floor(math.log10(gap)) - 1, 2), 7)
     return [f"{time:.{decimals}f}" for time in times]
@@ -95,23 +119,30 @@ def overlay(job: Job, arrays: Arrays) -> list[Pixels]:
     plotter.close()
     texts = [Text(job.title, (height, height), "la", round(1.2 * height), "#000000")] if job.title else []
     if job.bodies:
-        last = len(job.bodies) - 1
-        texts += _marks(camera, arrays[f"points_{last}"], _seconds(arrays["times"]), height, f"quads_{last}" in arrays)
+        texts += _marks(camera, arrays, len(job.bodies), marks(job, arrays["times"]), height)
     image = decor.letter(image, texts + decor.axis_texts(camera, box, job.planar, height))
     return [_beside(image, job, width)]
 
 
-def _marks(camera: Camera, points: Array, words: list[str], height: int, surface: bool) -> list[Text]:
-    """Times beyond the end of a line or the point of a surface farthest from its middle, latest first."""
-    if surface:
-        middle = points.mean(axis=1)
-        far = np.linalg.norm(points - middle[:, None], axis=2).argmax(axis=1)
-        ends, before = (camera_.project(camera, part) for part in (points[np.arange(len(far)), far], middle))
-    else:
-        ends, before = camera_.project(camera, points[:, -1]), camera_.project(camera, points[:, -2])
+def _marks(camera: Camera, arrays: Arrays, bodies: int, words: list[str], height: int) -> list[Text]:
+    """Times beyond that end of a body which moves farthest, latest first: ends that stay where they are have no room for all."""
+    ends, before = max(
+        (ends for i in range(bodies) for ends in _ends(camera, arrays, i)), key=lambda pair: np.ptp(pair[0], axis=0).sum()
+    )
     outwards = (ends - before) / np.maximum(np.linalg.norm(ends - before, axis=1), 1e-9)[:, None]
     places = ends + outwards * np.array([2.4, 1.5]) * height
-    return [Text(f"{word} s", (x, y), "mm", height, "#000000") for word, (x, y) in zip(words[::-1], places[::-1], strict=True)]
+    return [Text(word, (x, y), "mm", height, "#000000") for word, (x, y) in zip(words[::-1], places[::-1], strict=True)]
+
+
+def _ends(camera: Camera, arrays: Arrays, body: int) -> list[tuple[Array, Array]]:
+    """Pixels (s, 2) of the ends of a line, or of the point of a surface farthest from its middle, and of points inside of them."""
+    points = arrays[f"points_{body}"]
+    pairs = [(points[:, -1], points[:, -2]), (points[:, 0], points[:, 1])]
+    if f"quads_{body}" in arrays:
+        middle = points.mean(axis=1)
+        far = np.linalg.norm(points - middle[:, None], axis=2).argmax(axis=1)
+        pairs = [(points[np.arange(len(far)), far], middle)]
+    return [(camera_.project(camera, end), camera_.project(camera, inner)) for end, inner in pairs]
 
 
 def _columns(job: Job, arrays: Arrays, size: tuple[int, int]) -> int:
@@ -135,14 +166,16 @@ def _small(job: Job, size: tuple[int, int]) -> int:
 
 
 def multiples(job: Job, arrays: Arrays) -> list[Pixels]:
-    """One scene an instant, side by side, all with the same camera and colours."""
+    """One scene an instant, side by side, all with the same camera and colours; the sheet ends where they end."""
     count, width = arrays["times"].size, strip_width(job)
     title = round(2.2 * letters(job)) if job.title else 0
     room = (job.size[0] - width, job.size[1] - title)
     columns = _columns(job, arrays, room)
-    size = (room[0] // columns, room[1] // math.ceil(count / columns))
-    height = _small(job, size)
-    canvas = np.full((job.size[1], job.size[0] - width, 3), 255, dtype=np.uint8)
+    rows = math.ceil(count / columns)
+    size = _filled(job, arrays, (room[0] // columns, room[1] // rows))
+    height = _small(job, (room[0] // columns, room[1] // rows))
+    tall = max(title + rows * size[1], round(SHORTEST * job.size[1]))
+    canvas = np.full((tall, columns * size[0], 3), 255, dtype=np.uint8)
     for sample, image in enumerate(_instants(job, arrays, size, height)):
         top, left = title + sample // columns * size[1], sample % columns * size[0]
         canvas[top : top + size[1], left : left + size[0]] = image
@@ -162,16 +195,16 @@ def _instants(job: Job, arrays: Arrays, size: tuple[int, int], height: int, titl
     camera, box = view(job, arrays, size, height)
     plotter = drawing.stage(camera, box, job.planar)
     axes, images = decor.axis_texts(camera, box, job.planar, height), []
-    for sample, time in enumerate(_seconds(arrays["times"])):
+    for sample, stamp in enumerate(stamps(job, arrays["times"])):
         drawing.configuration(plotter, job, arrays, sample, _thinnest(camera, box))
-        stamp = Text(f"t = {time} s" + (f"   {title}" if title else ""), (height, height), "la", round(1.15 * height), "#000000")
-        images.append(decor.letter(drawing.shot(plotter), [stamp, *axes]))
+        head = Text(stamp + (f"   {title}" if title else ""), (height, height), "la", round(1.15 * height), "#000000")
+        images.append(decor.letter(drawing.shot(plotter), [head, *axes]))
     plotter.close()
     return images
 
 
 def _beside(image: Pixels, job: Job, width: int) -> Pixels:
-    return np.concatenate([image, decor.strip(job, width)], axis=1) if width else image
+    return np.concatenate([image, decor.strip(job, width, len(image))], axis=1) if width else image
 
 
 LAYOUTS = {"overlay": overlay, "multiples": multiples, "animation": animation}

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from ..systems.mechanism import Dependence, Mechanism
 
 NAME = "check.json"
+LISTED = 6  #: motions in the table
 LOST = 0.5  #: part of the kinetic energy of the given initial motion that joints may take away
 AGREE = 1e-9  #: of the size of the scene: linear rows that miss each other by less agree
 
@@ -66,7 +67,7 @@ def check_scene(job: Job, scene: Scene) -> Check:
         "mass": sum(figure.mass for figure in known.values()),
         "bodies": [describe_body(figure, parts[name], counted) for name, figure in known.items()],
         "joints": dict(Counter(joint for joint, _ in raw.constraints.names)),
-        "mechanism": mechanism_report(counted),
+        "mechanism": mechanism_report(counted) | {"free_motions": free_motions_of(raw, counted)},
         "initial": initial,
         "estimates": estimates.estimates(scene, raw, reduced),
         "outputs": [column for output in raw.outputs.values() for column in output.columns],
@@ -216,6 +217,12 @@ def mechanism_report(found: Mechanism) -> dict[str, Any]:
     }
 
 
+def free_motions_of(raw: System, counted: Mechanism) -> list[str]:
+    """The motions that drives leave, in words; none in a singular position, where there are more than near it."""
+    found = [str(motion) for motion in free_motions.left_by_drives(raw)] if counted.free else []
+    return found if len(found) == counted.free else []
+
+
 def view(found: dict[str, Any]) -> list[Any]:
     """The tables of a checked scene."""
     columns = ("name", "cells", "dofs", "mass", "rigid_motions", "extent", "wave_speed", "slenderness", "sag")
@@ -261,4 +268,5 @@ def mechanism_table(found: dict[str, Any]) -> Table:
         ("degrees of freedom by rank", found["degrees_of_freedom"]),
         ("left by drives", found["left_by_drives"]),
     ]
+    rows += [(f"  {number}.", motion) for number, motion in enumerate(found["free_motions"][:LISTED], start=1)]
     return Table("Mechanism", ("", ""), rows)

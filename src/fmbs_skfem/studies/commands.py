@@ -323,14 +323,22 @@ def cases(names: Sequence[str] = (), groups: Sequence[str] = ()) -> "Verificatio
     return verify(names, groups, listed=True)
 
 
-def demo(**shared: Unpack[Output]) -> "ComparisonResult":
+def demo(
+    *,
+    copy: Annotated[bool, Option("Copy the example scenes and their meshes into the folder instead, to begin from.")] = False,
+    **shared: Unpack[Output],
+) -> Result:
     """Show an example: a flexible double pendulum in full and reduced.
 
     The tables show time beside error of all models. `out` (fmbs-demo on the command line, where files of an earlier demo are
-    replaced) gets report, plots, pictures, an animation and a VTK series.
+    replaced) gets report, plots, pictures, an animation and a VTK series. With `copy` it (fmbs-examples) gets the scenes that
+    travel with the package, in the folder examples, and the meshes that they read.
     """
     from . import comparison
 
+    if copy:
+        with jobs.begin(**shared) as job:
+            return comparison.copy_examples(job)
     with jobs.begin(comparison.demo_scene(), **shared) as job:
         return comparison.show_demo(job)
 

@@ -7,6 +7,7 @@ stand beside ours.
 from __future__ import annotations
 
 import math
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
@@ -14,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.errors import MissingFeature
+from ..core.errors import InputError, MissingFeature, say
 from ..reduction import comparison as comparisons
 from ..reduction.comparison import Comparison, Record
 from ..results import motion, series, speed
@@ -122,6 +123,22 @@ def examples() -> Path:
     package = Path(__file__).resolve().parents[1]
     packed = package / "_demo" / "examples"
     return packed if packed.is_dir() else package.parents[1] / "examples"
+
+
+def copy_examples(job: Job) -> Result:
+    """The example scenes and their meshes, copied into the folder of a job."""
+    if job.out is None:
+        raise InputError(say("copy", "a folder for the examples", "none", "give one: out"))
+    source, out = examples(), reports.make_folder(job.out)
+    if (out / source.name).exists() and not job.force:
+        raise InputError(
+            say(f"--out {out}", "a folder without examples", f"one with {source.name}", "choose another one, or --force")
+        )
+    for folder in (source, source.parent / "meshes"):
+        shutil.copytree(folder, out / folder.name, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
+    files = sorted((out / source.name).glob("*.yaml"))
+    text = f"copied {len(files)} scenes into {out / source.name}; look at one: fmbs check {out / source.name / DEMO}"
+    return Result(about=text, report={"status": "ok", "files": files, "notices": job.notices}, view=[text])
 
 
 def lean(scene: Scene) -> Scene:

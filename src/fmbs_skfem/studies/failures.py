@@ -42,7 +42,10 @@ def write_failure(out: Path | None, found: Mapping[str, Any], error: SolverError
     facts = explain(error)
     files = [reports.write_json(out / FAILURE, {**facts, "provenance": found["provenance"]})] if own else []
     if own and error.partial is not None:
-        files += [write_state(out / STATE, error.partial), *(pictures.last(error.partial, out / PICTURE) if picture else ())]
+        files += [
+            write_state(out / STATE, error.partial),
+            *(pictures.last(error.partial, out / PICTURE, facts["unit"]) if picture else ()),
+        ]
     return {**found, "failure": facts, "files": [*found.get("files", ()), *files]}
 
 

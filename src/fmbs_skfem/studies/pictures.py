@@ -47,8 +47,9 @@ def scene(
     limits = pictures.limits(moving, shade) if shade else None
     wanted = instants(scene, trajectory)
     chosen = moving if wanted is None else motion.frames(trajectory, motion.nearest(trajectory, wanted), fields)
-    found: list[Order] = [partial(pictures.render, chosen, out / names[0], wanted, Look(shade, title=scene.name))]
-    look = Look(shade, limits=limits, title=scene.name, size=(800, 600))
+    clock = "load factor" if scene.analysis.type == "static" else "s"
+    found: list[Order] = [partial(pictures.render, chosen, out / names[0], wanted, Look(shade, title=scene.name, clock=clock))]
+    look = Look(shade, limits=limits, title=scene.name, clock=clock, size=(800, 600))
     return [*found, partial(pictures.animate, moving, out / names[1], count, rate, look)] if count else found
 
 
@@ -68,12 +69,12 @@ def model(title: str, trajectory: Trajectory, out: Path) -> list[Order]:
     return [partial(pictures.render, chosen, out / PICTURE, None, Look(motion.usual_color(trajectory.system), title=title))]
 
 
-def last(trajectory: Trajectory, path: Path) -> list[Path]:
-    """The last state, bodies in their colours; nothing where no picture can be drawn."""
+def last(trajectory: Trajectory, path: Path, clock: str) -> list[Path]:
+    """The last state, bodies in their colours; nothing where no picture can be drawn. `clock` as in `Look`."""
     end = len(trajectory.times) - 1
     try:
         frames = motion.frames(trajectory, np.array([end]), ())
-        return [pictures.render(frames, path, look=Look(title=f"last good state, {trajectory.times[end]:.6g}"))]
+        return [pictures.render(frames, path, look=Look(title="last good state", clock=clock))]
     except FmbsError as error:
         notify(f"no picture of the last good state: {error}")
         return []
@@ -84,7 +85,7 @@ def instants(scene: Scene, trajectory: Trajectory) -> list[float] | None:
     wanted = list(scene.pictures.instants) if scene.pictures else []
     reached = [float(time) for time in wanted if time <= trajectory.times[-1] * (1 + 1e-9)]
     if len(reached) < len(wanted):
-        notify(f"pictures: {len(wanted) - len(reached)} instants after the end at {trajectory.times[-1]:g} s are left out")
+        notify(f"pictures: {len(wanted) - len(reached)} instants after the end at {trajectory.times[-1]:g} are left out")
     return reached or None
 
 

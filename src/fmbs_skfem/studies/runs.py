@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import isfinite
@@ -22,10 +22,11 @@ from .. import dynamics
 from ..core.errors import FmbsError, InputError, MissingFeature, SolverError, say
 from ..dynamics import GeneralizedAlpha, Newton, Trajectory
 from ..results import motion, segments, series
-from ..results.plots import history_grid
+from ..results.plots import PANELS, history_grid
 from ..results.segments import Recorder
+from ..results.sweep_files import headed
 from ..scenes import build, where
-from ..systems import free_motions
+from ..systems import free_motions, probes
 from ..systems.loads import TorsionSpring
 from . import compiling, failures, judging, recording, reports
 from . import job as jobs
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from ..dynamics.checkpoint import Resumed
     from ..scenes import Scene
     from ..systems import System
+    from ..systems.system import Output
 
 OUTPUTS, MODES, SERIES = "outputs.csv", "modes.csv", "motion"
 
@@ -215,12 +217,14 @@ def finish(
         "wall_s": cost.wall_s if task.scheme else wall,
         **task.judge(trajectory),
         "outputs": {name: extremes(values) for name, values in outputs.items()},
+        "units": probes.column_units(task.system.outputs),
+        "labels": probes.column_labels(task.system.outputs),
         "segments": len(record.manifest.segments) if record else 0,
         "fingerprint": task.mark,
         "provenance": task.origin,
         "notices": job.notices,
     }
-    figures = figures_of(task.title, trajectory.times, outputs)
+    figures = figures_of(task, trajectory.times, outputs)
     missing = None
     if out is not None:
         with segments.room(out, out):
@@ -235,7 +239,7 @@ def finish(
                     missing, report = problem, report | describe_error(problem) if error is None else report
                 reports.write_report(out, report)
     view: list[Table | str] = [summary(task, report), *task.remarks]
-    view += [*([table_of_outputs(outputs)] if outputs else []), *failures.views(report), *list_files(report)]
+    view += [*([table_of_outputs(report)] if outputs else []), *failures.views(report), *list_files(report)]
     about = f"{report.get('scene') or task.title}: {len(trajectory.times)} instants, {', '.join(outputs) or 'no outputs'}"
     return Run(
         about=about,
@@ -332,10 +336,15 @@ def extremes(values: np.ndarray) -> dict[str, float]:
     return {"min": float(values.min()), "max": float(values.max()), "final": float(values[-1])}
 
 
-def table_of_outputs(columns: Mapping[str, np.ndarray]) -> Table:
-    """Smallest, largest and last value of every output."""
-    rows = [(name, *extremes(values).values()) for name, values in columns.items()]
+def table_of_outputs(report: Mapping[str, Any]) -> Table:
+    """Smallest, largest and last value of every column."""
+    rows = [(heading_of(report["units"], report["labels"], name), *ends.values()) for name, ends in report["outputs"].items()]
     return Table("Outputs (SI units)", ("output", "min", "max", "final"), rows)
+
+
+def heading_of(units: Mapping[str, str], labels: Mapping[str, str], column: str) -> str:
+    """`motor_angle: moment about z [N m]`."""
+    return headed(f"{column}: {labels[column]}" if column in labels else column, units.get(column, ""))
 
 
 def summary(task: Task, report: Mapping[str, Any]) -> str:
@@ -346,9 +355,22 @@ def summary(task: Task, report: Mapping[str, Any]) -> str:
     return text if drift is None else f"{text}, energy drift {drift:.3g} J"
 
 
-def figures_of(title: str, times: np.ndarray, columns: Mapping[str, np.ndarray]) -> Figures:
-    """All outputs that are finite over time; none of a single instant."""
-    curves = {name: {title or "full": values} for name, values in columns.items() if np.isfinite(values).all()}
-    if len(times) < 2 or not curves:
+def figures_of(task: Task, times: np.ndarray, columns: Mapping[str, np.ndarray]) -> Figures:
+    """The columns that are finite over time or load factor, at most PANELS; none of a single instant."""
+    finite = {name: values for name, values in columns.items() if np.isfinite(values).all()}
+    if len(times) < 2 or not finite:
         return Figures()
-    return Figures({"outputs": lambda: history_grid(times, curves, columns=2 if len(curves) > 3 else 1, title=title)})
+    drawn = choose_columns(task.system.outputs, finite)
+    units, labels = probes.column_units(task.system.outputs), probes.column_labels(task.system.outputs)
+    curves = {heading_of(units, labels, name): {task.title or "full": finite[name]} for name in drawn}
+    left = f" ({len(drawn)} of {len(finite)} columns, the others are in {OUTPUTS})" if len(drawn) < len(finite) else ""
+    across = "time [s]" if task.scheme else "load factor"
+    draw = partial(history_grid, times, curves, columns=2 if len(curves) > 3 else 1, title=task.title + left, across=across)
+    return Figures({"outputs": draw})
+
+
+def choose_columns(outputs: Mapping[str, Output], known: Collection[str]) -> list[str]:
+    """At most PANELS of the known columns, in their order: the first ones of every output."""
+    places = {column: k for output in outputs.values() for k, column in enumerate(output.columns)}
+    first = set(sorted(known, key=lambda column: places.get(column, 0))[:PANELS])
+    return [column for column in known if column in first]

@@ -40,21 +40,30 @@ class Motion:
 
 def unsupported(system: System) -> tuple[tuple[Motion, ...], tuple[Motion, ...]]:
     """Rigid motions at the start that neither joints nor springs resist: those that nothing holds, and those that weight holds."""
-    rows = rows_of(system)[0] if system.constraints.names else None
-    A, blocks = on_motions(system, rows, system.x0), motions(system, system.x0)
-    A = np.concatenate([A, block_diag(idle(system)).toarray()])
-    units = 1.0 / ranks.lengths(A.T)
-    Z = units[:, None] * ranks.null_space(A * units, ranks.STATED)
+    rows, Z = permitted(system)
     if not Z.shape[1]:
         return (), ()
-    Z = np.linalg.qr(Z)[0]
     K = attached(system, system.x0, np.zeros(len(system.constraints.names)))
-    Y = block_diag(blocks) @ Z
+    Y = block_diag(motions(system, system.x0)) @ Z
     stiff = np.asarray(Y.T @ (K @ Y)) / max(float(abs(K).max() * np.max(np.sum(Y * Y, axis=0))), 1e-300)
     if np.linalg.norm(stiff) > ranks.EXACT:
         Z = Z @ ranks.null_space(stiff, alike=True)
     free, hung = by_weight(system, rows, Z)
     return tuple(motion(system, z) for z in sparse_basis(free)), tuple(motion(system, z) for z in sparse_basis(hung))
+
+
+def permitted(system: System) -> tuple[Rows | None, np.ndarray]:
+    """The constraint rows of a system, None without any, and an orthonormal basis (z, f) of the rigid motions that they permit."""
+    rows = rows_of(system)[0] if system.constraints.names else None
+    A = np.concatenate([on_motions(system, rows, system.x0), block_diag(idle(system)).toarray()])
+    units = 1.0 / ranks.lengths(A.T)
+    Z = units[:, None] * ranks.null_space(A * units, ranks.STATED)
+    return rows, np.linalg.qr(Z)[0] if Z.shape[1] else Z
+
+
+def left_by_drives(system: System) -> tuple[Motion, ...]:
+    """The rigid motions at the start that joints and drives permit, each of as few bodies as possible."""
+    return tuple(motion(system, z) for z in sparse_basis(permitted(system)[1]))
 
 
 def limp_bodies(system: System) -> tuple[str, ...]:

@@ -197,10 +197,11 @@ def parallel(joint: Any, draft: Draft, at: At, to: End, axis: np.ndarray) -> Non
         own = basis(name, layout, other)[1] if isinstance(other, At) else np.eye(layout.dim)
         if len(own) == 1 and abs(float(own[0] @ axis)) < ALONG:
             terms = dot(carried(joint, draft, other, own[0]), carried(joint, draft, full, axis), layout.dim)
-            return draft.constraints.row(joint.name, "axis 1", *terms)
+            return draft.constraints.row(joint.name, "axis 1", *terms, about=(own[0], axis))
     u = carried(joint, draft, other, axis)
     for k, normal in enumerate(normals(axis)):
-        draft.constraints.row(joint.name, f"axis {k + 1}", *dot(u, carried(joint, draft, full, normal), layout.dim))
+        terms = dot(u, carried(joint, draft, full, normal), layout.dim)
+        draft.constraints.row(joint.name, f"axis {k + 1}", *terms, about=(axis, normal))
 
 
 def locked(joint: Any, draft: Draft, at: At, to: End) -> None:
@@ -217,14 +218,16 @@ def locked(joint: Any, draft: Draft, at: At, to: End) -> None:
     u = carried(joint, draft, other, first)
     if layout.dim == 2:
         normal = np.array([-first[1], first[0]])
-        return draft.constraints.row(joint.name, "angle", *dot(u, carried(joint, draft, full, normal), 2))
+        return draft.constraints.row(joint.name, "angle", *dot(u, carried(joint, draft, full, normal), 2), about=(first, normal))
     second = normals(first)[0] if len(own) == 1 else own[1] - first * float(first @ own[1])
     second = second / np.linalg.norm(second)
-    across = [carried(joint, draft, full, n) for n in (second, np.cross(first, second))]
+    normal = (second, np.cross(first, second))
+    across = [carried(joint, draft, full, n) for n in normal]
     for k, n in enumerate(across):
-        draft.constraints.row(joint.name, f"angle {k + 1}", *dot(u, n, 3))
+        draft.constraints.row(joint.name, f"angle {k + 1}", *dot(u, n, 3), about=(first, normal[k]))
     if len(own) > 1:
-        draft.constraints.row(joint.name, "angle 3", *dot(carried(joint, draft, other, second), across[1], 3))
+        terms = dot(carried(joint, draft, other, second), across[1], 3)
+        draft.constraints.row(joint.name, "angle 3", *terms, about=(second, normal[1]))
 
 
 def guided(joint: Any, draft: Draft, at: At, to: At | None, direction: np.ndarray) -> None:

@@ -94,7 +94,7 @@ class Clamp(Joint):
         slope = draft.layout.reference(where(self), self.at, 1)
         first = draft.probes.add(draft.layout.read(where(self), self.at, 1))
         for k, normal in enumerate(normals(slope)):
-            draft.constraints.row(self.name, f"slope {k + 1}", *dot(first, normal, draft.layout.dim))
+            draft.constraints.row(self.name, f"slope {k + 1}", *dot(first, normal, draft.layout.dim), about=(slope, normal))
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,7 @@ class DrivenAngle(Joint):
         c, s = draft.signal(Cosine(self.angle)), draft.signal(Sine(self.angle))
         terms = dot(first, carried(self, draft, self.to, cosine), dim, 1.0, c)
         terms += dot(first, carried(self, draft, self.to, sine), dim, 1.0, s)
-        draft.constraints.row(self.name, "angle", *terms)
+        draft.constraints.row(self.name, "angle", *terms, about=(u, cosine))
 
 
 @dataclass(frozen=True)

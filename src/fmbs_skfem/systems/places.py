@@ -125,10 +125,16 @@ class Terms:
 
     names: list[tuple[str, str]] = field(default_factory=list)
     terms: list[tuple[int, float, int, int, int]] = field(default_factory=list)
+    axes: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)  #: (3,) of the rows whose multipliers are moments
 
-    def row(self, joint: str, coordinate: str, *terms: tuple[float, int, int, int]) -> None:
-        """One constraint: terms (coefficient, signal, i, j)."""
+    def row(
+        self, joint: str, coordinate: str, *terms: tuple[float, int, int, int], about: tuple[np.ndarray, np.ndarray] | None = None
+    ) -> None:
+        """One constraint: terms (coefficient, signal, i, j); `about` is (u, n) of u . n = 0, a moment about u x n."""
         self.names.append((joint, coordinate))
+        if about is not None:
+            u, n = (np.pad(vector, (0, 3 - len(vector))) for vector in about)
+            self.axes[joint, coordinate] = np.cross(u, n)
         self.terms += [(len(self.names) - 1, *term) for term in terms if term[0] != 0.0]
 
 

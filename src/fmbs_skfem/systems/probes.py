@@ -32,6 +32,7 @@ from .system import Matrix, Output
 TIME = "t"  #: the first column of every table
 PARALLEL = 1e-9  #: part of the largest moment of vectors about an axis below which they are parallel to it
 FORCES, MOMENTS = ("x", "y", "z", "normal"), ("angle", "axis", "slope", "teeth")  #: first words of the coordinates of a joint
+LENGTHS = ("length", "node")  #: those of (|r|^2 - l^2) / 2 = 0, whose reaction is a force over the length of r
 Sizes: TypeAlias = tuple[int | None, int | None, int | None]  #: numbers of rows, columns and parameters; None for any
 
 
@@ -96,6 +97,16 @@ def kind_of(output: Output) -> type[Probe]:
 def units(name: str, output: Output) -> tuple[str, ...]:
     """SI units of the columns of an output; empty where a number has none, or that of a multiplier has no name."""
     return kind_of(output).units(name, output)
+
+
+def column_units(outputs: Mapping[str, Output]) -> dict[str, str]:
+    """The SI unit of every column, empty where it has none."""
+    return {column: unit for name, one in outputs.items() for column, unit in zip(one.columns, units(name, one), strict=True)}
+
+
+def column_labels(outputs: Mapping[str, Output]) -> dict[str, str]:
+    """What columns are whose names do not say it, such as the axis of a moment."""
+    return {column: label for one in outputs.values() for column, label in zip(one.columns, one.labels, strict=False) if label}
 
 
 def require_distinct_columns(outputs: Mapping[str, Output]) -> None:
@@ -325,7 +336,10 @@ class Energy(Probe):
 
 @dataclass(frozen=True)
 class Reaction(Probe):
-    """Force of a joint on the body it holds [N] (and moments of its slope rows [N m])."""
+    """Force of a joint on the body it holds [N], and its moments [N m] about axes that stand beside their columns.
+
+    The moment of a driven angle, in the column `NAME_angle`, is the torque of the drive.
+    """
 
     joint: Annotated[str, "a name of a joint"]
     unit: ClassVar[str] = "N"
@@ -337,7 +351,9 @@ class Reaction(Probe):
             known = sorted({joint for joint, _ in draft.constraints.names})
             expected = f"one of the joints {listed(known, self.joint)}"
             raise InputError(say(f"output '{name}'", expected, f"'{self.joint}'") + closest(self.joint, known))
-        return self.output(draft, tuple(f"{name}_{label.replace(' ', '_')}" for label in held), joint=self.joint)
+        columns = tuple(f"{name}_{label.replace(' ', '_')}" for label in held)
+        labels = tuple(described(label, draft.constraints.axes.get((self.joint, label)), draft.layout.dim) for label in held)
+        return self.output(draft, columns, joint=self.joint, labels=labels)
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
@@ -353,8 +369,18 @@ class Reaction(Probe):
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
         words = [column.removeprefix(f"{name}_").split("_")[0] for column in output.columns]
-        return tuple(cls.unit if word in FORCES else "N m" if word in MOMENTS else "" for word in words)
+        kinds = dict.fromkeys(FORCES, cls.unit) | dict.fromkeys(MOMENTS, "N m") | dict.fromkeys(LENGTHS, "N/m")
+        return tuple(kinds.get(word, "") for word in words)
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
         return 0, None, 0
+
+
+def described(label: str, axis: np.ndarray | None, dim: int) -> str:
+    """What the reaction of a row of a joint is: `force along x`, `moment about (0, 0, 1)`, that axis in the reference."""
+    if axis is None:
+        return f"force along {label}" if label in tuple(AXES[:dim]) else ""
+    if dim == 2:
+        return "moment about z" if axis[2] > 0.0 else "moment about -z"
+    return "moment about (" + ", ".join(f"{value + 0.0:.4g}" for value in np.round(axis / np.linalg.norm(axis), 6)) + ")"

@@ -140,6 +140,7 @@ class Output:
     columns: tuple[str, ...]
     joint: str = ""
     parameters: tuple[float, ...] = ()
+    labels: tuple[str, ...] = ()  #: what its columns are, where their names do not say it
 
 
 @dataclass(frozen=True)
