@@ -143,7 +143,9 @@ def reduce(
 
     with jobs.begin(source, **shared) as job:
         scene = jobs.read_scene(job, duration)
-        return reducing.reduce_scene(job, scene, plans.plan_with(scene, level, tolerance, modes, hyper, sample))
+        path = reducing.target(job, scene)
+        plan = plans.plan_with(scene, level, tolerance, modes, hyper, sample)
+        return reducing.reduce_scene(job, scene, path, plan)
 
 
 def train(

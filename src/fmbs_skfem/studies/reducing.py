@@ -34,9 +34,8 @@ class ReductionResult(Result):
     reduced: Trajectory
 
 
-def reduce_scene(job: Job, scene: Scene, plan: Plan) -> ReductionResult:
-    """A reduced model of a scene by a plan, saved."""
-    path = target(job, scene)
+def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan) -> ReductionResult:
+    """A reduced model of a scene by a plan, saved in a file."""
     compiling.announce(job)
     found = train(job, scene, plan)
     report = found.report
