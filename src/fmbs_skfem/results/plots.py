@@ -71,14 +71,15 @@ def history_grid(
     order = tuple(dict.fromkeys(name for models in outputs.values() for name in models))
     for axes, (label, models) in zip(grid.flat, outputs.items(), strict=False):
         _curves(axes, times, models, order, f"plots: output '{label}'")
-        axes.set_ylabel("\n".join(textwrap.wrap(label, LETTERS)))
+        axes.set_ylabel("\n".join(part for line in label.split(": ", 1) for part in textwrap.wrap(line, LETTERS)))
     for axes in grid.flat[len(outputs) :]:
         axes.set_axis_off()
     for column in range(columns):
         shown = grid[(len(outputs) - 1 - column) // columns, column] if column < len(outputs) else grid[0, column]
         shown.set_xlabel(across)
         shown.tick_params(labelbottom=True)
-    _legend_below(figure, order, list(grid.flat[: len(outputs)]))
+    if len(order) > 1:
+        _legend_below(figure, order, list(grid.flat[: len(outputs)]))
     return figure
 
 

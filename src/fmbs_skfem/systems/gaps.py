@@ -221,13 +221,13 @@ def locked(joint: Any, draft: Draft, at: At, to: End) -> None:
         return draft.constraints.row(joint.name, "angle", *dot(u, carried(joint, draft, full, normal), 2), about=(first, normal))
     second = normals(first)[0] if len(own) == 1 else own[1] - first * float(first @ own[1])
     second = second / np.linalg.norm(second)
-    normal = (second, np.cross(first, second))
-    across = [carried(joint, draft, full, n) for n in normal]
+    both = (second, np.cross(first, second))
+    across = [carried(joint, draft, full, n) for n in both]
     for k, n in enumerate(across):
-        draft.constraints.row(joint.name, f"angle {k + 1}", *dot(u, n, 3), about=(first, normal[k]))
+        draft.constraints.row(joint.name, f"angle {k + 1}", *dot(u, n, 3), about=(first, both[k]))
     if len(own) > 1:
         terms = dot(carried(joint, draft, other, second), across[1], 3)
-        draft.constraints.row(joint.name, "angle 3", *terms, about=(second, normal[1]))
+        draft.constraints.row(joint.name, "angle 3", *terms, about=(second, both[1]))
 
 
 def guided(joint: Any, draft: Draft, at: At, to: At | None, direction: np.ndarray) -> None:
