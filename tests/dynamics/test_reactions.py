@@ -59,7 +59,7 @@ def test_clamp_carries_the_weight(all_multipliers: bool, dim: int) -> None:
 def test_the_moment_of_a_clamp_is_about_the_axes_that_stand_beside_its_columns(dim: int, form: Callable[[System], System]) -> None:
     """A light tip load F pulls a horizontal beam of length L down: the clamp holds it by the moment F L about z."""
     beam = body.cable("beam", models.straight(10), sections.Given(EA=1e6, EI=100.0, rhoA=1.0), dim=dim)
-    tip = loads.PointForce(At("beam", "right"), (0.0, -1e-3, 0.0)[:dim])
+    tip = loads.PointForce("tip", At("beam", "right"), (0.0, -1e-3, 0.0)[:dim])
     held = {"root": probes.Reaction("root")}
     system = form(assemble([beam], [joints.Clamp("root", At("beam", "left"))], [tip], outputs=held))
     labels, found = probes.column_labels(system.outputs), outputs(solve_statics(system, 1, TIGHT))

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from ..systems.mechanism import Dependence, Mechanism
 
 NAME = "check.json"
-LISTED = 6  #: motions in the table
+LISTED = 6  #: motions that are shown
 LOST = 0.5  #: part of the kinetic energy of the given initial motion that joints may take away
 AGREE = 1e-9  #: of the size of the scene: linear rows that miss each other by less agree
 
@@ -241,6 +241,7 @@ def view(found: dict[str, Any]) -> list[Any]:
         mechanism_table(found["mechanism"]),
         Table("System", ("", ""), [*facts, *((f"estimated {key}", value) for key, value in found["estimates"].items())]),
     ]
+    parts += [f"left by drives: {motion}" for motion in found["mechanism"]["free_motions"][:LISTED]]
     redundant = [(one["row"], ", ".join(one["follows_from"])) for one in found["redundant"]]
     parts += [Table("Redundant rows", ("row", "follows from"), redundant)] if redundant else []
     heads = ("mesh of", "cells", "largest / smallest", "aspect", "angle [deg]", "Jacobian ratio")
@@ -268,5 +269,4 @@ def mechanism_table(found: dict[str, Any]) -> Table:
         ("degrees of freedom by rank", found["degrees_of_freedom"]),
         ("left by drives", found["left_by_drives"]),
     ]
-    rows += [(f"  {number}.", motion) for number, motion in enumerate(found["free_motions"][:LISTED], start=1)]
     return Table("Mechanism", ("", ""), rows)
