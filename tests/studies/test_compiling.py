@@ -1,8 +1,13 @@
-"""First runs compile one after the other."""
+"""First runs compile every function once, whoever begins, and the process beside one ends with it."""
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
 import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -10,27 +15,63 @@ import pytest
 from fmbs_skfem.core import jit
 from fmbs_skfem.studies import Job, Listener, compiling
 
+BEGIN = """
+import time
+from fmbs_skfem.studies import Job, compiling
+compiling.announce(Job())
+print(compiling._BESIDE[0].pid, flush=True)
+time.sleep(60.0)
+"""
 
-def test_first_runs_that_begin_together_compile_one_after_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The second one waits, and finds in the cache what the first has compiled; afterwards nobody waits."""
+
+def test_one_compiles_and_the_others_wait(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
-    waits, found = threading.Event(), list[bool]()
-    job = Job(listener=Listener(tell=lambda text: waits.set() if text.startswith("waiting") else None))
+    events, begun = list[str](), threading.Event()
 
     def second() -> None:
-        with compiling.alone(job) as cold:
-            found.append(cold)
+        begun.set()
+        with jit.alone("stepping.advance"):
+            events.append("second")
 
-    with compiling.alone(job) as cold:
-        assert cold
+    with jit.alone("stepping.advance"):
         other = threading.Thread(target=second)
         other.start()
-        assert waits.wait(10.0)
-        assert not found
-        (tmp_path / "stepping.advance-1.py311.1.nbc").touch()
+        assert begun.wait(10.0)
+        with jit.alone("stepping.settle"):  # another function waits for nobody
+            other.join(0.2)
+        events.append("first")
     other.join(10.0)
-    assert found == [False]
-    waits.clear()
-    second()
-    assert found == [False, False]
-    assert not waits.is_set()
+    assert events == ["first", "second"]
+
+
+def test_only_the_first_run_says_that_it_compiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
+    said = list[str]()
+    job = Job(listener=Listener(tell=said.append))
+    assert compiling.announce(job, beside=False)
+    (tmp_path / "stepping.advance-1.py311.1.nbc").touch()
+    assert not compiling.announce(job, beside=False)
+    assert len(said) == 1
+    assert [compiling.first(tmp_path), compiling.first(tmp_path)] == [True, False]
+
+
+def test_the_process_beside_a_run_ends_with_it(tmp_path: Path) -> None:
+    """Also where the run is killed."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    with subprocess.Popen([sys.executable, "-c", BEGIN], env=environment, stdout=subprocess.PIPE, text=True) as run:
+        assert run.stdout is not None
+        beside = int(run.stdout.readline())
+        assert alive(beside)
+        run.send_signal(signal.SIGKILL)
+    end = time.monotonic() + 60.0
+    while alive(beside) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert not alive(beside)
+
+
+def alive(number: int) -> bool:
+    """Whether a process runs, and is not only waiting for its parent to take notice of its end."""
+    try:
+        return "Z" not in Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False

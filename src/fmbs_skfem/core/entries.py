@@ -16,7 +16,6 @@ import functools
 from collections.abc import Callable
 from typing import Any
 
-import numba
 import numpy as np
 from llvmlite import ir
 from numba import types
@@ -25,7 +24,7 @@ from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
 from .errors import say
-from .jit import caching, inlined
+from .jit import addressed, inlined
 from .structs import array_at
 
 POINTERS, INTEGERS = 4, 4
@@ -46,8 +45,7 @@ def entry(function: Callable[..., None]) -> Callable[[], int]:
 
     @functools.cache
     def compiled() -> Any:
-        with caching() as cache:
-            return numba.cfunc(SIGNATURE, cache=cache, error_model="numpy", pipeline_class=Apart)(function)
+        return addressed(SIGNATURE, function, pipeline_class=Apart)
 
     return lambda: int(compiled().address)
 

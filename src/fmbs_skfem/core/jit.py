@@ -16,6 +16,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
+import importlib
 import os
 import shutil
 import tempfile
@@ -169,3 +170,21 @@ def caching() -> Iterator[bool]:
         yield folder is not None
     finally:
         config.CACHE_DIR = before
+
+
+@contextlib.contextmanager
+def alone(name: str) -> Iterator[None]:
+    """One process at a time does what is inside: the others wait, and find in the cache what it has compiled."""
+    folder = cache_folder()
+    with contextlib.ExitStack() as held:
+        with contextlib.suppress(OSError, ImportError):  # file systems and machines without locks: all compile
+            if folder is not None:
+                locks = importlib.import_module("fcntl")
+                locks.flock(held.enter_context((folder / f"{name}.lock").open("w")), locks.LOCK_EX)
+        yield
+
+
+def addressed(signature: Any, function: Callable[..., Any], **more: Any) -> Any:
+    """`function` behind an address that anything can call, compiled now by this process or another one, cached on disk."""
+    with caching() as cache, alone(f"{function.__module__}.{function.__qualname__}"):
+        return numba.cfunc(signature, cache=cache, error_model="numpy", **more)(function)

@@ -29,7 +29,6 @@ import functools
 from collections.abc import Callable, Sequence
 from typing import Annotated, Any, TypeAlias, get_type_hints
 
-import numba
 import numpy as np
 from llvmlite import ir
 from numba import types
@@ -39,7 +38,7 @@ from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, mod
 from numba.np.arrayobj import populate_array
 
 from .errors import say
-from .jit import caching
+from .jit import addressed
 
 Vector: TypeAlias = Annotated[np.ndarray, types.Array(types.float64, 1, "C")]
 Matrix: TypeAlias = Annotated[np.ndarray, types.Array(types.float64, 2, "C")]
@@ -190,8 +189,7 @@ class Routine:
     @functools.cached_property
     def compiled(self) -> Any:
         """Compiled when it is first asked for, cached on disk."""
-        with caching() as cache:
-            return numba.cfunc(SIGNATURE, cache=cache, error_model="numpy")(self.function)
+        return addressed(SIGNATURE, self.function)
 
     @functools.cached_property
     def address(self) -> int:

@@ -53,7 +53,7 @@ def check_scene(job: Job, scene: Scene) -> Check:
     raw = lighter(build.of_parts(scene, list(parts.values()), pictures=False))
     known = plausibility.figures(scene, parts)
     tell_findings(scene, known)
-    compiling.announce(job)
+    compiling.announce(job, beside=False)
     redundant = contradictions(raw)
     counted = mechanism(scene, raw)
     reduced, initial = solved_form(scene, raw)

@@ -87,7 +87,7 @@ def comparison(
     """All models of a scene; figures, and what `draw` orders, in the output folder."""
     mark = reports.fingerprint(scene)
     out = jobs.settle_folder(job, (RECORD, *(f"{name}.png" for name in figures.names(scene)), *names), mark, RECORD)
-    compiling.announce(job)
+    compiling.announce(job, reduces=True)
     study = run(scene, quick, job.allow_outside, job.progress("comparing"))
     report = report_of(scene, study)
     drawn, missing = figures.draw(scene, study), None

@@ -36,7 +36,7 @@ class ReductionResult(Result):
 
 def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan) -> ReductionResult:
     """A reduced model of a scene by a plan, saved in a file."""
-    compiling.announce(job)
+    compiling.announce(job, reduces=True)
     found = train(job, scene, plan)
     report = found.report
     origin = reports.plain(reports.provenance(scene))

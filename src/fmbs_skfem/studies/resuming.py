@@ -11,8 +11,8 @@ from ..core.errors import CorruptFile, InputError, say
 from ..core.notices import notify
 from ..dynamics.checkpoint import differences
 from ..results import segments
+from . import compiling, reports, runs
 from . import job as jobs
-from . import reports, runs
 from .job import Job
 from .result import conclude
 from .runs import Run
@@ -33,7 +33,7 @@ def resume_run(job: Job, plots: bool, time_limit: float) -> Run:
         scene = jobs.read_scene(own, asked["duration"])
         task = runs.scene_task(own, scene, asked["duration"], asked["checkpoint"])
         compare(out, asked["provenance"], reports.plain(task.origin))
-        runs.warm_up(own, task)
+        runs.warm_up(task, compiling.announce(own))
         record = segments.Recorder(out, asked, asked["checkpoint"], found)
         return conclude(runs.finish(own, task, plots, None, record, segments.read(out, found), time_limit))
 

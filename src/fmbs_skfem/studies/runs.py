@@ -183,8 +183,9 @@ def solve(
     """Run a task into the output folder, settled before the task is made, where nothing of another run is touched."""
     wanted = (OUTPUTS, reports.REPORT, *(["outputs.png"] if plots else []), *names)
     with recording.place(job, wanted, mark) as out:
+        cold = compiling.announce(job)
         task = make()
-        warm_up(job, task)
+        warm_up(task, cold)
         record = Recorder(out, task.request, task.request["checkpoint"]) if out and task.request else None
         return finish(job, task, plots, draw, record, None, limit)
 
@@ -252,9 +253,9 @@ def finish(
     )
 
 
-def warm_up(job: Job, task: Task) -> None:
+def warm_up(task: Task, cold: bool) -> None:
     """Compile what a motion needs before it is timed and recorded."""
-    with compiling.alone(job) as cold, contextlib.suppress(FmbsError):  # the run itself will say what is wrong
+    with contextlib.suppress(FmbsError):  # the run itself will say what is wrong
         if cold and task.scheme is not None:
             dynamics.integrate(task.system, task.scheme, task.scheme.step)
 

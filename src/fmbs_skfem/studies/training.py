@@ -69,9 +69,8 @@ class TrainingResult(Result):
 
 def train_order(job: Job, order: Order, out: Path | None, compare: bool, plots: bool) -> TrainingResult:
     """The training, its hold-out points, figures and report; without a model the error that says why."""
-    with compiling.alone(job) as cold:
-        if cold:
-            comparators.warm(order.task)
+    if compiling.announce(job, reduces=True):
+        comparators.warm(order.task)
     made = {"fingerprint": reports.fingerprint(order.scene), "provenance": reports.provenance(order.scene), "notices": job.notices}
     try:
         advance, place = job.progress("training"), out / STORE if out else None

@@ -1,50 +1,40 @@
-"""Compile in a process beside a first run what that run needs later: training, the end of its time step, then outputs.
+"""Compile in a process beside a first run what that run needs last, the end of its time step first.
 
-    python -m fmbs_skfem.studies.warm SCENE
+    python -m fmbs_skfem.studies.warm [reduction]        ends with its input, which is its parent's end
 
-The parent compiles the time step from its beginning meanwhile and finds the rest in the cache: two processes that compile the same
-function at one time gain nothing. What fails here is told by the parent's own run.
+The parent compiles from the beginning of a step meanwhile; each finds in the cache what the other has compiled.
 """
 
 from __future__ import annotations
 
-import contextlib
+import os
 import sys
+import threading
 
 import numpy as np
 
-from .. import dynamics, scenes
-from ..core.errors import FmbsError
-from ..dynamics import GeneralizedAlpha, Statistics, Trajectory, stepping
+from ..dynamics import stepping
 from ..reduction import costs, ecsw
-from ..scenes import build
-from ..systems.compiled import compile_system
-from ..systems.system import System
+from ..systems import evaluation, points
 
 
-def main(path: str) -> None:
-    """Compile for the scene in a file."""
-    ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)
-    ecsw.weights(np.eye(2), 0.5)
-    with contextlib.suppress(FmbsError):
-        scene = scenes.read(path)
-        system = build.chosen_form(scene, build.system(scene, allow_outside=True))
-        end_of_step(system)
-        x, rows = np.tile(system.x0, (2, 1)), np.zeros((2, len(system.constraints.names)))
-        still = Trajectory(system, np.array([0.0, 1.0]), x, 0 * x, 0 * x, rows, Statistics(1, 1, 1, 0, 0.0, 0.0))
-        dynamics.outputs(still)
-        dynamics.energy_drift(still)
-        dynamics.reactions(still)
-        costs.shares(still, GeneralizedAlpha(costs.STEP), 1)
-
-
-def end_of_step(system: System) -> None:
-    """Solution and what follows it, then tangents and factors: a step is compiled from its other end."""
-    model = compile_system(system)
-    step = stepping.advance, stepping.settle, stepping.solve, stepping.factorise
-    for one in (*step, *(term.routines.tangent for term in model.terms)):
+def main(reduces: bool) -> None:
+    """Compile routines from the last to the first."""
+    threading.Thread(target=end_with_parent, daemon=True).start()
+    for one in (stepping.advance, evaluation.survey, stepping.settle, stepping.solve, stepping.factorise):
         int(one.address)
+    if reduces:
+        ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)
+        ecsw.weights(np.eye(2), 0.5)
+        for one in (points.force, points.tangent, points.energy, evaluation.residuals, costs.repeat_calls):
+            int(one.address)
+
+
+def end_with_parent() -> None:
+    """Wait for the end of the input, and end."""
+    sys.stdin.buffer.read()
+    os._exit(0)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main("reduction" in sys.argv[1:])
