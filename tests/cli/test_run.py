@@ -130,7 +130,7 @@ def test_modes_leave_loads_out_and_say_so(tmp_path: Path) -> None:
     found = []
     for name, scene_text in (("pushed", text), ("free", CANTILEVER)):
         (tmp_path / name).mkdir()
-        path = scene(tmp_path / name, "{type: modes, count: 2}", text=scene_text)
+        path = scene(tmp_path / name, "{type: modes, count: 2, about: reference}", text=scene_text)
         done = fmbs("run", path, "--json", "--out", tmp_path / name / "out")
         assert any("modes are those of the unloaded reference" in notice for notice in done.json["notices"])
         found.append(done.json["frequencies_hz"])
@@ -157,7 +157,7 @@ def test_the_end_is_the_end(analysis: str, times: np.ndarray, told: str | None, 
 
 def test_frequencies_of_a_cantilever(tmp_path: Path) -> None:
     """omega_i = (beta_i L)^2 sqrt(E I / (rho A L^4)), beta_i L = 1.875104, 4.694091: Euler-Bernoulli, clamped and free."""
-    done = fmbs("run", scene(tmp_path, "{type: modes, count: 2}"), "--json", "--out", tmp_path / "out")
+    done = fmbs("run", scene(tmp_path, "{type: modes, count: 2, about: reference}"), "--json", "--out", tmp_path / "out")
     scale = np.sqrt(1e9 * (0.01**2 / 16) / 1800.0)
     expected = np.array([1.8751040687, 4.6940911330]) ** 2 * scale / (2 * np.pi)
     assert done.json["frequencies_hz"] == pytest.approx(expected, rel=1e-5)

@@ -225,7 +225,7 @@ def test_the_load_factor_of_statics_is_no_time() -> None:
 
 GIVEN = "section: {shape: given, EA: 1 kN, EI: 2 N m^2, rhoA: 0.1}"
 SPRING = "  spring: {type: torsion_spring, at: disc.frame, stiffness: 1, damping: 0.1}\n"
-STATIC, MODES = "{type: static}", "{type: modes}"
+STATIC, MODES = "{type: static}", "{type: modes, about: reference}"
 
 
 def told(text: str, parameters: dict[str, float | str] | None = None) -> list[str]:
@@ -253,7 +253,7 @@ def with_analysis(analysis: str) -> str:
             with_analysis(MODES) + "initial: {bodies: {disc: {velocity: [1, 0]}}}\n",
             "initial: does nothing, a vibration mode has no",
         ),
-        (with_analysis(MODES), "outputs: do nothing, modes have none: tip"),
+        (with_analysis(MODES), "outputs: do nothing, an analysis of modes has none: tip"),
     ],
 )
 def test_keys_without_effect_are_told(text: str, notice: str) -> None:

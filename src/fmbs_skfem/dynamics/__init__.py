@@ -4,9 +4,9 @@ from .arclength import ArcLength, at_load_factor, follow_path, limit_points
 from .buckling import Buckling, buckling
 from .diagnosis import Diagnosis, explain
 from .integration import integrate
-from .linear import Linear, in_turning_frame, linearise
+from .linear import Linear, Spin, in_turning_frame, is_symmetric, linearise
 from .many import integrate_many
-from .modes import ComplexModes, Modes, complex_modes, vibration_modes
+from .modes import ComplexModes, Modes, complex_modes, real_modes, vibration_modes
 from .outputs import energies, energy_drift, energy_errors, outputs, reactions
 from .scheme import GeneralizedAlpha, Newton, acceleration_noise
 from .stability import unstable
@@ -28,9 +28,12 @@ __all__ = [
     "at_load_factor",
     "Modes",
     "vibration_modes",
+    "real_modes",
+    "Spin",
     "in_turning_frame",
     "Linear",
     "linearise",
+    "is_symmetric",
     "ComplexModes",
     "complex_modes",
     "Buckling",

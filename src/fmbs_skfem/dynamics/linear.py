@@ -15,54 +15,65 @@ Source: Geradin and Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, ch. 2.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 from scipy.sparse import csr_array, eye_array, kron
 
 from ..core import ranks
 from ..core.errors import InputError, say
+from ..core.fields import AXIS, quantity, vector
 from ..core.linalg import is_sparse
 from ..systems import compiled
 from ..systems.compiled import compile_system
 from ..systems.redundancy import scale_of
 from ..systems.system import System
 
+ALIKE = 1e-9  #: difference of a matrix from its transposed one, relative to its size, that is round-off
 
-def in_turning_frame(system: System, rate: float, axis: np.ndarray | None = None, center: np.ndarray | None = None) -> System:
-    """The equations (1) of a system that turns at `rate` [rad/s] about `axis` (c,) through `center` (c,) [m].
 
-    By default about z through the origin of the scene. Joints and loads are those of the frame and turn with it: a clamp holds a
-    blade to its hub. The motion begins at rest in the frame. InputError unless the unknowns are all coordinates of full bodies,
-    which are vectors: take the system before `eliminate`.
+@dataclass(frozen=True)
+class Spin:
+    """A frame that turns steadily: about z through the origin of the scene unless an axis and a point of it are given."""
+
+    rate: Annotated[float, quantity("rad/s")]
+    axis: Annotated[tuple[float, ...], AXIS] | None = None
+    center: Annotated[tuple[float, ...], vector("m")] | None = None
+
+
+def in_turning_frame(system: System, spin: Spin) -> System:
+    """The equations (1) of a system in a frame that turns.
+
+    Joints and loads are those of the frame and turn with it: a clamp holds a blade to its hub. The motion begins at rest in the
+    frame. InputError unless the unknowns are all coordinates of full bodies, which are vectors: take the system before `eliminate`.
     """
-    spin, d = skew(system.dim, rate, axis), system.dim
+    d = system.dim
     whole = is_sparse(system.mass) and len(system.x0) == len(system.unit) * d
     if not whole or compiled.vectorwise(csr_array(system.mass), d)[1] != d:
         got = f"{system.size} unknowns of {len(system.unit) * d} coordinates"
         raise InputError(say("in_turning_frame", "all coordinates of full bodies", got, "take the system before `eliminate`"))
-    place = np.zeros(d) if center is None else np.asarray(center, dtype=float)
-    turn = csr_array(kron(eye_array(system.size // d), spin))
+    center = np.zeros(d) if spin.center is None else np.asarray(spin.center, dtype=float)
+    turn = csr_array(kron(eye_array(system.size // d), skew(d, spin)))
     M, C = csr_array(system.mass), csr_array(system.damping)
     pull = csr_array(C @ turn + M @ turn @ turn)
-    middle = np.kron(system.unit, system.origin - place)
     return replace(
         system,
         damping=csr_array(C + 2.0 * M @ turn),
         stiffness=csr_array(system.stiffness + pull),
-        loads=replace(system.loads, constant=system.loads.constant - pull @ middle),
+        loads=replace(system.loads, constant=system.loads.constant - pull @ np.kron(system.unit, system.origin - center)),
         v0=np.zeros(system.size),
         full=None,
     )
 
 
-def skew(dim: int, rate: float, axis: np.ndarray | None) -> np.ndarray:
+def skew(dim: int, spin: Spin) -> np.ndarray:
     """Matrix (c, c) of u -> rate axis x u [1/s]."""
     if dim == 2:
-        return rate * np.array([[0.0, -1.0], [1.0, 0.0]])
-    e = np.array([0.0, 0.0, 1.0]) if axis is None else np.asarray(axis, dtype=float)
-    if e.shape != (3,) or not np.linalg.norm(e) > 0:
-        raise InputError(say("in_turning_frame, axis", "a vector of three components that is not zero", axis))
-    return rate * np.cross(np.eye(3), -e / np.linalg.norm(e))
+        return spin.rate * np.array([[0.0, -1.0], [1.0, 0.0]])
+    axis = np.array([0.0, 0.0, 1.0] if spin.axis is None else spin.axis, dtype=float)
+    if axis.shape != (3,) or not np.linalg.norm(axis) > 0:
+        raise InputError(say("in_turning_frame, axis", "a vector of three components that is not zero", spin.axis))
+    return spin.rate * np.cross(np.eye(3), -axis / np.linalg.norm(axis))
 
 
 @dataclass(frozen=True)
@@ -96,3 +107,8 @@ def linearise(
     C = compiled.tangent(model, x, multipliers, t, 1.0, angles) - K
     independent = J[ranks.independent_rows(J, units=scale_of(system))]
     return Linear(x, csr_array(system.mass), csr_array(C), csr_array(K), independent)
+
+
+def is_symmetric(linear: Linear) -> bool:
+    """Whether undamped motions are vibrations: forces have a potential, and there are no gyroscopic terms."""
+    return all(abs(A - A.T).max() <= ALIKE * abs(A).max() for A in (linear.stiffness, linear.damping))

@@ -34,8 +34,13 @@ UPWARD = 1e-7  #: shift over the largest frequency that the matrices allow, so t
 class Modes:
     """Vibration modes about a configuration."""
 
-    frequencies: np.ndarray  #: (i,) angular frequencies [rad/s]
+    squares: np.ndarray  #: (i,) omega^2 [1/s2], negative where the equilibrium is unstable
     shapes: np.ndarray  #: (n, i) normalised by the mass matrix
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Angular frequencies (i,) [rad/s], 0 where the equilibrium is unstable."""
+        return np.sqrt(np.maximum(self.squares, 0.0))
 
 
 def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None, multipliers: np.ndarray | None = None) -> Modes:
@@ -47,13 +52,17 @@ def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None
     """
     if x is None:
         free_motions.refuse_limp("vibration_modes", system)
-    linear = linearise(system, x, multipliers)
+    return real_modes(linearise(system, x, multipliers), count)
+
+
+def real_modes(linear: Linear, count: int = 10) -> Modes:
+    """Lowest `count` modes (1) of linear equations, their damping and what is not symmetric in their stiffness left out."""
     K, M, J = linear.stiffness, linear.mass, linear.rows
-    possible = system.size - len(J)
+    possible = len(linear.x) - len(J)
     if not 1 <= count <= possible:
         raise InputError(say("analysis.count", f"1 to {possible} modes", count))
     squares, vectors = (dense_modes if 3 * count + 20 > possible else sparse_modes)(0.5 * (K + K.T), M, J, count)
-    return Modes(np.sqrt(np.maximum(squares, 0.0)), vectors)
+    return Modes(squares, vectors)
 
 
 def dense_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -168,9 +168,9 @@ def _instants(analysis: schema.Dynamic) -> np.ndarray:
 def check_functions(scene: schema.Scene) -> None:
     """Histories and drives are finite at every step of the analysis."""
     analysis = scene.analysis
-    if isinstance(analysis, schema.Modes):
-        return
-    if isinstance(analysis, schema.Static):
+    if isinstance(analysis, schema.Modes | schema.Buckling):
+        instants = np.array([analysis.time])
+    elif isinstance(analysis, schema.Static):
         instants = analysis.time * np.linspace(0.0, 1.0, analysis.load_steps + 1)
     else:
         instants = _instants(analysis)

@@ -12,10 +12,11 @@ import functools
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import Field, PrivateAttr, StrictStr, WithJsonSchema
+from pydantic import Field, PrivateAttr, StrictBool, StrictStr, WithJsonSchema
 
 from ..bodies.sections import Section
 from ..core.fields import Number, Range, Time, Tolerance, word
+from ..dynamics.linear import Spin
 from ..reduction import hyper_reduction
 from ..systems.assembly import Motion, Rayleigh
 from ..systems.gaps import Joint
@@ -44,6 +45,7 @@ __all__ = [
     "Dynamic",
     "Static",
     "Modes",
+    "Buckling",
     "HyperReduction",
     "Reduction",
     "Training",
@@ -103,14 +105,33 @@ class Static(Model):
 
 
 class Modes(Model):
-    """Vibration modes about the unloaded reference: of the loads only torsion springs act."""
+    """Vibration modes about the equilibrium of the loads, which is found as in statics, or about the unloaded reference.
+
+    About the reference, of the loads only torsion springs act. `damped` modes have a damping ratio each; follower forces and
+    `spin`, with which joints and loads turn, need complex modes, too. A motion that grows is named: flutter or divergence.
+    """
 
     type: Literal["modes"]
     constraints: Literal["eliminate", "multipliers"] | None = None
     count: Count = 10
+    about: Literal["equilibrium", "reference"] = "equilibrium"
+    damped: StrictBool = False
+    spin: Annotated[Spin, Made(Spin)] | None = None
+    load_steps: Count = 10
+    time: Time = 1.0
+    tolerance: fields.NewtonTolerance = 1e-10
 
 
-Analysis: TypeAlias = Annotated[Dynamic | Static | Modes, Field(discriminator="type")]
+class Buckling(Model):
+    """Load factors at which the loads take the stiffness away, predicted from small ones; the factor 1 stands for t = `time`."""
+
+    type: Literal["buckling"]
+    constraints: Literal["eliminate", "multipliers"] | None = None
+    count: Count = 3
+    time: Time = 1.0
+
+
+Analysis: TypeAlias = Annotated[Dynamic | Static | Modes | Buckling, Field(discriminator="type")]
 
 
 class HyperReduction(Model):

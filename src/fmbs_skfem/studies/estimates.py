@@ -30,7 +30,7 @@ def estimates(scene: Scene, raw: System, reduced: System) -> dict[str, Any]:
     if analysis.type == "static":
         seconds = analysis.load_steps * STATIC_ITERATIONS * (4 * FORCE_S * numbers + once)
         return {**found, "load_steps": analysis.load_steps, "wall_s": float(f"{seconds:.1g}")}
-    if analysis.type == "modes":
+    if analysis.type == "modes" or analysis.type == "buckling":
         return {**found, "modes": analysis.count, "wall_s": float(f"{4 * FORCE_S * numbers + once + LANCZOS * each:.1g}")}
     steps, every = round(analysis.duration / analysis.step), build.kept_steps(scene)
     stored = len(every) if isinstance(every, np.ndarray) else steps // every + 1

@@ -25,9 +25,8 @@ from ..results import motion, segments, series
 from ..results.plots import PANELS, history_grid
 from ..results.segments import Recorder
 from ..results.sweep_files import headed
-from ..scenes import build, where
-from ..systems import free_motions, probes
-from ..systems.loads import TorsionSpring
+from ..scenes import build
+from ..systems import probes
 from . import compiling, failures, judging, recording, reports
 from . import job as jobs
 from .job import Job
@@ -40,6 +39,7 @@ if TYPE_CHECKING:
     from ..systems.system import Output
 
 OUTPUTS, MODES, SERIES = "outputs.csv", "modes.csv", "motion"
+NEAR_STATES = ("modes", "buckling")  #: analyses without a motion
 
 Draw = Callable[[Trajectory, Path], Sequence[Callable[[], Path]]]  #: pictures and series in a folder, each drawn when called
 
@@ -104,8 +104,10 @@ def run_source(
         raise InputError(say(given, "a scene with a dynamic analysis", scene.analysis.type, "leave the option out"))
     if given and job.out is None:
         raise InputError(say(given, "a folder for the results", "none", "give one: out"))
-    if scene.analysis.type == "modes":
-        return modes(job, scene)
+    if scene.analysis.type in NEAR_STATES:
+        from . import near_states
+
+        return (near_states.solve_modes if scene.analysis.type == "modes" else near_states.solve_buckling)(job, scene)
     make = partial(scene_task, job, scene, duration, checkpoint)
     return conclude(solve(job, reports.fingerprint(scene), make, plots, limit=time_limit))
 
@@ -135,8 +137,8 @@ def export_scene(job: Job, duration: float | None, frames: int) -> Run:
 def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint: float | None = None) -> Task:
     """The full model of a scene, over time or at rest."""
     analysis = scene.analysis
-    if analysis.type == "modes":
-        raise InputError(say("analysis.type", "dynamic or static", analysis.type, "use fmbs run for modes"))
+    if analysis.type == "modes" or analysis.type == "buckling":
+        raise InputError(say("analysis.type", "dynamic or static", analysis.type, f"use fmbs run for {analysis.type}"))
     raw = build.system(scene, allow_outside=job.allow_outside)
     reduced = build.chosen_form(scene, raw)
     newton, mark, origin = Newton(tolerance=analysis.tolerance), reports.fingerprint(scene), reports.provenance(scene)
@@ -278,38 +280,6 @@ def attempt(
             failures.write_failed_start(job, error, task.origin)
             raise
         return error.partial, error
-
-
-def modes(job: Job, scene: Scene) -> Run:
-    """Vibration modes about the unloaded reference: frequencies, also in modes.csv."""
-    acting = {name: load for name, load in scene.loads.items() if isinstance(load, TorsionSpring)}
-    mark = reports.fingerprint(scene)
-    with recording.place(job, (MODES, reports.REPORT), mark) as out:
-        raw = build.system(scene.model_copy(update={"loads": acting}), allow_outside=job.allow_outside)
-        free_motions.refuse_limp(where(scene, "analysis"), raw)
-        reduced = build.chosen_form(scene, raw)
-        omega = dynamics.vibration_modes(reduced, getattr(scene.analysis, "count", 10)).frequencies
-        frequencies = omega / (2 * np.pi)
-        numbers = np.arange(1, len(omega) + 1)
-        report: dict[str, Any] = {
-            "status": "ok",
-            **heading(scene),
-            **sizes(raw, reduced),
-            "frequencies_hz": frequencies,
-            "fingerprint": mark,
-            "provenance": reports.provenance(scene),
-            "notices": job.notices,
-        }
-        if out is not None:
-            columns = {"mode": numbers, "frequency_hz": frequencies, "omega_rad_per_s": omega}
-            with segments.room(out):
-                reports.write_csv(out / MODES, columns, ["%d", "%.15g", "%.15g"])
-            report["files"] = [out / MODES, out / reports.REPORT]
-            reports.write_report(out, report)
-    rows = list(zip(numbers.tolist(), frequencies.tolist(), omega.tolist(), strict=True))
-    table = Table(f"{report['scene']}: vibration modes", ("mode", "frequency [Hz]", "omega [rad/s]"), rows)
-    about = f"{report['scene']}: {len(omega)} vibration modes"
-    return Run(about=about, report=report, view=[table, *list_files(report)], frequencies=frequencies)
 
 
 def heading(scene: Scene) -> dict[str, Any]:

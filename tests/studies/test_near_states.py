@@ -1,0 +1,93 @@
+"""Modes and buckling of scenes: about loaded and turning states, against exact values, as files, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmbs_skfem import studies
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.notices import Notice
+
+from ..cli.calls import fmbs
+
+BEAM = """\
+schema: 1
+name: beam
+dimension: {dim}
+bodies:
+  beam: {{type: cable, mesh: {mesh}, degree: 5, section: {{shape: given, EA: 1e7, EI: 1, rhoA: 1}}}}
+joints:
+  root: {{type: {joint}, at: beam.left}}
+{loads}
+analysis: {analysis}
+"""
+MESH = Path(__file__).parents[2] / "meshes" / "beam_20.msh"
+
+
+def beam(folder: Path, analysis: str, load: str = "", joint: str = "clamp", dim: int = 2) -> Path:
+    (folder / "scenes").mkdir(exist_ok=True)
+    (folder / "beam.msh").write_bytes(MESH.read_bytes())
+    path = folder / "scenes" / "beam.yaml"
+    loads = f"loads:\n  tip: {load}" if load else ""
+    path.write_text(BEAM.format(dim=dim, mesh="../beam.msh", joint=joint, loads=loads, analysis=analysis))
+    return path
+
+
+def test_modes_are_those_of_the_loaded_state(tmp_path: Path) -> None:
+    """A dead tip force F L^2/EI = 1 (a chain of rigid links, extrapolated); about the reference the force does nothing."""
+    load = "{type: point_force, at: beam.right, force: [0, -1]}"
+    done = fmbs("run", beam(tmp_path, "{type: modes, count: 3}", load), "--json", "--out", tmp_path / "out")
+    assert done.code == 0, done.err
+    exact = np.array([3.77092591, 21.7517582, 60.5149876]) / (2 * np.pi)
+    assert done.json["frequencies_hz"] == pytest.approx(exact, rel=1e-5)
+    assert done.json["about"] == "equilibrium"
+    with pytest.warns(Notice, match="in which these do nothing: tip"):
+        found = studies.run(beam(tmp_path, "{type: modes, count: 1, about: reference}", load))
+    assert found.frequencies == pytest.approx(3.51601527 / (2 * np.pi), rel=1e-5)
+
+
+def test_a_follower_force_flutters_and_says_so(tmp_path: Path) -> None:
+    """Beck: stable at 19.5 EI/L^2, flutter at 20.05."""
+    still = studies.run(beam(tmp_path, "{type: modes, count: 2}", "{type: follower, at: beam.right, force: [-19.5, 0]}"))
+    assert still.frequencies == pytest.approx(np.array([9.4497809312, 12.6728704024]) / (2 * np.pi), rel=5e-5)
+    path = beam(tmp_path, "{type: modes, count: 2}", "{type: follower, at: beam.right, force: [-20.5, 0]}")
+    with pytest.warns(Notice, match=r"the equilibrium is unstable \(flutter\)"):
+        found = studies.run(path, out=tmp_path / "out")
+    assert max(found.report["growth_per_s"]) > 0.1
+    head = (tmp_path / "out" / "modes.csv").read_text().splitlines()[0]
+    assert head == "mode,frequency_hz,omega_rad_per_s,damping_ratio,growth_per_s"
+
+
+def test_a_column_beyond_its_buckling_load_is_unstable(tmp_path: Path) -> None:
+    load = "{type: point_force, at: beam.right, force: [-3, 0]}"
+    with pytest.warns(Notice, match=r"the equilibrium is unstable \(divergence\): mode 1"):
+        studies.run(beam(tmp_path, "{type: modes, count: 2}", load))
+    found = studies.run(beam(tmp_path, "{type: buckling, count: 2}", load), out=tmp_path / "out")
+    assert found.report["load_factors"] == pytest.approx(np.pi**2 / 12 * np.array([1.0, 9.0]), rel=1e-5)
+    assert np.loadtxt(tmp_path / "out" / "factors.csv", delimiter=",", skiprows=1)[:, 1] == pytest.approx(
+        found.report["load_factors"]
+    )
+
+
+def test_a_blade_in_a_turning_frame(tmp_path: Path) -> None:
+    """Wright et al. (1982) at Omega = 6 sqrt(EI/(rhoA L^4)): flapping at 7.3604, lagging at sqrt(7.3604^2 - 36)."""
+    found = studies.run(beam(tmp_path, "{type: modes, count: 2, spin: {rate: 6}}", dim=3))
+    assert 2 * np.pi * found.frequencies == pytest.approx([np.sqrt(7.3604**2 - 36.0), 7.3604], rel=1e-4)
+    assert found.report["damping_ratios"] == pytest.approx([0.0, 0.0], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("analysis", "load", "joint", "message"),
+    [
+        ("{type: modes}", "{type: point_force, at: beam.right, force: [1, 1]}", "pin", "take the modes about the reference"),
+        ("{type: buckling}", "", "clamp", "loads that change the stiffness"),
+        ("{type: modes, spin: {rate: 5 m}}", "", "clamp", "an angular velocity"),
+        ("{type: modes, damped: 1}", "", "clamp", "analysis.damped"),
+    ],
+)
+def test_what_has_no_modes_is_refused(analysis: str, load: str, joint: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=message):
+        studies.run(beam(tmp_path, analysis, load, joint))
