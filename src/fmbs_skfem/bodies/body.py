@@ -101,6 +101,8 @@ class ShapePoints:
     dim: Annotated[int, Attributes("c")]  #: number of components
     section: Annotated[np.ndarray, Reals("i 1 p")]  #: rows of the law, the last one the weight of a point
     cell: Annotated[np.ndarray, Indices("p")]  #: number of the cell of every point
+    #: lowest and highest strains of its training, see `reduction.parts.strains`; no columns where it has none
+    trained: Annotated[np.ndarray, Reals("2 *")] = field(default_factory=lambda: np.zeros((2, 0)))
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,15 @@ def rom() -> click.Group:
     return click.Group("rom", made, help=text, epilog="Both take --json and, for what they write, --out DIR.")
 
 
+def part() -> click.Group:
+    """The commands of reduced parts."""
+    text = "Reduce a body once, alone, for any mechanism, say what such a part is, or check it in a scene."
+    made = [common.command("train", studies.train_part, "."), common.command("info", studies.describe_part)]
+    made.append(common.command("check", studies.check_part))
+    return click.Group("part", made, help=text, epilog="All take --json and, for what they write, --out.")
+
+
+GROUPS: dict[str, Callable[[], click.Group]] = {"rom": rom, "part": part}  #: commands with commands of their own
 #: command -> its study, and the name of its output folder or file where --out gives none
 COMMANDS: dict[str, tuple[Callable[..., studies.Result], str] | None] = {
     "check": (check, ""),
@@ -50,6 +59,7 @@ COMMANDS: dict[str, tuple[Callable[..., studies.Result], str] | None] = {
     "reduce": (studies.reduce, "{}.h5"),
     "train": (studies.train, "fmbs-{}-train"),
     "rom": None,
+    "part": None,
     "compare": (studies.compare, "fmbs-{}-compare"),
     "sweep": (studies.sweep, "fmbs-{}-sweep"),
     "render": (studies.render, "fmbs-{}"),
@@ -70,7 +80,7 @@ class Commands(click.Group):
         if name not in COMMANDS:
             return None
         found = COMMANDS[name]
-        return rom() if found is None else common.command(name, *found)
+        return GROUPS[name]() if found is None else common.command(name, *found)
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[str | None, click.Command | None, list[str]]:
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):

@@ -13,15 +13,22 @@ the rows B of the places): joints there leave out or share unknowns, and link no
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import qr
 from scipy.sparse import csr_array, vstack
 
 from ..bodies.body import Body, Cells, ShapePoints, locate, probe
+from ..bodies.cable_law import curvatures
+from ..bodies.fields import COMPONENTS
+from ..bodies.laws import Law
 from ..core.errors import InputError, say
 from ..core.linalg import alike
+from ..core.notices import notify
+from ..dynamics.measurements import point_strains
+from ..dynamics.outputs import lifted
+from ..dynamics.trajectory import Trajectory
 from ..systems import lengths, shape_points
 from ..systems.system import Affine, Elastic
 from . import pod, sampling
@@ -29,6 +36,9 @@ from .hyper_reduction import USUAL
 from .sampling import Level
 
 APART = 1e-3  #: least pivot of the rows of places that are coordinates, over the largest
+BLOCK = 200  #: states whose strains are found at a time
+BEYOND = 0.1  #: part of the trained range that strains may leave it by
+KINDS = ("axial strain", "curvature [1/m]"), ("smallest strain", "largest strain")  #: of lines, of surfaces
 MISSES = 1e-9  #: distance of the reference from the shape functions, over the size of the body, from which it is refused
 
 
@@ -131,7 +141,46 @@ def sampled(part: Body, states: np.ndarray, tolerance: float = USUAL) -> Body:
     section = points.section[:, :, kept].copy()
     section[-1] *= sample.weights
     few = replace(points, table=np.ascontiguousarray(points.table[:, kept]), section=section, cell=points.cell[kept])
-    return replace(part, shapes=few)
+    return ranged(replace(part, shapes=few), states)
+
+
+def ranged(part: Body, states: np.ndarray) -> Body:
+    """A reduced body that knows the strains of its training, those of the states (s, m, c)."""
+    assert part.shapes is not None
+    return replace(part, shapes=replace(part.shapes, trained=extremes(part.shapes, states)))
+
+
+def count_points(part: Body) -> int:
+    """Number of quadrature points of a full body."""
+    return 0 if part.cells is None else part.cells.shape[1] * part.cells.shape[3]
+
+
+def kinds_of(points: ShapePoints) -> tuple[str, str]:
+    """Names of the strains of a law."""
+    return KINDS[points.law in COMPONENTS]
+
+
+def extremes(points: ShapePoints, states: np.ndarray) -> np.ndarray:
+    """Lowest and highest strains (2, j) of states (s, m, c)."""
+    blocks = [strains(points, states[k : k + BLOCK]) for k in range(0, len(states), BLOCK)]
+    low, high = np.min([one.min(axis=(0, 1)) for one in blocks], axis=0), np.max([one.max(axis=(0, 1)) for one in blocks], axis=0)
+    return np.stack([low, high])
+
+
+def strains(points: ShapePoints, states: np.ndarray) -> np.ndarray:
+    """Strains (s, p, j) at the points of a reduced body in the states (s, m, c).
+
+    Lines: axial strain (r'.r' - 1)/2 and curvature [1/m]; surfaces: smallest and largest strain of the middle surface.
+    """
+    u = np.einsum("kpb,sbc->kcsp", points.table, states, optimize=True)
+    flat = u.reshape(u.shape[0] * u.shape[1], -1)
+    shape = (*u.shape[2:], 2)
+    if points.law in COMPONENTS:
+        return point_strains(points, flat, points.dim).reshape(2, -1).T.reshape(shape)
+    axial = 0.5 * (np.sum(flat[: points.dim] ** 2, axis=0) - 1.0)
+    option = (points.law if points.law.bends else Law.EXACT).option
+    kappa = curvatures(option, points.dim, np.ascontiguousarray(flat.T)[None])[0]
+    return np.stack([axial, kappa], axis=1).reshape(shape)
 
 
 def placed(part: Body, name: str, origin: np.ndarray | None = None, rotation: np.ndarray | None = None) -> Body:
@@ -142,3 +191,47 @@ def placed(part: Body, name: str, origin: np.ndarray | None = None, rotation: np
         raise InputError(say(f"part '{name}'", f"a rotation ({part.dim}, {part.dim}) that mirrors nothing", R.tolist(), remedy))
     shift = np.zeros(part.dim) if origin is None else np.asarray(origin, dtype=float)
     return replace(part, name=name, reference=part.reference @ R.T + np.outer(part.constant, shift))
+
+
+@dataclass(frozen=True)
+class Departure:
+    """Where strains of a reduced body leave those of its training."""
+
+    body: str
+    kind: str
+    value: float
+    trained: tuple[float, float]
+    time: float  #: of the first state outside [s]
+
+    def __str__(self) -> str:
+        low, high = self.trained
+        return f"part '{self.body}': {self.kind} {self.value:.3g} at {self.time:.4g} s, trained from {low:.3g} to {high:.3g}"
+
+
+def departures(trajectory: Trajectory) -> list[Departure]:
+    """Strains at the points of reduced bodies that leave the range of their training, by more than a tenth of it."""
+    found: list[Departure] = []
+    mine = [one for one in trajectory.system.elastic if isinstance(one.gather, ShapePoints) and one.gather.trained.size]
+    q = lifted(trajectory)[0] if mine else np.zeros((0, 0))
+    for elastic in mine:
+        points: ShapePoints = elastic.gather
+        states = q[:, points.columns].reshape(len(q), -1, points.dim)
+        low, high = points.trained
+        kinds, room = kinds_of(points), BEYOND * (high - low)
+        values = np.concatenate([strains(points, states[k : k + BLOCK]) for k in range(0, len(states), BLOCK)])
+        for j, kind in enumerate(kinds):
+            over = np.maximum(values[:, :, j] - high[j] - room[j], low[j] - room[j] - values[:, :, j])
+            if (over > 0.0).any():
+                s, p = np.unravel_index(int(over.argmax()), over.shape)
+                first = trajectory.times[int(np.flatnonzero((over > 0.0).any(axis=1))[0])]
+                limits = float(low[j]), float(high[j])
+                found.append(Departure(elastic.name, kind, float(values[s, p, j]), limits, float(first)))
+    return found
+
+
+def warn(trajectory: Trajectory) -> list[Departure]:
+    """The departures of a motion, each with a notice."""
+    found = departures(trajectory)
+    for one in found:
+        notify(f"{one}; its error is not known there: train it on such motions, or with larger forces (fmbs part train --alone)")
+    return found

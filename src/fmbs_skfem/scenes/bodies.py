@@ -225,7 +225,30 @@ class Shell(Model):
         )
 
 
-Body: TypeAlias = Annotated[Cable | PointMass | Rigid | RigidPlate | Plate | Shell, Field(discriminator="type")]
+class PlacedPart(Model):
+    """A reduced body from a file that `fmbs part train` wrote, with the places of the body that it was made of.
+
+    It stands where it was trained, x -> origin + rotation x elsewhere, as often as wanted.
+    """
+
+    type: Literal["part"]
+    file: Annotated[StrictStr, Field(description="a file of a part (.part.h5), its path from the folder of the scene")]
+    origin: Position | None = None
+    rotation: fields.Rotation | None = None
+
+    def build(self, scene: Scene, name: str, cells: int | None, allow_outside: bool) -> bodies.Body:
+        from ..reduction import part_files, parts
+
+        path = meshes.path(self.file, scene.folder, allow_outside, "part")
+        found = part_files.load(path).body
+        if found.dim != scene.dimension:
+            remedy = f"train it in a scene of dimension {scene.dimension}"
+            raise InputError(say(f"{path}", f"a part of dimension {scene.dimension}", found.dim, remedy))
+        return parts.placed(found, name, array(self.origin), matrix(self.rotation))
+
+
+Body: TypeAlias = Annotated[Cable | PointMass | Rigid | RigidPlate | Plate | Shell | PlacedPart, Field(discriminator="type")]
+FILES = ("mesh", "nurbs", "file")  #: keys of bodies that name files
 
 
 def array(vector: Vector | None) -> np.ndarray | None:

@@ -21,6 +21,7 @@ from ..shapes.surface import Surface
 from ..systems import assembly, edges
 from ..systems.system import System, is_linear
 from . import schema, times
+from .bodies import FILES
 from .consistency import places
 
 LARGE = 500  #: functions of a plate above which sparse factors are used, which turn with it where constraints are multipliers
@@ -40,7 +41,7 @@ def system(scene: schema.Scene, cells: int | None = None, allow_outside: bool = 
 def check_files(scene: schema.Scene, allow_outside: bool = False) -> None:
     """Files of bodies are there, and within the project: before anything of them is read."""
     for name, model in scene.bodies.items():
-        for key in ("mesh", "nurbs"):
+        for key in FILES:
             if text := getattr(model, key, None):
                 try:
                     path = meshes.path(text, scene.folder, allow_outside)

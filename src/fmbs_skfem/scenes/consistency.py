@@ -22,7 +22,7 @@ from ..systems.probes import Reaction, Stress
 from . import plausibility, surfaces, times, unused, yamlfile
 from .fields import Spans
 from .models import Found, Told
-from .schema import Cable, Dynamic, Plate, PointMass, Rigid, RigidPlate, Scene, Shell
+from .schema import Cable, Dynamic, PlacedPart, Plate, PointMass, Rigid, RigidPlate, Scene, Shell
 from .training import Allowed
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
@@ -170,7 +170,7 @@ def _surfaces(scene: Scene) -> Iterator[Found]:
 
 
 def _plate(scene: Scene, key: tuple[str, ...], name: str) -> Iterator[Found]:
-    known = [body for body, model in scene.bodies.items() if isinstance(model, Plate | Shell)]
+    known = [body for body, model in scene.bodies.items() if isinstance(model, Plate | Shell | PlacedPart)]
     if name not in scene.bodies:
         yield key, _unknown("body", "plates and shells", name, known)
     elif name not in known:
@@ -293,7 +293,7 @@ def _comparisons(scene: Scene) -> Iterator[Found]:
     if scene.compare is not None and scene.compare.coarse and Cable not in kinds:
         remedy = "compare with a scene of its own that reads a coarser mesh"
         yield ("compare", "coarse"), Problem("a scene with cables, which can be divided anew", "one without", remedy)
-    if scene.pictures is not None and scene.pictures.color == "von_mises" and not kinds & {Plate, Shell}:
+    if scene.pictures is not None and scene.pictures.color == "von_mises" and not kinds & {Plate, Shell, PlacedPart}:
         yield ("pictures", "color"), Problem("a scene with plates or shells", "one without", "take curvature or strain")
 
 

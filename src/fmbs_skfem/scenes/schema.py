@@ -23,7 +23,7 @@ from ..systems.gaps import Joint
 from ..systems.loads import Load
 from ..systems.probes import Probe
 from . import fields, yamlfile
-from .bodies import Body, Cable, Plate, PointMass, Rigid, RigidPlate, Shell
+from .bodies import Body, Cable, PlacedPart, Plate, PointMass, Rigid, RigidPlate, Shell
 from .declarations import Made, Named
 from .models import Count, Model
 from .parameters import SCHEMA as PARAMETER
@@ -40,6 +40,7 @@ __all__ = [
     "RigidPlate",
     "Plate",
     "Shell",
+    "PlacedPart",
     "Initial",
     "Analysis",
     "Dynamic",

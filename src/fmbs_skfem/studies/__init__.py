@@ -17,9 +17,11 @@ from typing import TYPE_CHECKING, Any
 from .commands import (
     cases,
     check,
+    check_part,
     checksums,
     compare,
     demo,
+    describe_part,
     describe_scenes,
     export,
     info,
@@ -30,6 +32,7 @@ from .commands import (
     run_model,
     sweep,
     train,
+    train_part,
     verify,
 )
 from .job import Job, Listener
@@ -39,6 +42,7 @@ from .result import Figures, Result, Table
 if TYPE_CHECKING:
     from .checking import Check
     from .comparison import ComparisonResult
+    from .parts import PartResult
     from .reducing import ReductionResult
     from .runs import Run
     from .sweeping import SweepResult
@@ -50,6 +54,7 @@ RESULTS = {
     "Run": "runs",
     "Check": "checking",
     "ReductionResult": "reducing",
+    "PartResult": "parts",
     "ComparisonResult": "comparison",
     "TrainingResult": "training",
     "SweepResult": "sweeping",
@@ -75,6 +80,10 @@ __all__ = [
     "reduce",
     "info",
     "run_model",
+    "PartResult",
+    "train_part",
+    "describe_part",
+    "check_part",
     "ComparisonResult",
     "compare",
     "demo",

@@ -130,9 +130,10 @@ def fingerprint(scene: Scene) -> str:
 
 def scene_files(scene: Scene) -> list[Path]:
     """The file of a scene and the mesh, surface and Python files it reads, each once."""
+    from ..scenes.bodies import FILES
     from ..shapes import meshes
 
-    names = {getattr(body, key) for body in scene.bodies.values() for key in ("mesh", "nurbs") if getattr(body, key, None)}
+    names = {getattr(body, key) for body in scene.bodies.values() for key in FILES if getattr(body, key, None)}
     names |= set(scene.extensions or ())
     read = [meshes.path(name, scene.folder, allow_outside=True) for name in sorted(names)]
     return [path.absolute() for path in ([scene.path] if scene.path else []) + read]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from math import isfinite
 from pathlib import Path
@@ -21,6 +21,7 @@ import numpy as np
 from .. import dynamics
 from ..core.errors import FmbsError, InputError, MissingFeature, SolverError, say
 from ..dynamics import GeneralizedAlpha, Newton, Trajectory
+from ..reduction import parts
 from ..results import motion, segments, series
 from ..results.plots import PANELS, history_grid
 from ..results.segments import Recorder
@@ -206,6 +207,7 @@ def finish(
     job.trajectory, error = attempt(job, task, record, resume, limit)
     cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
     trajectory, out = job.trajectory, job.made
+    beyond = parts.warn(trajectory)
     outputs, cost = dynamics.outputs(trajectory), trajectory.statistics
     report: dict[str, Any] = {
         **describe_error(error),
@@ -219,6 +221,7 @@ def finish(
         "cpu_s": cost.cpu_s if task.scheme else cpu,
         "wall_s": cost.wall_s if task.scheme else wall,
         **task.judge(trajectory),
+        **({"beyond_training": [asdict(one) for one in beyond]} if beyond else {}),
         "outputs": {name: extremes(values) for name, values in outputs.items()},
         "units": probes.column_units(task.system.outputs),
         "labels": probes.column_labels(task.system.outputs),

@@ -9,6 +9,7 @@ as many dense modes: only the lower half of the (c, g) is there, and each produc
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -179,7 +180,7 @@ def split(points: ShapePoints, lifts: Lifts) -> list[ShapePoints]:
     """One piece."""
     start = lifts.place(None) + points.columns.start
     moved = slice(start, start + points.columns.stop - points.columns.start)
-    return [ShapePoints(points.law, points.table, moved, points.dim, points.section, points.cell)]
+    return [replace(points, columns=moved)]
 
 
 @terms.couplings.register(ShapePoints)

@@ -1,0 +1,131 @@
+r"""Motions of a single body under what it can meet at its places, to train it alone: no mechanism is needed.
+
+    run k:   place k (in turn) pinned, weight m g in a random direction, at every other place forces and moments
+             F_i(t) = F sin(phi_i(t)) w(t),   phi_i' = 2 pi (f_0 + (f_1 - f_0) t/T),   along every axis i
+
+The frequencies f_0 and f_1 [Hz] of every sweep are those of the excitation times a random factor, and so is its phase; w rises
+smoothly from 0 to 1 over the first twentieth, so that nothing jumps. Directions of loads, of weights and of the motions that follow
+are all there, and a basis of vectors holds them turned in any way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Annotated
+
+import numpy as np
+
+from ..bodies.body import Body, extent
+from ..core import fields
+from ..core.errors import InputError, SolverError, say
+from ..dynamics.integration import integrate
+from ..dynamics.scheme import GeneralizedAlpha, Newton
+from ..systems import At, assemble, eliminate, joints, loads
+from ..systems.lengths import masses
+from ..systems.places import directions
+from .galerkin import snapshots
+
+GRAVITY = 9.81  #: where the excitation says none [m/s2]
+LONG = 10.0  #: usual duration, in units of sqrt(L/g)
+SLOW, FAST = 0.1, 1.6  #: usual frequencies, in units of sqrt(g/L)
+STEPS = 6000  #: usual number of steps
+RISE = 0.05  #: part of the run over which sweeps rise
+SHARP = Newton(tolerance=1e-12)
+TRIED = "take smaller forces (--force), another duration or frequencies that its motion can follow, or a smaller step"
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """What a body is moved by; None: forces as large as its weight, times and frequencies of a pendulum of its size L in g."""
+
+    runs: Annotated[int, "number of motions, which begin at the places in turn"] = 4
+    force: Annotated[float, fields.quantity("N", ">= 0")] | None = None
+    moment: Annotated[float, fields.quantity("N m", ">= 0")] = 0.0  #: at frames, and about z at places of planar lines
+    gravity: Annotated[float, fields.quantity("m/s^2", ">= 0")] = GRAVITY
+    duration: Annotated[float, fields.quantity("s", "> 0")] | None = None
+    slowest: Annotated[float, fields.quantity("Hz", ">= 0")] | None = None  #: first frequency of sweeps
+    fastest: Annotated[float, fields.quantity("Hz", ">= 0")] | None = None  #: last frequency of sweeps
+    step: Annotated[float, fields.quantity("s", "> 0")] | None = None
+    samples: int = 600  #: states kept of every run
+    seed: int = 0
+
+
+def settle(excitation: Excitation, part: Body) -> Excitation:
+    """The excitation with what it leaves open, for a body."""
+    pace = np.sqrt((excitation.gravity or GRAVITY) / extent(part))
+    duration = LONG / pace if excitation.duration is None else excitation.duration
+    step = duration / STEPS if excitation.step is None else excitation.step
+    return Excitation(
+        runs=excitation.runs,
+        force=masses([part])[0] * GRAVITY if excitation.force is None else excitation.force,
+        moment=excitation.moment,
+        gravity=excitation.gravity,
+        duration=float(step * round(duration / step)),
+        slowest=SLOW * float(pace) if excitation.slowest is None else excitation.slowest,
+        fastest=FAST * float(pace) if excitation.fastest is None else excitation.fastest,
+        step=float(step),
+        samples=excitation.samples,
+        seed=excitation.seed,
+    )
+
+
+def excite(part: Body, excitation: Excitation, progress: Callable[[float], None] | None = None) -> np.ndarray:
+    """States (s, b, c) of all runs of a full body; InputError where it has no named place, SolverError where a run fails."""
+    told, random = settle(excitation, part), np.random.default_rng(excitation.seed)
+    names = [*part.frames, *part.places]
+    if not names:
+        remedy = "name its ends or holes in the mesh, or as rims: joints and loads of mechanisms need them, too"
+        raise InputError(say(f"body '{part.name}'", "named places, at which it is excited", "none", remedy))
+    assert told.step is not None
+    assert told.duration is not None
+    scheme, found = GeneralizedAlpha(told.step), []
+    every = max(1, round(told.duration / told.step / told.samples))
+    for run in range(told.runs):
+        held = names[run % len(names)]
+        system = eliminate(assemble([part], [joints.Pin(held, At(part.name, held))], pushes(part, told, held, random)))
+        done = None if progress is None else partial(advance, progress, run, told.runs)
+        try:
+            motion = integrate(system, scheme, told.duration, SHARP, every, done)
+        except SolverError as error:
+            error.args = (f"training of '{part.name}' alone, run {run + 1} of {told.runs}, pinned at '{held}': {error}; {TRIED}",)
+            raise
+        found.append(snapshots(motion).q.reshape(len(motion.times), -1, part.dim))
+    return np.concatenate(found)
+
+
+def advance(progress: Callable[[float], None], run: int, runs: int, done: float) -> None:
+    """Tell the finished part of all runs."""
+    progress((run + done) / runs)
+
+
+def pushes(part: Body, told: Excitation, held: str, random: np.random.Generator) -> Iterator[loads.Load]:
+    """Weight in a random direction, sweeps of forces at all places but the one that is held, of moments at frames."""
+    direction = random.normal(size=part.dim)
+    yield loads.Gravity(tuple(told.gravity * direction / np.linalg.norm(direction)))
+    for name in (*part.frames, *part.places):
+        at = At(part.name, name)
+        if name != held and told.force:
+            for axis, unit in enumerate(np.eye(part.dim)):
+                yield loads.PointForce(f"force {name} {axis}", at, tuple(told.force * unit), sweep(told, random))
+        if told.moment and directions(part, name) and part.dim == 2:
+            yield loads.Moment(f"moment {name}", at, told.moment, sweep(told, random))
+        elif told.moment and name in part.frames:
+            for axis, unit in enumerate(np.eye(3)):
+                yield loads.Torque(f"moment {name} {axis}", at, tuple(told.moment * unit), sweep(told, random))
+
+
+def sweep(told: Excitation, random: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """sin(phi(t)) w(t) with a phase and frequencies of its own."""
+    assert told.slowest is not None
+    assert told.fastest is not None
+    assert told.duration is not None
+    low, high, phase = told.slowest * random.uniform(0.7, 1.3), told.fastest * random.uniform(0.7, 1.0), random.uniform(0, 2 * np.pi)
+    end = told.duration
+
+    def history(t: np.ndarray) -> np.ndarray:
+        rise = np.clip(t / (RISE * end), 0.0, 1.0)
+        return np.asarray(np.sin(2.0 * np.pi * (low * t + 0.5 * (high - low) * t * t / end) + phase) * rise**2 * (3.0 - 2.0 * rise))
+
+    return history

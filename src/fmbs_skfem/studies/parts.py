@@ -1,0 +1,171 @@
+"""Reduced parts: train one body, alone or in a scene, save it, say what it is, and hold it against the full body in a scene."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..bodies.body import Body, locate, probe
+from ..core.errors import InputError, closest, listed, say
+from ..dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
+from ..reduction import excitation, output_errors, part_files, parts, snapshots
+from ..reduction.excitation import Excitation
+from ..reduction.part_files import Part
+from ..scenes import build
+from . import compiling, models, reports, tables
+from . import job as jobs
+from .job import Job
+from .result import Result, Table, format_value
+
+if TYPE_CHECKING:
+    from ..scenes import Scene
+
+KEPT = 600  #: states of a run of a scene that a part is trained on, at least where it has as many steps
+SHARP = Newton(tolerance=1e-12)
+MEETS = 1e-6  #: distance of places of a part from those of its full body, over the size of the body
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class PartResult(Result):
+    """A part, trained or read."""
+
+    part: Part
+
+
+def train(
+    job: Job, scene: Scene, body: str, alone: Excitation | None, tolerance: float, modes: int | None, hyper: float | None
+) -> PartResult:
+    """The part of a body of a scene, moved alone by an excitation or by the motion of the scene, saved in a file."""
+    path = target(job, body)
+    part, others = body_of(job, scene, body)
+    compiling.announce(job)
+    told = None if alone is None else excitation.settle(alone, part)
+    begun = time.process_time()
+    if told is None:
+        states = moved(job, scene, others, body)
+    else:
+        states = excitation.excite(part, told, job.progress(f"{body} alone"))
+    spent = time.process_time() - begun
+    origin = reports.plain(reports.provenance(scene))
+    record = {"alone": None if told is None else reports.plain(asdict(told)), "motions_s": spent, "scene": jobs.title(scene)}
+    found = part_files.train(part, states, tolerance, modes, hyper, body=body, **record, provenance=origin)
+    view: list[Table | str] = [described(f"Part {body}", found)]
+    if path is not None:
+        part_files.save(found, path)
+        view.append(f"written: {path}")
+    report = {"status": "ok", "file": path, **facts(found), "provenance": origin, "notices": job.notices}
+    about = f"{body}: {found.notes['functions']} shape functions for {found.notes['functions_full']}"
+    return PartResult(about=about, report=report, view=view, part=found)
+
+
+def target(job: Job, body: str) -> Path | None:
+    """The file to write; one that exists is kept unless --force is given."""
+    if job.out is None:
+        return None
+    path = job.out if job.out.suffix in models.SUFFIXES else job.out / f"{body}.part.h5"
+    if path.exists() and not job.force:
+        raise InputError(say(f"--out {path}", "a new file", "one that exists", "choose another name, or --force"))
+    job.made = reports.make_folder(path.parent)
+    return path
+
+
+def body_of(job: Job, scene: Scene, name: str) -> tuple[Body, list[Body]]:
+    """A full elastic body of a scene, and all its bodies."""
+    if name not in scene.bodies:
+        expected = f"one of the bodies {listed(scene.bodies, name)}"
+        raise InputError(say("--body", expected, f"'{name}'") + closest(name, scene.bodies))
+    found = build.parts(scene, allow_outside=job.allow_outside)
+    part = next(one for one in found if one.name == name)
+    if part.cells is None or part.shapes is not None:
+        elastic = [one.name for one in found if one.cells is not None and one.shapes is None]
+        kind = scene.bodies[name].type
+        raise InputError(say("--body", f"a full elastic body ({', '.join(elastic) or 'none here'})", f"'{name}', a {kind}"))
+    return part, found
+
+
+def solve(job: Job, scene: Scene, bodies: list[Body], label: str, kept: int = KEPT) -> Trajectory:
+    """The motion of a scene with its bodies made, sharp enough for training."""
+    analysis, system = build.dynamic(scene), build.of_parts(scene, bodies, pictures=False)
+    every = max(1, round(analysis.duration / analysis.step / kept))
+    scheme = GeneralizedAlpha(analysis.step, analysis.rho_inf)
+    form = build.chosen_form(scene, system)
+    return integrate(form, scheme, analysis.duration, SHARP, every, job.progress(label))
+
+
+def moved(job: Job, scene: Scene, bodies: list[Body], name: str) -> np.ndarray:
+    """States (s, b, c) of one body in the motion of a scene."""
+    motion = job.trajectory = solve(job, scene, bodies, "full model")
+    first, last = next((first, last) for one, first, last in motion.system.coordinates if one == name)
+    return snapshots(motion).q[:, first:last].reshape(len(motion.times), -1, scene.dimension)
+
+
+def facts(part: Part) -> dict[str, Any]:
+    """What a part is, without its provenance."""
+    return {**{key: value for key, value in part.notes.items() if key != "provenance"}, "places": sorted(places(part.body))}
+
+
+def places(body: Body) -> list[str]:
+    """Names of the places of a body."""
+    return [*body.frames, *body.places]
+
+
+def described(title: str, part: Part) -> Table:
+    """A part as a table."""
+    flat = models.flatten({key: value for key, value in facts(part).items() if not isinstance(value, list)})
+    return Table(title, ("", "value"), [(key, format_value(value)) for key, value in [*flat, ("places", places(part.body))]])
+
+
+def describe(job: Job) -> PartResult:
+    """What the part in a file is: sizes, training, strains of its training, places; in a folder also as info.json."""
+    found = part_files.load(job.path)
+    report = {"status": "ok", "part": job.path, "dimension": found.body.dim, **facts(found), "notices": job.notices}
+    out = jobs.settle_folder(job, [models.INFO], models.mark(job.path), models.INFO)
+    origin = {"fingerprint": models.mark(job.path), "provenance": reports.provenance(files=[job.path])}
+    reports.write_report(out, {**report, **origin}, models.INFO)
+    return PartResult(about=f"{job.path}: a part", report=report, view=[described(str(job.path), found)], part=found)
+
+
+def check(job: Job, scene: Scene, path: Path, body: str) -> PartResult:
+    """The part in a file in place of the full body of a scene: errors of the outputs, and CPU times of both motions."""
+    found = part_files.load(path)
+    full, bodies = body_of(job, scene, body)
+    if found.body.dim != full.dim:
+        raise InputError(say(f"{path}", f"a part of dimension {full.dim}", found.body.dim))
+    own = at_place(found.body, full)
+    compiling.announce(job)
+    wanted = solve(job, scene, bodies, "full model")
+    reduced = solve(job, scene, [own if one.name == body else one for one in bodies], "with the part")
+    beyond = parts.warn(reduced)
+    errors = {column: asdict(one) for column, one in output_errors.compare(wanted, reduced).items()}
+    cpu = {"cpu_s_full": wanted.statistics.cpu_s, "cpu_s": reduced.statistics.cpu_s}
+    report = {"status": "ok", "part": path, "body": body, **cpu, "output_errors": errors}
+    report |= {"beyond_training": [asdict(one) for one in beyond], "notices": job.notices}
+    times = Table(f"'{body}' in {jobs.title(scene)}", ("", "value"), [(key, format_value(value)) for key, value in cpu.items()])
+    return PartResult(about=f"{path} in {jobs.title(scene)}", report=report, view=[times, *tables.output_errors(errors)], part=found)
+
+
+def at_place(part: Body, full: Body) -> Body:
+    """The part where a full body stands: the rigid motion that brings the places of both together."""
+    names = [name for name in places(full) if name in places(part)]
+    missing = sorted(set(places(full)) - set(names))
+    if missing or not names:
+        got = f"none called {', '.join(missing)}" if missing else "no places at all"
+        raise InputError(say(f"part for '{full.name}'", f"the places of the full body ({', '.join(places(full))})", got))
+    there, here = (points_of(body, names) for body in (part, full))
+    a, b = there - there.mean(axis=0), here - here.mean(axis=0)
+    U, _, V = np.linalg.svd(a.T @ b)
+    turn = np.eye(part.dim)
+    turn[-1, -1] = np.sign(np.linalg.det(U @ V))
+    R = (U @ turn @ V).T
+    if np.abs(a @ R.T - b).max() > MEETS * max(float(np.ptp(here, axis=0).max()), 1e-300):
+        raise InputError(say(f"part for '{full.name}'", "places as far apart as those of the full body", "others", "train it anew"))
+    return parts.placed(part, full.name, here.mean(axis=0) - R @ there.mean(axis=0), R)
+
+
+def points_of(body: Body, names: list[str]) -> np.ndarray:
+    """Reference positions (x, c) of places."""
+    return np.array([np.asarray(probe(body, locate(body, name)) @ body.reference)[0] for name in names])

@@ -1,0 +1,85 @@
+"""`fmbs part`: a body of a scene becomes a part, which takes its place there and stands in other scenes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from .calls import fmbs
+from .test_rom import PENDULUM
+from .test_train import kept
+
+CHAIN = """\
+schema: 1
+name: chain
+dimension: 2
+bodies:
+  upper: {type: part, file: beam.part.h5, rotation: {angle: -90 deg}}
+  lower: {type: part, file: beam.part.h5, origin: [0, -1 m], rotation: {angle: -90 deg}}
+joints:
+  hinge: {type: pin, at: upper.left, to: ground}
+  middle: {type: pin, at: upper.right, to: lower.left}
+loads:
+  weight: {type: gravity, acceleration: [0, -9.81]}
+  push: {type: point_force, at: lower.right, force: [1 mN, 0]}
+analysis: {type: dynamic, duration: 0.02 s, step: 1 ms}
+outputs:
+  tip: {type: position, at: lower.right}
+"""
+SHORT = ("--duration", "0.5", "--step", "1e-3", "--runs", "2", "--tolerance", "1e-6")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    found = tmp_path_factory.mktemp("part")
+    kept(found / "scene.yaml", PENDULUM)
+    done = fmbs("part", "train", found / "scene.yaml", "--body", "beam", "--alone", *SHORT, "--out", found)
+    assert done.code == 0, done.err
+    return found
+
+
+def test_info_says_sizes_places_and_the_strains_of_the_training(folder: Path, tmp_path: Path) -> None:
+    found = fmbs("part", "info", folder / "beam.part.h5", "--json", "--out", tmp_path).json
+    assert found["functions"] < found["functions_full"]
+    assert {"left", "right"} <= set(found["places"])
+    assert found["alone"]["runs"] == 2
+    assert found["strains"]["curvature [1/m]"][1] > 0.0
+    assert (tmp_path / "info.json").exists()
+
+
+def test_a_part_takes_the_place_of_its_full_body(folder: Path) -> None:
+    found = fmbs("part", "check", folder / "beam.part.h5", folder / "scene.yaml", "--body", "beam", "--json").json
+    assert found["output_errors"]["tip_x"]["error"] < 1e-3
+    assert found["output_errors"]["tip_y"]["error"] < 1e-3
+
+
+def test_a_scene_of_parts_runs_and_is_checked(folder: Path, tmp_path: Path) -> None:
+    (folder / "chain.yaml").write_text(CHAIN, encoding="utf-8")
+    assert fmbs("check", folder / "chain.yaml", "--json").json["status"] == "ok"
+    found = fmbs("run", folder / "chain.yaml", "--json", "--out", tmp_path / "out")
+    assert found.code == 0, found.err
+    assert any(name.endswith("beam.part.h5") for name in found.json["provenance"]["files"])
+
+
+def test_a_part_is_trained_on_the_motion_of_a_scene_as_well(folder: Path, tmp_path: Path) -> None:
+    found = fmbs("part", "train", folder / "scene.yaml", "--body", "beam", "--hyper", "0", "--json", "--out", tmp_path).json
+    assert found["alone"] is None
+    assert found["points"] == found["points_full"]
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("train", "scene.yaml", "--body", "beem", "--alone"), "did you mean 'beam'"),
+        (("train", "scene.yaml", "--body", "beam", "--alone", "--out", "beam.part.h5"), "a new file, got one that exists"),
+        (("train", "chain.yaml", "--body", "upper", "--alone"), "a full elastic body (none here), got 'upper', a part"),
+        (("info", "scene.yaml"), "'fmbs_skfem part' in its first line"),
+    ],
+)
+def test_refused(folder: Path, options: tuple[str, ...], told: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    (folder / "chain.yaml").write_text(CHAIN, encoding="utf-8")
+    monkeypatch.chdir(folder)
+    done = fmbs("part", *options)
+    assert done.code in (3, 8)
+    assert told in done.err.replace("\n", " ")

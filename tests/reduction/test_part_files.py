@@ -1,0 +1,162 @@
+"""Parts trained alone, as files, and in scenes: what they hold, what is refused, and where a motion leaves their training."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from fmbs_skfem.bodies import Body, Material, Rim, cable
+from fmbs_skfem.bodies.body import point_mass
+from fmbs_skfem.bodies.plate import plate
+from fmbs_skfem.core.errors import CorruptFile, InputError
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
+from fmbs_skfem.reduction import part_files, parts
+from fmbs_skfem.reduction.excitation import Excitation, excite, settle
+from fmbs_skfem.scenes import build, reading
+from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate, joints, loads, probes
+from fmbs_skfem.verification.vibration import ring
+from tests import models
+
+QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+SHARP = Newton(tolerance=1e-12)
+
+
+@cache
+def arm() -> Body:
+    """A beam of 16 cells along x from `left` to `right`."""
+    return cable("arm", models.straight(16), models.SECTION, models.MATERIAL)
+
+
+@cache
+def alone() -> part_files.Part:
+    """The arm trained alone: it never saw a second one."""
+    return part_files.train(arm(), excite(arm(), Excitation(step=1e-3)))
+
+
+def two(body: Body, weight: tuple[float, ...], other: bool) -> System:
+    """The double pendulum of example 2 with one body twice, hung at I.left, or at II.right."""
+    bodies = [parts.placed(body, "I"), parts.placed(body, "II", np.array([1.0, 0.0, 0.0]), QUARTER)]
+    hung, free = (At("II", "right"), At("I", "left")) if other else (At("I", "left"), At("II", "right"))
+    held = [joints.Pin("A", hung), joints.Pin("B", At("I", "right"), At("II", "left"))]
+    return eliminate(assemble(bodies, held, [loads.Gravity(weight)], outputs={"free": probes.Position(free)}))
+
+
+def path(run: Trajectory) -> np.ndarray:
+    values = outputs(run)
+    return np.stack([values[f"free_{axis}"] for axis in "xyz"], axis=1)
+
+
+@pytest.mark.parametrize(
+    ("weight", "other"), [((0.0, 0.0, -9.81), False), ((0.0, -6.937, 6.937), False), ((0.0, 0.0, -9.81), True)]
+)
+def test_a_part_trained_alone_serves_mechanisms_that_it_never_saw(weight: tuple[float, ...], other: bool) -> None:
+    """The table of the training of example 2, on 16 cells and over 1 s: 1.5e-4 m of two metres."""
+    full, reduced = (integrate(two(one, weight, other), GeneralizedAlpha(1e-3), 1.0, SHARP) for one in (arm(), alone().body))
+    assert reduced.system.size <= 0.5 * full.system.size
+    assert np.linalg.norm(path(full)[-1] - path(full)[0]) > 1.0
+    assert np.linalg.norm(path(reduced) - path(full), axis=1).max() < 1.5e-4
+    assert parts.departures(reduced) == []
+
+
+def test_an_excitation_begins_at_all_places_and_is_the_same_with_the_same_seed() -> None:
+    told = settle(Excitation(), arm())
+    weight = float(arm().constant @ (arm().mass @ arm().constant)) * 9.81
+    assert told.force == pytest.approx(weight)
+    assert told.duration == pytest.approx(10.0 / np.sqrt(9.81))
+    short = Excitation(runs=2, step=2e-3, duration=0.1)
+    first, again, other = (excite(arm(), one) for one in (short, short, Excitation(runs=2, step=2e-3, duration=0.1, seed=1)))
+    assert_array_equal(first, again)
+    assert np.abs(first - other).max() > 1e-4
+    ends = [arm().constant @ arm().mass @ state for state in (first[0], first[len(first) // 2])]
+    assert np.abs(ends[0] - ends[1]).max() < 1e-12  # every run begins in the reference
+
+
+def test_strains_outside_of_the_training_are_told_with_time_and_place() -> None:
+    bob, spin = point_mass("bob", 5.0, np.array([1.0, 0.0, 0.0])), Motion(angular_velocity=(0.0, 0.0, 30.0))
+    held = [joints.Pin("A", At("arm", "left")), joints.Pin("B", At("arm", "right"), At("bob"))]
+    spun = eliminate(assemble([alone().body, bob], held, initial={"arm": spin, "bob": spin}))
+    run = integrate(spun, GeneralizedAlpha(1e-3), 0.1, SHARP)
+    with pytest.warns(UserWarning, match="part 'arm': axial strain .* trained from"):
+        (one, *_) = parts.warn(run)
+    assert one.value > 2.0 * one.trained[1]
+    assert 0.0 < one.time < 0.1
+
+
+def test_a_file_holds_the_part_and_runs_without_the_mesh(tmp_path: Path) -> None:
+    file = part_files.save(alone(), tmp_path / "arm.part.h5")
+    again = part_files.load(file)
+    assert again.notes == alone().notes
+    scheme = GeneralizedAlpha(1e-3)
+    one, other = (integrate(two(body, (0.0, 0.0, -9.81), False), scheme, 0.05, SHARP) for body in (alone().body, again.body))
+    assert_array_equal(one.x, other.x)
+    assert file.stat().st_size < 200_000
+
+
+def test_a_plate_with_a_rim_is_a_part_as_well(tmp_path: Path) -> None:
+    steel = Material(young_modulus=2e8, density=7800.0, poisson_ratio=0.3)
+    rims = {"hub": Rim(("inner",)), "edge": Rim(("outer",))}
+    full = plate("ring", ring(0.1, 0.3, 12), 0.01, steel, dim=2, rims=rims)
+    told = Excitation(runs=2, duration=0.2, step=1e-3, moment=100.0, force=2000.0)
+    file = part_files.save(part_files.train(full, excite(full, told), 1e-12), tmp_path / "ring.h5")
+    body = part_files.load(file).body
+    check_system(assemble([body], [joints.Pin("hub", At("ring", "hub"))], [loads.Torque("motor", At("ring", "edge"), 5.0)]))
+
+
+def test_damaged_files_and_files_of_another_kind_are_refused(tmp_path: Path) -> None:
+    file = part_files.save(alone(), tmp_path / "arm.part.h5")
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2] ^= 1
+    (tmp_path / "bad.part.h5").write_bytes(data)
+    with pytest.raises(CorruptFile, match="copy the file again, or train the part anew"):
+        part_files.load(tmp_path / "bad.part.h5")
+    (tmp_path / "other.h5").write_bytes(b"fmbs_skfem reduced model\n" + bytes(data[25:]))
+    with pytest.raises(CorruptFile, match="'fmbs_skfem part' in its first line"):
+        part_files.load(tmp_path / "other.h5")
+    with pytest.raises(InputError, match="no file; save one first"):
+        part_files.load(tmp_path / "none.part.h5")
+
+
+SCENE = """
+schema: 1
+units: SI
+dimension: {dimension}
+bodies:
+  I: {{type: part, file: arm.part.h5}}
+  II: {{type: part, file: arm.part.h5, origin: [1 m, 0, 0], rotation: {{axis: [0, 0, 1], angle: 90 deg}}}}
+joints:
+  A: {{type: spherical, at: I.left, to: ground}}
+  B: {{type: spherical, at: I.right, to: II.{place}}}
+loads:
+  weight: {{type: gravity, acceleration: [0, 0, -9.81 m/s^2]}}
+analysis: {{type: dynamic, duration: 0.05 s, step: 1 ms}}
+outputs:
+  free: {{type: position, at: II.right}}
+"""
+
+
+def test_scenes_place_parts_as_often_as_wanted(tmp_path: Path) -> None:
+    part_files.save(alone(), tmp_path / "arm.part.h5")
+    scene = reading.loads(SCENE.format(dimension=3, place="left"), tmp_path)
+    system = build.chosen_form(scene, build.system(scene))
+    reference = two(alone().body, (0.0, 0.0, -9.81), False)
+    runs = (integrate(one, GeneralizedAlpha(1e-3), 0.05, SHARP) for one in (system, reference))
+    one, other = (path(run) for run in runs)
+    np.testing.assert_allclose(one, other, atol=1e-9)
+    assert {line.name for line in system.lines} == {"I", "II"}
+
+
+def test_places_and_dimensions_of_parts_are_checked_at_the_door(tmp_path: Path) -> None:
+    part_files.save(alone(), tmp_path / "arm.part.h5")
+    scene = reading.loads(SCENE.format(dimension=3, place="middle"), tmp_path)
+    with pytest.raises(InputError, match="body 'II': expected one of its points"):
+        build.system(scene)
+
+
+def test_a_body_without_places_cannot_be_trained_alone() -> None:
+    with pytest.raises(InputError, match="name its ends or holes"):
+        excite(replace(arm(), places={}), Excitation())
