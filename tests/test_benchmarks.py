@@ -79,3 +79,10 @@ def test_sweep(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for path in examples.glob("*.yaml"):
         path.write_text(path.read_text(encoding="utf-8").replace("duration: 3 s", "duration: 0.3 s"), encoding="utf-8")
     assert "| tolerance 1e-4 |" in script("sweep", tmp_path, monkeypatch, EXAMPLES=examples).main(3)
+
+
+def test_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    module = script("parts", tmp_path, monkeypatch)
+    found = module.example_2(8, 0.1, 1)
+    assert found["error_hung_at_the_other_end"] < 1e-4
+    assert module.chains(8, 0.05, 3, 1)["error_over_length"] < 1e-4

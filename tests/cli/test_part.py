@@ -15,8 +15,8 @@ schema: 1
 name: chain
 dimension: 2
 bodies:
-  upper: {type: part, file: beam.part.h5, rotation: {angle: -90 deg}}
-  lower: {type: part, file: beam.part.h5, origin: [0, -1 m], rotation: {angle: -90 deg}}
+  upper: {type: part, file: beam.part.h5, rotation: -90 deg}
+  lower: {type: part, file: beam.part.h5, origin: [0, -1 m], rotation: -90 deg}
 joints:
   hinge: {type: pin, at: upper.left, to: ground}
   middle: {type: pin, at: upper.right, to: lower.left}

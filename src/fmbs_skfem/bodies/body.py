@@ -91,6 +91,7 @@ class Cells:
         return cells
 
 
+@storable
 @dataclass(frozen=True)
 class ShapePoints:
     """A law at points of a reduced body, u[(k, c), p] = sum_b table[k, p, b] q[columns][b, c]: shape functions over all of it."""
@@ -105,6 +106,7 @@ class ShapePoints:
     trained: Annotated[np.ndarray, Reals("2 *")] = field(default_factory=lambda: np.zeros((2, 0)))
 
 
+@storable
 @dataclass(frozen=True)
 class Body:
     """A part with linear interpolation r = N(xi) q and constant mass.

@@ -30,6 +30,7 @@ from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import spsolve
 
+from ..bodies.body import ShapePoints
 from ..bodies.laws import Law
 from ..core import direct, krylov, pardiso
 from ..core.linalg import is_identity
@@ -181,6 +182,10 @@ def rotation_weights(model: Compiled) -> list[tuple[slice, np.ndarray]]:
     for elastic in system.elastic:
         part = elastic.gather
         if part.law not in (Law.MEMBRANE, Law.SHELL):
+            continue
+        if isinstance(part, ShapePoints):
+            local, weight = q[part.columns].reshape(-1, dim), part.section[-1, 0]
+            found.append((spans[elastic.name], sum(N.T @ (weight[:, None] * (N @ local)) for N in part.table[:2])))
             continue
         p = q if part.spread is None else part.spread @ q
         nodes, G = part.nodes // dim, np.zeros((len(p) // dim, dim))

@@ -19,6 +19,7 @@ import numpy as np
 
 from ..bodies.body import Body, extent
 from ..core import fields
+from ..core.container import storable
 from ..core.errors import InputError, SolverError, say
 from ..dynamics.integration import integrate
 from ..dynamics.scheme import GeneralizedAlpha, Newton
@@ -36,6 +37,7 @@ SHARP = Newton(tolerance=1e-12)
 TRIED = "take smaller forces (--force), another duration or frequencies that its motion can follow, or a smaller step"
 
 
+@storable
 @dataclass(frozen=True)
 class Excitation:
     """What a body is moved by; None: forces as large as its weight, times and frequencies of a pendulum of its size L in g."""

@@ -17,23 +17,15 @@ from typing import Any
 
 import numpy as np
 
-from ..bodies.body import Body, ShapePoints
+from ..bodies.body import Body
 from ..core import container, validation
 from ..core.container import Kind
 from ..core.validation import Misfit, require
-from ..shapes import ancf_plate, line, nurbs, skfem_surface, surface
-from . import files, parts  # noqa: F401  (types of files)
-from .excitation import Excitation
+from . import parts
 
 KIND = Kind("fmbs_skfem part", "a part", 1, "copy the file again, or train the part anew", "train and save the part anew")
 USUAL = 1e-12  #: eps of the shape functions of a part
 ETA = 1e-5  #: tolerance of its weighted points
-STORED = (
-    *(Body, ShapePoints, Excitation, line.BSpline, line.Hermite, surface.Surface, surface.Parent),
-    *(ancf_plate.Plate, nurbs.Nurbs, nurbs.Patch, skfem_surface.Global),
-)  #: types in a file, beside those of reduced models
-for kind in STORED:
-    container.storable(kind)
 
 
 @dataclass(frozen=True)

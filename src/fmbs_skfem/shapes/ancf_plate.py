@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.container import storable
 from ..core.errors import InputError, closest, say
 from . import groups, plate_audit
 from . import surface as surfaces
@@ -44,6 +45,7 @@ TANGENT_END = np.array([[0, 1], [1, 0], [0, 1], [1, 0]])
 TANGENT_SIGN = np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
 
 
+@storable
 @dataclass(frozen=True, eq=False)
 class Plate:
     """The tangents of the reference shape, which turn nodal gradients into slopes of the parent square."""

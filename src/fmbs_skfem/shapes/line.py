@@ -20,6 +20,7 @@ from scipy import sparse
 from scipy.interpolate import BSpline as SciPySpline
 from scipy.sparse.linalg import splu
 
+from ..core.container import storable
 from ..core.errors import InputError, say
 from . import knotvector
 from .table import Curve, Floats, Ints, Table, breaks, fit, inside, reproduce, sample, sample_field, tabulate
@@ -42,6 +43,7 @@ __all__ = [
 ]
 
 
+@storable
 @dataclass(frozen=True, eq=False)
 class BSpline:
     """B-splines of a knot vector; NURBS when `weights` (b,) are given. The domain is [knots[degree], knots[-degree-1]]."""
@@ -64,6 +66,7 @@ class BSpline:
         return len(self.knots) - self.degree - 1
 
 
+@storable
 @dataclass(frozen=True, eq=False)
 class Hermite:
     """Cubic Hermite functions: function 2i carries the position of node i, 2i+1 its slope dr/dxi.

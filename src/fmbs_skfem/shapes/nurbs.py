@@ -24,6 +24,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from ..core.container import storable
 from ..core.errors import InputError, closest, say
 from . import knotvector, line, table
 from . import surface as surfaces
@@ -34,6 +35,7 @@ TOUCH = 1e-9  #: control points nearer than this share of the surface's size coi
 SIDES = ("xi2_min", "xi1_max", "xi2_max", "xi1_min")  #: in the order of the sides of the parent square
 
 
+@storable
 @dataclass(frozen=True, eq=False)
 class Patch:
     """Tensor product of B-splines over two open knot vectors; NURBS when `weights` (n1, n2) are given."""
@@ -80,6 +82,7 @@ class Patch:
 Ties: TypeAlias = tuple[dict[int, float], ...]  #: of both directions: function k -> share t in c_k = t c_k-1 + (1 - t) c_k+1
 
 
+@storable
 @dataclass(frozen=True, eq=False)
 class Nurbs:
     """The interpolation of a surface of NURBS patches."""

@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.container import storable
 from ..core.errors import InputError, say
 from . import groups, plate_audit
 from . import surface as surfaces
@@ -43,6 +44,7 @@ BLOCK = 4096  #: points evaluated together
 KEYS: tuple[tuple[int, ...], ...] = ((), (0,), (1,), (0, 0), (1, 1), (0, 1))
 
 
+@storable
 @dataclass(frozen=True, eq=False)
 class Global:
     """Polynomials of every cell in monomials of its parent."""

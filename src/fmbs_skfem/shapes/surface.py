@@ -21,6 +21,7 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
+from ..core.container import storable
 from ..core.errors import InputError, say
 from . import table
 from .table import Floats, Ints, Table
@@ -30,6 +31,7 @@ ORDERS = np.array([(0, 0), (1, 0), (0, 1), (2, 0), (0, 2), (1, 1)])  #: of the d
 BLOCK = 2048  #: cells that are tabulated together
 
 
+@storable
 class Parent(IntEnum):
     """Shape of the parent cell; the value is its number of sides."""
 
@@ -43,6 +45,7 @@ VERTICES = {
 }
 
 
+@storable
 @dataclass(frozen=True, eq=False)
 class Surface:
     """An interpolated surface with its reference shape and named places."""

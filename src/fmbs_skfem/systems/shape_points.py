@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from ..bodies import laws
 from ..bodies.body import ShapePoints
@@ -199,6 +200,19 @@ def compile_term(points: ShapePoints, setting: Setting) -> Term:
     record = Record(calls, setting.beta, points.columns.start, table, np.ascontiguousarray(table.T), section, targets)
     work = max((K * dim) ** 2 * P, K * dim * P + K * P + B, K * P * B * dim * (dim + 1) // 2, B * dim * (B * dim + 1) // 2)
     return Term(record, ROUTINES, work, setting.beta > 0.0)
+
+
+@terms.functions_read.register(ShapePoints)
+def functions_read(points: ShapePoints, size: int) -> csr_array:
+    """All functions of the body, in one row."""
+    first, last = points.columns.start // points.dim, points.columns.stop // points.dim
+    return csr_array((np.ones(last - first, np.float32), np.arange(first, last), [0, last - first]), shape=(1, size))
+
+
+@terms.cells_of_points.register(ShapePoints)
+def cells_of_points(points: ShapePoints) -> np.ndarray:
+    """Of all points."""
+    return points.cell
 
 
 @terms.position_gradients.register(ShapePoints)
