@@ -47,7 +47,7 @@ def part() -> click.Group:
     text = "Reduce a body once, alone, for any mechanism, say what such a part is, or check it in a scene."
     made = [common.command("train", studies.train_part, "."), common.command("info", studies.describe_part)]
     made.append(common.command("check", studies.check_part))
-    return click.Group("part", made, help=text, epilog="All take --json and, for what they write, --out.")
+    return click.Group("part", made, help=text, epilog="All take --json and, for what they write, --out PATH.")
 
 
 GROUPS: dict[str, Callable[[], click.Group]] = {"rom": rom, "part": part}  #: commands with commands of their own

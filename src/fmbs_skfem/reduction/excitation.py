@@ -123,7 +123,11 @@ def sweep(told: Excitation, random: np.random.Generator) -> Callable[[np.ndarray
     assert told.slowest is not None
     assert told.fastest is not None
     assert told.duration is not None
-    low, high, phase = told.slowest * random.uniform(0.7, 1.3), told.fastest * random.uniform(0.7, 1.0), random.uniform(0, 2 * np.pi)
+    low, high, phase = (
+        told.slowest * random.uniform(0.7, 1.3),
+        told.fastest * random.uniform(0.7, 1.0),
+        random.uniform(0, 2 * np.pi),
+    )
     end = told.duration
 
     def history(t: np.ndarray) -> np.ndarray:

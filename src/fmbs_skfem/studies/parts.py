@@ -145,7 +145,9 @@ def check(job: Job, scene: Scene, path: Path, body: str) -> PartResult:
     report = {"status": "ok", "part": path, "body": body, **cpu, "output_errors": errors}
     report |= {"beyond_training": [asdict(one) for one in beyond], "notices": job.notices}
     times = Table(f"'{body}' in {jobs.title(scene)}", ("", "value"), [(key, format_value(value)) for key, value in cpu.items()])
-    return PartResult(about=f"{path} in {jobs.title(scene)}", report=report, view=[times, *tables.output_errors(errors)], part=found)
+    return PartResult(
+        about=f"{path} in {jobs.title(scene)}", report=report, view=[times, *tables.output_errors(errors)], part=found
+    )
 
 
 def at_place(part: Body, full: Body) -> Body:
