@@ -68,7 +68,7 @@ def error_of(scene: Scene, study: Comparison, model: reduced_models.ReducedModel
     """The largest error of the exact polynomial with so many modes of every basis."""
     plan = replace(plans.plan(scene), components=model.components, modes=dict(counts), hyper=Exact())
     task = plans.task(scene, build.system(scene), plan)
-    made = reduced_models.model_of(task, [full_runs.of_motion(task, study.full)])
+    made = reduced_models.make_model(task, [full_runs.run_of_motion(task, study.full)])
     motion = cases.run(reduced_models.case_at(made, {}), kept_steps(task.family({}), task.interval))
     return errors.compare(study.full, motion).maximum
 

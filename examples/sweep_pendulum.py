@@ -38,7 +38,7 @@ def main(
     duration: float | None = None,
     cells: int | None = None,
     full_runs: int = 5,
-    options: sweeps.Options | None = None,
+    options: sweeps.SweepOptions | None = None,
 ) -> dict[str, float]:
     """Members, cost, the largest error predicted and the range of the lowest position of C [m]."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -53,7 +53,7 @@ def main(
         sweep_files.write(folder, record)
         records[record.number] = record
 
-    task = members.ProductTask(str(path.resolve()))
+    task = members.ModelTask(str(path.resolve()))
     outcome = sweeps.run(task, names, points, keep, options, skip=tuple(records))
 
     table = sweep_files.collect(box, points, records)

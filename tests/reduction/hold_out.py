@@ -23,13 +23,13 @@ class HeldOut(NamedTuple):
 
 def hold_out(found: Training, points: np.ndarray, model: ReducedModel | None = None) -> HeldOut:
     """The last model of a training, or another one of it, at points (k, d) with full runs."""
-    task, used = reduced_models.quick(found.task), model or found.model
+    task, used = reduced_models.with_polynomials(found.task), model or found.model
     one = Comparator("model", functools.partial(reduced_models.case_at, used), len(found.runs), 0.0)
     (row,) = comparators.compare(task, [one], functools.partial(full_runs.full_run, found.task), points)
     indicators, inside = [], []
     assert found.calibration is not None
     for values, trial in zip((parameters.named(task.parameters, point) for point in points), row.trials, strict=True):
-        motion = reduced_models.reduced_run(task, reduced_models.case_at(used, values))
+        motion = reduced_models.run_reduced(task, reduced_models.case_at(used, values))
         indicators.append(reduced_models.indicator(task, motion, values))
         _, low, high = calibration.predict(found.calibration, indicators[-1])
         inside.append(low <= trial.error <= high)

@@ -15,9 +15,9 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
 from fmbs_skfem.reduction import Elements, HyperReduction, Plan, Points, TrainingTask, comparison, costs, files, plan, runs, task_of
 from fmbs_skfem.reduction.cases import Case
-from fmbs_skfem.reduction.comparison import Comparison, Options, Record
+from fmbs_skfem.reduction.comparison import Comparison, ComparisonOptions, ModelRecord
 from fmbs_skfem.reduction.full_runs import FullRun
-from fmbs_skfem.reduction.reduced_models import ReducedModel, model_of
+from fmbs_skfem.reduction.reduced_models import ReducedModel, make_model
 from fmbs_skfem.systems import At, System, assemble, joints, loads
 from tests import models
 from tests.reduction.conftest import Full, error
@@ -34,14 +34,14 @@ def task_for(raw: System, duration: float, plan: Plan) -> TrainingTask:
 
 def trained(full: Full, plan: Plan) -> ReducedModel:
     """The model of a plan from the snapshots of a full run."""
-    return model_of(task_for(full.raw, 3.0, plan), [FullRun({}, full.data.times, {}, 0.0, q=full.data.q)])
+    return make_model(task_for(full.raw, 3.0, plan), [FullRun({}, full.data.times, {}, 0.0, q=full.data.q)])
 
 
 @pytest.fixture(scope="module")
 def small() -> Comparison:
     """Example 2 with 24 cells a beam over 0.8 s."""
     task = task_for(models.double_pendulum(24, all_multipliers=True), 0.8, Plan(COMPONENTS, 1e-9, hyper=Elements(1e-3)))
-    options = Options(
+    options = ComparisonOptions(
         tolerances=(1e-6,),
         hyper_tolerances=(1e-2,),
         steps=(2.5e-4, 1e-3),
@@ -119,7 +119,7 @@ def test_failures_are_records_with_their_reason() -> None:
     pins = [joints.Pin("A", At("I", "left")), joints.Pin("B", At("I", "right"), At("II", "left"))]
     raw = assemble(parts, pins, [loads.Gravity((0, 0, -9.81))])
     task = task_for(raw, 0.05, Plan(COMPONENTS, 1e-8, modes={"I": 1, "II": 6}, hyper=Elements(1e-3)))
-    found = comparison.run(task, Options(ffrf_modes=4, repeat=1, order=False))
+    found = comparison.run(task, ComparisonOptions(ffrf_modes=4, repeat=1, order=False))
     assert "more than 3 modes" in found["component"].status
     assert "straight" in found["ffrf"].status
     assert math.isnan(found["ffrf"].max_error)
@@ -148,11 +148,11 @@ def test_row_widths_and_touched_coordinates() -> None:
 def test_ratios_of_two_records() -> None:
     """Training of 0.5 s on a run of 2 s, 1 s saved a run: pays after 2.5 runs."""
     records = [
-        Record("full", "full", cpu_s=1.5),
-        Record("system", "system", multiplications=600, cpu_s=2.0, training_s=0.1),
-        Record("component", "component", multiplications=200, cpu_s=0.5, training_s=0.5),
+        ModelRecord("full", "full", cpu_s=1.5),
+        ModelRecord("system", "system", multiplications=600, cpu_s=2.0, training_s=0.1),
+        ModelRecord("component", "component", multiplications=200, cpu_s=0.5, training_s=0.5),
     ]
-    full, system, component = comparison.with_ratios(records, 2.0)
+    full, system, component = comparison.add_ratios(records, 2.0)
     assert (system.speed_up, component.speed_up) == (1.0, 3.0)
     assert component.pays_after_runs == 2.5
     assert system.pays_after_runs is None
@@ -173,8 +173,8 @@ def test_listed_snapshots_are_stored_with_the_start() -> None:
     case = Case(models.cantilever(1), GeneralizedAlpha(1e-5), 0.01)
     kept = runs.kept_steps(case, 1e-5 * np.array([0, 30, 60, 500])).tolist()
     assert kept == [0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 60, 500, 1000]
-    assert runs.stored(2e-5, 1e-5, np.array([0, 3, 6, 30])).tolist() == [0, 3, 15]
-    assert runs.stored(5e-6, 1e-5, np.array([0, 3])).tolist() == [0, 6]
+    assert runs.find_common_steps(2e-5, 1e-5, np.array([0, 3, 6, 30])).tolist() == [0, 3, 15]
+    assert runs.find_common_steps(5e-6, 1e-5, np.array([0, 3])).tolist() == [0, 6]
 
 
 def test_reduced_models_iterate_below_their_truncation() -> None:

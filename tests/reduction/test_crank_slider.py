@@ -14,9 +14,9 @@ from fmbs_skfem.core.errors import CorruptFile
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.reduction import Elements, Plan, TrainingTask, comparison, costs, files, polynomial, task_of
 from fmbs_skfem.reduction.cases import Case
-from fmbs_skfem.reduction.comparison import Comparison, Options
-from fmbs_skfem.reduction.full_runs import of_motion
-from fmbs_skfem.reduction.reduced_models import ReducedModel, model_of
+from fmbs_skfem.reduction.comparison import Comparison, ComparisonOptions
+from fmbs_skfem.reduction.full_runs import run_of_motion
+from fmbs_skfem.reduction.reduced_models import ReducedModel, make_model
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems import System, compile_system, compiled
 from fmbs_skfem.systems.quartic import Quartic
@@ -38,7 +38,7 @@ def raw() -> System:
 @pytest.fixture(scope="module")
 def found(raw: System) -> Comparison:
     task = task_for(raw, Plan(COMPONENTS, 1e-16, hyper=Elements(1e-5)))
-    return comparison.run(task, Options(steps=(2e-5,), repeat=1, expensive=True))
+    return comparison.run(task, ComparisonOptions(steps=(2e-5,), repeat=1, expensive=True))
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def task_for(raw: System, plan: Plan) -> TrainingTask:
 
 def component(raw: System, run: Trajectory, eps: float) -> ReducedModel:
     task = task_for(raw, Plan(COMPONENTS, eps))
-    return model_of(task, [of_motion(task, run)])
+    return make_model(task, [run_of_motion(task, run)])
 
 
 def test_all_models_are_run(found: Comparison) -> None:

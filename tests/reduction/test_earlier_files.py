@@ -44,7 +44,7 @@ def test_a_single_model_of_version_2() -> None:
 
 
 def test_a_training() -> None:
-    folder = store.opened(DATA / "training_version_2", "mark")
+    folder = store.open_folder(DATA / "training_version_2", "mark")
     found = store.read(folder)
     (run,), (iteration,) = found.runs, found.iterations
     assert (found.points, found.indicators) == ((4,), {1: 1e-3, 2: 2e-3})
@@ -53,6 +53,6 @@ def test_a_training() -> None:
     assert (iteration.next, iteration.failed, iteration.samples) == (7, ((5, "diverged"),), (1, 2))
     notes = store.Notes((store.Pair(0, 1, 1e-3, 2e-3),), Choice(1e-3, 1e-6, None, 1e-4, 0.0, None), 1, 2)
     assert store.notes_of(folder, 1) == notes
-    assert list(store.checks(folder)) == [7]
+    assert list(store.read_checks(folder)) == [7]
     with pytest.raises(SolverError, match="no"):
-        store.made(store.check_file(folder, 8), lambda: run)
+        store.read_or_make(store.check_file(folder, 8), lambda: run)

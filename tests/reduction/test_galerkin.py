@@ -115,7 +115,7 @@ def test_a_slender_beam_needs_its_initial_state_in_the_basis() -> None:
         bases = {}
         for name, members in components.items():
             rows = galerkin.rows_of(full.raw, members)
-            states = galerkin.satisfying(full.data.q[:, rows], *galerkin.inner_constraints(full.raw, rows))
+            states = galerkin.satisfy(full.data.q[:, rows], *galerkin.inner_constraints(full.raw, rows))
             bases[name] = pod.basis(states.T, tolerance)
         return reduction.reduce_system(full.raw, components, bases)
 

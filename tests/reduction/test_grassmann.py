@@ -141,7 +141,7 @@ def test_the_reference_is_the_central_subspace() -> None:
     base = plane(7, 2, 11)
     tangent = horizontal(base, 1.0, 12)
     spaces = [grassmann.exp(base, mu * tangent) for mu in (0.0, 0.9, 0.2, 0.5)]
-    assert grassmann.central(spaces) == 3
+    assert grassmann.find_central(spaces) == 3
     found = grassmann.chart([np.array([0.0, 0.9, 0.2, 0.5])], spaces)
     assert grassmann.distance(found.base, spaces[3]) < ROUND_OFF
     assert np.abs(found.tangents[3]).max() < ROUND_OFF

@@ -152,7 +152,7 @@ def test_simple_shear() -> None:
 def test_energy_is_proportional_to_stiffness() -> None:
     sampled, states, _ = turning_plate(strain=0.3)
     model = polynomial.build(sampled)
-    half = polynomial.scaled(model, 0.5)
+    half = polynomial.scale(model, 0.5)
     assert np.array_equal(evaluate(half, states[3])[1], 0.5 * evaluate(model, states[3])[1])
     assert half.coefficients.ctypes.data % 64 == 0
 

@@ -161,8 +161,8 @@ def test_of_very_many_points_those_in_chosen_cells_are_searched(small: Reduced, 
 
 def test_states_are_thinned_evenly_after_the_start() -> None:
     states = np.arange(1500.0)[:, None]
-    assert sampling.thinned(states, 10) is states
-    few = sampling.thinned(states, 4000)[:, 0]
+    assert sampling.thin(states, 10) is states
+    few = sampling.thin(states, 4000)[:, 0]
     assert len(few) == sampling.LEAST
     assert np.array_equal(few[: sampling.START], np.arange(sampling.START))
     assert few[-1] == 1499

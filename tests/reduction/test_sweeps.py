@@ -19,7 +19,7 @@ from distributed import Client, LocalCluster, Security
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice, notify
 from fmbs_skfem.reduction import sweeps
-from fmbs_skfem.reduction.sweeps import Options, Outcome, Record, Result, Status
+from fmbs_skfem.reduction.sweeps import Record, Result, Status, SweepOptions, SweepOutcome
 
 TIMES = np.linspace(0.0, 1.0, 5)
 
@@ -67,7 +67,7 @@ def points(count: int) -> np.ndarray:
     return np.arange(float(count))[:, None]
 
 
-def swept(task: Squares, count: int, options: Options, skip: Sequence[int] = ()) -> tuple[dict[int, Record], Outcome]:
+def swept(task: Squares, count: int, options: SweepOptions, skip: Sequence[int] = ()) -> tuple[dict[int, Record], SweepOutcome]:
     """Records by number; no member is settled twice."""
     found: list[Record] = []
     outcome = sweeps.run(task, ("x",), points(count), found.append, options, skip)
@@ -97,7 +97,7 @@ def test_guilty_members_are_listed_and_the_rest_finishes() -> None:
     """Killed, hanging, diverging, broken and exiting members among 60, on processes of this machine."""
     task = Squares(kills=(20.0,), hangs=(41.0,), diverges=(5.0,), breaks=(6.0,), exits=(7.0,), notices=(8.0, 9.0))
     with pytest.warns(Notice, match="outside the trained box") as given:
-        records, outcome = swept(task, 60, Options(workers=2, timeout=1.0))
+        records, outcome = swept(task, 60, SweepOptions(workers=2, timeout=1.0))
     assert sorted(records) == list(range(60))
     check_squares(records, [k for k in range(60) if k not in (5, 6, 7, 20, 41)])
     ends = {k: (records[k].status, records[k].reason) for k in (5, 6, 7, 20, 41)}
@@ -118,38 +118,38 @@ def test_guilty_members_are_listed_and_the_rest_finishes() -> None:
 
 def test_a_given_cluster_is_used_and_left_running(address: str) -> None:
     for _ in range(2):
-        records, outcome = swept(Squares(), 200, Options(scheduler=address))
+        records, outcome = swept(Squares(), 200, SweepOptions(scheduler=address))
         check_squares(records, range(200))
         assert outcome.counts == {Status.OK: 200}
 
 
 def test_a_given_cluster_that_loses_workers(address: str, tmp_path: Path) -> None:
     """One member kills its worker always, another one's worker dies once: that one is no member's fault."""
-    records, outcome = swept(Squares(kills=(3.0,)), 12, Options(scheduler=address))
+    records, outcome = swept(Squares(kills=(3.0,)), 12, SweepOptions(scheduler=address))
     assert records[3].status is Status.KILLED
     check_squares(records, [k for k in range(12) if k != 3])
-    records, outcome = swept(Squares(once=tmp_path / "died"), 12, Options(scheduler=address))
+    records, outcome = swept(Squares(once=tmp_path / "died"), 12, SweepOptions(scheduler=address))
     check_squares(records, range(12))
     assert outcome.deaths == 1
 
 
 def test_members_that_are_there_are_skipped(address: str) -> None:
-    records, outcome = swept(Squares(kills=(0.0, 2.0)), 6, Options(scheduler=address), skip=[0, 2, 5])
+    records, outcome = swept(Squares(kills=(0.0, 2.0)), 6, SweepOptions(scheduler=address), skip=[0, 2, 5])
     check_squares(records, [1, 3, 4])
     assert outcome.counts == {Status.OK: 3}
-    records, outcome = swept(Squares(), 3, Options(scheduler=address), skip=range(3))
+    records, outcome = swept(Squares(), 3, SweepOptions(scheduler=address), skip=range(3))
     assert (records, outcome.counts) == ({}, {})
 
 
 @pytest.mark.parametrize("count", [1, 3])
 def test_as_many_workers_as_are_asked_for(count: int) -> None:
-    with sweeps.cluster(Options(workers=count), 40) as client:
+    with sweeps.cluster(SweepOptions(workers=count), 40) as client:
         assert len(client.nthreads()) == count
 
 
 def test_nobody_else_reaches_the_processes_of_a_sweep() -> None:
     """Neither without a key nor with another one; the ports of the scheduler and the workers are of this machine alone."""
-    with sweeps.cluster(Options(workers=1), 4) as client:
+    with sweeps.cluster(SweepOptions(workers=1), 4) as client:
         known = client.scheduler_info()
         addresses = [known["address"], *known["workers"]]
         assert all(address.startswith("tls://127.0.0.1:") for address in addresses)
@@ -163,7 +163,7 @@ def test_nobody_else_reaches_the_processes_of_a_sweep() -> None:
 @pytest.mark.parametrize(("how", "match"), [("refuses", "mesh: expected a file"), ("dies", "ended while they prepared")])
 def test_a_task_that_cannot_be_prepared_ends_the_sweep(address: str, how: str, match: str) -> None:
     with pytest.raises(InputError, match=match):
-        swept(Squares(unprepared=how), 4, Options(scheduler=address))
+        swept(Squares(unprepared=how), 4, SweepOptions(scheduler=address))
 
 
 def test_an_error_of_the_keeper_ends_the_sweep(address: str) -> None:
@@ -171,7 +171,7 @@ def test_an_error_of_the_keeper_ends_the_sweep(address: str) -> None:
         raise OSError(28, "No space left on device")
 
     with pytest.raises(OSError, match="No space left"):
-        sweeps.run(Squares(), ("x",), points(40), full, Options(scheduler=address))
+        sweeps.run(Squares(), ("x",), points(40), full, SweepOptions(scheduler=address))
 
 
 def test_an_interrupt_ends_the_sweep_wherever_it_arrives(address: str) -> None:
@@ -189,7 +189,7 @@ def test_an_interrupt_ends_the_sweep_wherever_it_arrives(address: str) -> None:
     usual = signal.signal(signal.SIGINT, signal.default_int_handler)  # shells start background jobs that ignore it
     try:
         with pytest.raises(KeyboardInterrupt):
-            sweeps.run(Squares(), ("x",), points(500), keep, Options(scheduler=address))
+            sweeps.run(Squares(), ("x",), points(500), keep, SweepOptions(scheduler=address))
         assert 3 <= len(found) < 500
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     finally:
@@ -198,7 +198,7 @@ def test_an_interrupt_ends_the_sweep_wherever_it_arrives(address: str) -> None:
 
 def test_progress_ends_at_one(address: str) -> None:
     told: list[float] = []
-    sweeps.run(Squares(), ("x",), points(9), lambda record: None, Options(scheduler=address), progress=told.append)
+    sweeps.run(Squares(), ("x",), points(9), lambda record: None, SweepOptions(scheduler=address), progress=told.append)
     assert told[-1] == 1.0
     assert told == sorted(told)
 
@@ -212,7 +212,7 @@ def test_options_and_points_are_checked() -> None:
         {"batch": -1.0},
     ):
         with pytest.raises(InputError, match="sweep: "):
-            Options(**bad)
+            SweepOptions(**bad)
     with pytest.raises(InputError, match="points"):
         sweeps.run(Squares(), ("x", "y"), points(3), print)
 
@@ -222,4 +222,4 @@ def test_an_address_without_a_scheduler_is_refused(monkeypatch: pytest.MonkeyPat
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of dask, which goes on trying for a moment
         with pytest.raises(InputError, match="the address of a running scheduler"):
-            swept(Squares(), 2, Options(scheduler="tcp://127.0.0.1:9"))
+            swept(Squares(), 2, SweepOptions(scheduler="tcp://127.0.0.1:9"))

@@ -89,7 +89,7 @@ def two(spin: TrainingTask) -> tuple[FullRun, ...]:
 
 def snapshots(task: TrainingTask, values: Mapping[str, float]) -> tuple[System, Trajectory]:
     case = task.family(values)
-    return case.system, full_runs.moved(task, case)
+    return case.system, full_runs.run_case(task, case)
 
 
 def places(task: TrainingTask) -> Search:
@@ -102,7 +102,7 @@ def places(task: TrainingTask) -> Search:
 def test_factors_hold_the_snapshots(spin: TrainingTask) -> None:
     """What is cut is FINER of what the bases leave, and nothing of the initial state."""
     raw, motion = snapshots(spin, {"E": 1e9})
-    run = full_runs.factored(spin, {"E": 1e9}, raw, motion)
+    run = full_runs.keep_factors(spin, {"E": 1e9}, raw, motion)
     q = full_runs.states(spin, raw, run)
     X = lifted(motion)[0] - raw.lift(raw.x0)
     cut, whole = (np.linalg.norm(sizes(raw, u)) for u in (q - lifted(motion)[0], X))
@@ -135,12 +135,12 @@ def test_modes_keep_the_inner_constraints(spin: TrainingTask, two: tuple[FullRun
 
 def test_snapshots_follow_a_step_that_depends_on_parameters() -> None:
     case = spun({"E": 1e9})
-    assert full_runs.steps(case, 5e-3).tolist() == list(range(0, 501, 5))
+    assert full_runs.snapshot_steps(case, 5e-3).tolist() == list(range(0, 501, 5))
     finer = dataclasses.replace(case, scheme=GeneralizedAlpha(5e-4))
-    assert full_runs.steps(finer, 5e-3).tolist() == list(range(0, 1001, 10))
-    assert full_runs.steps(case, np.array([0.001, 0.25, 0.7])).tolist() == [0, 1, 250]
+    assert full_runs.snapshot_steps(finer, 5e-3).tolist() == list(range(0, 1001, 10))
+    assert full_runs.snapshot_steps(case, np.array([0.001, 0.25, 0.7])).tolist() == [0, 1, 250]
     with pytest.raises(InputError, match=r"snapshots: expected times within the duration of 0\.5 s"):
-        full_runs.steps(case, 2.0)
+        full_runs.snapshot_steps(case, 2.0)
 
 
 def test_the_step_has_an_error_of_its_own(spin: TrainingTask) -> None:
@@ -172,14 +172,14 @@ def test_a_reduced_family_is_the_reduction_of_every_member(
 ) -> None:
     task = task_of_family(family, parameter, plan)
     runs = [full_runs.full_run(task, {parameter.name: value}) for value in (parameter.low, parameter.high)]
-    model = reduced_models.model_of(reduced_models.quick(task), runs)
-    reduction = reduced_models.trained(task, runs)
+    model = reduced_models.make_model(reduced_models.with_polynomials(task), runs)
+    reduction = reduced_models.train_reduction(task, runs)
     assert model.problems == (0 if plan.hyper is NONE else 1)
     for value in np.linspace(parameter.low, parameter.high, 4):
         values = {parameter.name: float(value)}
-        here, there = reduced_models.case_at(model, values), reduced_models.sample(task, reduction, values)
+        here, there = reduced_models.case_at(model, values), reduced_models.reduced_case(task, reduction, values)
         assert here.system.constraints.names == there.system.constraints.names
-        one, other = (lifted(reduced_models.reduced_run(task, case))[0] for case in (here, there))
+        one, other = (lifted(reduced_models.run_reduced(task, case))[0] for case in (here, there))
         assert np.abs(one - other).max() < 1e-7
         raw = family(values).system
         np.testing.assert_allclose(here.system.lift(here.system.x0), raw.x0, rtol=0, atol=1e-12)
@@ -189,30 +189,30 @@ def test_members_of_other_shapes_start_in_their_reduced_space() -> None:
     """The length of the beam is the parameter: modes are deviations from the initial state of each member itself."""
     task = task_of_family(spun, LENGTH)
     runs = [full_runs.full_run(task, {"L": L}) for L in (0.8, 1.2)]
-    reduction = reduced_models.trained(task, runs)
+    reduction = reduced_models.train_reduction(task, runs)
     for L in (0.8, 0.9, 1.2):
-        case, raw = reduced_models.sample(task, reduction, {"L": L}), spun({"L": L}).system
+        case, raw = reduced_models.reduced_case(task, reduction, {"L": L}), spun({"L": L}).system
         np.testing.assert_allclose(case.system.lift(case.system.x0), raw.x0, rtol=0, atol=1e-14)
-        motion = reduced_models.reduced_run(task, case)
+        motion = reduced_models.run_reduced(task, case)
         assert full_runs.error(task, raw, full_runs.full_run(task, {"L": L}), motion) < 1e-3
 
 
 def test_the_reduced_model_is_good_between_its_runs(spin: TrainingTask, two: tuple[FullRun, ...]) -> None:
     """Truncation alone makes sqrt(eps) = 1e-5 of the motion; its dynamics and the parameters between the runs make more."""
-    model = reduced_models.model_of(spin, two)
+    model = reduced_models.make_model(spin, two)
     middle = full_runs.full_run(spin, {"E": 1e9})
     for run in (*two, middle):
-        motion = reduced_models.reduced_run(spin, reduced_models.case_at(model, run.values))
+        motion = reduced_models.run_reduced(spin, reduced_models.case_at(model, run.values))
         raw = spun(run.values).system
         found = full_runs.error(spin, raw, run, motion)
         assert found < 5e-4
-        direct = errors.compare(full_runs.moved(spin, spun(run.values)), motion)
+        direct = errors.compare(full_runs.run_case(spin, spun(run.values)), motion)
         assert direct.coordinates_mean < 3e-4
         assert found == pytest.approx(direct.mean, rel=1e-2)
 
 
 def pairs(task: TrainingTask, runs: tuple[FullRun, ...]) -> list[tuple[System, np.ndarray]]:
-    return [(run.system, run.states()) for run in reduced_models.projected(task, runs).runs]
+    return [(run.system, run.states()) for run in reduced_models.project_runs(task, runs).runs]
 
 
 @pytest.mark.parametrize("eta", [1e-3, 1e-7])
@@ -276,8 +276,8 @@ def scaled_modulus(elastic: sampling.Elastic, factor: float) -> sampling.Elastic
 
 
 def test_the_indicator_is_that_of_the_residual_by_mass(spin: TrainingTask, two: tuple[FullRun, ...]) -> None:
-    model, values = reduced_models.model_of(spin, two[:1]), two[0].values
-    motion = reduced_models.reduced_run(spin, reduced_models.case_at(model, values))
+    model, values = reduced_models.make_model(spin, two[:1]), two[0].values
+    motion = reduced_models.run_reduced(spin, reduced_models.case_at(model, values))
     case = spun(values)
     residual = errors.full_residual(compile_system(case.system), motion) * errors.mask(case.system, motion.system)
     accelerations = residual / (case.system.metric.diagonal() * case.system.weight) ** 0.5
@@ -286,8 +286,8 @@ def test_the_indicator_is_that_of_the_residual_by_mass(spin: TrainingTask, two: 
 
 
 def test_residuals_in_blocks_are_the_same(spin: TrainingTask, two: tuple[FullRun, ...], monkeypatch: pytest.MonkeyPatch) -> None:
-    model = reduced_models.model_of(spin, two)
-    motion = reduced_models.reduced_run(spin, reduced_models.case_at(model, {"E": 1e9}))
+    model = reduced_models.make_model(spin, two)
+    motion = reduced_models.run_reduced(spin, reduced_models.case_at(model, {"E": 1e9}))
     whole = reduced_models.indicator(spin, motion, {"E": 1e9})
     apart = full_runs.error(spin, spun(two[0].values).system, two[0], motion)
     for module in (errors, full_runs):
@@ -354,13 +354,13 @@ def test_one_system_is_the_task_without_parameters() -> None:
     found = training.train(task)
     assert (len(found.runs), found.outcome.stop, found.reduced_runs) == (1, greedy.Stop.ALONE, 0)
     assert np.isnan(found.predicted).all()
-    given = training.train(task, motion=full_runs.moved(task, case))
-    one, other = (lifted(reduced_models.reduced_run(task, reduced_models.case_at(made.model, {})))[0] for made in (found, given))
+    given = training.train(task, motion=full_runs.run_case(task, case))
+    one, other = (lifted(reduced_models.run_reduced(task, reduced_models.case_at(made.model, {})))[0] for made in (found, given))
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-12)
     wanted = training.train(task, tolerance=1e-3)
     assert wanted.choice is not None
     assert wanted.model_plan.hyper == Elements(wanted.choice.eta)
-    motion = reduced_models.reduced_run(task, reduced_models.case_at(wanted.model, {}))
+    motion = reduced_models.run_reduced(task, reduced_models.case_at(wanted.model, {}))
     assert full_runs.error(task, case.system, wanted.runs[0], motion) < 1e-3
     with pytest.raises(InputError, match="train: expected candidates of the parameters, got none"):
         training.train(counted()[0])
@@ -465,8 +465,8 @@ def test_checks_calibrate_the_last_model_without_being_in_it(tolerance: float | 
     assert len(found.last.samples) >= OPTIONS.max_samples
     assert set(found.last.samples) >= set(found.outcome.iterations[-1].samples)
     for run, pair in zip(found.checks, found.pairs[-2:], strict=True):
-        seen = reduced_models.quick(found.task)
-        motion = reduced_models.reduced_run(seen, reduced_models.case_at(found.model, run.values))
+        seen = reduced_models.with_polynomials(found.task)
+        motion = reduced_models.run_reduced(seen, reduced_models.case_at(found.model, run.values))
         measured = (
             reduced_models.indicator(seen, motion, run.values),
             full_runs.wanted_error(seen, seen.family(run.values).system, run, motion),
@@ -483,10 +483,10 @@ def test_own_runs_count_as_one_where_they_scatter_little() -> None:
     def pairs(*errors: float) -> list[store.Pair]:
         return [store.Pair(k, 2, 1e-5, error) for k, error in enumerate(errors)]
 
-    (one,) = training_work.middle(pairs(1e-3, 2.25e-3))
+    (one,) = training_work.average_pairs(pairs(1e-3, 2.25e-3))
     assert (one.indicator, one.error) == pytest.approx((1e-5, 1.5e-3))
-    assert training_work.middle(pairs(1e-3, 1e-2)) == pairs(1e-3, 1e-2)
-    assert training_work.middle(pairs(0.0)) == []
+    assert training_work.average_pairs(pairs(1e-3, 1e-2)) == pairs(1e-3, 1e-2)
+    assert training_work.average_pairs(pairs(0.0)) == []
 
 
 def test_the_folder_of_another_training_is_refused(tmp_path: Path) -> None:
@@ -546,7 +546,7 @@ def test_eps_is_lowered_where_it_is_the_limit(tmp_path: Path, monkeypatch: pytes
     assert found.discarded >= 3
     assert len({run.values["E"] for run in found.runs}) == len(found.runs)
     before, after = (
-        reduced_models.model_of(reduced_models.quick(dataclasses.replace(found.task, plan=plan)), found.runs)
+        reduced_models.make_model(reduced_models.with_polynomials(dataclasses.replace(found.task, plan=plan)), found.runs)
         for plan in (dataclasses.replace(found.model_plan, tolerance=rough, hyper=Elements(1e-3)), found.model_plan)
     )
     points = boxes.grid((YOUNG,), 5)
@@ -564,10 +564,10 @@ def kinked(values: Mapping[str, float]) -> Case:
 
 def test_a_family_of_lengths_is_a_polynomial_of_them() -> None:
     task = task_of_family(spun, LENGTH)
-    model = reduced_models.model_of(task, [full_runs.full_run(task, {"L": 1.0})])
+    model = reduced_models.make_model(task, [full_runs.full_run(task, {"L": 1.0})])
     assert model.obstacle == ""
     raw = spun({"L": 0.9}).system
-    motion = reduced_models.reduced_run(task, reduced_models.case_at(model, {"L": 0.9}))
+    motion = reduced_models.run_reduced(task, reduced_models.case_at(model, {"L": 0.9}))
     assert full_runs.error(task, raw, full_runs.full_run(task, {"L": 0.9}), motion) < 2e-3
 
 
@@ -635,10 +635,10 @@ def test_a_full_run_that_fails_in_a_corner_is_left_out() -> None:
 
 def test_a_reduced_run_that_fails_is_infinite(spin: TrainingTask, two: tuple[FullRun, ...]) -> None:
     """A negative modulus has no motion."""
-    work = training_work.Work(spin, spin, Search(np.array([[1e9], [-1e9]]), (0,), 0), None, None)
-    work.models = [reduced_models.model_of(spin, two)]
-    assert 0.0 < training_work.evaluated(work, 0) < np.inf
-    assert training_work.evaluated(work, 1) == np.inf
+    work = training_work.Progress(spin, spin, Search(np.array([[1e9], [-1e9]]), (0,), 0), None, None)
+    work.models = [reduced_models.make_model(spin, two)]
+    assert 0.0 < training_work.evaluate(work, 0) < np.inf
+    assert training_work.evaluate(work, 1) == np.inf
 
 
 def test_a_family_that_never_runs_is_told() -> None:

@@ -249,7 +249,7 @@ if __name__ == "__main__":
     done = sweep_files.settled(folder, points, ["E"])
     print(len(done), flush=True)
     keep = lambda record: sweep_files.write(folder, record)
-    outcome = sweeps.run(Slow(), ["E"], points, keep, sweeps.Options(workers=2, batch=0.2), done)
+    outcome = sweeps.run(Slow(), ["E"], points, keep, sweeps.SweepOptions(workers=2, batch=0.2), done)
     print(sum(outcome.counts.values()))
 """
 

@@ -110,13 +110,13 @@ def tried(name: str) -> Trial:
 
 def error(found: Training, values: Mapping[str, float]) -> float:
     """The largest error of an output as a part of its range; infinite where the reduced model fails, NaN without a full motion."""
-    task = reduced_models.quick(found.task)
+    task = reduced_models.with_polynomials(found.task)
     try:
         run = full_runs.full_run(task, values)
     except SolverError:
         return math.nan
     try:
-        motion = reduced_models.reduced_run(task, reduced_models.case_at(found.model, values))
+        motion = reduced_models.run_reduced(task, reduced_models.case_at(found.model, values))
     except SolverError:
         return math.inf
     return full_runs.wanted_error(task, task.family(values).system, run, motion)

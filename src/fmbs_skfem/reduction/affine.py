@@ -31,7 +31,7 @@ from ..core.validation import Indices, Reals
 from . import cases, family_samples
 from . import parameters as boxes
 from .cases import Case, Family, Place
-from .family_samples import HARD, ROUND, Samples, sample, sizes_of, stacked
+from .family_samples import HARD, ROUND, Samples, sample, sizes_of, stack
 from .parameters import Parameter, Scale
 
 CHECKS = 2  #: nodes beyond those of a degree at which it is checked
@@ -76,7 +76,10 @@ class ParametricCase:
 
 
 def at(model: ParametricCase, values: Mapping[str, float]) -> Case:
-    """The case of a value for every parameter; outside of the ranges the polynomials go on."""
+    """The case sum_t P_t(mu) a(mu_t) at a value [SI] for every parameter; outside of the ranges the polynomials go on.
+
+    InputError where a name is no parameter, a parameter has no value, or a value is no finite number.
+    """
     row = boxes.row_of(model.parameters, values)
     weights: dict[Order, np.ndarray] = {}
     tree: dict[str | int, Any] = {}
@@ -84,8 +87,8 @@ def at(model: ParametricCase, values: Mapping[str, float]) -> Case:
         if part.order not in weights:
             weights[part.order] = lagrange(model.nodes, part.order, row)
         numbers = weights[part.order] @ part.mixture @ part.values
-        cases.insert(tree, part.place, cases.filled(cases.leaf_at(model.nominal, part.place), part.positions, numbers))
-    case: Case = cases.rebuilt(model.nominal, tree)
+        cases.insert(tree, part.place, cases.fill(cases.leaf_at(model.nominal, part.place), part.positions, numbers))
+    case: Case = cases.rebuild(model.nominal, tree)
     return case
 
 
@@ -96,35 +99,37 @@ def degrees(model: ParametricCase) -> dict[str, int]:
 
 
 def fit(family: Family, parameters: Sequence[Parameter], tolerance: float = 1e-11, max_degree: int = 24) -> ParametricCase:
-    """The polynomials of a family; InputError names the parameter where a dependence is not smooth or the structure changes.
+    """The polynomials of a family, each of degree `max_degree` or less in every parameter.
 
-    Where numbers are no polynomials to their own round-off, that of the geometry is measured and they are tried again.
+    They hold at all hold-out points to `tolerance`, relative to a number and down to the round-off of its row. Where numbers are no
+    polynomials to that, the round-off of the geometry is measured and they are tried again. InputError names the parameter where a
+    dependence is not smooth or the structure of the case changes.
     """
     boxes.check(parameters)
     nodes = tuple(nodes_of(parameter, max_degree + 1 + CHECKS) for parameter in parameters)
-    known = family_samples.samples(family, parameters, nodes)
+    known = family_samples.sample_nominal(family, parameters, nodes)
     try:
-        return fitted(known, tolerance, max_degree)
+        return fit_samples(known, tolerance, max_degree)
     except InputError as problem:
         try:
-            again = family_samples.careful(known, inner_points(known.parameters))
+            again = family_samples.measure_noise(known, inner_points(known.parameters))
         except InputError:
             raise problem from None
-        return fitted(again, tolerance, max_degree)
+        return fit_samples(again, tolerance, max_degree)
 
 
-def fitted(known: Samples, tolerance: float, max_degree: int) -> ParametricCase:
+def fit_samples(known: Samples, tolerance: float, max_degree: int) -> ParametricCase:
     """The polynomials of samples.
 
     Where the hold-out points show what the axes through the nominal case do not, degrees are looked for through those points too.
     """
-    orders = scans(known, family_samples.nominal_row(known.parameters), tolerance, max_degree)
+    orders = scan_axes(known, family_samples.nominal_row(known.parameters), tolerance, max_degree)
     holdout = holdout_points(known.parameters)
     while True:
         place, point, excess, error = worst_error(known, orders, holdout, tolerance)
         if excess <= 1.0:
-            return tabulated(known, orders, error)
-        wider = widened(orders, scans(known, holdout[point], tolerance, max_degree))
+            return tabulate(known, orders, error)
+        wider = widen(orders, scan_axes(known, holdout[point], tolerance, max_degree))
         if wider == orders:
             values = boxes.text(known.parameters, boxes.named(known.parameters, holdout[point]))
             expected = f"polynomials that hold to {tolerance:.0e}"
@@ -196,7 +201,7 @@ def grid_of(known: Samples, order: Order) -> np.ndarray:
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
 
 
-def scans(known: Samples, row: np.ndarray, tolerance: float, max_degree: int) -> dict[Place, Order]:
+def scan_axes(known: Samples, row: np.ndarray, tolerance: float, max_degree: int) -> dict[Place, Order]:
     """Degrees of all leaves along the axes through values (d,)."""
     found: dict[Place, list[tuple[int, bool]]] = {}
     for p in range(len(known.parameters)):
@@ -226,7 +231,7 @@ def axis_of(
     known: Samples, p: int, place: Place, rows: np.ndarray, variables: Sequence[bool], tolerance: float
 ) -> tuple[int, bool] | None:
     """The lowest degree of a leaf in parameter p that holds at all further points of an axis (k, d), at two at least."""
-    base, values = stacked(known, place, rows)
+    base, values = stack(known, place, rows)
     sizes, moving = sizes_of(known, place, base, values), (values != values[0]).any(axis=0)
     values, sizes, nodes = values[:, moving], sizes[:, moving], rows[:, p]
     for degree in range(len(rows) - CHECKS):
@@ -239,7 +244,7 @@ def axis_of(
     return None
 
 
-def widened(one: Mapping[Place, Order], two: Mapping[Place, Order]) -> dict[Place, Order]:
+def widen(one: Mapping[Place, Order], two: Mapping[Place, Order]) -> dict[Place, Order]:
     """The higher degree in every parameter, with its variable."""
     merged = dict(one)
     for place, order in two.items():
@@ -261,7 +266,7 @@ def worst_error(
         sample(known, row)
     for place in dict.fromkeys(place for leaves in known.found.values() for place in leaves):
         order = orders.get(place, constant)
-        base, values = stacked(known, place, np.concatenate([grid_of(known, order), holdout]))
+        base, values = stack(known, place, np.concatenate([grid_of(known, order), holdout]))
         sizes, first = sizes_of(known, place, base, values), len(values) - len(holdout)
         for k, row in enumerate(holdout):
             weights = lagrange(known.nodes, order, row)
@@ -271,7 +276,7 @@ def worst_error(
     return *worst, largest
 
 
-def independent(values: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def decompose_rows(values: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rows j of values (t, n), the first among them, and X (t, q) with values = X values[j] to round-off.
 
     Interpolative decomposition: H. Cheng, Z. Gimbutas, P. Martinsson, V. Rokhlin, SIAM J. Sci. Comput. 26 (2005) 1389-1404,
@@ -294,17 +299,17 @@ def independent(values: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.n
     return np.arange(count), np.eye(count)
 
 
-def tabulated(known: Samples, orders: Mapping[Place, Order], error: float) -> ParametricCase:
+def tabulate(known: Samples, orders: Mapping[Place, Order], error: float) -> ParametricCase:
     """The polynomials of all leaves that depend on parameters."""
     tree: dict[str | int, Any] = {}
     varying = []
     for place, order in orders.items():
-        base, values = stacked(known, place, grid_of(known, order))
+        base, values = stack(known, place, grid_of(known, order))
         positions = np.flatnonzero((values != values[0]).any(axis=0))
-        rows, mixture = independent(values[:, positions], sizes_of(known, place, base, values)[:, positions])
+        rows, mixture = decompose_rows(values[:, positions], sizes_of(known, place, base, values)[:, positions])
         cases.insert(tree, place, base)
         varying.append(Varying(place, order, positions, values[np.ix_(rows, positions)], mixture))
     highest = [max((order.degrees[p] for order in orders.values()), default=0) for p in range(len(known.parameters))]
     nodes = tuple(points[: degree + 1] for points, degree in zip(known.nodes, highest, strict=True))
-    nominal: Case = cases.rebuilt(known.nominal, tree)
+    nominal: Case = cases.rebuild(known.nominal, tree)
     return ParametricCase(known.parameters, nominal, nodes, tuple(varying), len(known.found), error)

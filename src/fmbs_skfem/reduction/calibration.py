@@ -69,7 +69,10 @@ NOTHING = Prediction(math.nan, math.nan, math.nan)
 
 
 def fit(indicators: ArrayLike, errors: ArrayLike, level: float = LEVEL) -> Calibration:
-    """Calibration from pairs (k,); pairs that are not finite and positive, as those of failed runs, are left out."""
+    """Regression of log10 e on log10 I over pairs (k,); those that are not finite and positive, as of failed runs, are left out.
+
+    `level` is the part of further errors that the band is to hold. InputError without a usable pair, or for arrays of other shapes.
+    """
     i, e = np.asarray(indicators, dtype=np.float64), np.asarray(errors, dtype=np.float64)
     if i.shape != e.shape or i.ndim != 1:
         raise InputError(say("calibration.fit", "as many errors as indicators", f"shapes {i.shape} and {e.shape}"))
@@ -100,7 +103,10 @@ def half_width(calibration: Calibration, indicator: float) -> float:
 
 
 def predict(calibration: Calibration, indicator: float) -> Prediction:
-    """Predicted error and the ends of its band; all infinite for the infinite indicator of a failed run, all 0 for 0."""
+    """Predicted error 10^(a + b (log10 I - m)) and the ends of its band, in the unit of the errors that calibrated.
+
+    All are infinite for the infinite indicator of a failed run, and 0 for 0. InputError for NaN or a negative indicator.
+    """
     if math.isnan(indicator) or indicator < 0.0:
         raise InputError(say("calibration.predict", "an indicator that is not negative", indicator))
     if indicator == 0.0 or math.isinf(indicator):

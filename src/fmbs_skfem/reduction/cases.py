@@ -30,7 +30,7 @@ STEPS = 10_000_000  #: most steps of a run, as of the analysis of a scene
 ROUND = 1e-9  #: relative difference of times that is round-off
 Place: TypeAlias = tuple[str | int, ...]
 Leaf: TypeAlias = float | np.ndarray | csr_array
-Sample: TypeAlias = dict[Place, Leaf]  #: leaves that differ from those of another case
+Leaves: TypeAlias = dict[Place, Leaf]  #: leaves that differ from those of another case
 
 
 @storable
@@ -91,12 +91,12 @@ class Change(Exception):
     """Two cases differ by more than numbers."""
 
 
-def plain(case: Case) -> Case:
+def with_float_times(case: Case) -> Case:
     """The case with its times as floating-point numbers."""
     return replace(case, duration=float(case.duration), scheme=replace(case.scheme, step=float(case.scheme.step)))
 
 
-def collect(base: Any, other: Any, place: Place, found: Sample) -> None:
+def collect(base: Any, other: Any, place: Place, found: Leaves) -> None:
     """Add the leaves of `other` that differ from those of `base`; raise Change where there is more than numbers."""
     if base is other:
         return
@@ -117,7 +117,7 @@ def collect(base: Any, other: Any, place: Place, found: Sample) -> None:
         raise Change(label(place))
 
 
-def collect_array(base: Any, other: Any, place: Place, found: Sample) -> None:
+def collect_array(base: Any, other: Any, place: Place, found: Leaves) -> None:
     if base.shape != other.shape or base.dtype != other.dtype:
         raise Change(label(place))
     if is_sparse(base):
@@ -166,15 +166,15 @@ def insert(tree: dict[str | int, Any], place: Place, leaf: Leaf) -> None:
     tree[place[-1]] = leaf
 
 
-def rebuilt(value: Any, tree: Any) -> Any:
+def rebuild(value: Any, tree: Any) -> Any:
     """The struct with some leaves changed; all other parts are the same objects."""
     if not isinstance(tree, dict):
         return tree
     if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{str(key): rebuilt(getattr(value, str(key)), part) for key, part in tree.items()})
+        return replace(value, **{str(key): rebuild(getattr(value, str(key)), part) for key, part in tree.items()})
     if isinstance(value, dict):
-        return {key: rebuilt(part, tree.get(key, part)) if key in tree else part for key, part in value.items()}
-    return type(value)(rebuilt(part, tree[key]) if key in tree else part for key, part in enumerate(value))
+        return {key: rebuild(part, tree.get(key, part)) if key in tree else part for key, part in value.items()}
+    return type(value)(rebuild(part, tree[key]) if key in tree else part for key, part in enumerate(value))
 
 
 def same_pattern(a: csr_array, b: csr_array) -> bool:
@@ -201,12 +201,12 @@ def by_columns(array: np.ndarray) -> bool:
     return array.ndim > 1 and array.flags.f_contiguous and not array.flags.c_contiguous
 
 
-def filled(leaf: Leaf, positions: np.ndarray, numbers: np.ndarray) -> Leaf:
+def fill(leaf: Leaf, positions: np.ndarray, numbers: np.ndarray) -> Leaf:
     """The leaf with other numbers at some positions; vectors start at a whole cache line, where polynomials are read fastest."""
     if isinstance(leaf, float):
         return float(numbers[0])
     if isinstance(leaf, csr_array):
-        return csr_array((filled(leaf.data, positions, numbers), leaf.indices, leaf.indptr), shape=leaf.shape)
+        return csr_array((fill(leaf.data, positions, numbers), leaf.indices, leaf.indptr), shape=leaf.shape)
     out = quartic.aligned(len(leaf)) if leaf.ndim == 1 and leaf.dtype == np.float64 else np.empty_like(leaf, order="K")
     out[...] = leaf
     (out.T if by_columns(out) else out).reshape(-1)[positions] = numbers

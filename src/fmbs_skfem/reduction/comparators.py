@@ -39,7 +39,7 @@ from .output_errors import OutputError
 from .parameters import Search
 from .plan import with_components
 from .pod import Basis
-from .reduced_models import Reduction
+from .reduced_models import TrainedReduction
 from .training import Training
 
 
@@ -87,21 +87,21 @@ class Row:
     trials: tuple[Trial, ...]
 
 
-def shared(task: TrainingTask) -> Full:
+def share_runs(task: TrainingTask) -> Full:
     """Full runs that are made once however often they are asked for; a comparator is charged for all that it uses."""
     cached = functools.cache(lambda row: full_runs.full_run(task, parameters.named(task.parameters, row)))
     return lambda values: cached(tuple(parameters.row_of(task.parameters, values).tolist()))
 
 
-def warm(task: TrainingTask) -> None:
+def compile_training(task: TrainingTask) -> None:
     """Compile what training and runs call, so that no comparator is charged for it."""
     values = parameters.completed(task.parameters, {})
     case = task.family(values)
     short = replace(case, duration=3 * case.scheme.step)
     few = replace(task, family=lambda _: short, interval=case.scheme.step)
-    with contextlib.suppress(FmbsError):  # what fails here is told by the comparators themselves
-        model = reduced_models.model_of(few, [full_runs.full_run(few, values)])
-        motion = reduced_models.reduced_run(few, reduced_models.case_at(model, values))
+    with contextlib.suppress(FmbsError):  # the comparators themselves say what fails
+        model = reduced_models.make_model(few, [full_runs.full_run(few, values)])
+        motion = reduced_models.run_reduced(few, reduced_models.case_at(model, values))
         reduced_models.indicator(few, motion, values)
 
 
@@ -112,13 +112,13 @@ def fast_to_slow(task: TrainingTask, full: Full, fastest: Mapping[str, float]) -
 
 def uniform(task: TrainingTask, full: Full, counts: Sequence[int]) -> Comparator:
     """One basis from all runs of a uniform grid of the box, both ends included."""
-    return fixed(task, f"uniform grid {shape(counts)}", at_nodes(task, full, counts)[1])
+    return fixed(task, f"uniform grid {shape(counts)}", run_at_nodes(task, full, counts)[1])
 
 
 def fixed(task: TrainingTask, name: str, given: Sequence[FullRun]) -> Comparator:
     """One basis from several full runs."""
     begun = clock.process_time()
-    family: Family = functools.partial(reduced_models.sample, task, reduced_models.trained(task, given))
+    family: Family = functools.partial(reduced_models.reduced_case, task, reduced_models.train_reduction(task, given))
     with contextlib.suppress(InputError):  # what is no polynomial of the parameters is projected anew for each of them
         family = functools.partial(affine.at, affine.fit(family, task.parameters))
     return Comparator(name, family, len(given), clock.process_time() - begun + sum(run.cpu_s for run in given))
@@ -126,25 +126,25 @@ def fixed(task: TrainingTask, name: str, given: Sequence[FullRun]) -> Comparator
 
 def nearest(task: TrainingTask, full: Full, counts: Sequence[int]) -> Comparator:
     """Of the bases of single runs on a uniform grid the one nearest to the parameters."""
-    places, given = at_nodes(task, full, counts)
+    places, given = run_at_nodes(task, full, counts)
     local = [fixed(task, "", [run]) for run in given]
 
     def family(values: Mapping[str, float]) -> Case:
-        return local[closest(places, in_box(task, values))].family(values)
+        return local[find_closest(places, in_box(task, values))].family(values)
 
     return Comparator(f"nearest basis {shape(counts)}", family, len(given), sum(part.offline_s for part in local))
 
 
 def interpolated(task: TrainingTask, full: Full, counts: Sequence[int]) -> Comparator:
     """Local bases of a uniform grid interpolated on the Grassmann manifold, all with as many modes as the largest needs."""
-    places, given = at_nodes(task, full, counts)
+    places, given = run_at_nodes(task, full, counts)
     begun = clock.process_time()
     systems = [task.family(run.values).system for run in given]
     local = local_bases(task, systems, given)
     axes = [np.unique(column.round(12)) for column in places.T]
     charts = {name: grassmann.chart(axes, [basis[name].modes for basis in local]) for name in task.plan.components}
     rows = [
-        reduced_models.kept_rows(task, [system], [run], [reduced_models.project(task, basis, system)])
+        reduced_models.find_kept_rows(task, [system], [run], [reduced_models.project(task, basis, system)])
         for system, run, basis in zip(systems, given, local, strict=True)
     ]
     hyper = NONE if task.plan.hyper.tolerance else task.plan.hyper
@@ -152,8 +152,8 @@ def interpolated(task: TrainingTask, full: Full, counts: Sequence[int]) -> Compa
 
     def family(values: Mapping[str, float]) -> Case:
         here = in_box(task, values)
-        found = {name: about_start(grassmann.interpolate(chart, here)) for name, chart in charts.items()}
-        return reduced_models.sample(task, Reduction(found, rows[closest(places, here)], hyper.train([])), values)
+        found = {name: basis_about_start(grassmann.interpolate(chart, here)) for name, chart in charts.items()}
+        return reduced_models.reduced_case(task, TrainedReduction(found, rows[find_closest(places, here)], hyper.train([])), values)
 
     return Comparator(f"Grassmann {shape(counts)}", family, len(given), offline)
 
@@ -166,7 +166,7 @@ def local_bases(task: TrainingTask, systems: Sequence[System], given: Sequence[F
     return [reduced_models.bases(equal, system, [run]) for system, run in zip(systems, given, strict=True)]
 
 
-def about_start(modes: np.ndarray) -> Basis:
+def basis_about_start(modes: np.ndarray) -> Basis:
     """Modes whose origin is the initial state of the sample."""
     return Basis(np.ascontiguousarray(modes), np.zeros(len(modes)), np.zeros(0))
 
@@ -209,30 +209,30 @@ def compare(
         raise InputError(say("comparators.compare", "comparators and hold-out points", f"{len(comparators)} and {len(rows)}"))
     tried: list[list[Trial]] = [[] for _ in comparators]
     for number, row in enumerate(rows):
-        found = trials_at(task, comparators, full, parameters.named(task.parameters, row))
+        found = try_all(task, comparators, full, parameters.named(task.parameters, row))
         for trials, one in zip(tried, found, strict=True):
             trials.append(one)
         if progress:
             progress((number + 1) / len(rows))
-    return tuple(row_of(comparator, trials) for comparator, trials in zip(comparators, tried, strict=True))
+    return tuple(collect(comparator, trials) for comparator, trials in zip(comparators, tried, strict=True))
 
 
-def trials_at(task: TrainingTask, comparators: Sequence[Comparator], full: Full, values: Mapping[str, float]) -> list[Trial]:
+def try_all(task: TrainingTask, comparators: Sequence[Comparator], full: Full, values: Mapping[str, float]) -> list[Trial]:
     """Every comparator at one point."""
-    truth = full_runs.reached(task, full, values)
+    truth = full_runs.try_run(task, full, values)
     if isinstance(truth, str):
         return [Trial(math.nan, reason=truth)] * len(comparators)
     raw = task.family(values).system
-    return [trial(task, comparator, raw, truth) for comparator in comparators]
+    return [try_one(task, comparator, raw, truth) for comparator in comparators]
 
 
-def trial(task: TrainingTask, comparator: Comparator, raw: System, truth: FullRun) -> Trial:
+def try_one(task: TrainingTask, comparator: Comparator, raw: System, truth: FullRun) -> Trial:
     """The reduced member against a full run, of which `raw` is the system."""
     begun, made = clock.process_time(), Trial()
     try:
         case = comparator.family(truth.values)
-        made = replace(measured(case.system), prepare_s=clock.process_time() - begun)
-        motion = reduced_models.reduced_run(task, case)
+        made = replace(measure_sizes(case.system), prepare_s=clock.process_time() - begun)
+        motion = reduced_models.run_reduced(task, case)
     except FmbsError as error:
         return replace(made, reason=str(error))
     outputs = full_runs.errors_of_outputs(raw, truth, motion)
@@ -240,7 +240,7 @@ def trial(task: TrainingTask, comparator: Comparator, raw: System, truth: FullRu
     return replace(made, error=errors[0], states=errors[1], outputs=outputs, run_s=motion.statistics.cpu_s)
 
 
-def measured(system: System) -> Trial:
+def measure_sizes(system: System) -> Trial:
     """Modes, cells and points of a reduced system."""
     return Trial(
         modes={name: last - first for name, first, last in system.components},
@@ -249,7 +249,7 @@ def measured(system: System) -> Trial:
     )
 
 
-def row_of(comparator: Comparator, trials: Sequence[Trial]) -> Row:
+def collect(comparator: Comparator, trials: Sequence[Trial]) -> Row:
     """All trials of a comparator in one row."""
     names = dict.fromkeys(name for one in trials for name in one.modes)
     found = np.array([one.error for one in trials if not math.isnan(one.error)])
@@ -275,14 +275,14 @@ def median(seconds: Sequence[float]) -> float:
     return float(np.median(taken)) if taken else math.nan
 
 
-def at_nodes(task: TrainingTask, full: Full, counts: Sequence[int]) -> tuple[np.ndarray, list[FullRun]]:
+def run_at_nodes(task: TrainingTask, full: Full, counts: Sequence[int]) -> tuple[np.ndarray, list[FullRun]]:
     """Points (j, d) of a uniform grid of the unit box, the last parameter fastest, and the full runs there."""
     rows = parameters.grid(task.parameters, counts)
     runs = [full(parameters.named(task.parameters, row)) for row in rows]
     return parameters.to_box(task.parameters, rows), runs
 
 
-def closest(places: np.ndarray, here: np.ndarray) -> int:
+def find_closest(places: np.ndarray, here: np.ndarray) -> int:
     """Number of the place (j, d) nearest to a point (d,) of the unit box."""
     return int(np.argmin(np.linalg.norm(places - here, axis=1)))
 

@@ -33,8 +33,8 @@ from .hyper_reduction import NONE, USUAL, HyperReduction, TrainingRun
 from .output_errors import OutputError
 from .plan import newton_for, newton_of_reduced, with_components
 from .polynomial import Exact
-from .reduced_models import ReducedModel, Reduction
-from .runs import TimeError, kept_steps, other_steps, step_error, stored, timed
+from .reduced_models import ReducedModel, TrainedReduction
+from .runs import TimeError, common_steps, kept_steps, run_fastest, run_other_steps, step_error
 from .sampling import Elements, Points
 
 LEVELS = ("system", "component")
@@ -42,7 +42,7 @@ FULL = ("full", "coarse", "step")  #: families of full models
 
 
 @dataclass(frozen=True)
-class Options:
+class ComparisonOptions:
     """What is compared beside the models of the task's plan."""
 
     tolerances: tuple[float, ...] = ()  #: further eps
@@ -56,7 +56,7 @@ class Options:
 
 
 @dataclass(frozen=True)
-class Record:
+class ModelRecord:
     """One model: sizes, cost, errors against the full model. NaN or None where it has no such number."""
 
     name: str
@@ -104,14 +104,14 @@ class Record:
 class Comparison:
     """All models, and the motions of those that pictures show."""
 
-    records: tuple[Record, ...]
+    records: tuple[ModelRecord, ...]
     full: Trajectory
     motions: Mapping[str, Trajectory]
     errors: Mapping[str, Errors]
     models: Mapping[str, ReducedModel]
     time_error: TimeError | None  #: None where the full model was run with one step only
 
-    def __getitem__(self, name: str) -> Record:
+    def __getitem__(self, name: str) -> ModelRecord:
         return next(record for record in self.records if record.name == name)
 
 
@@ -124,10 +124,10 @@ class Model:
 
 
 @dataclass(frozen=True)
-class Job:
+class ModelJob:
     """A model to be made, run and compared."""
 
-    record: Record  #: as far as it is known before
+    record: ModelRecord  #: as far as it is known before
     make: Callable[[], Model]
     ready: Trajectory | None = None
 
@@ -145,7 +145,7 @@ class Reference:
 
 def run(
     task: TrainingTask,
-    options: Options,
+    options: ComparisonOptions,
     coarse: Mapping[int, System] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Comparison:
@@ -159,10 +159,10 @@ def run(
     own, kept, h = replace(raw, system=task.form(raw.system)), kept_steps(raw, task.interval), raw.scheme.step
     sharp = replace(own, newton=newton_for(own.newton, min((task.plan.tolerance, *options.tolerances))))
     cases.run(replace(own, duration=2 * h))  # compiles, so that no run is charged for it
-    full = timed(sharp, kept, options.repeat if sharp == own else 1)
+    full = run_fastest(sharp, kept, options.repeat if sharp == own else 1)
     reference = Reference(raw.system, full, h, kept, options.repeat)
-    fine = other_steps(own, kept, options.steps, options.order, options.expensive)
-    jobs = [*reduced_jobs(task, options, full_runs.of_motion(task, full)), *competitors(task, own, options, coarse or {}, fine)]
+    fine = run_other_steps(own, kept, options.steps, options.order, options.expensive)
+    jobs = [*reduced_jobs(task, options, full_runs.run_of_motion(task, full)), *competitors(task, own, options, coarse or {}, fine)]
     records, motions, found, models = [], {}, {}, {}
     for number, job in enumerate(jobs):
         record, model, motion, errors = evaluate(job, reference)
@@ -173,9 +173,10 @@ def run(
                 models[record.name] = model.reduced
         if progress:
             progress((number + 1) / (len(jobs) + 1))
-    own_run = full if sharp == own else timed(own, kept, options.repeat)
-    itself = evaluate(Job(Record("full", "full", step=h), lambda: Model(own), own_run), replace(reference, full=own_run))[0]
-    shown = tuple(with_ratios([itself, *records], full.statistics.cpu_s))
+    own_run = full if sharp == own else run_fastest(own, kept, options.repeat)
+    job = ModelJob(ModelRecord("full", "full", step=h), lambda: Model(own), own_run)
+    itself = evaluate(job, replace(reference, full=own_run))[0]
+    shown = tuple(add_ratios([itself, *records], full.statistics.cpu_s))
     return Comparison(shown, full, motions, found, models, step_error(full, fine, h))
 
 
@@ -190,27 +191,29 @@ def variants(task: TrainingTask) -> list[tuple[str, HyperReduction]]:
     return found + [(level, hyper) for level in LEVELS if hyper.name not in known]
 
 
-def reduced_jobs(task: TrainingTask, options: Options, data: FullRun) -> Iterator[Job]:
+def reduced_jobs(task: TrainingTask, options: ComparisonOptions, data: FullRun) -> Iterator[ModelJob]:
     """The main models, then those of the other eps and eta (named `model eps/eta`), then the floating frame."""
     raw, plan, h = task.family({}), task.plan, task.family({}).scheme.step
     plans = {"system": with_components(plan, system_level(raw.system)), "component": plan}
 
     @functools.cache
-    def base(level: str, eps: float) -> tuple[TrainingTask, Reduction]:
+    def base(level: str, eps: float) -> tuple[TrainingTask, TrainedReduction]:
         mine = replace(task, plan=replace(plans[level], tolerance=eps))
-        return mine, reduced_models.projected(mine, [data])
+        return mine, reduced_models.project_runs(mine, [data])
 
     def model(level: str, eps: float, hyper: HyperReduction) -> Model:
         mine, reduction = base(level, eps)
-        made = reduced_models.finished(mine, reduced_models.hyper_reduced(reduction, hyper))
+        made = reduced_models.finish(mine, reduced_models.hyper_reduce(reduction, hyper))
         return Model(reduced_models.case_at(made, {}), made)
 
-    def job(level: str, eps: float, hyper: HyperReduction, main: bool) -> Job:
+    def job(level: str, eps: float, hyper: HyperReduction, main: bool) -> ModelJob:
         family, eta = (f"{level}+{hyper.label}" if hyper.label else level), hyper.tolerance
         name = family if main else f"{family} {short(eps)}" + (f"/{short(eta)}" if eta else "")
         newton = newton_of_reduced(raw.newton, eps).tolerance
-        record = Record(name, family, "done", level, hyper.name, main, step=h, newton=newton, tolerance=eps, hyper_tolerance=eta)
-        return Job(record, lambda: model(level, eps, hyper))
+        record = ModelRecord(
+            name, family, "done", level, hyper.name, main, step=h, newton=newton, tolerance=eps, hyper_tolerance=eta
+        )
+        return ModelJob(record, lambda: model(level, eps, hyper))
 
     with contextlib.suppress(FmbsError):  # what fails here, the models themselves will say
         compile_training(*base("component", plan.tolerance))
@@ -226,14 +229,16 @@ def reduced_jobs(task: TrainingTask, options: Options, data: FullRun) -> Iterato
                     yield job(level, eps, replace(hyper, tolerance=eta), False)
     if options.ffrf_modes:
         count = options.ffrf_modes
-        yield Job(Record("ffrf", "ffrf", main=True, step=h), lambda: Model(replace(raw, system=reduce_floating(raw.system, count))))
+        yield ModelJob(
+            ModelRecord("ffrf", "ffrf", main=True, step=h), lambda: Model(replace(raw, system=reduce_floating(raw.system, count)))
+        )
 
 
-def compile_training(task: TrainingTask, reduction: Reduction) -> None:
+def compile_training(task: TrainingTask, reduction: TrainedReduction) -> None:
     """Compile the training on two snapshots, and the steps."""
     few = tuple(replace(run, motion=functools.partial(first_states, run)) for run in reduction.runs)
-    rough = reduced_models.hyper_reduced(replace(reduction, runs=few), Elements(0.5))
-    case = reduced_models.case_at(reduced_models.finished(task, rough), {})
+    rough = reduced_models.hyper_reduce(replace(reduction, runs=few), Elements(0.5))
+    case = reduced_models.case_at(reduced_models.finish(task, rough), {})
     cases.run(replace(case, duration=2 * case.scheme.step))
 
 
@@ -243,24 +248,24 @@ def first_states(run: TrainingRun) -> np.ndarray:
 
 
 def competitors(
-    task: TrainingTask, own: Case, options: Options, coarse: Mapping[int, System], fine: Mapping[float, Trajectory]
-) -> Iterator[Job]:
+    task: TrainingTask, own: Case, options: ComparisonOptions, coarse: Mapping[int, System], fine: Mapping[float, Trajectory]
+) -> Iterator[ModelJob]:
     """Full models on coarser meshes and with other steps."""
     for cells, other in coarse.items():
-        make = functools.partial(formed, task, replace(own, system=other))
-        yield Job(Record(f"coarse-{cells}", "coarse", step=own.scheme.step), make)
+        make = functools.partial(form_model, task, replace(own, system=other))
+        yield ModelJob(ModelRecord(f"coarse-{cells}", "coarse", step=own.scheme.step), make)
     for step in options.steps:
         ready = next((motion for known, motion in fine.items() if math.isclose(known, step)), None)
         make = functools.partial(Model, cases.with_step(own, step))
-        yield Job(Record(f"step-{short(step)}", "step", step=step), make, ready)
+        yield ModelJob(ModelRecord(f"step-{short(step)}", "step", step=step), make, ready)
 
 
-def formed(task: TrainingTask, raw: Case) -> Model:
+def form_model(task: TrainingTask, raw: Case) -> Model:
     """A full model as it is run."""
     return Model(replace(raw, system=task.form(raw.system)))
 
 
-def evaluate(job: Job, reference: Reference) -> tuple[Record, Model | None, Trajectory | None, Errors | None]:
+def evaluate(job: ModelJob, reference: Reference) -> tuple[ModelRecord, Model | None, Trajectory | None, Errors | None]:
     """Make a model, run it, and compare it with the full one."""
     record, full = job.record, reference.full
     try:
@@ -268,9 +273,9 @@ def evaluate(job: Job, reference: Reference) -> tuple[Record, Model | None, Traj
     except FmbsError as error:
         return replace(record, status=str(error)), None, None, None
     case = model.case
-    record = sizes(replace(record, newton=case.newton.tolerance), model, reference.raw)
+    record = add_sizes(replace(record, newton=case.newton.tolerance), model, reference.raw)
     try:
-        motion = job.ready or timed(case, stored(case.scheme.step, reference.step, reference.kept), reference.repeat)
+        motion = job.ready or run_fastest(case, common_steps(case.scheme.step, reference.step, reference.kept), reference.repeat)
         errors, outputs = compare(full, motion), output_errors.compare(full, motion)
     except FmbsError as error:
         return replace(record, status=str(error)), model, None, None
@@ -298,7 +303,7 @@ def evaluate(job: Job, reference: Reference) -> tuple[Record, Model | None, Traj
     return record, model, motion, errors
 
 
-def sizes(record: Record, model: Model, raw: System) -> Record:
+def add_sizes(record: ModelRecord, model: Model, raw: System) -> ModelRecord:
     """Modes, cells, points and products of a model."""
     system, made = model.case.system, model.reduced
     if made is None:
@@ -320,14 +325,14 @@ def sizes(record: Record, model: Model, raw: System) -> Record:
     )
 
 
-def with_ratios(records: Sequence[Record], taught: float) -> Iterator[Record]:
-    """Records with the speed-up in theory and the runs after which training, on a full run of CPU time `taught`, pays."""
+def add_ratios(records: Sequence[ModelRecord], full_s: float) -> Iterator[ModelRecord]:
+    """Records with the speed-up in theory and the runs after which training, on a full run of CPU time `full_s`, pays."""
     full = records[0].cpu_s
     system = next((record.multiplications for record in records if record.name == LEVELS[0]), 0)
     for record in records:
         ratio = system / record.multiplications if record.multiplications and system else math.nan
         gain = full - record.cpu_s
-        pays = (record.training_s + taught) / gain if record.training_s and gain > 0 else None
+        pays = (record.training_s + full_s) / gain if record.training_s and gain > 0 else None
         yield replace(record, speed_up=ratio, pays_after_runs=pays)
 
 

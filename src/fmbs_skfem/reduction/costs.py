@@ -116,7 +116,7 @@ def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 3) -> Sha
 
 def sparse_seconds(model: Compiled, scheme: GeneralizedAlpha, times: int = 5) -> tuple[float, float]:
     """CPU time [s] of a factorisation and of a solution of a large model."""
-    step, solver = prepared(model, scheme), Large(model)
+    step, solver = prepare_step(model, scheme), Large(model)
     start = clock.process_time()
     solver.factorise(step)
     middle = clock.process_time()
@@ -125,7 +125,7 @@ def sparse_seconds(model: Compiled, scheme: GeneralizedAlpha, times: int = 5) ->
     return middle - start, (clock.process_time() - middle) / times
 
 
-def prepared(model: Compiled, scheme: GeneralizedAlpha) -> Step:
+def prepare_step(model: Compiled, scheme: GeneralizedAlpha) -> Step:
     """A step at x0 with a current residual, and the signals at t = 0."""
     system, none = model.system, np.zeros(model.system.size)
     start = Start(system.x0, system.v0, none, np.zeros(model.constraints), np.zeros((2, system.size)))
@@ -160,7 +160,7 @@ def repeat_calls(table: Any, _: Any) -> int:
 
 def bench(model: Compiled, scheme: GeneralizedAlpha | None = None, repeat: int = 5) -> Callable[[int], float]:
     """Seconds of one call of a piece of the time step: CPU time, the best of several bursts."""
-    step = prepared(model, scheme or GeneralizedAlpha(STEP))
+    step = prepare_step(model, scheme or GeneralizedAlpha(STEP))
     whole = {FORCE: evaluation.forces, TANGENT: evaluation.add_tangents, FACTOR: stepping.factorise, SOLUTION: stepping.solve}
 
     def burst(one: Routine | Callback, more: int, times: int) -> float:

@@ -30,7 +30,7 @@ from .pod import truncation
 
 
 @dataclass(frozen=True)
-class Interpolation:
+class ForceInterpolation:
     """f ~ modes (P^T modes)^-1 f[rows]."""
 
     modes: np.ndarray  #: (n, k), orthonormal
@@ -54,7 +54,7 @@ class Interpolated:
     lift: Affine  #: U, qbar
     rows: np.ndarray  #: (k,) coordinates of which the force is read
     weights: np.ndarray  #: D (r, k)
-    parts: Mapping[str, Interpolation]  #: by component
+    parts: Mapping[str, ForceInterpolation]  #: by component
 
     @property
     def law(self) -> Law:
@@ -77,14 +77,14 @@ class Interpolated:
         return compiled.strain_energy(self.bodies, self.lift(x))
 
 
-def interpolation(modes: np.ndarray) -> Interpolation:
+def interpolation(modes: np.ndarray) -> ForceInterpolation:
     """The rows of algorithm 1: the largest entry of the first mode, then of what interpolation leaves of the next one."""
     rows = [int(np.abs(modes[:, 0]).argmax())]
     for k in range(1, modes.shape[1]):
         before, mode = modes[:, :k], modes[:, k]
         rest = mode - before @ np.linalg.solve(before[rows], mode[rows])
         rows.append(int(np.abs(rest).argmax()))
-    return Interpolation(modes, np.array(rows))
+    return ForceInterpolation(modes, np.array(rows))
 
 
 def force_modes(forces: np.ndarray, tolerance: float) -> np.ndarray:

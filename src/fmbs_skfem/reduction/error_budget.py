@@ -19,7 +19,7 @@ from . import full_runs
 from .full_runs import FullRun, TrainingTask
 from .hyper_reduction import NONE
 from .plan import Plan
-from .reduced_models import reduced_run, sample, trained
+from .reduced_models import reduced_case, run_reduced, train_reduction
 
 TRUNCATION, HYPER = 0.1, 0.1  #: shares of the tolerance
 LARGEST_EPS, SMALLEST_EPS = 1e-6, 1e-24
@@ -69,7 +69,7 @@ def choose(task: TrainingTask, run: FullRun, tolerance: float, step: float | Non
 
 def first_eps(tolerance: float) -> float:
     """The eps tried first: the square of the share."""
-    return limited((TRUNCATION * tolerance) ** 2, SMALLEST_EPS, LARGEST_EPS)
+    return clip((TRUNCATION * tolerance) ** 2, SMALLEST_EPS, LARGEST_EPS)
 
 
 def choose_eps(task: TrainingTask, run: FullRun, tolerance: float) -> tuple[float, float]:
@@ -82,7 +82,7 @@ def choose_eps(task: TrainingTask, run: FullRun, tolerance: float) -> tuple[floa
         if found[eps] <= share or eps <= SMALLEST_EPS:
             break
         factor = SAFE * (share / found[eps]) ** 2 if math.isfinite(found[eps]) else UNSTABLE
-        eps = limited(eps * max(factor, UNSTABLE), SMALLEST_EPS, LARGEST_EPS)
+        eps = clip(eps * max(factor, UNSTABLE), SMALLEST_EPS, LARGEST_EPS)
     best = min(found, key=lambda eps: found[eps])
     if not found[best] <= tolerance:
         remedy = "the reduced model cannot be as good as that: take a larger tolerance, or sharper Newton iterations"
@@ -95,13 +95,13 @@ def choose_eta(task: TrainingTask, run: FullRun, tolerance: float, eps: float, t
     hyper, share = task.plan.hyper, HYPER * tolerance + truncation
     if hyper.tolerance is None:
         return None, truncation
-    eta = limited(hyper.tolerance, SMALLEST_ETA, LARGEST_ETA)
+    eta = clip(hyper.tolerance, SMALLEST_ETA, LARGEST_ETA)
     found: dict[float, float] = {}
     for _ in range(TRIALS):
         found[eta] = error_at(task, run, replace(task.plan, tolerance=eps, modes=None, hyper=replace(hyper, tolerance=eta)))
         if found[eta] <= share or eta <= SMALLEST_ETA:
             break
-        eta = limited(0.1 * eta, SMALLEST_ETA, LARGEST_ETA)
+        eta = clip(0.1 * eta, SMALLEST_ETA, LARGEST_ETA)
     best = min(found, key=lambda eta: found[eta])
     return best, found[best]
 
@@ -110,13 +110,13 @@ def error_at(task: TrainingTask, run: FullRun, plan: Plan) -> float:
     """Error of the reduced model of one run at its own parameters; infinite where it fails."""
     with_plan = replace(task, plan=plan)
     try:
-        case = sample(with_plan, trained(with_plan, [run]), run.values)
-        return full_runs.wanted_error(task, task.family(run.values).system, run, reduced_run(with_plan, case))
+        case = reduced_case(with_plan, train_reduction(with_plan, [run]), run.values)
+        return full_runs.wanted_error(task, task.family(run.values).system, run, run_reduced(with_plan, case))
     except FmbsError:
         return math.inf
 
 
-def limited(x: float, low: float, high: float) -> float:
+def clip(x: float, low: float, high: float) -> float:
     return min(max(x, low), high)
 
 

@@ -100,7 +100,10 @@ def common_times(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def compare(full: Trajectory, other: Trajectory) -> Errors:
-    """Errors of `other` (reduced, coarser, or with another step) against `full`, at the times both have stored."""
+    """Errors |q - p|_M over time of `other` (reduced, coarser, or with another step) against `full`, at the times both have stored.
+
+    InputError where they share fewer than two times.
+    """
     i, j = common_times(full.times, other.times)
     if len(i) < 2:
         raise InputError(say("errors.compare", "two trajectories with common times", f"{len(i)} common times"))
@@ -205,7 +208,11 @@ def touched(full: System, rows: np.ndarray) -> np.ndarray:
 
 
 def residual_norms(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -> Norms:
-    """Norms of R for a motion of a reduced system; `full` is the form with all multipliers."""
+    """Norms (s,) of c R for a motion of a reduced system over its stored states; `full` is the form with all multipliers.
+
+    R [force per unknown] is the residual of (2), c = h^2 beta of the `scheme`. Of the unknown forces of dropped constraints those
+    that make R smallest are taken, by least squares.
+    """
     model, c = compile_system(full), scaling(scheme)
     R = full_residual(model, motion)
     names = motion.system.constraints.names
@@ -221,7 +228,11 @@ def residual_norms(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -
 
 
 def indicator(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -> float:
-    """I [m s] for a motion of a reduced system, over its stored states; `full` is the form with all multipliers."""
+    """I = c int |R|_g dt [m s] (49) for a motion of a reduced system, over its stored states (s, n).
+
+    `full` is the form with all multipliers at the same parameters; rows of constraints that the reduced model does not know are
+    masked, all others divided by their mass.
+    """
     model, g = compile_system(full), mask(full, motion.system) / np.sqrt(full.weight * full.metric.diagonal())
     block = max(1, BLOCK // len(g))
     norms = [

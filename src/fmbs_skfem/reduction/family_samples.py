@@ -19,7 +19,7 @@ from ..core.errors import InputError, say
 from ..systems.system import Constraints
 from . import cases
 from . import parameters as boxes
-from .cases import Case, Family, Leaf, Place, Sample
+from .cases import Case, Family, Leaf, Leaves, Place
 from .parameters import Parameter
 
 ROUND = 32 * np.finfo(float).eps  #: round-off of a sampled number, relative to the largest in its row
@@ -39,14 +39,14 @@ class Samples:
     parameters: tuple[Parameter, ...]
     nominal: Case
     nodes: tuple[np.ndarray, ...]
-    found: dict[tuple[float, ...], Sample]
+    found: dict[tuple[float, ...], Leaves]
     noise: Mapping[Place, np.ndarray] = field(default_factory=dict)  #: by leaf, of every row
 
 
-def samples(family: Family, parameters: Sequence[Parameter], nodes: tuple[np.ndarray, ...]) -> Samples:
+def sample_nominal(family: Family, parameters: Sequence[Parameter], nodes: tuple[np.ndarray, ...]) -> Samples:
     """The nominal case alone."""
     row = nominal_row(parameters)
-    nominal = cases.plain(family(boxes.named(parameters, row)))
+    nominal = cases.with_float_times(family(boxes.named(parameters, row)))
     return Samples(family, tuple(parameters), nominal, nodes, {tuple(row.tolist()): {}})
 
 
@@ -54,14 +54,14 @@ def nominal_row(parameters: Sequence[Parameter]) -> np.ndarray:
     return np.array([parameter.nominal for parameter in parameters])
 
 
-def sample(known: Samples, row: np.ndarray) -> Sample:
+def sample(known: Samples, row: np.ndarray) -> Leaves:
     """The leaves of the case at (d,) values that differ from the nominal ones."""
     key = tuple(row.tolist())
     if key not in known.found:
         values = boxes.named(known.parameters, row)
-        found: Sample = {}
+        found: Leaves = {}
         try:
-            cases.collect(known.nominal, cases.plain(known.family(values)), (), found)
+            cases.collect(known.nominal, cases.with_float_times(known.family(values)), (), found)
         except cases.Change as change:
             moved = [p for p in known.parameters if values[p.name] != p.nominal]
             where = "parameter " + ", ".join(f"'{p.name}' = {values[p.name]:g}" for p in moved)
@@ -72,7 +72,7 @@ def sample(known: Samples, row: np.ndarray) -> Sample:
     return known.found[key]
 
 
-def stacked(known: Samples, place: Place, rows: np.ndarray) -> tuple[Leaf, np.ndarray]:
+def stack(known: Samples, place: Place, rows: np.ndarray) -> tuple[Leaf, np.ndarray]:
     """The nominal leaf, of the pattern of all samples, and the leaf's numbers (k, n) at values (k, d)."""
     base: Leaf = cases.leaf_at(known.nominal, place)
     leaves = [sample(known, row).get(place, base) for row in rows]
@@ -104,16 +104,16 @@ def by_row(rows: int, values: np.ndarray) -> np.ndarray:
     return np.asarray(np.abs(values).reshape(len(values), rows, -1).max(axis=2, initial=0.0))
 
 
-def careful(known: Samples, points: np.ndarray) -> Samples:
+def measure_noise(known: Samples, points: np.ndarray) -> Samples:
     """The samples anew, with the noise that is measured at points (k, d) and with one set of constraint terms for all cases."""
-    keys = union([known.family(boxes.named(known.parameters, row)) for row in (nominal_row(known.parameters), *points)])
-    whole = samples(lambda values: padded(known.family(values), keys), known.parameters, known.nodes)
+    keys = unite_keys([known.family(boxes.named(known.parameters, row)) for row in (nominal_row(known.parameters), *points)])
+    whole = sample_nominal(lambda values: pad(known.family(values), keys), known.parameters, known.nodes)
     width = np.array([parameter.high - parameter.low for parameter in known.parameters])
     found: dict[Place, np.ndarray] = {}
     for point in points:
         near = [point + count * np.finfo(float).eps * np.maximum(width, np.abs(point)) for count in NEIGHBOURS]
         for place in dict.fromkeys(place for row in (point, *near) for place in sample(whole, row)):
-            base, values = stacked(whole, place, np.stack([point, *near]))
+            base, values = stack(whole, place, np.stack([point, *near]))
             apart = by_row(rows_in(base), values[1:] - values[0]).max(axis=0)
             limit = NOISY * max(float(np.abs(values).max(initial=0.0)), whole.nominal.system.scale)
             apart = np.where(apart <= limit, SURE * apart, 0.0)
@@ -132,14 +132,14 @@ def keys_of(terms: Constraints) -> list[Key]:
     return found
 
 
-def union(found: Sequence[Case]) -> list[Key]:
+def unite_keys(found: Sequence[Case]) -> list[Key]:
     """The terms of all cases by rows; those that the first case has not come first, before the remainder of an angle."""
     first, *others = (keys_of(case.system.constraints) for case in found)
     more = dict.fromkeys(key for keys in others for key in keys if key not in set(first))
     return sorted([*more, *first], key=lambda key: key[0])
 
 
-def padded(case: Case, keys: Sequence[Key]) -> Case:
+def pad(case: Case, keys: Sequence[Key]) -> Case:
     """The case with terms of coefficient zero where it has none; unchanged where it has all, or others."""
     terms = case.system.constraints
     mine = keys_of(terms)

@@ -26,7 +26,11 @@ from ..systems.system import Affine, Constraints, System, change_coordinates
 
 
 def reduce_floating(system: System, modes: int = 10) -> System:
-    """FFRF model of a full system (with all multipliers) of straight beams, `modes` bending modes a body."""
+    """Floating-frame model of a full system (with all multipliers) of straight beams, with `modes` bending modes a body.
+
+    Unknowns of a beam are c, e and the amplitudes m_i, c letters each (`System.components` says where). Its stiffness is
+    diag(omega_i^2), its constraints those of the system and |e|^2 = 1, m_i . e = 0. InputError for a beam that is not straight.
+    """
     dim, cells = system.dim, {e.name: e.gather for e in system.elastic}
     blocks, springs, spans, terms = [], [], [], Terms()
     at, before = 0, len(system.probes.offset)
@@ -49,7 +53,7 @@ def reduce_floating(system: System, modes: int = 10) -> System:
         elastic=(),
         stiffness=np.diag(np.concatenate(springs)),
         probes=probes,
-        constraints=appended(system.constraints, terms),
+        constraints=append(system.constraints, terms),
         components=tuple(spans),
         full=None,
     )
@@ -96,7 +100,7 @@ def frame_rows(terms: Terms, name: str, e: int, dim: int, modes: int) -> None:
         terms.row(name, f"mode {i + 1}", *[(1.0, -1, m + c, e + c) for c in range(dim)])
 
 
-def appended(constraints: Constraints, terms: Terms) -> Constraints:
+def append(constraints: Constraints, terms: Terms) -> Constraints:
     """Constraints with further rows behind them."""
     shift = len(constraints.names)
     row, value, signal, i, j = (np.array(column) for column in zip(*terms.terms, strict=True))

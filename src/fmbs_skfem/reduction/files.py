@@ -49,8 +49,12 @@ def save(system: System, path: str | Path, **notes: Any) -> Path:
 def case_of(
     saved: Saved, duration: float | None = None, step: float | None = None, where: str = "reduced model"
 ) -> tuple[Case, list[str]]:
-    """The case of a model, and where it leaves the training, with a notice; times [s] not given are those of the training."""
-    times = trained_times(saved.notes, where)
+    """The case of a model, and where it leaves the training, with a notice; times [s] not given are those of the training.
+
+    InputError where neither the notes nor the arguments have a duration and a step, CorruptFile where those of the notes are no
+    numbers.
+    """
+    times = read_times(saved.notes, where)
     missing = [name for name, value in (("duration", duration), ("step", step)) if value is None and name not in times]
     if missing:
         raise InputError(say(where, "a duration and a step", f"no {' and no '.join(missing)}", "give both in seconds"))
@@ -60,12 +64,15 @@ def case_of(
 
 
 def run(saved: Saved, every: int | np.ndarray = 1, duration: float | None = None, step: float | None = None) -> Trajectory:
-    """The motion of a model over the times of its training, or others [s]; a longer run or another step with a notice."""
+    """The motion of a model over the times of its training, or others [s]; a longer run or another step with a notice.
+
+    `every` and errors are those of `dynamics.integrate` and `case_of`.
+    """
     case, _ = case_of(saved, duration, step)
     return cases.run(case, every)
 
 
-def trained_times(notes: Mapping[str, Any], where: str) -> dict[str, float]:
+def read_times(notes: Mapping[str, Any], where: str) -> dict[str, float]:
     """Duration, step and spectral radius of the training, as far as the notes of a file have them."""
     known = notes.get("report", {})
     found = {key: known[key] for key in ("duration", "step", "rho_inf") if isinstance(known, Mapping) and key in known}
@@ -76,10 +83,13 @@ def trained_times(notes: Mapping[str, Any], where: str) -> dict[str, float]:
 
 
 def load(path: str | Path) -> System:
-    """The system of a file."""
+    """The reduced system of a file; errors as of `read`."""
     return read(path).system
 
 
 def read(path: str | Path) -> Saved:
-    """The system of a file and its notes; CorruptFile names what is wrong with a file that is not as it was written."""
+    """The system of a file and its notes, checked by checksum, types and shapes.
+
+    CorruptFile names what is wrong with a file that is not as it was written, InputError where there is none.
+    """
     return Saved(**container.read(path, KIND, system=System, notes=dict))

@@ -28,7 +28,7 @@ from . import cases, output_errors, pod
 from . import parameters as boxes
 from .cases import Case, Family
 from .errors import BLOCK, mean_error, part
-from .galerkin import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfying, snapshots
+from .galerkin import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy, snapshots
 from .output_errors import OutputError
 from .parameters import Parameter
 from .plan import Plan, newton_for
@@ -77,42 +77,45 @@ Full: TypeAlias = Callable[[Mapping[str, float]], FullRun]
 
 
 def task_of(case: Case, plan: Plan, interval: float | np.ndarray, form: Callable[[System], System] = eliminate) -> TrainingTask:
-    """The task without parameters: one full case with all multipliers."""
+    """The task without parameters: one full case with all multipliers, snapshots every `interval` [s] or at its times (s,) [s].
+
+    `form` makes the system that is run of it, by default without the linear constraints.
+    """
     return TrainingTask(lambda values: case, (), plan, interval, form)
 
 
 def full_run(task: TrainingTask, values: Mapping[str, float], sharp: bool = True) -> FullRun:
     """The full model at a point, sharp enough for its snapshots, or with the Newton iteration of its scene."""
     case = task.family(values)
-    return factored(task, values, case.system, moved(task, case, sharp))
+    return keep_factors(task, values, case.system, run_case(task, case, sharp))
 
 
-def of_motion(task: TrainingTask, motion: Trajectory) -> FullRun:
+def run_of_motion(task: TrainingTask, motion: Trajectory) -> FullRun:
     """The run of a task without parameters from a motion of its full system, with the snapshots among its stored states."""
     data = snapshots(motion, task.interval)
     return FullRun({}, data.times, {}, motion.statistics.cpu_s, q=data.q)
 
 
-def moved(task: TrainingTask, case: Case, sharp: bool = True) -> Trajectory:
+def run_case(task: TrainingTask, case: Case, sharp: bool = True) -> Trajectory:
     """The motion of a full case, stored at the snapshots."""
     newton = newton_for(case.newton, task.plan.tolerance) if sharp else case.newton
-    return cases.run(replace(case, system=task.form(case.system), newton=newton), steps(case, task.interval))
+    return cases.run(replace(case, system=task.form(case.system), newton=newton), snapshot_steps(case, task.interval))
 
 
-def factored(task: TrainingTask, values: Mapping[str, float], raw: System, motion: Trajectory) -> FullRun:
+def keep_factors(task: TrainingTask, values: Mapping[str, float], raw: System, motion: Trajectory) -> FullRun:
     """What is kept of a motion of the full system `raw`, stored at the snapshots."""
     q = lifted(motion)[0]
     if not task.parameters:
         return FullRun(dict(values), motion.times, {}, motion.statistics.cpu_s, output_errors.columns(motion), q)
-    found = {name: factor(task.plan, raw, q, members) for name, members in task.plan.components.items()}
+    found = {name: factorise(task.plan, raw, q, members) for name, members in task.plan.components.items()}
     return FullRun(dict(values), motion.times, found, motion.statistics.cpu_s, output_errors.columns(motion))
 
 
-def factor(plan: Plan, raw: System, q: np.ndarray, members: Sequence[str]) -> Factor:
+def factorise(plan: Plan, raw: System, q: np.ndarray, members: Sequence[str]) -> Factor:
     """Truncated factors of a component's deviations from its initial state, for snapshots q (s, q)."""
     rows = rows_of(raw, members)
     W, (A, a) = metric_of(raw, rows), inner_constraints(raw, rows)
-    X = satisfying(q[:, rows] - raw.lift(raw.x0)[rows], A, 0 * a).T
+    X = satisfy(q[:, rows] - raw.lift(raw.x0)[rows], A, 0 * a).T
     if is_rigid(raw, members):
         modes = all_directions(W, A)
         return Factor(modes, pod.left_singular(W, X)[1][: modes.shape[1]], modes.T @ (W @ X))
@@ -121,7 +124,7 @@ def factor(plan: Plan, raw: System, q: np.ndarray, members: Sequence[str]) -> Fa
     return Factor(basis.modes, basis.singular_values[: basis.modes.shape[1]], basis.modes.T @ (W @ X))
 
 
-def steps(case: Case, interval: float | np.ndarray) -> np.ndarray:
+def snapshot_steps(case: Case, interval: float | np.ndarray) -> np.ndarray:
     """Numbers of the steps whose states are snapshots, 0 first; the last step is one where an interval reaches it."""
     last, h = round(case.duration / case.scheme.step), case.scheme.step
     if isinstance(interval, np.ndarray):
@@ -194,10 +197,10 @@ def step_error(task: TrainingTask, values: Mapping[str, float], run: FullRun) ->
     even = np.flatnonzero((mine % 2 == 0) & (mine <= 2 * pairs))
     doubled = cases.with_step(replace(case, system=task.form(case.system)), 2.0 * case.scheme.step)
     rough = cases.run(replace(doubled, duration=pairs * doubled.scheme.step), mine[even] // 2)
-    return wanted_error(task, case.system, thinned(run, even), rough) / 3.0
+    return wanted_error(task, case.system, thin(run, even), rough) / 3.0
 
 
-def thinned(run: FullRun, samples: np.ndarray) -> FullRun:
+def thin(run: FullRun, samples: np.ndarray) -> FullRun:
     """A full run at some of its samples."""
     factors = {name: replace(one, coefficients=one.coefficients[:, samples]) for name, one in run.factors.items()}
     outputs = {name: values[samples] for name, values in run.outputs.items()}
@@ -205,7 +208,7 @@ def thinned(run: FullRun, samples: np.ndarray) -> FullRun:
     return replace(run, times=run.times[samples], factors=factors, outputs=outputs, q=q)
 
 
-def reached(task: TrainingTask, full: Full, values: Mapping[str, float]) -> FullRun | str:
+def try_run(task: TrainingTask, full: Full, values: Mapping[str, float]) -> FullRun | str:
     """The full run at a point, or the reason why the full model has no motion there, with a notice."""
     try:
         return full(values)

@@ -47,12 +47,15 @@ class Snapshots:
 
 
 def snapshots(trajectory: Trajectory, interval: float | np.ndarray | None = None) -> Snapshots:
-    """Body coordinates every `interval` [s], or at the times (s,) [s] listed there; all stored ones by default."""
+    """Body coordinates (s, q) every `interval` [s], or at the times (s,) [s] listed there; all stored ones by default.
+
+    InputError where states were not stored at these times.
+    """
     times = trajectory.times
     if interval is None:
         picked = np.arange(len(times))
     elif isinstance(interval, np.ndarray):
-        picked = places(times, interval)
+        picked = find_places(times, interval)
     else:
         step = times[1] - times[0]
         stride = round(interval / step)
@@ -64,7 +67,7 @@ def snapshots(trajectory: Trajectory, interval: float | np.ndarray | None = None
     return Snapshots(part.times, lifted(part)[0])
 
 
-def places(times: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+def find_places(times: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """Where the wanted times stand among the stored ones; the interval between them tells round-off from a wrong time."""
     near = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
     near = near - (wanted - times[near - 1] < times[near] - wanted)
@@ -76,12 +79,12 @@ def places(times: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 
 
 def system_level(system: System) -> dict[str, tuple[str, ...]]:
-    """One component that holds all bodies."""
+    """One component, `system`, that holds all bodies: {component: names of bodies}."""
     return {"system": tuple(name for name, _, _ in system.coordinates)}
 
 
 def body_level(system: System) -> dict[str, tuple[str, ...]]:
-    """Every body a component of its own."""
+    """Every body a component of its own: {component: names of bodies}."""
     return {name: (name,) for name, _, _ in system.coordinates}
 
 
@@ -101,23 +104,24 @@ def bases(
     tolerance: float | None = 1e-12,
     modes: int | None = None,
 ) -> dict[str, Basis]:
-    """POD basis of every component from snapshots of `system`; the initial state is kept in every basis.
+    """POD basis U^b (n, r) of every component from snapshots (s, q) of `system`, truncated by eps = `tolerance` (14) or to `modes`.
 
+    Modes are orthonormal in the mass of the component over that of all bodies; the initial state is kept in every basis.
     Snapshots are first projected onto the linear constraints inside the component, and modes onto the directions that keep them, so
     that these constraints vanish to round-off however small the last singular value is. Components of rigid bodies alone keep all
-    their directions: there is nothing to save, and joints need them.
+    their directions: there is nothing to save, and joints need them. InputError for unknown bodies and snapshots that do not move.
     """
     found = {}
     for name, members in components.items():
         rows = rows_of(system, members)
         A, a = inner_constraints(system, rows)
-        states = satisfying(data.q[:, rows], A, a)
+        states = satisfy(data.q[:, rows], A, a)
         start, W = system.lift(system.x0)[rows], metric_of(system, rows)
         if is_rigid(system, members):
             found[name] = Basis(all_directions(W, A), start, pod.left_singular(W, (states - start).T)[1])
             continue
         basis = pod.basis(states.T, tolerance if modes is None else None, modes, keep=start, metric=W)
-        found[name] = replace(basis, modes=pod.orthonormal(W, satisfying(basis.modes.T, A, 0 * a).T))
+        found[name] = replace(basis, modes=pod.orthonormal(W, satisfy(basis.modes.T, A, 0 * a).T))
     return found
 
 
@@ -143,7 +147,7 @@ def inner_constraints(system: System, rows: np.ndarray) -> tuple[np.ndarray, np.
     return A[mine][:, rows].toarray(), a[mine]
 
 
-def satisfying(q: np.ndarray, A: np.ndarray, a: np.ndarray) -> np.ndarray:
+def satisfy(q: np.ndarray, A: np.ndarray, a: np.ndarray) -> np.ndarray:
     """The states (s, n) nearest to q with A q + a = 0."""
     return q - (q @ A.T + a) @ np.linalg.pinv(A).T if len(a) else q
 
@@ -188,10 +192,12 @@ def reduce_system(
     eliminate: bool = False,
     configurations: np.ndarray | None = None,
 ) -> System:
-    """The reduced system of a full one (with all multipliers), a System again.
+    """The reduced system of a full one (with all multipliers), a System again: q = V x + qbar, V = diag(U^b), equations (21).
 
-    `eliminate` removes the linear constraints between components by pivoted columns (33); otherwise they keep their multipliers.
-    `configurations` (s, q) are states at which dependent rows are looked for.
+    `found` has the basis of every component, `components` names their bodies, each in exactly one. `eliminate` removes the linear
+    constraints between components by pivoted columns (33); otherwise they keep multipliers. `configurations` (s, q) are states at
+    which dependent rows are looked for. InputError where a component has too few modes for the constraints that link it to others,
+    or a basis belongs to another model.
     """
     check_components(system, components)
     classes = classify(system, components)
@@ -199,7 +205,7 @@ def reduce_system(
     check_interfaces(system, components, found, classes)
     kept = np.sort(np.concatenate([classes.linking, classes.others]))
     reduced = replace(change_coordinates(keep_constraints(system, kept), V, mean), components=spans, full=None)
-    reduced = replace(reduced, mass=diagonal(reduced.mass), damping=diagonal(reduced.damping))
+    reduced = replace(reduced, mass=clean_diagonal(reduced.mass), damping=clean_diagonal(reduced.damping))
     if eliminate and len(classes.linking):
         _, D, d = linear_part(reduced)
         apart = pivots.independent_rows([np.column_stack([D.toarray(), d])])  # others hold for every mode, or follow from these
@@ -213,14 +219,14 @@ def reduce_system(
     return reduced
 
 
-def diagonal(A: Matrix) -> Matrix:
+def clean_diagonal(A: Matrix) -> Matrix:
     """A matrix (n, n) without round-off beside its diagonal, as the mass of modes that are orthonormal in it."""
     D = np.diag(np.diag(as_dense(A)))
     return D if np.abs(A - D).max(initial=0.0) <= ROUND * np.abs(D).max(initial=0.0) else A
 
 
 def projected(system: System, q: np.ndarray) -> np.ndarray:
-    """Unknowns (s, n) of a reduced system nearest to body coordinates (s, q)."""
+    """Unknowns x (s, n) of a reduced system with the least |V x + qbar - q| for body coordinates (s, q)."""
     return np.ascontiguousarray(np.linalg.lstsq(np.asarray(system.lift.matrix), (q - system.lift.offset).T, rcond=None)[0].T)
 
 

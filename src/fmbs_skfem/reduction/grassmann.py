@@ -85,11 +85,11 @@ def chart(axes: Sequence[np.ndarray], subspaces: Sequence[np.ndarray], reference
         shapes = sorted({space.shape for space in subspaces})
         raise InputError(say("grassmann.chart", "subspaces of one shape", shapes, "keep equally many modes at every node"))
     planes = [orthonormal(space) for space in subspaces]
-    base = planes[central(planes) if reference is None else reference]
+    base = planes[find_central(planes) if reference is None else reference]
     return Chart(nodes, base, np.stack([log(base, plane) for plane in planes]))
 
 
-def central(planes: Sequence[np.ndarray]) -> int:
+def find_central(planes: Sequence[np.ndarray]) -> int:
     """Number of the subspace whose farthest other one is nearest; the first of several."""
     count = len(planes)
     apart = np.zeros((count, count))

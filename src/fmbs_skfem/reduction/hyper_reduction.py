@@ -65,7 +65,7 @@ KNOWN: dict[str, type[HyperReduction]] = {}
 
 
 def register(kind: Kind) -> Kind:
-    """Make a hyper-reduction known by its name."""
+    """Make a hyper-reduction known by its `name` to plans, scenes and the command line; a decorator of the class."""
     KNOWN[kind.name] = kind
     return kind
 

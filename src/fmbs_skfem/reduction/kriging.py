@@ -75,7 +75,10 @@ def fit(points: ArrayLike, values: ArrayLike, seed: int = 0) -> Surrogate:
 
 
 def predict(surrogate: Surrogate, points: ArrayLike) -> tuple[Array, Array]:
-    """Mean and standard deviation (k,) of the smooth part of log10, at points (k,d)."""
+    """Mean mu and standard deviation s (k,) [decades] of the smooth part m + z of log10 I, at points (k,d) of the unit box.
+
+    InputError for points that are no finite matrix with a column for every parameter.
+    """
     x = _points(points, "kriging.predict", surrogate.points.shape[1])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of variances that round-off has made negative
@@ -100,7 +103,7 @@ def deviation(surrogate: Surrogate, points: ArrayLike) -> Array:
 
 
 def gain(surrogate: Surrogate, points: ArrayLike) -> Array:
-    """G (k,) [decades] at points (k,d)."""
+    """Expected gain G (k,) [decades] of a further sample at points (k,d) of the unit box."""
     mean, deviation = predict(surrogate, points)
     above = mean - predict(surrogate, surrogate.points)[0].max()
     safe = np.where(deviation > 0.0, deviation, 1.0)

@@ -106,13 +106,13 @@ def prepare(token: str, task: Task) -> tuple[type[FmbsError], str, Any] | None:
 
 def work(token: str, batch: Sequence[Member], timeout: float | None) -> list[Record]:
     """Run a batch in this worker."""
-    return [settled(READY[token], member, timeout) for member in batch]
+    return [run_member(READY[token], member, timeout) for member in batch]
 
 
-def settled(function: Work, member: Member, timeout: float | None) -> Record:
+def run_member(function: Work, member: Member, timeout: float | None) -> Record:
     """The record of a member."""
     cpu, wall = clock.process_time(), clock.perf_counter()
-    with limited(timeout), warnings.catch_warnings(record=True) as caught:
+    with limit_time(timeout), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", Notice)
         try:
             result: Result | BaseException = function(member.values)
@@ -120,11 +120,11 @@ def settled(function: Work, member: Member, timeout: float | None) -> Record:
             result = error
     cpu, wall = clock.process_time() - cpu, clock.perf_counter() - wall
     notices = tuple(dict.fromkeys(str(item.message) for item in caught if issubclass(item.category, Notice)))
-    return replace(entry(member, result), cpu_s=cpu, wall_s=wall, notices=notices)
+    return replace(make_record(member, result), cpu_s=cpu, wall_s=wall, notices=notices)
 
 
 @contextlib.contextmanager
-def limited(timeout: float | None) -> Iterator[None]:
+def limit_time(timeout: float | None) -> Iterator[None]:
     """End this process when it takes longer, whatever it does: the timer needs no interpreter lock."""
     if timeout is None:
         yield
@@ -137,14 +137,14 @@ def limited(timeout: float | None) -> Iterator[None]:
             faulthandler.cancel_dump_traceback_later()
 
 
-def entry(member: Member, result: Result | BaseException) -> Record:
+def make_record(member: Member, result: Result | BaseException) -> Record:
     """The record of a member that ran or raised."""
     if isinstance(result, Result):
         return Record(member.number, member.values, Status.OK, result=result)
-    return Record(member.number, member.values, Status.FAILED, word(result), str(result))
+    return Record(member.number, member.values, Status.FAILED, name_error(result), str(result))
 
 
-def word(error: BaseException) -> str:
+def name_error(error: BaseException) -> str:
     """What kind of error, in a word or two."""
     if isinstance(error, SolverError):
         return error.reason.name.lower().replace("_", " ")
@@ -162,9 +162,9 @@ class FamilyTask:
 
     def prepare(self) -> Work:
         first = self.case(self.nominal)
-        with warming():
-            integrated(replace(first, duration=first.scheme.step), self.instants)
-        return lambda values: integrated(self.case(values), self.instants)
+        with warm_up():
+            run_case(replace(first, duration=first.scheme.step), self.instants)
+        return lambda values: run_case(self.case(values), self.instants)
 
     def case(self, values: Mapping[str, float]) -> Case:
         found = self.family(values)
@@ -172,7 +172,7 @@ class FamilyTask:
 
 
 @dataclass(frozen=True)
-class ProductTask:
+class ModelTask:
     """Members of a reduced model that was saved."""
 
     path: str  #: of the file, as the workers see it
@@ -192,21 +192,21 @@ class ProductTask:
 
 
 @contextlib.contextmanager
-def warming() -> Iterator[None]:
+def warm_up() -> Iterator[None]:
     """A step before time counts, so that everything is compiled; what fails or is worth a notice, the members say themselves."""
     with contextlib.suppress(SolverError), warnings.catch_warnings():
         warnings.simplefilter("ignore", Notice)
         yield
 
 
-def integrated(case: Case, instants: int) -> Result:
+def run_case(case: Case, instants: int) -> Result:
     """What a case gives; other threads of the worker get their turn now and then."""
     from . import cases
 
-    return measured(cases.run(case, stored(case, instants), lambda fraction: None))
+    return evaluate_outputs(cases.run(case, choose_steps(case, instants), lambda fraction: None))
 
 
-def stored(case: Case, instants: int) -> np.ndarray:
+def choose_steps(case: Case, instants: int) -> np.ndarray:
     """Numbers of the steps that are stored: all, or `instants` of them over the duration."""
     if instants < 2:
         raise InputError(say("sweep: instants", "at least 2", instants))
@@ -214,7 +214,7 @@ def stored(case: Case, instants: int) -> np.ndarray:
     return np.unique(np.round(np.linspace(0, steps, min(instants, steps + 1))).astype(np.int64))
 
 
-def measured(motion: Trajectory) -> Result:
+def evaluate_outputs(motion: Trajectory) -> Result:
     """The outputs of a motion."""
     from ..dynamics import outputs
     from ..systems import probes

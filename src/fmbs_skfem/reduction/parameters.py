@@ -70,7 +70,7 @@ def check(parameters: Sequence[Parameter]) -> None:
 
 
 def to_box(parameters: Sequence[Parameter], points: ArrayLike) -> np.ndarray:
-    """Points (k, d) in the unit box; those outside of the ranges lie outside of it."""
+    """Values (k, d) [SI] as points u (k, d) of the unit box; those outside of the ranges lie outside of it."""
     columns = []
     for parameter, column in zip(parameters, table(parameters, points).T, strict=True):
         if parameter.scale is Scale.LOG:
@@ -81,7 +81,7 @@ def to_box(parameters: Sequence[Parameter], points: ArrayLike) -> np.ndarray:
 
 
 def from_box(parameters: Sequence[Parameter], unit: ArrayLike) -> np.ndarray:
-    """Values (k, d) of points in the unit box; its faces are the ends of the ranges to the bit."""
+    """Values (k, d) [SI] of points u (k, d) in the unit box; its faces are the ends of the ranges to the bit."""
     columns = []
     for parameter, u in zip(parameters, table(parameters, unit).T, strict=True):
         if parameter.scale is Scale.LOG:
@@ -92,7 +92,7 @@ def from_box(parameters: Sequence[Parameter], unit: ArrayLike) -> np.ndarray:
 
 
 def table(parameters: Sequence[Parameter], points: ArrayLike) -> np.ndarray:
-    """Points as a finite array (k, d)."""
+    """Points as an array (k, d); InputError for other shapes and numbers that are not finite."""
     check(parameters)
     array, d = np.asarray(points, dtype=float), len(parameters)
     if array.ndim != 2 or array.shape[1] != d or not np.isfinite(array).all():
@@ -102,7 +102,10 @@ def table(parameters: Sequence[Parameter], points: ArrayLike) -> np.ndarray:
 
 
 def grid(parameters: Sequence[Parameter], counts: int | Sequence[int] | Mapping[str, int]) -> np.ndarray:
-    """All combinations of equally spaced values, ends included (one value: the middle); the last parameter changes first."""
+    """All combinations (k, d) of equally spaced values, ends included (one value: the middle); the last parameter changes first.
+
+    `counts` is a number of values for all parameters, one a parameter in their order, or by name.
+    """
     check(parameters)
     if isinstance(counts, Mapping):
         known(parameters, counts, complete=True)
@@ -115,23 +118,23 @@ def grid(parameters: Sequence[Parameter], counts: int | Sequence[int] | Mapping[
 
 
 def latin_hypercube(parameters: Sequence[Parameter], count: int, seed: int = 0) -> np.ndarray:
-    """Random points, one in each of `count` slices of every range."""
+    """Random points (count, d), one in each of `count` slices of every range."""
     from scipy.stats import qmc
 
     check(parameters)
-    return from_box(parameters, qmc.LatinHypercube(len(parameters), rng=seed).random(whole("latin_hypercube", count)))
+    return from_box(parameters, qmc.LatinHypercube(len(parameters), rng=seed).random(check_count("latin_hypercube", count)))
 
 
 def sobol(parameters: Sequence[Parameter], count: int, seed: int = 0) -> np.ndarray:
-    """The first points of a scrambled Sobol sequence; a larger count of the same seed begins with the same points."""
+    """The first points (count, d) of a scrambled Sobol sequence; a larger count of the same seed begins with the same points."""
     from scipy.stats import qmc
 
     check(parameters)
-    power = (whole("sobol", count) - 1).bit_length()
+    power = (check_count("sobol", count) - 1).bit_length()
     return from_box(parameters, qmc.Sobol(len(parameters), scramble=True, rng=seed).random_base2(power)[:count])
 
 
-def whole(where: str, count: int) -> int:
+def check_count(where: str, count: int) -> int:
     """A number of points."""
     if count < 1:
         raise InputError(say(where, "a number of points from 1 on", count))
@@ -139,7 +142,10 @@ def whole(where: str, count: int) -> int:
 
 
 def listed(parameters: Sequence[Parameter], rows: Iterable[object]) -> np.ndarray:
-    """Points given one by one: mappings of names, sequences in the order of the parameters, or plain numbers of one parameter."""
+    """Points (k, d) given one by one: mappings of names, sequences in the order of the parameters, or numbers of one parameter.
+
+    InputError for a row with other names or another number of values.
+    """
     found = []
     for row in rows:
         values = row_of(parameters, row) if isinstance(row, Mapping) else np.atleast_1d(np.asarray(row, dtype=float))

@@ -41,7 +41,10 @@ class ParametricModel:
 
 
 def save(rom: ParametricModel, path: str | Path) -> Path:
-    """Write a parametric model; versions of the libraries are noted, the form with all multipliers is left out."""
+    """Write a parametric model; versions of the libraries are noted, the form with all multipliers is left out.
+
+    The file appears under its name when it is complete. InputError names what a file cannot hold, such as a function of Python.
+    """
     model = rom.model
     nominal = replace(model.nominal, system=replace(model.nominal.system, full=None))
     varying = tuple(part for part in model.varying if part.place[:2] != ("system", "full"))
@@ -50,7 +53,7 @@ def save(rom: ParametricModel, path: str | Path) -> Path:
 
 
 def load(path: str | Path) -> ParametricModel:
-    """The parametric model of a file; CorruptFile where it is not as it was written."""
+    """The parametric model of a file, made once at nominal values; CorruptFile where it is not as it was written."""
     rom = ParametricModel(**container.read(path, KIND, model=ParametricCase, notes=dict))
     with container.reading(Path(path), KIND):
         affine.at(rom.model, boxes.completed(rom.model.parameters, {}))
@@ -76,11 +79,11 @@ def case_of(
     model = rom.model
     point = boxes.completed(model.parameters, values)
     far = boxes.outside(model.parameters, point)
-    beyond = [f"{p.name} = {point[p.name]:g}, {distance(p, point[p.name])}" for p in model.parameters if p.name in far]
+    beyond = [f"{p.name} = {point[p.name]:g}, {describe_distance(p, point[p.name])}" for p in model.parameters if p.name in far]
     return cases.at_times(affine.at(model, point), duration, step, "reduced model", beyond)
 
 
-def distance(parameter: Parameter, value: float) -> str:
+def describe_distance(parameter: Parameter, value: float) -> str:
     """How far a value lies outside of its range, in parts of the range on its scale."""
     u = float(boxes.to_box((parameter,), [[value]])[0, 0])
     return f"trained from {parameter.low:g} to {parameter.high:g}, {max(-u, u - 1.0):.0%} of that range outside"

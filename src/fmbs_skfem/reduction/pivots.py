@@ -23,7 +23,10 @@ Indices = NDArray[np.intp]
 
 
 def independent_columns(D: ArrayLike) -> tuple[Indices, float]:
-    """Indices (m,), rising, of m well-conditioned columns of D (m,r), and the condition number of D[:, indices]."""
+    """Indices (m,), rising, of m well-conditioned columns of D (m,r), and the condition number of D[:, indices].
+
+    InputError where D has fewer columns than rows, or dependent rows.
+    """
     where, d = "pivots.independent_columns", _matrix(D, "pivots.independent_columns")
     m, r = d.shape
     if r < m:
@@ -39,7 +42,10 @@ def independent_columns(D: ArrayLike) -> tuple[Indices, float]:
 
 
 def eliminate(D: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
-    """T (r,r-m) and x0 (r,) with D (T y + x0) + d = 0 for every y; y are entries of x: their rows of T are the identity."""
+    """T (r,r-m) and x0 (r,) with D (T y + x0) + d = 0 for every y; y are entries of x: their rows of T are the identity.
+
+    Equations (33) to (36), D (m,r), d (m,). InputError where there are as many constraints as modes, or dependent ones.
+    """
     where, matrix = "pivots.eliminate", _matrix(D, "pivots.eliminate")
     m, r = matrix.shape
     constant = np.asarray(d, dtype=np.float64)

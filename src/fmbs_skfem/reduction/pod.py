@@ -53,7 +53,8 @@ def basis(
 
     The snapshots are centred at their mean, or at the state `mean` (n,) where one is given. The state `keep` (n,), as a rule the
     initial one, is represented exactly: its deviation is the first mode, the others are those of what remains. `tolerance` refers
-    to the energy of all deviations, `modes` counts the kept state.
+    to the energy of all deviations, `modes` counts the kept state. Modes are orthonormal in the `metric` (n,n), symmetric and
+    positive definite. InputError for snapshots that are not finite or do not move, and without exactly one of the two limits.
     """
     x = _states(snapshots, "snapshots")
     centre = x.mean(axis=1) if mean is None else _state(mean, "mean", x.shape[0])

@@ -60,15 +60,15 @@ class Polynomials:
         for elastic, made in self.known:
             factors = {ratio(old, new) for old, new in zip(elastic, system.elastic, strict=True)}
             if len(factors) == 1 and (factor := factors.pop()) is not None:
-                return replace(system, elastic=tuple(rescaled(part, factor) for part in made.elastic))
+                return replace(system, elastic=tuple(rescale(part, factor) for part in made.elastic))
         made = exact(system)
         self.known.append((system.elastic, made))
         return made
 
 
-def rescaled(elastic: Elastic, factor: float) -> Elastic:
+def rescale(elastic: Elastic, factor: float) -> Elastic:
     """A polynomial body with its energy times a factor."""
-    return elastic if factor == 1.0 else replace(elastic, gather=scaled(elastic.gather, factor))
+    return elastic if factor == 1.0 else replace(elastic, gather=scale(elastic.gather, factor))
 
 
 def ratio(old: Elastic, new: Elastic) -> float | None:
@@ -84,7 +84,8 @@ def ratio(old: Elastic, new: Elastic) -> float | None:
 def exact(system: System) -> System:
     """The reduced system with the strain energy of its planar membranes as polynomials of the modes: no point is evaluated.
 
-    Bodies that share their unknowns share one polynomial, the sum of theirs.
+    Bodies that share their unknowns share one polynomial, the sum of theirs. InputError names a body whose energy is no quartic
+    polynomial: another law, damping in proportion to stiffness, or three coordinates.
     """
     found: dict[tuple[int, int], Elastic] = {}
     for elastic in system.elastic:
@@ -192,7 +193,7 @@ def starts(size: int) -> np.ndarray:
     return np.array([[first[c] + (d - c) * width[c] for d in range(size)] for c in range(size)])
 
 
-def scaled(polynomial: Quartic, factor: float) -> Quartic:
+def scale(polynomial: Quartic, factor: float) -> Quartic:
     """The polynomial of another Young's modulus or thickness: energies and forces times `factor`."""
     out = quartic.aligned(len(polynomial.coefficients))
     out[:] = factor * polynomial.coefficients

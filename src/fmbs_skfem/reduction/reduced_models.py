@@ -26,8 +26,8 @@ from ..systems.system import System, keep_constraints
 from . import affine, cases, errors, galerkin, pod
 from .affine import ParametricCase
 from .cases import Case, Family
-from .full_runs import FullRun, TrainingTask, states, steps
-from .galerkin import FEW, Snapshots, all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfying
+from .full_runs import FullRun, TrainingTask, snapshot_steps, states
+from .galerkin import FEW, Snapshots, all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy
 from .hyper_reduction import NONE, HyperReduction, Rule, TrainingRun
 from .parameters import Parameter
 from .plan import Components, modes_of, newton_of_reduced
@@ -73,7 +73,7 @@ class ReducedModel:
 
 
 @dataclass(frozen=True)
-class Reduction:
+class TrainedReduction:
     """What makes a reduced system of the full system at any parameters."""
 
     bases: Modes  #: of deviations from the initial state
@@ -83,7 +83,7 @@ class Reduction:
     training_s: float = 0.0  #: CPU time [s]
 
 
-def quick(task: TrainingTask) -> TrainingTask:
+def with_polynomials(task: TrainingTask) -> TrainingTask:
     """The task with a family that assembles nothing, where its full systems are polynomials of the parameters."""
     try:
         fitted = affine.fit(task.family, task.parameters)
@@ -92,52 +92,52 @@ def quick(task: TrainingTask) -> TrainingTask:
     return replace(task, family=partial(affine.at, fitted))
 
 
-def model_of(task: TrainingTask, runs: Sequence[FullRun]) -> ReducedModel:
+def make_model(task: TrainingTask, runs: Sequence[FullRun]) -> ReducedModel:
     """The reduced model of all runs, as the task's plan says."""
-    return finished(task, trained(task, runs))
+    return finish(task, train_reduction(task, runs))
 
 
-def trained(task: TrainingTask, runs: Sequence[FullRun]) -> Reduction:
+def train_reduction(task: TrainingTask, runs: Sequence[FullRun]) -> TrainedReduction:
     """Bases, constraint rows and hyper-reduction of all runs."""
-    return hyper_reduced(projected(task, runs), task.plan.hyper)
+    return hyper_reduce(project_runs(task, runs), task.plan.hyper)
 
 
-def projected(task: TrainingTask, runs: Sequence[FullRun]) -> Reduction:
+def project_runs(task: TrainingTask, runs: Sequence[FullRun]) -> TrainedReduction:
     """Bases and constraint rows of all runs, without hyper-reduction."""
     begun = clock.process_time()
     systems = [task.family(run.values).system for run in runs]
     found = bases(task, systems[0], runs)
     plain = [project(task, found, raw) for raw in systems]
-    rows = kept_rows(task, systems, runs, plain)
+    rows = find_kept_rows(task, systems, runs, plain)
     used = tuple(
         TrainingRun(raw, with_rows(system, rows), partial(states, task, raw, run))
         for raw, run, system in zip(systems, runs, plain, strict=True)
     )
-    return Reduction(found, rows, runs=used, training_s=clock.process_time() - begun)
+    return TrainedReduction(found, rows, runs=used, training_s=clock.process_time() - begun)
 
 
-def hyper_reduced(reduction: Reduction, hyper: HyperReduction) -> Reduction:
+def hyper_reduce(reduction: TrainedReduction, hyper: HyperReduction) -> TrainedReduction:
     """The reduction with another hyper-reduction, trained on its runs."""
     begun = clock.process_time()
     rule = hyper.train(reduction.runs)
     return replace(reduction, rule=rule, training_s=reduction.training_s + clock.process_time() - begun)
 
 
-def finished(task: TrainingTask, reduction: Reduction) -> ReducedModel:
+def finish(task: TrainingTask, reduction: TrainedReduction) -> ReducedModel:
     """The model of a reduction: polynomials of the parameters, or one reduced system."""
     begun, obstacle = clock.process_time(), ""
     sizes = {name: basis.modes.shape[1] for name, basis in reduction.bases.items()}
     found: ParametricCase | Family
     if task.parameters:
-        found, obstacle = polynomials_of(partial(sample, task, replace(reduction, runs=())), task.parameters)
+        found, obstacle = fit_polynomials(partial(reduced_case, task, replace(reduction, runs=())), task.parameters)
     else:
-        only = reduced(task, task.family({}), reduction.rule.apply(reduction.runs[0].system))
+        only = with_system(task, task.family({}), reduction.rule.apply(reduction.runs[0].system))
         found = lambda values: only  # noqa: E731
     spent = reduction.training_s + clock.process_time() - begun
     return ReducedModel(found, sizes, reduction.rule.selections, spent, reduction.bases, task.plan.components, obstacle)
 
 
-def polynomials_of(family: Family, parameters: Sequence[Parameter]) -> tuple[ParametricCase | Family, str]:
+def fit_polynomials(family: Family, parameters: Sequence[Parameter]) -> tuple[ParametricCase | Family, str]:
     """The polynomials of a family; or the family where it has none, with a notice, and the reason."""
     try:
         return affine.fit(family, parameters), ""
@@ -162,7 +162,7 @@ def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str,
             continue
         known = [(run.factors[name].modes, run.factors[name].values) for run in runs]
         basis = pod.update(known, np.zeros(len(rows)), plan.tolerance if wanted is None else None, wanted, metric=W)
-        found[name] = replace(basis, modes=pod.orthonormal(W, satisfying(basis.modes.T, A, 0 * a).T))
+        found[name] = replace(basis, modes=pod.orthonormal(W, satisfy(basis.modes.T, A, 0 * a).T))
     return found
 
 
@@ -173,7 +173,7 @@ def about_start(task: TrainingTask, raw: System, found: Modes) -> dict[str, Basi
         rows, modes = rows_of(raw, members), found[name].modes
         A, a = inner_constraints(raw, rows)
         if len(a) and np.abs(A @ modes).max() > KEEPS * np.abs(A).max():
-            modes = np.ascontiguousarray(satisfying(modes.T, A, 0 * a).T)
+            modes = np.ascontiguousarray(satisfy(modes.T, A, 0 * a).T)
         mine[name] = replace(found[name], modes=modes, mean=start[rows] + found[name].mean)
     return mine
 
@@ -189,7 +189,7 @@ def with_rows(system: System, rows: Names) -> System:
     return keep_constraints(system, np.array(kept, dtype=np.int64))
 
 
-def kept_rows(task: TrainingTask, systems: Sequence[System], runs: Sequence[FullRun], plain: Sequence[System]) -> Names:
+def find_kept_rows(task: TrainingTask, systems: Sequence[System], runs: Sequence[FullRun], plain: Sequence[System]) -> Names:
     """Names of the constraint rows that are independent in the reduced systems `plain`, at states of all runs."""
     names = plain[0].constraints.names
     if not names:
@@ -201,13 +201,13 @@ def kept_rows(task: TrainingTask, systems: Sequence[System], runs: Sequence[Full
     return frozenset(names[k] for k in galerkin.rows_to_keep(samples))
 
 
-def sample(task: TrainingTask, reduction: Reduction, values: Mapping[str, float]) -> Case:
+def reduced_case(task: TrainingTask, reduction: TrainedReduction, values: Mapping[str, float]) -> Case:
     """The reduced case at some parameters, made from the full one."""
     case = task.family(values)
-    return reduced(task, case, reduction.rule.apply(with_rows(project(task, reduction.bases, case.system), reduction.rows)))
+    return with_system(task, case, reduction.rule.apply(with_rows(project(task, reduction.bases, case.system), reduction.rows)))
 
 
-def reduced(task: TrainingTask, case: Case, system: System) -> Case:
+def with_system(task: TrainingTask, case: Case, system: System) -> Case:
     """The case of a reduced system in place of the full one."""
     return replace(case, system=system, newton=newton_of_reduced(case.newton, task.plan.tolerance))
 
@@ -217,9 +217,9 @@ def case_at(model: ReducedModel, values: Mapping[str, float]) -> Case:
     return affine.at(model.cases, values) if isinstance(model.cases, ParametricCase) else model.cases(values)
 
 
-def reduced_run(task: TrainingTask, case: Case) -> Trajectory:
+def run_reduced(task: TrainingTask, case: Case) -> Trajectory:
     """The motion of a reduced case, stored at the snapshots."""
-    return cases.run(case, steps(case, task.interval))
+    return cases.run(case, snapshot_steps(case, task.interval))
 
 
 def indicator(task: TrainingTask, motion: Trajectory, values: Mapping[str, float]) -> float:

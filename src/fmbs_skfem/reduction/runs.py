@@ -55,7 +55,7 @@ def stride(case: Case, interval: float) -> int:
     return max(d for d in range(1, between + 1) if between % d == 0 and (d == 1 or steps / d >= SAMPLES))
 
 
-def timed(case: Case, kept: np.ndarray, repeat: int) -> Trajectory:
+def run_fastest(case: Case, kept: np.ndarray, repeat: int) -> Trajectory:
     """The motion, stored after the steps `kept`, with the least CPU and wall time of several runs."""
     best = cases.run(case, kept)
     for _ in range(repeat - 1 if best.statistics.cpu_s < PATIENCE else 0):
@@ -65,13 +65,13 @@ def timed(case: Case, kept: np.ndarray, repeat: int) -> Trajectory:
     return best
 
 
-def other_steps(case: Case, kept: np.ndarray, steps: Sequence[float], order: bool, expensive: bool) -> dict[float, Trajectory]:
+def run_other_steps(case: Case, kept: np.ndarray, steps: Sequence[float], order: bool, expensive: bool) -> dict[float, Trajectory]:
     """The full model with h/2 and, for the order, h/4; where it is expensive, with those of the wanted steps that are h/2 or 2h."""
     h = case.scheme.step
     ratios: tuple[float, ...] = (2.0, 4.0) if order else (2.0,)
     if expensive:
         ratios = tuple(ratio for ratio in (2.0, 0.5) if any(math.isclose(step, h / ratio) for step in steps))
-    return {h / ratio: cases.run(cases.with_step(case, h / ratio), stored(h / ratio, h, kept)) for ratio in ratios}
+    return {h / ratio: cases.run(cases.with_step(case, h / ratio), common_steps(h / ratio, h, kept)) for ratio in ratios}
 
 
 def step_error(full: Trajectory, others: Mapping[float, Trajectory], step: float) -> TimeError | None:
@@ -88,7 +88,7 @@ def step_error(full: Trajectory, others: Mapping[float, Trajectory], step: float
     return TimeError(step, first.position_maximum, position, distance, relative, order)
 
 
-def stored(step: float, h: float, kept: np.ndarray) -> np.ndarray:
+def common_steps(step: float, h: float, kept: np.ndarray) -> np.ndarray:
     """Numbers of the steps of another size at those instants of the full run's stored states that they reach."""
     numbers = kept * (h / step)
     return np.round(numbers[np.abs(numbers - np.round(numbers)) < NEAR]).astype(np.int64)

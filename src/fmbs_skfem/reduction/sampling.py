@@ -96,13 +96,14 @@ def train(
     """One sparse non-negative least-squares problem per component of a reduced system.
 
     A run is the system of its own parameters and training states (s, n) in its reduced unknowns. The rows of a run are divided by
-    the norm of its part of b, so that runs of stiff and of soft systems count alike.
+    the norm of its part of b, so that runs of stiff and of soft systems count alike. `tolerance` is eta of (45). InputError for a
+    system that is not reduced, `ecsw.NotReached` where no weights keep the tolerance.
     """
     if not runs or not all(system.components for system, _ in runs):
         raise InputError(say("sampling.train", "a reduced system", "a full one" if runs else "none", "reduce it first"))
     found = []
     for name, first, last in runs[0][0].components:
-        mine = [([e for e in system.elastic if owned(e, first, last)], states[:, first:last]) for system, states in runs]
+        mine = [([e for e in system.elastic if owns(e, first, last)], states[:, first:last]) for system, states in runs]
         members = mine[0][0]
         if members:
             sample, training, search = solve(mine, first, tolerance, level)
@@ -110,18 +111,20 @@ def train(
     return tuple(found)
 
 
-def owned(elastic: Elastic, first: int, last: int) -> bool:
+def owns(elastic: Elastic, first: int, last: int) -> bool:
     """Whether a body's unknowns lie in the given range."""
     gather = sampled_gather(elastic)
     return first <= gather.columns.start and gather.columns.stop <= last
 
 
 def count(elastic: Elastic, level: Level) -> int:
+    """Number of cells or points of a reduced body."""
     gather = sampled_gather(elastic)
     return len(gather.cell) if level is Level.POINTS else int(gather.cell.max()) + 1
 
 
 def sampled_gather(elastic: Elastic) -> Sampled:
+    """The points of a reduced body; InputError for a body of a full model."""
     if not isinstance(elastic.gather, Sampled):
         raise InputError(say(f"body '{elastic.name}'", "a reduced body", "a full one"))
     return elastic.gather
@@ -136,7 +139,7 @@ def solve(runs: Sequence[Run], start: int, tolerance: float, level: Level) -> tu
     """
     ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)  # compiled before the clock starts
     points = sum(count(e, Level.POINTS) for e in runs[0][0])
-    runs = [(members, thinned(states, len(runs) * points)) for members, states in runs]
+    runs = [(members, thin(states, len(runs) * points)) for members, states in runs]
     if level is Level.ELEMENTS or points <= MANY:
         return search([(training_blocks(*run, start, level), None) for run in runs], tolerance)
     begun = clock.process_time()
@@ -154,17 +157,17 @@ def search(runs: Sequence[tuple[Iterable[np.ndarray], np.ndarray | None]], toler
     """Weights from blocks of rows of G and b of every run, with the CPU seconds of the normal equations and of the search."""
     begun = clock.process_time()
     if tolerance < ecsw.GRAM_FLOOR:
-        R, y = joined([ecsw.compress(blocks, b) for blocks, b in runs])
+        R, y = join([ecsw.compress(blocks, b) for blocks, b in runs])
         middle = clock.process_time()
         sample = ecsw.weights(R, tolerance, b=y)
     else:
-        normal = added([ecsw.gram(blocks, b) for blocks, b in runs])
+        normal = add([ecsw.gram(blocks, b) for blocks, b in runs])
         middle = clock.process_time()
         sample = ecsw.weights_from_gram(normal, tolerance)
     return sample, middle - begun, clock.process_time() - middle
 
 
-def joined(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+def join(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
     """The compressed form of several, each divided by the norm of its b; those without forces are left out."""
     if len(parts) == 1:
         return parts[0]
@@ -173,7 +176,7 @@ def joined(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, 
     return ecsw.compress(np.vstack([R for R, _ in scaled]), np.concatenate([y for _, y in scaled])) if scaled else parts[0]
 
 
-def added(parts: Sequence[Gram]) -> Gram:
+def add(parts: Sequence[Gram]) -> Gram:
     """The normal equations of several, each divided by the norm of its b; those without forces are left out."""
     loaded = [part for part in parts if part.bb > 0.0]
     if len(parts) == 1 or not loaded:
@@ -182,7 +185,7 @@ def added(parts: Sequence[Gram]) -> Gram:
     return Gram(np.asarray(A), np.asarray(c), float(len(loaded)))
 
 
-def thinned(states: np.ndarray, points: int) -> np.ndarray:
+def thin(states: np.ndarray, points: int) -> np.ndarray:
     """Training states (s, n), evenly fewer where there are very many, with all of the start."""
     wanted = max(LEAST, WORK // points)
     if len(states) <= wanted:
@@ -239,13 +242,16 @@ def gradient_size(gather: Sampled) -> int:
 
 
 def apply(system: System, selections: tuple[Selection, ...]) -> System:
-    """The hyper-reduced system: rows of the gathers and slices of the sections, quadrature weights times ECSW weights."""
+    """The hyper-reduced system, F_r ~ sum_e w_e U_e^T F_e: rows of the storages, and quadrature weights times ECSW weights.
+
+    `system` may be the reduced system of any parameters, with the components on which the selections were trained.
+    """
     spans = {name: (first, last) for name, first, last in system.components}
     elastic = list(system.elastic)
     for selection in selections:
         start = 0
         for number, member in enumerate(system.elastic):
-            if owned(member, *spans[selection.component]):
+            if owns(member, *spans[selection.component]):
                 size = count(member, selection.level)
                 weights = np.zeros(size)
                 mine = (selection.sample.indices >= start) & (selection.sample.indices < start + size)
@@ -256,7 +262,7 @@ def apply(system: System, selections: tuple[Selection, ...]) -> System:
 
 
 def weighted(elastic: Elastic, weights: np.ndarray, level: Level) -> Elastic:
-    """A body with weights (e,) on its cells or (p,) on its points."""
+    """A reduced body with quadrature weights times weights (e,) of its cells or (p,) of its points; zeros are left out."""
     gather = sampled_gather(elastic)
     point = weights if level is Level.POINTS else weights[gather.cell]
     kept = np.flatnonzero(point > 0)
@@ -276,6 +282,6 @@ def weighted(elastic: Elastic, weights: np.ndarray, level: Level) -> Elastic:
 
 
 def kept(system: System) -> dict[str, tuple[int, int]]:
-    """Cells and points in use, by body."""
+    """Numbers of cells and of points in use, by body."""
     found = {elastic.name: terms.cells_of_points(elastic.gather) for elastic in system.elastic}
     return {name: (len(np.unique(cells)), len(cells)) for name, cells in found.items() if len(cells)}

@@ -40,7 +40,7 @@ from .members import Member, Record, Result, Status, Task, Work
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-__all__ = ["Task", "Work", "Member", "Result", "Record", "Status", "Options", "Outcome", "run"]
+__all__ = ["Task", "Work", "Member", "Result", "Record", "Status", "SweepOptions", "SweepOutcome", "run"]
 
 BATCH = 1.0  #: time that a batch should take [s]
 SHORTEST = 1e-4  #: time of a member, at least [s]
@@ -55,7 +55,7 @@ Keep: TypeAlias = Callable[[Record], object]
 
 
 @dataclass(frozen=True)
-class Options:
+class SweepOptions:
     """Where a sweep runs and how long it waits."""
 
     workers: int | None = None  #: processes on this machine; None for one a core
@@ -74,7 +74,7 @@ class Options:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class SweepOutcome:
     """How a sweep went."""
 
     counts: dict[Status, int]  #: members of this run
@@ -115,7 +115,7 @@ class Desk:
 
     client: Client
     task: Task
-    options: Options
+    options: SweepOptions
     queue: deque[Member]
     keep: Keep
     alone: deque[Batch] = field(default_factory=deque)  #: members of lost batches, one by one
@@ -123,7 +123,7 @@ class Desk:
     busy: dict[Future, Sent] = field(default_factory=dict)
     ready: set[str] = field(default_factory=set)  #: workers that have prepared the task
     counts: Counter[Status] = field(default_factory=Counter)
-    told: set[str] = field(default_factory=set)  #: notices of members, each given once
+    shown: set[str] = field(default_factory=set)  #: notices of members, each given once
     most: int = 0  #: workers at a time
     deaths: int = 0
     unprepared: int = 0  #: workers in a row that ended while they prepared
@@ -138,22 +138,22 @@ def run(
     names: Sequence[str],
     points: ArrayLike,
     keep: Keep,
-    options: Options | None = None,
+    options: SweepOptions | None = None,
     skip: Collection[int] = (),
     progress: Callable[[float], None] | None = None,
-) -> Outcome:
+) -> SweepOutcome:
     """Run the members at `points` (k, d), whose columns are `names`, except the numbers in `skip`; each record goes to `keep`.
 
     Records come in any order. An error of `keep` (a full disk) ends the sweep, as does a task that cannot be prepared; whatever
     happens to a member does not. Scripts that call this with processes of this machine need `if __name__ == "__main__":`.
     """
-    options, table = options or Options(), np.asarray(points, dtype=float)
+    options, table = options or SweepOptions(), np.asarray(points, dtype=float)
     if table.ndim != 2 or table.shape[1] != len(names):
         raise InputError(say("sweep: points", f"an array (k, {len(names)})", f"shape {table.shape}"))
     todo = [Member(k, dict(zip(names, row.tolist(), strict=True))) for k, row in enumerate(table) if k not in set(skip)]
     start = clock.monotonic()
     if not todo:
-        return Outcome({}, 0, 0.0, 0.0, 0.0, 0.0, 0)
+        return SweepOutcome({}, 0, 0.0, 0.0, 0.0, 0.0, 0)
     with interrupts() as asked, cluster(options, len(todo)) as client:
         desk = Desk(client, task, options, deque(todo), keep)
         try:
@@ -162,7 +162,7 @@ def run(
             client.cancel(list(desk.busy))
     end = clock.monotonic()
     begun = (desk.began or end) - start
-    return Outcome(dict(desk.counts), desk.most, begun, end - start, desk.busy_s, desk.cpu_s, desk.deaths)
+    return SweepOutcome(dict(desk.counts), desk.most, begun, end - start, desk.busy_s, desk.cpu_s, desk.deaths)
 
 
 class Stopped(KeyboardInterrupt):
@@ -209,7 +209,7 @@ def serve(desk: Desk, total: int, asked: Sequence[int], progress: Callable[[floa
 
 
 @contextlib.contextmanager
-def cluster(options: Options, members: int) -> Iterator[Client]:
+def cluster(options: SweepOptions, members: int) -> Iterator[Client]:
     """A client of the given cluster, or of processes of this machine."""
     import logging
 
@@ -279,11 +279,11 @@ def send(desk: Desk) -> None:
         if desk.alone:
             post(desk, desk.alone.popleft(), worker)
         elif desk.queue:
-            post(desk, Batch(tuple(desk.queue.popleft() for _ in range(length(desk)))), worker)
+            post(desk, Batch(tuple(desk.queue.popleft() for _ in range(choose_length(desk)))), worker)
     desk.most = max(desk.most, len(desk.ready))
 
 
-def length(desk: Desk) -> int:
+def choose_length(desk: Desk) -> int:
     """Members of the next batch: one at first, then as many as take the wanted time, fewer towards the end."""
     settled = desk.counts[Status.OK] + desk.counts[Status.FAILED]
     mean = max(desk.busy_s / settled, SHORTEST) if settled else math.inf
@@ -317,18 +317,18 @@ def settle(desk: Desk, future: Future, sent: Sent) -> None:
         desk.ready.add(sent.worker)
         desk.unprepared = 0
     else:
-        raise refusal(*found)
+        raise make_error(*found)
 
 
-def refusal(kind: type[FmbsError], message: str, reason: Reason | None) -> FmbsError:
+def make_error(kind: type[FmbsError], message: str, reason: Reason | None) -> FmbsError:
     """The error with which a task could not be prepared."""
     return kind(message) if reason is None else SolverError(message, reason)
 
 
 def enter(desk: Desk, record: Record) -> None:
     """A member is settled."""
-    for text in set(record.notices) - desk.told:
-        desk.told.add(text)
+    for text in set(record.notices) - desk.shown:
+        desk.shown.add(text)
         notify(text)
     desk.keep(record)
     desk.counts[record.status] += 1
@@ -349,13 +349,16 @@ def bury(desk: Desk, sent: Sent) -> None:
     desk.deaths += 1
     single, limit = len(batch.members) == 1, desk.options.timeout
     if single and limit is not None and took >= limit:
-        enter(desk, lost(batch.members[0], Status.TIMEOUT, f"took longer than {limit:g} s", took))
+        enter(desk, record_loss(batch.members[0], Status.TIMEOUT, f"took longer than {limit:g} s", took))
     elif single and batch.deaths:
-        enter(desk, lost(batch.members[0], Status.KILLED, "its worker process ended twice: crash, kill or lack of memory", took))
+        enter(
+            desk,
+            record_loss(batch.members[0], Status.KILLED, "its worker process ended twice: crash, kill or lack of memory", took),
+        )
     else:
         desk.alone.extend(Batch((member,), batch.deaths + 1) for member in batch.members)
 
 
-def lost(member: Member, status: Status, message: str, wall_s: float) -> Record:
+def record_loss(member: Member, status: Status, message: str, wall_s: float) -> Record:
     """The record of a member whose worker ended."""
     return Record(member.number, member.values, status, status.value, message, wall_s=wall_s)

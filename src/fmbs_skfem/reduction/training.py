@@ -33,21 +33,21 @@ from .full_runs import FullRun, TrainingTask
 from .greedy import Iteration, Options, Outcome, Stop
 from .parameters import Search, search
 from .plan import Plan
-from .reduced_models import ReducedModel, model_of, quick
+from .reduced_models import ReducedModel, make_model, with_polynomials
 from .training_store import Pair
 from .training_work import (
     LOWER_EPS,
     LOWERINGS,
-    Work,
-    calibrated,
+    TrainingState,
+    calibrate,
     check,
-    evaluated,
-    extended,
+    evaluate,
+    extend,
     known_pairs,
     lower,
-    made,
+    make_savable,
     recalibrate,
-    settle,
+    take_choice,
     truncates,
     unit_box,
     unseen,
@@ -120,14 +120,14 @@ def train(
     holds nothing else. After the last iteration so many `checks` calibrate the error that is predicted.
     """
     if not task.parameters:
-        return alone(task, tolerance, motion)
+        return train_alone(task, tolerance, motion)
     if search is None:
         raise InputError(say("train", "candidates of the parameters", "none", "make them with reduction.search"))
     options = options or Options()
-    work = replace(prepared(task, search, options, folder, tolerance), savable=savable)
+    work = replace(begin(task, search, options, folder, tolerance), savable=savable)
     try:
         with durable.room(Path(folder or ""), ROOM):
-            done = resumed(work) if work.folder else ()
+            done = resume(work) if work.folder else ()
             outcome, last = loop(work, options, done, checks, progress)
     except NoRoom:
         raise
@@ -135,31 +135,33 @@ def train(
         raise InputError(say(str(work.folder), "a folder that can be written", problem, ROOM)) from problem
     found = replace(work.task, plan=work.fast.plan)
     pairs, seen = tuple(known_pairs(work)), tuple(unseen(work).values())
-    known = (tuple(work.runs), tuple(work.models), work.choice, pairs, calibrated(pairs))
+    known = (tuple(work.runs), tuple(work.models), work.choice, pairs, calibrate(pairs))
     return Training(found, search, outcome, last, *known, work.lowered, work.discarded, seen)
 
 
-def alone(task: TrainingTask, tolerance: float | None, motion: Trajectory | None) -> Training:
+def train_alone(task: TrainingTask, tolerance: float | None, motion: Trajectory | None) -> Training:
     """The model of one system, from its only full run."""
     if tolerance is not None:
         task = replace(task, plan=replace(task.plan, tolerance=error_budget.first_eps(tolerance), modes=None))
-    run = full_runs.full_run(task, {}) if motion is None else full_runs.of_motion(task, motion)
+    run = full_runs.full_run(task, {}) if motion is None else full_runs.run_of_motion(task, motion)
     choice = None
     if tolerance is not None:
         choice = error_budget.choose(task, run, tolerance, full_runs.step_error(task, {}, run))
         task = replace(task, plan=error_budget.with_choice(task.plan, choice))
     last = Iteration(1, 0, (), (), np.zeros(0), np.zeros(0), None)
-    return Training(task, NOWHERE, Outcome((last,), Stop.ALONE), last, (run,), (model_of(task, [run]),), choice)
+    return Training(task, NOWHERE, Outcome((last,), Stop.ALONE), last, (run,), (make_model(task, [run]),), choice)
 
 
-def prepared(task: TrainingTask, search: Search, options: Options, folder: Path | str | None, tolerance: float | None) -> Work:
+def begin(
+    task: TrainingTask, search: Search, options: Options, folder: Path | str | None, tolerance: float | None
+) -> TrainingState:
     """The start of a training; a wanted error replaces the tolerances of the plan by those tried first."""
     place = None
     if folder is not None:
         mark = store.fingerprint(task, search, replace(options, iterations=1), tolerance)
         try:
             with durable.room(Path(folder)):
-                place = store.opened(folder, mark)
+                place = store.open_folder(folder, mark)
         except NoRoom:
             raise
         except OSError as problem:
@@ -167,10 +169,10 @@ def prepared(task: TrainingTask, search: Search, options: Options, folder: Path 
     if tolerance is not None:
         lowest = error_budget.first_eps(tolerance) * LOWER_EPS**LOWERINGS
         task = replace(task, plan=replace(task.plan, tolerance=lowest, modes=None))
-    return Work(task, quick(task), search, place, tolerance)
+    return TrainingState(task, with_polynomials(task), search, place, tolerance)
 
 
-def resumed(work: Work) -> tuple[Iteration, ...]:
+def resume(work: TrainingState) -> tuple[Iteration, ...]:
     """Take over what the folder holds; its complete iterations."""
     assert work.folder is not None
     known = store.read(work.folder)
@@ -180,9 +182,9 @@ def resumed(work: Work) -> tuple[Iteration, ...]:
             break
         work.pairs, work.lowered, work.discarded = list(notes.pairs), notes.lowered, notes.discarded
         if notes.choice is not None:
-            settle(work, notes.choice)
-        work.models.append(store.model(work.folder, number) or made(work, work.runs[:number]))
-    work.checks = store.checks(work.folder)
+            take_choice(work, notes.choice)
+        work.models.append(store.read_model(work.folder, number) or make_savable(work, work.runs[:number]))
+    work.checks = store.read_checks(work.folder)
     if len(work.models) == len(work.runs):
         work.indicators = dict(known.indicators)
         recalibrate(work)
@@ -190,17 +192,17 @@ def resumed(work: Work) -> tuple[Iteration, ...]:
 
 
 def loop(
-    work: Work, options: Options, done: Sequence[Iteration], checks: int, progress: Callable[[float], None] | None
+    work: TrainingState, options: Options, done: Sequence[Iteration], checks: int, progress: Callable[[float], None] | None
 ) -> tuple[Outcome, Iteration]:
     """Algorithm 1, and its last iteration with the samples of the survey.
 
     Where the wanted error is not reached, it goes on with a lower eps if that is the limit, or with what survey and checks tell.
     """
     while True:
-        outcome = searched(work, options, done, progress)
+        outcome = run_greedy(work, options, done, progress)
         *before, last = outcome.iterations
         if checks:
-            last = surveyed(work, last, options)
+            last = survey(work, last, options)
             check(work, last, checks)
         if work.tolerance is None or small_enough(work, last.largest):
             return outcome, last
@@ -214,19 +216,21 @@ def loop(
             return outcome, last
 
 
-def searched(work: Work, options: Options, done: Sequence[Iteration], progress: Callable[[float], None] | None) -> Outcome:
+def run_greedy(
+    work: TrainingState, options: Options, done: Sequence[Iteration], progress: Callable[[float], None] | None
+) -> Outcome:
     """Algorithm 1 with the runs and indicators of this training, until the predicted error is small enough."""
 
-    def evaluate(point: int) -> float:
-        value = evaluated(work, point)
+    def indicator_at(point: int) -> float:
+        value = evaluate(work, point)
         if progress:
             part = min(1.0, len(work.indicators) / options.max_samples)
             progress(min(1.0, (len(work.runs) - 1 + part) / options.iterations))
         return value
 
     return greedy.run(
-        evaluate,
-        functools.partial(extended, work),
+        indicator_at,
+        functools.partial(extend, work),
         unit_box(work),
         work.search.samples,
         work.search.first,
@@ -239,14 +243,14 @@ def searched(work: Work, options: Options, done: Sequence[Iteration], progress: 
     )
 
 
-def small_enough(work: Work, largest: float) -> bool:
+def small_enough(work: TrainingState, largest: float) -> bool:
     """Whether the error predicted from the largest indicator, with its spread, is below the wanted one."""
     if work.tolerance is None or not math.isfinite(largest):
         return False
-    return calibration.predict(calibrated(known_pairs(work)), largest).high <= work.tolerance
+    return calibration.predict(calibrate(known_pairs(work)), largest).high <= work.tolerance
 
 
-def surveyed(work: Work, last: Iteration, options: Options) -> Iteration:
+def survey(work: TrainingState, last: Iteration, options: Options) -> Iteration:
     """The last iteration with as many samples as there may be: the candidates farthest from those that it has."""
     known = dict(zip(last.samples, last.indicators, strict=True))
     closed = {*work.points, *dict(last.failed)}
@@ -255,5 +259,5 @@ def surveyed(work: Work, last: Iteration, options: Options) -> Iteration:
         if not choices:
             break
         point = greedy.farthest(unit_box(work), choices, [*known, *work.points])
-        known[point] = evaluated(work, point)
+        known[point] = evaluate(work, point)
     return replace(last, samples=tuple(known), indicators=tuple(known.values()))

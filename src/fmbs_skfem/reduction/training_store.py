@@ -74,7 +74,7 @@ class Stored:
     indicators: dict[int, float]  #: of the model of all runs
 
 
-def opened(folder: Path | str, fingerprint: str) -> Path:
+def open_folder(folder: Path | str, fingerprint: str) -> Path:
     """The folder, made where there is none; that of another training is refused."""
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)
@@ -99,7 +99,7 @@ def read(folder: Path) -> Stored:
         points.append(tree["point"])
     iterations: list[greedy.Iteration] = []
     while (path := folder / f"iteration-{len(iterations) + 1:03d}.h5").is_file():
-        iterations.append(built(path, greedy.Iteration, read_tree(path)))
+        iterations.append(build(path, greedy.Iteration, read_tree(path)))
     path = folder / f"indicators-{len(runs):03d}.json"
     known = read_text(path, list[tuple[int, float]]) if path.is_file() else []
     return Stored(tuple(runs), tuple(points), tuple(iterations), dict(known))
@@ -126,7 +126,7 @@ def notes_of(folder: Path, number: int) -> Notes | None:
     return read_text(path, Notes) if path.is_file() else None
 
 
-def model(folder: Path, number: int) -> ReducedModel | None:
+def read_model(folder: Path, number: int) -> ReducedModel | None:
     """The stored reduced model of the first `number` runs."""
     path = folder / f"model-{number:03d}.h5"
     if not path.is_file():
@@ -151,7 +151,7 @@ def keep_iteration(folder: Path, iteration: greedy.Iteration) -> None:
     write_tree(folder / f"iteration-{iteration.number:03d}.h5", asdict(iteration))
 
 
-def made(path: Path, make: Callable[[], FullRun]) -> FullRun:
+def read_or_make(path: Path, make: Callable[[], FullRun]) -> FullRun:
     """The full run of a file, or one that is made and kept there; one that has failed fails again without being run."""
     if path.is_file():
         return run_of(path, read_tree(path))
@@ -164,7 +164,7 @@ def made(path: Path, make: Callable[[], FullRun]) -> FullRun:
     return run
 
 
-def checks(folder: Path) -> dict[int, FullRun]:
+def read_checks(folder: Path) -> dict[int, FullRun]:
     """The checks that have succeeded, by candidate."""
     found = ((path, read_tree(path)) for path in sorted(folder.glob("check-*.h5")))
     return {int(path.stem.split("-")[1]): run_of(path, tree) for path, tree in found if "failed" not in tree}
@@ -179,7 +179,7 @@ def run_of(path: Path, tree: dict[str, Any]) -> FullRun:
     """The full run in the contents of a file; SolverError where it has failed."""
     if "failed" in tree:
         raise SolverError(tree["failed"], Reason(tree["reason"]), tree["time"])
-    return built(path, FullRun, tree)
+    return build(path, FullRun, tree)
 
 
 def write_tree(path: Path, tree: dict[str, Any]) -> None:
@@ -203,7 +203,7 @@ def read_text(path: Path, kind: Any) -> Any:
         return validation.build(kind, json.loads(path.read_bytes()), "content")
 
 
-def built(path: Path, kind: type[T], tree: dict[str, Any]) -> T:
+def build(path: Path, kind: type[T], tree: dict[str, Any]) -> T:
     """The struct of a type in the contents of a file."""
     with container.reading(path, KIND):
         return validation.build(kind, tree, "tree")
@@ -216,7 +216,7 @@ def fingerprint(task: TrainingTask, *others: Any) -> str:
     measure = () if task.measure is None else (task.measure,)
     families = (task.family(corner) for corner in corners)
     for value in (*families, task.parameters, task.plan, task.interval, *measure, *others):
-        add(value, digest)
+        add_to_digest(value, digest)
     return digest.hexdigest()
 
 
@@ -224,12 +224,12 @@ def corner_values(task: TrainingTask) -> tuple[list[float], list[float]]:
     return [p.low for p in task.parameters], [p.high for p in task.parameters]
 
 
-def add(value: Any, digest: Any) -> None:
+def add_to_digest(value: Any, digest: Any) -> None:
     """Add a value to a fingerprint; numbers to some digits, so that another processor gives the same."""
     if is_sparse(value):
         value = [value.data, value.indices, value.indptr]
     if isinstance(value, np.ndarray):
-        return digest.update(f"{value.shape}{value.dtype.kind}{summary(value)}".encode())
+        return digest.update(f"{value.shape}{value.dtype.kind}{summarise_array(value)}".encode())
     if isinstance(value, Enum):
         value = f"{type(value).__name__}.{value.name}"
     if isinstance(value, float | np.floating):
@@ -241,14 +241,14 @@ def add(value: Any, digest: Any) -> None:
     if isinstance(value, list | tuple):
         digest.update(f"[{len(value)}".encode())
         for item in value:
-            add(item, digest)
+            add_to_digest(item, digest)
         return None
     if callable(value):
-        return add(np.broadcast_to(np.asarray(value(TIMES), dtype=float), TIMES.shape), digest)
+        return add_to_digest(np.broadcast_to(np.asarray(value(TIMES), dtype=float), TIMES.shape), digest)
     return digest.update(f"{value!r};".encode())
 
 
-def summary(array: np.ndarray) -> str:
+def summarise_array(array: np.ndarray) -> str:
     """A few numbers that tell arrays apart: the size, and a weighted sum relative to it."""
     if array.dtype.kind not in "biuf":
         return repr(array.tolist())

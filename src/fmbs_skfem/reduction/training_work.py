@@ -30,7 +30,7 @@ from .calibration import Calibration
 from .error_budget import Choice
 from .full_runs import FullRun, TrainingTask, full_run
 from .parameters import Search
-from .reduced_models import ReducedModel, case_at, indicator, model_of, reduced_run
+from .reduced_models import ReducedModel, case_at, indicator, make_model, run_reduced
 from .training_store import Pair
 
 LOWER_EPS, LOWER_ETA = 1e-2, 0.3  #: factors where truncation and hyper-reduction are the limit
@@ -39,7 +39,7 @@ CHECK = -1  #: number of the run of a pair that is a check
 
 
 @dataclass
-class Work:
+class TrainingState:
     """What a training knows so far."""
 
     task: TrainingTask
@@ -62,7 +62,7 @@ class Work:
     savable: bool = False  #: whether a file has to be able to hold the models
 
 
-def truncates(work: Work) -> bool:
+def truncates(work: TrainingState) -> bool:
     """Whether the bases leave out anything of the full runs; where they keep all, snapshots are the limit, and not eps.
 
     A rigid component has the same modes in all runs and in the model.
@@ -74,27 +74,27 @@ def truncates(work: Work) -> bool:
     return False
 
 
-def known_pairs(work: Work) -> list[Pair]:
+def known_pairs(work: TrainingState) -> list[Pair]:
     """The pairs that calibrate: with checks those of the present model, without them those of all models."""
     return work.present if work.checks else work.pairs
 
 
-def unseen(work: Work) -> dict[int, FullRun]:
+def unseen(work: TrainingState) -> dict[int, FullRun]:
     """The checks that have not joined the model, by candidate."""
     return {point: run for point, run in work.checks.items() if point not in work.points}
 
 
-def calibrated(pairs: Sequence[Pair]) -> Calibration:
-    known = usable(pairs)
+def calibrate(pairs: Sequence[Pair]) -> Calibration:
+    known = usable_pairs(pairs)
     return calibration.fit([pair.indicator for pair in known], [pair.error for pair in known])
 
 
-def usable(pairs: Sequence[Pair]) -> list[Pair]:
+def usable_pairs(pairs: Sequence[Pair]) -> list[Pair]:
     """Those with a finite indicator and an error."""
     return [pair for pair in pairs if math.isfinite(pair.indicator) and pair.indicator > 0.0 and pair.error > 0.0]
 
 
-def evaluated(work: Work, point: int) -> float:
+def evaluate(work: TrainingState, point: int) -> float:
     """The indicator at a candidate; infinite where the reduced run fails."""
     if point not in work.indicators:
         measure(work, point)
@@ -103,11 +103,11 @@ def evaluated(work: Work, point: int) -> float:
     return work.indicators[point]
 
 
-def measure(work: Work, point: int) -> Trajectory | None:
+def measure(work: TrainingState, point: int) -> Trajectory | None:
     """Reduced run and indicator at a candidate with the present model; None where the run fails."""
     values = values_at(work, point)
     try:
-        motion = reduced_run(work.fast, case_at(work.models[-1], values))
+        motion = run_reduced(work.fast, case_at(work.models[-1], values))
     except SolverError:
         work.indicators[point] = math.inf
         return None
@@ -116,11 +116,11 @@ def measure(work: Work, point: int) -> Trajectory | None:
     return motion
 
 
-def values_at(work: Work, point: int) -> dict[str, float]:
+def values_at(work: TrainingState, point: int) -> dict[str, float]:
     return boxes.named(work.task.parameters, work.search.candidates[point])
 
 
-def extended(work: Work, point: int) -> None:
+def extend(work: TrainingState, point: int) -> None:
     """The full run at a candidate, unless there is one, and the model of all runs up to it."""
     values, known = values_at(work, point), point in work.points
     number = work.points.index(point) if known else len(work.runs)
@@ -133,27 +133,27 @@ def extended(work: Work, point: int) -> None:
             store.keep_run(work.folder, number + 1, run, point)
     before = pairs_at(work, [number]) if number == len(work.models) and work.models else []
     if work.tolerance is not None and work.choice is None:
-        settle(work, error_budget.choose(work.fast, run, work.tolerance, full_runs.step_error(work.task, values, run)))
-    model = made(work, work.runs)
+        take_choice(work, error_budget.choose(work.fast, run, work.tolerance, full_runs.step_error(work.task, values, run)))
+    model = make_savable(work, work.runs)
     work.models, work.indicators, work.motions, work.stale = [*work.models[:number], model], {}, {}, False
     work.pairs = [*work.pairs, *before]
     own = pairs_at(work, range(len(work.runs)))
-    work.pairs, work.present = [*work.pairs, *own], [*middle(own), *checked(work)]
+    work.pairs, work.present = [*work.pairs, *own], [*average_pairs(own), *pairs_at_checks(work)]
     if work.folder:
         notes = store.Notes(tuple(work.pairs), work.choice, work.lowered, work.discarded)
         store.keep_model(work.folder, number + 1, model, notes)
         store.keep_indicators(work.folder, number + 1, work.indicators)
 
 
-def made(work: Work, runs: Sequence[FullRun]) -> ReducedModel:
+def make_savable(work: TrainingState, runs: Sequence[FullRun]) -> ReducedModel:
     """The model of some runs."""
-    model = model_of(work.fast, runs)
+    model = make_model(work.fast, runs)
     if work.savable and model.obstacle:
         raise NoModel(f"no file can hold the reduced model, it is no polynomial of its parameters: {model.obstacle}")
     return model
 
 
-def settle(work: Work, choice: Choice) -> None:
+def take_choice(work: TrainingState, choice: Choice) -> None:
     """Go on with the tolerances of a choice."""
     work.choice = choice
     plan = error_budget.with_choice(work.task.plan, choice)
@@ -161,27 +161,27 @@ def settle(work: Work, choice: Choice) -> None:
     work.task = replace(work.task, plan=replace(plan, tolerance=min(plan.tolerance, work.task.plan.tolerance)))
 
 
-def lower(work: Work, last: greedy.Iteration) -> bool:
+def lower(work: TrainingState, last: greedy.Iteration) -> bool:
     """Lower eps and eta, as far as the factors of the runs allow it, and forget the last iteration; False where that is no way."""
     plan, choice, old = work.fast.plan, work.choice, work.fast.plan.hyper.tolerance
     eps = max(LOWER_EPS * plan.tolerance, error_budget.SMALLEST_EPS)
     eta = None if old is None else max(LOWER_ETA * old, error_budget.SMALLEST_ETA)
     if choice is None or work.lowered == LOWERINGS or (eps == plan.tolerance and eta == old):
         return False
-    settle(work, replace(choice, eps=eps, eta=eta))
+    take_choice(work, replace(choice, eps=eps, eta=eta))
     work.lowered, work.discarded, work.stale = work.lowered + 1, work.discarded + len(last.samples), True
     if work.folder:
         store.forget(work.folder, last.number)
     return True
 
 
-def pairs_at(work: Work, numbers: Iterable[int]) -> list[Pair]:
+def pairs_at(work: TrainingState, numbers: Iterable[int]) -> list[Pair]:
     """Indicator and error of the present model at full runs, where the reduced run succeeds."""
     found = (pair_at(work, work.runs[number], work.points[number], number) for number in numbers)
     return [pair for pair in found if pair is not None]
 
 
-def pair_at(work: Work, run: FullRun, point: int, number: int) -> Pair | None:
+def pair_at(work: TrainingState, run: FullRun, point: int, number: int) -> Pair | None:
     """Indicator and error of the present model at a full run; None where the reduced run fails."""
     motion = work.motions.get(point) or measure(work, point)
     if motion is None:
@@ -190,12 +190,12 @@ def pair_at(work: Work, run: FullRun, point: int, number: int) -> Pair | None:
     return Pair(number, len(work.models), work.indicators[point], error)
 
 
-def unit_box(work: Work) -> np.ndarray:
+def unit_box(work: TrainingState) -> np.ndarray:
     """The candidates (c, d) in the unit box."""
     return boxes.to_box(work.task.parameters, work.search.candidates)
 
 
-def check(work: Work, last: greedy.Iteration, count: int) -> None:
+def check(work: TrainingState, last: greedy.Iteration, count: int) -> None:
     """Make checks at samples of the last iteration until there are so many that the model has not seen.
 
     The first one is where the indicator is largest, others are as far as possible from all full runs; a point at which a run
@@ -208,23 +208,23 @@ def check(work: Work, last: greedy.Iteration, count: int) -> None:
         point = greedy.farthest(unit_box(work), choices, used) if work.checks else max(choices, key=lambda k: known[k])
         choices.remove(point)
         used.append(point)
-        run = full_runs.reached(work.task, functools.partial(kept_check, work, point), values_at(work, point))
+        run = full_runs.try_run(work.task, functools.partial(run_check, work, point), values_at(work, point))
         if isinstance(run, FullRun):
             work.checks[point] = run
     recalibrate(work)
 
 
-def recalibrate(work: Work) -> None:
+def recalibrate(work: TrainingState) -> None:
     """The pairs of the present model, where there are checks."""
-    work.present = [*middle(pairs_at(work, range(len(work.runs)))), *checked(work)] if work.checks else []
+    work.present = [*average_pairs(pairs_at(work, range(len(work.runs)))), *pairs_at_checks(work)] if work.checks else []
 
 
-def middle(pairs: Sequence[Pair]) -> list[Pair]:
+def average_pairs(pairs: Sequence[Pair]) -> list[Pair]:
     """One pair in the middle of several, where they scatter no more than is expected of any.
 
     At its own full runs a model errs alike, by what truncation leaves, which tells little of the scatter elsewhere.
     """
-    known = usable(pairs)
+    known = usable_pairs(pairs)
     logarithms = np.log10([(pair.indicator, pair.error) for pair in known]).reshape(-1, 2)
     if len(known) < 2 or np.std(logarithms[:, 1] - logarithms[:, 0]) > calibration.PRIOR:
         return known
@@ -232,13 +232,13 @@ def middle(pairs: Sequence[Pair]) -> list[Pair]:
     return [replace(known[0], indicator=indicator, error=error)]
 
 
-def checked(work: Work) -> list[Pair]:
+def pairs_at_checks(work: TrainingState) -> list[Pair]:
     """Indicator and error of the present model at the checks that it has not seen."""
     found = (pair_at(work, run, point, CHECK) for point, run in unseen(work).items())
     return [pair for pair in found if pair is not None]
 
 
-def kept_check(work: Work, point: int, values: Mapping[str, float]) -> FullRun:
+def run_check(work: TrainingState, point: int, values: Mapping[str, float]) -> FullRun:
     """The full run of a check, kept in the folder."""
     make = functools.partial(full_run, work.task, values)
-    return make() if work.folder is None else store.made(store.check_file(work.folder, point), make)
+    return make() if work.folder is None else store.read_or_make(store.check_file(work.folder, point), make)

@@ -322,7 +322,7 @@ def sweep(
     with jobs.begin(source, **shared) as job:
         members = sweep_sources.members(job, ranges or {}, duration, instants)
         points = sweep_sources.spread(members.parameters, samples, design, table, seed)
-        return sweeping.sweep_points(job, members, points, seed, sweeps.Options(workers, scheduler, timeout), resume, plots)
+        return sweeping.sweep_points(job, members, points, seed, sweeps.SweepOptions(workers, scheduler, timeout), resume, plots)
 
 
 def render(

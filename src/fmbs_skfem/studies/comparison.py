@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import InputError, MissingFeature, say
 from ..reduction import comparison as comparisons
-from ..reduction.comparison import Comparison, Record
+from ..reduction.comparison import Comparison, ModelRecord
 from ..results import motion, series, speed
 from ..scenes import Scene, build, read
 from . import compiling, figures, pictures, plans, reports, tables
@@ -45,7 +45,7 @@ class ComparisonResult(Result):
 
     study: Comparison
 
-    def __getitem__(self, name: str) -> Record:
+    def __getitem__(self, name: str) -> ModelRecord:
         """Sizes, times and errors of a model."""
         return self.study[name]
 
@@ -165,13 +165,13 @@ def report_of(scene: Scene, study: Comparison) -> dict[str, Any]:
     }
 
 
-def cheapest(study: Comparison) -> Record | None:
+def cheapest(study: Comparison) -> ModelRecord | None:
     """The fastest of the main reduced models whose training pays."""
     paying = [record for record in study.records if record.main and record.pays_after_runs is not None]
     return min(paying, key=lambda record: record.cpu_s, default=None)
 
 
-def choice(study: Comparison) -> Record | None:
+def choice(study: Comparison) -> ModelRecord | None:
     """The fastest hyper-reduced model, ECSW or exact polynomial, of those about as exact as the best of them."""
     found = [r for r in study.records if r.main and r.hyper not in ("", "none") and math.isfinite(r.max_error)]
     best = min((r.max_error for r in found), default=0.0)

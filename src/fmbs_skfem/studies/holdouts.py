@@ -100,7 +100,7 @@ def read_or_run(found: Training, out: Path | None, sharp: bool = True) -> Full:
             return known[-1]
         text = repr((sorted(values.items()), found.task.plan.tolerance, found.task.plan.modes))
         path = out / "training" / f"{'full' if sharp else 'own'}-{hashlib.sha256(text.encode()).hexdigest()[:16]}.h5"
-        return store.made(path, functools.partial(full_runs.full_run, found.task, values, sharp))
+        return store.read_or_make(path, functools.partial(full_runs.full_run, found.task, values, sharp))
 
     return full
 
@@ -136,7 +136,7 @@ def fastest(found: Training) -> dict[str, float]:
     speeds: list[tuple[float, dict[str, float]]] = []
     for ends in itertools.product(*((p.low, p.high) for p in known)):
         values = parameters.named(known, ends)
-        motion = reduced_models.reduced_run(found.task, reduced_models.case_at(found.model, values))
+        motion = reduced_models.run_reduced(found.task, reduced_models.case_at(found.model, values))
         speeds.append((float(np.linalg.norm(lifted(motion)[1], axis=1).max()), values))
     return max(speeds, key=lambda pair: pair[0])[1]
 

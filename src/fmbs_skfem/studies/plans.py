@@ -10,7 +10,7 @@ from ..core.errors import InputError, say
 from ..dynamics import GeneralizedAlpha, Newton
 from ..reduction import NONE, Elements, hyper_reduction
 from ..reduction.cases import Case
-from ..reduction.comparison import Options
+from ..reduction.comparison import ComparisonOptions
 from ..reduction.full_runs import TrainingTask, task_of
 from ..reduction.plan import Plan
 from ..scenes import build
@@ -83,13 +83,13 @@ def task(scene: Scene, raw: System, plan: Plan) -> TrainingTask:
     return task_of(case, plan, interval(scene), partial(build.chosen_form, scene))
 
 
-def options(scene: Scene, quick: bool = False, expensive: bool = False) -> Options:
+def options(scene: Scene, quick: bool = False, expensive: bool = False) -> ComparisonOptions:
     """What the scene wants compared; `quick` leaves out other eps and eta, smaller steps and repetitions.
 
     An `expensive` full model runs only with those other steps that the scene lists.
     """
     step, wanted = build.dynamic(scene).step, scene.compare
-    return Options(
+    return ComparisonOptions(
         tolerances=() if quick or not wanted else tuple(wanted.tolerances),
         hyper_tolerances=() if quick or not wanted else ETAS,
         steps=tuple(other for other in (wanted.steps if wanted else ()) if other > step or not quick),

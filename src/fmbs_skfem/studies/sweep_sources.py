@@ -19,7 +19,7 @@ from ..core.notices import notify
 from ..core.problems import Problem
 from ..reduction import parameters as boxes
 from ..reduction import parametric_model, prediction
-from ..reduction.members import FamilyTask, ProductTask
+from ..reduction.members import FamilyTask, ModelTask
 from ..reduction.parameters import Parameter, Scale
 from ..results import sweep_files
 from ..scenes import build, yamlfile
@@ -115,7 +115,7 @@ def of_model(job: Job, ranges: Ranges, duration: float | None, instants: int) ->
     given = {name: narrow(named[name], *limits) for name, limits in ranges.items()}
     kept = tuple(given.get(own.name, own) for own in trained if own.name in given or own.name not in fixed)
     digest = hashlib.sha256(path.read_bytes() + repr(sorted(fixed.items())).encode()).hexdigest()
-    task, parameters = ProductTask(str(path), fixed, instants), check_ranges(str(job.path), kept)
+    task, parameters = ModelTask(str(path), fixed, instants), check_ranges(str(job.path), kept)
     title = models.title(path, model.notes)
     return Members(title, parameters, task, f"{digest} {instants}", prediction.predictor(model), fixed)
 

@@ -14,7 +14,7 @@ import numpy as np
 from ..core.errors import InputError, SweepFailure, say
 from ..reduction import parametric_model, prediction, sweeps
 from ..reduction.members import Status
-from ..reduction.sweeps import Options
+from ..reduction.sweeps import SweepOptions
 from ..results import sweep_files, sweep_plots, training_plots
 from . import compiling, reports, sweep_sources
 from . import job as jobs
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..reduction.members import Record
-    from ..reduction.sweeps import Outcome
+    from ..reduction.sweeps import SweepOutcome
     from ..results.sweep_files import Sweep
     from .sweep_sources import Members
 
@@ -57,7 +57,7 @@ class SweepResult(Result):
 
 
 def sweep_points(
-    job: Job, members: Members, points: np.ndarray, seed: int, options: Options, resume: bool, plots: bool
+    job: Job, members: Members, points: np.ndarray, seed: int, options: SweepOptions, resume: bool, plots: bool
 ) -> SweepResult:
     """Members at points (k, d) of the parameters, which a design with a seed gave."""
     origin = reports.provenance(members.scene, () if members.scene else (job.path,), {"design": seed}, options.workers)
@@ -92,8 +92,8 @@ def open_folder(
 
 
 def compute(
-    job: Job, members: Members, points: np.ndarray, options: Options, out: Path | None, done: Mapping[int, Record]
-) -> tuple[Outcome, dict[int, Record]]:
+    job: Job, members: Members, points: np.ndarray, options: SweepOptions, out: Path | None, done: Mapping[int, Record]
+) -> tuple[SweepOutcome, dict[int, Record]]:
     """Run the missing members; each is stored when it is settled."""
     records = dict(done)
 
@@ -118,7 +118,7 @@ def finish(
     members: Members,
     points: np.ndarray,
     out: Path | None,
-    outcome: Outcome,
+    outcome: SweepOutcome,
     records: dict[int, Record],
     origin: Mapping[str, Any],
     plots: bool,
@@ -153,7 +153,7 @@ def figures_of(job: Job, members: Members, table: Sweep) -> Figures:
     return Figures(rules)
 
 
-def report_of(members: Members, table: Sweep, outcome: Outcome, records: Mapping[int, Record]) -> dict[str, Any]:
+def report_of(members: Members, table: Sweep, outcome: SweepOutcome, records: Mapping[int, Record]) -> dict[str, Any]:
     """The JSON object of a sweep."""
     failed = [record for _, record in sorted(records.items()) if record.status is not Status.OK]
     text = f"{len(failed)} of {len(table.points)} members failed; parameters and reasons are listed in {sweep_files.CSV}"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from .result import Table
 
 if TYPE_CHECKING:
-    from ..reduction.comparison import Comparison, Record
+    from ..reduction.comparison import Comparison, ModelRecord
     from ..scenes import Scene
 
 PAPER = "  paper"  #: name of the rows with published figures
@@ -41,7 +41,7 @@ def tables(scene: Scene, study: Comparison) -> list[Any]:
     return [*shown, f"paper: {paper['source']}"] if paper else shown
 
 
-def table_4(study: Comparison) -> list[Record]:
+def table_4(study: Comparison) -> list[ModelRecord]:
     """The models of Table 4: the full one, its other steps, and the reduced ones of the scene's eps and eta."""
     return [record for record in study.records if record.main or record.family in ("full", "step")]
 
@@ -146,7 +146,7 @@ def counts(values: Mapping[str, int]) -> str:
     return join(values.values()) if any(values.values()) else ""
 
 
-def main(study: Comparison) -> list[Record]:
+def main(study: Comparison) -> list[ModelRecord]:
     """The reduced models of the scene's own eps and eta."""
     return [record for record in study.records if record.main and record.modes]
 

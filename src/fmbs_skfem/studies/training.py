@@ -70,7 +70,7 @@ class TrainingResult(Result):
 def train_order(job: Job, order: Order, out: Path | None, compare: bool, plots: bool) -> TrainingResult:
     """The training, its hold-out points, figures and report; without a model the error that says why."""
     if compiling.announce(job, reduces=True):
-        comparators.warm(order.task)
+        comparators.compile_training(order.task)
     made = {"fingerprint": reports.fingerprint(order.scene), "provenance": reports.provenance(order.scene), "notices": job.notices}
     try:
         advance, place = job.progress("training"), out / STORE if out else None
