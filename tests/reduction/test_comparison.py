@@ -173,8 +173,8 @@ def test_listed_snapshots_are_stored_with_the_start() -> None:
     case = Case(models.cantilever(1), GeneralizedAlpha(1e-5), 0.01)
     kept = runs.kept_steps(case, 1e-5 * np.array([0, 30, 60, 500])).tolist()
     assert kept == [0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, 60, 500, 1000]
-    assert runs.find_common_steps(2e-5, 1e-5, np.array([0, 3, 6, 30])).tolist() == [0, 3, 15]
-    assert runs.find_common_steps(5e-6, 1e-5, np.array([0, 3])).tolist() == [0, 6]
+    assert runs.common_steps(2e-5, 1e-5, np.array([0, 3, 6, 30])).tolist() == [0, 3, 15]
+    assert runs.common_steps(5e-6, 1e-5, np.array([0, 3])).tolist() == [0, 6]
 
 
 def test_reduced_models_iterate_below_their_truncation() -> None:
