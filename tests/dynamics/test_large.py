@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.sparse import csr_array
 
-from fmbs_skfem.bodies import Body, Material
+from fmbs_skfem.bodies import Body, Material, cable
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core import krylov
@@ -71,6 +71,13 @@ def test_sparse_tangent_is_that_of_the_band(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(compiled, "BAND", 10_000)
     two = compiled.tangent(compile_system(system), x, none, gh=3.0).toarray()
     assert_allclose(one, two, atol=1e-12 * np.abs(two).max())
+
+
+def test_a_straight_line_has_no_rigid_motion_about_itself() -> None:
+    line = cable("line", models.straight(4), models.SECTION, models.MATERIAL)
+    found = large.rigid_motions(compile_system(assemble([line])))
+    assert found.shape[1] == 5
+    assert_allclose(np.linalg.norm(found, axis=0), 1.0)
 
 
 def test_rigid_motions_cost_no_energy() -> None:

@@ -43,6 +43,7 @@ from .scheme import Solver
 from .stepping import Step
 
 LOOSE = 1e-5  #: relative residual of the multigrid solution, the contraction of the Newton iteration
+ROUND = 1e-12  #: size of a rigid motion, over the largest, that is round-off
 EMPTY = 1e-8  #: diagonal of W, relative to the largest, below which an interface unknown counts as massless
 
 
@@ -277,7 +278,7 @@ def node_size(W: csr_array) -> int:
 
 
 def rigid_motions(model: Compiled) -> np.ndarray:
-    """Rigid motions of the whole system in the unknowns (n, 3 or 6), columns of length one."""
+    """Rigid motions of the whole system in the unknowns (n, 3 to 6), columns of length one; none about a line that all lie on."""
     system = model.system
     dim, q = system.dim, system.lift(system.x0).reshape(-1, system.dim)
     fields = [np.outer(system.unit, axis) for axis in np.eye(dim)]
@@ -285,7 +286,9 @@ def rigid_motions(model: Compiled) -> np.ndarray:
     B = np.stack([field.ravel() for field in fields + spins], axis=1)
     lift = csr_array(system.lift.matrix)
     B = B if lift.shape[0] == lift.shape[1] else spsolve((lift.T @ lift).tocsc(), lift.T @ B)
-    return np.asarray(B / np.linalg.norm(B, axis=0))
+    sizes = np.linalg.norm(B, axis=0)
+    moving = sizes > ROUND * sizes.max(initial=0.0)
+    return np.asarray(B[:, moving] / sizes[moving])
 
 
 def refined(W: csr_array, approximate: Inverse, columns: np.ndarray) -> np.ndarray:
