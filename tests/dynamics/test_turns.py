@@ -14,8 +14,8 @@ from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, outputs, reactions, solve_statics
 from fmbs_skfem.reduction import files, galerkin, pod, sampling
-from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, compiled, eliminate, joints, loads, probes, springs
-from fmbs_skfem.systems.system import LoadKind
+from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, compiled, eliminate, joints, loads, probes
+from fmbs_skfem.systems.force_laws import continued
 
 from .. import models
 from .test_checkpoint import assert_same, stopped
@@ -77,16 +77,14 @@ def test_a_spring_between_two_bodies_counts_the_turns_between_them() -> None:
 def test_turns_of_nearly_half_a_turn_a_step() -> None:
     """The angle is followed from any step to the next by less than half a turn, to either side."""
     system = oscillator()
-    model, angles = compile_system(system), np.zeros(2)
-    (spring,) = (k for k, law in enumerate(system.loads.laws) if law.kind is LoadKind.SPRING)
-    angles = compiled.last_angles(system)
-    first = system.loads.laws[spring].slope
+    model, (spring,) = compile_system(system), system.loads.forces
+    memory, first = model.memory, int(spring.rows[0, 0])
     P = np.asarray(system.probes.matrix[[first, first + 1]].toarray())
     for step, theta in enumerate([3.1 * k for k in range(8)] + [3.1 * k for k in range(6, -8, -1)]):
         x = np.linalg.lstsq(P, np.array([np.cos(theta), np.sin(theta)]) - system.probes.offset[[first, first + 1]])[0]
-        angles = compiled.followed(model, x, angles)
-        assert angles[spring] == pytest.approx(theta, abs=1e-9), step
-        torque = springs.continued(np.arctan2(np.sin(theta), np.cos(theta)), theta - 3.0)
+        memory = compiled.accepted(model, x, memory=memory)
+        assert memory[0] == pytest.approx(theta, abs=1e-9), step
+        torque = continued(np.arctan2(np.sin(theta), np.cos(theta)), theta - 3.0)
         assert torque == pytest.approx(theta, abs=1e-9)
 
 

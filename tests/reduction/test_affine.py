@@ -300,8 +300,8 @@ def check_quartics(fast: Case, anew: Case, tolerance: float) -> None:
         assert isinstance(two.gather, Quartic)
         assert wrong(one.gather.coefficients, two.gather.coefficients) < tolerance
         assert one.gather.coefficients.ctypes.data % 64 == 0
-    for law, exact in zip(fast.system.loads.laws, anew.system.loads.laws, strict=True):
-        assert law.vector == pytest.approx(exact.vector, rel=1e-14)
+    for force, exact in zip(fast.system.loads.forces, anew.system.loads.forces, strict=True):
+        assert force.numbers == pytest.approx(exact.numbers, rel=1e-14)
     rest = replace(fast.system, elastic=anew.system.elastic, loads=anew.system.loads, skins=anew.system.skins)
     assert same(rest, anew.system)
 
@@ -319,8 +319,8 @@ def test_a_dependence_that_vanishes_at_the_nominal_values_is_found() -> None:
     box = Parameter("F", -1.0, 1.0), Parameter("s", 0.5, 2.0)
     found = affine.fit(lambda values: loaded(values["F"] * values["s"] ** 3), box)
     assert affine.degrees(found) == {"F": 1, "s": 3}
-    coefficients = affine.at(found, {"F": 0.7, "s": 1.3}).system.loads.coefficient
-    assert coefficients == pytest.approx(loaded(0.7 * 1.3**3).system.loads.coefficient, rel=1e-14)
+    coefficients = affine.at(found, {"F": 0.7, "s": 1.3}).system.loads.forces[0].coefficient
+    assert coefficients == pytest.approx(loaded(0.7 * 1.3**3).system.loads.forces[0].coefficient, rel=1e-14)
 
 
 def leaning(values: Mapping[str, float]) -> Case:

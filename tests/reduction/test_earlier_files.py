@@ -18,6 +18,9 @@ from fmbs_skfem.reduction import training_store as store
 from fmbs_skfem.reduction.error_budget import Choice
 
 DATA = Path(__file__).parent / "data"
+EXPECTED_2 = {"tip_x": 0.9996596661261077, "tip_y": 0.0012644108693586503}
+EXPECTED_3 = {"tip_x": 0.9994336937383668, "tip_y": 0.007435409254333478, "tip_z": 3.526430731904917e-05}
+FAMILY = {"tip_x": 0.9996836315721795, "tip_y": 0.0013724289956470546}
 
 
 def test_a_single_model() -> None:
@@ -41,6 +44,21 @@ def test_a_single_model_of_version_2() -> None:
     found = dynamics.outputs(files.run(saved))
     assert found["tip_x"][-1] == pytest.approx(1.0000000843195829, abs=1e-9)
     assert found["tip_y"][-1] == pytest.approx(1.7889771816995788e-07, abs=1e-9)
+
+
+@pytest.mark.parametrize("dim, expected", [(2, EXPECTED_2), (3, EXPECTED_3)])
+def test_loads_in_columns(dim: int, expected: dict[str, float]) -> None:
+    """Dead loads, moments, followers and springs by laws with numbers."""
+    motion = dynamics.integrate(files.load(DATA / f"loads_{dim}_version_2.h5"), GeneralizedAlpha(1e-3), 0.05)
+    found = dynamics.outputs(motion)
+    assert {name: found[name][-1] for name in expected} == pytest.approx(expected, abs=1e-9)
+
+
+def test_loads_in_columns_of_a_family() -> None:
+    """Polynomials of a force, a moment, a follower and springs are where these numbers are now."""
+    model = parametric_model.load(DATA / "loads_family_version_2.h5")
+    found = dynamics.outputs(parametric_model.run(model, force=1.5, moment=0.45, follow=1.7, k=0.7))
+    assert {name: found[name][-1] for name in FAMILY} == pytest.approx(FAMILY, abs=1e-9)
 
 
 def test_a_training() -> None:

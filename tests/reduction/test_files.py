@@ -21,9 +21,8 @@ from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.dynamics import integrate, outputs
 from fmbs_skfem.dynamics.outputs import centre_lines, lifted
 from fmbs_skfem.reduction import Level, files
-from fmbs_skfem.systems import System, loads
+from fmbs_skfem.systems import System, force_laws, loads
 from fmbs_skfem.systems.signals import Cosine, Sine
-from fmbs_skfem.systems.system import LoadKind, PointLaw
 from tests.hard_cases import check_damage_is_found
 from tests.reduction.conftest import SCHEME, Full, Reduced, full_of, hyper_reduced, reduced
 from tests.reduction.test_ffrf import spun
@@ -87,9 +86,9 @@ def test_a_model_runs_again_in_another_process(sampled: System, saved: Path, tmp
 
 def test_everything_comes_back(sampled: System, coarse: Full, small: Reduced, tmp_path: Path) -> None:
     _, selections = hyper_reduced(small)
-    law = PointLaw(LoadKind.MOMENT, 0, -1, 0, np.array([0.0, 0.0, 1.0]))
+    force = force_laws.one("moment_3", (0, 1, 2), (0.0, 0.0, 1.0), (0,))
     signals = (of_time("a*sin(t)", {"a": 0.1}), Cosine(of_time("t**2")), Sine(of_time(2.0)))
-    loaded = replace(sampled, signals=signals, loads=replace(sampled.loads, laws=(law,)))
+    loaded = replace(sampled, signals=signals, loads=replace(sampled.loads, forces=(force,)))
     notes = {
         "training": {"E": (5e8, 1e9), "name": "double pendulum"},
         "errors": [1e-4, None, True, np.float64(0.1), np.int64(3)],

@@ -182,8 +182,8 @@ CHANGES = [
     (b'"kind": "position"', b'"kind": "possession"', r"outputs\.tip\.kind: expected one of position.*, got 'possession'"),
     (b'"tip_x"', b'",=cmd()"', r"system\.outputs: expected names that begin with a letter, .*got ',=cmd\(\)'"),
     (b'["tip", {"type"', b'["=tip", {"type"', r"system\.outputs: expected names that begin with a letter, .*got '=tip'"),
-    (b'"signal": 1', b'"signal": 7', r"loads\.laws\[\d\]\.signal: expected a signal from -1 to \d, got 7"),
-    (b'"slope": ', b'"slope": 9', r"loads\.laws\[0\]\.slope: expected a row from 0 to \d+, got 9\d+"),
+    (b'"moment_2"', b'"moment_9"', r"force law: expected one of .*, got 'moment_9'"),
+    (b'"moment_2"', b'"moment_3"', r"loads\.forces\[\d\]\.numbers: expected an array \(1, 3\) of float64, got an array \(1, 1\)"),
     (b'"exp"', b'"exq"', r"system\.signals\[0\]: expected a function of time, got 'exq'"),
     (
         b'"x0": {"array"',

@@ -202,6 +202,6 @@ def test_a_torque_is_a_moment(dim: int) -> None:
     """The word of scenes for a moment on a frame: the same laws, to the bit."""
     size = 0.3 if dim == 2 else (0.1, -0.2, 0.3)
     pair = [assemble(bodies(dim), loads=[kind("M", RIM, size)]).loads for kind in (loads.Moment, loads.Torque)]
-    for one, other in zip(pair[0].laws, pair[1].laws, strict=True):
-        assert (one.kind, one.slope, one.position, one.signal) == (other.kind, other.slope, other.position, other.signal)
-        assert np.array_equal(one.vector, other.vector)
+    for one, other in zip(pair[0].forces, pair[1].forces, strict=True):
+        assert one.law is other.law
+        assert all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("rows", "numbers", "signals"))

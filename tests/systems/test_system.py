@@ -114,9 +114,9 @@ def test_faults_of_the_tangent_are_named(part: str, monkeypatch: pytest.MonkeyPa
     """A tangent of one part that is wrong by 1e-5, and exact for all others."""
     exact = compiled.tangent
 
-    def tangent(model: compiled.Compiled, *state: Any) -> csr_array:
+    def tangent(model: compiled.Compiled, *state: Any, **more: Any) -> csr_array:
         mine = bool(model.system.elastic) == (part == "the elastic forces")
-        return (1.0 + 1e-5 * mine) * exact(model, *state)
+        return (1.0 + 1e-5 * mine) * exact(model, *state, **more)
 
     monkeypatch.setattr(compiled, "tangent", tangent)
     with pytest.raises(InputError, match=f"check_system: tangent of {part}"):

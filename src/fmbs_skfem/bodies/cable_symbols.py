@@ -10,8 +10,9 @@ from typing import Any
 
 import sympy
 
+from ..core.symbols import Expression
 from .cable_law import NEXT_TO_NOTHING, SMALL, STRAIGHT
-from .symbolic import OPTION, Expression, Symbols, Vectors, quadratic_dissipation, rate, source
+from .symbolic import OPTION, Symbols, Vectors, quadratic_dissipation, rate, source
 
 SECTION = ("EA", "EI", "kappa0")
 

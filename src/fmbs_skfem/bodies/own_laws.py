@@ -13,19 +13,12 @@ runs it in another process, defines the law first.
 
 from __future__ import annotations
 
-import hashlib
-import importlib.util
-import os
-import sys
-import tempfile
 from collections.abc import Callable, Sequence
 from functools import cache
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from ..core.errors import InputError, say
-from ..core.jit import cache_folder
 from .laws import Law
 
 PREFIX = "own"
@@ -48,29 +41,13 @@ def define(
 
     @cache
     def loops() -> ModuleType:
+        from ..core import symbols
         from . import symbolic
 
         law = symbolic.Symbols(vectors, tuple(section), energy, dissipation)
-        return import_text(symbolic.source([(PREFIX, law, tuple(dims))], f"The law '{name}'."))
+        return symbols.import_text(symbolic.source([(PREFIX, law, tuple(dims))], f"The law '{name}'."))
 
     def entry(dim: int, kind: str) -> int:
         return int(getattr(loops(), f"{PREFIX}_{dim}_{kind}")())
 
     return Law(name, vectors, (*section, "weight"), tuple(dims), entry)
-
-
-def import_text(text: str) -> ModuleType:
-    """The module of a text, kept in the cache folder under its hash, so that its compiled functions are found again."""
-    folder = cache_folder() or Path(tempfile.mkdtemp(prefix="fmbs_laws_"))
-    name = f"law_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
-    path = folder / f"{name}.py"
-    if not path.exists():
-        part = path.with_suffix(f".{os.getpid()}.part")
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = sys.modules[name] = importlib.util.module_from_spec(spec)  # where numba looks for what it has cached
-    spec.loader.exec_module(module)
-    return module

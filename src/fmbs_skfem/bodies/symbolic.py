@@ -15,14 +15,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import sympy
-from sympy.printing.pycode import PythonCodePrinter
 
+from ..core.symbols import Expression, module, statements
 from .laws import KINDS
 
-Expression: TypeAlias = Any
 Vectors: TypeAlias = list[sympy.Matrix]  #: r,1 ... r,k
 Energy: TypeAlias = Callable[..., Expression]  #: W of vectors and of the numbers of a section but the weight
 Dissipation: TypeAlias = Callable[..., Expression]  #: R of vectors, their rates and those numbers
@@ -76,27 +75,6 @@ class Symbols:
     dissipation: Dissipation | None = None
 
 
-class Printer(PythonCodePrinter):
-    """Small powers as products, and numbers as floats."""
-
-    def _print_Pow(self, power: Expression, rational: bool = False) -> str:
-        base, twice = self.parenthesize(power.base, 100), 2 * power.exp
-        if not twice.is_Integer or abs(twice) > 16:
-            return str(super()._print_Pow(power, rational))
-        whole, half = divmod(abs(int(twice)), 2)
-        text = " * ".join([base] * whole + [f"math.sqrt({self._print(power.base)})"] * half)
-        return f"(1.0 / ({text}))" if twice < 0 else f"({text})"
-
-    def _print_Rational(self, number: Expression) -> str:
-        return repr(float(number))
-
-    def _print_Function(self, call: Expression) -> str:
-        """Functions that the module of the loops imports."""
-        return f"{type(call).__name__}({', '.join(self._print(one) for one in call.args)})"
-
-    _print_Integer = _print_Half = _print_Rational
-
-
 def quadratic_dissipation(
     strains: Callable[..., Sequence[Expression]], stiffness: Callable[..., Sequence[Sequence[Expression]]]
 ) -> Dissipation:
@@ -136,28 +114,22 @@ def results(law: Symbols, dim: int, kind: str) -> tuple[list[Expression], list[E
 def loop(law: Symbols, dim: int, kind: str, name: str) -> str:
     """Source of the entry `name` for one kind."""
     wanted, symbols = results(law, dim, kind)
-    shared, reduced = sympy.cse(wanted, optimizations="basic")
-    needed = set().union(*(one.free_symbols for one in (*reduced, *(value for _, value in shared))))
-    count, numbers, write = law.vectors * dim, len(law.section) + 1, Printer().doprint
+    count, numbers = law.vectors * dim, len(law.section) + 1
     places = [f"{array}[{i}, q]" for array, size in (("u", count), ("v", count), ("s", numbers)) for i in range(size)]
-    read = [(str(symbol), place) for symbol, place in zip(symbols, places, strict=False) if symbol in needed]
-    small = kind.endswith("modulus") and len(reduced) <= SMALL
+    lines, found = statements(wanted, dict(zip(symbols, places, strict=False)))
+    small = kind.endswith("modulus") and len(found) <= SMALL
     frame, target = FRAMES["small modulus" if small else kind.removeprefix("damped_")]
     pairs = [(i, j) for i in range(count) for j in range(i + 1)]
-    point = [f"{', '.join(symbol for symbol, _ in read)} = {', '.join(place for _, place in read)}"]
-    point += [f"{symbol} = {write(value)}" for symbol, value in shared]
-    point += [f"{target.format(k, *pair)} {write(value)}" for k, (value, pair) in enumerate(zip(reduced, pairs, strict=False))]
+    point = lines + [f"{target.format(k, *pair)} {value}" for k, (value, pair) in enumerate(zip(found, pairs, strict=False))]
     views = ["u = carray(u, (rows, count))", f"s = carray(s, ({numbers}, count))"]
-    views += ["v = carray(v, (rows, count))"] if any(place.startswith("v") for _, place in read) else []
+    views += ["v = carray(v, (rows, count))"] if "v[" in lines[0] else []
     indent = " " * (12 if target[0] == "T" else 8)
-    text = frame.format(views="\n    ".join(views), point=f"\n{indent}".join(point), size=len(reduced))
+    text = frame.format(views="\n    ".join(views), point=f"\n{indent}".join(point), size=len(found))
     return f"@entry\ndef {name}{HEAD}\n    count = points * cells\n{text}"
 
 
 def source(laws: Sequence[tuple[str, Symbols, Sequence[int]]], about: str, imports: Sequence[str] = ()) -> str:
     """A module with the entries of laws (prefix of their names, symbols, dimensions)."""
-    head = [f'"""{about}"""', "", "# fmt: off", "# ruff: noqa", "# mypy: ignore-errors", "from __future__ import annotations"]
-    head += ["import math", "from typing import Any", "import numpy as np", "from numba import carray"]
-    head += ["from fmbs_skfem.core.entries import LANES, entry, unfold", *imports]
+    needed = ["import numpy as np", "from numba import carray", "from fmbs_skfem.core.entries import LANES, entry, unfold"]
     loops = [loop(law, dim, kind, f"{name}_{dim}_{kind}") for name, law, dims in laws for dim in dims for kind in KINDS]
-    return "\n".join(head) + "\n\n\n" + "\n\n\n".join(loops) + "\n"
+    return module(about, [*needed, *imports], loops)

@@ -222,6 +222,7 @@ def array(group: h5py.Group, name: str) -> np.ndarray:
 # --------------------------------------------------------------------------------------------------------------------- structs
 Older: TypeAlias = Mapping[str, Callable[[Tree], Any]]
 TYPES: dict[str, tuple[Any, Older]] = {}  #: dataclasses that a file may hold, by name, with fields that earlier files lack
+MENDS: dict[str, Callable[[Tree], None]] = {}  #: what puts fields as they are now in the place of those of earlier files
 ENUMS: dict[str, Callable[[Any], Any]] = {}  #: name of an enumeration -> its member of a value
 
 
@@ -318,6 +319,8 @@ def struct(name: str, values: Tree, where: str) -> Any:
     if name not in TYPES:
         raise ValueError(f"the unknown type {name} at {where}")
     kind, older = TYPES[name]
+    if name in MENDS:
+        MENDS[name](values)
     if not older.keys() & values.keys():
         values |= {key: make(values) for key, make in older.items()}
     expected, got = {part.name for part in fields(kind)}, set(values)

@@ -28,7 +28,6 @@ from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
 from ..systems.system import System
 from .loading import ramp
-from .outputs import spring_angles
 from .scheme import STATIC, Newton, round_off
 from .statics import FLOOR, Equilibrium, march, newton_statics, path, static_failure
 from .trajectory import Trajectory
@@ -122,8 +121,8 @@ def limit_points(trajectory: Trajectory) -> np.ndarray:
 def at_load_factor(trajectory: Trajectory, factor: float, newton: Newton | None = None) -> Trajectory:
     """The equilibria at one load factor on all branches of a load path, in the order of the path."""
     model, newton, times = compile_system(trajectory.system), newton or Newton(STATIC), trajectory.times
-    angles = spring_angles(trajectory.system, times, trajectory.x, trajectory.v, trajectory.a)
-    lists = map(float, times), trajectory.x, trajectory.multipliers, [0] * len(times), angles
+    memory = compiled.memories(model, times, trajectory.x, trajectory.v, trajectory.a)
+    lists = map(float, times), trajectory.x, trajectory.multipliers, [0] * len(times), memory
     states = [Equilibrium(*one) for one in zip(*lists, strict=True)]
     turns = set(limit_points(trajectory).tolist())
     found = [states[0]] if states[0].at == factor else []
@@ -183,15 +182,15 @@ def advance(problem: Problem, last: Point, length: float) -> Point:
     before = norm = np.inf
     for iteration in range(3 * problem.control.wanted):
         rest = length - problem.measure(last.x, x - at.x)
-        step, ray, R = linearise(problem, Equilibrium(s, x, multipliers, 0, at.angles), last.x, rest)
+        step, ray, R = linearise(problem, Equilibrium(s, x, multipliers, 0, at.memory), last.x, rest)
         before, norm = norm, compiled.size(problem.model, step[:n])
         if iteration > 1 and not norm < max(before, 1e-6 * scale):
             raise static_failure(problem.model, Reason.DIVERGED, (UNIT, s), R)
         x, multipliers, s = x + step[:n], multipliers + step[n:-1], s + step[-1]
         close = problem.newton.tolerance * scale * min(1.0, 1e-2 * before / max(norm, 1e-300))
         if norm <= max(close, FLOOR * round_off(problem.model.system)) and abs(step[-1]) <= SURE:
-            angles = compiled.followed(problem.model, x, at.angles)
-            found = tangent(problem, Equilibrium(float(s), x, multipliers, iteration + 1, angles), ray)
+            memory = compiled.accepted(problem.model, x, memory=at.memory)
+            found = tangent(problem, Equilibrium(float(s), x, multipliers, iteration + 1, memory), ray)
             if problem.measure(last.x, found.x) > np.cos(problem.control.turn):
                 return found
             break
@@ -204,13 +203,13 @@ def linearise(problem: Problem, at: Equilibrium, ahead: np.ndarray, rest: float)
 
     def residual(factor: float) -> np.ndarray:
         phi, J = compiled.gap(model, at.x, factor)
-        return np.concatenate([compiled.forces(model, at.x, still, factor, at.angles) + J.T @ at.multipliers, phi])
+        return np.concatenate([compiled.forces(model, at.x, still, factor, at.memory) + J.T @ at.multipliers, phi])
 
     (phi, J), R = compiled.gap(model, at.x, at.at), residual(at.at)
     Q = (residual(at.at - NEAR) - residual(at.at + NEAR)) / (2.0 * NEAR)
     plane = np.concatenate([problem.model.system.mass @ ahead, np.zeros(len(phi))])
     size = np.abs(Q).max() / np.abs(plane).max()
-    K = saddle.matrix(compiled.tangent(model, at.x, at.multipliers, at.at, 0.0, at.angles), J)
+    K = saddle.matrix(compiled.tangent(model, at.x, at.multipliers, at.at, 0.0, at.memory), J)
     bordered = saddle.matrix(K, size * plane[None, :], -Q[:, None])
     last = np.zeros(len(R) + 1)
     last[-1] = size
@@ -256,4 +255,4 @@ def interpolate(a: Equilibrium, b: Equilibrium, factor: float, from_limit: bool 
     share = (factor - a.at) / (b.at - a.at)
     if from_limit != to_limit:
         share = np.sqrt(share) if from_limit else 1.0 - np.sqrt(1.0 - share)
-    return Equilibrium(factor, a.x + share * (b.x - a.x), a.multipliers + share * (b.multipliers - a.multipliers), 0, a.angles)
+    return Equilibrium(factor, a.x + share * (b.x - a.x), a.multipliers + share * (b.multipliers - a.multipliers), 0, a.memory)

@@ -58,7 +58,7 @@ def predict_buckling(model: Compiled, count: int, probe: float) -> Buckling:
     for factor in (probe, -probe):
         loaded = pressure.at_load_factor(model, factor)
         found = newton_statics(loaded, start, Newton(STATIC), factor, "load factor")
-        sides.append(compiled.tangent(loaded, found.x, found.multipliers, factor, 0.0, found.angles))
+        sides.append(compiled.tangent(loaded, found.x, found.multipliers, factor, 0.0, found.memory))
     J = compiled.gap(model, system.x0, 0.0)[1]
     J = J[ranks.independent_rows(J, units=scale_of(system))]
     K0, K1 = 0.5 * (sides[0] + sides[1]), (sides[0] - sides[1]) / (2.0 * probe)

@@ -245,13 +245,13 @@ def limp_names(stop: Stop, found: Diagnosis) -> list[str]:
 
 
 def stiff_spring(stop: Stop, found: Diagnosis) -> Cause | None:
-    """A torsion spring whose vibration the step passes over, and which is stiffer than anything else."""
+    """A spring whose vibration the step passes over, and which is stiffer than anything else."""
     if not stop.h:
         return None
-    name, pace = measurements.stiffest_spring(stop)
+    name, pace = measurements.stiffest_force(stop)
     if not pace > UNRESOLVED or pace < SHARE * (found.stiffest or 0.0):
         return None
-    what = f"a torsion spring on {name} vibrates with h omega = {pace:.3g}, which a step of {stop.h:.3g} s does not resolve"
+    what = f"a {name} vibrates with h omega = {pace:.3g}, which a step of {stop.h:.3g} s does not resolve"
     remedy = f"try a step of {stop.h * 0.1 / pace:.1g} s, a softer spring, or a joint or a driven angle in its place"
     return Cause("stiff spring", what, remedy)
 

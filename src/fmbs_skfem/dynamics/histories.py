@@ -7,6 +7,7 @@ from scipy.sparse import csr_array
 
 from ..core.errors import Reason, SolverError
 from ..core.linalg import as_dense
+from ..systems import forces
 from ..systems.compiled import signal_table
 from ..systems.system import System
 from .names import owners
@@ -20,11 +21,9 @@ def signal_names(system: System) -> list[str]:
             names[signal].append(f"joint {system.constraints.names[row][0]}")
     mine = owners(system)
     probes = csr_array(system.probes.matrix)
-    pushed = [*zip(system.loads.signal, system.loads.row, strict=True), *((law.signal, law.slope) for law in system.loads.laws)]
-    for signal, row in pushed:
-        if 0 <= signal < len(names):
-            weights = np.abs(as_dense(probes[[int(row)]])[0])
-            names[signal].append(f"a load on {mine[int(weights.argmax())]}" if weights.any() else "a load")
+    for signal, row in (pushed for force in system.loads.forces for pushed in forces.histories(force)):
+        weights = np.abs(as_dense(probes[[row]])[0])
+        names[signal].append(f"a load on {mine[int(weights.argmax())]}" if weights.any() else "a load")
     return [", ".join(dict.fromkeys(found)) or f"signal {k}" for k, found in enumerate(names)]
 
 

@@ -295,4 +295,4 @@ def last_residual(run: Run, time: float) -> np.ndarray:
     c = method_of(run.scheme, run.newton, run.scheme.step / 2**HALVINGS, run.model).c
     state = (part[order] for part in (s.x, s.v, s.acceleration))
     x, v, a = state
-    return np.concatenate(compiled.evaluate(run.model, x, v, time, s.angles, s.multipliers / c, a))
+    return np.concatenate(compiled.evaluate(run.model, x, v, time, s.memory, s.multipliers / c, a))

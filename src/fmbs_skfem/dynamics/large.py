@@ -64,7 +64,6 @@ class Large:
         self.model, system = model, model.system
         self.solver: Solver = solver
         self.dim, self.size = system.dim, system.size
-        self.pairs = np.array(compiled.pair_table(system)[2], dtype=np.int64).reshape(-1, 2)
         self.turns = whole_vectors(model)
         self.interface = interface(model, self.turns)
         self.probes = np.asarray(csr_array(system.probes.matrix)[:, self.interface].toarray())
@@ -148,7 +147,7 @@ class Large:
         space.gh[0] = step.method.gh
         evaluation.probe_slopes(step)
         y = np.zeros((len(space.y), len(space.y)))
-        np.add.at(y, (self.pairs[:, 0], self.pairs[:, 1]), space.H)
+        np.add.at(y, tuple(self.model.pairs.T), space.H)
         return np.asarray(self.probes.T @ y @ self.probes - np.diag(self.shift))
 
 
@@ -167,7 +166,7 @@ def interface(model: Compiled, whole: bool) -> np.ndarray:
     system = model.system
     terms = system.constraints
     rows = {int(k) for k in np.concatenate([terms.i, terms.j]) if k >= 0}
-    rows |= {int(k) for pair in compiled.pair_table(system)[2] for k in pair}
+    rows |= {int(k) for k in model.pairs.ravel()}
     touched = np.unique(csr_array(system.probes.matrix)[sorted(rows)].indices)
     if whole:
         first = np.unique(touched // system.dim) * system.dim

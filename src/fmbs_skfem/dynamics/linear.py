@@ -92,19 +92,19 @@ def linearise(
     x: np.ndarray | None = None,
     multipliers: np.ndarray | None = None,
     t: float = 0.0,
-    angles: np.ndarray | None = None,
+    memory: np.ndarray | None = None,
 ) -> Linear:
     """Equations (2) of a system about an equilibrium x (n,) with multipliers (m,) at time t, by default about the reference.
 
-    `angles` (l,) are those of springs that have turned by more than half a turn. A state of `solve_statics` belongs to the system
+    `memory` (l,) is what forces keep of the equilibrium, such as turns of springs. A state of `solve_statics` belongs to the system
     at the load factor t of `loading.ramp`.
     """
     model = compile_system(system)
     x = system.x0 if x is None else x
     multipliers = np.zeros(model.constraints) if multipliers is None else multipliers
     J = compiled.gap(model, x, t)[1]
-    K = compiled.tangent(model, x, multipliers, t, 0.0, angles)
-    C = compiled.tangent(model, x, multipliers, t, 1.0, angles) - K
+    K = compiled.tangent(model, x, multipliers, t, 0.0, memory)
+    C = compiled.tangent(model, x, multipliers, t, 1.0, memory) - K
     independent = J[ranks.independent_rows(J, units=scale_of(system))]
     return Linear(x, csr_array(system.mass), csr_array(C), csr_array(K), independent)
 

@@ -16,8 +16,10 @@ import numpy as np
 from scipy.sparse import csr_array, vstack
 
 from ..core.linalg import is_sparse
+from ..systems import forces
+from ..systems.dead_loads import DeadLoads
 from ..systems.signals import Cosine, Sine
-from ..systems.system import Affine, LoadKind, Signal, System
+from ..systems.system import Affine, Signal, System
 from .histories import finite_signals
 
 INSTANTS = 129  #: load factors from 0 to 1 at which a function of time is looked at
@@ -69,19 +71,14 @@ def ramp(system: System, end: float) -> System:
     signals: tuple[Signal, ...] = (*(over_factor(function, end) for function in system.signals), Grown(1.0), Grown(1.0, -1.0))
     loads, grow = system.loads, len(system.signals)
     own = loads.constant - system.stiffness @ system.x0
-    grown = replace(
-        loads,
-        row=np.append(loads.row, len(system.probes.offset)),
-        coefficient=np.append(loads.coefficient, 1.0),
-        signal=np.append(np.where(loads.signal < 0, grow, loads.signal), grow + 1),
-        laws=tuple(law if law.kind is LoadKind.SPRING or law.signal >= 0 else replace(law, signal=grow) for law in loads.laws),
-    )
+    last, added = np.array([len(system.probes.offset)]), np.array([grow + 1])
+    grown = (*(forces.grow(force, grow) for force in loads.forces), DeadLoads(last, np.ones(1), added))
     P = system.probes.matrix
     rows = csr_array(vstack([P, csr_array(own[None, :])])) if is_sparse(P) else np.concatenate([P, own[None, :]])
     return replace(
         system,
         probes=Affine(rows, np.append(system.probes.offset, 0.0)),
-        loads=grown,
+        loads=replace(loads, forces=grown),
         signals=signals,
         full=None if system.full is None else ramp(replace(system.full, full=None), end),
     )

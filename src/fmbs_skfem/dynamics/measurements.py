@@ -30,11 +30,10 @@ from ..core.errors import Reason, SolverError
 from ..core.saddle import Saddle
 from ..systems import compiled, terms
 from ..systems.compiled import Compiled, compile_system, signal_table
-from ..systems.system import LoadKind, System
+from ..systems.system import System
 from .histories import signal_names
 from .integration import HALVINGS, FailedStep, Run, last_residual
 from .names import owners
-from .outputs import spring_angles
 from .scheme import method_of
 
 SHIFT = 1e-13  #: of the balanced matrix, so that its factors exist where it is singular
@@ -62,7 +61,7 @@ class Stop:
     residual: np.ndarray  #: (n + m,) forces [N] and gaps of the trial state
     short: tuple[float, float]  #: bh and gh of the shortest step that was tried; 0 in statics
     whole: tuple[float, float]  #: of the whole step
-    angles: np.ndarray | None = None  #: (l,) of springs at the last good state, see `compiled.forces`
+    memory: np.ndarray | None = None  #: (l,) of forces at the last good state, see `compiled.place`
 
     @property
     def system(self) -> System:
@@ -74,7 +73,7 @@ class Stop:
         at = self.at if self.h else self.good
         bh, gh = self.short
         return csr_array(
-            compiled.tangent(self.model, self.trial, self.multipliers, at, gh, self.angles) + bh * csr_array(self.system.mass)
+            compiled.tangent(self.model, self.trial, self.multipliers, at, gh, self.memory) + bh * csr_array(self.system.mass)
         )
 
     @cached_property
@@ -91,17 +90,17 @@ def stop_of(error: SolverError) -> Stop | None:
         return None
     last, static = error.partial, error.partial.statistics.solver == ""
     model, x = compile_system(last.system), last.x[-1]
-    multipliers, angles = last.multipliers[-1], spring_angles(last.system, last.times, last.x, last.v, last.a)[-1]
+    multipliers, memory = last.multipliers[-1], compiled.memories(model, last.times, last.x, last.v, last.a)[-1]
     residual = np.full(len(x) + len(multipliers), np.nan)
     if np.isfinite(signal_table(last.system, np.array([error.time]))).all():
         phi, J = compiled.gap(model, x, error.time)
-        f = compiled.forces(model, x, last.v[-1], error.time, angles)
+        f = compiled.forces(model, x, last.v[-1], error.time, memory)
         residual = np.concatenate([f + J.T @ multipliers, phi])
     h = 0.0 if static else float(error.time - last.times[-1])
     if not static and error.reason is not Reason.UNSTABLE:
         h = max(h, float(np.diff(last.times[-2:]).max(initial=SHORTEST)))
     return Stop(
-        model, float(last.times[-1]), error.time, h, x, last.v[-1], multipliers, x, residual, (0.0, 0.0), (0.0, 0.0), angles
+        model, float(last.times[-1]), error.time, h, x, last.v[-1], multipliers, x, residual, (0.0, 0.0), (0.0, 0.0), memory
     )
 
 
@@ -123,7 +122,7 @@ def stop_of_run(run: Run, time: float) -> Stop:
         rest,
         (method.bh, method.gh),
         (whole.bh, whole.gh),
-        state.angles,
+        state.memory,
     )
 
 
@@ -161,7 +160,7 @@ def eigenvalues(stop: Stop, x: np.ndarray, multipliers: np.ndarray, t: float) ->
     if stop.system.size > DENSE:
         return None
     bh, gh = stop.whole
-    K = compiled.tangent(stop.model, x, multipliers, t, gh, stop.angles) + bh * csr_array(stop.system.mass)
+    K = compiled.tangent(stop.model, x, multipliers, t, gh, stop.memory) + bh * csr_array(stop.system.mass)
     if not np.isfinite(K.data).all():
         return None
     symmetric = csr_array(0.5 * (K + K.T))
@@ -223,32 +222,33 @@ def stiffest(stop: Stop) -> float:
     """h omega of the stiffest wave, a lower bound."""
     system = stop.system
     m = csr_array(system.mass).diagonal()
-    k = compiled.tangent(stop.model, stop.x, stop.multipliers, stop.good, 0.0, stop.angles).diagonal()
+    k = compiled.tangent(stop.model, stop.x, stop.multipliers, stop.good, 0.0, stop.memory).diagonal()
     heavy = m > SIZE * m.max(initial=0.0)
     return float(stop.h * np.sqrt(np.maximum(k[heavy] / m[heavy], 0.0).max(initial=0.0)))
 
 
-def stiffest_spring(stop: Stop) -> tuple[str, float]:
-    """The owner of what the stiffest torsion spring turns, and its h omega; 0 for none.
+def stiffest_force(stop: Stop) -> tuple[str, float]:
+    """Kind and owner of the stiffest force on probe rows, and its h omega; 0 for none.
 
-    omega^2 = k u^T a with u = dtheta/dx and the accelerations a that the joints permit, M a + J^T l = u, J a = 0.
+    omega^2 is the largest eigenvalue of S G, S = - dF/dy of its rows y = P x, and G = P a with the accelerations a of unit forces
+    on these rows that the joints permit, M a + J^T l = P^T, J a = 0.
     """
-    system, y, P = stop.system, stop.system.probes(stop.x), csr_array(stop.system.probes.matrix)
-    springs = [law for law in system.loads.laws if law.kind is LoadKind.SPRING]
-    if not springs or system.size > SPARSE:
+    system, model = stop.system, stop.model
+    if not any(len(force.pairs) for force in model.forces) or system.size > SPARSE:
         return "", 0.0
-    factors = saddle.factor(saddle.matrix(system.mass, compiled.gap(stop.model, stop.x, stop.good)[1]), SHIFT)
+    factors = saddle.factor(saddle.matrix(system.mass, compiled.gap(model, stop.x, stop.good)[1]), SHIFT)
     if factors is None:
         return "", 0.0
-    names, found = owners(system), []
-    for law in springs:
-        u = np.zeros(system.size + len(system.constraints.names))
-        for first, sign in ((law.slope, 1.0), (law.position, -1.0)):
-            if first >= 0:
-                a, b = y[first : first + 2]
-                u[: system.size] += sign / (a * a + b * b) * (a * P[[first + 1]] - b * P[[first]]).toarray()[0]
-        moved = saddle.solve(factors, u)
-        found.append((names[int(np.abs(u).argmax())], float(stop.h * np.sqrt(max(law.vector[0] * (u @ moved), 0.0)))))
+    names, P, found = owners(system), csr_array(system.probes.matrix), []
+    for force, slopes in compiled.force_slopes(model, stop.x, stop.v, stop.good, stop.memory):
+        rows, local = np.unique(force.pairs, return_inverse=True)
+        S, pushed = np.zeros((len(rows), len(rows))), np.zeros((system.size + model.constraints, len(rows)))
+        np.add.at(S, tuple(local.reshape(-1, 2).T), slopes)
+        pushed[: system.size] = P[rows].toarray().T
+        squares, modes = np.linalg.eig(S @ (pushed.T @ saddle.solve(factors, pushed)))
+        k = int(squares.real.argmax())
+        owner = names[int(np.abs(pushed[: system.size] @ modes[:, k]).argmax())]
+        found.append((f"{force.name} on {owner}", float(stop.h * np.sqrt(max(squares[k].real, 0.0)))))
     return max(found, key=lambda one: one[1])
 
 
@@ -305,7 +305,7 @@ def push(stop: Stop) -> tuple[str, float]:
         way = np.full(n, np.inf) if factors is None else np.abs(saddle.solve(factors, stop.residual))[:n]
     else:
         m = csr_array(stop.system.mass).diagonal()
-        now, then = (compiled.forces(stop.model, stop.x, 0.0 * stop.v, t, stop.angles) for t in (stop.at, 0.0))
+        now, then = (compiled.forces(stop.model, stop.x, 0.0 * stop.v, t, stop.memory) for t in (stop.at, 0.0))
         heavy = m > SIZE * m.max(initial=0.0)
         way = np.where(heavy, np.abs(now - then), 0.0) * stop.h**2 / np.where(heavy, m, 1.0)
     k = int(np.nan_to_num(way, nan=np.inf).argmax())

@@ -15,11 +15,10 @@ from scipy.sparse import csr_array
 from ..core.errors import InputError, say
 from ..core.structs import Routine
 from ..systems import evaluation
-from ..systems.angles import continuous, turning
-from ..systems.compiled import Compiled, compile_system, signal_table
+from ..systems.compiled import Compiled, compile_system, memories, signal_table
 from ..systems.evaluation import Samples
 from ..systems.probes import Sensed, kind_of, require_distinct_columns
-from ..systems.system import Line, LoadKind, System, linear_part
+from ..systems.system import Line, System, linear_part
 from .trajectory import Trajectory
 
 STILL = 1e-12  #: energy, over that of crossing the model once in the run, that is the round-off of a model at rest
@@ -66,9 +65,9 @@ def on_samples(
     held = np.zeros((len(times), model.constraints)) if multipliers is None else np.ascontiguousarray(multipliers)
     before, after = span or (times, times)
     now, early, late = (signal_table(model.system, t) for t in (times, before, after))
-    angles, out = spring_angles(model.system, times, x, v, a), np.zeros((len(times), width))
+    memory, out = memories(model, times, x, v, a), np.zeros((len(times), width))
     space = model.evaluation[0].space
-    routine(Samples(space, model.arrays, xc, vc, ac, held, now, early, late, after - before, angles, out))
+    routine(Samples(space, model.arrays, xc, vc, ac, held, now, early, late, after - before, memory, out))
     return out
 
 
@@ -168,24 +167,6 @@ def outputs(trajectory: Trajectory) -> dict[str, np.ndarray]:
             raise InputError(say(f"output '{name}': evaluate", expected, f"{len(values)} values"))
         columns.update(zip(output.columns, values, strict=True))
     return columns
-
-
-def spring_angles(system: System, times: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """Angles of all torsion springs on a motion of a system, with their turns, (s, l); 0 for other loads."""
-    found, probes = np.zeros((len(times), len(system.loads.laws))), system.probes
-    for k, law in enumerate(system.loads.laws):
-        if law.kind is not LoadKind.SPRING:
-            continue
-        angle, speed, acceleration = np.zeros((3, len(times)))
-        for sign, first in ((1.0, law.slope), (-1.0, law.position)):
-            if first < 0:
-                continue
-            rows = [first, first + 1]
-            y, rate, change = (np.asarray(probes.matrix[rows] @ part.T).T for part in (x, v, a))
-            parts = turning(y + probes.offset[rows], rate, change)
-            angle, speed, acceleration = (one + sign * part for one, part in zip((angle, speed, acceleration), parts, strict=True))
-        found[:, k] = continuous("torsion spring", times, angle - 2 * np.pi * np.round(angle[0] / (2 * np.pi)), speed, acceleration)
-    return found
 
 
 def centre_lines(system: System, q: np.ndarray) -> dict[str, np.ndarray]:

@@ -45,7 +45,7 @@ def rises(trajectory: Trajectory) -> np.ndarray:
 def passive(trajectory: Trajectory) -> bool:
     """Whether nothing but constant loads and damping does work."""
     system = trajectory.system
-    return not system.signals and not len(system.loads.row) and not system.loads.laws
+    return not system.signals and not any(map(len, system.loads.forces))
 
 
 def last_sound(trajectory: Trajectory) -> int:

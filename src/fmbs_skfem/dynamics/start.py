@@ -182,7 +182,7 @@ def first_state(model: Compiled, start: Start, c: float) -> State:
     xc, vc, ac, early = (np.ascontiguousarray(part[model.order]) for part in (start.x, *moved, start.a))
     history, past = (np.zeros((stepping.HISTORY, len(part))) for part in (xc, start.multipliers))
     history[0], past[0] = early, start.multipliers * c
-    known = np.array([1]), np.array([0]), compilation.followed(model, start.x), np.array([np.inf])
+    known = np.array([1]), np.array([0]), compilation.accepted(model, start.x, start.v), np.array([np.inf])
     return State(xc, vc, ac, early, start.multipliers * c, history, past, *known)
 
 

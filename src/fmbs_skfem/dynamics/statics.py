@@ -38,7 +38,7 @@ class Equilibrium:
     x: np.ndarray  #: (n,)
     multipliers: np.ndarray  #: (m,)
     iterations: int
-    angles: np.ndarray | None = None  #: (l,) of springs with their turns; None: less than half a turn from the reference
+    memory: np.ndarray | None = None  #: (l,) what forces keep of it; None: nothing but what they start with
 
 
 def solve_statics(
@@ -136,12 +136,12 @@ def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: fl
     equilibria nearby, with folds. `unit` says what `time` is, for messages.
     """
     place = unit, time
-    x, multipliers, angles, n, still = start.x, start.multipliers, start.angles, len(start.x), np.zeros(len(start.x))
+    x, multipliers, memory, n, still = start.x, start.multipliers, start.memory, len(start.x), np.zeros(len(start.x))
     last, norm, reach = np.inf, np.inf, NEAR * model.system.scale
     for iteration in range(4 * newton.iterations):
         phi, J = compiled.gap(model, x, time)
-        R = np.concatenate([compiled.forces(model, x, still, time, angles) + J.T @ multipliers, phi])
-        step = saddle.regular_solution(saddle.matrix(compiled.tangent(model, x, multipliers, time, 0.0, angles), J), R)
+        R = np.concatenate([compiled.forces(model, x, still, time, memory) + J.T @ multipliers, phi])
+        step = saddle.regular_solution(saddle.matrix(compiled.tangent(model, x, multipliers, time, 0.0, memory), J), R)
         if step is None:
             raise static_failure(model, Reason.SINGULAR_TANGENT, place, R)
         last, norm = norm, compiled.size(model, step[:n])
@@ -152,7 +152,7 @@ def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: fl
         x, multipliers = x - short * step[:n], multipliers - short * step[n:]
         enough = newton.tolerance * model.system.scale * min(1.0, last / max(norm, 1e-300) * 1e-2)
         if norm <= max(enough, FLOOR * round_off(model.system)):
-            return Equilibrium(time, x, multipliers, iteration + 1, compiled.followed(model, x, angles))
+            return Equilibrium(time, x, multipliers, iteration + 1, compiled.accepted(model, x, memory=memory))
     raise static_failure(model, Reason.NOT_CONVERGED, place, R)
 
 

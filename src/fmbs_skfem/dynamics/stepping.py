@@ -40,7 +40,7 @@ import numpy as np
 from ..core import lapack
 from ..core.jit import jit, summing
 from ..core.structs import Cube, Integers, Matrix, Shorts, Vector, invoke, opener, routine
-from ..systems import corotation, evaluation, kernels, springs
+from ..systems import corotation, evaluation, kernels
 from ..systems.evaluation import Arrays, Space
 
 DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED = range(6)
@@ -86,7 +86,7 @@ class State(NamedTuple):
     past: Matrix  #: (3, m) earlier multipliers, latest first
     known: Integers  #: (1,) number of valid rows of history and past
     order: Integers  #: (1,) order of the predictor
-    angles: Vector  #: (l,) angles of springs with their turns
+    memory: Vector  #: (l,) what forces keep of it
     change: Vector  #: (1,) size of the second difference of q'' [m/s2], infinite where it is not known
 
 
@@ -400,8 +400,8 @@ def predict(table: Any) -> None:
         a1 = algorithmic(method, t.acceleration[i], s.acceleration[i], s.a[i])
         t.x[i] = s.x[i] + h * s.v[i] + h * h * ((0.5 - method.beta) * s.a[i] + method.beta * a1)
         t.v[i] = s.v[i] + h * ((1.0 - method.gamma) * s.a[i] + method.gamma * a1)
-    for k in range(len(s.angles)):
-        t.angles[k] = s.angles[k]
+    for k in range(len(s.memory)):
+        t.memory[k] = s.memory[k]
 
 
 @jit
@@ -463,7 +463,9 @@ def accept(table: Any) -> None:
         s.order[0] = min(s.order[0] + 1, s.known[0] - 1)
     for k in range(len(s.multipliers)):
         s.multipliers[k] = t.multipliers[k]
-    springs.follow(S.arrays.forces.laws, S.arrays.probes, S.arrays.probes_offset, s.x, s.angles)
+    evaluation.take_over(table)
+    for k in range(len(s.memory)):
+        s.memory[k] = t.memory[k]
 
 
 @jit

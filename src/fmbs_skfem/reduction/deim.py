@@ -99,9 +99,8 @@ def train(
     """The reduced system with the elastic forces of every component interpolated, from those at snapshots of the full system."""
     if not reduced.components:
         raise InputError(say("deim.train", "a reduced system", "a full one", "reduce it first"))
-    none = np.zeros(0, dtype=np.int64)
     still = csr_array((full.size, full.size))
-    alone = replace(full, loads=Loads(np.zeros(full.size), none, np.zeros(0), none), damping=still, stiffness=still)
+    alone = replace(full, loads=Loads(np.zeros(full.size)), damping=still, stiffness=still)
     bodies = compile_system(alone)
     F = np.stack([compiled.forces(bodies, q, 0.0 * q) for q in data.q], axis=1)
     U, picked, weights, parts = as_dense(reduced.lift.matrix), [], [], {}

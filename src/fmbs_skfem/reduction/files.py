@@ -22,7 +22,7 @@ from ..core.problems import shown
 from ..dynamics.scheme import GeneralizedAlpha
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System
-from . import cases, validation  # noqa: F401  (rules of what is read)
+from . import cases, earlier, validation  # noqa: F401  (rules of what is read)
 from .cases import Case
 
 VERSION = 2

@@ -16,7 +16,7 @@ from ..core.errors import InputError
 from ..core.validation import Misfit, Sizes, also, describe, require
 from ..systems import probes
 from ..systems.springs import ANGLE
-from ..systems.system import Constraints, LoadKind, Output, PointLaw, System
+from ..systems.system import Constraints, Output, System
 from . import cases
 from .affine import ParametricCase, Varying
 from .cases import Case
@@ -54,19 +54,6 @@ def history(signal: Any, name: str) -> None:
 def _(part: Constraints, name: str, sizes: Sizes) -> None:
     alone = np.flatnonzero((part.i < 0) & (part.j >= 0) | (part.signal == ANGLE) & ((part.i < 0) != (part.j < 0)))
     require(not len(alone), name, "terms with their first factor, angles with both or none", f"another one as term {alone[:1]}")
-
-
-@also.register
-def _(part: PointLaw, name: str, sizes: Sizes) -> None:
-    """A spring reads two rows of an arm or none of it, a moment slopes, a follower force slopes and positions."""
-    spring = part.kind is LoadKind.SPRING
-    end = sizes["y"] - (2 if spring else sizes["c"])
-    needed = {"slope": not spring, "position": part.kind is LoadKind.TANGENTIAL}
-    for key, must in needed.items():
-        first, low = getattr(part, key), 0 if must else -1
-        require(low <= first <= end, f"{name}.{key}", f"a row from {low} to {end}", first)
-    last = sizes["k"] - 1
-    require(-1 <= part.signal <= last, f"{name}.signal", f"a signal from -1 to {last}", part.signal)
 
 
 def headed(title: str, name: str) -> None:

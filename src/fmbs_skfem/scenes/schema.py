@@ -108,7 +108,7 @@ class Static(Model):
 class Modes(Model):
     """Vibration modes about the equilibrium of the loads, which is found as in statics, or about the unloaded reference.
 
-    About the reference, of the loads only torsion springs act. `damped` modes have a damping ratio each; follower forces and
+    About the reference, of the loads only springs act. `damped` modes have a damping ratio each; follower forces and
     `spin`, with which joints and loads turn, need complex modes, too. A motion that grows is named: flutter or divergence.
     """
 

@@ -43,7 +43,7 @@ def _modes(scene: Scene, analysis: Modes) -> Iterator[Told]:
         yield from _at_rest(scene, "a vibration mode", "damped: true counts damping")
     elif scene.initial.bodies:
         yield ("initial",), "does nothing, a vibration mode has no initial motion"
-    idle = [name for name, load in scene.loads.items() if not isinstance(load, TorsionSpring)]
+    idle = [name for name, load in scene.loads.items() if not load.resists]
     if analysis.about == "reference" and idle:
         yield ("loads",), f"modes are those of the unloaded reference, in which these do nothing: {', '.join(idle)}"
     if analysis.about == "reference" and analysis.spin is not None:

@@ -12,11 +12,9 @@ from .. import dynamics
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..dynamics import Linear, Newton
-from ..dynamics.outputs import spring_angles
 from ..results import segments
 from ..scenes import build, where
-from ..systems import System, free_motions
-from ..systems.loads import TorsionSpring
+from ..systems import System, compile_system, compiled, free_motions
 from . import recording, reports
 from .job import Job
 from .result import Table, list_files
@@ -89,8 +87,8 @@ def model_of(scene: Scene, allow_outside: bool) -> tuple[System, System, str]:
     The equilibrium of a scene without loads and spin is the reference.
     """
     analysis: Any = scene.analysis
-    springs = {name: load for name, load in scene.loads.items() if isinstance(load, TorsionSpring)}
-    loaded = len(springs) < len(scene.loads) or analysis.spin is not None or any(load.rest_angle for load in springs.values())
+    springs = {name: load for name, load in scene.loads.items() if load.resists}
+    loaded = analysis.spin is not None or not all(load.rests for load in scene.loads.values())
     about = analysis.about if loaded else "reference"
     if about == "reference":
         scene = scene.model_copy(update={"loads": springs})
@@ -111,7 +109,7 @@ def linear_equations(scene: Scene, system: System, about: str) -> Linear:
     if about == "reference":
         return dynamics.linearise(system)
     path = dynamics.solve_statics(system, analysis.load_steps, Newton(analysis.tolerance), analysis.time)
-    kept = spring_angles(path.system, path.times, path.x, path.v, path.a)[-1]
+    kept = compiled.memories(compile_system(path.system), path.times, path.x, path.v, path.a)[-1]
     return dynamics.linearise(path.system, path.x[-1], path.multipliers[-1], 1.0, kept)
 
 

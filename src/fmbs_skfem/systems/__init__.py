@@ -2,7 +2,7 @@
 
 from . import fields, joints, loads, probes
 from .assembly import Motion, Rayleigh, assemble, eliminate
-from .checks import check_joint, check_system
+from .checks import check_force, check_joint, check_system
 from .compiled import Compiled, compile_system
 from .places import At
 from .system import System, change_coordinates
@@ -22,5 +22,6 @@ __all__ = [
     "Compiled",
     "compile_system",
     "check_joint",
+    "check_force",
     "check_system",
 ]

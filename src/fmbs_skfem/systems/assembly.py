@@ -23,6 +23,7 @@ from ..shapes import line, surface
 from ..shapes.surface import Surface
 from . import echelon, lengths, redundancy
 from . import probes as probe_rules
+from .forces import joined
 from .gaps import Joint
 from .loads import Load
 from .places import At, Draft, Layout, Rows, vector
@@ -113,10 +114,7 @@ def assemble(
         constraints=constraints(draft),
         loads=Loads(
             constant=mass @ uniform_field(layout, parts, forces.field),
-            row=np.array([row for row, _, _ in forces.terms], dtype=np.int64),
-            coefficient=np.array([value for _, value, _ in forces.terms], dtype=float),
-            signal=np.array([signal for _, _, signal in forces.terms], dtype=np.int64),
-            laws=tuple(forces.laws),
+            forces=joined(forces.terms),
         ),
         signals=tuple(draft.signals),
         sensors=replace(sensors, offset=sensors.offset + sensors.matrix @ np.kron(unit, layout.origin)),

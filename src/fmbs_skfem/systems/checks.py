@@ -1,6 +1,7 @@
-r"""The contracts of joints and systems, for every type of this package and for a user's own.
+r"""The contracts of joints, loads and systems, for every type of this package and for a user's own.
 
     joint     Phi(x0, 0) = 0,   Phi_x = dPhi/dx,   H_m = d2 Phi_m / dx2,   constant Phi_x for rows that call themselves linear
+    load      K = - dF/dx,   C = - dF/dv,   v . (F(x, v) - F(x, 0)) <= 0 where it does not drive
     system    K = d(f + Phi_x^T lambda)/dx,   f_elastic = dU/dx,   v . (f(x, v) - f(x, 0)) >= 0,   M = M^T, semi-definite
 
 Derivatives are compared with fourth-order differences along random directions at a random state near the reference. Elastic forces
@@ -24,10 +25,12 @@ from . import compiled
 from .assembly import assemble
 from .compiled import Compiled, compile_system
 from .gaps import Joint
+from .loads import Load
 from .system import Constraints, Loads, System, is_linear, linear_part
 
 AMPLITUDE = 1e-3  #: of the random state and of the directions, in units of the mean coordinate
 STEP = 0.01  #: of the difference quotients, in units of the directions
+RATES = 0.2  #: directions of velocities, in units of the mean coordinate a second
 DIRECTIONS = 3
 
 Function = Callable[[np.ndarray], np.ndarray]
@@ -53,10 +56,27 @@ def check_joint(bodies: Iterable[Body], joint: Joint, time: float = 0.3, toleran
     require(where, f"linear rows ({is_linear(system.constraints).sum()} of {count}) as A x + a", float(error), tolerance)
 
 
+def check_force(bodies: Iterable[Body], load: Load, time: float = 0.3, tolerance: float = 1e-7, seed: int = 0) -> None:
+    """The contract of a load on the given bodies; raises an InputError that names what fails.
+
+    Derivatives by positions and velocities are those of its forces at a random state, and what reads velocities takes energy out,
+    unless the load says that it `drives`.
+    """
+    system, random = assemble(bodies, loads=[load]), np.random.default_rng(seed)
+    system = replace(system, elastic=(), constraints=Constraints(), damping=csr_array(system.mass.shape))
+    where, model, none = f"check_force({type(load).__name__})", compile_system(system), np.zeros(0)
+    x, v = random_state(system, random), directions(system, random)[0] / AMPLITUDE
+    for rate, name in ((v, "derivative by positions"), (np.zeros_like(v), "derivative by positions at rest")):
+        check_tangent(where, name, model, x, none, time, random, tolerance, rate)
+    check_rates(where, model, x, v, time, random, tolerance)
+    if not load.drives:
+        check_loss(where, model, x, v, time, tolerance)
+
+
 def check_system(system: System, time: float = 0.3, tolerance: float = 1e-7, seed: int = 0) -> None:
     """The contract of a system, full or reduced; raises an InputError that names what fails."""
     where, random = "check_system", np.random.default_rng(seed)
-    x, v = random_state(system, random), directions(system, random)[0]
+    x, v = random_state(system, random), directions(system, random)[0] / AMPLITUDE
     count = len(system.constraints.names)
     check_mass(where, system)
     elastic = compile_system(without_loads(system))
@@ -67,7 +87,8 @@ def check_system(system: System, time: float = 0.3, tolerance: float = 1e-7, see
     check_tangent(where, "tangent of loads and joints", rest, x, multipliers, time, random, tolerance)
     whole = compile_system(system)
     check_tangent(where, "tangent of all forces", whole, x, multipliers, time, random, tolerance)
-    check_damping(where, whole, x, v, time, tolerance)
+    check_rates(where, whole, x, v, time, random, tolerance)
+    check_loss(where, compile_system(replace(system, loads=Loads(system.loads.constant))), x, v, time, tolerance)
 
 
 def random_state(system: System, random: Generator) -> np.ndarray:
@@ -105,14 +126,15 @@ def check_tangent(
     time: float,
     random: Generator,
     tolerance: float,
+    v: np.ndarray | None = None,
 ) -> None:
     """K d against differences of f + Phi_x^T lambda, relative to |K d| and to the change of a force that turns with d."""
-    still = np.zeros_like(x)
+    v = np.zeros_like(x) if v is None else v
 
     def force(z: np.ndarray) -> np.ndarray:
-        return compiled.forces(model, z, still, time) + compiled.gap(model, z, time)[1].T @ multipliers
+        return compiled.forces(model, z, v, time) + compiled.gap(model, z, time)[1].T @ multipliers
 
-    K, size = compiled.tangent(model, x, multipliers, time), AMPLITUDE * np.linalg.norm(force(x)) / length(model.system)
+    K, size = compiled.tangent(model, x, multipliers, time, v=v), AMPLITUDE * np.linalg.norm(force(x)) / length(model.system)
     for d in directions(model.system, random):
         product = K @ d
         scale = np.linalg.norm(product) + size * np.linalg.norm(d)
@@ -131,15 +153,26 @@ def check_energy(where: str, model: Compiled, x: np.ndarray, random: Generator, 
         require(where, "elastic forces against the strain energy", error, tolerance)
 
 
-def check_damping(where: str, model: Compiled, x: np.ndarray, v: np.ndarray, time: float, tolerance: float) -> None:
-    """Damping forces are linear in v with the matrix that the tangent adds, and take energy out."""
+def check_rates(
+    where: str, model: Compiled, x: np.ndarray, v: np.ndarray, time: float, random: Generator, tolerance: float
+) -> None:
+    """The derivative by velocities that the tangent adds against differences of the forces."""
     none = np.zeros(model.constraints)
-    damping = compiled.forces(model, x, v, time) - compiled.forces(model, x, np.zeros_like(x), time)
-    C = compiled.tangent(model, x, none, time, 1.0) - compiled.tangent(model, x, none, time)
-    size = float(np.linalg.norm(C @ v)) or 1.0
+    C = compiled.tangent(model, x, none, time, 1.0, v=v) - compiled.tangent(model, x, none, time, v=v)
     noise = 1e-12 * float(np.linalg.norm(compiled.forces(model, x, v, time)))
-    require(where, "damping forces against their matrix", float(np.linalg.norm(damping - C @ v)), tolerance * size + noise)
-    require(where, "damping takes energy out (gain)", -float(v @ damping), (tolerance * size + noise) * float(np.linalg.norm(v)))
+    for d in RATES * directions(model.system, random) / AMPLITUDE:
+        change = difference(lambda z: compiled.forces(model, x, z, time), v, d)
+        size = float(np.linalg.norm(C @ d)) or 1.0
+        error = float(np.linalg.norm(change - C @ d))
+        require(where, "derivative of the forces by velocities", error, tolerance * size + noise / STEP)
+
+
+def check_loss(where: str, model: Compiled, x: np.ndarray, v: np.ndarray, time: float, tolerance: float) -> None:
+    """What reads velocities takes energy out."""
+    whole, still = compiled.forces(model, x, v, time), compiled.forces(model, x, np.zeros_like(x), time)
+    damping, noise = whole - still, 1e-12 * float(np.linalg.norm(whole))
+    room = (tolerance * float(np.linalg.norm(damping)) + noise) * float(np.linalg.norm(v))
+    require(where, "damping takes energy out (gain)", -float(v @ damping), room)
 
 
 def check_mass(where: str, system: System) -> None:
@@ -153,7 +186,6 @@ def check_mass(where: str, system: System) -> None:
 
 def without_loads(system: System) -> System:
     """The elastic system alone, without damping."""
-    none = np.zeros(0, dtype=np.int64)
-    loads = Loads(np.zeros(system.size), none, np.zeros(0), none)
+    loads = Loads(np.zeros(system.size))
     undamped = tuple(replace(part, beta=0.0) for part in system.elastic)
     return replace(system, elastic=undamped, damping=csr_array(system.mass.shape), loads=loads, constraints=Constraints())

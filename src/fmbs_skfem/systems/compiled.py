@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property, partial
@@ -15,18 +15,22 @@ from scipy.sparse.linalg import splu
 
 from ..core.linalg import as_dense, is_sparse, mirrored
 from ..core.structs import packed
-from . import cells, corotation, evaluation, kernels, sparse, springs
+from . import cells, corotation, evaluation, kernels, sparse
+from . import forces as attachments
 from . import terms as storages
-from .evaluation import Arrays, ElasticTerms, Evaluation, Space
-from .kernels import Csr, Forces, Operator, Pairs, Terms
+from .angles import continuous
+from .evaluation import Arrays, ElasticTerms, Evaluation, Samples, Space
+from .forces import Force, Place
+from .kernels import Csr, Operator, Pairs, Terms
 from .lengths import LIGHT
 from .springs import ANGLE
-from .system import LoadKind, System
+from .system import System
 from .terms import Lifts, Setting, Targets, Term
 
 DENSE = 48  #: systems of at most this size are always treated as dense
 WIDE = 20_000  #: systems from this size on are sparse without looking for a band
 BAND = 96  #: widest band that is factored as a band
+NEARBY = 1e-4  #: distance of the states that rates of angles are taken from, over the time between two stored states
 
 
 class Storage(Enum):
@@ -55,6 +59,8 @@ class Compiled:
     arrays: Arrays
     terms: tuple[Term, ...]  #: what the addresses in `arrays.elastic` belong to
     owners: np.ndarray  #: (t,) number of the elastic part of every term
+    forces: tuple[Force, ...]  #: what the addresses in `arrays.forces` belong to
+    pairs: np.ndarray  #: (h, 2) probe rows with second derivatives
     order: np.ndarray  #: (n,)
     pattern: sparse.Pattern | None  #: of the iteration matrix where it is sparse
 
@@ -64,8 +70,13 @@ class Compiled:
 
     def check(self) -> None:
         """Raise what went wrong in terms that are functions of Python."""
-        for term in self.terms:
+        for term in (*self.terms, *self.forces):
             term.check()
+
+    @property
+    def memory(self) -> np.ndarray:
+        """What forces keep at the start (l,)."""
+        return np.concatenate([np.zeros(0), *(force.memory for force in self.forces)])
 
     @cached_property
     def evaluation(self) -> tuple[Evaluation, np.ndarray]:
@@ -80,10 +91,10 @@ def space(model: Compiled) -> Space:
     rhs, shape = np.zeros((1, n + m)), (1, len(model.pattern.indices)) if model.pattern else A.mass.store.shape
     return Space(
         *(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(m)),
-        *(np.zeros(4 * len(model.system.signals)), last_angles(model.system)),
+        *(np.zeros(4 * len(model.system.signals)), model.memory),
         *(np.ones(1), np.zeros(1), np.zeros(1)),
         *(rhs[0, :n], rhs, np.zeros(shape)),
-        *(np.zeros(j), np.zeros(j), np.zeros(A.pairs.size), np.zeros((m, j))),
+        *(np.zeros(j), np.zeros(j), np.zeros(j), np.zeros(A.pairs.size), np.zeros((m, j))),
         *(np.zeros((3, len(A.lift_offset))), np.zeros((3, max((term.work for term in model.terms), default=1)))),
     )
 
@@ -101,9 +112,9 @@ def compile_system(system: System) -> Compiled:
 
     beta = [system.elastic[owner].beta for owner in parts.owners]
     found = [storages.compile_term(one, Setting(system.dim, b, targets)) for one, b in zip(parts.storages, beta, strict=True)]
-    terms, forces, pairs = laws_of(system)
+    constraints, pushing, pairs = attached(system)
     probes = permuted(system.probes.matrix, order)
-    target, factor = pair_targets(probes, [] if large else pairs)
+    target, factor = pair_targets(probes, pairs[:0] if large else pairs)
     store = no_store if large else dense_of if dense else lower_band
 
     def operator(A: csr_array | np.ndarray) -> Operator:
@@ -119,14 +130,14 @@ def compile_system(system: System) -> Compiled:
         dense=dense,
         probes=triple(probes),
         probes_offset=np.ascontiguousarray(system.probes.offset),
-        terms=terms,
-        forces=forces,
+        terms=constraints,
+        forces=attachments.addressed(pushing),
         pairs=Pairs(target, factor, len(pairs)),
         load=np.ascontiguousarray(system.loads.constant[order]),
         corotation=corotation.nothing(system.size),
         norm=np.ascontiguousarray(system.metric.diagonal()[order] / system.weight),
     )
-    model = Compiled(system, arrays, tuple(found), parts.owners, order, pattern)
+    model = Compiled(system, arrays, tuple(found), parts.owners, pushing, pairs, order, pattern)
     if dense and not len(parts.offset):
         turned = corotation.corotational_tangent(system, partial(part_tangent, model))
         model = replace(model, arrays=arrays._replace(corotation=turned))
@@ -174,20 +185,16 @@ def storage(system: System) -> tuple[Storage, int]:
     return form, width
 
 
-def laws_of(system: System) -> tuple[Terms, Forces, list[tuple[int, int]]]:
-    """Constraints and loads of a system for the kernels, and the pairs of probe rows in which they have second derivatives."""
-    terms, loads = system.constraints, system.loads
-    term_pair, law_pair, pairs = pair_table(system)
-    laws = [[int(law.kind), law.slope, law.position, law.signal, first] for law, first in zip(loads.laws, law_pair, strict=True)]
-    forces = Forces(
-        loads.row,
-        loads.coefficient,
-        loads.signal,
-        np.array(laws, dtype=np.int64).reshape(-1, 5),
-        np.array([law.vector for law in loads.laws], dtype=float).reshape(-1, 3),
-        system.dim,
-    )
-    return Terms(terms.row, terms.coefficient, terms.signal, terms.i, terms.j, term_pair), forces, pairs
+def attached(system: System) -> tuple[Terms, tuple[Force, ...], np.ndarray]:
+    """Constraints and forces of a system for compiled code, and the pairs (h, 2) of probe rows with second derivatives."""
+    terms, found = system.constraints, list[Force]()
+    first, pairs = constraint_pairs(system)
+    place = Place(len(pairs), 0)
+    for one in system.loads.forces:
+        found.append(attachments.compile_force(one, place))
+        place = Place(place.pair + len(found[-1].pairs), place.memory + len(found[-1].memory))
+    pairs = np.concatenate([pairs, *(force.pairs for force in found)])
+    return Terms(terms.row, terms.coefficient, terms.signal, terms.i, terms.j, first), tuple(found), pairs
 
 
 def size(model: Compiled, displacement: np.ndarray) -> float:
@@ -267,7 +274,7 @@ def coupling(system: System, parts: Pieces) -> csr_array:
         incidence = csr_array((np.ones(local.size), (rows.ravel(), local.ravel())), shape=shape) @ lift
         pattern = pattern + incidence.T @ incidence
     probes = abs(csr_array(system.probes.matrix))
-    for i, j in pair_table(system)[2]:
+    for i, j in attached(system)[2]:
         pattern = pattern + probes[[i]].T @ probes[[j]]
     pattern = csr_array(pattern + pattern.T)
     pattern.eliminate_zeros()
@@ -303,28 +310,19 @@ def dense_of(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.nda
     return np.ascontiguousarray(as_dense(A))
 
 
-def pair_table(system: System) -> tuple[np.ndarray, list[int], list[tuple[int, int]]]:
-    """Pairs of probe rows with second derivatives: pair of every constraint term, first pair of every law, the pairs."""
+def constraint_pairs(system: System) -> tuple[np.ndarray, np.ndarray]:
+    """First pair of every constraint term, -1 for none, and the pairs (h, 2) of probe rows with second derivatives."""
     pairs: list[tuple[int, int]] = []
     terms = system.constraints
-    term_pair = np.full(len(terms.row), -1, dtype=np.int64)
+    first = np.full(len(terms.row), -1, dtype=np.int64)
     for k in np.flatnonzero(terms.j >= 0):
-        term_pair[k] = len(pairs)
+        first[k] = len(pairs)
         i, j = int(terms.i[k]), int(terms.j[k])
         pairs += [(i, i), (i, j), (j, i), (j, j)] if terms.signal[k] == ANGLE else [(i, j), (j, i)]
-    law_pair = []
-    for law in system.loads.laws:
-        law_pair.append(len(pairs))
-        if law.kind is LoadKind.SPRING:
-            arms = [first + c for first in (law.slope, law.position) if first >= 0 for c in range(2)]
-            pairs += [(a, b) for a in arms for b in arms]
-            continue
-        first = law.slope if law.position < 0 else law.position
-        pairs += [(first + c, law.slope + d) for c in range(system.dim) for d in range(system.dim)]
-    return term_pair, law_pair, pairs
+    return first, np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 
-def pair_targets(probes: csr_array, pairs: list[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:
+def pair_targets(probes: csr_array, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Entries of P^T H P: (h, 3) pair, row, column; factor (h,)."""
     target, factor = [np.zeros((0, 3), np.int64)], [np.zeros(0)]
     for number, (a, b) in enumerate(pairs):
@@ -343,48 +341,81 @@ def signal_table(system: System, times: np.ndarray) -> np.ndarray:
     )
 
 
+def place(
+    model: Compiled,
+    x: np.ndarray,
+    v: np.ndarray | None = None,
+    t: float = 0.0,
+    memory: np.ndarray | None = None,
+    multipliers: np.ndarray | None = None,
+    a: np.ndarray | None = None,
+) -> tuple[Evaluation, np.ndarray]:
+    """The evaluation of a model, and its table, at a state with c = 1; zeros for what is not given.
+
+    `memory` (l,) is that of forces in the last accepted state (`accepted`); without it that of the start: angles, for example,
+    have turned by less than half a turn.
+    """
+    found, table = model.evaluation
+    s = found.space
+    for target, part in zip((s.x, s.v, s.acceleration), (x, v, a), strict=True):
+        target[:] = 0.0 if part is None else part[model.order]
+    s.multipliers[:] = 0.0 if multipliers is None else multipliers
+    s.signals[: len(model.system.signals)] = signal_table(model.system, np.array([t]))[0]
+    s.memory[:], s.c[0] = model.memory if memory is None else memory, 1.0
+    return found, table
+
+
 def evaluate(
     model: Compiled,
     x: np.ndarray,
     v: np.ndarray | None = None,
     t: float = 0.0,
-    angles: np.ndarray | None = None,
+    memory: np.ndarray | None = None,
     multipliers: np.ndarray | None = None,
     a: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """R (n,) of (1) in `evaluation`, with c = 1 and zeros for what is not given, and Phi (m,).
-
-    `angles` (l,) are those of springs before (`followed`); without them springs have turned by less than half a turn.
-    """
-    found, table = model.evaluation
-    s, n = found.space, len(x)
-    state = (x, v, a)
-    for target, part in zip((s.x, s.v, s.acceleration), state, strict=True):
-        target[:] = 0.0 if part is None else part[model.order]
-    s.multipliers[:] = 0.0 if multipliers is None else multipliers
-    s.signals[: len(model.system.signals)] = signal_table(model.system, np.array([t]))[0]
-    s.angles[:], s.c[0] = last_angles(model.system, angles), 1.0
+    """R (n,) of (1) in `evaluation` and Phi (m,) in a state as of `place`."""
+    found, table = place(model, x, v, t, memory, multipliers, a)
     evaluation.residual(table)
     model.check()
-    out = np.zeros(n)
-    out[model.order] = s.f
-    return out, s.rhs[0, n:].copy()
+    out = np.zeros(len(x))
+    out[model.order] = found.space.f
+    return out, found.space.rhs[0, len(x) :].copy()
 
 
-def forces(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, angles: np.ndarray | None = None) -> np.ndarray:
-    """C v + K x + elastic and damping forces minus loads, (n,), without inertia and constraints; `angles` as in `evaluate`."""
-    return evaluate(model, x, v, t, angles)[0]
+def forces(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, memory: np.ndarray | None = None) -> np.ndarray:
+    """C v + K x + elastic and damping forces minus loads, (n,), without inertia and constraints; `memory` as in `place`."""
+    return evaluate(model, x, v, t, memory)[0]
 
 
-def last_angles(system: System, angles: np.ndarray | None = None) -> np.ndarray:
-    """The given angles of the load laws of a system, (l,), those of the reference without them."""
-    return np.zeros(len(system.loads.laws)) if angles is None else angles
+def accepted(model: Compiled, x: np.ndarray, v: np.ndarray | None = None, memory: np.ndarray | None = None) -> np.ndarray:
+    """What forces keep of a state that is accepted, (l,), after a memory or that of the start."""
+    found, table = place(model, x, v, memory=memory)
+    evaluation.accept(table)
+    model.check()
+    return found.space.memory.copy()
 
 
-def followed(model: Compiled, x: np.ndarray, angles: np.ndarray | None = None) -> np.ndarray:
-    """Angles of all springs at x that are nearest to those before, (l,)."""
-    A, found = model.arrays, last_angles(model.system, angles).copy()
-    springs.follow(A.forces.laws, A.probes, A.probes_offset, np.ascontiguousarray(x[model.order]), found)
+def memories(model: Compiled, times: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """What forces kept of all states of a motion (s, n), (s, l); turns between states follow from the rates of angles."""
+    start = model.memory
+    found = np.zeros((len(times), len(start)))
+    if not len(start):
+        return found
+    xc, vc, ac = (np.ascontiguousarray(part[:, model.order]) for part in (x, v, a))
+    span = np.full(len(times), NEARBY * (float(np.ptp(times)) / max(len(times) - 1, 1) or 1.0))
+    none, out = np.zeros((len(times), 0)), np.zeros((len(times), 3 * len(start)))
+    space = model.evaluation[0].space
+    space.memory[:] = start
+    samples = Samples(space, model.arrays, xc, vc, ac, none, none, none, none, span, found, out)
+    evaluation.follow(samples)
+    evaluation.turn(samples)
+    model.check()
+    now, later, before = out.reshape(len(times), 3, -1).transpose(1, 2, 0)
+    names = [force.name if force.turns else "" for force in model.forces for _ in force.memory]
+    for k in np.flatnonzero(names):
+        speed, change = (later[k] - before[k]) / (2 * span), (later[k] - 2 * now[k] + before[k]) / span**2
+        found[:, k] = continuous(names[k], times, now[k], speed, change)
     return found
 
 
@@ -407,26 +438,54 @@ def gap(model: Compiled, x: np.ndarray, t: float = 0.0) -> tuple[np.ndarray, np.
 
 
 def tangent(
-    model: Compiled, x: np.ndarray, multipliers: np.ndarray, t: float = 0.0, gh: float = 0.0, angles: np.ndarray | None = None
+    model: Compiled,
+    x: np.ndarray,
+    multipliers: np.ndarray,
+    t: float = 0.0,
+    gh: float = 0.0,
+    memory: np.ndarray | None = None,
+    v: np.ndarray | None = None,
 ) -> csr_array:
-    """d(forces + Phi_x^T lambda)/dx + gh d forces/dv as a sparse array, exact (n, n)."""
-    K = csr_array(elastic_tangent(model, x, gh))
-    return csr_array(K + attached(model.system, x, multipliers, t, gh, angles) + gh * csr_array(model.system.damping))
+    """d(forces + Phi_x^T lambda)/dx + gh d forces/dv as a sparse array, exact (n, n), at rest without v."""
+    K = csr_array(elastic_tangent(model, x, gh)) + csr_array(model.system.stiffness)
+    return csr_array(K + probe_tangent(model, x, multipliers, t, gh, memory, v) + gh * csr_array(model.system.damping))
 
 
-def attached(
-    system: System, x: np.ndarray, multipliers: np.ndarray, t: float = 0.0, gh: float = 0.0, angles: np.ndarray | None = None
+def probe_tangent(
+    model: Compiled,
+    x: np.ndarray,
+    multipliers: np.ndarray,
+    t: float = 0.0,
+    gh: float = 0.0,
+    memory: np.ndarray | None = None,
+    v: np.ndarray | None = None,
 ) -> csr_array:
-    """What constant springs, joints and loads add to the tangent (n, n)."""
-    K, (terms, forces, pairs) = csr_array(system.stiffness), laws_of(system)
-    if not pairs:
-        return K
-    H, y, P = np.zeros(len(pairs)), np.asarray(system.probes(x)), csr_array(system.probes.matrix)
-    signals, still = signal_table(system, np.array([t]))[0], np.zeros_like(x)
-    kernels.constraint_slopes(terms, y, signals, multipliers, H)
-    kernels.load_slopes(forces, triple(P), y, still, signals, last_angles(system, angles), -1.0, gh, H)
-    i, j = np.array(pairs).T
-    return csr_array(K + P.T @ csr_array((H, (i, j)), shape=(P.shape[0], P.shape[0])) @ P)
+    """What joints and forces on probe rows add to the tangent (n, n)."""
+    P = csr_array(model.system.probes.matrix)
+    if not len(model.pairs):
+        return csr_array((len(x), len(x)))
+    found, table = place(model, x, v, t, memory, multipliers)
+    found.space.gh[0] = gh
+    evaluation.probe_slopes(table)
+    model.check()
+    i, j = model.pairs.T
+    return csr_array(P.T @ csr_array((found.space.H, (i, j)), shape=(P.shape[0], P.shape[0])) @ P)
+
+
+def force_slopes(
+    model: Compiled, x: np.ndarray, v: np.ndarray, t: float, memory: np.ndarray | None
+) -> Iterator[tuple[Force, np.ndarray]]:
+    """Forces with derivatives, and - dF/dy on their pairs (h,), in a state as of `place`."""
+    found, table = place(model, x, v, t, memory)
+    found.space.gh[0] = 0.0
+    evaluation.probe_slopes(table)
+    model.check()
+    first = len(model.pairs) - sum(len(force.pairs) for force in model.forces)
+    for force in model.forces:
+        last = first + len(force.pairs)
+        if last > first:
+            yield force, found.space.H[first:last].copy()
+        first = last
 
 
 def elastic_tangent(model: Compiled, x: np.ndarray, gh: float) -> csr_array | np.ndarray:

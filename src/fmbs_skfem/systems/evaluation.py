@@ -19,7 +19,7 @@ from ..core.jit import jit
 from ..core.structs import Integers, Matrix, Vector, invoke, opener, routine
 from . import kernels
 from .corotation import CorotationalTangent
-from .kernels import Csr, Forces, Operator, Pairs, Terms
+from .kernels import Csr, Operator, Pairs, Terms
 
 
 class ElasticTerms(NamedTuple):
@@ -30,6 +30,18 @@ class ElasticTerms(NamedTuple):
     energy: Integers  #: (t,)
     records: Integers  #: (t,) what these routines are told beside the table of the evaluation
     damped: bool  #: whether one of them reads velocities
+
+
+class ForceTerms(NamedTuple):
+    """Forces on probe rows by address, each routine with the records it acts on, see `forces`."""
+
+    force: Integers
+    records: Integers
+    slopes: Integers
+    sloped: Integers  #: records of these
+    accept: Integers
+    accepted: Integers  #: records of these
+    damped: bool  #: whether one of them reads the rates of probe rows
 
 
 class Arrays(NamedTuple):
@@ -45,7 +57,7 @@ class Arrays(NamedTuple):
     probes: Csr  #: (j, n)
     probes_offset: Vector
     terms: Terms
-    forces: Forces
+    forces: ForceTerms
     pairs: Pairs
     load: Vector  #: (n,) constant generalised force [N]
     corotation: CorotationalTangent  #: of reduced bodies in the plane
@@ -60,7 +72,7 @@ class Space(NamedTuple):
     acceleration: Vector  #: q''
     multipliers: Vector  #: (m,) c times the physical ones
     signals: Vector  #: (s,) values of all signals, and of their derivatives where constraints read them
-    angles: Vector  #: (l,) those of springs at the last accepted state
+    memory: Vector  #: (l,) what forces keep of the last accepted state, see `forces`
     c: Vector  #: (1,) factor of forces
     gh: Vector  #: (1,) factor of damping in W
     energy: Vector  #: (1,) [J]
@@ -68,6 +80,7 @@ class Space(NamedTuple):
     rhs: Matrix  #: (1, n + m) residual
     W: Matrix
     y: Vector  #: (j,) probe rows
+    rates: Vector  #: (j,) their rates, current where a force reads them
     g: Vector  #: (j,) forces on them
     H: Vector  #: second derivatives on pairs of them
     Jy: Matrix  #: (m, j) dPhi/dy
@@ -137,7 +150,7 @@ def evaluate(table: Any) -> int:
     for i in range(len(s.f)):
         s.f[i] = c * (s.f[i] - A.load[i])
     if len(s.y) > 0:
-        read_loads(table)
+        failed += read_loads(table)
         kernels.constrain(A.terms, s.y, s.signals, s.rhs[0, len(s.f) :], s.Jy)
         for j in range(len(s.y)):
             total = -c * s.g[j]
@@ -149,14 +162,43 @@ def evaluate(table: Any) -> int:
 
 
 @jit
-def read_loads(table: Any) -> None:
-    """y = P x + y0, and g the forces of loads on these rows."""
+def read_probes(table: Any) -> None:
+    """y = P x + y0 and, where a force reads them, y' = P v."""
     E = evaluation(table)
     A, s = E.arrays, E.space
     kernels.affine(A.probes, A.probes_offset, s.x, s.y)
-    kernels.clear(s.g)
-    if len(A.forces.row) + len(A.forces.laws) > 0:
-        kernels.add_loads(A.forces, A.probes, s.y, s.v, s.signals, s.angles, s.g)
+    if A.forces.damped:
+        kernels.clear(s.rates)
+        kernels.add_product(A.probes, 1.0, s.v, s.rates)
+
+
+@jit
+def read_loads(table: Any) -> int:
+    """Probe rows, and g the forces on them; 0, or the number of forces that failed."""
+    E = evaluation(table)
+    read_probes(table)
+    kernels.clear(E.space.g)
+    failed = 0
+    for k in range(len(E.arrays.forces.records)):
+        failed += invoke(E.arrays.forces.force[k], table, E.arrays.forces.records[k])
+    return failed
+
+
+@jit
+def take_over(table: Any) -> None:
+    """What forces keep of the state of the space, which is accepted."""
+    E = evaluation(table)
+    if len(E.arrays.forces.accepted) > 0:
+        read_probes(table)
+        for k in range(len(E.arrays.forces.accepted)):
+            invoke(E.arrays.forces.accept[k], table, E.arrays.forces.accepted[k])
+
+
+@routine
+def accept(table: Any, _: Any) -> int:
+    """As `take_over`."""
+    take_over(table)
+    return 0
 
 
 @jit
@@ -199,17 +241,19 @@ def strain_energy(table: Any, _: Any) -> int:
 
 @jit
 def slopes(table: Any) -> None:
-    """H = - c d g/dy - c gh dg/dy' + d(Phi_y^T lambda)/dy, on pairs of probe rows, with current y."""
+    """H = - c d g/dy - c gh dg/dy' + d(Phi_y^T lambda)/dy, on pairs of probe rows, with current y and y'."""
     E = evaluation(table)
     A, s = E.arrays, E.space
     kernels.clear(s.H)
-    kernels.load_slopes(A.forces, A.probes, s.y, s.v, s.signals, s.angles, -s.c[0], s.gh[0], s.H)
+    for k in range(len(A.forces.sloped)):
+        invoke(A.forces.slopes[k], table, A.forces.sloped[k])
     kernels.constraint_slopes(A.terms, s.y, s.signals, s.multipliers, s.H)
 
 
 @routine
 def probe_slopes(table: Any, _: Any) -> int:
-    """As `slopes`."""
+    """As `slopes`, in the state of the space."""
+    read_probes(table)
     slopes(table)
     return 0
 
@@ -227,7 +271,7 @@ class Samples(NamedTuple):
     before: Matrix  #: signals a little earlier, and later
     after: Matrix
     span: Vector  #: time between these [s]
-    angles: Matrix
+    memory: Matrix
     out: Matrix  #: results
 
 
@@ -243,7 +287,7 @@ def place_sample(table: Any, k: int) -> None:
     kernels.copy(S.v[k], s.v)
     kernels.copy(S.a[k], s.acceleration)
     kernels.copy(S.multipliers[k], s.multipliers)
-    kernels.copy(S.angles[k], s.angles)
+    kernels.copy(S.memory[k], s.memory)
     kernels.copy(S.signals[k], s.signals)
     s.c[0] = 1.0
 
@@ -291,4 +335,34 @@ def survey(table: Any, _: Any) -> int:
             elastic_forces(table)
             power += kernels.dot(S.v[k], s.f)
         S.out[k, 2] = power - kernels.dot(S.v[k], rest)
+    return 0
+
+
+@routine
+def follow(table: Any, _: Any) -> int:
+    """Memory (s, l) that forces have in all samples, one after the other, from that of the space."""
+    S = samples_of(table)
+    for k in range(len(S.x)):
+        kernels.copy(S.x[k], S.space.x)
+        kernels.copy(S.v[k], S.space.v)
+        take_over(table)
+        kernels.copy(S.space.memory, S.memory[k])
+    return 0
+
+
+@routine
+def turn(table: Any, _: Any) -> int:
+    """out (s, 3 l) = angles, known but for whole turns, and their differences to those `span` later and earlier, from a and v."""
+    S = samples_of(table)
+    s, l = S.space, S.memory.shape[1]
+    for k in range(len(S.x)):
+        kernels.clear(s.memory)
+        for part in range(3):
+            h = (0.0, S.span[k], -S.span[k])[part]
+            for i in range(len(s.x)):
+                s.x[i] = S.x[k, i] + h * S.v[k, i] + 0.5 * h * h * S.a[k, i]
+                s.v[i] = S.v[k, i] + h * S.a[k, i]
+            take_over(table)
+            kernels.copy(s.memory, S.out[k, part * l : (part + 1) * l])
+            kernels.copy(S.out[k, :l], s.memory)
     return 0

@@ -11,18 +11,18 @@ Source: M. Geradin, D. Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, ch. 2 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import block_diag
+from scipy.sparse import block_diag, csr_array
 
 from ..bodies.body import LIMP, STIFF, limp
 from ..core import ranks
 from ..core.errors import InputError, say
-from .compiled import attached
+from .compiled import compile_system, probe_tangent
 from .mechanism import center, idle, motions, moved, on_motions, onto_joints
 from .redundancy import Rows, rows_of
-from .system import System
+from .system import Constraints, System
 
 STEP = 1e-3  #: of the size of the system, over which the potential is differenced
 
@@ -43,7 +43,7 @@ def unsupported(system: System) -> tuple[tuple[Motion, ...], tuple[Motion, ...]]
     rows, Z = permitted(system)
     if not Z.shape[1]:
         return (), ()
-    K = attached(system, system.x0, np.zeros(len(system.constraints.names)))
+    K = resisting(system)
     Y = block_diag(motions(system, system.x0)) @ Z
     stiff = np.asarray(Y.T @ (K @ Y)) / max(float(abs(K).max() * np.max(np.sum(Y * Y, axis=0))), 1e-300)
     if np.linalg.norm(stiff) > ranks.EXACT:
@@ -64,6 +64,15 @@ def permitted(system: System) -> tuple[Rows | None, np.ndarray]:
 def left_by_drives(system: System) -> tuple[Motion, ...]:
     """The rigid motions at the start that joints and drives permit, each of as few bodies as possible."""
     return tuple(motion(system, z) for z in sparse_basis(permitted(system)[1]))
+
+
+def resisting(system: System) -> csr_array:
+    """Stiffness (n, n) of linear springs and of forces on probe rows at the start."""
+    K = csr_array(system.stiffness)
+    if not system.loads.forces:
+        return K
+    alone = compile_system(replace(system, elastic=(), constraints=Constraints()))
+    return csr_array(K + probe_tangent(alone, system.x0, np.zeros(0)))
 
 
 def limp_bodies(system: System) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-r"""Compiled pieces of an evaluation: products of constant matrices, constraints, loads and their derivatives on probe rows.
+r"""Compiled pieces of an evaluation: products of constant matrices, constraints and their derivatives on probe rows.
 
 Sparse matrices are (indptr, indices, data); y = P x + y0 are the probe rows, which joints and loads read.
 """
@@ -12,7 +12,7 @@ import numpy as np
 from ..core.jit import jit, summing
 from ..core.structs import IntegerMatrix, Integers, Matrix, Vector
 from . import springs
-from .springs import ANGLE, SPRING
+from .springs import ANGLE
 
 
 class Csr(NamedTuple):
@@ -48,17 +48,6 @@ class Terms(NamedTuple):
     i: Integers
     j: Integers
     pair: Integers
-
-
-class Forces(NamedTuple):
-    """Loads on probe rows: terms, and laws (l, 5) kind, slope row, position row, signal, first pair, with vectors (l, 3)."""
-
-    row: Integers
-    value: Vector
-    signal: Integers
-    laws: IntegerMatrix
-    vectors: Matrix
-    dim: int
 
 
 class Pairs(NamedTuple):
@@ -229,78 +218,15 @@ def add_sums(rows: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
 
 
 @jit
-def add_loads(A: Forces, probes: Csr, y: np.ndarray, v: np.ndarray, signals: np.ndarray, angles: np.ndarray, g: np.ndarray) -> None:
-    """g += forces on the probe rows (j,); only dampers read the velocities v (n,), only springs their last angles (l,)."""
-    for k in range(len(A.row)):
-        g[A.row[k]] += A.value[k] * (signals[A.signal[k]] if A.signal[k] >= 0 else 1.0)
-    for k in range(len(A.laws)):
-        slope, position = A.laws[k, 1], A.laws[k, 2]
-        s = signals[A.laws[k, 3]] if A.laws[k, 3] >= 0 else 1.0
-        a = A.vectors[k]
-        if A.laws[k, 0] == SPRING:
-            springs.add_spring(probes, A.laws[k], a, y, v, angles[k], s, g)
-            continue
-        square = 0.0
-        for c in range(A.dim):
-            square += y[slope + c] ** 2
-        if A.laws[k, 0] == 0:
-            s /= square
-            if A.dim == 2:
-                g[slope] -= s * a[2] * y[slope + 1]
-                g[slope + 1] += s * a[2] * y[slope]
-            else:
-                g[slope] += s * (a[1] * y[slope + 2] - a[2] * y[slope + 1])
-                g[slope + 1] += s * (a[2] * y[slope] - a[0] * y[slope + 2])
-                g[slope + 2] += s * (a[0] * y[slope + 1] - a[1] * y[slope])
-        else:
-            s /= np.sqrt(square)
-            for c in range(A.dim):
-                g[position + c] += s * a[0] * y[slope + c]
-            if A.dim == 2:
-                g[position] -= s * a[1] * y[slope + 1]
-                g[position + 1] += s * a[1] * y[slope]
+def factor(signals: np.ndarray, number: int) -> float:
+    """The value of a signal; 1 for the number -1."""
+    return signals[number] if number >= 0 else 1.0
 
 
 @jit
-def load_slopes(
-    A: Forces,
-    probes: Csr,
-    y: np.ndarray,
-    v: np.ndarray,
-    signals: np.ndarray,
-    angles: np.ndarray,
-    factor: float,
-    gh: float,
-    H: np.ndarray,
-) -> None:
-    """H[pair] += factor (d force / dy + gh d force / dy') for the point laws; pairs (c, d) of a law in row order."""
-    for k in range(len(A.laws)):
-        slope, first = A.laws[k, 1], A.laws[k, 4]
-        s = factor * (signals[A.laws[k, 3]] if A.laws[k, 3] >= 0 else 1.0)
-        a, dim = A.vectors[k], A.dim
-        if A.laws[k, 0] == SPRING:
-            springs.spring_slopes(probes, A.laws[k], a, y, v, angles[k], s, gh, H)
-            continue
-        square = 0.0
-        for c in range(dim):
-            square += y[slope + c] ** 2
-        B = np.zeros((3, 3))
-        if A.laws[k, 0] == 0:
-            B[0, 1], B[1, 0] = -a[2], a[2]
-            if dim == 3:
-                B[0, 2], B[1, 2], B[2, 0], B[2, 1] = a[1], -a[0], -a[1], a[0]
-            power, scale = 2.0, 1.0 / square
-        else:
-            B[0, 0] = B[1, 1] = B[2, 2] = a[0]
-            if dim == 2:
-                B[0, 1], B[1, 0] = -a[1], a[1]
-            power, scale = 1.0, 1.0 / np.sqrt(square)
-        for c in range(dim):
-            value = 0.0
-            for d in range(dim):
-                value += B[c, d] * y[slope + d]
-            for d in range(dim):
-                H[first + c * dim + d] += s * scale * (B[c, d] - power * value * y[slope + d] / square)
+def remainder(value: float, period: float) -> float:
+    """The value nearest to zero that differs by whole periods."""
+    return value - period * np.rint(value / period)
 
 
 @jit
@@ -327,11 +253,11 @@ def constrain_sparse(A: Terms, y: np.ndarray, signals: np.ndarray, gap: np.ndarr
 @jit
 def add_term(A: Terms, k: int, y: np.ndarray, signals: np.ndarray, gap: np.ndarray) -> tuple[float, float]:
     """gap += term k; its derivatives by y_i and y_j."""
-    value = A.value[k] * (signals[A.signal[k]] if A.signal[k] >= 0 else 1.0)
+    value = A.value[k] * factor(signals, A.signal[k])
     m, i, j = A.row[k], A.i[k], A.j[k]
     if A.signal[k] == ANGLE:
         if i < 0:
-            gap[m] = springs.remainder(gap[m], value)
+            gap[m] = remainder(gap[m], value)
             return 0.0, 0.0
         gap[m] += value * springs.angle(y, i, j)
         square = y[i] ** 2 + y[j] ** 2
@@ -405,7 +331,7 @@ def constraint_slopes(A: Terms, y: np.ndarray, signals: np.ndarray, multipliers:
     """H[pair] += d(Phi_y^T lambda)/dy."""
     for k in range(len(A.row)):
         if A.pair[k] >= 0:
-            value = A.value[k] * (signals[A.signal[k]] if A.signal[k] >= 0 else 1.0) * multipliers[A.row[k]]
+            value = A.value[k] * factor(signals, A.signal[k]) * multipliers[A.row[k]]
             if A.signal[k] == ANGLE:
                 springs.add_angle_slopes(y, A.i[k], A.j[k], value, H, A.pair[k])
                 continue

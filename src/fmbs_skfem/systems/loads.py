@@ -16,7 +16,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, TypeAlias
+from typing import Annotated, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -27,7 +27,6 @@ from ..core.problems import Problem
 from . import edges, fields, pressure
 from .gaps import arm, needs_axis
 from .places import Draft, Ground, directions, vector
-from .system import LoadKind, PointLaw
 
 Spin: TypeAlias = Annotated[float | Ground, fields.spin("N m")]
 
@@ -36,6 +35,13 @@ class Load(Declared, ABC):
     """A load: a frozen dataclass with a name, see `core.declared`."""
 
     name: str
+    resists: ClassVar[bool] = False  #: whether it is a spring or damper, which acts in modes about the unloaded reference
+    drives: ClassVar[bool] = False  #: whether what reads velocities may bring energy, as a motor
+
+    @property
+    def rests(self) -> bool:
+        """Whether it is known to push nothing in the reference."""
+        return False
 
     @abstractmethod
     def push(self, draft: Draft) -> None:
@@ -69,7 +75,7 @@ class PointForce(Load):
     def push(self, draft: Draft) -> None:
         first, signal = draft.probes.add(draft.layout.read(where(self), self.at)), draft.signal(self.history)
         force = vector(where(self), self.force, draft.layout.dim)
-        draft.forces.terms += [(first + c, float(f), signal) for c, f in enumerate(force)]
+        draft.forces.dead(range(first, first + len(force)), force, signal)
 
 
 @dataclass(frozen=True)
@@ -87,11 +93,10 @@ class Follower(Load):
         parts = vector(where(self), self.force, layout.dim if layout.dim == 2 or axes == 3 else 1)
         position, signal = draft.probes.add(layout.read(where(self), self.at)), draft.signal(self.history)
 
-        def law(derivative: int, *values: float) -> PointLaw:
-            slope = draft.probes.add(layout.read(where(self), self.at, derivative))
-            return PointLaw(LoadKind.TANGENTIAL, slope, position, signal, np.array([*values, 0.0, 0.0])[:3])
-
-        draft.forces.laws += [law(k + 1, f) for k, f in enumerate(parts)] if layout.dim == 3 else [law(1, *parts)]
+        for k, numbers in enumerate(parts[:, None] if layout.dim == 3 else parts[None, :]):
+            slope = draft.probes.add(layout.read(where(self), self.at, k + 1))
+            rows = [first + c for first in (slope, position) for c in range(layout.dim)]
+            draft.forces.act(f"follower_{layout.dim}", rows, numbers, [signal])
 
 
 @dataclass(frozen=True)
@@ -123,14 +128,14 @@ class Torque(Load):
 def push_moment(load: Moment | Torque, draft: Draft, size: float | Ground) -> None:
     """One law for each vector that turns with the place; frames share the moment between their axes."""
     layout = draft.layout
-    planar = layout.dim == 2
-    moment = np.array([0.0, 0.0, float(np.asarray(size))]) if planar else vector(where(load), size, 3)
+    moment = np.array([float(np.asarray(size))]) if layout.dim == 2 else vector(where(load), size, 3)
     axes = directions(layout.body(where(load), load.at), load.at.place)
-    if axes == 2 and not planar:
+    if axes == 2 and layout.dim == 3:
         raise InputError(say(where(load), "a slope or a frame", f"{load.at} on a surface", "name a rigid frame of the plate"))
-    slopes = [draft.probes.add(layout.read(where(load), load.at, k + 1)) for k in range(max(axes, 1))]
     signal, part = draft.signal(load.history), moment / (2.0 if axes > 1 else 1.0)
-    draft.forces.laws += [PointLaw(LoadKind.MOMENT, slope, -1, signal, part) for slope in slopes]
+    for k in range(max(axes, 1)):
+        first = draft.probes.add(layout.read(where(load), load.at, k + 1))
+        draft.forces.act(f"moment_{layout.dim}", range(first, first + layout.dim), part, [signal])
 
 
 @dataclass(frozen=True)
@@ -147,6 +152,11 @@ class TorsionSpring(Load):
     damping: Annotated[float, fields.quantity("N m s/rad", ">= 0")] = 0.0
     rest_angle: Annotated[float, fields.quantity("rad")] = 0.0
     axis: fields.Axis | None = None
+    resists: ClassVar[bool] = True
+
+    @property
+    def rests(self) -> bool:
+        return self.rest_angle == 0.0
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         yield from needs_axis(self.axis, dim)
@@ -157,10 +167,10 @@ class TorsionSpring(Load):
         for name, value in (("stiffness", self.stiffness), ("damping", self.damping)):
             if not (np.isfinite(value) and value >= 0):
                 raise InputError(say(f"{where(self)}.{name}", "a number that is not negative", value))
-        first = draft.probes.add(arm(where(self), draft.layout, self.at, self.axis)[0])
-        second = -1 if self.to is None else draft.probes.add(arm(where(self), draft.layout, self.to, self.axis)[0])
-        numbers = np.array([self.stiffness, self.damping, self.rest_angle])
-        draft.forces.laws.append(PointLaw(LoadKind.SPRING, first, second, -1, numbers))
+        ends = [self.at] if self.to is None else [self.at, self.to]
+        arms = [draft.probes.add(arm(where(self), draft.layout, end, self.axis)[0]) for end in ends]
+        law, rows = ("torsion_spring", "relative_torsion_spring")[len(arms) - 1], [first + c for first in arms for c in range(2)]
+        draft.forces.act(law, rows, (self.stiffness, self.damping, self.rest_angle))
 
 
 @dataclass(frozen=True)
@@ -256,4 +266,4 @@ def push_whole(load: SurfaceLoad | Pressure | EdgeLoad, draft: Draft, values: np
     if not np.isfinite(values).all():
         raise InputError(say(where(load), "finite numbers", "others"))
     row = edges.one_row(draft, where(load), load.body, values)
-    draft.forces.terms.append((row, 1.0, draft.signal(load.history)))
+    draft.forces.dead([row], [1.0], draft.signal(load.history))

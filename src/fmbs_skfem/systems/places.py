@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_array, kron, vstack
 
 from ..bodies.body import Body, Cells, locate, probe
 from ..core.errors import InputError, closest, listed, say
 from ..shapes.surface import Surface
-from .system import Affine, PointLaw, Signal
+from . import force_laws
+from .dead_loads import DeadLoads
+from .force_laws import ForceLaw
+from .system import Affine, Signal
 
 QUARTER = csr_array(np.array([[0.0, -1.0], [1.0, 0.0]]))  #: turns plane vectors by 90 degrees
 
@@ -142,10 +147,19 @@ class Terms:
 class Forces:
     """Loads collected while a system is assembled."""
 
-    terms: list[tuple[int, float, int]] = field(default_factory=list)  #: probe row, coefficient [N per unit of the row], signal
-    laws: list[PointLaw] = field(default_factory=list)
+    terms: list[Any] = field(default_factory=list)  #: forces on probe rows, see `forces`
     cells: list[tuple[str, Body, Cells]] = field(default_factory=list)  #: name, body and cells of what follows a surface
     field: list[np.ndarray] = field(default_factory=list)  #: accelerations of all bodies (c,) [m/s2]
+
+    def dead(self, rows: Sequence[int], coefficients: ArrayLike, signal: int = -1) -> None:
+        """Forces coefficient s(t) on probe rows [N per unit of the row], s the function of time of this number or 1."""
+        count = len(rows)
+        signals = np.full(count, signal, dtype=np.int64)
+        self.terms.append(DeadLoads(np.array(rows, dtype=np.int64), np.array(coefficients, dtype=float), signals))
+
+    def act(self, law: str | ForceLaw, rows: Sequence[int], numbers: ArrayLike = (), signals: Sequence[int] = ()) -> None:
+        """A force by a law or its name on probe rows (r,), with its numbers (p,) and functions of time (h,)."""
+        self.terms.append(force_laws.one(law, rows, numbers, signals))
 
 
 @dataclass

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from enum import IntEnum
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -25,6 +24,7 @@ from ..core.container import storable
 from ..core.linalg import is_sparse
 from ..core.validation import Attributes, Indices, Inside, Number, Range, Reals
 from . import terms
+from .forces import is_force
 from .springs import ANGLE
 
 Matrix: TypeAlias = csr_array | np.ndarray
@@ -72,37 +72,12 @@ class Constraints:
 
 
 @storable
-class LoadKind(IntEnum):
-    """Laws of loads that depend on the configuration."""
-
-    MOMENT = 0  #: f = s axis x y / |y|^2 on the slope rows y
-    TANGENTIAL = 1  #: f = s (a t + b n) on the position rows, t = y/|y|, n = t turned by 90 degrees (planar)
-    SPRING = 2  #: torque - k (theta - theta0) - d theta' on arg(slope rows) - arg(position rows), two rows each
-
-
-@storable
-@dataclass(frozen=True)
-class PointLaw:
-    """A load on probe rows: slope rows start at `slope`, position rows at `position`."""
-
-    kind: LoadKind
-    slope: int
-    position: int
-    signal: int  #: index of its history, -1 for a constant
-    #: moment [N m], force in the frame of the slope [N], or k [N m/rad], d [N m s/rad], theta0 [rad]
-    vector: Annotated[np.ndarray, Reals("3")]
-
-
-@storable
 @dataclass(frozen=True)
 class Loads:
-    """Constant generalised force [N], terms coefficient s(t) on probe rows, and point laws."""
+    """Constant generalised force [N], and forces on probe rows, see `forces`."""
 
     constant: Annotated[np.ndarray, Reals("n")]
-    row: Annotated[np.ndarray, Indices("t", end="y")]
-    coefficient: Annotated[np.ndarray, Reals("t")]
-    signal: Annotated[np.ndarray, Indices("t", end="k", low=-1)]
-    laws: Annotated[tuple[PointLaw, ...], Inside("c y k")] = ()
+    forces: Annotated[tuple[Any, ...], Inside("y k", is_force)] = ()
 
 
 @storable

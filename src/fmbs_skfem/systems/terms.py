@@ -38,13 +38,11 @@ class Routines(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Term:
-    """A piece of a storage for compiled code."""
+class Piece:
+    """A record for compiled code with the routines that act on it."""
 
     record: Any  #: a struct, see `core.structs`
-    routines: Routines
-    work: int  #: length of a work vector
-    damped: bool = False  #: whether it reads velocities
+    routines: Any  #: a tuple of routines by name
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "table", packed(self.record))
@@ -60,6 +58,15 @@ class Term:
         """Of the record for compiled code."""
         table: np.ndarray = self.__dict__["table"]
         return int(table.__array_interface__["data"][0])
+
+
+@dataclass(frozen=True)
+class Term(Piece):
+    """A piece of a storage for compiled code."""
+
+    routines: Routines
+    work: int  #: length of a work vector
+    damped: bool = False  #: whether it reads velocities
 
 
 class Targets(NamedTuple):

@@ -1,0 +1,79 @@
+"""From expressions in symbols to the text of compiled functions, and from such a text to a module of the cache folder.
+
+Common subexpressions are computed once. Whoever needs functions of symbols (`bodies.symbolic`, `systems.force_symbols`) writes the
+frame around them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any, TypeAlias
+
+import sympy
+from sympy.printing.pycode import PythonCodePrinter
+
+from .jit import cache_folder
+
+Expression: TypeAlias = Any
+
+
+class Printer(PythonCodePrinter):
+    """Small powers as products, and numbers as floats."""
+
+    def _print_Pow(self, power: Expression, rational: bool = False) -> str:
+        base, twice = self.parenthesize(power.base, 100), 2 * power.exp
+        if not twice.is_Integer or abs(twice) > 16:
+            return str(super()._print_Pow(power, rational))
+        whole, half = divmod(abs(int(twice)), 2)
+        text = " * ".join([base] * whole + [f"math.sqrt({self._print(power.base)})"] * half)
+        return f"(1.0 / ({text}))" if twice < 0 else f"({text})"
+
+    def _print_Rational(self, number: Expression) -> str:
+        return repr(float(number))
+
+    def _print_Function(self, call: Expression) -> str:
+        """Functions that the module of the text imports."""
+        return f"{type(call).__name__}({', '.join(self._print(one) for one in call.args)})"
+
+    _print_Integer = _print_Half = _print_Rational
+
+
+def statements(results: Sequence[Expression], places: Mapping[Any, str]) -> tuple[list[str], list[str]]:
+    """Lines that read the symbols that are needed from their places and compute what results share, and the results as texts."""
+    shared, reduced = sympy.cse(list(results), optimizations="basic")
+    needed = set().union(*(one.free_symbols for one in (*reduced, *(value for _, value in shared))))
+    read, write = [(str(symbol), place) for symbol, place in places.items() if symbol in needed], Printer().doprint
+    lines = [f"{', '.join(symbol for symbol, _ in read)} = {', '.join(place for _, place in read)}"] if read else []
+    return lines + [f"{symbol} = {write(value)}" for symbol, value in shared], [write(value) for value in reduced]
+
+
+def module(about: str, imports: Sequence[str], parts: Sequence[str]) -> str:
+    """The text of a module of functions."""
+    head = [f'"""{about}"""', "", "# fmt: off", "# ruff: noqa", "# mypy: ignore-errors", "from __future__ import annotations"]
+    return "\n".join([*head, "import math", "from typing import Any", *imports]) + "\n\n\n" + "\n\n\n".join(parts) + "\n"
+
+
+def import_text(text: str) -> ModuleType:
+    """The module of a text, kept in the cache folder under its hash, so that its compiled functions are found again."""
+    folder = cache_folder() or Path(tempfile.mkdtemp(prefix="fmbs_laws_"))
+    name = f"law_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    if name in sys.modules:
+        return sys.modules[name]
+    path = folder / f"{name}.py"
+    if not path.exists():
+        part = path.with_suffix(f".{os.getpid()}.part")
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    found = sys.modules[name] = importlib.util.module_from_spec(spec)  # where numba looks for what it has cached
+    spec.loader.exec_module(found)
+    return found

@@ -1,0 +1,91 @@
+"""What files of earlier releases say in other words: types of theirs, and what becomes of them.
+
+version 1     lengths by the norm of all coordinates, from the origin of the scene
+version 2     loads in columns and laws by number; position gradients of sampled points by the name of jets
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+
+from ..core.container import MENDS, Tree, storable
+from ..systems import force_laws
+from ..systems.dead_loads import DeadLoads
+from ..systems.system import Loads, System
+from .affine import Varying
+
+
+@storable
+class LoadKind(IntEnum):
+    """Laws of loads by number."""
+
+    MOMENT = 0
+    TANGENTIAL = 1
+    SPRING = 2
+
+
+@storable
+@dataclass(frozen=True)
+class PointLaw:
+    """A force on slope rows and position rows from these numbers on; of a spring both are arms, -1 the ground."""
+
+    kind: LoadKind
+    slope: int
+    position: int
+    signal: int
+    vector: np.ndarray  #: moment, follower force along slope and normal, or stiffness, damping and rest angle
+
+
+def of_law(law: PointLaw, dim: int) -> force_laws.LawForces:
+    """The force of a law by number."""
+
+    def rows(first: int, count: int) -> Sequence[int]:
+        return range(first, first + count)
+
+    if law.kind is LoadKind.SPRING:
+        arms = [first for first in (law.slope, law.position) if first >= 0]
+        name = ("torsion_spring", "relative_torsion_spring")[len(arms) - 1]
+        return force_laws.one(name, [row for first in arms for row in rows(first, 2)], law.vector)
+    if law.kind is LoadKind.MOMENT:
+        return force_laws.one(f"moment_{dim}", rows(law.slope, dim), law.vector[2:] if dim == 2 else law.vector, [law.signal])
+    both = [*rows(law.slope, dim), *rows(law.position, dim)]
+    return force_laws.one(f"follower_{dim}", both, law.vector[: 2 if dim == 2 else 1], [law.signal])
+
+
+def mend_loads(values: Tree) -> None:
+    """Columns become dead loads; laws wait for the system, which knows the dimension."""
+    if "laws" in values:
+        columns = (values.pop(name) for name in ("row", "coefficient", "signal"))
+        values["forces"] = (DeadLoads(*columns), *values.pop("laws"))
+
+
+def mend_system(values: Tree) -> None:
+    """Laws by number become forces."""
+    loads = values.get("loads")
+    if isinstance(loads, Loads):
+        found = [of_law(one, values["dim"]) if isinstance(one, PointLaw) else one for one in loads.forces]
+        values["loads"] = replace(loads, forces=tuple(found))
+
+
+def mend_varying(values: Tree) -> None:
+    """Numbers of loads are in other places."""
+    values["varying"] = tuple(moved(one, values["nominal"].system) for one in values["varying"])
+
+
+def moved(part: Varying, system: System) -> Varying:
+    """The polynomial of numbers of loads where these are now."""
+    match part.place:
+        case ("system", "loads", "coefficient"):
+            return replace(part, place=("system", "loads", "forces", 0, "coefficient"))
+        case ("system", "loads", "laws", int(number), "vector"):
+            place = ("system", "loads", "forces", number + 1, "numbers")
+            alone = system.loads.forces[number + 1].numbers.size == 1  # of a vector along one axis
+            return replace(part, place=place, positions=0 * part.positions if alone else part.positions)
+    return part
+
+
+MENDS.update(Loads=mend_loads, System=mend_system, ParametricCase=mend_varying)

@@ -1,0 +1,339 @@
+"""Forces of loads and their derivatives, written by `force_symbols` and not to be edited."""
+
+# fmt: off
+# ruff: noqa
+# mypy: ignore-errors
+from __future__ import annotations
+import math
+from typing import Any
+from fmbs_skfem.core.structs import routine
+from fmbs_skfem.systems.evaluation import evaluation
+from fmbs_skfem.systems.force_laws import ForceLaw, continued, opened
+from fmbs_skfem.systems.kernels import factor
+
+
+LAWS = {}
+
+
+@routine
+def moment_2_force(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, y1, p0, h0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], F.numbers[k, 0], factor(s.signals, F.signals[k, 0])
+        x0 = h0*p0/((y0 * y0) + (y1 * y1))
+        s.g[F.rows[k, 0]] += -x0*y1
+        s.g[F.rows[k, 1]] += x0*y0
+    return 0
+
+
+@routine
+def moment_2_slopes(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    c, gh = -s.c[0], s.gh[0]
+    for k in range(len(F.rows)):
+        y0, y1, p0, h0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], F.numbers[k, 0], factor(s.signals, F.signals[k, 0])
+        x0 = (y0 * y0)
+        x1 = (y1 * y1)
+        x2 = x0 + x1
+        x3 = h0*p0
+        x4 = 2.0*x3*y0*y1/(x2 * x2)
+        x5 = (1.0 / (x2))
+        x6 = 2.0*x5
+        x7 = x3*x5
+        s.H[F.pair + 4 * k + 0] += c * (x4)
+        s.H[F.pair + 4 * k + 1] += c * (x7*(x1*x6 - 1.0))
+        s.H[F.pair + 4 * k + 2] += c * (x7*(-x0*x6 + 1.0))
+        s.H[F.pair + 4 * k + 3] += c * (-x4)
+    return 0
+
+
+LAWS["moment_2"] = ForceLaw("moment_2", 2, 1, 1, ((0, 0), (0, 1), (1, 0), (1, 1)), 0, False, moment_2_force, moment_2_slopes)
+
+
+@routine
+def moment_3_force(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, y1, y2, p0, p1, p2, h0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], factor(s.signals, F.signals[k, 0])
+        x0 = h0/((y0 * y0) + (y1 * y1) + (y2 * y2))
+        s.g[F.rows[k, 0]] += x0*(p1*y2 - p2*y1)
+        s.g[F.rows[k, 1]] += -x0*(p0*y2 - p2*y0)
+        s.g[F.rows[k, 2]] += x0*(p0*y1 - p1*y0)
+    return 0
+
+
+@routine
+def moment_3_slopes(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    c, gh = -s.c[0], s.gh[0]
+    for k in range(len(F.rows)):
+        y0, y1, y2, p0, p1, p2, h0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], factor(s.signals, F.signals[k, 0])
+        x0 = p1*y2 - p2*y1
+        x1 = (y0 * y0) + (y1 * y1) + (y2 * y2)
+        x2 = 2.0*h0/(x1 * x1)
+        x3 = (1.0 / (x1))
+        x4 = 2.0*x3
+        x5 = x0*x4
+        x6 = h0*x3
+        x7 = p0*y2 - p2*y0
+        x8 = p0*y1 - p1*y0
+        x9 = x4*x8
+        s.H[F.pair + 9 * k + 0] += c * (-x0*x2*y0)
+        s.H[F.pair + 9 * k + 1] += c * (-x6*(p2 + x5*y1))
+        s.H[F.pair + 9 * k + 2] += c * (x6*(p1 - x5*y2))
+        s.H[F.pair + 9 * k + 3] += c * (x6*(p2 + x4*x7*y0))
+        s.H[F.pair + 9 * k + 4] += c * (x2*x7*y1)
+        s.H[F.pair + 9 * k + 5] += c * (x6*(-p0 + 2.0*x3*x7*y2))
+        s.H[F.pair + 9 * k + 6] += c * (-x6*(p1 + x9*y0))
+        s.H[F.pair + 9 * k + 7] += c * (x6*(p0 - x9*y1))
+        s.H[F.pair + 9 * k + 8] += c * (-x2*x8*y2)
+    return 0
+
+
+LAWS["moment_3"] = ForceLaw("moment_3", 3, 3, 1, ((0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)), 0, False, moment_3_force, moment_3_slopes)
+
+
+@routine
+def follower_2_force(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, y1, p0, p1, h0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], F.numbers[k, 0], F.numbers[k, 1], factor(s.signals, F.signals[k, 0])
+        x0 = h0/(math.sqrt((y0 * y0) + (y1 * y1)))
+        s.g[F.rows[k, 2]] += x0*(p0*y0 - p1*y1)
+        s.g[F.rows[k, 3]] += x0*(p0*y1 + p1*y0)
+    return 0
+
+
+@routine
+def follower_2_slopes(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    c, gh = -s.c[0], s.gh[0]
+    for k in range(len(F.rows)):
+        y0, y1, p0, p1, h0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], F.numbers[k, 0], F.numbers[k, 1], factor(s.signals, F.signals[k, 0])
+        x0 = (y0 * y0) + (y1 * y1)
+        x1 = (1.0 / (x0))
+        x2 = x1*(p0*y0 - p1*y1)
+        x3 = h0/(math.sqrt(x0))
+        x4 = x1*(p0*y1 + p1*y0)
+        s.H[F.pair + 4 * k + 0] += c * (x3*(p0 - x2*y0))
+        s.H[F.pair + 4 * k + 1] += c * (-x3*(p1 + x2*y1))
+        s.H[F.pair + 4 * k + 2] += c * (x3*(p1 - x4*y0))
+        s.H[F.pair + 4 * k + 3] += c * (x3*(p0 - x4*y1))
+    return 0
+
+
+LAWS["follower_2"] = ForceLaw("follower_2", 4, 2, 1, ((2, 0), (2, 1), (3, 0), (3, 1)), 0, False, follower_2_force, follower_2_slopes)
+
+
+@routine
+def follower_3_force(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, y1, y2, p0, h0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], F.numbers[k, 0], factor(s.signals, F.signals[k, 0])
+        x0 = h0*p0/(math.sqrt((y0 * y0) + (y1 * y1) + (y2 * y2)))
+        s.g[F.rows[k, 3]] += x0*y0
+        s.g[F.rows[k, 4]] += x0*y1
+        s.g[F.rows[k, 5]] += x0*y2
+    return 0
+
+
+@routine
+def follower_3_slopes(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    c, gh = -s.c[0], s.gh[0]
+    for k in range(len(F.rows)):
+        y0, y1, y2, p0, h0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], F.numbers[k, 0], factor(s.signals, F.signals[k, 0])
+        x0 = (y0 * y0)
+        x1 = (y1 * y1)
+        x2 = (y2 * y2)
+        x3 = x0 + x1 + x2
+        x4 = (1.0 / (x3))
+        x5 = h0*p0
+        x6 = x5/(math.sqrt(x3))
+        x7 = (1.0 / (x3 * math.sqrt(x3)))
+        x8 = x5*x7*y0
+        x9 = -x8*y1
+        x10 = -x8*y2
+        x11 = -x5*x7*y1*y2
+        s.H[F.pair + 9 * k + 0] += c * (x6*(-x0*x4 + 1.0))
+        s.H[F.pair + 9 * k + 1] += c * (x9)
+        s.H[F.pair + 9 * k + 2] += c * (x10)
+        s.H[F.pair + 9 * k + 3] += c * (x9)
+        s.H[F.pair + 9 * k + 4] += c * (x6*(-x1*x4 + 1.0))
+        s.H[F.pair + 9 * k + 5] += c * (x11)
+        s.H[F.pair + 9 * k + 6] += c * (x10)
+        s.H[F.pair + 9 * k + 7] += c * (x11)
+        s.H[F.pair + 9 * k + 8] += c * (x6*(-x2*x4 + 1.0))
+    return 0
+
+
+LAWS["follower_3"] = ForceLaw("follower_3", 6, 1, 1, ((3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (5, 0), (5, 1), (5, 2)), 0, False, follower_3_force, follower_3_slopes)
+
+
+@routine
+def torsion_spring_force(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, y1, v0, v1, p0, p1, p2, m0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.rates[F.rows[k, 0]], s.rates[F.rows[k, 1]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], s.memory[F.memory + 1 * k + 0]
+        x0 = (1.0 / (((y0 * y0) + (y1 * y1))))
+        x1 = x0*(p0*(p2 - continued(math.atan2(y1, y0), m0)) + p1*x0*(v0*y1 - v1*y0))
+        s.g[F.rows[k, 0]] += -x1*y1
+        s.g[F.rows[k, 1]] += x1*y0
+    return 0
+
+
+@routine
+def torsion_spring_slopes(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    c, gh = -s.c[0], s.gh[0]
+    for k in range(len(F.rows)):
+        y0, y1, v0, v1, p0, p1, p2, m0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.rates[F.rows[k, 0]], s.rates[F.rows[k, 1]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], s.memory[F.memory + 1 * k + 0]
+        x0 = (y0 * y0)
+        x1 = (y1 * y1)
+        x2 = x0 + x1
+        x3 = (1.0 / (x2 * x2))
+        x4 = p2 - continued(math.atan2(y1, y0), m0)
+        x5 = v0*y1
+        x6 = -v1*y0 + x5
+        x7 = (1.0 / (x2))
+        x8 = p1*x7
+        x9 = -p0*x4 - x6*x8
+        x10 = gh*p1
+        x11 = x7*y0
+        x12 = 2.0*x7
+        x13 = x0*x12
+        x14 = p0*y1 - p1*(-v1*x13 + v1 + 2.0*x11*x5)
+        x15 = p0*x4
+        x16 = gh*x8*y0*y1
+        x17 = x6*x8
+        x18 = x15 + x17
+        x19 = x1*x12
+        x20 = p0*y0
+        x21 = x7*y1
+        x22 = -v0*x19 + v0 + 2.0*v1*x21*y0
+        s.H[F.pair + 4 * k + 0] += c * (-x3*y1*(x10*y1 + x14 + 2.0*x9*y0))
+        s.H[F.pair + 4 * k + 1] += c * (x7*(-x15 + x16 - x17 + x18*x19 + x21*(-p1*x22 + x20)))
+        s.H[F.pair + 4 * k + 2] += c * (x7*(x11*x14 - x13*x18 + x16 + x18))
+        s.H[F.pair + 4 * k + 3] += c * (x3*y0*(p1*x22 - x10*y0 - x20 + 2.0*x9*y1))
+    return 0
+
+
+@routine
+def torsion_spring_accept(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, y1, m0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.memory[F.memory + 1 * k + 0]
+        s.memory[F.memory + 1 * k + 0] = continued(math.atan2(y1, y0), m0)
+    return 0
+
+
+LAWS["torsion_spring"] = ForceLaw("torsion_spring", 2, 3, 0, ((0, 0), (0, 1), (1, 0), (1, 1)), 1, True, torsion_spring_force, torsion_spring_slopes, torsion_spring_accept)
+
+
+@routine
+def relative_torsion_spring_force(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, y1, y2, y3, v0, v1, v2, v3, p0, p1, p2, m0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], s.y[F.rows[k, 3]], s.rates[F.rows[k, 0]], s.rates[F.rows[k, 1]], s.rates[F.rows[k, 2]], s.rates[F.rows[k, 3]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], s.memory[F.memory + 1 * k + 0]
+        x0 = (1.0 / (((y0 * y0) + (y1 * y1))))
+        x1 = x0*y1
+        x2 = (1.0 / (((y2 * y2) + (y3 * y3))))
+        x3 = x2*y2
+        x4 = x0*y0
+        x5 = x2*y3
+        x6 = p0*(p2 - continued(math.atan2(y1, y0) - math.atan2(y3, y2), m0)) + p1*(v0*x1 - v1*x4 - v2*x5 + v3*x3)
+        s.g[F.rows[k, 0]] += -x1*x6
+        s.g[F.rows[k, 1]] += x4*x6
+        s.g[F.rows[k, 2]] += x5*x6
+        s.g[F.rows[k, 3]] += -x3*x6
+    return 0
+
+
+@routine
+def relative_torsion_spring_slopes(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    c, gh = -s.c[0], s.gh[0]
+    for k in range(len(F.rows)):
+        y0, y1, y2, y3, v0, v1, v2, v3, p0, p1, p2, m0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], s.y[F.rows[k, 3]], s.rates[F.rows[k, 0]], s.rates[F.rows[k, 1]], s.rates[F.rows[k, 2]], s.rates[F.rows[k, 3]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], s.memory[F.memory + 1 * k + 0]
+        x0 = (y0 * y0)
+        x1 = (y1 * y1)
+        x2 = x0 + x1
+        x3 = (1.0 / (x2 * x2))
+        x4 = p2 - continued(math.atan2(y1, y0) - math.atan2(y3, y2), m0)
+        x5 = (1.0 / (x2))
+        x6 = x5*y1
+        x7 = (y2 * y2)
+        x8 = (y3 * y3)
+        x9 = x7 + x8
+        x10 = (1.0 / (x9))
+        x11 = x10*y2
+        x12 = v0*x6 - v1*x5*y0 - v2*x10*y3 + v3*x11
+        x13 = -p0*x4 - p1*x12
+        x14 = 2.0*x13
+        x15 = gh*p1
+        x16 = x15*y1
+        x17 = x5*y0
+        x18 = 2.0*y1
+        x19 = 2.0*x5
+        x20 = x0*x19
+        x21 = p0*y1 - p1*(v0*x17*x18 - v1*x20 + v1)
+        x22 = x16 + x21
+        x23 = p0*y0
+        x24 = x1*x19
+        x25 = -v0*x24 + v0 + v1*x17*x18
+        x26 = -p1*x25 + x23
+        x27 = p0*x4
+        x28 = p1*x12
+        x29 = x27 + x28
+        x30 = x16*x17
+        x31 = -x27 - x28
+        x32 = x15*y3
+        x33 = p0*y3
+        x34 = x10*y3
+        x35 = 2.0*y2
+        x36 = 2.0*x10
+        x37 = x36*x7
+        x38 = v2*x34*x35 - v3*x37 + v3
+        x39 = -p1*x38 + x33
+        x40 = x10*x6
+        x41 = x15*y2
+        x42 = x36*x8
+        x43 = p0*y2 - p1*(-v2*x42 + v2 + v3*x34*x35)
+        x44 = x41 + x43
+        x45 = x15*y0
+        x46 = -p1*x25 + x23 + x45
+        x47 = -p1*x38 + x32 + x33
+        x48 = x10*x17
+        x49 = x34*x5
+        x50 = (1.0 / (x9 * x9))
+        x51 = x34*x41
+        x52 = x11*x5
+        s.H[F.pair + 16 * k + 0] += c * (-x3*y1*(x14*y0 + x22))
+        s.H[F.pair + 16 * k + 1] += c * (x5*(x24*x29 + x26*x6 + x30 + x31))
+        s.H[F.pair + 16 * k + 2] += c * (x40*(x32 + x39))
+        s.H[F.pair + 16 * k + 3] += c * (-x40*x44)
+        s.H[F.pair + 16 * k + 4] += c * (x5*(x17*x21 - x20*x29 + x29 + x30))
+        s.H[F.pair + 16 * k + 5] += c * (x3*y0*(2.0*x13*y1 - x46))
+        s.H[F.pair + 16 * k + 6] += c * (-x47*x48)
+        s.H[F.pair + 16 * k + 7] += c * (x44*x48)
+        s.H[F.pair + 16 * k + 8] += c * (x22*x49)
+        s.H[F.pair + 16 * k + 9] += c * (-x46*x49)
+        s.H[F.pair + 16 * k + 10] += c * (x50*y3*(2.0*x13*y2 - x47))
+        s.H[F.pair + 16 * k + 11] += c * (x10*(-x29*x42 + x29 + x34*x43 + x51))
+        s.H[F.pair + 16 * k + 12] += c * (-x22*x52)
+        s.H[F.pair + 16 * k + 13] += c * (x52*(x26 + x45))
+        s.H[F.pair + 16 * k + 14] += c * (x10*(x11*x39 + x29*x37 + x31 + x51))
+        s.H[F.pair + 16 * k + 15] += c * (-x50*y2*(x14*y3 + x44))
+    return 0
+
+
+@routine
+def relative_torsion_spring_accept(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, y1, y2, y3, m0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], s.y[F.rows[k, 3]], s.memory[F.memory + 1 * k + 0]
+        s.memory[F.memory + 1 * k + 0] = continued(math.atan2(y1, y0) - math.atan2(y3, y2), m0)
+    return 0
+
+
+LAWS["relative_torsion_spring"] = ForceLaw("relative_torsion_spring", 4, 3, 0, ((0, 0), (0, 1), (0, 2), (0, 3), (1, 0), (1, 1), (1, 2), (1, 3), (2, 0), (2, 1), (2, 2), (2, 3), (3, 0), (3, 1), (3, 2), (3, 3)), 1, True, relative_torsion_spring_force, relative_torsion_spring_slopes, relative_torsion_spring_accept)

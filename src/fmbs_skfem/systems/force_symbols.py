@@ -1,0 +1,193 @@
+r"""Forces on probe rows in symbols: their values and derivatives become compiled functions. Run it to write `force_loops`.
+
+    F(y, v, p, h),     - c (dF/dy + gh dF/dv)     for rows y, their rates v, numbers p, histories h
+
+    moment              F = m x y / |y|^2             on a slope or an axis y
+    follower            F = f_t t + f_n n             on a position, t = y/|y| and, in the plane, n = t turned by 90 degrees
+    torsion spring      F = tau dtheta/dy,            tau = - k (theta - theta0) - d dtheta/dt,   theta = arg(y0 + i y1) [- other]
+
+`turned(angle)` is an angle that counts its turns: arg gives it but for whole ones, and its value is the one nearest to that of the
+last accepted state, so that it may change by up to half a turn in a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import sympy
+
+from ..core.symbols import Expression, module, statements
+
+RATE = sympy.Symbol("gh", real=True)  #: factor of derivatives by rates
+SIGN = {sympy.Heaviside: lambda x, *_: sympy.Piecewise((0.0, x < 0), (1.0, True)), sympy.DiracDelta: lambda *_: sympy.Integer(0)}
+HEADS = {  #: of the routines of a law
+    "force": "    s, F = evaluation(table).space, opened(record)",
+    "slopes": "    s, F = evaluation(table).space, opened(record)\n    c, gh = -s.c[0], s.gh[0]",
+    "accept": "    s, F = evaluation(table).space, opened(record)",
+}
+IMPORTS = (
+    "from fmbs_skfem.core.structs import routine",
+    "from fmbs_skfem.systems.evaluation import evaluation",
+    "from fmbs_skfem.systems.force_laws import ForceLaw, continued, opened",
+    "from fmbs_skfem.systems.kernels import factor",
+)
+
+
+class turned(sympy.Function):
+    """An angle that counts its turns."""
+
+    def fdiff(self, argindex: int = 1) -> Expression:
+        return sympy.Integer(1)
+
+
+class continued(sympy.Function):
+    """The value of an angle nearest to its last one."""
+
+
+def rows(count: int, first: int = 0) -> sympy.Matrix:
+    """Probe rows (count,)."""
+    return sympy.Matrix(sympy.symbols(f"y{first}:{first + count}", real=True))
+
+
+def rates(count: int, first: int = 0) -> sympy.Matrix:
+    """Their rates."""
+    return sympy.Matrix(sympy.symbols(f"v{first}:{first + count}", real=True))
+
+
+def numbers(count: int, first: int = 0) -> sympy.Matrix:
+    """Numbers of a law."""
+    return sympy.Matrix(sympy.symbols(f"p{first}:{first + count}", real=True))
+
+
+def history(number: int = 0) -> Expression:
+    """A function of time, 1 where there is none."""
+    return sympy.Symbol(f"h{number}", real=True)
+
+
+@dataclass(frozen=True)
+class Symbols:
+    """Forces on all rows in symbols."""
+
+    force: Sequence[Expression]  #: (r,)
+    numbers: int
+    histories: int = 0
+
+    def unknown(self) -> set[Expression]:
+        """Symbols in the forces that are none of the law's."""
+        count = len(self.force)
+        own = {*rows(count), *rates(count), *numbers(self.numbers), *(history(k) for k in range(self.histories))}
+        return set().union(*(sympy.sympify(value).free_symbols for value in self.force)) - own
+
+
+def pruned(law: Symbols) -> tuple[Symbols, tuple[int, ...]]:
+    """The same forces on those rows alone that they read or push, and the numbers of these."""
+    count = len(law.force)
+    read = set().union(*(sympy.sympify(value).free_symbols for value in law.force))
+    y, v = rows(count), rates(count)
+    used = tuple(k for k in range(count) if law.force[k] != 0 or y[k] in read or v[k] in read)
+    fewer = {old: new for full in (rows, rates) for old, new in zip([full(count)[k] for k in used], full(len(used)), strict=True)}
+    found = [sympy.sympify(law.force[k]).subs(fewer, simultaneous=True) for k in used]
+    return Symbols(found, law.numbers, law.histories), used
+
+
+def text(name: str, law: Symbols) -> str:
+    """Routines of a law, and the law itself as an entry of LAWS."""
+    count, F = len(law.force), [plain(value) for value in law.force]
+    y, v = rows(count), rates(count)
+    pairs, slopes = [], []
+    for i in range(count):
+        for j in range(count):
+            slope = plain(sympy.diff(F[i], y[j]) + RATE * sympy.diff(F[i], v[j]))
+            if slope != 0:
+                pairs.append((i, j))
+                slopes.append(slope)
+    angles = sorted(set().union(*(value.atoms(turned) for value in F)), key=str)
+    last = sympy.symbols(f"m0:{len(angles)}", real=True)
+    known = {angle: continued(angle.args[0], m) for angle, m in zip(angles, last, strict=True)}
+    places = {
+        **{y[k]: f"s.y[F.rows[k, {k}]]" for k in range(count)},
+        **{v[k]: f"s.rates[F.rows[k, {k}]]" for k in range(count)},
+        **{p: f"F.numbers[k, {k}]" for k, p in enumerate(numbers(law.numbers))},
+        **{history(k): f"factor(s.signals, F.signals[k, {k}])" for k in range(law.histories)},
+        **{m: f"s.memory[F.memory + {len(angles)} * k + {n}]" for n, m in enumerate(last)},
+    }
+    parts = {
+        "force": (F, [f"s.g[F.rows[k, {k}]] += {{}}" for k in range(count)]),
+        "slopes": (slopes, [f"s.H[F.pair + {len(pairs)} * k + {n}] += c * ({{}})" for n in range(len(pairs))]),
+        "accept": (angles, [f"{places[m]} = {{}}" for m in last]),
+    }
+    routines = [
+        routine(f"{name}_{part}", HEADS[part], [value.xreplace(known) for value in values], targets, places)
+        for part, (values, targets) in parts.items()
+        if values or part != "accept"
+    ]
+    damped = bool(set(v) & set().union(*(value.free_symbols for value in F)))
+    functions = f"{name}_force, {name}_slopes" + (f", {name}_accept" if angles else "")
+    facts = f"{count}, {law.numbers}, {law.histories}, {tuple(pairs)}, {len(angles)}, {damped}"
+    return "\n\n\n".join([*routines, f'LAWS["{name}"] = ForceLaw("{name}", {facts}, {functions})'])
+
+
+def plain(value: Any) -> Expression:
+    """An expression without what only exists as a derivative of a jump."""
+    value = sympy.sympify(value)
+    for kind, other in SIGN.items():
+        value = value.replace(kind, other)
+    return value
+
+
+def routine(name: str, head: str, values: Sequence[Expression], targets: Sequence[str], places: Mapping[Any, str]) -> str:
+    """A routine that gives values to targets, for all groups of rows."""
+    lines, found = statements(values, places)
+    body = [*lines, *(target.format(value) for target, value in zip(targets, found, strict=True) if value != "0.0")] or ["pass"]
+    start = f"@routine\ndef {name}(table: Any, record: Any) -> int:\n{head}\n    for k in range(len(F.rows)):"
+    return "\n        ".join([start, *body]) + "\n    return 0"
+
+
+def source(laws: Mapping[str, Symbols], about: str) -> str:
+    """A module with LAWS of these names."""
+    return module(about, IMPORTS, ["LAWS = {}", *(text(name, law) for name, law in laws.items())])
+
+
+def moment(dim: int) -> Symbols:
+    y, m = rows(dim), numbers(1 if dim == 2 else 3)
+    F = m[0] * sympy.Matrix([-y[1], y[0]]) if dim == 2 else m.cross(y)
+    return Symbols(list(history() * F / y.dot(y)), len(m), 1)
+
+
+def follower(dim: int) -> Symbols:
+    """Rows of the slope, then of the position."""
+    y, f = rows(dim), numbers(2 if dim == 2 else 1)
+    F = f[0] * y + (f[1] * sympy.Matrix([-y[1], y[0]]) if dim == 2 else sympy.zeros(dim, 1))
+    return Symbols([0] * dim + list(history() * F / sympy.sqrt(y.dot(y))), len(f), 1)
+
+
+def torsion_spring(arms: int) -> Symbols:
+    """Between an arm (2,) and the ground, or two arms."""
+    y, v, (k, d, rest) = rows(2 * arms), rates(2 * arms), numbers(3)
+    theta = sum((1 - 2 * arm) * sympy.atan2(y[2 * arm + 1], y[2 * arm]) for arm in range(arms))
+    along = [sympy.diff(theta, one) for one in y]
+    torque = -k * (turned(theta) - rest) - d * sum(a * b for a, b in zip(along, v, strict=True))
+    return Symbols([torque * one for one in along], 3)
+
+
+KNOWN = {
+    "moment_2": moment(2),
+    "moment_3": moment(3),
+    "follower_2": follower(2),
+    "follower_3": follower(3),
+    "torsion_spring": torsion_spring(1),
+    "relative_torsion_spring": torsion_spring(2),
+}
+LOOPS = Path(__file__).with_name("force_loops.py")
+
+
+def written() -> str:
+    """The text of `force_loops`."""
+    return source(KNOWN, "Forces of loads and their derivatives, written by `force_symbols` and not to be edited.")
+
+
+if __name__ == "__main__":
+    LOOPS.write_text(written(), encoding="utf-8")

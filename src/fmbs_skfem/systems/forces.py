@@ -1,0 +1,160 @@
+"""Forces on probe rows as terms: what joints' and loads' rows y = P x + y0 are pushed by, whichever force it is.
+
+    g += F(y, y', signals, memory),     H += - c (dF/dy + gh dF/dy'),     memory <- what the accepted state leaves behind
+
+A force is a struct of arrays; for its type it registers `compile_force`: a record and routines that act on it, with the pairs of
+rows in which it has derivatives. It may keep numbers from step to step, such as the turns of an angle: they belong to accepted
+states alone. Where a history drives it, `histories` says so and `grow` lets a constant one grow with the load factor of statics.
+Nothing else asks which force it is. Most are laws in symbols (`force_laws`); `OfPython` is any function.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import singledispatch
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..core.structs import Callback, Routine, unpacked
+from .evaluation import Evaluation, ForceTerms
+from .terms import Nothing, Piece
+
+
+class Routines(NamedTuple):
+    """What a record is acted on by; each is told the table of the evaluation and the record."""
+
+    force: Routine | Callback  #: g += F
+    slopes: Routine | Callback | None = None  #: H += - c (dF/dy + gh dF/dy') on its pairs, from the place it was given on
+    accept: Routine | Callback | None = None  #: its memory in the state of the space, which is accepted
+
+
+class Place(NamedTuple):
+    """The first of the places of a force."""
+
+    pair: int  #: in H
+    memory: int
+
+
+@dataclass(frozen=True)
+class Force(Piece):
+    """A force for compiled code."""
+
+    routines: Routines
+    name: str = "force"  #: in messages
+    pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))  #: (h, 2) probe rows of its derivatives
+    memory: np.ndarray = field(default_factory=lambda: np.zeros(0))  #: (l,) at the start
+    turns: bool = False  #: whether its memory are angles, whose turns follow from their rates where states are far apart
+    damped: bool = False  #: whether it reads the rates y'
+
+
+@singledispatch
+def compile_force(force: Any, place: Place) -> Force:
+    """A force for compiled code."""
+    raise TypeError(type(force))
+
+
+@singledispatch
+def histories(force: Any) -> Sequence[tuple[int, int]]:
+    """The signals that drive it, each with a probe row that it pushes."""
+    return ()
+
+
+@singledispatch
+def grow(force: Any, signal: int) -> Any:
+    """The force with the signal of a load factor where it has a constant in place of a history."""
+    return force
+
+
+@singledispatch
+def join(force: Any, others: Sequence[Any]) -> Sequence[Any]:
+    """Forces of one type as few as they can be."""
+    return [force, *others]
+
+
+def is_force(value: Any) -> bool:
+    """Whether a force can be made of a value."""
+    return compile_force.dispatch(type(value)) is not compile_force.dispatch(object)
+
+
+def joined(found: Sequence[Any]) -> tuple[Any, ...]:
+    """Forces collected one by one as few as they can be, in the order of their first ones."""
+    kinds: dict[type, list[Any]] = {}
+    for one in found:
+        kinds.setdefault(type(one), []).append(one)
+    return tuple(force for first, *others in kinds.values() for force in join(first, others))
+
+
+@dataclass(frozen=True)
+class OfPython:
+    """F(y, y', h) of probe rows, their rates and histories, a function of Python: about 0.1 ms a call beside its own time.
+
+    Without `slopes` its derivatives are differences. A file cannot hold it.
+    """
+
+    rows: np.ndarray  #: (r,) that it reads and pushes
+    function: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]  #: y (r,), y' (r,), h (i,) -> F (r,)
+    signals: tuple[int, ...] = ()  #: (i,) numbers of its histories
+    #: y, y', h -> dF/dy, dF/dy' (r, r)
+    slopes: Callable[[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None = None
+
+    def __len__(self) -> int:
+        return 1
+
+
+STEP = 1e-5  #: of differences, relative to the size of the rows and rates
+
+
+def difference(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.ndarray:
+    """Derivative (i, r) of a function of x (r,) by central differences of fourth order."""
+    h = STEP * max(1.0, float(np.abs(x).max(initial=0.0)))
+    columns = []
+    for direction in h * np.eye(len(x)):
+        near, far = (function(x + k * direction) - function(x - k * direction) for k in (1, 2))
+        columns.append((8 * near - far) / (12 * h))
+    return np.array(columns).T
+
+
+@compile_force.register
+def _(force: OfPython, place: Place) -> Force:
+    rows, count = np.asarray(force.rows, np.int64), len(force.rows)
+
+    def read(table: int) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray]:
+        s = unpacked(Evaluation, table).space
+        return s, s.y[rows], s.rates[rows], s.signals[list(force.signals)]
+
+    def push(table: int, _: int) -> None:
+        s, y, rates, signals = read(table)
+        np.add.at(s.g, rows, force.function(y, rates, signals))
+
+    def slopes(table: int, _: int) -> None:
+        s, y, rates, signals = read(table)
+        if force.slopes is not None:
+            by_row, by_rate = force.slopes(y, rates, signals)
+        else:
+            by_row = difference(lambda z: force.function(z, rates, signals), y)
+            by_rate = difference(lambda z: force.function(y, z, signals), rates)
+        s.H[place.pair : place.pair + count**2] -= s.c[0] * (by_row + s.gh[0] * by_rate).ravel()
+
+    pairs = np.stack([np.repeat(rows, count), np.tile(rows, count)], axis=1)
+    return Force(Nothing(), Routines(Callback(push), Callback(slopes)), "force of Python", pairs, damped=True)
+
+
+@histories.register
+def _(force: OfPython) -> Sequence[tuple[int, int]]:
+    return [(signal, int(force.rows[0])) for signal in force.signals]
+
+
+def addressed(found: Sequence[Force]) -> ForceTerms:
+    """Forces by address; the caller keeps them."""
+
+    def column(values: list[int]) -> np.ndarray:
+        return np.array(values, dtype=np.int64)
+
+    columns = list[Any]()
+    for name in Routines._fields:
+        having = [(getattr(one.routines, name), one.address) for one in found if getattr(one.routines, name) is not None]
+        columns += [column([routine.address for routine, _ in having]), column([record for _, record in having])]
+    force, records, slopes, sloped, accept, held = columns
+    return ForceTerms(force, records, slopes, sloped, accept, held, any(one.damped for one in found))

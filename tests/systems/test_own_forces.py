@@ -1,0 +1,315 @@
+"""Forces of one's own, in symbols and of Python, against exact motions: full, reduced, sampled, saved, large, at rest."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from sympy import atan2, symbols
+
+from fmbs_skfem.bodies import cable, point_mass, rigid, sections
+from fmbs_skfem.core.errors import CorruptFile, InputError
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, outputs, solve_statics, vibration_modes
+from fmbs_skfem.reduction import files, galerkin, pod, sampling
+from fmbs_skfem.systems import (
+    At,
+    Motion,
+    System,
+    assemble,
+    check_force,
+    check_system,
+    compiled,
+    eliminate,
+    fields,
+    force_laws,
+    force_symbols,
+    joints,
+    loads,
+    probes,
+)
+from fmbs_skfem.systems.forces import OfPython
+from fmbs_skfem.systems.own_forces import OwnForce, norm, turned
+from fmbs_skfem.systems.places import Draft
+
+from .. import models
+from .parts import A1, B1, BOB, beams, every_load
+
+TIGHT = Newton(tolerance=1e-12)
+BALL = At("ball", "center")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _apart() -> Iterator[None]:
+    """What this module declares is forgotten after it."""
+    yield
+    for kind in (SpringDamper, Drag, GroundSpring, Clock, Wind):
+        loads.Load.known.pop(kind.word, None)
+
+
+@dataclass(frozen=True)
+class SpringDamper(OwnForce, word="test_spring_damper"):
+    name: str
+    at: fields.Place
+    to: fields.End
+    stiffness: Annotated[float, fields.quantity("N/m", ">= 0")]
+    damping: Annotated[float, fields.quantity("N s/m", ">= 0")] = 0.0
+    length: Annotated[float, fields.quantity("m", ">= 0")] = 0.0
+
+    @staticmethod
+    def act(at: Any, to: Any, stiffness: Any, damping: Any, length: Any) -> Any:
+        apart = at.position - to.position
+        distance = norm(apart)
+        along = apart / distance
+        pull = stiffness * (distance - length) + damping * along.dot(at.velocity - to.velocity)
+        return [(at.position, -pull * along), (to.position, pull * along)]
+
+
+@dataclass(frozen=True)
+class Drag(OwnForce, word="test_drag"):
+    name: str
+    at: fields.Place
+    factor: Annotated[float, fields.quantity("kg/m", ">= 0")]
+
+    @staticmethod
+    def act(at: Any, factor: Any) -> Any:
+        return [(at.position, -factor * norm(at.velocity) * at.velocity)]
+
+
+@dataclass(frozen=True)
+class GroundSpring(OwnForce, word="test_ground_spring"):
+    """A cubic spring to where the place is in the reference."""
+
+    name: str
+    at: fields.Place
+    stiffness: Annotated[float, fields.quantity("N/m", ">= 0")]
+    cubic: Annotated[float, fields.quantity("N/m^3")] = 0.0
+    to: fields.End = None
+
+    @staticmethod
+    def energy(at: Any, to: Any, stiffness: Any, cubic: Any) -> Any:
+        square = (at.position - to.position).dot(at.position - to.position)
+        return stiffness / 2 * square + cubic / 4 * square**2
+
+
+@dataclass(frozen=True)
+class Clock(OwnForce, word="test_clock"):
+    """A torque - k theta about z on the first axis of a place, its turns counted, times a history, and t in the energy."""
+
+    name: str
+    at: fields.Place
+    stiffness: Annotated[float, fields.quantity("N m/rad", ">= 0")]
+    history: fields.History | None = None
+
+    @staticmethod
+    def act(at: Any, stiffness: Any, history: Any) -> Any:
+        x, y, *_ = at.axes[0]
+        torque = -stiffness * history * turned(atan2(y, x))
+        return [(at.axes[0], type(at.axes[0])([-y, x, *(0 for _ in _)]) * torque / (x**2 + y**2))]
+
+
+@dataclass(frozen=True)
+class Wind(loads.Load, word="test_wind"):
+    """Drag by a function of Python, in a wind along x that grows with t."""
+
+    name: str
+    at: fields.Place
+    factor: Annotated[float, fields.quantity("kg/m", ">= 0")]
+
+    def push(self, draft: Draft) -> None:
+        dim = draft.layout.dim
+        first = draft.probes.add(draft.layout.read(f"load '{self.name}'", self.at))
+
+        def force(y: np.ndarray, rates: np.ndarray, h: np.ndarray) -> np.ndarray:
+            v = rates - h[0] * np.eye(dim)[0]
+            return -self.factor * np.linalg.norm(v) * v
+
+        draft.forces.terms.append(OfPython(first + np.arange(dim), force, (draft.signal(lambda t: 0.5 * t),)))
+
+
+def every_own_force(dim: int) -> list[loads.Load]:
+    return [
+        SpringDamper("between", A1, BOB, 10.0, 0.3, 0.1),
+        SpringDamper("to a point", A1, (0.3, 0.4, 0.5)[:dim], 10.0, 0.2),
+        Drag("drag", B1, 2.0),
+        GroundSpring("ground", B1, 3.0, 500.0),
+        Clock("clock", A1, 0.7, np.cos),
+        Wind("wind", B1, 0.7),
+    ]
+
+
+EVERY = [(dim, load) for dim in (2, 3) for load in [*every_load(dim, np.cos), *every_own_force(dim)]]
+CASES = [pytest.param(dim, load, id=f"{dim}-{load.name}") for dim, load in EVERY]
+
+
+@pytest.mark.parametrize("dim, load", CASES)
+def test_contract(dim: int, load: loads.Load) -> None:
+    check_force(beams(dim), load)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_systems_with_own_forces(dim: int) -> None:
+    check_system(assemble(beams(dim), loads=every_own_force(dim)))
+
+
+def ball(dim: int, *forces: loads.Load, speed: float = 0.0, at: float = 0.0) -> System:
+    """A point of 2 kg at x = `at`, moving along x."""
+    part = point_mass("ball", 2.0, np.array([at, 0.0, 0.0][:dim]))
+    moving = {"ball": Motion(velocity=(speed, 0.0, 0.0)[:dim])}
+    return assemble([part], loads=forces, outputs={"x": probes.Position(BALL)}, initial=moving)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_damped_oscillator(dim: int) -> None:
+    """x'' + 2 zeta w x' + w^2 x = 0, with w = 3 and zeta = 0.1, about the free length of 1 m."""
+    spring = SpringDamper("spring", BALL, (0.0,) * dim, 18.0, 1.2, 1.0)
+    motion = integrate(ball(dim, spring, speed=0.5, at=1.0), GeneralizedAlpha(1e-3), 3.0, TIGHT)
+    t, wd = motion.times, 3.0 * np.sqrt(1 - 0.01)
+    assert_allclose(outputs(motion)["x_x"] - 1.0, 0.5 / wd * np.exp(-0.3 * t) * np.sin(wd * t), atol=2e-6)
+
+
+@pytest.mark.parametrize("kind", [Drag, Wind])
+def test_drag(kind: Any) -> None:
+    """m v' = - c v^2: x = m / c log(1 + c v0 t / m); the wind is slow enough to be left out of 1 ms."""
+    span = 2.0 if kind is Drag else 1e-3
+    motion = integrate(ball(2, kind("drag", BALL, 3.0), speed=4.0), GeneralizedAlpha(span / 1000), span, TIGHT)
+    assert_allclose(outputs(motion)["x_x"], 2.0 / 3.0 * np.log(1 + 6.0 * motion.times), atol=2e-5)
+    balance = energies(motion)[:, 3]
+    assert_allclose(balance, 16.0, rtol=1e-4)
+
+
+def test_a_cubic_spring_at_rest_and_its_modes() -> None:
+    """k d + c d^3 = F; omega = sqrt(k / m) in the reference."""
+    system = ball(2, GroundSpring("spring", BALL, 8.0, 3.0), loads.PointForce("F", BALL, (5.0, 0.0)))
+    d = outputs(solve_statics(system, 4, TIGHT))["x_x"][-1]
+    assert 8.0 * d + 3.0 * d**3 == pytest.approx(5.0, rel=1e-9)
+    assert_allclose(vibration_modes(system, 2).frequencies, 2.0, rtol=1e-9)
+
+
+@pytest.mark.parametrize("far", [0.0, 1e6])
+def test_places_count_from_the_origin_of_the_scene(far: float) -> None:
+    """A spring to a point and one that reads absolute positions, near and far from it."""
+
+    spring = SpringDamper("spring", BALL, (far - 1.0, 0.0), 18.0)
+    motion = integrate(ball(2, spring, at=far), GeneralizedAlpha(1e-2), 0.5, TIGHT)
+    assert_allclose(outputs(motion)["x_x"] - far, np.cos(3.0 * motion.times) - 1.0, atol=1e-3)
+
+
+def test_turns_are_counted() -> None:
+    """A disc of inertia 0.01 on 0.01 N m/rad, 10 sin t: more than a turn and a half to either side."""
+    system = assemble(
+        [rigid.rigid("disc", 1.0, 0.01, (0.0, 0.0), dim=2)],
+        [joints.Revolute("pin", At("disc", "frame"))],
+        [Clock("clock", At("disc", "frame"), 0.01)],
+        outputs={"angle": probes.Angle(At("disc", "frame"))},
+        initial={"disc": Motion(angular_velocity=10.0)},
+    )
+    motion = integrate(eliminate(system), GeneralizedAlpha(2e-3), 6.0, TIGHT)
+    assert_allclose(outputs(motion)["angle"], 10.0 * np.sin(motion.times), atol=5e-3)
+    assert_allclose(energies(motion)[:, 3], 0.5, atol=1e-4)
+
+
+def swinging(dim: int) -> System:
+    """A beam on a pin, held by a spring and damper and a cubic spring, in drag."""
+    beam = cable("beam", models.straight(4), sections.Circular(0.01), sections.Material(1e9, 2300.0), dim=dim)
+    tip, push = At("beam", "right"), (3.0, -0.2, 0.1)
+    return assemble(
+        [beam],
+        [joints.Pin("pin", At("beam", "left"))],
+        [
+            loads.Gravity((0.0, -9.81, 0.0)[:dim]),
+            SpringDamper("spring", tip, (1.2, 0.4, 0.3)[:dim], 60.0, 0.5, 0.2),
+            GroundSpring("cubic", At("beam", 0.5), 5.0, 200.0),
+            Drag("drag", tip, 0.3),
+            loads.Moment("moment", tip, 0.1 if dim == 2 else (0.0, 0.1, 0.1)),
+        ],
+        outputs={"tip": probes.Position(tip)},
+        initial={"beam": Motion(angular_velocity=push[0] if dim == 2 else (0.0, 0.3, push[0]))},
+    )
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_reduced_hyper_reduced_and_saved_models(dim: int, tmp_path: Path) -> None:
+    raw, scheme = swinging(dim), GeneralizedAlpha(1e-3)
+    full = integrate(eliminate(raw), scheme, 0.3, TIGHT)
+    data = galerkin.snapshots(full)
+    level = galerkin.body_level(raw)
+    bases = {name: pod.basis(data.q[:, galerkin.rows_of(raw, part)].T, 1e-14) for name, part in level.items()}
+    reduced = galerkin.reduce_system(raw, level, bases)
+    hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, galerkin.projected(reduced, data.q))], 1e-8))
+    path = files.save(hyper_reduced, tmp_path / "model.h5")
+    saved = files.load(path)
+    expected = outputs(full)
+    for system in (reduced, hyper_reduced, saved, pickle.loads(pickle.dumps(hyper_reduced))):
+        found = outputs(integrate(system, scheme, 0.3, TIGHT))
+        for name in expected:
+            assert_allclose(found[name], expected[name], atol=2e-4)
+    maker = force_laws.MAKERS.pop("test_drag")
+    try:
+        with pytest.raises(CorruptFile, match="'test_drag'; import the file that declares it first"):
+            files.load(path)
+    finally:
+        force_laws.MAKERS["test_drag"] = maker
+
+
+def test_large_models(monkeypatch: pytest.MonkeyPatch) -> None:
+    raw, scheme = swinging(2), GeneralizedAlpha(1e-3)
+    expected = outputs(integrate(raw, scheme, 0.1, TIGHT))
+    monkeypatch.setattr(compiled, "BAND", 1)
+    monkeypatch.setattr(compiled, "DENSE", 1)
+    motion = integrate(raw, scheme, 0.1, TIGHT)
+    assert motion.statistics.solver.startswith("sparse")
+    for name, values in outputs(motion).items():
+        assert_allclose(values, expected[name], atol=1e-6)
+
+
+def test_what_the_package_has_is_what_its_symbols_say() -> None:
+    assert force_symbols.LOOPS.read_text(encoding="utf-8") == force_symbols.written()
+
+
+def test_wrong_classes_are_named() -> None:
+    @dataclass(frozen=True)
+    class Nothing(OwnForce, word=None):
+        name: str
+        at: fields.Place
+
+    @dataclass(frozen=True)
+    class Strange(OwnForce, word=None):
+        name: str
+        at: fields.Place
+
+        @staticmethod
+        def act(at: Any, mass: Any) -> Any:
+            return []
+
+    @dataclass(frozen=True)
+    class Open(OwnForce, word=None):
+        name: str
+        at: fields.Place
+
+        @staticmethod
+        def energy(at: Any) -> Any:
+            return symbols("k") * at.position[0]
+
+    @dataclass(frozen=True)
+    class Aside(OwnForce, word=None):
+        name: str
+        at: fields.Place
+
+        @staticmethod
+        def act(at: Any) -> Any:
+            return [(2 * at.position, at.velocity)]
+
+    for kind, message in (
+        (Nothing, "expected a method act or energy, got none"),
+        (Strange, "expected arguments that are fields, or t, got 'mass'"),
+        (Open, "expected expressions of its arguments, got k in them"),
+        (Aside, "expected pairs of a vector of a place and a force on it"),
+    ):
+        with pytest.raises(InputError, match=message):
+            ball(2, kind("one", BALL))
