@@ -16,7 +16,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import errors
+from ..core.errors import InputError, closest, say
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -71,34 +71,34 @@ class Frames:
     def __post_init__(self) -> None:
         times = np.asarray(self.times)
         if times.ndim != 1 or times.size == 0 or not np.isfinite(times).all() or (np.diff(times) <= 0).any():
-            raise errors.InputError(errors.say("frames: times", "finite, increasing instants (s,)", f"shape {times.shape}"))
+            raise InputError(say("frames: times", "finite, increasing instants (s,)", f"shape {times.shape}"))
         if not self.bodies and not self.joints:
-            raise errors.InputError(errors.say("frames: bodies", "at least one body or joint", "none"))
+            raise InputError(say("frames: bodies", "at least one body or joint", "none"))
         for name, body in self.bodies.items():
             _check_body(f"frames: body '{name}'", body, times.size)
         for name, (kind, points) in self.joints.items():
             if kind not in list(Kind):
-                got = f"'{kind}'{errors.closest(kind, Kind)}"
-                raise errors.InputError(errors.say(f"frames: joint '{name}'", "one of " + ", ".join(Kind), got))
+                got = f"'{kind}'{closest(kind, Kind)}"
+                raise InputError(say(f"frames: joint '{name}'", "one of " + ", ".join(Kind), got))
             _check_array(f"frames: joint '{name}'", points, (times.size, 3))
 
 
 def _check_array(where: str, array: Array, *shapes: tuple[int, ...], finite: bool = True) -> None:
     if np.shape(array) not in shapes:
-        raise errors.InputError(errors.say(where, "shape " + " or ".join(map(str, shapes)), f"shape {np.shape(array)}"))
+        raise InputError(say(where, "shape " + " or ".join(map(str, shapes)), f"shape {np.shape(array)}"))
     if finite and not np.isfinite(array).all():
         remedy = "leave out the instants after the solver failed"
-        raise errors.InputError(errors.say(where, "finite numbers", "NaN or infinity", remedy))
+        raise InputError(say(where, "finite numbers", "NaN or infinity", remedy))
 
 
 def _check_body(where: str, body: Shown, instants: int) -> None:
     count = np.shape(body.reference)[0] if np.ndim(body.reference) == 2 else 0
     if count < 2:
         got = f"reference of shape {np.shape(body.reference)}"
-        raise errors.InputError(errors.say(where, "at least two reference points (x,3)", got))
+        raise InputError(say(where, "at least two reference points (x,3)", got))
     if isinstance(body, Lines):
         if not 0 <= body.radius < np.inf:
-            raise errors.InputError(errors.say(where, "a radius >= 0 [m]", body.radius))
+            raise InputError(say(where, "a radius >= 0 [m]", body.radius))
     else:
         _check_surface(where, body, count)
     _check_array(f"{where}, reference", body.reference, (count, 3))
@@ -111,7 +111,7 @@ def _check_surface(where: str, skins: Skins, count: int) -> None:
     quads = np.asarray(skins.quads)
     if quads.ndim != 2 or quads.shape[1] != 4 or quads.size == 0 or quads.min() < 0 or quads.max() >= count:
         got = f"shape {quads.shape}" + (f" with numbers {quads.min()} to {quads.max()}" if quads.size else "")
-        raise errors.InputError(errors.say(f"{where}, quads", f"point numbers 0 to {count - 1} of shape (f,4)", got))
+        raise InputError(say(f"{where}, quads", f"point numbers 0 to {count - 1} of shape (f,4)", got))
     _check_array(f"{where}, thickness", skins.thickness, (count,))
 
 
@@ -152,14 +152,14 @@ def nearest(frames: Frames, times: Sequence[float]) -> Indices:
     first, last = float(frames.times[0]), float(frames.times[-1])
     slack = 1e-9 * max(abs(first), abs(last))
     if wanted.size == 0 or not ((wanted >= first - slack) & (wanted <= last + slack)).all():
-        raise errors.InputError(errors.say("frames: instants", f"times between {first:g} and {last:g} s", list(times)))
+        raise InputError(say("frames: instants", f"times between {first:g} and {last:g} s", list(times)))
     return np.unique(np.abs(frames.times[None, :] - wanted[:, None]).argmin(axis=1)).astype(np.int64)
 
 
 def spread(frames: Frames, count: int) -> Indices:
     """Indices of `count` samples evenly spread in time (fewer where there are fewer)."""
     if count < 1:
-        raise errors.InputError(errors.say("frames: number of instants", "at least 1", count))
+        raise InputError(say("frames: number of instants", "at least 1", count))
     return nearest(frames, np.linspace(frames.times[0], frames.times[-1], count).tolist())
 
 
@@ -176,15 +176,13 @@ def with_error(frames: Frames, full: Frames) -> Frames:
     """`frames` with the field 'error', e = |r - r_full| [m]; same instants, bodies and sampling points in both."""
     if frames.times.shape != full.times.shape or not np.allclose(frames.times, full.times, rtol=0, atol=1e-9 * np.ptp(full.times)):
         remedy = "sample both at the same instants"
-        raise errors.InputError(
-            errors.say("frames: error", "the instants of the full model", f"{frames.times.size} others", remedy)
-        )
+        raise InputError(say("frames: error", "the instants of the full model", f"{frames.times.size} others", remedy))
     bodies: dict[str, Shown] = {}
     for name, body in frames.bodies.items():
         other = full.bodies.get(name)
         if other is None or other.points.shape != body.points.shape:
             got = "no such body" if other is None else f"points of shape {other.points.shape}, not {body.points.shape}"
-            raise errors.InputError(errors.say(f"frames: error of body '{name}'", "the same body in the full model", got))
+            raise InputError(say(f"frames: error of body '{name}'", "the same body in the full model", got))
         error = np.linalg.norm(body.points - other.points, axis=2)
         bodies[name] = replace(body, fields={**body.fields, "error": error})
     return replace(frames, bodies=bodies)

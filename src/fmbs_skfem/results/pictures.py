@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core import errors
+from ..core.errors import FmbsError, InputError, MissingFeature, closest, say
 from . import frames as frames_
 from . import surfaces
 from .frames import Frames, Skins
@@ -65,11 +65,11 @@ class Look:
 
     def __post_init__(self) -> None:
         if min(self.size) < 200 or max(self.size) > 8000:
-            raise errors.InputError(errors.say("pictures: size", "200 to 8000 pixels each way", self.size))
+            raise InputError(say("pictures: size", "200 to 8000 pixels each way", self.size))
         if self.limits is not None and not self.limits[0] < self.limits[1]:
-            raise errors.InputError(errors.say("pictures: limits", "a lower and a larger upper one", self.limits))
+            raise InputError(say("pictures: limits", "a lower and a larger upper one", self.limits))
         if self.logarithmic and self.limits is not None and self.limits[0] <= 0:
-            raise errors.InputError(errors.say("pictures: limits", "positive ones for a logarithmic scale", self.limits))
+            raise InputError(say("pictures: limits", "positive ones for a logarithmic scale", self.limits))
 
 
 def probe(command: Sequence[str] | None = None) -> None:
@@ -106,7 +106,7 @@ def animate(
 ) -> Path:
     """Draw `count` instants evenly spread in time into the animated GIF file `path`, `rate` of them a second."""
     if not 0.5 <= rate <= 50:
-        raise errors.InputError(errors.say("pictures: rate", "0.5 to 50 frames a second", rate))
+        raise InputError(say("pictures: rate", "0.5 to 50 frames a second", rate))
     chosen = frames_.select(frames, frames_.spread(frames, count))
     return _draw(chosen, _checked(path, ".gif"), look or Look(size=(800, 600)), "animation", rate, command)
 
@@ -138,15 +138,15 @@ def limits(frames: Frames, name: str, logarithmic: bool = False) -> tuple[float,
 def _checked(path: Path | str, suffix: str) -> Path:
     target = Path(path)
     if target.suffix.lower() != suffix:
-        raise errors.InputError(errors.say(f"pictures: {target}", f"a file name ending in {suffix}", f"'{target.suffix}'"))
+        raise InputError(say(f"pictures: {target}", f"a file name ending in {suffix}", f"'{target.suffix}'"))
     return target
 
 
 def _draw(frames: Frames, path: Path, look: Look, layout: str, rate: float, command: Sequence[str] | None) -> Path:
     if look.field is not None and look.field not in frames_.names(frames):
         known = frames_.names(frames)
-        got = f"'{look.field}'{errors.closest(look.field, known)}"
-        raise errors.InputError(errors.say("pictures: field", "one of " + ", ".join(known), got))
+        got = f"'{look.field}'{closest(look.field, known)}"
+        raise InputError(say("pictures: field", "one of " + ", ".join(known), got))
     with tempfile.TemporaryDirectory(prefix="fmbs-") as folder:
         job, arrays = _order(frames, look, layout, rate, "picture" + path.suffix.lower())
         save(Path(folder), job, arrays)
@@ -204,13 +204,13 @@ def _run(folder: Path, command: Sequence[str] | None, *options: str) -> None:
             call, env=environment, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, errors="replace", timeout=TIME_LIMIT
         )
     except OSError as error:
-        raise errors.MissingFeature(errors.say("pictures", f"a program to draw with ({call[0]})", error, ADVICE)) from error
+        raise MissingFeature(say("pictures", f"a program to draw with ({call[0]})", error, ADVICE)) from error
     except subprocess.TimeoutExpired as error:
-        text = errors.say("pictures", f"a picture within {TIME_LIMIT:g} s", "none", "draw fewer instants or a smaller picture")
-        raise errors.FmbsError(text) from error
+        text = say("pictures", f"a picture within {TIME_LIMIT:g} s", "none", "draw fewer instants or a smaller picture")
+        raise FmbsError(text) from error
     last = (done.stderr.strip().splitlines() or ["no message"])[-1]
     if done.returncode == 1:
-        raise errors.FmbsError(errors.say("pictures", "a picture", last))
+        raise FmbsError(say("pictures", "a picture", last))
     if done.returncode != 0:
         got = last if done.returncode == 7 else f"a drawing process that died with code {done.returncode}"
-        raise errors.MissingFeature(errors.say("pictures", "OpenGL that draws without a display", got, ADVICE))
+        raise MissingFeature(say("pictures", "OpenGL that draws without a display", got, ADVICE))

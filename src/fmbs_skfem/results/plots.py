@@ -1,6 +1,6 @@
 """Figures from plain arrays with matplotlib: histories, errors, norms, singular values, speed against error.
 
-Only matplotlib's object interface on its Agg canvas: no global state, no window. Every function returns a figure; `save` writes it.
+Every function returns a figure; `save` writes it.
 Figures 3 to 5, 8, 9, 11 and 12 of doi 10.1016/j.cma.2019.112690 have this form.
 """
 
@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..core import errors as errors_
-from . import palette, speed
+from ..core.errors import InputError, say
+from . import charts, palette, speed
 from .decor import plain
 from .frames import Array
 from .speed import Point
@@ -25,14 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SUFFIXES = (".png", ".pdf", ".svg")
-DASHES: tuple[str | tuple[int, tuple[float, ...]], ...] = (
-    "-",
-    (0, (6, 2)),
-    (0, (2, 1.5)),
-    (0, (7, 2, 1.5, 2)),
-    (0, (4, 1, 1, 1, 1, 1)),
-)
-MARKERS = "osD^vPX*<>"
 PANELS = 24  #: most axes of one figure
 LETTERS = 26  #: of a line of the label beside a small axes
 
@@ -63,23 +55,21 @@ def history_grid(
     At most PANELS of them; `across` is the label of the common axis.
     """
     if not 0 < len(outputs) <= PANELS:
-        raise errors_.InputError(errors_.say("plots: outputs", f"1 to {PANELS}", len(outputs)))
+        raise InputError(say("plots: outputs", f"1 to {PANELS}", len(outputs)))
     outputs = {plain(label): _plain(models) for label, models in outputs.items()}
     rows = math.ceil(len(outputs) / columns)
-    figure = _figure(7.2 if columns == 1 else 4.6 * columns, 4.2 if len(outputs) == 1 else 2.3 * rows + 0.6, title)
-    grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
+    figure = charts.figure(7.2 if columns == 1 else 4.6 * columns, 4.2 if len(outputs) == 1 else 2.3 * rows + 0.6, title)
+    grid = charts.panels(figure, len(outputs), columns, sharex=True)
     order = tuple(dict.fromkeys(name for models in outputs.values() for name in models))
     for axes, (label, models) in zip(grid.flat, outputs.items(), strict=False):
         _curves(axes, times, models, order, f"plots: output '{label}'")
         axes.set_ylabel("\n".join(part for line in label.split(": ", 1) for part in textwrap.wrap(line, LETTERS)))
-    for axes in grid.flat[len(outputs) :]:
-        axes.set_axis_off()
     for column in range(columns):
         shown = grid[(len(outputs) - 1 - column) // columns, column] if column < len(outputs) else grid[0, column]
         shown.set_xlabel(across)
         shown.tick_params(labelbottom=True)
     if len(order) > 1:
-        _legend_below(figure, order, list(grid.flat[: len(outputs)]))
+        charts.legend_below(figure, order, list(grid.flat[: len(outputs)]))
     return figure
 
 
@@ -88,13 +78,13 @@ def errors(times: Array, models: Mapping[str, Array], floor: float | Array | Non
 
     `floor` is the error of the full model's own time discretisation.
     """
-    figure = _figure(7.2, 4.4)
+    figure = charts.figure(7.2, 4.4)
     axes = figure.subplots()
     _decades(axes, times, models, label)
     if floor is not None:
         level = np.broadcast_to(np.asarray(floor, float), np.shape(times))
-        axes.plot(times, _positive(level), color=palette.BLACK, lw=1.4, ls=(0, (1, 1.5)), label="time discretisation")
-    _legend_below(figure, (*models, *(["time discretisation"] if floor is not None else [])), [axes])
+        axes.plot(times, charts.positive(level), color=palette.BLACK, lw=1.4, ls=(0, (1, 1.5)), label="time discretisation")
+    charts.legend_below(figure, (*models, *(["time discretisation"] if floor is not None else [])), [axes])
     return figure
 
 
@@ -108,32 +98,30 @@ def slider(times: Array, position: Mapping[str, Array], speed: Mapping[str, Arra
 
 def norms(times: Array, curves: Mapping[str, Array], label: str = "norm of the residual") -> Figure:
     """Norms (s,) over time, log scale: plain norm, constraint force and gappy norm, as Figs 4 and 5."""
-    figure = _figure(7.2, 4.4)
-    axes = figure.subplots()
-    _decades(axes, times, curves, label)
-    _legend_below(figure, tuple(curves), [axes])
-    return figure
+    return errors(times, curves, label=label)
 
 
 def singular_values(values: Mapping[str, Array], modes: Mapping[str, int] | None = None, eps: float | None = None) -> Figure:
     """Singular values s_i / s_1 of every component (i,), marked where they are truncated; `eps` of eq. (14) as text."""
-    figure = _figure(6.6, 4.4)
+    figure = charts.figure(6.6, 4.4)
     axes = figure.subplots()
     for number, (name, spectrum) in enumerate(values.items()):
         spectrum = np.asarray(spectrum, float)
         if spectrum.ndim != 1 or spectrum.size == 0 or not spectrum[0] > 0:
             got = f"shape {spectrum.shape}"
-            raise errors_.InputError(errors_.say(f"plots: singular values of '{name}'", "a falling sequence (i,) above 0", got))
-        tint, scaled = palette.colour(number), _positive(spectrum / spectrum[0])
+            raise InputError(say(f"plots: singular values of '{name}'", "a falling sequence (i,) above 0", got))
+        tint, scaled = palette.colour(number), charts.positive(spectrum / spectrum[0])
         kept = (modes or {}).get(name)
         name = plain(name)
         text = name if kept is None else f"{name}: {kept} modes kept"
-        axes.semilogy(np.arange(1, spectrum.size + 1), scaled, color=tint, marker=MARKERS[number % 10], ms=3.5, lw=1, label=text)
+        axes.semilogy(
+            np.arange(1, spectrum.size + 1), scaled, color=tint, marker=charts.MARKERS[number % 10], ms=3.5, lw=1, label=text
+        )
         if kept is not None and 1 <= kept <= spectrum.size:
-            axes.axvline(kept + 0.5, color=tint, lw=1.1, ls=DASHES[1 + number % 4])
+            axes.axvline(kept + 0.5, color=tint, lw=1.1, ls=charts.DASHES[1 + number % 4])
     axes.set(xlabel="number of the mode", ylabel="singular value / largest")
     axes.legend(fontsize=9, frameon=True, framealpha=0.9, title=None if eps is None else f"truncated at eps = {eps:g}")
-    axes.grid(True, color="#E4E4E4", lw=0.6)
+    charts.rule(axes)
     return figure
 
 
@@ -149,8 +137,8 @@ def speed_error(
     """
     finished = [point for point in points if math.isfinite(point.error)]
     if not finished:
-        raise errors_.InputError(errors_.say("plots: speed against error", "at least one finished model", f"{len(points)} points"))
-    figure = _figure(9.6, 5.6, title)
+        raise InputError(say("plots: speed against error", "at least one finished model", f"{len(points)} points"))
+    figure = charts.figure(9.6, 5.6, title)
     axes, key = figure.subplots(1, 2, width_ratios=(1.0, 0.52))
     positive = [point.error for point in finished if point.error > 0] or [1.0]
     edge = min(positive) / 10
@@ -160,12 +148,8 @@ def speed_error(
     axes.set(xscale="log", yscale="log", xlabel="CPU time of one run [s]", ylabel=label)
     if edge in [max(point.error, edge) for point in finished]:
         axes.set_ylim(bottom=edge / 2)
-    if floor is not None and floor > 0:
-        axes.axhline(floor, color=palette.BLACK, lw=1.1, ls=(0, (1, 1.5)), label="time discretisation", zorder=1)
-        low, high = axes.get_ylim()
-        axes.set_ylim(min(low, floor / 2), max(high, floor * 2))
-    axes.grid(True, which="major", color="#E4E4E4", lw=0.6)
-    axes.set_axisbelow(True)
+    charts.level(axes, floor or None, "time discretisation", palette.BLACK)
+    charts.rule(axes, which="major")
     _plain_ticks(axes)
     _speed_key(key, axes, best, len(points) - len(finished))
     return figure
@@ -178,7 +162,7 @@ def _scatter(axes: Axes, points: Sequence[Point], edge: float) -> None:
         if not members:
             continue
         number = others.index(name) if name in others else 0
-        tint, marker, text = FAMILIES.get(name, (palette.colour(number), MARKERS[-1 - number % 10], name))
+        tint, marker, text = FAMILIES.get(name, (palette.colour(number), charts.MARKERS[-1 - number % 10], name))
         cpu, error = [point.cpu_s for point in members], [max(point.error, edge) for point in members]
         size = 110 if marker == "*" else 42
         axes.scatter(cpu, error, s=size, c=tint, marker=marker, edgecolors="white", linewidths=0.6, label=text, zorder=3)
@@ -236,17 +220,6 @@ def _plain_ticks(axes: Axes) -> None:
     axes.xaxis.set_minor_formatter(NullFormatter())
 
 
-def _figure(width: float, height: float, title: str = "") -> Figure:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), dpi=150, layout="constrained")
-    FigureCanvasAgg(figure)
-    if title:
-        figure.suptitle(plain(title), fontsize=12)
-    return figure
-
-
 def _plain(models: Mapping[str, Array]) -> dict[str, Array]:
     """Curves whose names a legend shows as they are."""
     return {plain(name): values for name, values in models.items()}
@@ -254,11 +227,11 @@ def _plain(models: Mapping[str, Array]) -> dict[str, Array]:
 
 def _checked(where: str, times: Array, models: Mapping[str, Array]) -> None:
     if not models:
-        raise errors_.InputError(errors_.say(where, "at least one curve", "none"))
+        raise InputError(say(where, "at least one curve", "none"))
     for name, values in models.items():
         if np.shape(values) != np.shape(times) or np.ndim(times) != 1:
             expected = f"values at the {np.size(times)} instants"
-            raise errors_.InputError(errors_.say(f"{where}, '{name}'", expected, f"shape {np.shape(values)}"))
+            raise InputError(say(f"{where}, '{name}'", expected, f"shape {np.shape(values)}"))
 
 
 def _curves(axes: Axes, times: Array, models: Mapping[str, Array], order: Sequence[str], where: str) -> None:
@@ -275,15 +248,15 @@ def _curves(axes: Axes, times: Array, models: Mapping[str, Array], order: Sequen
             times,
             values,
             color=palette.colour(max(number - 1, 0)),
-            ls=DASHES[max(number - 1, 0) % len(DASHES)],
+            ls=charts.DASHES[max(number - 1, 0) % len(charts.DASHES)],
             lw=1.3,
-            marker=MARKERS[number % 10],
+            marker=charts.MARKERS[number % 10],
             ms=4,
             markevery=(start, pace),
             label=name,
             zorder=2,
         )
-    axes.grid(True, color="#E4E4E4", lw=0.6)
+    charts.rule(axes)
     axes.margins(x=0.01)
 
 
@@ -292,37 +265,20 @@ def _decades(axes: Axes, times: Array, models: Mapping[str, Array], label: str) 
     pace = max(len(times) // 10, 1)
     for number, (name, values) in enumerate(models.items()):
         start = pace * number // len(models)
-        tint, marker = palette.colour(number), MARKERS[number % 10]
-        axes.plot(times, _positive(values), color=tint, lw=1.2, marker=marker, ms=4, markevery=(start, pace), label=name)
+        tint, marker = palette.colour(number), charts.MARKERS[number % 10]
+        axes.plot(times, charts.positive(values), color=tint, lw=1.2, marker=marker, ms=4, markevery=(start, pace), label=name)
     if any((np.asarray(values) > 0).any() for values in models.values()):
         axes.set_yscale("log")
     axes.set(xlabel="time [s]", ylabel=label)
-    axes.grid(True, color="#E4E4E4", lw=0.6)
+    charts.rule(axes)
     axes.margins(x=0.01)
-
-
-def _positive(values: Array) -> Array:
-    """Values that a log scale can show; gaps elsewhere."""
-    values = np.asarray(values, float)
-    return np.where(np.isfinite(values) & (values > 0), values, np.nan)
-
-
-def _legend_below(figure: Figure, order: Sequence[str], many: Sequence[Axes]) -> None:
-    """One legend for all axes, below them, as many columns as fit."""
-    found = {label: handle for axes in many for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
-    names = [name for name in order if name in found]
-    widest = max(len(name) for name in names)
-    columns = max(1, min(len(names), int(figure.get_figwidth() * 11.5 / (widest + 7))))
-    figure.legend([found[name] for name in names], names, loc="outside lower center", ncols=columns, fontsize=9, frameon=False)
 
 
 def save(figure: Figure, path: Path | str) -> Path:
     """Write a figure to a file."""
     target = Path(path)
     if target.suffix.lower() not in SUFFIXES:
-        raise errors_.InputError(
-            errors_.say(f"plots: {target}", "a file name ending in " + ", ".join(SUFFIXES), f"'{target.suffix}'")
-        )
+        raise InputError(say(f"plots: {target}", "a file name ending in " + ", ".join(SUFFIXES), f"'{target.suffix}'"))
     target.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(target)
     return target

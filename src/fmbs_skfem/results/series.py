@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..core import durable, errors
+from ..core import durable
+from ..core.errors import InputError, say
 from . import frames as frames_
 from .frames import Array, Frames, Lines, Skins
 
@@ -33,11 +34,11 @@ def write(frames: Frames, folder: Path | str, name: str) -> Path:
 def write_each(pieces: Iterable[Frames], folder: Path | str, name: str) -> Path:
     """`write` for frames that come piece by piece, in the order of time, so that they need not be in memory together."""
     if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]*", name):
-        raise errors.InputError(errors.say("series: name", "letters, digits, '_', '-' and '.'", repr(name)))
+        raise InputError(say("series: name", "letters, digits, '_', '-' and '.'", repr(name)))
     target = Path(folder) / f"{name}.pvd"
     parts = Path(folder) / name
     if parts.is_file():
-        raise errors.InputError(errors.say(f"series: {parts}", "a free folder name", "a file", "choose another name"))
+        raise InputError(say(f"series: {parts}", "a free folder name", "a file", "choose another name"))
     parts.mkdir(parents=True, exist_ok=True)
     times: list[float] = []
     for piece in pieces:
@@ -54,7 +55,7 @@ def _meshes(frames: Frames) -> Iterator[meshio.Mesh]:
 
     if not frames.bodies:
         expected = "at least one cable, plate, shell or rigid body with points"
-        raise errors.InputError(errors.say("series: bodies", expected, "point masses only"))
+        raise InputError(say("series: bodies", expected, "point masses only"))
     cells, bodies = _cells(frames)
     data = _point_data(frames)
     points = np.concatenate([body.points for body in frames.bodies.values()], axis=1)
@@ -87,7 +88,7 @@ def _point_data(frames: Frames) -> dict[str, Array]:
         vector = {own[name].ndim == 3 for own in each if name in own}
         if len(vector) > 1:
             remedy = "give one of them another name"
-            raise errors.InputError(errors.say(f"series: field '{name}'", "a scalar or a vector", "both", remedy))
+            raise InputError(say(f"series: field '{name}'", "a scalar or a vector", "both", remedy))
         shapes = [body.points.shape if vector == {True} else body.points.shape[:2] for body in bodies]
         data[name] = np.concatenate(
             [own[name] if name in own else np.full(shape, np.nan) for own, shape in zip(each, shapes, strict=True)], axis=1

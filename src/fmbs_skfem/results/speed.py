@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ..core import errors
+from ..core.errors import InputError, say
 
 #: families that are full models: the reference, coarser meshes, larger steps
 FULL = frozenset({"full", "coarse", "step"})
@@ -28,9 +28,9 @@ class Point:
 
     def __post_init__(self) -> None:
         if not self.cpu_s > 0 or math.isinf(self.cpu_s):
-            raise errors.InputError(errors.say(f"speed: model '{self.name}'", "a CPU time above 0 s", self.cpu_s))
+            raise InputError(say(f"speed: model '{self.name}'", "a CPU time above 0 s", self.cpu_s))
         if self.error < 0:
-            raise errors.InputError(errors.say(f"speed: model '{self.name}'", "an error of at least 0", self.error))
+            raise InputError(say(f"speed: model '{self.name}'", "an error of at least 0", self.error))
 
 
 def front(points: Iterable[Point]) -> tuple[Point, ...]:

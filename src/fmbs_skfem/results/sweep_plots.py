@@ -13,16 +13,14 @@ import numpy as np
 from ..core.errors import InputError, closest, say
 from ..reduction.members import Status
 from ..reduction.parameters import Parameter, Scale
-from . import palette
+from . import charts, palette
 from .frames import Array
-from .plots import _figure, _legend_below
 from .sweep_files import Sweep, extremes, headed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-GRID = "#E4E4E4"
 MOST_OUTPUTS = 6  #: outputs in one figure, unless they are named
 MOST_ROWS = 4  #: outputs over the parameters, unless they are named
 MOST_SIDES = 6  #: parameters and outputs in a matrix, unless the outputs are named
@@ -34,7 +32,7 @@ KINDS = {"max": (palette.VERMILLION, "^"), "final": (palette.BLACK, "."), "min":
 def response(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figure:
     """Largest, last and smallest value of outputs over every parameter: a row an output, a column a parameter."""
     chosen = named(sweep, outputs, MOST_ROWS)
-    figure = _figure(3.1 * len(sweep.parameters) + 1.2, 2.2 * len(chosen) + 0.8, title)
+    figure = charts.figure(3.1 * len(sweep.parameters) + 1.2, 2.2 * len(chosen) + 0.8, title)
     grid = figure.subplots(len(chosen), len(sweep.parameters), squeeze=False, sharex="col", sharey="row")
     for row, output in zip(grid, chosen, strict=True):
         values = extremes(sweep.columns[output])
@@ -45,7 +43,7 @@ def response(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figu
         row[0].set_ylabel(headed(output, sweep.units.get(output, "")))
     for axes, parameter in zip(grid[-1], sweep.parameters, strict=True):
         axes.set_xlabel(headed(parameter.name, parameter.unit))
-    _legend_below(figure, tuple(KINDS), [grid[0, 0]])
+    charts.legend_below(figure, tuple(KINDS), [grid[0, 0]])
     return figure
 
 
@@ -58,7 +56,7 @@ def scatter_matrix(sweep: Sweep, outputs: Sequence[str] = (), kind: str = "final
     sides += [(headed(f"{name} {kind}", sweep.units.get(name, "")), extremes(sweep.columns[name])[kind]) for name in chosen]
     good = np.array([status is Status.OK for status in sweep.status])
     bad = np.array([status not in (Status.OK, None) for status in sweep.status])
-    figure = _figure(1.9 * len(sides) + 0.8, 1.8 * len(sides) + 0.8, title)
+    figure = charts.figure(1.9 * len(sides) + 0.8, 1.8 * len(sides) + 0.8, title)
     grid = figure.subplots(len(sides), len(sides), squeeze=False, sharex="col")
     for i, (below, y) in enumerate(sides):
         for j, (left, x) in enumerate(sides):
@@ -80,9 +78,8 @@ def fan(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figure:
     """Histories of outputs over all members: the median, and bands that hold half, nine tenths and all of them."""
     chosen = named(sweep, outputs, MOST_OUTPUTS)
     columns = 2 if len(chosen) > 3 else 1
-    rows = -(-len(chosen) // columns)
-    figure = _figure(7.2 if columns == 1 else 10.0, 2.5 * rows + 0.9, title)
-    grid = figure.subplots(rows, columns, squeeze=False, sharex=True)
+    figure = charts.figure(7.2 if columns == 1 else 10.0, 2.5 * -(-len(chosen) // columns) + 0.9, title)
+    grid = charts.panels(figure, len(chosen), columns, sharex=True)
     for axes, output in zip(grid.flat, chosen, strict=False):
         times, values = aligned(sweep.times, sweep.columns[output])
         for low, high, name, alpha in BANDS:
@@ -90,13 +87,11 @@ def fan(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figure:
             axes.fill_between(times, *edges, color=palette.BLUE, alpha=alpha, linewidth=0, label=name)
         axes.plot(times, np.quantile(values, 0.5, axis=0), color=palette.BLACK, lw=1.2, label="median")
         axes.set_ylabel(headed(output, sweep.units.get(output, "")))
-        axes.grid(True, color=GRID, lw=0.6)
+        charts.rule(axes)
         axes.margins(x=0.0)
-    for axes in grid.flat[len(chosen) :]:
-        axes.set_axis_off()
     for axes in grid[-1]:
         axes.set_xlabel("time [s]")
-    _legend_below(figure, [name for _, _, name, _ in BANDS] + ["median"], [grid[0, 0]])
+    charts.legend_below(figure, [name for _, _, name, _ in BANDS] + ["median"], [grid[0, 0]])
     return figure
 
 
@@ -130,5 +125,4 @@ def scaled(axes: Axes, parameter: Parameter) -> None:
     """The axis of a parameter."""
     if parameter.scale is Scale.LOG:
         axes.set_xscale("log")
-    axes.grid(True, color=GRID, lw=0.6)
-    axes.set_axisbelow(True)
+    charts.rule(axes)

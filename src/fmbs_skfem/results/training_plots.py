@@ -21,16 +21,14 @@ from ..reduction import kriging
 from ..reduction import parameters as boxes
 from ..reduction.kriging import Surrogate
 from ..reduction.parameters import Parameter, Scale
-from . import palette
+from . import charts, palette
 from .frames import Array
-from .plots import DASHES, MARKERS, _figure, _legend_below, _positive
 from .sweep_files import headed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-GRID = "#E4E4E4"
 LEVELS = 14  #: colours of a surface
 FINE = {1: 201, 2: 61}  #: points along an axis of a curve and of a surface
 LABELS = ("surrogate", "two standard deviations", "reduced runs", "reduced runs at full runs", "next full run")
@@ -59,16 +57,13 @@ def surrogate(candidates: Mapping[str, Array], panels: Sequence[Panel], label: s
     if len(candidates) > 2:
         return _pairs(candidates, panels[-1], label)
     columns = min(len(panels), 3)
-    rows = math.ceil(len(panels) / columns)
-    figure = _figure(max(4.4 * columns, 6.4), 3.6 * rows + 0.4)
-    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    figure = charts.figure(max(4.4 * columns, 6.4), 3.6 * math.ceil(len(panels) / columns) + 0.4)
+    grid = charts.panels(figure, len(panels), columns, sharex=True, sharey=True)
     draw = _curve if len(candidates) == 1 else _surface
     limits = _limits(panels)
     for axes, panel in zip(grid.flat, panels, strict=False):
         draw(axes, list(candidates.values()), panel, limits)
         axes.set_title(panel.title, fontsize=10)
-    for axes in grid.flat[len(panels) :]:
-        axes.set_axis_off()
     names = list(candidates)
     for axes in grid[-1]:
         axes.set_xlabel(names[0])
@@ -76,7 +71,7 @@ def surrogate(candidates: Mapping[str, Array], panels: Sequence[Panel], label: s
         axes.set_ylabel(label if len(names) == 1 else names[1])
     if len(names) == 2:
         _bar(figure, list(grid.flat[: len(panels)]), limits, label)
-    _legend_below(figure, LABELS, list(grid.flat[: len(panels)]))
+    charts.legend_below(figure, LABELS, list(grid.flat[: len(panels)]))
     return figure
 
 
@@ -88,7 +83,7 @@ def slices(known: Sequence[Parameter], model: Surrogate, label: str = "indicator
     sides = [0] if len(known) == 1 else range(len(known))
     alone = len(known) == 2
     size = 1 if alone else len(sides)
-    figure = _figure(max(6.4, 3.2 * size + 0.8), max(4.4, 2.7 * size + 0.6), title)
+    figure = charts.figure(max(6.4, 3.2 * size + 0.8), max(4.4, 2.7 * size + 0.6), title)
     grid = figure.subplots(size, size, squeeze=False)
     pairs = [(1, 0)] if alone else [(i, j) for i in sides for j in sides if j <= i]
     cuts = {(i, j): _cut(known, model, (j,) if i == j else (j, i)) for i, j in pairs}
@@ -101,7 +96,7 @@ def slices(known: Sequence[Parameter], model: Surrogate, label: str = "indicator
         grid[i, j].set_axis_off()
     if len(known) > 1:
         _bar(figure, list(grid.flat), limits, label)
-    _legend_below(figure, LABELS, list(grid.flat))
+    charts.legend_below(figure, LABELS, list(grid.flat))
     return figure
 
 
@@ -116,25 +111,25 @@ def errors_over(
     if not models:
         raise InputError(say("plots: errors", "at least one model", "none"))
     order = np.argsort(values, kind="stable")
-    figure = _figure(7.2, 4.6)
+    figure = charts.figure(7.2, 4.6)
     axes = figure.subplots()
     for number, (name, errors) in enumerate(models.items()):
         if np.shape(errors) != np.shape(values):
             raise InputError(say(f"plots: errors of '{name}'", f"{np.size(values)} values", f"shape {np.shape(errors)}"))
         axes.plot(
             np.asarray(values)[order],
-            _positive(np.asarray(errors)[order]),
+            charts.positive(np.asarray(errors)[order]),
             color=palette.colour(number),
-            ls=DASHES[number % len(DASHES)],
+            ls=charts.DASHES[number % len(charts.DASHES)],
             lw=1.2,
-            marker=MARKERS[number % len(MARKERS)],
+            marker=charts.MARKERS[number % len(charts.MARKERS)],
             ms=4.5,
             label=name,
         )
-    _goal(axes, goal)
     axes.set(yscale="log", xlabel=parameter, ylabel=label)
-    axes.grid(True, color=GRID, lw=0.6)
-    _legend_below(figure, (*models, "tolerance"), [axes])
+    charts.level(axes, goal, "tolerance")
+    charts.rule(axes)
+    charts.legend_below(figure, (*models, "tolerance"), [axes])
     return figure
 
 
@@ -148,7 +143,7 @@ def predicted(
         raise InputError(say("plots: predicted errors", "at least one point with errors above zero", f"{len(true)} points"))
     true, prediction, low, high = true[usable], prediction[usable], low[usable], high[usable]
     inside = (low <= true) & (true <= high)
-    figure = _figure(6.2, 5.6)
+    figure = charts.figure(6.2, 5.6)
     axes = figure.subplots()
     for chosen, tint, marker, text in ((inside, palette.BLUE, "o", "inside"), (~inside, palette.VERMILLION, "D", "outside")):
         if chosen.any():
@@ -160,9 +155,9 @@ def predicted(
             )  # fmt: skip
     ends = np.array([min(true.min(), prediction.min()), max(true.max(), prediction.max())]) * [0.5, 2.0]
     axes.plot(ends, ends, color=palette.BLACK, lw=1.0, label="predicted = true")
-    _goal(axes, goal)
     axes.set(xscale="log", yscale="log", xlabel=f"true {label}", ylabel=f"predicted {label}")
-    axes.grid(True, color=GRID, lw=0.6)
+    charts.level(axes, goal, "tolerance")
+    charts.rule(axes)
     axes.legend(fontsize=9, frameon=False)
     return figure
 
@@ -210,11 +205,11 @@ def _curve(axes: Axes, values: Sequence[Array], panel: Panel, limits: tuple[floa
             x = values[0][np.asarray(panel.samples)[mask]]
             axes.plot(x, panel.indicators[mask], "o", mec=palette.BLACK, mfc=fill, ms=5, label=text)
     if panel.chosen is not None:
-        axes.axvline(values[0][panel.chosen], color=palette.VERMILLION, lw=1.3, ls=DASHES[1], label="next full run")
+        axes.axvline(values[0][panel.chosen], color=palette.VERMILLION, lw=1.3, ls=charts.DASHES[1], label="next full run")
     if np.ptp(np.concatenate(band)) == 0.0:
         axes.set_ylim(10 ** limits[0], 10 ** limits[1])
     axes.set_yscale("log")
-    axes.grid(True, color=GRID, lw=0.6)
+    charts.rule(axes)
 
 
 def _surface(axes: Axes, values: Sequence[Array], panel: Panel, limits: tuple[float, float]) -> None:
@@ -239,7 +234,7 @@ def _pairs(candidates: Mapping[str, Array], panel: Panel, label: str) -> Figure:
     """Every pair of parameters: candidates coloured by the surrogate, samples and the next full run marked."""
     names = list(candidates)
     size = len(names) - 1
-    figure = _figure(3.0 * size + 1.2, 2.7 * size + 0.6, panel.title)
+    figure = charts.figure(3.0 * size + 1.2, 2.7 * size + 0.6, panel.title)
     grid = figure.subplots(size, size, squeeze=False, sharex="col", sharey="row")
     limits = _limits([panel])
     order = np.argsort(panel.mean, kind="stable")
@@ -260,7 +255,7 @@ def _pairs(candidates: Mapping[str, Array], panel: Panel, label: str) -> Figure:
         if j == size - 1:
             axes.set_xlabel(first)
     _bar(figure, list(grid.flat), limits, label)
-    _legend_below(figure, ("reduced runs", "next full run"), [grid[-1, 0]])
+    charts.legend_below(figure, ("reduced runs", "next full run"), [grid[-1, 0]])
     return figure
 
 
@@ -270,8 +265,3 @@ def _bar(figure: Figure, many: list[Axes], limits: tuple[float, float], label: s
 
     colours: Any = ScalarMappable(Normalize(*limits), cmap="viridis")
     figure.colorbar(colours, ax=many, label=f"log10 of the {label}", shrink=0.9)
-
-
-def _goal(axes: Axes, goal: float | None) -> None:
-    if goal is not None:
-        axes.axhline(goal, color=palette.GREY, lw=1.1, ls=(0, (1, 1.5)), label="tolerance")

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..core.errors import InputError, say
-from . import palette
-from .plots import MARKERS, _figure
+from . import charts, palette
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,7 +44,7 @@ def group(title: str, differences: Mapping[str, Dots], curves: Mapping[str, Mapp
         panels += [partial(_orders, name=name, curves=errors)] if errors else []
         panels += [partial(_paths, name=name, paths=paths)] if paths else []
     rows, top = math.ceil(len(panels) / COLUMNS), 0.27 * len(differences) + 0.9
-    figure = _figure(12.0, top + 3.1 * rows + 0.4, title)
+    figure = charts.figure(12.0, top + 3.1 * rows + 0.4, title)
     grid = figure.add_gridspec(1 + rows, COLUMNS, height_ratios=[top, *[3.1] * rows])
     _differences(figure.add_subplot(grid[0, :]), differences)
     for number, draw in enumerate(panels):
@@ -66,7 +65,7 @@ def _differences(axes: Axes, differences: Mapping[str, Dots]) -> None:
     axes.set_xscale("log")
     axes.set_xlim(FLOOR / 2, 2.0)
     axes.set_xlabel("relative difference (dot) and tolerance (bar)")
-    axes.grid(True, axis="both", color="#E4E4E4", lw=0.6)
+    charts.rule(axes, axis="both")
 
 
 def _plain(axes: Axes, sizes: Sequence[float], below: int) -> None:
@@ -85,13 +84,21 @@ def _orders(axes: Axes, name: str, curves: Mapping[str, Curve]) -> None:
         sizes, errors = [size for size, _ in curve], [error for _, error in curve]
         observed = math.log(errors[-2] / errors[-1]) / math.log(sizes[-2] / sizes[-1])
         key = f"{label}: {observed:.2f}"
-        axes.loglog(sizes, errors, color=palette.colour(number), marker=MARKERS[number % len(MARKERS)], ms=4, lw=1.2, label=key)
+        axes.loglog(
+            sizes,
+            errors,
+            color=palette.colour(number),
+            marker=charts.MARKERS[number % len(charts.MARKERS)],
+            ms=4,
+            lw=1.2,
+            label=key,
+        )
     axes.set_title(name, fontsize=10)
     axes.set_xlabel("mesh size or step", fontsize=9)
     axes.set_ylabel("error", fontsize=9)
     _plain(axes, sorted({size for curve in curves.values() for size, _ in curve}), len(curves) // KEYS)
     axes.legend(fontsize=7, frameon=True, framealpha=0.85)
-    axes.grid(True, which="major", color="#E4E4E4", lw=0.6)
+    charts.rule(axes, which="major")
 
 
 def _paths(axes: Axes, name: str, paths: Mapping[str, LoadPath]) -> None:
@@ -109,4 +116,4 @@ def _paths(axes: Axes, name: str, paths: Mapping[str, LoadPath]) -> None:
     axes.set_ylabel(first.load, fontsize=9)
     axes.tick_params(labelsize=8)
     axes.legend(loc="upper center", ncols=2, fontsize=7, frameon=True, framealpha=0.85)
-    axes.grid(True, color="#E4E4E4", lw=0.6)
+    charts.rule(axes)

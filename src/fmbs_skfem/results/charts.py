@@ -1,0 +1,79 @@
+"""What all charts share: figures, grids of panels, pale lines at the ticks, levels, legends.
+
+Only matplotlib's object interface on its Agg canvas: no global state, no window.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import palette
+from .decor import plain
+from .frames import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+DASHES: tuple[str | tuple[int, tuple[float, ...]], ...] = (
+    "-",
+    (0, (6, 2)),
+    (0, (2, 1.5)),
+    (0, (7, 2, 1.5, 2)),
+    (0, (4, 1, 1, 1, 1, 1)),
+)
+MARKERS = "osD^vPX*<>"
+
+
+def figure(width: float, height: float, title: str = "") -> Figure:
+    """An empty figure [inch]."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    found = Figure(figsize=(width, height), dpi=150, layout="constrained")
+    FigureCanvasAgg(found)
+    if title:
+        found.suptitle(plain(title), fontsize=12)
+    return found
+
+
+def panels(figure: Figure, count: int, columns: int, **shared: Any) -> np.ndarray:
+    """Axes (rows, columns) for `count` panels, row by row; those after the last one are blank."""
+    grid: np.ndarray = figure.subplots(math.ceil(count / columns), columns, squeeze=False, **shared)
+    for axes in grid.flat[count:]:
+        axes.set_axis_off()
+    return grid
+
+
+def rule(axes: Axes, **chosen: Any) -> None:
+    """Pale lines at the ticks, behind everything."""
+    axes.grid(True, color="#E4E4E4", lw=0.6, **chosen)
+    axes.set_axisbelow(True)
+
+
+def level(axes: Axes, value: float | None, label: str, tint: str = palette.GREY) -> None:
+    """A dotted line at a value, inside of the axes; none for None."""
+    if value is None:
+        return
+    axes.axhline(value, color=tint, lw=1.1, ls=(0, (1, 1.5)), label=label, zorder=1)
+    low, high = axes.get_ylim()
+    axes.set_ylim(min(low, value / 2), max(high, value * 2))
+
+
+def positive(values: Array) -> Array:
+    """Values that a log scale can show; gaps elsewhere."""
+    values = np.asarray(values, float)
+    return np.where(np.isfinite(values) & (values > 0), values, np.nan)
+
+
+def legend_below(figure: Figure, order: Sequence[str], many: Sequence[Axes]) -> None:
+    """One legend for all axes, below them, as many columns as fit."""
+    found = {label: handle for axes in many for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    names = [name for name in order if name in found]
+    widest = max(len(name) for name in names)
+    columns = max(1, min(len(names), int(figure.get_figwidth() * 11.5 / (widest + 7))))
+    figure.legend([found[name] for name in names], names, loc="outside lower center", ncols=columns, fontsize=9, frameon=False)
