@@ -168,17 +168,7 @@ class Plate(Model):
         return surfaces.ordered(chosen.make(mesh, self.arcs), self.order)
 
     def build(self, scene: Scene, name: str, cells: int | None, allow_outside: bool) -> bodies.Body:
-        shape = self.surface(scene.folder, allow_outside, scene.repair)
-        return plates.plate(
-            name,
-            shape,
-            surfaces.thickness(self.thickness, shape),
-            self.material,
-            dim=scene.dimension,
-            rims=self.rims,
-            origin=array(self.origin),
-            rotation=matrix(self.rotation),
-        )
+        return of_surface(self, scene, name, self.surface(scene.folder, allow_outside, scene.repair))
 
 
 class Shell(Model):
@@ -212,17 +202,7 @@ class Shell(Model):
         return surfaces.ordered(shape, self.order)
 
     def build(self, scene: Scene, name: str, cells: int | None, allow_outside: bool) -> bodies.Body:
-        shape = self.surface(scene.folder, allow_outside, scene.repair)
-        return plates.plate(
-            name,
-            shape,
-            surfaces.thickness(self.thickness, shape),
-            self.material,
-            dim=scene.dimension,
-            rims=self.rims,
-            origin=array(self.origin),
-            rotation=matrix(self.rotation),
-        )
+        return of_surface(self, scene, name, self.surface(scene.folder, allow_outside, scene.repair))
 
 
 class PlacedPart(Model):
@@ -249,6 +229,20 @@ class PlacedPart(Model):
 
 Body: TypeAlias = Annotated[Cable | PointMass | Rigid | RigidPlate | Plate | Shell | PlacedPart, Field(discriminator="type")]
 FILES = ("mesh", "nurbs", "file")  #: keys of bodies that name files
+
+
+def of_surface(model: Plate | Shell, scene: Scene, name: str, shape: Surface) -> bodies.Body:
+    """The plate or shell over a surface."""
+    return plates.plate(
+        name,
+        shape,
+        surfaces.thickness(model.thickness, shape),
+        model.material,
+        dim=scene.dimension,
+        rims=model.rims,
+        origin=array(model.origin),
+        rotation=matrix(model.rotation),
+    )
 
 
 def array(vector: Vector | None) -> np.ndarray | None:

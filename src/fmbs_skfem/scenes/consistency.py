@@ -17,13 +17,14 @@ from ..core.errors import closest, listed
 from ..core.expressions import Expression
 from ..core.problems import Problem, shown
 from ..systems.joints import DrivenAngle
+from ..systems.loads import TorsionSpring
 from ..systems.places import At
 from ..systems.probes import Reaction, Stress
 from . import plausibility, surfaces, times, unused, yamlfile
 from .fields import Spans
 from .models import Found, Told
 from .schema import Cable, Dynamic, PlacedPart, Plate, PointMass, Rigid, RigidPlate, Scene, Shell
-from .training import Allowed
+from .training import Allowed, without_ranges
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 PARTS = ("joints", "loads", "outputs")
@@ -53,14 +54,23 @@ def notices(scene: Scene) -> Iterator[Told]:
     yield from ((finding.keys, str(finding)) for finding in plausibility.materials(scene))
     yield from unused.notices(scene)
     yield from _degrees(() if scene._node is None else yamlfile.plain(scene._node), ())
+    for keys, angle in _angles(scene):
+        if abs(angle) > 2 * math.pi * (1 + 1e-12):
+            yield keys, f"an angle of {angle:g} rad is more than one turn: write '{angle:g} deg' if degrees are meant"
+
+
+def _angles(scene: Scene) -> Iterator[tuple[tuple[str, ...], float]]:
+    """Angles [rad] of the file that do not change with time."""
     for name, body in scene.bodies.items():
-        rotation = getattr(body, "rotation", None)
-        if rotation is not None and abs(rotation.angle) > 2 * math.pi * (1 + 1e-12):
-            yield ("bodies", name, "rotation"), _turns(rotation.angle)
+        if (rotation := getattr(body, "rotation", None)) is not None:
+            yield ("bodies", name, "rotation"), rotation.angle
     for name, joint in scene.joints.items():
         angle = joint.angle if isinstance(joint, DrivenAngle) else None
-        if isinstance(angle, Expression) and len(angle.program) == 1 and abs(angle(0.0)) > 2 * math.pi * (1 + 1e-12):
-            yield ("joints", name, "angle"), _turns(angle(0.0))
+        if isinstance(angle, Expression) and len(angle.program) == 1:
+            yield ("joints", name, "angle"), angle(0.0)
+    for name, load in scene.loads.items():
+        if isinstance(load, TorsionSpring):
+            yield ("loads", name, "rest_angle"), load.rest_angle
 
 
 def _degrees(value: object, keys: tuple[str | int, ...]) -> Iterator[Told]:
@@ -72,10 +82,6 @@ def _degrees(value: object, keys: tuple[str | int, ...]) -> Iterator[Told]:
         if abs(float(number)) > 2 * math.pi:
             degrees = f"a parameter 'a: {number} deg' gives {name}(a) if degrees are meant"
             yield keys, f"{name}({number}) takes radians, more than one turn: {degrees}"
-
-
-def _turns(angle: float) -> str:
-    return f"an angle of {angle:g} rad is more than one turn: write '{angle:g} deg' if degrees are meant"
 
 
 def _names(scene: Scene) -> Iterator[Found]:
@@ -265,8 +271,7 @@ def _training(scene: Scene) -> Iterator[Found]:
     if scene.training is None:
         return
     if not scene.ranges:
-        remedy = "give one a range, for instance 'E: {value: 70 GPa, range: [40 GPa, 70 GPa]}'"
-        yield ("training",), Problem("parameters with ranges to train over", "none", remedy)
+        yield ("training",), without_ranges()
     if scene.reduction is None or not isinstance(scene.analysis, Dynamic):
         got = f"analysis {scene.analysis.type}" if scene.reduction else "none"
         yield ("training",), Problem("a section 'reduction' and a dynamic analysis", got, "add them")

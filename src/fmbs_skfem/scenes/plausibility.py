@@ -26,7 +26,7 @@ from ..bodies.body import Body
 from ..bodies.plate import on_nodes
 from ..shapes import line, surface
 from ..shapes.surface import Parent, Surface
-from ..systems.loads import Gravity, TorsionSpring
+from ..systems.loads import Gravity
 from . import schema
 
 WAVE_SPEEDS = (50.0, 2e4)  #: where masses count [m/s]
@@ -224,27 +224,14 @@ def findings(scene: schema.Scene, known: Mapping[str, Figures]) -> Iterator[Find
         yield from _sizes(name, own)
         yield from _locking(scene.bodies[name], name, own)
         yield from _cells(name, own.cells)
-    large, small = (pick((own.extent, name) for name, own in known.items() if own.extent > 0.0) for pick in (_largest, _smallest))
-    if large[0] > RATIO * small[0] > 0.0:
-        text = f"'{large[1]}' is {large[0] / small[0]:.3g} times as large as '{small[1]}': are both meshes in metres?"
-        yield Finding(("bodies", small[1]), text)
+    sizes = sorted((own.extent, name) for name, own in known.items() if own.extent > 0.0)
+    if sizes and sizes[-1][0] > RATIO * sizes[0][0]:
+        (least, small), (most, large) = sizes[0], sizes[-1]
+        yield Finding(("bodies", small), f"'{large}' is {most / least:.3g} times as large as '{small}': are both meshes in metres?")
     for name, load in weights(scene).items():
         size = float(np.linalg.norm(load.acceleration))
         if size > WEIGHT:
             yield Finding(("loads", name, "acceleration"), f"gravity of {size:.4g} m/s2: write '{size:.4g} mm/s^2' if mm are meant")
-    for name, spring in scene.loads.items():
-        if isinstance(spring, TorsionSpring) and abs(spring.rest_angle) > 2 * math.pi * (1 + 1e-12):
-            angle = f"{spring.rest_angle:g}"
-            text = f"an angle of {angle} rad is more than one turn: write '{angle} deg' if degrees are meant"
-            yield Finding(("loads", name, "rest_angle"), text)
-
-
-def _largest(pairs: Iterator[tuple[float, str]]) -> tuple[float, str]:
-    return max(pairs, default=(0.0, ""))
-
-
-def _smallest(pairs: Iterator[tuple[float, str]]) -> tuple[float, str]:
-    return min(pairs, default=(0.0, ""))
 
 
 def _material(model: Any, name: str, own: Figures, waves: bool) -> Iterator[Finding]:

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..core.errors import InputError, say
+from ..core.errors import InputError
 from ..reduction import parameters as sets
 from ..reduction.parameters import Parameter
 from . import schema
-from .training import Design, Grid, Listed, Spread, Training
+from .training import Design, Grid, Listed, Spread, Training, without_ranges
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,7 @@ class Points:
 def section(scene: schema.Scene) -> Training:
     """The section `training`, or its defaults; a scene without ranges is refused."""
     if not scene.ranges:
-        remedy = "give one a range, for instance 'E: {value: 70 GPa, range: [40 GPa, 70 GPa]}'"
-        raise InputError(say(f"{scene.path or 'scene'}: parameters", "parameters with ranges", "none", remedy))
+        raise InputError(without_ranges().at(f"{scene.path or 'scene'}: parameters"))
     return scene.training or Training()
 
 

@@ -101,8 +101,13 @@ def _value(name: str, value: object, context: Context) -> float:
 
 def _need_ranges(context: Context) -> None:
     if not context.ranges:
-        remedy = "give one a range, for instance 'E: {value: 70 GPa, range: [40 GPa, 70 GPa]}'"
-        raise Problem("parameters with ranges to train over", "none", remedy)
+        raise without_ranges()
+
+
+def without_ranges() -> Problem:
+    """The problem of a training without parameters that have ranges."""
+    remedy = "give one a range, for instance 'E: {value: 70 GPa, range: [40 GPa, 70 GPa]}'"
+    return Problem("parameters with ranges to train over", "none", remedy)
 
 
 def _same_names(value: Mapping[Any, Any], names: list[str]) -> None:

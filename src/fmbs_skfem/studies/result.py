@@ -55,6 +55,13 @@ class Table:
         console(file).print(self)
         return file.getvalue().rstrip()
 
+    @property
+    def markdown(self) -> str:
+        """The rows as a table of Markdown, without the title."""
+        lines = [self.columns, *([format_value(value).replace("|", "\\|") for value in row] for row in self.rows)]
+        head, *rest = (f"| {' | '.join(cells)} |" for cells in lines)
+        return "\n".join([head, "|" + "---|" * len(self.columns), *rest]) + "\n"
+
 
 def console(file: Any) -> Console:
     """A rich console; as wide as the house's lines where there is no terminal."""

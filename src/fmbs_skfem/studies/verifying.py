@@ -167,8 +167,7 @@ def page(outcomes: Sequence[Outcome]) -> str:
     for group, mine in by_group(outcomes).items():
         parts.append(f"## {TITLES[group]}\n\n![{TITLES[group]}](verification_{group}.png)\n")
         parts += [section(outcome) for outcome in mine]
-    rows = [f"| {name} | {source} | {reason} |" for name, source, reason in verification.OUTSIDE]
-    parts.append("\n".join([OUTSIDE_HEAD, "| case | source | why |", "|---|---|---|", *rows]) + "\n")
+    parts.append(f"{OUTSIDE_HEAD}\n{Table('Outside', ('case', 'source', 'why'), verification.OUTSIDE).markdown}")
     return "\n".join(parts)
 
 
@@ -177,9 +176,9 @@ def summary(outcomes: Sequence[Outcome]) -> str:
     rows = []
     for outcome in outcomes:
         case, good = outcome.case, sum(quantity.holds for quantity in outcome.quantities)
-        name, about = f"[{case.name}](#{case.name})", case.about.replace("|", "\\|")
-        rows.append(f"| {name} | {case.group} | {about} | {good} of {len(outcome.quantities)} | {outcome.seconds:.1f} |")
-    return "\n".join(["| case | group | problem | within tolerance | CPU [s] |", "|---|---|---|---|---|", *rows]) + "\n"
+        found = f"{good} of {len(outcome.quantities)}"
+        rows.append((f"[{case.name}](#{case.name})", case.group, case.about, found, f"{outcome.seconds:.1f}"))
+    return Table("Cases", ("case", "group", "problem", "within tolerance", "CPU [s]"), rows).markdown
 
 
 def section(outcome: Outcome) -> str:
@@ -189,5 +188,4 @@ def section(outcome: Outcome) -> str:
     if outcome.error:
         return f"{head}\n**It failed**: {outcome.error}\n"
     names = ("quantity", "reference", "ours", "relative difference", "tolerance", "order observed", "")
-    rows = [" | ".join(text.replace("|", "\\|") for text in cells(quantity)) for quantity in outcome.quantities]
-    return "\n".join([head, f"| {' | '.join(names)} |", "|" + "---|" * len(names), *(f"| {row} |" for row in rows)]) + "\n"
+    return f"{head}\n{Table(case.name, names, [cells(quantity) for quantity in outcome.quantities]).markdown}"
