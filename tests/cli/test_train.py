@@ -232,7 +232,7 @@ def test_a_scene_without_ranges_is_refused(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace("{value: 1 GPa, range: [0.5 GPa, 1.5 GPa]}", "1 GPa"))
     done = fmbs("train", path, "--out", tmp_path / "out")
     assert done.code == 3
-    assert "parameters: expected parameters with ranges, got none; give one a range" in done.err
+    assert "parameters: expected parameters with ranges to train over, got none; give one a range" in done.err
 
 
 def with_angle(folder: Path, modulus: str = "E") -> Path:
