@@ -14,7 +14,6 @@ from typing import Protocol
 
 import numpy as np
 from numpy.random import Generator
-from scipy.spatial.transform import Rotation
 
 from ..core.errors import InputError, require, say
 from . import laws
@@ -175,6 +174,8 @@ def check_rotation(case: Case, random: Generator) -> None:
 
 def turn(random: Generator, dim: int) -> np.ndarray:
     """A random rotation (c, c)."""
+    from scipy.spatial.transform import Rotation
+
     if dim == 3:
         return np.asarray(Rotation.random(rng=random).as_matrix())
     angle = random.uniform(-np.pi, np.pi)

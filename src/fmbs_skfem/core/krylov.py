@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from pyamg import smoothed_aggregation_solver
 from scipy.sparse import bsr_array, csr_array, diags_array
 from scipy.sparse.linalg import LinearOperator, cg
 
@@ -84,6 +83,8 @@ def _check(matrix: csr_array, near_null: np.ndarray, block: int) -> None:
 
 def multigrid(matrix: csr_array, near_null: np.ndarray, block: int = 1) -> Preconditioned:
     """The hierarchy of a matrix (n, n) whose nodes carry `block` unknowns each, from `near_null` (n, k), the columns of B."""
+    from pyamg import smoothed_aggregation_solver
+
     _check(matrix, near_null, block)
     scale = 1.0 / np.sqrt(matrix.diagonal())
     scaled: csr_array | bsr_array = csr_array(diags_array(scale) @ matrix @ diags_array(scale))

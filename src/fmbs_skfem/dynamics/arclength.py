@@ -20,7 +20,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ..core import saddle
 from ..core.errors import InputError, Reason, SolverError, say
@@ -228,6 +227,8 @@ def tangent(problem: Problem, at: Equilibrium, ray: np.ndarray) -> Point:
 
 def locate_limits(problem: Problem, last: Point, length: float, after: Point) -> list[Point]:
     """The limit point between two neighbouring points, if there is one."""
+    from scipy.optimize import brentq
+
     if np.sign(last.load) == np.sign(after.load):
         return []
     at = brentq(lambda part: advance(problem, last, part).load if part > 0.0 else last.load, 0.0, length, xtol=FLAT * length)

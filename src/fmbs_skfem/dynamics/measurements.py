@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import eigvalsh
-from scipy.optimize import minimize_scalar
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import norm
 
@@ -261,6 +260,8 @@ def closeness(stop: Stop, x: np.ndarray) -> tuple[float, np.ndarray]:
 
 def ahead(stop: Stop) -> np.ndarray:
     """The position x + s h v, 0 <= s <= AHEAD, in which the unit rows of J are nearest to depend on each other."""
+    from scipy.optimize import minimize_scalar
+
     if not stop.h or not np.isfinite(stop.v).all():
         return stop.x
     sizes = AHEAD * np.arange(PLACES + 1) / PLACES

@@ -22,7 +22,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import stdtrit
 
 from ..core.errors import InputError, say
 
@@ -97,6 +96,8 @@ def fit(indicators: ArrayLike, errors: ArrayLike, level: float = LEVEL) -> Calib
 
 def half_width(calibration: Calibration, indicator: float) -> float:
     """Half the width of the band at an indicator [decades]."""
+    from scipy.special import stdtrit
+
     away = (math.log10(indicator) - calibration.centre) ** 2 / calibration.moment
     factor = float(stdtrit(calibration.freedom, 0.5 * (1.0 + calibration.level)))
     return max(NARROWEST, factor * calibration.spread * math.sqrt(1.0 + 1.0 / calibration.count + away))

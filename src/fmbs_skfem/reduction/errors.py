@@ -21,7 +21,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.integrate import trapezoid
 from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
@@ -84,7 +83,7 @@ class Errors:
 
 def mean_error(times: np.ndarray, distance: np.ndarray, motion: np.ndarray) -> float:
     """Integral of a distance (s,) over that of the displacement (s,)."""
-    return over(float(trapezoid(distance, times)), float(trapezoid(motion, times)))
+    return over(float(np.trapezoid(distance, times)), float(np.trapezoid(motion, times)))
 
 
 def over(error: float, size: float) -> float:
@@ -118,7 +117,7 @@ def compare(full: Trajectory, other: Trajectory) -> Errors:
         q, p, start, deformed = *(all_positions(*one) for one in ((system, q), (other.system, p), (system, start[None]))), math.nan
         distance, motion = (line_sizes(apart, system.dim) for apart in (q - p, q - start))
     apart, size = np.linalg.norm(q - p, axis=1), np.linalg.norm(q, axis=1)
-    mean = float(trapezoid(apart, times) / trapezoid(size, times))
+    mean = float(np.trapezoid(apart, times) / np.trapezoid(size, times))
     return Errors(times, distance, motion, deformed, apart / size, position, mean)
 
 
@@ -224,7 +223,7 @@ def residual_norms(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -
         unknown = np.linalg.lstsq(J[:, used].T, -R[s, used], rcond=None)[0]
         constraint[s] = np.linalg.norm(J.T @ unknown)
     gappy = c * np.linalg.norm(R * mask(full, motion.system), axis=1)
-    return Norms(motion.times, c * np.linalg.norm(R, axis=1), c * constraint, gappy, float(trapezoid(gappy, motion.times)))
+    return Norms(motion.times, c * np.linalg.norm(R, axis=1), c * constraint, gappy, float(np.trapezoid(gappy, motion.times)))
 
 
 def indicator(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -> float:
@@ -239,7 +238,7 @@ def indicator(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -> flo
         np.linalg.norm(full_residual(model, part(motion, slice(first, first + block))) * g, axis=1)
         for first in range(0, len(motion.times), block)
     ]
-    return float(scaling(scheme) * trapezoid(np.concatenate(norms), motion.times))
+    return float(scaling(scheme) * np.trapezoid(np.concatenate(norms), motion.times))
 
 
 def part(motion: Trajectory, samples: slice) -> Trajectory:

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
-from scipy.interpolate import BarycentricInterpolator
 
 from ..core import ranks
 from ..core.errors import InputError, say
@@ -109,6 +108,8 @@ def interpolate(subspaces: Chart, point: Sequence[float] | np.ndarray) -> np.nda
 
 def lagrange(nodes: np.ndarray, value: float) -> np.ndarray:
     """Lagrange polynomials (k,) of the nodes (k,) at a value."""
+    from scipy.interpolate import BarycentricInterpolator
+
     if len(nodes) == 1:
         return np.ones(1)
     return np.asarray(BarycentricInterpolator(nodes, np.eye(len(nodes)))(value), dtype=np.float64)

@@ -29,7 +29,6 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.distance import cdist
 
 from ..core.errors import FmbsError, InputError, NoModel, NoRoom, say
 from . import kriging
@@ -313,6 +312,8 @@ def _finished(
 
 def _nearest(problem: Problem, lost: dict[int, str]) -> int | None:
     """The first candidate, or after failures the sample next to it."""
+    from scipy.spatial.distance import cdist
+
     choices = [k for k in (problem.first, *problem.samples) if k not in lost]
     if not choices:
         return None
@@ -322,6 +323,8 @@ def _nearest(problem: Problem, lost: dict[int, str]) -> int | None:
 
 def farthest(candidates: Array, choices: Sequence[int], used: Sequence[int]) -> int:
     """The one of several candidates that is farthest from all used ones."""
+    from scipy.spatial.distance import cdist
+
     return choices[int(np.argmax(cdist(candidates[list(choices)], candidates[list(used)]).min(axis=1)))]
 
 

@@ -22,7 +22,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_solve
-from scipy.special import ndtr
 
 from ..core.errors import InputError, say
 
@@ -104,6 +103,8 @@ def deviation(surrogate: Surrogate, points: ArrayLike) -> Array:
 
 def gain(surrogate: Surrogate, points: ArrayLike) -> Array:
     """Expected gain G (k,) [decades] of a further sample at points (k,d) of the unit box."""
+    from scipy.special import ndtr
+
     mean, deviation = predict(surrogate, points)
     above = mean - predict(surrogate, surrogate.points)[0].max()
     safe = np.where(deviation > 0.0, deviation, 1.0)

@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.distance import cdist
 
 from ..core.container import storable
 from ..core.errors import InputError, closest, say
@@ -237,4 +236,6 @@ def search(parameters: Sequence[Parameter], candidates: ArrayLike, samples: Arra
 
 def distances(parameters: Sequence[Parameter], rows: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Distances (k, c) in the unit box."""
+    from scipy.spatial.distance import cdist
+
     return np.asarray(cdist(to_box(parameters, points), to_box(parameters, rows)))

@@ -10,7 +10,6 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from .frames import Array, Indices
 
@@ -20,6 +19,8 @@ CREASE = 0.75  #: cosine of the angle between facets from which their common edg
 
 def places(reference: Array) -> Indices:
     """Number of the place of every point (x,); coinciding points share one."""
+    from scipy.spatial import cKDTree
+
     count = len(reference)
     reach = TOLERANCE * float(np.ptp(reference, axis=0).max())
     i, j = cKDTree(reference).query_pairs(reach, output_type="ndarray").T

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import numpy as np
 from pydantic import Field, StrictBool, StrictInt, StrictStr
-from scipy.spatial.transform import Rotation
 
 from ..bodies import body as bodies
 from ..bodies import laws, rigid
@@ -251,6 +250,8 @@ def array(vector: Vector | None) -> np.ndarray | None:
 
 def matrix(rotation: Turn | None) -> np.ndarray | None:
     """Rotation matrix (c, c): about z in the plane, about the axis in space."""
+    from scipy.spatial.transform import Rotation
+
     if rotation is None:
         return None
     if rotation.axis is None:

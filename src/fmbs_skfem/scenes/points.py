@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ..core.errors import InputError
 from ..reduction import parameters as sets
@@ -66,5 +65,7 @@ def spread(design: Design, parameters: Sequence[Parameter], seed: int, several: 
 
 def nearest(parameters: Sequence[Parameter], candidates: np.ndarray, points: np.ndarray) -> tuple[int, ...]:
     """Numbers of the candidates nearest to points, in the unit box; each once."""
+    from scipy.spatial import cKDTree
+
     _, found = cKDTree(sets.to_box(parameters, candidates)).query(sets.to_box(parameters, points))
     return tuple(dict.fromkeys(int(number) for number in found))

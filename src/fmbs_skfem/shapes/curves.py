@@ -9,14 +9,17 @@ parabola. de Boor, A Practical Guide to Splines, rev. ed., ISBN 978-0-387-95366-
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
 
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from .table import Curve, Floats, inside
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 #: Distance from the chord, relative to its length, below which points count as straight.
 STRAIGHT = 1e-12
@@ -52,6 +55,8 @@ class Smooth:
 
 def through(points: ArrayLike) -> tuple[Floats, Curve]:
     """Breakpoints (n,) and curve(xi, derivative) -> (x, c) through the points (n, c) of an open polyline."""
+    from scipy.interpolate import CubicSpline
+
     array = np.asarray(points, dtype=float)
     if array.ndim != 2 or len(array) < 2 or array.shape[1] < 1 or not np.isfinite(array).all():
         got = f"shape {array.shape}" + ("" if np.isfinite(array).all() else " with NaN or infinity")

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array
-from scipy.spatial import cKDTree
 
 from ..core.errors import InputError, closest, say
 from . import line, nurbs
@@ -73,6 +72,8 @@ class Interface:
 
 def between(shape: Surface, edge_a: str, edge_b: str) -> Interface:
     """Quadrature points along the line that two named edges, or both sides of an inner knot, have in common, cell by cell."""
+    from scipy.spatial import cKDTree
+
     a, b = (_named(shape, name) for name in (edge_a, edge_b))
     middle = [_at(shape, sides, np.full(len(sides), 0.5)) for sides in (a, b)]
     touch = 1e-6 * float(np.ptp(shape.reference, axis=0).max())

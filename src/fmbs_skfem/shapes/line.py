@@ -17,7 +17,6 @@ import numpy as np
 from numpy.polynomial import legendre, polynomial
 from numpy.typing import ArrayLike
 from scipy import sparse
-from scipy.interpolate import BSpline as SciPySpline
 from scipy.sparse.linalg import splu
 
 from ..core.container import storable
@@ -165,6 +164,8 @@ def _(space: Hermite, xi: ArrayLike, derivative: int = 0) -> sparse.csr_array:
 
 def _derivative(space: BSpline, xi: Floats, derivative: int) -> sparse.csr_array:
     """N^(d)_p = N_{p-d} D_{p-d+1} .. D_p, (D_p c)_i = p (c_i - c_{i-1}) / (t_{i+p} - t_i); zero where the knots coincide."""
+    from scipy.interpolate import BSpline as SciPySpline
+
     degree, knots = space.degree, space.knots
     if derivative > degree:
         return sparse.csr_array((len(xi), space.count))
@@ -204,6 +205,8 @@ def _(space: Hermite) -> Floats:
 
 @reproduce.register
 def _(space: BSpline, xi: Floats, derivative: int = 0) -> Floats:
+    from scipy.interpolate import BSpline as SciPySpline
+
     low, high = breaks(space)[[0, -1]]
     powers = [_powers(xi, space.degree, low, high, d) for d in range(derivative + 1)]
     if space.weights is None:

@@ -19,10 +19,8 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import BSpline as SciPySpline
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from ..core.container import storable
 from ..core.errors import InputError, closest, say
@@ -143,6 +141,8 @@ def _evaluate(patch: Patch, cell: Ints, xi: Floats) -> Floats:
 
 def _pieces(spline: line.BSpline, span: Ints, s: Floats) -> Floats:
     """B-splines and two derivatives in s (x, 3, p+1) on the polynomial pieces of the spans (x,), s = 0..1 along a span."""
+    from scipy.interpolate import BSpline as SciPySpline
+
     p = spline.degree
     bernstein = SciPySpline(np.repeat([0.0, 1.0], p + 1), np.eye(p + 1), p, extrapolate=True)
     values = np.stack([bernstein(s, d) if d <= p else np.zeros((len(s), p + 1)) for d in range(3)], axis=1)
@@ -298,6 +298,8 @@ def side_rows(array: Floats | Ints) -> tuple[Floats | Ints, ...]:
 
 def _join(patches: Mapping[str, Patch], points: Mapping[str, Floats]) -> tuple[dict[str, Ints], Floats]:
     """As `_numbered`, with one function where the control points of two sides coincide."""
+    from scipy.spatial import cKDTree
+
     numbers, reference = _numbered(points)
     touch = TOUCH * float(np.ptp(reference, axis=0).max())
     sides = [(name, i, rows) for name in patches for i, rows in enumerate(side_rows(numbers[name]))]

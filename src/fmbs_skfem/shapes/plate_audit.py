@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_array, csgraph
-from scipy.spatial import cKDTree
 
 from ..core import errors
 from ..core.notices import notify
@@ -175,6 +174,8 @@ def _check_manifold(mesh: Subject) -> None:
 
 def _check_places(mesh: Subject, close: float) -> None:
     """One node a place: two would be a crack that nobody sees."""
+    from scipy.spatial import cKDTree
+
     _, same, times = np.unique(np.rint(mesh.points / close), axis=0, return_inverse=True, return_counts=True)
     double = np.flatnonzero(times[same.ravel()] > 1)
     double = double[np.argsort(same.ravel()[double], kind="stable")]
@@ -187,6 +188,8 @@ def _check_places(mesh: Subject, close: float) -> None:
 
 def _check_hanging(mesh: Subject) -> None:
     """No border node inside a border side of another cell."""
+    from scipy.spatial import cKDTree
+
     pairs, owner = border(mesh.cells, len(mesh.points))
     nodes = np.unique(pairs)
     start, end = mesh.points[pairs[:, 0]], mesh.points[pairs[:, 1]]

@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import coo_array, csgraph
-from scipy.spatial import cKDTree
 
 from ..core.notices import notify
 from .msh import Cells, Ints, Raw
@@ -19,6 +18,8 @@ CLOSE = 1e-9  #: of the extent: nodes nearer than this are at one place
 
 def merge_points(raw: Raw, where: str) -> Raw:
     """The mesh with one node a place; notices tell how many nodes and cells are gone, the audit what is still wrong."""
+    from scipy.spatial import cKDTree
+
     finite = np.flatnonzero(np.isfinite(raw.points).all(axis=1))
     points = raw.points[finite]
     if len(np.unique(raw.numbers)) < len(raw.numbers) or len(points) < 2:

@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array
-from scipy.spatial import cKDTree
 
 from ..core.container import storable
 from ..core.errors import InputError, say
@@ -220,6 +219,8 @@ def _check_continuity(space: Surface, tolerance: float) -> None:
 
 def coincident_sides(space: Surface) -> tuple[Ints, Ints, np.ndarray]:
     """Cells and sides (i, 2) of pairs with the same ends and middle, and whether they run against each other (i,)."""
+    from scipy.spatial import cKDTree
+
     count = int(space.parent)
     sides = np.indices((len(space.nodes), count)).reshape(2, -1).T
     start, middle, end = (_side_rows(space, sides, np.full(len(sides), s)) @ space.reference for s in (0.0, 0.5, 1.0))
