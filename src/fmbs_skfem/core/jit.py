@@ -7,8 +7,7 @@ change. Here any change in a module with compiled functions leads to another fol
 the user's cache.
 
 A function that a compiled function calls becomes part of that one. Of its own it is only brought into the form in which it can be:
-optimised, translated and kept on disk are whole functions alone, those that Python calls and the routines of `structs`. That
-halves the time of a first run.
+optimised, translated and kept on disk are whole functions alone, those that Python calls and the routines of `structs`.
 """
 
 from __future__ import annotations
