@@ -105,7 +105,6 @@ class Skin:
     section: Annotated[np.ndarray, Reals("i 1 x")]  #: rows of the law
 
 
-@storable
 @dataclass(frozen=True)
 class Output:
     """A named output: `kind` and the sensor rows it reads."""
@@ -116,6 +115,9 @@ class Output:
     joint: str = ""
     parameters: tuple[float, ...] = ()
     labels: tuple[str, ...] = ()  #: what its columns are, where their names do not say it
+
+
+storable(Output, labels=lambda values: ())
 
 
 @dataclass(frozen=True)
