@@ -348,7 +348,7 @@ def test_a_parameter_that_turns_the_geometry_is_a_polynomial() -> None:
 
 def test_what_jumps_is_no_round_off() -> None:
     """A force that depends on the digits of a parameter is not taken for noise of the geometry."""
-    with pytest.raises(InputError, match=r"system\.loads\.coefficient"):
+    with pytest.raises(InputError, match=r"system\.loads\.forces\[0\]\.coefficient"):
         affine.fit(lambda values: loaded(1.0 + (math.frexp(values["F"])[0] * 2**53) % 2), (Parameter("F", 0.1, 1.0),))
 
 
@@ -357,7 +357,7 @@ def test_what_is_not_smooth_is_refused() -> None:
         InputError, match=r"parameter 'F': expected numbers that are polynomials of it of degree 24 or less, to 1e-11"
     ):
         affine.fit(lambda values: loaded(abs(values["F"] - 0.3)), (Parameter("F", 0.0, 1.0),))
-    with pytest.raises(InputError, match=r"others \(system\.loads\.coefficient\); keep it out of the parameters"):
+    with pytest.raises(InputError, match=r"others \(system\.loads\.forces\[0\]\.coefficient\); keep it out of the parameters"):
         affine.fit(lambda values: loaded(math.sin(60.0 * values["F"])), (Parameter("F", 0.0, 1.0),))
     # along the axes nothing is wrong: min(a, b) has a kink on the diagonal of the box
     box = Parameter("a", 0.0, 1.0, value=0.0), Parameter("b", 0.0, 1.0, value=0.0)
