@@ -47,7 +47,7 @@ def turned(system: System, angles: tuple[float, ...], shift: float = 0.0) -> np.
 
 def part_tangent(system: System, number: int, x: np.ndarray) -> np.ndarray:
     """Assembled tangent of one body."""
-    return compiled.part_tangent(compile_system(system), number, x)
+    return compiled.part_tangent(compile_system(system), number)(x)
 
 
 @pytest.mark.parametrize("angles", [(0.0, 0.0), (0.4, -2.5), (3.1, 9.0)])

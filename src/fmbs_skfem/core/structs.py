@@ -59,6 +59,12 @@ def fields(kind: type) -> tuple[tuple[str, Any], ...]:
     return tuple((name, hints[name].__metadata__[0] if hasattr(hints[name], "__metadata__") else hints[name]) for name in hints)
 
 
+@functools.cache
+def items(kind: type) -> tuple[np.dtype | None, ...]:
+    """What the arrays of a struct consist of, by field; None where a field is no array."""
+    return tuple(np.dtype(str(part.dtype)) if isinstance(part, types.Array) else None for _, part in fields(kind))
+
+
 def packed(value: Any) -> np.ndarray:
     """A struct as integers: for every array its address and shape, for every number its bits. The caller keeps the struct alive."""
     found: list[int] = []
@@ -69,9 +75,9 @@ def packed(value: Any) -> np.ndarray:
 def write(value: Any, found: list[int]) -> None:
     """Append the integers of a struct."""
     struct: Any = type(value)
-    for (name, kind), part in zip(fields(struct), value, strict=True):
-        if isinstance(kind, types.Array):
-            if part.ndim != kind.ndim or part.dtype.name != str(kind.dtype) or not part.flags.c_contiguous:
+    for (name, kind), item, part in zip(fields(struct), items(struct), value, strict=True):
+        if item is not None:
+            if part.ndim != kind.ndim or part.dtype != item or not part.flags.c_contiguous:
                 got = f"{part.dtype} {part.shape}, {'' if part.flags.c_contiguous else 'not '}contiguous"
                 raise TypeError(say(f"{type(value).__name__}.{name}", kind, got))
             found += [part.__array_interface__["data"][0], *part.shape]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property, partial
@@ -202,11 +202,11 @@ def size(model: Compiled, displacement: np.ndarray) -> float:
     return float(np.sqrt(model.system.metric.diagonal() @ displacement**2 / model.system.weight))
 
 
-def part_tangent(model: Compiled, number: int, x: np.ndarray) -> np.ndarray:
-    """Tangent of one elastic part of a dense system (n, n) at x, from all its terms."""
+def part_tangent(model: Compiled, number: int) -> Callable[[np.ndarray], np.ndarray]:
+    """x -> the tangent of one elastic part of a dense system (n, n), from all its terms."""
     mine = [term for term, owner in zip(model.terms, model.owners, strict=True) if owner == number]
     alone = replace(model, arrays=model.arrays._replace(elastic=sum_of(mine)))
-    return elastic_tangent(alone, x, 0.0)
+    return lambda x: as_dense(elastic_tangent(alone, x, 0.0))
 
 
 def massless(system: System, parts: Pieces) -> bool:
@@ -430,11 +430,22 @@ def strain_energy(model: Compiled, x: np.ndarray) -> float:
 
 def gap(model: Compiled, x: np.ndarray, t: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Phi (m,) and Phi_x (m, n)."""
-    A, m = model.arrays, model.constraints
-    y = np.asarray(model.system.probes(x))
-    phi, jacobian = np.zeros(m), np.zeros((m, len(y)))
-    kernels.constrain(A.terms, y, signal_table(model.system, np.array([t]))[0], phi, jacobian)
-    return phi, np.asarray(jacobian @ model.system.probes.matrix)
+    phi, jacobian = constraints_at(model, x[None, :], np.array([t]))
+    return phi[0], np.asarray(jacobian @ model.system.probes.matrix)
+
+
+def gaps(model: Compiled, x: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Phi (s, m) of states x (s, n) at some times (s,) [s]."""
+    return constraints_at(model, x, times)[0]
+
+
+def constraints_at(model: Compiled, x: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Phi (s, m) of states x (s, n) at some times (s,), and the derivatives of the last one by the probe rows (m, j)."""
+    y, signals = np.asarray(model.system.probes.matrix @ x.T).T + model.system.probes.offset, signal_table(model.system, times)
+    phi, jacobian = np.zeros((len(x), model.constraints)), np.zeros((model.constraints, y.shape[1]))
+    for k in range(len(x)):
+        kernels.constrain(model.arrays.terms, np.ascontiguousarray(y[k]), signals[k], phi[k], jacobian)
+    return phi, jacobian
 
 
 def tangent(
@@ -490,16 +501,15 @@ def force_slopes(
 
 def elastic_tangent(model: Compiled, x: np.ndarray, gh: float) -> csr_array | np.ndarray:
     """Elastic tangent K + gh C (n, n), an array where the system is dense."""
-    found, _ = model.evaluation
-    one = Evaluation(found.space._replace(W=np.zeros_like(found.space.W)), model.arrays)
-    one.space.x[:], one.space.gh[0] = x[model.order], gh
-    evaluation.add_tangents(one)
+    found, table = model.evaluation
+    W = found.space.W
+    W[:], found.space.x[:], found.space.gh[0] = 0.0, x[model.order], gh
+    evaluation.add_tangents(table)
     model.check()
-    W = one.space.W
     if model.pattern:
         return model.pattern.assembled(W[0])
     if model.arrays.dense:
-        return W
+        return W.copy()
     inverse = np.argsort(model.order)
     return from_lower_band(W)[inverse][:, inverse]
 

@@ -44,34 +44,31 @@ def nothing(size: int) -> CorotationalTangent:
     return CorotationalTangent(np.zeros((0, 3), np.int64), np.zeros((0, 2, size)), np.zeros((0, 2)), np.zeros(0), np.zeros(0))
 
 
-def corotational_tangent(system: System, tangent: Callable[[int, np.ndarray], np.ndarray]) -> CorotationalTangent:
-    """The tangents of all elastic parts of a reduced system from `tangent` (number of the part, x) (n, n), or `nothing`."""
+def corotational_tangent(system: System, tangent: Callable[[int], Callable[[np.ndarray], np.ndarray]]) -> CorotationalTangent:
+    """The tangents of all elastic parts of a reduced system from `tangent` (number of the part) (x) (n, n), or `nothing`."""
     none = nothing(system.size)
     if system.dim != 2 or not isinstance(system.lift.matrix, np.ndarray) or not system.elastic:
         return none
     spans = {name: slice(first, last) for name, first, last in system.coordinates}
-    table, rows, offsets, numbers, at = [], [], [], [], 0
+    table, rows, offsets, numbers, first = [], [], [], [], 0
     for number, elastic in enumerate(system.elastic):
         if elastic.name not in spans:
             return none
         row, offset, place, miss = fit(system, spans[elastic.name])
         if miss > REACH:
             return none
-
-        def matrix(theta: float, number: int = number, place: Callable[[float], np.ndarray] = place) -> np.ndarray:
-            return tangent(number, place(theta))
-
-        Ka, Kb, half, proof = (matrix(theta) for theta in (0.0, 0.5 * np.pi, 0.25 * np.pi, PROOF))
+        at = tangent(number)
+        Ka, Kb, half, proof = (at(place(theta)) for theta in (0.0, 0.5 * np.pi, 0.25 * np.pi, PROOF))
         Kc, c, s = 2.0 * half - Ka - Kb, np.cos(PROOF), np.sin(PROOF)
         if np.linalg.norm(c * c * Ka + s * s * Kb + c * s * Kc - proof) > ALIKE * np.linalg.norm(proof):
             return none
         on = getattr(elastic.gather, "columns", slice(0, system.size))
         count = on.stop - on.start
-        table.append((on.start, count, at))
+        table.append((on.start, count, first))
         numbers += [K[on, on].ravel() for K in (Ka, Kb, Kc)]
         rows.append(row)
         offsets.append(offset)
-        at += 3 * count * count
+        first += 3 * count * count
     beta = np.array([elastic.beta for elastic in system.elastic])
     return CorotationalTangent(np.array(table, dtype=np.int64), np.array(rows), np.array(offsets), beta, np.concatenate(numbers))
 
