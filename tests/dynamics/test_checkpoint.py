@@ -14,6 +14,7 @@ from fmbs_skfem.core.errors import CorruptFile, SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Moment, Resumed, Rows
 from fmbs_skfem.systems import At, System, compiled, eliminate, loads
+from fmbs_skfem.systems.system import change_coordinates
 
 from .. import models
 from .test_large import hanging
@@ -52,11 +53,17 @@ def assert_same(one: Trajectory, other: Trajectory) -> None:
     assert one.statistics.solver == other.statistics.solver
 
 
+def all_modes(system: System) -> System:
+    """The same in dense coordinates, as a reduced model: its factors take up secants."""
+    return change_coordinates(system, np.eye(system.size), np.zeros(system.size))
+
+
 SYSTEMS: dict[str, Callable[[], System]] = {
     "band": lambda: models.double_pendulum(12),
     "band with multipliers": lambda: models.double_pendulum(12, all_multipliers=True),
     "dense": lambda: models.spin_up(4),
     "driven": lambda: models.spin_up(20, all_multipliers=True),
+    "secants": lambda: all_modes(models.double_pendulum(4)),
     "one mass": lambda: models.mass_pendulum((-1.0, 0.0)),
 }
 

@@ -20,14 +20,14 @@ import numpy as np
 from ..core.errors import CorruptFile, say
 from ..systems.compiled import Compiled, signal_table
 from .large import Large
-from .stepping import Method, Step
+from .step import Method, Step
 
 FACTORS = {
     0: (),
     1: ("W", "schur", "schur_pivots", "spread", "J"),
     2: ("general", "pivots", "schur", "schur_pivots", "spread", "J"),
-    3: ("kkt", "pivots"),
-}  #: what `stepping.solve` reads, by the kind of the factors
+    3: ("kkt", "pivots", "updates", "shares", "secants"),
+}  #: what `solve` reads, by the kind of the factors
 ADDRESSES = ("elastic", "forces", "calls")  #: arrays of a model that differ from process to process
 INSTANTS = 65  #: at which the signals of two models are compared
 

@@ -22,7 +22,7 @@ from .large import Large
 from .names import row_names, told, worst
 from .scheme import GeneralizedAlpha, Newton, method_of, steps_in
 from .start import Start, consistent_start, first_step, startable
-from .stepping import Method, State, Step, Work
+from .step import Method, State, Step, Work
 from .trajectory import Statistics, Trajectory
 
 REASONS = {

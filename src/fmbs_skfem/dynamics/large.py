@@ -38,9 +38,9 @@ from ..core.structs import Callback, packed
 from ..systems import compiled, evaluation
 from ..systems.compiled import Compiled
 from ..systems.evaluation import Space
-from . import stepping
+from . import factors, stepping
 from .scheme import Solver
-from .stepping import Step
+from .step import Step
 
 LOOSE = 1e-5  #: relative residual of the multigrid solution, the contraction of the Newton iteration
 ROUND = 1e-12  #: size of a rigid motion, over the largest, that is round-off
@@ -100,7 +100,7 @@ class Large:
         spread = refined(W, self.inverse, columns)
         self.flexible = np.ascontiguousarray(spread[:, self.interface])
         self.spread = spread.astype(np.float32)
-        work.kind[0] = work.kind[2] = stepping.CHOLESKY
+        work.kind[0] = work.kind[2] = factors.CHOLESKY
 
     def solve(self, step: Step) -> None:
         """rhs <- KKT^-1 rhs."""

@@ -13,7 +13,7 @@ from . import stepping
 from .histories import leading_signals
 from .integration import HALVINGS, REASONS, Run, restart
 from .scheme import method_of
-from .stepping import State
+from .step import State
 
 
 @dataclass(frozen=True)

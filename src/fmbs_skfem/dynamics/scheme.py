@@ -17,7 +17,7 @@ from ..core.notices import notify
 from ..systems.compiled import Compiled
 from ..systems.lengths import DIGITS
 from ..systems.system import System
-from .stepping import Method
+from .step import Method
 
 WHOLE = 1e-6  #: part of a duration by which whole steps may miss it: round-off
 SHARP = 0.03  #: part of the method's own error in q'' that the iteration may leave
@@ -80,6 +80,12 @@ def steps_in(scheme: GeneralizedAlpha, duration: float) -> int:
     return steps
 
 
+def has_dear_factors(model: Compiled) -> bool:
+    """Whether factors cost ten corrections or more: of reduced models with more than FEW unknowns, and of large ones."""
+    reduced = len(model.arrays.lift.indptr) <= 1  # no cells to gather from
+    return model.pattern is not None or (reduced and model.system.size > FEW)
+
+
 def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, model: Compiled) -> Method:
     """Coefficients of a step h [s], and the tolerance of the iteration in metres.
 
@@ -87,15 +93,12 @@ def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, model: Compile
     below the tolerance. Where they cost ten, those of reduced and of large models, LAZY is faster.
     """
     system = model.system
-    reduced = len(model.arrays.lift.indptr) <= 1  # no cells to gather from
-    large = model.pattern is not None
-    dear = large or (reduced and system.size > FEW)
-    slow = newton.slow if newton.slow is not None else LAZY if dear else BRISK
+    slow = newton.slow if newton.slow is not None else LAZY if has_dear_factors(model) else BRISK
     am, af, gamma, beta = scheme.coefficients
     bh, gh = (1 - am) / (h**2 * beta * (1 - af)), gamma / (h * beta)
     c = h**2 * beta
     control = newton.tolerance * system.scale, newton.iterations, slow, round_off(system)
-    return Method(h, am, af, gamma, beta, bh, gh, c, *control, SHARP * c, large)
+    return Method(h, am, af, gamma, beta, bh, gh, c, *control, SHARP * c, model.pattern is not None)
 
 
 def round_off(system: System) -> float:

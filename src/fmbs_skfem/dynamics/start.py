@@ -17,18 +17,22 @@ from ..core import lapack, ranks, saddle
 from ..core.errors import Reason, SolverError
 from ..core.notices import notify
 from ..systems import compiled as compilation
-from ..systems import evaluation, mechanism
+from ..systems import evaluation, kernels, mechanism
 from ..systems.compiled import Compiled
 from ..systems.redundancy import rows_of, scale_of, singular_start, without_redundant
 from ..systems.system import System
-from . import large, stepping
+from . import factors, large, stepping
 from .histories import finite_signals
 from .names import coordinate_names
-from .scheme import GeneralizedAlpha, Newton, method_of
-from .stepping import Doors, Job, Method, State, Step, Work
+from .scheme import GeneralizedAlpha, Newton, has_dear_factors, method_of
+from .step import Doors, Job, Method, State, Step, Work
 
 PLATES = (Law.MEMBRANE, Law.SHELL)
-DRIFT, CURVATURE = 1e-3, 0.25  #: distance of the five instants of the differences for Phi_t and Phi'', in steps
+DRIFT, CURVATURE = 1e-3, 0.25  #: distance d of the five instants of the differences for Phi_t and for Phi'' and Phi''', in steps
+SECANTS = 4  #: kept beside dense factors that cost many corrections; beside others they cost more than they save
+RATE = np.array([-25.0, 48.0, -36.0, 16.0, -3.0])  #: first derivative at the first instant, times 12 d
+BEND = np.array([35.0, -104.0, 114.0, -56.0, 11.0])  #: second, times 12 d^2
+JERK = np.array([-5.0, 18.0, -24.0, 14.0, -3.0])  #: third, times 2 d^3
 
 
 class Start(NamedTuple):
@@ -86,34 +90,28 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha) -> Start:
         method = method_of(scheme, Newton(), h, model)
         M = M + (compilation.tangent(model, x, np.zeros(len(phi)), 0.0, method.gh)) / method.bh
     solve = kkt_solver(model, csr_array(M), J)
+    still, k = np.zeros(len(x)), np.arange(5.0)[:, None]
+
+    def along(d: float, *rates: np.ndarray) -> np.ndarray:
+        """Phi (5, m) at the instants 0, d, ..., 4 d on the path with the given derivatives at its start."""
+        path = x + sum((k * d) ** (order + 1) * rate / (order + 1) for order, rate in enumerate(rates))
+        return compilation.gaps(model, path, k.ravel() * d)
+
+    steady = kernels.steady(model.arrays.terms)  # straight paths stay on what is linear and independent of time
     d = DRIFT * h
-    drift = (
-        -25 * phi
-        + 48 * gap_at(model, x, d)
-        - 36 * gap_at(model, x, 2 * d)
-        + 16 * gap_at(model, x, 3 * d)
-        - 3 * gap_at(model, x, 4 * d)
-    )
-    change = solve(np.zeros(len(x)), -(J @ v + drift / (12 * d)))[0] if len(phi) else np.zeros(len(x))
+    drift = np.zeros(len(phi)) if steady else RATE @ along(d, still) / (12 * d)
+    change = solve(still, -(J @ v + drift))[0] if len(phi) else still
     size = float(np.abs(change).max(initial=0.0))
     if size > 1e-9 * max(1.0, float(np.abs(v).max(initial=0.0))):
         notify(f"initial velocities are projected onto the joints; largest change {size:.3g} m/s")
         v = v + change
     f = compilation.forces(model, x, v)
     d = CURVATURE * h
-    path = [gap_at(model, x + k * d * v, k * d) for k in range(5)]
-    curvature = (35 * path[0] - 104 * path[1] + 114 * path[2] - 56 * path[3] + 11 * path[4]) / (12 * d * d)
-    a, multipliers = solve(-f, -curvature)
-    path = [gap_at(model, x + k * d * (v + 0.5 * k * d * a), k * d) for k in range(5)]
-    jerk = (-5 * path[0] + 18 * path[1] - 24 * path[2] + 14 * path[3] - 3 * path[4]) / (2 * d**3)
-    change = solve(np.zeros(len(x)), -jerk)[0] if len(phi) else np.zeros(len(x))
+    a, multipliers = solve(-f, np.zeros(len(phi)) if steady else -BEND @ along(d, v) / (12 * d * d))
+    change = still if steady else solve(still, -JERK @ along(d, v, a) / (2 * d**3))[0]
     am, af, _, beta = scheme.coefficients
     late = am - af  # a is q'' at t + (am - af) h
     return Start(x, v, a, multipliers, np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]))
-
-
-def gap_at(model: Compiled, x: np.ndarray, t: float) -> np.ndarray:
-    return compilation.gap(model, x, t)[0]
 
 
 def kkt_solver(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
@@ -189,7 +187,8 @@ def first_state(model: Compiled, start: Start, c: float) -> State:
 def first_step(model: Compiled, start: Start, method: Method, stored: int) -> Step:
     """A step with its space and room for so many states."""
     n, m = model.system.size, model.constraints
-    doors = Doors(evaluation.residual.address, *(door.address for door in (stepping.factorise, stepping.solve, stepping.settle)))
+    routines = evaluation.residual, *factors.doors(model.arrays.dense), stepping.settle
+    doors = Doors(*(one.address for one in routines))
     counters, none = np.zeros(4, np.int64), np.zeros(0, np.int64)
     job = Job(np.zeros((0, 0)), none, np.zeros((3, stored, n)), np.zeros((stored, m)), counters, np.zeros(1, np.int64))
     return Step(compilation.space(model), model.arrays, doors, first_state(model, start, method.c), workspace(model), method, job)
@@ -200,6 +199,7 @@ def workspace(model: Compiled) -> Work:
     A, n, m, j = model.arrays, model.system.size, model.constraints, len(model.arrays.probes_offset)
     width = A.mass.store.shape[1] - 1
     stored = 0 if model.pattern else n
+    secants = SECANTS if A.dense and has_dear_factors(model) else 0
     return Work(
         lapack.ADDRESSES,
         np.zeros((n + m, n + m) if A.dense else (0, 0)),
@@ -209,6 +209,10 @@ def workspace(model: Compiled) -> Work:
         np.zeros(m, np.int32),
         np.zeros((m, stored)),
         np.zeros((m, stored)),
+        np.zeros((secants, n + m)),
+        np.zeros((secants, n)),
+        np.zeros(1, np.int64),
+        np.zeros(n),
         np.zeros((4, j)),
         np.array([np.inf, float(model.system.mass.diagonal().max(initial=0.0))]),
         np.ones(1),

@@ -18,9 +18,10 @@ reactions are of second order from the first step on, which begins on (4) too. S
 
 Here lambda is c times the physical multiplier, which makes the condition number independent of h. The predictor extrapolates q''
 by the order (constant, linear, quadratic) that was best in the step before. A factorisation serves until the iteration contracts
-slowly. The iteration stops on the estimated remaining error |dq| rate / (1 - rate) with the rate measured in the same step: a good
-predictor makes the first correction small without making q'' accurate, so there are at least two. |dq| is a root mean square
-displacement (`systems.lengths`).
+slowly; those of reduced models take up secants of late corrections, so that they contract well for longer (`add_secants`). The
+iteration stops on the estimated remaining error |dq| rate / (1 - rate) with the rate measured in the same step: a good predictor
+makes the first correction small without making q'' accurate, so there are at least two. |dq| is a root mean square displacement
+(`systems.lengths`).
 
 An error d of q is one of d / (beta h^2) in q'' and in the reactions, which grows as h falls. Beside the tolerance the remaining
 error has therefore to be a small part of beta h^2 |second difference of q''|: the method's own error of q'' is of that size. Where
@@ -28,363 +29,31 @@ round-off is in the way the tolerance alone decides.
 
 Sources: Arnold and Bruels, Multibody Syst. Dyn. 18 (2007) 185-202, doi 10.1007/s11044-007-9084-0 (method); Arnold, Bruels and
 Cardona, Numer. Math. 129 (2015) 149-179, doi 10.1007/s00211-014-0633-1 (errors of velocities normal to the joints, and of starts);
-Bottasso, Bauchau and Cardona, SIAM J. Sci. Comput. 29 (2007) 397-414, doi 10.1137/050638503 (scaling).
+Bottasso, Bauchau and Cardona, SIAM J. Sci. Comput. 29 (2007) 397-414, doi 10.1137/050638503 (scaling); Brown, Hindmarsh and
+Walker, SIAM J. Sci. Stat. Comput. 6 (1985) 297-313, doi 10.1137/0906022 (secants that live as long as factors).
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ..core import lapack
 from ..core.jit import jit, summing
-from ..core.structs import Cube, Integers, Matrix, Shorts, Vector, invoke, opener, routine
-from ..systems import corotation, evaluation, kernels
-from ..systems.evaluation import Arrays, Space
+from ..core.structs import invoke, routine
+from ..systems import evaluation, kernels
+from .step import Method, State, Step, opened
 
 DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED = range(6)
 STEPS, ITERATIONS, FACTORISATIONS, HALVED = range(4)  #: counters
-CHOLESKY, BAND, FULL = 1, 2, 3  #: kinds of factors: Cholesky band, general band, dense
 FLOOR = 1e-4  #: a correction below this part of the tolerance needs no second one
 PATIENT = 6  #: corrections after which the tolerance alone decides
 CHEAP = 0.2  #: part of `slow` where tangents are turned: new factors cost little then
 OLD = 0.01  #: part of (4) that old factors may leave
 HISTORY = 3  #: accelerations kept for the predictor
+CLEAR = 0.3  #: part of a correction along which the next one may lie to be a secant
 MARGIN = 10.0  #: on a contraction that was not measured in the same step
 REMEASURE = 8  #: steps after which a contraction that is relied on is measured again
-
-
-class Method(NamedTuple):
-    """Coefficients of one step size, and the controls of the iteration."""
-
-    h: float
-    am: float
-    af: float
-    gamma: float
-    beta: float
-    bh: float
-    gh: float
-    c: float
-    tolerance: float  #: on the remaining error of q [m]
-    iterations: int
-    slow: float  #: contraction above which the matrix is factored anew for the next step
-    floor: float  #: round-off of q [m]
-    sharp: float  #: remaining error of q over the second difference of q'' [s2]
-    trusting: bool  #: whether a contraction of steps before may be relied on
-
-
-class State(NamedTuple):
-    """Motion at one instant; arrays are updated in place."""
-
-    x: Vector
-    v: Vector
-    a: Vector  #: algorithmic acceleration
-    acceleration: Vector  #: q''
-    multipliers: Vector  #: c times the physical ones
-    history: Matrix  #: (3, n) earlier q'', latest first
-    past: Matrix  #: (3, m) earlier multipliers, latest first
-    known: Integers  #: (1,) number of valid rows of history and past
-    order: Integers  #: (1,) order of the predictor
-    memory: Vector  #: (l,) what forces keep of it
-    change: Vector  #: (1,) size of the second difference of q'' [m/s2], infinite where it is not known
-
-
-class Work(NamedTuple):
-    """Factors, and preallocated space of the solver."""
-
-    addresses: Integers
-    kkt: Matrix  #: (n + m, n + m) for dense systems
-    general: Matrix  #: general band, used where W is indefinite
-    pivots: Shorts
-    schur: Matrix
-    schur_pivots: Shorts
-    spread: Matrix  #: (m, n) W^-1 Phi_q^T
-    J: Matrix  #: (m, n)
-    paths: Matrix  #: (4, j) rows of `kernels.drift`
-    pull: Vector  #: (2,) size of the last correction of the multipliers, infinite before the first; the largest mass [kg]
-    rate: Vector  #: (1,) contraction, the largest of late measurements
-    kind: Integers  #: (4,) kind of the factors, 0: anew; 1 while tangents are turned; kind of those there are; their age in steps
-
-
-class Doors(NamedTuple):
-    """Addresses of the routines that a step calls."""
-
-    residual: int
-    factorise: int  #: factors at the trial state of the space, 0 or the reason for none
-    solve: int  #: rhs <- KKT^-1 rhs
-    settle: int  #: the accepted velocities onto (4)
-
-
-class Job(NamedTuple):
-    """Steps to take, and where their results go."""
-
-    signals: Matrix  #: (k, s) a row for every step
-    rows: Integers  #: (k,) rows of the trajectory, -1 for none
-    out: Cube  #: (3, s, n) x, v, q''
-    multipliers: Matrix  #: (s, m) physical
-    counters: Integers
-    done: Integers  #: (1,) steps that were taken
-
-
-class Step(NamedTuple):
-    """All that the routines of a step read and write."""
-
-    space: Space  #: the trial state and what is evaluated there
-    arrays: Arrays
-    doors: Doors
-    state: State
-    work: Work
-    method: Method
-    job: Job
-
-
-opened = opener(Step)
-
-
-@routine
-def factorise(table: Any, _: Any) -> int:
-    """Factors of c W + d(Phi_q^T lambda)/dq at the trial state, whose y and Phi_y must be current; 0, or LAPACK's info.
-
-    Where Cholesky's factorisation of the band fails, the matrix is set up again for LU.
-    """
-    S = opened(table)
-    A, s, w = S.arrays, S.space, S.work
-    kernels.clear(w.J.reshape(-1))
-    for m in range(len(s.multipliers)):
-        kernels.add_transposed(A.probes, 1.0, s.Jy[m], w.J[m])
-    s.c[0], s.gh[0] = S.method.c, S.method.gh
-    evaluation.slopes(table)
-    info = 1
-    for kind in range(FULL if A.dense else CHOLESKY, FULL + 1 if A.dense else FULL):
-        combine(S.method.bh, A.mass.store, S.method.gh, A.damping.store, A.stiffness.store, s.W)
-        if w.kind[1] == 1:
-            corotation.add_rotated_tangent(A.corotation, s.x, S.method.gh, s.W)
-        elif evaluation.sum_tangents(table) != 0:
-            return 1
-        scale(S.method.c, s.W)
-        kernels.add_pairs(A.pairs, s.H, A.dense, s.W)
-        w.kind[0] = w.kind[2] = kind
-        info = factors(table)
-        if info == 0:
-            break
-    return info
-
-
-@jit
-def combine(bh: float, mass: np.ndarray, gh: float, damping: np.ndarray, stiffness: np.ndarray, W: np.ndarray) -> None:
-    """W = bh M + gh C + K."""
-    for i in range(W.shape[0]):
-        for j in range(W.shape[1]):
-            W[i, j] = bh * mass[i, j] + gh * damping[i, j] + stiffness[i, j]
-
-
-@jit
-def scale(c: float, W: np.ndarray) -> None:
-    """W *= c."""
-    for i in range(W.shape[0]):
-        for j in range(W.shape[1]):
-            W[i, j] *= c
-
-
-@jit
-def factors(table: Any) -> int:
-    """Factor W and J by `kind`: band by Cholesky or LU with the Schur complement of J, or all dense; 0, or LAPACK's info."""
-    S = opened(table)
-    W, w = S.space.W, S.work
-    n, m = len(S.space.x), len(S.space.multipliers)
-    if w.kind[2] == FULL:
-        bordered(W, w.J, w.kkt)
-        info = lapack.getrf(w.addresses, w.kkt, w.pivots)
-        for i in range(n + m):
-            w.kkt[i, i] = 1.0 / w.kkt[i, i]
-        return info
-    if w.kind[2] == CHOLESKY:
-        info = lapack.pbtrf(w.addresses, W)
-        for i in range(n):
-            W[i, 0] = 1.0 / W[i, 0]
-    else:
-        width = W.shape[1] - 1
-        mirror_band(W, w.general)
-        info = lapack.gbtrf(w.addresses, w.general, width, width, w.pivots)
-    if info != 0 or m == 0:
-        return info
-    for k in range(m):
-        for i in range(n):
-            w.spread[k, i] = w.J[k, i]
-    solve_band(table, w.spread)
-    for k in range(m):
-        for l in range(m):
-            w.schur[k, l] = 0.0
-            for i in range(n):
-                w.schur[k, l] += w.spread[k, i] * w.J[l, i]
-    return lapack.getrf(w.addresses, w.schur, w.schur_pivots)
-
-
-@jit
-def bordered(W: np.ndarray, J: np.ndarray, kkt: np.ndarray) -> None:
-    """kkt = [[W, J^T], [J, 0]]^T: LAPACK counts along columns."""
-    n, m = len(W), len(J)
-    for i in range(n):
-        for j in range(n):
-            kkt[j, i] = W[i, j]
-    for k in range(m):
-        for i in range(n):
-            kkt[i, n + k] = kkt[n + k, i] = J[k, i]
-        for l in range(m):
-            kkt[n + k, n + l] = 0.0
-
-
-@jit
-def mirror_band(low: np.ndarray, general: np.ndarray) -> None:
-    """Lower band (n, d+1) as LAPACK's general band (n, 3d+1) with room for pivoting."""
-    n, width = low.shape
-    d = width - 1
-    kernels.clear(general.reshape(-1))
-    for j in range(n):
-        for k in range(min(width, n - j)):
-            general[j, 2 * d + k] = low[j, k]
-            general[j + k, 2 * d - k] = low[j, k]
-
-
-@jit
-def solve_band(table: Any, rhs: np.ndarray) -> None:
-    """rhs rows <- W^-1 rhs."""
-    S = opened(table)
-    W, w = S.space.W, S.work
-    if w.kind[2] == CHOLESKY:
-        for k in range(len(rhs)):
-            substitute(W, rhs[k])
-    else:
-        width = W.shape[1] - 1
-        lapack.gbtrs(w.addresses, w.general, width, width, w.pivots, rhs)
-
-
-@jit
-def substitute_dense(LU: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
-    """x <- K^-1 x with the factors P K = L U by columns, the diagonal of U inverted; faster than LAPACK's getrs for one vector.
-
-    Four columns at a time: the unknowns of a triangle first, then all that they reach.
-    """
-    n = len(x)
-    full = n // 4 * 4
-    for j in range(n):
-        other = pivots[j] - 1
-        x[j], x[other] = x[other], x[j]
-    for j in range(0, full, 4):
-        A, B, C, D = LU[j], LU[j + 1], LU[j + 2], LU[j + 3]
-        a = x[j]
-        b = x[j + 1] - A[j + 1] * a
-        c = x[j + 2] - A[j + 2] * a - B[j + 2] * b
-        d = x[j + 3] - A[j + 3] * a - B[j + 3] * b - C[j + 3] * c
-        x[j + 1], x[j + 2], x[j + 3] = b, c, d
-        rest, A, B, C, D = x[j + 4 :], A[j + 4 :], B[j + 4 :], C[j + 4 :], D[j + 4 :]
-        for i in range(len(rest)):
-            rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
-    for j in range(full, n):
-        for i in range(j + 1, n):
-            x[i] -= LU[j, i] * x[j]
-    for j in range(n - 1, full - 1, -1):
-        x[j] *= LU[j, j]
-        for i in range(j):
-            x[i] -= LU[j, i] * x[j]
-    for j in range(full - 4, -1, -4):
-        A, B, C, D = LU[j], LU[j + 1], LU[j + 2], LU[j + 3]
-        d = x[j + 3] * D[j + 3]
-        c = (x[j + 2] - D[j + 2] * d) * C[j + 2]
-        b = (x[j + 1] - D[j + 1] * d - C[j + 1] * c) * B[j + 1]
-        a = (x[j] - D[j] * d - C[j] * c - B[j] * b) * A[j]
-        x[j], x[j + 1], x[j + 2], x[j + 3] = a, b, c, d
-        rest = x[:j]
-        for i in range(j):
-            rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
-
-
-@jit
-def substitute(L: np.ndarray, x: np.ndarray) -> None:
-    """x <- (L L^T)^-1 x with the band factor (n, d+1), its diagonal inverted; faster than LAPACK's pbtrs for narrow bands.
-
-    Four columns at a time, as `substitute_dense`: first the unknowns of a triangle, then those that all four reach, then the rest.
-    """
-    n, width = L.shape
-    full = max(0, (n - width - 2) // 4 * 4) if width > 4 else 0
-    for j in range(0, full, 4):
-        A, B, C, D, rest = L[j], L[j + 1], L[j + 2], L[j + 3], x[j + 4 :]
-        a = x[j] * A[0]
-        b = (x[j + 1] - A[1] * a) * B[0]
-        c = (x[j + 2] - A[2] * a - B[1] * b) * C[0]
-        d = (x[j + 3] - A[3] * a - B[2] * b - C[1] * c) * D[0]
-        x[j], x[j + 1], x[j + 2], x[j + 3] = a, b, c, d
-        A, B, C, D = A[4:], B[3:], C[2:], D[1:]
-        for i in range(width - 4):
-            rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
-        rest[width - 4] -= B[width - 4] * b + C[width - 4] * c + D[width - 4] * d
-        rest[width - 3] -= C[width - 3] * c + D[width - 3] * d
-        rest[width - 2] -= D[width - 2] * d
-    for j in range(full, n):
-        value = x[j] * L[j, 0]
-        x[j] = value
-        for i in range(1, min(width, n - j)):
-            x[j + i] -= L[j, i] * value
-    for j in range(n - 1, full - 1, -1):
-        value = x[j]
-        for i in range(min(width, n - j) - 1, 0, -1):
-            value -= L[j, i] * x[j + i]
-        x[j] = value * L[j, 0]
-    for j in range(full - 4, -1, -4):
-        A, B, C, D, rest = L[j, 4:], L[j + 1, 3:], L[j + 2, 2:], L[j + 3, 1:], x[j + 4 :]
-        a, b, c, d = x[j], x[j + 1], x[j + 2], x[j + 3]
-        d -= D[width - 2] * rest[width - 2] + D[width - 3] * rest[width - 3] + D[width - 4] * rest[width - 4]
-        c -= C[width - 3] * rest[width - 3] + C[width - 4] * rest[width - 4]
-        b -= B[width - 4] * rest[width - 4]
-        for i in range(width - 5, -1, -1):
-            value = rest[i]
-            a -= A[i] * value
-            b -= B[i] * value
-            c -= C[i] * value
-            d -= D[i] * value
-        A, B, C, D = L[j], L[j + 1], L[j + 2], L[j + 3]
-        d *= D[0]
-        c = (c - C[1] * d) * C[0]
-        b = (b - B[1] * c - B[2] * d) * B[0]
-        a = (a - A[1] * b - A[2] * c - A[3] * d) * A[0]
-        x[j], x[j + 1], x[j + 2], x[j + 3] = a, b, c, d
-
-
-@routine
-def solve(table: Any, _: Any) -> int:
-    """rhs <- KKT^-1 rhs with the current factors."""
-    back_substitute(table)
-    return 0
-
-
-@jit
-def back_substitute(table: Any) -> None:
-    """As `solve`."""
-    S = opened(table)
-    rhs, n = S.space.rhs, len(S.space.x)
-    if S.work.kind[2] == FULL:
-        substitute_dense(S.work.kkt, S.work.pivots, rhs[0])
-        return
-    solve_band(table, rhs[0, :n].reshape(1, n))
-    if len(S.space.multipliers) > 0:
-        close(S.work, rhs)
-
-
-@jit
-def close(w: Work, rhs: np.ndarray) -> None:
-    """rhs <- KKT^-1 (r, g) from rhs = (W^-1 r, g), with band factors."""
-    m, n = w.J.shape
-    R, small = rhs[0, :n].reshape(1, n), rhs[0, n:].reshape(1, m)
-    for k in range(m):
-        total = -small[0, k]
-        for i in range(n):
-            total += w.J[k, i] * R[0, i]
-        small[0, k] = total
-    lapack.getrs(w.addresses, w.schur, w.schur_pivots, small, lapack.T)
-    for k in range(m):
-        for i in range(n):
-            R[0, i] -= w.spread[k, i] * small[0, k]
 
 
 @jit
@@ -497,12 +166,9 @@ def settle(table: Any, _: Any) -> int:
     S = opened(table)
     for attempt in range(2):
         find_drift(table)
-        if S.work.kind[2] == FULL:
-            substitute_dense(S.work.kkt, S.work.pivots, S.space.rhs[0])
-        else:
-            close(S.work, S.space.rhs)
+        invoke(S.doors.solve, table, 1)
         turn(table)
-        back_substitute(table)
+        invoke(S.doors.solve, table, 0)
         if move_velocities(table) or attempt == 1:
             return 0
         restore(table)
@@ -575,6 +241,56 @@ def move_velocities(table: Any) -> bool:
 def shift(table: Any, _: Any) -> int:
     """As `move_velocities`."""
     return 1 if move_velocities(table) else 0
+
+
+@jit
+def add_secants(table: Any, repeated: bool) -> None:
+    """rhs, a solution d with the factors, becomes one with the factors and the secants of the corrections made with them.
+
+    Where the factors have served in this step before, for the correction s, d is what they have left of it: Broyden's update
+
+        K^-1 <- (1 + u g^T) K^-1,    u = d / (1 - g d),    g = <s, .> / <s, s>
+
+    with the scalar product of displacements makes u of d, and holds for the corrections after it.
+    """
+    S = opened(table)
+    w, d, norm = S.work, S.space.rhs[0], S.arrays.norm
+    kept, n = len(w.updates), len(w.moved)
+    if kept == 0:
+        return
+    for k in range(max(0, w.secants[0] - kept), w.secants[0]):
+        add_update(w.updates[k % kept], dot(w.shares[k % kept], d[:n]), d)
+    if repeated:
+        square, part = 0.0, 0.0
+        for i in range(n):
+            square += norm[i] * w.moved[i] * w.moved[i]
+            part += norm[i] * w.moved[i] * d[i]
+        if abs(part) < CLEAR * square:
+            place = w.secants[0] % kept
+            for i in range(len(d)):
+                d[i] *= square / (square - part)
+                w.updates[place, i] = d[i]
+            for i in range(n):
+                w.shares[place, i] = norm[i] * w.moved[i] / square
+            w.secants[0] += 1
+    for i in range(n):
+        w.moved[i] = d[i]
+
+
+@summing
+def dot(a: np.ndarray, b: np.ndarray) -> float:
+    """a b."""
+    total = 0.0
+    for i in range(len(a)):
+        total += a[i] * b[i]
+    return total
+
+
+@jit
+def add_update(u: np.ndarray, factor: float, d: np.ndarray) -> None:
+    """d += factor u."""
+    for i in range(len(d)):
+        d[i] += factor * u[i]
 
 
 @jit
@@ -666,6 +382,7 @@ def iterate(table: Any, step: int) -> int:
             fresh = 1
         if invoke(S.doors.solve, table, 0) != 0:
             return STOPPED
+        add_secants(table, iteration > 0 and fresh != 1)
         norm = apply(table)
         S.job.counters[ITERATIONS] += 1
         status = judge(table, step, iteration, norm, last, fresh)

@@ -19,11 +19,11 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..core.structs import Callback, Routine, invoke, opener, packed, routine
-from ..dynamics import stepping
+from ..dynamics import factors
 from ..dynamics.large import Large
 from ..dynamics.scheme import GeneralizedAlpha, Newton, method_of
 from ..dynamics.start import Start, first_step
-from ..dynamics.stepping import Step
+from ..dynamics.step import Step
 from ..dynamics.trajectory import Trajectory
 from ..systems import evaluation, terms
 from ..systems.compiled import Compiled, compile_system, signal_table
@@ -161,7 +161,8 @@ def repeat_calls(table: Any, _: Any) -> int:
 def bench(model: Compiled, scheme: GeneralizedAlpha | None = None, repeat: int = 5) -> Callable[[int], float]:
     """Seconds of one call of a piece of the time step: CPU time, the best of several bursts."""
     step = prepare_step(model, scheme or GeneralizedAlpha(STEP))
-    whole = {FORCE: evaluation.forces, TANGENT: evaluation.add_tangents, FACTOR: stepping.factorise, SOLUTION: stepping.solve}
+    factorise, solve = factors.doors(model.arrays.dense)
+    whole = {FORCE: evaluation.forces, TANGENT: evaluation.add_tangents, FACTOR: factorise, SOLUTION: solve}
 
     def burst(one: Routine | Callback, more: int, times: int) -> float:
         table = packed(Burst(step, one.address, more, times))
@@ -181,5 +182,5 @@ def bench(model: Compiled, scheme: GeneralizedAlpha | None = None, repeat: int =
         return float(sum(measured(one, address) for one, address in pairs if one is not None))
 
     if model.pattern is None:
-        stepping.factorise(step)  # factors for the solutions
+        factorise(step)  # factors for the solutions
     return seconds

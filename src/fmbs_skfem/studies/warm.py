@@ -13,7 +13,7 @@ import threading
 
 import numpy as np
 
-from ..dynamics import stepping
+from ..dynamics import factors, stepping
 from ..reduction import costs, ecsw
 from ..systems import evaluation, points
 
@@ -21,12 +21,13 @@ from ..systems import evaluation, points
 def main(reduces: bool) -> None:
     """Compile routines from the last to the first."""
     threading.Thread(target=end_with_parent, daemon=True).start()
-    for one in (stepping.advance, evaluation.survey, stepping.settle, stepping.solve, stepping.factorise):
+    for one in (stepping.advance, evaluation.survey, stepping.settle, *reversed(factors.doors(dense=False))):
         int(one.address)
     if reduces:
         ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)
         ecsw.weights(np.eye(2), 0.5)
-        for one in (points.force, points.tangent, points.energy, evaluation.residuals, costs.repeat_calls):
+        terms = points.force, points.tangent, points.energy
+        for one in (*factors.doors(dense=True), *terms, evaluation.residuals, costs.repeat_calls):
             int(one.address)
 
 

@@ -18,7 +18,7 @@ from ..bodies import body
 from ..core import saddle
 from ..dynamics import GeneralizedAlpha, Newton, integrate
 from ..dynamics.scheme import method_of
-from ..dynamics.stepping import Method
+from ..dynamics.step import Method
 from ..systems import At, Motion, System, assemble, compile_system, compiled, joints, loads, probes
 from .beams import GRAVITY
 from .registry import Quantity, case, farthest, order, pairs, slope

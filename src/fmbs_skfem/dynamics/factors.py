@@ -1,0 +1,289 @@
+r"""Factors of the matrix of (3) in `stepping`, and solutions with them: bands with a Schur complement of the joints, or all dense.
+
+    [ c W      Phi_q^T ]        W = bh M + gh C + K
+    [ Phi_q    0       ]
+
+Each storage has two routines, `factorise` and `solve`; a model compiles those of its own storage alone.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..core import lapack
+from ..core.jit import jit
+from ..core.structs import Routine, routine
+from ..systems import corotation, evaluation, kernels
+from .step import Work, opened
+
+CHOLESKY, BAND, FULL = 1, 2, 3  #: kinds of factors: Cholesky band, general band, dense
+
+
+def doors(dense: bool) -> tuple[Routine, Routine]:
+    """The routines `factorise` and `solve` of a storage."""
+    return (factorise_dense, solve_dense) if dense else (factorise_band, solve_band)
+
+
+@jit
+def assemble(table: Any) -> int:
+    """J = Phi_q and the front c W + d(Phi_q^T lambda)/dq of the matrix at the trial state, whose y and Phi_y must be current.
+
+    0, or 1 where a tangent failed.
+    """
+    S = opened(table)
+    A, s, w = S.arrays, S.space, S.work
+    kernels.clear(w.J.reshape(-1))
+    for m in range(len(s.multipliers)):
+        kernels.add_transposed(A.probes, 1.0, s.Jy[m], w.J[m])
+    s.c[0], s.gh[0] = S.method.c, S.method.gh
+    evaluation.slopes(table)
+    combine(S.method.bh, A.mass.store, S.method.gh, A.damping.store, A.stiffness.store, s.W)
+    if w.kind[1] == 1:
+        corotation.add_rotated_tangent(A.corotation, s.x, S.method.gh, s.W)
+    elif evaluation.sum_tangents(table) != 0:
+        return 1
+    scale(S.method.c, s.W)
+    kernels.add_pairs(A.pairs, s.H, A.dense, s.W)
+    return 0
+
+
+@jit
+def combine(bh: float, mass: np.ndarray, gh: float, damping: np.ndarray, stiffness: np.ndarray, W: np.ndarray) -> None:
+    """W = bh M + gh C + K."""
+    for i in range(W.shape[0]):
+        for j in range(W.shape[1]):
+            W[i, j] = bh * mass[i, j] + gh * damping[i, j] + stiffness[i, j]
+
+
+@jit
+def scale(c: float, W: np.ndarray) -> None:
+    """W *= c."""
+    for i in range(W.shape[0]):
+        for j in range(W.shape[1]):
+            W[i, j] *= c
+
+
+@routine
+def factorise_dense(table: Any, _: Any) -> int:
+    """Factors of the matrix at the trial state; 0, or LAPACK's info. Secants of earlier factors are forgotten."""
+    S = opened(table)
+    w = S.work
+    w.secants[0] = 0
+    if assemble(table) != 0:
+        return 1
+    w.kind[0] = w.kind[2] = FULL
+    bordered(S.space.W, w.J, w.kkt)
+    info = lapack.getrf(w.addresses, w.kkt, w.pivots)
+    for i in range(len(w.kkt)):
+        w.kkt[i, i] = 1.0 / w.kkt[i, i]
+    return info
+
+
+@routine
+def solve_dense(table: Any, _: Any) -> int:
+    """rhs <- KKT^-1 rhs with the current factors."""
+    S = opened(table)
+    substitute_dense(S.work.kkt, S.work.pivots, S.space.rhs[0])
+    return 0
+
+
+@jit
+def bordered(W: np.ndarray, J: np.ndarray, kkt: np.ndarray) -> None:
+    """kkt = [[W, J^T], [J, 0]]^T: LAPACK counts along columns."""
+    n, m = len(W), len(J)
+    for i in range(n):
+        for j in range(n):
+            kkt[j, i] = W[i, j]
+    for k in range(m):
+        for i in range(n):
+            kkt[i, n + k] = kkt[n + k, i] = J[k, i]
+        for l in range(m):
+            kkt[n + k, n + l] = 0.0
+
+
+@jit
+def substitute_dense(LU: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
+    """x <- K^-1 x with the factors P K = L U by columns, the diagonal of U inverted; faster than LAPACK's getrs for one vector.
+
+    Four columns at a time: the unknowns of a triangle first, then all that they reach.
+    """
+    n = len(x)
+    full = n // 4 * 4
+    for j in range(n):
+        other = pivots[j] - 1
+        x[j], x[other] = x[other], x[j]
+    for j in range(0, full, 4):
+        A, B, C, D = LU[j], LU[j + 1], LU[j + 2], LU[j + 3]
+        a = x[j]
+        b = x[j + 1] - A[j + 1] * a
+        c = x[j + 2] - A[j + 2] * a - B[j + 2] * b
+        d = x[j + 3] - A[j + 3] * a - B[j + 3] * b - C[j + 3] * c
+        x[j + 1], x[j + 2], x[j + 3] = b, c, d
+        rest, A, B, C, D = x[j + 4 :], A[j + 4 :], B[j + 4 :], C[j + 4 :], D[j + 4 :]
+        for i in range(len(rest)):
+            rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
+    for j in range(full, n):
+        for i in range(j + 1, n):
+            x[i] -= LU[j, i] * x[j]
+    for j in range(n - 1, full - 1, -1):
+        x[j] *= LU[j, j]
+        for i in range(j):
+            x[i] -= LU[j, i] * x[j]
+    for j in range(full - 4, -1, -4):
+        A, B, C, D = LU[j], LU[j + 1], LU[j + 2], LU[j + 3]
+        d = x[j + 3] * D[j + 3]
+        c = (x[j + 2] - D[j + 2] * d) * C[j + 2]
+        b = (x[j + 1] - D[j + 1] * d - C[j + 1] * c) * B[j + 1]
+        a = (x[j] - D[j] * d - C[j] * c - B[j] * b) * A[j]
+        x[j], x[j + 1], x[j + 2], x[j + 3] = a, b, c, d
+        rest = x[:j]
+        for i in range(j):
+            rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
+
+
+@routine
+def factorise_band(table: Any, _: Any) -> int:
+    """As `factorise_dense`. Where Cholesky's factorisation of the band fails, the matrix is set up again for LU."""
+    S = opened(table)
+    for kind in (CHOLESKY, BAND):
+        if assemble(table) != 0:
+            return 1
+        S.work.kind[0] = S.work.kind[2] = kind
+        info = factor_band(table)
+        if info == 0:
+            break
+    return info
+
+
+@jit
+def factor_band(table: Any) -> int:
+    """Factor W by `kind`, and the Schur complement of J; 0, or LAPACK's info."""
+    S = opened(table)
+    W, w = S.space.W, S.work
+    n, m = len(S.space.x), len(S.space.multipliers)
+    if w.kind[2] == CHOLESKY:
+        info = lapack.pbtrf(w.addresses, W)
+        for i in range(n):
+            W[i, 0] = 1.0 / W[i, 0]
+    else:
+        width = W.shape[1] - 1
+        mirror_band(W, w.general)
+        info = lapack.gbtrf(w.addresses, w.general, width, width, w.pivots)
+    if info != 0 or m == 0:
+        return info
+    for k in range(m):
+        for i in range(n):
+            w.spread[k, i] = w.J[k, i]
+    substitute_rows(table, w.spread)
+    for k in range(m):
+        for l in range(m):
+            w.schur[k, l] = 0.0
+            for i in range(n):
+                w.schur[k, l] += w.spread[k, i] * w.J[l, i]
+    return lapack.getrf(w.addresses, w.schur, w.schur_pivots)
+
+
+@routine
+def solve_band(table: Any, joints: Any) -> int:
+    """As `solve_dense`; with `joints` = 1 the front of rhs is zero."""
+    S = opened(table)
+    rhs, n = S.space.rhs, len(S.space.x)
+    if joints == 0:
+        substitute_rows(table, rhs[0, :n].reshape(1, n))
+    if len(S.space.multipliers) > 0:
+        close(S.work, rhs)
+    return 0
+
+
+@jit
+def mirror_band(low: np.ndarray, general: np.ndarray) -> None:
+    """Lower band (n, d+1) as LAPACK's general band (n, 3d+1) with room for pivoting."""
+    n, width = low.shape
+    d = width - 1
+    kernels.clear(general.reshape(-1))
+    for j in range(n):
+        for k in range(min(width, n - j)):
+            general[j, 2 * d + k] = low[j, k]
+            general[j + k, 2 * d - k] = low[j, k]
+
+
+@jit
+def substitute_rows(table: Any, rhs: np.ndarray) -> None:
+    """rhs rows <- W^-1 rhs."""
+    S = opened(table)
+    W, w = S.space.W, S.work
+    if w.kind[2] == CHOLESKY:
+        for k in range(len(rhs)):
+            substitute(W, rhs[k])
+    else:
+        width = W.shape[1] - 1
+        lapack.gbtrs(w.addresses, w.general, width, width, w.pivots, rhs)
+
+
+@jit
+def substitute(L: np.ndarray, x: np.ndarray) -> None:
+    """x <- (L L^T)^-1 x with the band factor (n, d+1), its diagonal inverted; faster than LAPACK's pbtrs for narrow bands.
+
+    Four columns at a time, as `substitute_dense`: first the unknowns of a triangle, then those that all four reach, then the rest.
+    """
+    n, width = L.shape
+    full = max(0, (n - width - 2) // 4 * 4) if width > 4 else 0
+    for j in range(0, full, 4):
+        A, B, C, D, rest = L[j], L[j + 1], L[j + 2], L[j + 3], x[j + 4 :]
+        a = x[j] * A[0]
+        b = (x[j + 1] - A[1] * a) * B[0]
+        c = (x[j + 2] - A[2] * a - B[1] * b) * C[0]
+        d = (x[j + 3] - A[3] * a - B[2] * b - C[1] * c) * D[0]
+        x[j], x[j + 1], x[j + 2], x[j + 3] = a, b, c, d
+        A, B, C, D = A[4:], B[3:], C[2:], D[1:]
+        for i in range(width - 4):
+            rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
+        rest[width - 4] -= B[width - 4] * b + C[width - 4] * c + D[width - 4] * d
+        rest[width - 3] -= C[width - 3] * c + D[width - 3] * d
+        rest[width - 2] -= D[width - 2] * d
+    for j in range(full, n):
+        value = x[j] * L[j, 0]
+        x[j] = value
+        for i in range(1, min(width, n - j)):
+            x[j + i] -= L[j, i] * value
+    for j in range(n - 1, full - 1, -1):
+        value = x[j]
+        for i in range(min(width, n - j) - 1, 0, -1):
+            value -= L[j, i] * x[j + i]
+        x[j] = value * L[j, 0]
+    for j in range(full - 4, -1, -4):
+        A, B, C, D, rest = L[j, 4:], L[j + 1, 3:], L[j + 2, 2:], L[j + 3, 1:], x[j + 4 :]
+        a, b, c, d = x[j], x[j + 1], x[j + 2], x[j + 3]
+        d -= D[width - 2] * rest[width - 2] + D[width - 3] * rest[width - 3] + D[width - 4] * rest[width - 4]
+        c -= C[width - 3] * rest[width - 3] + C[width - 4] * rest[width - 4]
+        b -= B[width - 4] * rest[width - 4]
+        for i in range(width - 5, -1, -1):
+            value = rest[i]
+            a -= A[i] * value
+            b -= B[i] * value
+            c -= C[i] * value
+            d -= D[i] * value
+        A, B, C, D = L[j], L[j + 1], L[j + 2], L[j + 3]
+        d *= D[0]
+        c = (c - C[1] * d) * C[0]
+        b = (b - B[1] * c - B[2] * d) * B[0]
+        a = (a - A[1] * b - A[2] * c - A[3] * d) * A[0]
+        x[j], x[j + 1], x[j + 2], x[j + 3] = a, b, c, d
+
+
+@jit
+def close(w: Work, rhs: np.ndarray) -> None:
+    """rhs <- KKT^-1 (r, g) from rhs = (W^-1 r, g), with band factors."""
+    m, n = w.J.shape
+    R, small = rhs[0, :n].reshape(1, n), rhs[0, n:].reshape(1, m)
+    for k in range(m):
+        total = -small[0, k]
+        for i in range(n):
+            total += w.J[k, i] * R[0, i]
+        small[0, k] = total
+    lapack.getrs(w.addresses, w.schur, w.schur_pivots, small, lapack.T)
+    for k in range(m):
+        for i in range(n):
+            R[0, i] -= w.spread[k, i] * small[0, k]

@@ -1,0 +1,99 @@
+"""The structs of a compiled time step, which routines open from one address."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..core.structs import Cube, Integers, Matrix, Shorts, Vector, opener
+from ..systems.evaluation import Arrays, Space
+
+
+class Method(NamedTuple):
+    """Coefficients of one step size, and the controls of the iteration."""
+
+    h: float
+    am: float
+    af: float
+    gamma: float
+    beta: float
+    bh: float
+    gh: float
+    c: float
+    tolerance: float  #: on the remaining error of q [m]
+    iterations: int
+    slow: float  #: contraction above which the matrix is factored anew for the next step
+    floor: float  #: round-off of q [m]
+    sharp: float  #: remaining error of q over the second difference of q'' [s2]
+    trusting: bool  #: whether a contraction of steps before may be relied on
+
+
+class State(NamedTuple):
+    """Motion at one instant; arrays are updated in place."""
+
+    x: Vector
+    v: Vector
+    a: Vector  #: algorithmic acceleration
+    acceleration: Vector  #: q''
+    multipliers: Vector  #: c times the physical ones
+    history: Matrix  #: (3, n) earlier q'', latest first
+    past: Matrix  #: (3, m) earlier multipliers, latest first
+    known: Integers  #: (1,) number of valid rows of history and past
+    order: Integers  #: (1,) order of the predictor
+    memory: Vector  #: (l,) what forces keep of it
+    change: Vector  #: (1,) size of the second difference of q'' [m/s2], infinite where it is not known
+
+
+class Work(NamedTuple):
+    """Factors, and preallocated space of the solver."""
+
+    addresses: Integers
+    kkt: Matrix  #: (n + m, n + m) for dense systems
+    general: Matrix  #: general band, used where W is indefinite
+    pivots: Shorts
+    schur: Matrix
+    schur_pivots: Shorts
+    spread: Matrix  #: (m, n) W^-1 Phi_q^T
+    J: Matrix  #: (m, n)
+    updates: Matrix  #: (u, n + m) what secants add to solutions with the factors, u of them at most
+    shares: Matrix  #: (u, n) by how much: rows of the scalar product with the displacement of a solution
+    secants: Integers  #: (1,) number of secants since the factors; the last u are kept
+    moved: Vector  #: (n,) displacement of the last correction
+    paths: Matrix  #: (4, j) rows of `kernels.drift`
+    pull: Vector  #: (2,) size of the last correction of the multipliers, infinite before the first; the largest mass [kg]
+    rate: Vector  #: (1,) contraction, the largest of late measurements
+    kind: Integers  #: (4,) kind of the factors, 0: anew; 1 while tangents are turned; kind of those there are; their age in steps
+
+
+class Doors(NamedTuple):
+    """Addresses of the routines that a step calls."""
+
+    residual: int
+    factorise: int  #: factors at the trial state of the space, 0 or the reason for none
+    solve: int  #: rhs <- KKT^-1 rhs; told 1 where the front of rhs is zero
+    settle: int  #: the accepted velocities onto (4)
+
+
+class Job(NamedTuple):
+    """Steps to take, and where their results go."""
+
+    signals: Matrix  #: (k, s) a row for every step
+    rows: Integers  #: (k,) rows of the trajectory, -1 for none
+    out: Cube  #: (3, s, n) x, v, q''
+    multipliers: Matrix  #: (s, m) physical
+    counters: Integers
+    done: Integers  #: (1,) steps that were taken
+
+
+class Step(NamedTuple):
+    """All that the routines of a step read and write."""
+
+    space: Space  #: the trial state and what is evaluated there
+    arrays: Arrays
+    doors: Doors
+    state: State
+    work: Work
+    method: Method
+    job: Job
+
+
+opened = opener(Step)
