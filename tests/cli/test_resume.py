@@ -204,7 +204,7 @@ def test_the_history_of_another_run_is_kept(tmp_path: Path) -> None:
 def test_a_folder_in_use_is_refused(tmp_path: Path) -> None:
     out = tmp_path / "out"
     out.mkdir()
-    with segments.locked(out):
+    with segments.lock(out):
         refused = run(scene(tmp_path, MOTION), out)
         assert refused.code == 3
         assert f"a folder no other run writes into, got process {os.getpid()}; wait for it" in refused.err

@@ -212,17 +212,17 @@ def test_python_objects_cannot_be_written() -> None:
 
 
 def test_a_folder_belongs_to_one_run(tmp_path: Path) -> None:
-    with segments.locked(tmp_path):
+    with segments.lock(tmp_path):
         with pytest.raises(InputError, match=f"expected a folder no other run writes into, got process {os.getpid()}"):
-            segments.locked(tmp_path).__enter__()
-        number = child(lambda: segments.locked(tmp_path).__enter__())
+            segments.lock(tmp_path).__enter__()
+        number = child(lambda: segments.lock(tmp_path).__enter__())
         assert ended(number) == 99
     assert list(tmp_path.iterdir()) == []
 
 
 def test_the_lock_of_a_killed_run_is_taken_over_with_a_notice(tmp_path: Path) -> None:
     def hold() -> None:
-        with segments.locked(tmp_path):
+        with segments.lock(tmp_path):
             time.sleep(60.0)
 
     number = child(hold)
@@ -232,7 +232,7 @@ def test_the_lock_of_a_killed_run_is_taken_over_with_a_notice(tmp_path: Path) ->
         time.sleep(1e-3)
     os.kill(number, signal.SIGKILL)
     assert ended(number) == -signal.SIGKILL
-    with pytest.warns(Notice, match=f"the lock of process {number}, which is gone, is taken over"), segments.locked(tmp_path):
+    with pytest.warns(Notice, match=f"the lock of process {number}, which is gone, is taken over"), segments.lock(tmp_path):
         assert (tmp_path / segments.LOCK).read_text() == f"process {os.getpid()}\n"
     assert list(tmp_path.iterdir()) == []
 

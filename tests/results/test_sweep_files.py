@@ -111,17 +111,17 @@ def test_settled_members_are_those_of_these_points(tmp_path: Path) -> None:
     for k in range(4):
         sweep_files.write(tmp_path, record(k))
     names = ("E", "d", "n")
-    assert sorted(sweep_files.settled(tmp_path, POINTS, names)) == [0, 1, 2, 3]
+    assert sorted(sweep_files.read_settled(tmp_path, POINTS, names)) == [0, 1, 2, 3]
     sweep_files.path(tmp_path, 1).write_bytes(b"none")
     with pytest.warns(Notice, match="000001.h5.*counts as missing"):
-        assert sorted(sweep_files.settled(tmp_path, POINTS, names)) == [0, 2, 3]
+        assert sorted(sweep_files.read_settled(tmp_path, POINTS, names)) == [0, 2, 3]
     sweep_files.path(tmp_path, 1).unlink()
     other = POINTS.copy()
     other[2, 0] *= 1 + 1e-15
     with pytest.warns(Notice, match="another member"):
-        assert sorted(sweep_files.settled(tmp_path, other, names)) == [0, 3]
+        assert sorted(sweep_files.read_settled(tmp_path, other, names)) == [0, 3]
     sweep_files.forget(tmp_path)
-    assert sweep_files.settled(tmp_path, POINTS, names) == {}
+    assert sweep_files.read_settled(tmp_path, POINTS, names) == {}
 
 
 def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
@@ -246,7 +246,7 @@ class Slow:
 if __name__ == "__main__":
     folder, count = Path(sys.argv[1]), int(sys.argv[2])
     points = np.arange(float(count))[:, None]
-    done = sweep_files.settled(folder, points, ["E"])
+    done = sweep_files.read_settled(folder, points, ["E"])
     print(len(done), flush=True)
     keep = lambda record: sweep_files.write(folder, record)
     outcome = sweeps.run(Slow(), ["E"], points, keep, sweeps.SweepOptions(workers=2, batch=0.2), done)
@@ -270,7 +270,7 @@ def test_a_killed_sweep_goes_on_with_what_is_missing(tmp_path: Path) -> None:
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.split() == [str(len(there)), str(count - len(there))]
     points = np.arange(float(count))[:, None]
-    found = sweep_files.settled(folder, points, ["E"])
+    found = sweep_files.read_settled(folder, points, ["E"])
     assert sorted(found) == list(range(count))
     assert all(np.array_equal(one.result.columns["y"], k * np.arange(3.0)) for k, one in found.items() if one.result)
     assert all((folder / "members" / name).stat().st_mtime_ns == stamp for name, stamp in there.items())

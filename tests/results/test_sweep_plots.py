@@ -64,10 +64,10 @@ def test_the_fan_has_a_median_between_its_bands(tmp_path: Path) -> None:
 def test_histories_of_other_durations_are_drawn_up_to_the_shortest() -> None:
     """Members are linear in time, so that they can be interpolated exactly."""
     times = np.array([[0.0, 1.0, 2.0], [0.0, 2.0, 4.0], [0.0, 1.5, np.nan], [np.nan] * 3])
-    common, values = sweep_plots.aligned(times, 3 * times)
+    common, values = sweep_plots.align(times, 3 * times)
     np.testing.assert_allclose(common, [0.0, 0.75, 1.5])
     np.testing.assert_allclose(values, np.tile(3 * common, (3, 1)))
-    same, all_values = sweep_plots.aligned(SWEEP.times, SWEEP.columns["speed"])
+    same, all_values = sweep_plots.align(SWEEP.times, SWEEP.columns["speed"])
     assert same is SWEEP.times[0] or np.array_equal(same, TIMES)
     np.testing.assert_array_equal(all_values, SWEEP.columns["speed"])
 

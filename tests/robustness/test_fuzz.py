@@ -177,8 +177,8 @@ YAML = st.recursive(
 
 @tries(150)
 @given(YAML, st.booleans())
-def test_random_trees(value: Any, headed: bool) -> None:
-    tree = {"schema": 1, "bodies": {"a": value}, "analysis": value} if headed else value
+def test_random_trees(value: Any, add_unit: bool) -> None:
+    tree = {"schema": 1, "bodies": {"a": value}, "analysis": value} if add_unit else value
     assert told(lambda: scenes.loads(json.dumps(tree).replace("NaN", ".nan").replace("Infinity", ".inf"))) is None
 
 

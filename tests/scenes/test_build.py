@@ -12,7 +12,7 @@ from fmbs_skfem.bodies import Circular, Material
 from fmbs_skfem.bodies import body as bodies
 from fmbs_skfem.core.errors import InputError, SolverError
 from fmbs_skfem.scenes import build, fields, schema
-from fmbs_skfem.scenes.bodies import remeshed
+from fmbs_skfem.scenes.bodies import remesh
 from fmbs_skfem.shapes import meshes
 from fmbs_skfem.systems import assembly, joints, loads
 
@@ -76,7 +76,7 @@ def test_linkage_closes() -> None:
 def test_remeshed_cable(cells: int | None, refine: int, count: int) -> None:
     """Named points stay where they are, the ends included."""
     mesh = meshes.read(ROOT / "meshes" / "cable_40.msh")
-    new = remeshed(mesh, "cable", cells, refine)
+    new = remesh(mesh, "cable", cells, refine)
     assert len(new.cells) == count
     for name, ids in mesh.point_groups.items():
         np.testing.assert_allclose(new.points[new.point_groups[name]], mesh.points[ids], atol=1e-14)
@@ -85,14 +85,14 @@ def test_remeshed_cable(cells: int | None, refine: int, count: int) -> None:
 
 def test_remeshed_arc_stays_an_arc() -> None:
     """The points of a coarser mesh lie on the circle, not on the old chords (sagitta 2e-4 m)."""
-    new = remeshed(meshes.read(ROOT / "meshes" / "arc_40.msh"), None, 33)
+    new = remesh(meshes.read(ROOT / "meshes" / "arc_40.msh"), None, 33)
     radius = np.linalg.norm(new.points - [0.0, 1.0, 0.0], axis=1)
     np.testing.assert_allclose(radius, 1.0, atol=2e-6)
 
 
 def test_remeshed_needs_cells_for_named_points() -> None:
     with pytest.raises(InputError, match="at least 2 cells"):
-        remeshed(meshes.read(ROOT / "meshes" / "cable_40.msh"), None, 1)
+        remesh(meshes.read(ROOT / "meshes" / "cable_40.msh"), None, 1)
 
 
 def test_rotation_about_an_axis() -> None:

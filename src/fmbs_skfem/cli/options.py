@@ -23,14 +23,14 @@ COMMON = (
 
 def parameters(study: Callable[..., Any], into: str = "") -> list[click.Parameter]:
     """The arguments and options of the command of a study; `into` says where its results go without --out."""
-    found = [made(name, note, kinds, default) for name, note, kinds, default in declared(study)]
+    found = [make_parameter(name, note, kinds, default) for name, note, kinds, default in read_annotations(study)]
     for one in found:
         if isinstance(one, click.Option) and one.name == "out" and into:
             one.show_default = into
     return [*found, *COMMON]
 
 
-def declared(study: Callable[..., Any]) -> Iterator[tuple[str, Argument | Option, set[Any], Any]]:
+def read_annotations(study: Callable[..., Any]) -> Iterator[tuple[str, Argument | Option, set[Any], Any]]:
     """Keyword, note, types and default of everything of a study that its annotations describe."""
     for parameter in inspect.signature(study).parameters.values():
         hints, default = {parameter.name: parameter.annotation}, parameter.default
@@ -43,7 +43,7 @@ def declared(study: Callable[..., Any]) -> Iterator[tuple[str, Argument | Option
                     yield name, note, {kind, *get_args(kind)}, default
 
 
-def made(name: str, note: Argument | Option, kinds: set[Any], default: Any) -> click.Parameter:
+def make_parameter(name: str, note: Argument | Option, kinds: set[Any], default: Any) -> click.Parameter:
     """The parameter of click for a keyword."""
     if isinstance(note, Argument):
         return click.Argument([name], metavar=note.value, type=FILE)
@@ -55,10 +55,10 @@ def made(name: str, note: Argument | Option, kinds: set[Any], default: Any) -> c
     if kinds == {bool}:
         return click.Option([f"{word}/--no-{word[2:]}", name] if default else [word, name], is_flag=True, **common,
                             default=bool(default), show_default=shown)  # fmt: skip
-    return click.Option([word, name], default=default, show_default=shown, **typed(note, kinds), **common)
+    return click.Option([word, name], default=default, show_default=shown, **choose_type(note, kinds), **common)
 
 
-def typed(note: Option, kinds: set[Any]) -> dict[str, Any]:
+def choose_type(note: Option, kinds: set[Any]) -> dict[str, Any]:
     """Type, and check, of the value of an option."""
     if callable(note.choices):
         return {"type": str, "callback": chooser(note.choices)}
@@ -96,10 +96,12 @@ def chooser(known: Callable[[], Any]) -> Callable[..., Any]:
 
 def explain(study: Callable[..., Any]) -> str:
     """The docstring of a study with its keywords as they are written on the command line."""
-    words = {name: "--" + (note.name or name).replace("_", "-") for name, note, *_ in declared(study) if isinstance(note, Option)}
+    words = {
+        name: "--" + (note.name or name).replace("_", "-") for name, note, *_ in read_annotations(study) if isinstance(note, Option)
+    }
     return re.sub(r"`(\w+)`", lambda found: words.get(found[1], found[0]), inspect.getdoc(study) or "")
 
 
 def source(study: Callable[..., Any]) -> str:
     """The keyword of the argument of a study; empty where it has none."""
-    return next((name for name, note, *_ in declared(study) if isinstance(note, Argument)), "")
+    return next((name for name, note, *_ in read_annotations(study) if isinstance(note, Argument)), "")

@@ -16,7 +16,7 @@ from . import camera as camera_
 from . import palette
 from .camera import Box, Camera
 from .frames import Array
-from .job import Job
+from .job import PictureJob
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -119,7 +119,7 @@ def _axis_name(axis: int, pixels: Array, gap: tuple[float, float], height: int) 
     return Text(name, (centre[0] + 2.6 * height * sideways, centre[1] + 2.1 * height), "ma" if sideways == 0 else "mm", height)
 
 
-def strip(job: Job, width: int, height: int) -> Pixels:
+def strip(job: PictureJob, width: int, height: int) -> Pixels:
     """The key beside the scene, (height, width, 3): colour scale or names of bodies, then the kinds of joints."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -135,7 +135,7 @@ def strip(job: Job, width: int, height: int) -> Pixels:
     return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
 
 
-def _scale(axes: Axes, job: Job) -> None:
+def _scale(axes: Axes, job: PictureJob) -> None:
     from matplotlib.cm import ScalarMappable
 
     bar = axes.figure.colorbar(ScalarMappable(norm(job), cmap(job)), cax=axes)
@@ -146,7 +146,7 @@ def _scale(axes: Axes, job: Job) -> None:
         bar.ax.yaxis.get_offset_text().set(fontsize=9, horizontalalignment="left")
 
 
-def _key(axes: Axes, job: Job) -> None:
+def _key(axes: Axes, job: PictureJob) -> None:
     from matplotlib.lines import Line2D
 
     axes.set_axis_off()
@@ -159,14 +159,14 @@ def _key(axes: Axes, job: Job) -> None:
         axes.legend(handles=handles, loc="upper left", frameon=False, fontsize=9, handlelength=1.2, borderaxespad=0.2)
 
 
-def norm(job: Job) -> Any:
+def norm(job: PictureJob) -> Any:
     """From values to [0, 1]."""
     from matplotlib.colors import LogNorm, Normalize
 
     return LogNorm(*job.limits, clip=True) if job.logarithmic else Normalize(*job.limits, clip=True)
 
 
-def cmap(job: Job) -> Any:
+def cmap(job: PictureJob) -> Any:
     """Blue to red through grey for fields of both signs, for the others the order's own or viridis without its palest end."""
     import matplotlib
     from matplotlib.colors import ListedColormap

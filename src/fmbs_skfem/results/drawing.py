@@ -12,7 +12,7 @@ from . import decor, palette, surfaces
 from .camera import Box, Camera
 from .decor import Pixels
 from .frames import Array
-from .job import Arrays, Job
+from .job import Arrays, PictureJob
 
 GLYPH = 3.1  #: radius of a joint, over the smallest radius of a tube
 RAISED = 0.25  #: distance of flat surfaces in a planar scene, which lie in one plane, over the smallest radius of a tube
@@ -80,7 +80,7 @@ def _mesh_lines(box: Box, axes: tuple[int, int], normal: int, height: float) -> 
 
 
 def configuration(
-    plotter: Any, job: Job, arrays: Arrays, sample: int, thinnest: float, strength: float = 1.0, slot: int = 0
+    plotter: Any, job: PictureJob, arrays: Arrays, sample: int, thinnest: float, strength: float = 1.0, slot: int = 0
 ) -> None:
     """Draw all bodies and joints at one instant, replacing what was in `slot`.
 
@@ -108,7 +108,7 @@ def configuration(
     )
 
 
-def _joints(plotter: Any, job: Job, centres: Arrays, thinnest: float, strength: float, slot: int) -> None:
+def _joints(plotter: Any, job: PictureJob, centres: Arrays, thinnest: float, strength: float, slot: int) -> None:
     """Joints; in planar scenes in front of all surfaces, and sliders and masses behind what else lies there."""
     for j, kind in enumerate(job.kinds):
         tint = _fade(_rgb(decor.GLYPHS[kind][1])[None], strength)[0]
@@ -161,7 +161,7 @@ def _glyph(kind: str, centre: Array, radius: float) -> Any:
     return pyvista.Sphere(radius=size, center=(x, y, z), theta_resolution=20, phi_resolution=20)
 
 
-def _colours(job: Job, body: int, values: Array) -> Pixels:
+def _colours(job: PictureJob, body: int, values: Array) -> Pixels:
     """Red, green, blue in 0..255 of every point (x,3); grey where there is no value."""
     if not job.label:
         return np.repeat(_rgb(palette.colour(body))[None], values.size, axis=0)

@@ -1,4 +1,4 @@
-"""The order for a picture: a folder with job.json (`Job`) and arrays.npz, written by `pictures`, read by `render_child`.
+"""The order for a picture: a folder with job.json (`PictureJob`) and arrays.npz, written by `pictures`, read by `render_child`.
 
 arrays.npz: times (s,); points_i (s,x,3) and values_i (s,x) of body i; joint_j (s,3) of joint j. A body that is a surface also has
 quads_i (f,4), edges_i (i,2), the pairs of points between which its outline is drawn, and place_i (x,), see `surfaces`.
@@ -17,7 +17,7 @@ Arrays: TypeAlias = dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)
-class Job:
+class PictureJob:
     """Everything about a picture that is not an array."""
 
     layout: str  #: "overlay", "multiples" or "animation"
@@ -41,16 +41,16 @@ class Job:
         return not self.logarithmic and self.limits[0] < 0 < self.limits[1]
 
 
-def save(folder: Path, job: Job, arrays: Arrays) -> None:
+def save(folder: Path, job: PictureJob, arrays: Arrays) -> None:
     """Write the order into `folder`."""
     np.savez(folder / "arrays.npz", allow_pickle=False, **arrays)
     (folder / "job.json").write_text(json.dumps(asdict(job)), encoding="utf-8")
 
 
-def load(folder: Path) -> tuple[Job, Arrays]:
+def load(folder: Path) -> tuple[PictureJob, Arrays]:
     """Read the order from `folder`."""
     raw: dict[str, Any] = json.loads((folder / "job.json").read_text(encoding="utf-8"))
     plain: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in raw.items()}
-    job = Job(**plain)
+    job = PictureJob(**plain)
     with np.load(folder / "arrays.npz") as arrays:
         return job, dict(arrays)

@@ -48,7 +48,7 @@ def frames(trajectory: Trajectory, rows: np.ndarray | None = None, wanted: Colle
     return Frames(trajectory.times[rows], {name: bodies[name] for name in order}, {**joints(system, x), **masses})
 
 
-def moved(system: System, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def expand(system: System, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Body coordinates and their rates of unknowns x (..., n) and rates v."""
     lift = system.lift
     return in_scene(system, np.asarray(lift.matrix @ x.T).T + lift.offset), np.asarray(lift.matrix @ v.T).T
@@ -61,7 +61,7 @@ def line_bodies(
     system = trajectory.system
     if not system.lines:
         return {}, {}
-    q, rate = moved(system, trajectory.x[rows], trajectory.v[rows])
+    q, rate = expand(system, trajectory.x[rows], trajectory.v[rows])
     now, moving, start = (
         centre_lines(system, q),
         centre_lines(system, rate),
@@ -70,9 +70,9 @@ def line_bodies(
     radius = {line.name: line.radius for line in system.lines}
     bodies = {name: lines(now[name], moving[name], start[name], radius[name]) for name in now if now[name].shape[2] > 1}
     for name in bodies.keys() & rigid(system):
-        bodies[name] = replace(bodies[name], fields=chosen(bodies[name].fields, ("velocity",)))
+        bodies[name] = replace(bodies[name], fields=choose(bodies[name].fields, ("velocity",)))
     masses = {name: (Kind.MASS.value, spatial(gradients[:, 0, 0])) for name, gradients in now.items() if gradients.shape[2] == 1}
-    return {name: replace(body, fields=chosen(body.fields, wanted)) for name, body in bodies.items()}, masses
+    return {name: replace(body, fields=choose(body.fields, wanted)) for name, body in bodies.items()}, masses
 
 
 def rigid(system: System) -> set[str]:
@@ -80,7 +80,7 @@ def rigid(system: System) -> set[str]:
     return {line.name for line in system.lines if csr_array(line.samples)[2 * (line.samples.shape[0] // 3) :].nnz == 0}
 
 
-def chosen(fields: Mapping[str, np.ndarray], wanted: Collection[str] | None) -> dict[str, np.ndarray]:
+def choose(fields: Mapping[str, np.ndarray], wanted: Collection[str] | None) -> dict[str, np.ndarray]:
     """The wanted ones of these fields."""
     return {name: values for name, values in fields.items() if wanted is None or name in wanted}
 
@@ -93,11 +93,11 @@ def skin_bodies(trajectory: Trajectory, rows: np.ndarray, wanted: Collection[str
     points: dict[str, list[np.ndarray]] = {skin.name: [] for skin in system.skins}
     found: dict[str, list[dict[str, np.ndarray]]] = {skin.name: [] for skin in system.skins}
     for row in rows:
-        q, rate = moved(system, trajectory.x[row], trajectory.v[row])
+        q, rate = expand(system, trajectory.x[row], trajectory.v[row])
         now, moving = skins(system, q), skins(system, rate)
         for skin in system.skins:
             points[skin.name].append(spatial(now[skin.name][0]))
-            found[skin.name].append(chosen(skin_fields(skin, now[skin.name], moving[skin.name][0]), wanted))
+            found[skin.name].append(choose(skin_fields(skin, now[skin.name], moving[skin.name][0]), wanted))
     start = skins(system, in_scene(system, system.lift(system.x0)))
     bodies = {}
     for skin in system.skins:

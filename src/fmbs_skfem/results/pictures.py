@@ -22,7 +22,7 @@ from ..core.errors import FmbsError, InputError, MissingFeature, closest, say
 from . import frames as frames_
 from . import surfaces
 from .frames import Frames, Skins
-from .job import Arrays, Job, save
+from .job import Arrays, PictureJob, save
 
 #: text beside the colour scale of well-known fields
 LABELS = {
@@ -93,7 +93,7 @@ def render(
     flat = any(isinstance(body, Skins) for body in frames.bodies.values())
     layout = layout or (Layout.MULTIPLES if flat else Layout.OVERLAY)
     indices = frames_.spread(frames, 6) if times is None else frames_.nearest(frames, times)
-    return _draw(frames_.select(frames, indices), _checked(path, ".png"), look or Look(), Layout(layout).value, 1.0, command)
+    return _draw(frames_.select(frames, indices), _check_suffix(path, ".png"), look or Look(), Layout(layout).value, 1.0, command)
 
 
 def animate(
@@ -108,7 +108,7 @@ def animate(
     if not 0.5 <= rate <= 50:
         raise InputError(say("pictures: rate", "0.5 to 50 frames a second", rate))
     chosen = frames_.select(frames, frames_.spread(frames, count))
-    return _draw(chosen, _checked(path, ".gif"), look or Look(size=(800, 600)), "animation", rate, command)
+    return _draw(chosen, _check_suffix(path, ".gif"), look or Look(size=(800, 600)), "animation", rate, command)
 
 
 def limits(frames: Frames, name: str, logarithmic: bool = False) -> tuple[float, float]:
@@ -135,7 +135,7 @@ def limits(frames: Frames, name: str, logarithmic: bool = False) -> tuple[float,
     )
 
 
-def _checked(path: Path | str, suffix: str) -> Path:
+def _check_suffix(path: Path | str, suffix: str) -> Path:
     target = Path(path)
     if target.suffix.lower() != suffix:
         raise InputError(say(f"pictures: {target}", f"a file name ending in {suffix}", f"'{target.suffix}'"))
@@ -156,11 +156,11 @@ def _draw(frames: Frames, path: Path, look: Look, layout: str, rate: float, comm
     return path
 
 
-def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) -> tuple[Job, Arrays]:
+def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) -> tuple[PictureJob, Arrays]:
     unit = UNITS.get(look.field or "", 1.0)
     low, high = (0.0, unit) if look.field is None else look.limits or limits(frames, look.field, look.logarithmic)
     label = "" if look.field is None else look.label or LABELS.get(look.field, look.field)
-    job = Job(
+    job = PictureJob(
         layout,
         frames_.planar(frames),
         tuple(frames.bodies),

@@ -225,7 +225,7 @@ def _plain(models: Mapping[str, Array]) -> dict[str, Array]:
     return {plain(name): values for name, values in models.items()}
 
 
-def _checked(where: str, times: Array, models: Mapping[str, Array]) -> None:
+def _check_curves(where: str, times: Array, models: Mapping[str, Array]) -> None:
     if not models:
         raise InputError(say(where, "at least one curve", "none"))
     for name, values in models.items():
@@ -236,7 +236,7 @@ def _checked(where: str, times: Array, models: Mapping[str, Array]) -> None:
 
 def _curves(axes: Axes, times: Array, models: Mapping[str, Array], order: Sequence[str], where: str) -> None:
     """The first of several in `order` as a broad pale line, the others over it in colours, dashes and staggered marks."""
-    _checked(where, times, models)
+    _check_curves(where, times, models)
     pace = max(len(times) // 12, 1)
     for name, values in models.items():
         number = order.index(name)
@@ -261,7 +261,7 @@ def _curves(axes: Axes, times: Array, models: Mapping[str, Array], order: Sequen
 
 
 def _decades(axes: Axes, times: Array, models: Mapping[str, Array], label: str) -> None:
-    _checked(f"plots: {label}", times, models)
+    _check_curves(f"plots: {label}", times, models)
     pace = max(len(times) // 10, 1)
     for number, (name, values) in enumerate(models.items()):
         start = pace * number // len(models)

@@ -17,7 +17,7 @@ from . import decor, drawing
 from .camera import Box, Camera
 from .decor import Pixels, Text
 from .frames import Array
-from .job import Arrays, Job, load
+from .job import Arrays, PictureJob, load
 
 SHORTEST = 0.45  #: height of a sheet of small scenes over that which was asked for, at least, for the key
 PALEST = 0.28  #: strength of the first instant of an overlay
@@ -51,14 +51,14 @@ def _probe() -> None:
         raise RuntimeError("an empty picture")
 
 
-def view(job: Job, arrays: Arrays, size: tuple[int, int], height: int) -> tuple[Camera, Box]:
+def view(job: PictureJob, arrays: Arrays, size: tuple[int, int], height: int) -> tuple[Camera, Box]:
     """Camera and box that serve all instants."""
     parts = [values.reshape(-1, 3) for key, values in arrays.items() if key.startswith(("points_", "joint_"))]
     box = camera_.box(np.concatenate(parts), job.planar, cells=4 if size[0] > 35 * height else 2)
     return camera_.fit(box.corners, job.planar, size, _margins(job, height)), box
 
 
-def _margins(job: Job, height: int) -> camera_.Margins:
+def _margins(job: PictureJob, height: int) -> camera_.Margins:
     """Left, right, top, bottom [pixel] for letters of a height; small scenes have narrow ones."""
     sides = (4.2, 3.6, 5.2, 4.2) if job.planar else (4.0, 3.6, 3.6, 2.4)
     if job.planar and job.layout == "multiples":
@@ -66,7 +66,7 @@ def _margins(job: Job, height: int) -> camera_.Margins:
     return sides[0] * height, sides[1] * height, sides[2] * height, sides[3] * height
 
 
-def _filled(job: Job, arrays: Arrays, size: tuple[int, int]) -> tuple[int, int]:
+def _fill(job: PictureJob, arrays: Arrays, size: tuple[int, int]) -> tuple[int, int]:
     """The part of a small scene of this size that its box and its letters fill [pixel]."""
     height = _small(job, size)
     camera, box = view(job, arrays, size, height)
@@ -80,17 +80,17 @@ def _thinnest(camera: Camera, box: Box) -> float:
     return max(0.0045 * float(np.max(box.upper - box.lower)), 1.7 * camera.metres_per_pixel)
 
 
-def strip_width(job: Job) -> int:
+def strip_width(job: PictureJob) -> int:
     """Width of the key beside the scene [pixel]; nothing to explain, no key."""
     return round(0.21 * job.size[1]) + 24 if job.label or job.kinds or len(job.bodies) > 1 else 0
 
 
-def marks(job: Job, times: Array) -> list[str]:
+def marks(job: PictureJob, times: Array) -> list[str]:
     """Instants (s,) beside a body: `0.25 s`, or the load factor alone."""
     return [f"{number} s" if job.clock == "s" else number for number in _numbers(times)]
 
 
-def stamps(job: Job, times: Array) -> list[str]:
+def stamps(job: PictureJob, times: Array) -> list[str]:
     """Instants (s,) at the head of a picture: `t = 0.25 s`, `load factor 0.25`."""
     return [f"t = {number} s" if job.clock == "s" else f"{job.clock} {number}" for number in _numbers(times)]
 
@@ -102,11 +102,11 @@ def _numbers(times: Array) -> list[str]:
     return [f"{time:.{decimals}f}" for time in times]
 
 
-def letters(job: Job) -> int:
+def letters(job: PictureJob) -> int:
     return max(11, round(job.size[1] / 52))
 
 
-def overlay(job: Job, arrays: Arrays) -> list[Pixels]:
+def overlay(job: PictureJob, arrays: Arrays) -> list[Pixels]:
     """All instants in one scene, the earlier ones paler, each marked with its time at the end of the last body."""
     height, width = letters(job), strip_width(job)
     camera, box = view(job, arrays, (job.size[0] - width, job.size[1]), height)
@@ -145,7 +145,7 @@ def _ends(camera: Camera, arrays: Arrays, body: int) -> list[tuple[Array, Array]
     return [(camera_.project(camera, end), camera_.project(camera, inner)) for end, inner in pairs]
 
 
-def _columns(job: Job, arrays: Arrays, size: tuple[int, int]) -> int:
+def _columns(job: PictureJob, arrays: Arrays, size: tuple[int, int]) -> int:
     """Columns of small scenes that show them largest; among equals the squarest grid."""
     count = arrays["times"].size
 
@@ -160,19 +160,19 @@ def _columns(job: Job, arrays: Arrays, size: tuple[int, int]) -> int:
     return min(range(1, count + 1), key=metres)
 
 
-def _small(job: Job, size: tuple[int, int]) -> int:
+def _small(job: PictureJob, size: tuple[int, int]) -> int:
     """Height of letters in a scene of this size [pixel]."""
     return max(11, min(letters(job), round(min(size[0] / 32, size[1] / 22))))
 
 
-def multiples(job: Job, arrays: Arrays) -> list[Pixels]:
+def multiples(job: PictureJob, arrays: Arrays) -> list[Pixels]:
     """One scene an instant, side by side, all with the same camera and colours; the sheet ends where they end."""
     count, width = arrays["times"].size, strip_width(job)
     title = round(2.2 * letters(job)) if job.title else 0
     room = (job.size[0] - width, job.size[1] - title)
     columns = _columns(job, arrays, room)
     rows = math.ceil(count / columns)
-    size = _filled(job, arrays, (room[0] // columns, room[1] // rows))
+    size = _fill(job, arrays, (room[0] // columns, room[1] // rows))
     height = _small(job, (room[0] // columns, room[1] // rows))
     tall = max(title + rows * size[1], round(SHORTEST * job.size[1]))
     canvas = np.full((tall, columns * size[0], 3), 255, dtype=np.uint8)
@@ -184,14 +184,14 @@ def multiples(job: Job, arrays: Arrays) -> list[Pixels]:
     return [_beside(canvas, job, width)]
 
 
-def animation(job: Job, arrays: Arrays) -> list[Pixels]:
+def animation(job: PictureJob, arrays: Arrays) -> list[Pixels]:
     """One picture an instant, the time written on it."""
     width, height = strip_width(job), letters(job)
     images = _instants(job, arrays, (job.size[0] - width, job.size[1]), height, job.title)
     return [_beside(image, job, width) for image in images]
 
 
-def _instants(job: Job, arrays: Arrays, size: tuple[int, int], height: int, title: str = "") -> list[Pixels]:
+def _instants(job: PictureJob, arrays: Arrays, size: tuple[int, int], height: int, title: str = "") -> list[Pixels]:
     camera, box = view(job, arrays, size, height)
     plotter = drawing.stage(camera, box, job.planar)
     axes, images = decor.axis_texts(camera, box, job.planar, height), []
@@ -203,7 +203,7 @@ def _instants(job: Job, arrays: Arrays, size: tuple[int, int], height: int, titl
     return images
 
 
-def _beside(image: Pixels, job: Job, width: int) -> Pixels:
+def _beside(image: Pixels, job: PictureJob, width: int) -> Pixels:
     return np.concatenate([image, decor.strip(job, width, len(image))], axis=1) if width else image
 
 

@@ -42,7 +42,7 @@ COLUMNS = ("times", "x", "v", "a", "multipliers")
 FACT = "fact "  #: before the names of facts, which cannot be taken for those of numbers beside them
 
 
-class State(Enum):
+class HistoryState(Enum):
     """How far the run of a history is."""
 
     RUNNING = "running"
@@ -66,7 +66,7 @@ class Manifest:
     """What a history holds."""
 
     job: dict[str, Any]  #: what is run, in the words of who runs it
-    state: State = State.RUNNING
+    state: HistoryState = HistoryState.RUNNING
     done: int = 0  #: steps
     steps: int = 0  #: of the whole run
     time: float = 0.0  #: [s]
@@ -120,7 +120,7 @@ class Recorder:
         numbers = {"done": held.done, "kept": held.kept, "cpu_s": held.cpu_s, "wall_s": held.wall_s}
         content = {**held.arrays, **numbers, **{f"{FACT}{name}": text for name, text in held.facts.items()}}
         checkpoint = close(self.folder / f"checkpoint-{number:05d}.h5", container.image(content), self.folder.parent)
-        state = State.DONE if moment.done == moment.steps else State.RUNNING
+        state = HistoryState.DONE if moment.done == moment.steps else HistoryState.RUNNING
         found = replace(self.manifest, state=state, done=moment.done, steps=moment.steps, time=moment.time)
         self.manifest = replace(found, segments=segments, checkpoint=checkpoint)
         write_manifest(self.folder, self.manifest)
@@ -132,7 +132,7 @@ class Recorder:
     def fail(self) -> None:
         """Note that the run cannot go on: it would fail again."""
         if self.manifest.checkpoint is not None:
-            self.manifest = replace(self.manifest, state=State.FAILED)
+            self.manifest = replace(self.manifest, state=HistoryState.FAILED)
             write_manifest(self.folder, self.manifest)
 
 
@@ -190,12 +190,12 @@ def manifest(folder: Path) -> Manifest:
 def read(folder: Path, found: Manifest | None = None) -> Resumed:
     """All states of the history in a folder and its checkpoint; CorruptFile where a byte is not as it was written."""
     found = found or manifest(folder)
-    parts = [unpacked(folder / FOLDER, entry) for entry in found.segments]
+    parts = [unpack(folder / FOLDER, entry) for entry in found.segments]
     with container.reading(folder / FOLDER / MANIFEST, KIND):
         if found.checkpoint is None:
             raise validation.Misfit("", "a checkpoint", "none")
         columns = [np.concatenate([part[column] for part in parts]) for column in COLUMNS]
-    content = unpacked(folder / FOLDER, found.checkpoint)
+    content = unpack(folder / FOLDER, found.checkpoint)
     with container.reading(folder / FOLDER / found.checkpoint.name, KIND):
         arrays = {name: value for name, value in content.items() if isinstance(value, np.ndarray)}
         facts = {name.removeprefix(FACT): str(text) for name, text in content.items() if name.startswith(FACT)}
@@ -203,7 +203,7 @@ def read(folder: Path, found: Manifest | None = None) -> Resumed:
     return Resumed(Checkpoint(*numbers), Rows(*columns))
 
 
-def unpacked(folder: Path, entry: Entry) -> dict[str, Any]:
+def unpack(folder: Path, entry: Entry) -> dict[str, Any]:
     """Arrays and facts of a closed file, its size and checksum verified."""
     path = folder / entry.name
     with container.reading(path, KIND):
@@ -214,7 +214,7 @@ def unpacked(folder: Path, entry: Entry) -> dict[str, Any]:
 
 
 @contextlib.contextmanager
-def locked(folder: Path) -> Iterator[None]:
+def lock(folder: Path) -> Iterator[None]:
     """The folder belongs to this process; a lock left by one that is gone is taken over with a notice.
 
     The lock is that of the system on `run.lock`, which ends with the process; the file says who holds it.

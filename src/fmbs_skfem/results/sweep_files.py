@@ -87,7 +87,7 @@ def read_first(place: Path) -> Record:
         return validation.build(Record, facts, "record")
 
 
-def settled(folder: Path, points: np.ndarray, names: Sequence[str]) -> dict[int, Record]:
+def read_settled(folder: Path, points: np.ndarray, names: Sequence[str]) -> dict[int, Record]:
     """Records of the members at `points` that can be read, by number; others count as missing, with a notice."""
     found: dict[int, Record] = {}
     for number, row in enumerate(points):
@@ -153,7 +153,7 @@ def extremes(values: np.ndarray) -> dict[str, np.ndarray]:
     return {"min": np.where(there.any(axis=1), low, np.nan), "max": np.where(there.any(axis=1), high, np.nan), "final": final}
 
 
-def headed(name: str, unit: str) -> str:
+def add_unit(name: str, unit: str) -> str:
     """`E [Pa]`; a name alone where there is no unit."""
     return f"{name} [{unit}]" if unit else name
 
@@ -161,7 +161,7 @@ def headed(name: str, unit: str) -> str:
 def check_names(parameters: Sequence[Parameter]) -> None:
     """Raises an InputError for a parameter whose header is that of another column of the table."""
     for own in parameters:
-        if headed(own.name, own.unit) in TAKEN:
+        if add_unit(own.name, own.unit) in TAKEN:
             expected = f"another name than {', '.join(TAKEN)}, columns of {CSV}"
             raise InputError(say(f"parameter '{own.name}'", expected, "one of them", "rename it"))
 
@@ -170,10 +170,10 @@ def table(sweep: Sweep) -> dict[str, Sequence[Any] | np.ndarray]:
     """The columns of sweep.csv by their headers."""
     check_names(sweep.parameters)
     found: dict[str, Sequence[Any] | np.ndarray] = {"member": range(len(sweep.points))}
-    found |= {headed(p.name, p.unit): sweep.points[:, k] for k, p in enumerate(sweep.parameters)}
+    found |= {add_unit(p.name, p.unit): sweep.points[:, k] for k, p in enumerate(sweep.parameters)}
     for name, values in sweep.columns.items():
         unit = sweep.units.get(name, "")
-        found |= {headed(f"{name} {kind}", unit): column for kind, column in extremes(values).items()}
+        found |= {add_unit(f"{name} {kind}", unit): column for kind, column in extremes(values).items()}
     found |= sweep.numbers
     found |= {"status": [status.value if status else "missing" for status in sweep.status], "reason": sweep.reasons}
     return found | {"message": sweep.messages, "cpu_s [s]": sweep.cpu_s}
@@ -206,13 +206,13 @@ def write_hdf5(sweep: Sweep, target: Path) -> Path:
         "reason": list(sweep.reasons),
         "message": list(sweep.messages),
         "cpu_s": sweep.cpu_s,
-        "times": packed(shared_times(sweep.times), "s"),
-        "histories": {name: packed(column, sweep.units.get(name, "")) for name, column in sweep.columns.items()},
+        "times": pack(shared_times(sweep.times), "s"),
+        "histories": {name: pack(column, sweep.units.get(name, "")) for name, column in sweep.columns.items()},
     }
     return durable.write(target, container.image(content | ({"numbers": sweep.numbers} if sweep.numbers else {})), RESUME)
 
 
-def packed(values: np.ndarray, unit: str) -> Dataset:
+def pack(values: np.ndarray, unit: str) -> Dataset:
     """Histories, checked and packed."""
     return Dataset(values, {"unit": unit}, {"compression": "lzf", "shuffle": True, "fletcher32": True} if values.size else {})
 

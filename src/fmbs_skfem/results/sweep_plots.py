@@ -15,7 +15,7 @@ from ..reduction.members import Status
 from ..reduction.parameters import Parameter, Scale
 from . import charts, palette
 from .frames import Array
-from .sweep_files import Sweep, extremes, headed
+from .sweep_files import Sweep, add_unit, extremes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,7 +31,7 @@ KINDS = {"max": (palette.VERMILLION, "^"), "final": (palette.BLACK, "."), "min":
 
 def response(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figure:
     """Largest, last and smallest value of outputs over every parameter: a row an output, a column a parameter."""
-    chosen = named(sweep, outputs, MOST_ROWS)
+    chosen = choose_outputs(sweep, outputs, MOST_ROWS)
     figure = charts.figure(3.1 * len(sweep.parameters) + 1.2, 2.2 * len(chosen) + 0.8, title)
     grid = figure.subplots(len(chosen), len(sweep.parameters), squeeze=False, sharex="col", sharey="row")
     for row, output in zip(grid, chosen, strict=True):
@@ -39,10 +39,10 @@ def response(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figu
         for axes, parameter, points in zip(row, sweep.parameters, sweep.points.T, strict=True):
             for kind, (tint, marker) in KINDS.items():
                 axes.scatter(points, values[kind], s=9, c=tint, marker=marker, alpha=0.55, linewidths=0, label=kind)
-            scaled(axes, parameter)
-        row[0].set_ylabel(headed(output, sweep.units.get(output, "")))
+            scale_axis(axes, parameter)
+        row[0].set_ylabel(add_unit(output, sweep.units.get(output, "")))
     for axes, parameter in zip(grid[-1], sweep.parameters, strict=True):
-        axes.set_xlabel(headed(parameter.name, parameter.unit))
+        axes.set_xlabel(add_unit(parameter.name, parameter.unit))
     charts.legend_below(figure, tuple(KINDS), [grid[0, 0]])
     return figure
 
@@ -51,9 +51,9 @@ def scatter_matrix(sweep: Sweep, outputs: Sequence[str] = (), kind: str = "final
     """Every parameter and output against those before it, with histograms on the diagonal; outputs by one of `extremes`."""
     if kind not in KINDS:
         raise InputError(say("scatter matrix: kind", f"one of {', '.join(KINDS)}", f"'{kind}'{closest(kind, KINDS)}"))
-    chosen = named(sweep, outputs, max(1, MOST_SIDES - len(sweep.parameters)))
-    sides = [(headed(p.name, p.unit), sweep.points[:, k]) for k, p in enumerate(sweep.parameters)]
-    sides += [(headed(f"{name} {kind}", sweep.units.get(name, "")), extremes(sweep.columns[name])[kind]) for name in chosen]
+    chosen = choose_outputs(sweep, outputs, max(1, MOST_SIDES - len(sweep.parameters)))
+    sides = [(add_unit(p.name, p.unit), sweep.points[:, k]) for k, p in enumerate(sweep.parameters)]
+    sides += [(add_unit(f"{name} {kind}", sweep.units.get(name, "")), extremes(sweep.columns[name])[kind]) for name in chosen]
     good = np.array([status is Status.OK for status in sweep.status])
     bad = np.array([status not in (Status.OK, None) for status in sweep.status])
     figure = charts.figure(1.9 * len(sides) + 0.8, 1.8 * len(sides) + 0.8, title)
@@ -76,17 +76,17 @@ def scatter_matrix(sweep: Sweep, outputs: Sequence[str] = (), kind: str = "final
 
 def fan(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figure:
     """Histories of outputs over all members: the median, and bands that hold half, nine tenths and all of them."""
-    chosen = named(sweep, outputs, MOST_OUTPUTS)
+    chosen = choose_outputs(sweep, outputs, MOST_OUTPUTS)
     columns = 2 if len(chosen) > 3 else 1
     figure = charts.figure(7.2 if columns == 1 else 10.0, 2.5 * -(-len(chosen) // columns) + 0.9, title)
     grid = charts.panels(figure, len(chosen), columns, sharex=True)
     for axes, output in zip(grid.flat, chosen, strict=False):
-        times, values = aligned(sweep.times, sweep.columns[output])
+        times, values = align(sweep.times, sweep.columns[output])
         for low, high, name, alpha in BANDS:
             edges = np.quantile(values, [low, high], axis=0)
             axes.fill_between(times, *edges, color=palette.BLUE, alpha=alpha, linewidth=0, label=name)
         axes.plot(times, np.quantile(values, 0.5, axis=0), color=palette.BLACK, lw=1.2, label="median")
-        axes.set_ylabel(headed(output, sweep.units.get(output, "")))
+        axes.set_ylabel(add_unit(output, sweep.units.get(output, "")))
         charts.rule(axes)
         axes.margins(x=0.0)
     for axes in grid[-1]:
@@ -95,7 +95,7 @@ def fan(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figure:
     return figure
 
 
-def aligned(times: Array, values: Array) -> tuple[Array, Array]:
+def align(times: Array, values: Array) -> tuple[Array, Array]:
     """Histories (k, s) of all members that ran at the same instants, up to the end of the shortest."""
     there = np.isfinite(times).any(axis=1) & np.isfinite(values).any(axis=1)
     clocks, found = times[there], values[there]
@@ -107,7 +107,7 @@ def aligned(times: Array, values: Array) -> tuple[Array, Array]:
     return common, np.array(each)
 
 
-def named(sweep: Sweep, outputs: Sequence[str], most: int) -> list[str]:
+def choose_outputs(sweep: Sweep, outputs: Sequence[str], most: int) -> list[str]:
     """The outputs to draw: those that are wanted, or the first ones that every member which ran has."""
     ran = np.array([status is Status.OK for status in sweep.status])
     for name in outputs:
@@ -121,7 +121,7 @@ def named(sweep: Sweep, outputs: Sequence[str], most: int) -> list[str]:
     return found
 
 
-def scaled(axes: Axes, parameter: Parameter) -> None:
+def scale_axis(axes: Axes, parameter: Parameter) -> None:
     """The axis of a parameter."""
     if parameter.scale is Scale.LOG:
         axes.set_xscale("log")

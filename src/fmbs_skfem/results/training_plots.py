@@ -23,7 +23,7 @@ from ..reduction.kriging import Surrogate
 from ..reduction.parameters import Parameter, Scale
 from . import charts, palette
 from .frames import Array
-from .sweep_files import headed
+from .sweep_files import add_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -91,7 +91,7 @@ def slices(known: Sequence[Parameter], model: Surrogate, label: str = "indicator
     for (i, j), (values, panel) in cuts.items():
         axes = grid[0, 0] if alone else grid[i, j]
         (_curve if i == j else _surface)(axes, values, panel, limits)
-        _scaled(axes, known, (j,) if i == j else (j, i), label)
+        _scale_axes(axes, known, (j,) if i == j else (j, i), label)
     for i, j in itertools.combinations(range(size), 2):
         grid[i, j].set_axis_off()
     if len(known) > 1:
@@ -174,9 +174,9 @@ def _cut(known: Sequence[Parameter], model: Surrogate, axes: tuple[int, ...]) ->
     return [values[:, k] for k in axes], Panel("", mean, std, samples, 10**model.values)
 
 
-def _scaled(axes: Axes, known: Sequence[Parameter], sides: tuple[int, ...], label: str) -> None:
+def _scale_axes(axes: Axes, known: Sequence[Parameter], sides: tuple[int, ...], label: str) -> None:
     """Names and scales of the axes of a cut."""
-    names = [headed(known[k].name, known[k].unit) for k in sides]
+    names = [add_unit(known[k].name, known[k].unit) for k in sides]
     axes.set(xlabel=names[0], ylabel=label if len(names) == 1 else names[1])
     for k, set_scale in zip(sides, (axes.set_xscale, axes.set_yscale), strict=False):
         if known[k].scale is Scale.LOG:

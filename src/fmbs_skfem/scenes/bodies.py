@@ -51,7 +51,7 @@ class Cable(Model):
     def build(self, scene: Scene, name: str, cells: int | None, allow_outside: bool) -> bodies.Body:
         mesh = meshes.read(meshes.path(self.mesh, scene.folder, allow_outside), scene.repair)
         if cells is not None or self.refine > 1:
-            mesh = remeshed(mesh, self.line, cells, self.refine)
+            mesh = remesh(mesh, self.line, cells, self.refine)
             group = None
         else:
             group = self.line
@@ -164,7 +164,7 @@ class Plate(Model):
             wanted = f"{'triangles' if chosen.corners == 3 else 'quads'} for {self.interpolation}"
             got, remedy = ("quads", "ancf or bfs") if chosen.corners == 3 else ("triangles", "argyris")
             raise InputError(say(f"mesh {mesh.path}", wanted, got, f"mesh it again, or take the interpolation {remedy}"))
-        return surfaces.ordered(chosen.make(mesh, self.arcs), self.order)
+        return surfaces.set_order(chosen.make(mesh, self.arcs), self.order)
 
     def build(self, scene: Scene, name: str, cells: int | None, allow_outside: bool) -> bodies.Body:
         return of_surface(self, scene, name, self.surface(scene.folder, allow_outside, scene.repair))
@@ -198,7 +198,7 @@ class Shell(Model):
         """The surface of its file, whose path is relative to `folder`; `repair` merges nodes that are at one place."""
         path = meshes.path(self.nurbs, folder, allow_outside)
         shape = nurbs_file.read(path, cells=self.cells, degree=self.degree, scale=self.unit, join=self.join)
-        return surfaces.ordered(shape, self.order)
+        return surfaces.set_order(shape, self.order)
 
     def build(self, scene: Scene, name: str, cells: int | None, allow_outside: bool) -> bodies.Body:
         return of_surface(self, scene, name, self.surface(scene.folder, allow_outside, scene.repair))
@@ -261,7 +261,7 @@ def matrix(rotation: Turn | None) -> np.ndarray | None:
     return np.asarray(Rotation.from_rotvec(rotation.angle * axis / np.linalg.norm(axis)).as_matrix())
 
 
-def remeshed(mesh: meshes.LineMesh, group: str | None, cells: int | None = None, refine: int = 1) -> meshes.LineMesh:
+def remesh(mesh: meshes.LineMesh, group: str | None, cells: int | None = None, refine: int = 1) -> meshes.LineMesh:
     """One body of a mesh with other cells: `cells` of equal length, or every cell split into `refine`.
 
     Points lie on the smooth curve through the old ones. Named points stay points of the mesh: the nearest inner cut moves to them,

@@ -64,10 +64,10 @@ def of_parts(scene: schema.Scene, parts: list[Body], pictures: bool = True) -> S
     try:
         return assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures)
     except InputError as error:
-        raise InputError(located(scene, str(error))) from error
+        raise InputError(locate_message(scene, str(error))) from error
 
 
-def located(scene: schema.Scene, message: str) -> str:
+def locate_message(scene: schema.Scene, message: str) -> str:
     """A message of the assembly, which begins with the joint, load or output that it is about, with its file and line."""
     found = SUBJECT.match(message)
     if found is None:

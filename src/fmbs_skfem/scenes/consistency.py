@@ -230,14 +230,14 @@ def _snapshots(interval: float | Spans, analysis: Dynamic) -> Iterator[Found]:
     key = ("reduction", "snapshots")
     if isinstance(interval, tuple):
         yield from _spans(key, interval, analysis.step)
-    elif times.whole(interval, analysis.step) is None:
+    elif times.count_steps(interval, analysis.step) is None:
         yield key, Problem(f"a multiple of the step {analysis.step:g} s", f"{interval:g} s")
 
 
 def _spans(key: tuple[str, str], spans: Spans, step: float) -> Iterator[Found]:
     for i, span in enumerate(spans):
         for name, time in (("every", span.every), ("until", span.until)):
-            if time is not None and times.whole(time, step) is None:
+            if time is not None and times.count_steps(time, step) is None:
                 yield (*key, i, name), Problem(f"a multiple of the step {step:g} s", f"{time:g} s")
 
 

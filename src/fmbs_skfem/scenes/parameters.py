@@ -44,7 +44,7 @@ SCHEMA: dict[str, Any] = {
 }  #: JSON schema of a parameter
 
 
-class Values(dict[str, Quantity]):
+class ParameterValues(dict[str, Quantity]):
     """Parameters by name, which remember those that were read."""
 
     def __init__(self) -> None:
@@ -60,7 +60,7 @@ class Values(dict[str, Quantity]):
 class Resolved:
     """The parameters of a scene in file order, those that have a range, what is wrong with them, and which ones each is made of."""
 
-    values: Values
+    values: ParameterValues
     ranges: dict[str, Range]
     found: list[Found]
     parts: dict[str, frozenset[str]] = field(default_factory=dict)
@@ -77,16 +77,18 @@ def resolve(raw: Any, changed: Changes) -> Resolved:
     """The section `parameters`; `changed` replaces values."""
     raw = {} if raw is None else raw
     if not isinstance(raw, dict):
-        return Resolved(Values(), {}, [(("parameters",), Problem("a mapping of names and quantities", shown(raw)))])
-    known = Resolved(Values(), {}, [])
+        return Resolved(ParameterValues(), {}, [(("parameters",), Problem("a mapping of names and quantities", shown(raw)))])
+    known = Resolved(ParameterValues(), {}, [])
     for name, entry in raw.items():
         key = ("parameters", name)
         try:
             _check_name(name)
-            own, limits, wrong = _ranged(key, entry, known.values) if isinstance(entry, dict) else _fixed(entry, known.values)
+            own, limits, wrong = (
+                _read_range(key, entry, known.values) if isinstance(entry, dict) else _read_value(entry, known.values)
+            )
             known.found.extend(wrong)
             if own is not None:
-                known.values[name] = _changed(own, changed[name], known.values) if name in changed else own
+                known.values[name] = _change(own, changed[name], known.values) if name in changed else own
             if limits is not None:
                 known.ranges[name] = limits
         except Problem as problem:
@@ -106,11 +108,11 @@ def _check_name(name: str) -> None:
         raise Problem(f"a name of letters, digits and _ that is not taken ({taken})", shown(name))
 
 
-def _fixed(entry: Any, values: Mapping[str, Quantity]) -> tuple[Quantity, None, list[Found]]:
+def _read_value(entry: Any, values: Mapping[str, Quantity]) -> tuple[Quantity, None, list[Found]]:
     return units.read(entry, values), None, []
 
 
-def _ranged(
+def _read_range(
     key: tuple[str, str], entry: dict[str, Any], values: Mapping[str, Quantity]
 ) -> tuple[Quantity | None, Range | None, list[Found]]:
     """Value and range of a mapping, or what is wrong with it."""
@@ -131,10 +133,10 @@ def _ranged(
         found.append(((*key, "range"), Problem("a list of two quantities, the smaller first", shown(ends))))
     if found:
         return None, None, found
-    return _limited(key, entry, values, scale == "log")
+    return _read_limits(key, entry, values, scale == "log")
 
 
-def _limited(
+def _read_limits(
     key: tuple[str, str], entry: dict[str, Any], values: Mapping[str, Quantity], log: bool
 ) -> tuple[Quantity | None, Range | None, list[Found]]:
     """Value and range, all of one dimension."""
@@ -188,7 +190,7 @@ def middle(limits: Range) -> float:
     return math.sqrt(limits.low) * math.sqrt(limits.high) if limits.log else 0.5 * limits.low + 0.5 * limits.high
 
 
-def _changed(own: Quantity, text: float | str, values: Mapping[str, Quantity]) -> Quantity:
+def _change(own: Quantity, text: float | str, values: Mapping[str, Quantity]) -> Quantity:
     """A new value of a parameter; a plain number has the dimension of the old one."""
     new = units.read(text, values)
     if new.exponents == units.NUMBER.exponents:

@@ -70,7 +70,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Cells:
+class CellShapes:
     """Shape of the cells of a body: the worst of each kind, and where the worst angle or aspect is."""
 
     count: int
@@ -84,7 +84,7 @@ class Cells:
 
 
 @dataclass(frozen=True)
-class Figures:
+class BodyFigures:
     """What a body is, in numbers that an engineer knows; None where it does not apply."""
 
     name: str
@@ -94,10 +94,10 @@ class Figures:
     slenderness: float | None = None
     sag: float | None = None  #: of the cantilever of its length under gravity, over that length
     weight_strain: float | None = None
-    cells: Cells | None = None
+    cells: CellShapes | None = None
 
 
-def figures(scene: schema.Scene, parts: Mapping[str, Body]) -> dict[str, Figures]:
+def figures(scene: schema.Scene, parts: Mapping[str, Body]) -> dict[str, BodyFigures]:
     """The figures of every body of a scene, with the bodies made of it."""
     gravity = float(np.linalg.norm(sum((np.array(load.acceleration) for load in weights(scene).values()), np.zeros(1))))
     return {name: of_body(model, parts[name], gravity) for name, model in scene.bodies.items()}
@@ -113,17 +113,17 @@ def mass_of(part: Body) -> float:
 
 
 @singledispatch
-def of_body(model: Any, part: Body, gravity: float) -> Figures:
+def of_body(model: Any, part: Body, gravity: float) -> BodyFigures:
     """The figures of a body under gravity [m/s2]; rigid bodies and mass points have a mass and a size."""
-    return Figures(part.name, mass_of(part), bodies.extent(part))
+    return BodyFigures(part.name, mass_of(part), bodies.extent(part))
 
 
 @of_body.register
-def _(model: schema.Cable, part: Body, gravity: float) -> Figures:
+def _(model: schema.Cable, part: Body, gravity: float) -> BodyFigures:
     data = model.section.stiffness(model.material)
     lengths = line_cells(part)
     length, weight = float(lengths.sum()), data.rhoA * gravity
-    return Figures(
+    return BodyFigures(
         part.name,
         mass_of(part),
         bodies.extent(part),
@@ -131,13 +131,13 @@ def _(model: schema.Cable, part: Body, gravity: float) -> Figures:
         length / math.sqrt(data.EI / data.EA),
         weight * length**3 / (8 * data.EI) if gravity else None,
         weight * length / data.EA if gravity else None,
-        Cells(len(lengths), float(lengths.max() / lengths.min()), worst=int(np.argmin(lengths))),
+        CellShapes(len(lengths), float(lengths.max() / lengths.min()), worst=int(np.argmin(lengths))),
     )
 
 
 @of_body.register(schema.Plate)
 @of_body.register(schema.Shell)
-def _(model: schema.Plate | schema.Shell, part: Body, gravity: float) -> Figures:
+def _(model: schema.Plate | schema.Shell, part: Body, gravity: float) -> BodyFigures:
     speed = math.sqrt(model.material.young_modulus / model.material.density)
     cells, area = plate_cells(part)
     if isinstance(model, schema.Plate) and part.dim == 3 and model.material.poisson_ratio and cells.count <= COUNTED:
@@ -146,7 +146,7 @@ def _(model: schema.Plate | schema.Shell, part: Body, gravity: float) -> Figures
     length, t = math.sqrt(float(area.sum())), float(np.mean(part.thickness))
     sag = 1.5 * length**3 / (speed**2 * t**2)
     bent = gravity and part.dim == 3
-    return Figures(
+    return BodyFigures(
         part.name,
         mass_of(part),
         bodies.extent(part),
@@ -164,7 +164,7 @@ def line_cells(part: Body) -> np.ndarray:
     return np.diff(line.breaks(part.space))
 
 
-def plate_cells(part: Body) -> tuple[Cells, np.ndarray]:
+def plate_cells(part: Body) -> tuple[CellShapes, np.ndarray]:
     """Shape of the cells of a plate at Gauss points of its reference surface, and their areas (e,) [m2]."""
     shape = part.space
     assert isinstance(shape, Surface)
@@ -173,7 +173,7 @@ def plate_cells(part: Body) -> tuple[Cells, np.ndarray]:
     aspect, angle, jacobian, area, middle = (np.concatenate(figure) for figure in zip(*found, strict=True))
     worst, ratio = int(np.argmax(aspect)), float(area.max() / area.min())
     place = tuple(middle[worst].tolist())
-    return Cells(len(aspect), ratio, float(aspect[worst]), float(angle.min()), float(jacobian.min()), worst, place), area
+    return CellShapes(len(aspect), ratio, float(aspect[worst]), float(angle.min()), float(jacobian.min()), worst, place), area
 
 
 def shapes_of(shape: Surface, reference: np.ndarray, part: slice) -> tuple[np.ndarray, ...]:
@@ -216,7 +216,7 @@ def moving(scene: schema.Scene) -> bool:
     return scene.analysis.type != "static" or bool(weights(scene))
 
 
-def findings(scene: schema.Scene, known: Mapping[str, Figures]) -> Iterator[Finding]:
+def findings(scene: schema.Scene, known: Mapping[str, BodyFigures]) -> Iterator[Finding]:
     """What is hardly meant, in the order of the scene."""
     waves = moving(scene)
     for name, own in known.items():
@@ -234,7 +234,7 @@ def findings(scene: schema.Scene, known: Mapping[str, Figures]) -> Iterator[Find
             yield Finding(("loads", name, "acceleration"), f"gravity of {size:.4g} m/s2: write '{size:.4g} mm/s^2' if mm are meant")
 
 
-def _material(model: Any, name: str, own: Figures, waves: bool) -> Iterator[Finding]:
+def _material(model: Any, name: str, own: BodyFigures, waves: bool) -> Iterator[Finding]:
     """Density, and the wave speed where masses count, with the unit that would explain them."""
     material = getattr(model, "material", None)
     density = getattr(material or model, "density", None)
@@ -257,7 +257,7 @@ def _wave_speed(keys: tuple[str, ...], speed: float, waves: bool) -> Iterator[Fi
     yield Finding(keys, text, f"is {' or '.join(slips)}?" if slips else "are Young's modulus and density right?")
 
 
-def _sizes(name: str, own: Figures) -> Iterator[Finding]:
+def _sizes(name: str, own: BodyFigures) -> Iterator[Finding]:
     """Mass, length, slenderness, strain and sag under the own weight."""
     key = ("bodies", name)
     if not MASSES[0] <= own.mass <= MASSES[1]:
@@ -281,7 +281,7 @@ def _sizes(name: str, own: Figures) -> Iterator[Finding]:
         yield Finding(key, f"as a cantilever it would sag by {own.sag:.3g} times its length: it has hardly any bending stiffness")
 
 
-def _locking(model: Any, name: str, own: Figures) -> Iterator[Finding]:
+def _locking(model: Any, name: str, own: BodyFigures) -> Iterator[Finding]:
     """Quadratic cells of a slender line: errors of 1 % of a bent arc at EA h^2 / EI = 1e4, growing with it."""
     if not isinstance(model, schema.Cable) or model.degree > 2 or own.slenderness is None or own.cells is None:
         return
@@ -291,7 +291,7 @@ def _locking(model: Any, name: str, own: Figures) -> Iterator[Finding]:
         yield Finding(("bodies", name, "degree"), f"{text}, or {math.ceil(own.slenderness / math.sqrt(LOCKING))} cells")
 
 
-def _cells(name: str, cells: Cells | None) -> Iterator[Finding]:
+def _cells(name: str, cells: CellShapes | None) -> Iterator[Finding]:
     """Cells too long, too sharp, too crooked or too different in size."""
     if cells is None:
         return

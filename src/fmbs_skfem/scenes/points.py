@@ -18,7 +18,7 @@ from .training import Design, Grid, Listed, Spread, Training, without_ranges
 
 
 @dataclass(frozen=True)
-class Points:
+class TrainingPoints:
     """What a training runs over."""
 
     candidates: np.ndarray  #: (c, d)
@@ -34,7 +34,7 @@ def section(scene: schema.Scene) -> Training:
     return scene.training or Training()
 
 
-def of(training: Training, parameters: Sequence[Parameter], holdout: int | None = None) -> Points:
+def of(training: Training, parameters: Sequence[Parameter], holdout: int | None = None) -> TrainingPoints:
     """The points of a training; `holdout` replaces the number of its hold-out points.
 
     Plain numbers of samples are spread evenly over one parameter, over several as a Latin hypercube, and moved to the nearest
@@ -47,8 +47,8 @@ def of(training: Training, parameters: Sequence[Parameter], holdout: int | None 
     first = None if training.first is None else sets.listed(parameters, [training.first])[0]
     checked = training.holdout if holdout is None else Spread(holdout) if holdout else None
     if checked is None:
-        return Points(candidates, samples, first, np.empty((0, len(parameters))))
-    return Points(candidates, samples, first, spread(checked, parameters, training.seed + 1, "latin_hypercube"))
+        return TrainingPoints(candidates, samples, first, np.empty((0, len(parameters))))
+    return TrainingPoints(candidates, samples, first, spread(checked, parameters, training.seed + 1, "latin_hypercube"))
 
 
 def spread(design: Design, parameters: Sequence[Parameter], seed: int, several: str) -> np.ndarray:

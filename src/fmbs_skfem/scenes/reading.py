@@ -27,12 +27,12 @@ def read(path: Path | str, parameters: Changes | None = None, repair: bool = Fal
     With `repair`, nodes of its meshes that are at one place are merged.
     """
     path = Path(path)
-    return _told(_scene(yamlfile.read(path), str(path), path, path.parent, parameters or {}, repair))
+    return _warn(_scene(yamlfile.read(path), str(path), path, path.parent, parameters or {}, repair))
 
 
 def loads(text: str, folder: Path | str = ".", parameters: Changes | None = None) -> schema.Scene:
     """The scene in a text; mesh paths are relative to `folder`."""
-    return _told(_scene(yamlfile.parse(text, "scene"), "scene", None, Path(folder), parameters or {}))
+    return _warn(_scene(yamlfile.parse(text, "scene"), "scene", None, Path(folder), parameters or {}))
 
 
 def again(scene: schema.Scene, changed: Changes) -> schema.Scene:
@@ -58,7 +58,7 @@ def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, chan
     try:
         scene = schema.Scene.model_validate(data, context=context)
     except ValidationError as error:
-        _stop(name, node, [_found(dict(item), data) for item in error.errors(include_url=False)])
+        _stop(name, node, [_describe_error(dict(item), data) for item in error.errors(include_url=False)])
         raise
     scene._path, scene._folder, scene._node, scene._ranges, scene._changed = path, folder, node, known.ranges, dict(changed)
     scene._used, scene._repair = known.used(), repair
@@ -66,7 +66,7 @@ def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, chan
     return scene
 
 
-def _told(scene: schema.Scene) -> schema.Scene:
+def _warn(scene: schema.Scene) -> schema.Scene:
     """The scene, after notices of what is hardly meant."""
     for keys, text in consistency.notices(scene):
         notify(f"{schema.where(scene, *keys)}: {text}")
@@ -101,7 +101,7 @@ def _version(data: Any) -> list[Found]:
     return []
 
 
-def _found(error: dict[str, Any], data: Any) -> Found:
+def _describe_error(error: dict[str, Any], data: Any) -> Found:
     """A pydantic error as path of keys and Problem."""
     keys, node = _keys(error["loc"], data)
     kind, context = error["type"], error.get("ctx", {})
@@ -123,7 +123,7 @@ def _found(error: dict[str, Any], data: Any) -> Found:
     if isinstance(original, Problem):
         return keys, original
     expected = _EXPECTED.get(kind, "").format(**context) or error["msg"]
-    hint = closest(str(error["input"]), _quoted(expected)) if kind == "literal_error" else ""
+    hint = closest(str(error["input"]), _read_quoted(expected)) if kind == "literal_error" else ""
     return keys, Problem(expected, shown(error["input"]) + hint, _REMEDIES.get(kind, ""))
 
 
@@ -145,7 +145,7 @@ _EXPECTED = {
 _REMEDIES = {"dict_type": "write 'name: ...' for each"}
 
 
-def _quoted(text: str) -> list[str]:
+def _read_quoted(text: str) -> list[str]:
     return [part for part in text.split("'") if part.strip() and part.strip() not in (",", "or")]
 
 

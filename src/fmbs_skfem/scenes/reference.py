@@ -36,12 +36,12 @@ def page(schema: Node) -> str:
             if name not in told:
                 told.add(name)
                 model = known[name]
-                parts += described(model, name, own != [name])
+                parts += describe(model, name, own != [name])
                 wanted += [one for entry in model.get("properties", {}).values() for one in models(entry)]
     return "\n\n".join(part.strip("\n") for part in parts) + "\n"
 
 
-def described(model: Node, name: str, titled: bool) -> Iterator[str]:
+def describe(model: Node, name: str, titled: bool) -> Iterator[str]:
     """Title, description and keys of a model."""
     entries = {key: value for key, value in model.get("properties", {}).items() if key not in TAGS}
     tags = [f"`{key}: {word}`" for key in TAGS for word in words(model.get("properties", {}).get(key, {}))]

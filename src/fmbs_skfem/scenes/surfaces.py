@@ -17,13 +17,13 @@ Make = TypeVar("Make", bound=Callable[[PlateMesh, "list[str] | None"], Surface])
 FLAT = 1e-12  #: height of a mesh over the plane z = 0, relative to its extent, that is round-off
 
 
-def ordered(surface: Surface, order: int | None) -> Surface:
+def set_order(surface: Surface, order: int | None) -> Surface:
     """A surface with other Gauss points."""
     return surface if order is None else replace(surface, order=order)
 
 
 @dataclass(frozen=True)
-class Interpolation:
+class PlateInterpolation:
     """How plates of meshes are interpolated."""
 
     corners: int  #: of its cells
@@ -31,14 +31,14 @@ class Interpolation:
     arcs: bool  #: whether it has curved sides
 
 
-INTERPOLATIONS: dict[str, Interpolation] = {}  #: by the word of scenes
+INTERPOLATIONS: dict[str, PlateInterpolation] = {}  #: by the word of scenes
 
 
 def interpolation(word: str, corners: int, arcs: bool = False) -> Callable[[Make], Make]:
     """Declare a function of a mesh and the names of arcs as an interpolation of plates: `interpolation: word` in a scene."""
 
     def declare(make: Make) -> Make:
-        INTERPOLATIONS[word] = Interpolation(corners, make, arcs)
+        INTERPOLATIONS[word] = PlateInterpolation(corners, make, arcs)
         return make
 
     return declare

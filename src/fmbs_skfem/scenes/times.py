@@ -13,7 +13,7 @@ STEPS = 10_000_000  #: most steps of an analysis
 NEAR = 1e-6  #: difference from a whole number of steps, relative to the time, that is round-off
 
 
-def whole(time: float, step: float) -> int | None:
+def count_steps(time: float, step: float) -> int | None:
     """The number of steps that a time lasts; None where it is not a whole number of them."""
     count = round(min(time / step, 1.0 / NEAR**2))
     return count if count >= 1 and abs(count * step - time) <= NEAR * time else None
@@ -24,7 +24,7 @@ def numbers(spans: Spans, step: float, duration: float) -> np.ndarray:
     end = round(duration / step)
     parts, begin = [np.zeros(1, np.int64)], 0
     for k, span in enumerate(spans):
-        stride = whole(span.every, step)
+        stride = count_steps(span.every, step)
         if stride is None:
             raise InputError(say("every", f"a multiple of the step {step:g} s", f"{span.every:g} s"))
         until = end if span.until is None or k == len(spans) - 1 else min(end, round(span.until / step))
@@ -38,10 +38,10 @@ def kept(every: int | Spans, step: float, duration: float) -> int | np.ndarray:
     return every if isinstance(every, int) else np.union1d(numbers(every, step, duration), round(duration / step))
 
 
-def fitted(step: float, duration: float, counted: Iterable[float] = ()) -> float:
+def fit(step: float, duration: float, counted: Iterable[float] = ()) -> float:
     """The largest step, not above `step`, that divides a duration; `step` itself where it would not divide the times `counted`."""
     found = duration / np.ceil(duration / step * (1.0 - NEAR))
-    if whole(duration, step) is not None or any(whole(time, found) is None for time in counted):
+    if count_steps(duration, step) is not None or any(count_steps(time, found) is None for time in counted):
         return step
     return float(found)
 
@@ -49,7 +49,7 @@ def fitted(step: float, duration: float, counted: Iterable[float] = ()) -> float
 def snapshots(interval: float | Spans, step: float, duration: float) -> np.ndarray:
     """Numbers of the steps, 0 first, whose states are snapshots."""
     if not isinstance(interval, tuple):
-        stride = whole(interval, step)
+        stride = count_steps(interval, step)
         if stride is None:
             raise InputError(say("reduction.snapshots", f"a multiple of the step {step:g} s", f"{interval:g} s"))
         return np.arange(0, round(duration / step) + 1, stride)

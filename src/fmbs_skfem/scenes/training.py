@@ -67,7 +67,7 @@ def design(value: object, context: Context) -> Design:
     if isinstance(value, list):
         return Listed(tuple(point(entry, context) for entry in value)) if value else _refuse(value)
     if isinstance(value, dict):
-        return _named(value, context) if "design" in value and "design" not in context.ranges else _grid(value, context)
+        return _read_design(value, context) if "design" in value and "design" not in context.ranges else _grid(value, context)
     return Spread(_count(value))
 
 
@@ -124,7 +124,7 @@ def _grid(value: dict[str, Any], context: Context) -> Grid:
     return Grid(tuple(_count(value[name]) for name in context.ranges))
 
 
-def _named(value: dict[str, Any], context: Context) -> Spread:
+def _read_design(value: dict[str, Any], context: Context) -> Spread:
     if set(value) != {"design", "count"}:
         raise Problem("the keys design and count", ", ".join(map(str, value)))
     if value["design"] not in DESIGNS:

@@ -225,10 +225,10 @@ class _Builder:
             entries[key] = replace(self.node(next(self.events), level + 1), line=key_line)
             size = self._count(size + entries[key].size, event)
         if merge is not None:
-            entries = {**self._merged(entries.pop(MERGE), merge), **entries}
+            entries = {**self._merge(entries.pop(MERGE), merge), **entries}
         return Node(entries, line, size, 1 + max((entry.height for entry in entries.values()), default=0))
 
-    def _merged(self, node: Node, event: Any) -> dict[str, Node]:
+    def _merge(self, node: Node, event: Any) -> dict[str, Node]:
         """Entries of a mapping, or of a list of them of which the earlier ones count, whose place is in the mapping around <<."""
         parts = node.value if isinstance(node.value, list) else [node]
         found: dict[str, Node] = {}

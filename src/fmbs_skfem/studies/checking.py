@@ -27,7 +27,7 @@ from .runs import heading, sizes
 if TYPE_CHECKING:
     from ..bodies.body import Body
     from ..scenes import Scene
-    from ..scenes.plausibility import Figures as Facts
+    from ..scenes.plausibility import BodyFigures as Facts
     from ..systems import System
     from ..systems.mechanism import Dependence, Mechanism
 

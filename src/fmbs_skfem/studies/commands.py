@@ -14,14 +14,14 @@ from .options import (
     Argument,
     Duration,
     Option,
-    Output,
+    OutputOptions,
     Picture,
     Plots,
     Ranges,
     Shared,
     Step,
     TimeLimit,
-    Values,
+    ValueOptions,
     hyper_reductions,
     ranges,
 )
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from .verifying import Verification
 
 SceneSource = Annotated["Source", Argument("SCENE")]
-Model = Annotated[str | Path, Argument("FILE")]
+ModelFile = Annotated[str | Path, Argument("FILE")]
 PlacedIn = Annotated[str | Path, Argument("SCENE")]
 BodyName = Annotated[str, Option("Name of the body in the scene.", "NAME")]
 Folder = Annotated[str | Path, Argument("DIR")]
@@ -60,7 +60,7 @@ def check(source: SceneSource, *, duration: Duration = None, **shared: Unpack[Sh
         return checking.check_scene(job, jobs.read_scene(job, duration))
 
 
-def checksums(folder: Folder, **shared: Unpack[Output]) -> Result:
+def checksums(folder: Folder, **shared: Unpack[OutputOptions]) -> Result:
     """Compare the results in a folder with their checksums.
 
     CorruptFile (exit code 8) names a file that is not as it was written.
@@ -103,7 +103,7 @@ def run(
         return runs.run_source(job, duration, step, plots, picture, checkpoint, time_limit)
 
 
-def resume(folder: Folder, *, plots: Plots = True, time_limit: TimeLimit = inf, **shared: Unpack[Output]) -> "Run":
+def resume(folder: Folder, *, plots: Plots = True, time_limit: TimeLimit = inf, **shared: Unpack[OutputOptions]) -> "Run":
     """Go on with a run that was stopped.
 
     The run whose output folder is DIR goes on from its last checkpoint; the numbers are those of a run that was never stopped.
@@ -180,7 +180,7 @@ def train(
         return training.train_order(job, order, training.folder(job, scene, resume), compare, plots)
 
 
-def info(path: Model, **shared: Unpack[Output]) -> Result:
+def info(path: ModelFile, **shared: Unpack[OutputOptions]) -> Result:
     """Say what a saved reduced model is.
 
     The tables show parameters with their ranges, sizes, training and errors of the model in FILE; `out` gets info.json.
@@ -227,7 +227,7 @@ def train_part(
         return parts.train(job, jobs.read_scene(job), body, told if alone else None, tolerance, modes, hyper or None)
 
 
-def describe_part(path: Model, **shared: Unpack[Output]) -> "PartResult":
+def describe_part(path: ModelFile, **shared: Unpack[OutputOptions]) -> "PartResult":
     """Say what a part is.
 
     The table shows sizes, training, the range of strains and the places of the part in FILE; `out` gets info.json.
@@ -238,7 +238,7 @@ def describe_part(path: Model, **shared: Unpack[Output]) -> "PartResult":
         return parts.describe(job)
 
 
-def check_part(path: Model, scene: PlacedIn, *, body: BodyName = "", **shared: Unpack[Shared]) -> "PartResult":
+def check_part(path: ModelFile, scene: PlacedIn, *, body: BodyName = "", **shared: Unpack[Shared]) -> "PartResult":
     """Check a part against the full body of a scene.
 
     SCENE is run with its full `body` and with the part in FILE in its place; the table shows the errors of the outputs.
@@ -250,13 +250,13 @@ def check_part(path: Model, scene: PlacedIn, *, body: BodyName = "", **shared: U
 
 
 def run_model(
-    path: Model,
+    path: ModelFile,
     *,
     duration: Duration = None,
     step: Step = None,
     plots: Plots = True,
     picture: Picture = False,
-    **shared: Unpack[Values],
+    **shared: Unpack[ValueOptions],
 ) -> "Run":
     """Run a saved reduced model at values of its parameters, and predict its error there.
 
@@ -366,7 +366,7 @@ def verify(
     names: Annotated[Sequence[str], Option("A case; may be given several times.", "NAME", "case", read=tuple)] = (),
     groups: Annotated[Sequence[str], Option("A group of cases; may be given several times.", "GROUP", "group", read=tuple)] = (),
     listed: Annotated[bool, Option("List the cases and solve nothing.", name="list")] = False,
-    **shared: Unpack[Output],
+    **shared: Unpack[OutputOptions],
 ) -> "Verification":
     """Compare the solver with published and exact results.
 
@@ -389,7 +389,7 @@ def cases(names: Sequence[str] = (), groups: Sequence[str] = ()) -> "Verificatio
 def demo(
     *,
     copy: Annotated[bool, Option("Copy the example scenes and their meshes into the folder instead, to begin from.")] = False,
-    **shared: Unpack[Output],
+    **shared: Unpack[OutputOptions],
 ) -> Result:
     """Show an example: a flexible double pendulum in full and reduced.
 
@@ -409,7 +409,7 @@ def demo(
 def describe_scenes(
     *,
     page: Annotated[bool, Option("Print a page for people (Markdown) instead: every key with what it takes.")] = False,
-    **shared: Unpack[Output],
+    **shared: Unpack[OutputOptions],
 ) -> Result:
     """Print the JSON schema of scene files.
 

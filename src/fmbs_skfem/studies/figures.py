@@ -15,7 +15,7 @@ from ..dynamics import GeneralizedAlpha
 from ..reduction import residual_norms
 from ..results import plots
 from ..results.speed import Point
-from ..results.sweep_files import headed
+from ..results.sweep_files import add_unit
 from ..systems import probes
 from ..systems.joints import Pin, Revolute, Slider
 from ..systems.probes import AngularVelocity, Position
@@ -78,7 +78,7 @@ def histories(scene: Scene, study: Comparison) -> dict[str, Callable[[], Figure]
     for name, output in study.full.system.outputs.items():
         if probes.kind_of(output).known_to_all:
             units = probes.units(name, output)
-            grid = {headed(column, unit): curves(column) for column, unit in zip(output.columns, units, strict=True)}
+            grid = {add_unit(column, unit): curves(column) for column, unit in zip(output.columns, units, strict=True)}
             rules[f"history_{name}"] = functools.partial(plots.history_grid, times, grid, title=scene.name)
     if (known := slider_columns(scene)) is not None:
         axis, position, speed = known

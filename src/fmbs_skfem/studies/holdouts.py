@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from ..reduction.output_errors import OutputError
     from ..reduction.parametric_model import ParametricModel
     from ..reduction.training import Training
-    from .training import Order
+    from .training import TrainingOrder
 
 CORNERS = 3  #: parameters up to which local bases are made at all corners of the box
 
@@ -74,7 +74,7 @@ class Checked:
         return float(np.mean([self.predictions[k].low <= self.true[k] <= self.predictions[k].high for k in self.known]))
 
 
-def check(job: Job, order: Order, found: Training, model: ParametricModel, compare: bool) -> Checked:
+def check(job: Job, order: TrainingOrder, found: Training, model: ParametricModel, compare: bool) -> Checked:
     """All hold-out points; comparators are trained where they are wanted."""
     task, points = found.task, order.points.holdout
     full, predict = read_or_run(found, job.made), prediction.predictor(model)
@@ -105,7 +105,7 @@ def read_or_run(found: Training, out: Path | None, sharp: bool = True) -> Full:
     return full
 
 
-def others(job: Job, order: Order, found: Training, full: Full) -> Iterator[Comparator]:
+def others(job: Job, order: TrainingOrder, found: Training, full: Full) -> Iterator[Comparator]:
     """The comparators; one that cannot be trained is told and left out."""
     task, d = found.task, len(found.task.parameters)
     counts = (max(2, len(found.runs)),) if d == 1 else (2,) * d
@@ -141,14 +141,14 @@ def fastest(found: Training) -> dict[str, float]:
     return max(speeds, key=lambda pair: pair[0])[1]
 
 
-def list_failed(order: Order, checked: Checked) -> list[dict[str, Any]]:
+def list_failed(order: TrainingOrder, checked: Checked) -> list[dict[str, Any]]:
     """The points at which the full model has no motion, with the reason."""
     known, trials = order.task.parameters, checked.last.trials
     lost = np.flatnonzero(np.isnan(checked.true))
     return [{"point": parameters.named(known, checked.points[k]), "reason": trials[k].reason} for k in lost]
 
 
-def report_of(order: Order, checked: Checked) -> dict[str, Any]:
+def report_of(order: TrainingOrder, checked: Checked) -> dict[str, Any]:
     """Hold-out points in the report."""
     return {
         "points": checked.points,
@@ -209,14 +209,14 @@ def table(checked: Checked, measure: str) -> Table:
     return Table(title, (*runs, "max error", "mean error", *costs), rows)
 
 
-def figures(order: Order, found: Training, checked: Checked | None) -> Figures:
+def figures(order: TrainingOrder, found: Training, checked: Checked | None) -> Figures:
     """The surrogate; with hold-out points the errors there, and beside the predicted ones."""
     rules: dict[str, Callable[[], Figure]] = {"surrogate": functools.partial(surrogate, found)}
     if checked is None or not len(checked.known):
         return Figures(rules)
     known, true, used = found.task.parameters, checked.true[checked.known], checked.known
     errors = {row.name: np.array([row.trials[k].error for k in used]) for row in checked.rows}
-    places, label = checked.points[used, 0], sweep_files.headed(known[0].name, known[0].unit)
+    places, label = checked.points[used, 0], sweep_files.add_unit(known[0].name, known[0].unit)
     if len(known) > 1:
         places, label = np.argsort(np.argsort(true)) + 1.0, "hold-out point, by its error"
     rules["errors"] = functools.partial(training_plots.errors_over, places, errors, label, order.measure, order.tolerance)
@@ -230,7 +230,7 @@ def figures(order: Order, found: Training, checked: Checked | None) -> Figures:
 
 def surrogate(found: Training) -> Figure:
     """The surrogate of the indicator after every iteration, with its samples."""
-    labels = [sweep_files.headed(p.name, p.unit) for p in found.task.parameters]
+    labels = [sweep_files.add_unit(p.name, p.unit) for p in found.task.parameters]
     columns = {label: found.search.candidates[:, k] for k, label in enumerate(labels)}
     panels = [panel(iteration, found.outcome.points[: iteration.number]) for iteration in found.outcome.iterations]
     return training_plots.surrogate(columns, panels, "indicator (49)")

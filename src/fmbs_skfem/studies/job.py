@@ -140,7 +140,7 @@ def fit_step(scene: Scene) -> Scene:
     counted = [time for parts in spans for span in parts for time in (span.every, span.until) if time is not None]
     if scene.reduction is not None and isinstance(scene.reduction.snapshots, float):
         counted.append(scene.reduction.snapshots)
-    step = times.fitted(analysis.step, analysis.duration, counted)
+    step = times.fit(analysis.step, analysis.duration, counted)
     if step == analysis.step:
         return scene
     asked, taken = f"{analysis.step:.6g} s", f"{step:.6g} s"

@@ -39,7 +39,7 @@ def is_model(job: Job) -> bool:
     return job.scene is None and job.path.suffix in SUFFIXES
 
 
-def task(job: Job, duration: float | None = None, step: float | None = None) -> runs.Task:
+def task(job: Job, duration: float | None = None, step: float | None = None) -> runs.RunTask:
     """The run of a saved model, with what is known of its error."""
     case, notes, facts = (at_values if parametric(job.path) else alone)(job, duration, step)
     identity = f"{mark(job.path)} {facts.get('parameters', '')} {case.duration} {case.scheme.step}"
@@ -49,7 +49,7 @@ def task(job: Job, duration: float | None = None, step: float | None = None) -> 
     def integrate(advance: Any, *_: object) -> dynamics.Trajectory:
         return cases.run(case, progress=advance)
 
-    return runs.Task(
+    return runs.RunTask(
         title(job.path, notes),
         identity,
         reports.provenance(files=[job.path]),
@@ -139,7 +139,7 @@ def views(found: Mapping[str, Any]) -> list[Table]:
     columns = ("parameter", "from", "to", "nominal", "scale", "degree")
     keys = ("low", "high", "nominal", "scale", "degree")
     rows: list[tuple[object, ...]] = [
-        (sweep_files.headed(name, facts["unit"]), *(facts[key] for key in keys)) for name, facts in known.items()
+        (sweep_files.add_unit(name, facts["unit"]), *(facts[key] for key in keys)) for name, facts in known.items()
     ]
     rows = rows or [(name, "", "", value, "", "") for name, value in found["parameters"].items()]
     facts = [(key, format_value(found[key])) for key in found if key not in ("status", "parameters", "notes")]

@@ -73,7 +73,7 @@ def hyper_reductions() -> Collection[str]:
     return hyper_reduction.KNOWN
 
 
-class Output(TypedDict, total=False):
+class OutputOptions(TypedDict, total=False):
     """Options that all studies have."""
 
     out: Annotated[str | Path | None, Option("Folder for the results.", "DIR")]
@@ -81,7 +81,7 @@ class Output(TypedDict, total=False):
     listener: Listener
 
 
-class Values(Output, total=False):
+class ValueOptions(OutputOptions, total=False):
     """Options of studies whose source has parameters."""
 
     parameters: Annotated[
@@ -90,7 +90,7 @@ class Values(Output, total=False):
     ]
 
 
-class Shared(Values, total=False):
+class Shared(ValueOptions, total=False):
     """Options of studies of scenes."""
 
     allow_outside: Annotated[bool, Option("Permit meshes outside the scene's project folder.")]

@@ -47,7 +47,7 @@ def place(job: Job, names: Iterable[str], mark: str) -> Iterator[Path | None]:
         yield None
         return
     try:
-        with segments.locked(out):
+        with segments.lock(out):
             if (out / segments.FOLDER).exists():
                 clear(job, out, mark)
             yield out
@@ -62,7 +62,7 @@ def clear(job: Job, out: Path, mark: str) -> None:
     if not job.force and segments.exists(out):
         found = segments.manifest(out)
         where = f"--out {out}"
-        if found.state is segments.State.RUNNING:
+        if found.state is segments.HistoryState.RUNNING:
             got = f"a run that was stopped at t = {found.time:.6g} s"
             raise InputError(say(where, "an empty folder", got, f"go on with: fmbs resume {out}; or begin anew with --force"))
         if found.job.get("fingerprint") != mark:

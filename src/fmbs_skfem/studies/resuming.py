@@ -24,7 +24,7 @@ def resume_run(job: Job, plots: bool, time_limit: float) -> Run:
     if job.out is not None:
         raise InputError(say("--out", "no folder beside DIR", f"{job.out}", "results go into DIR"))
     segments.manifest(out)
-    with segments.locked(out):
+    with segments.lock(out):
         found = segments.manifest(out)
         asked = found.job
         same = {name: asked[name] for name in ("changes", "allow_outside", "repair")}

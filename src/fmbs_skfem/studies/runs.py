@@ -1,8 +1,8 @@
 """Run a scene or a saved reduced model: solve it with what it reaches kept, then outputs, report, plots and pictures.
 
-    source -> Task -> Trajectory, with the error that ended it early -> Run -> outputs.csv, outputs.png, report.json
+    source -> RunTask -> Trajectory, with the error that ended it early -> Run -> outputs.csv, outputs.png, report.json
 
-What is run is a `Task`: full models over time and equilibria from `scene_task`, saved models from `models.task`.
+What is run is a `RunTask`: full models over time and equilibria from `scene_task`, saved models from `models.task`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ..reduction import parts
 from ..results import motion, segments, series
 from ..results.plots import PANELS, history_grid
 from ..results.segments import Recorder
-from ..results.sweep_files import headed
+from ..results.sweep_files import add_unit
 from ..scenes import build
 from ..systems import probes
 from . import compiling, failures, judging, recording, reports
@@ -46,7 +46,7 @@ Draw = Callable[[Trajectory, Path], Sequence[Callable[[], Path]]]  #: pictures a
 
 
 @dataclass(frozen=True)
-class Task:
+class RunTask:
     """What is run, and what is told of it."""
 
     title: str
@@ -135,7 +135,7 @@ def export_scene(job: Job, duration: float | None, frames: int) -> Run:
     return conclude(solve(job, reports.fingerprint(scene), make, True, draw, [f"{SERIES}.pvd"]))
 
 
-def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint: float | None = None) -> Task:
+def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint: float | None = None) -> RunTask:
     """The full model of a scene, over time or at rest."""
     analysis = scene.analysis
     if analysis.type == "modes" or analysis.type == "buckling":
@@ -145,7 +145,7 @@ def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint
     newton, mark, origin = Newton(tolerance=analysis.tolerance), reports.fingerprint(scene), reports.provenance(scene)
     facts = {**heading(scene), **sizes(raw, reduced)}
     words = f"{facts['scene']}: {facts['dofs']} dofs, {facts['constraints']} constraints ({facts['unknowns']} unknowns, "
-    made = partial(Task, scene.name, mark, origin, facts, f"{words}{facts['multipliers']} multipliers)", reduced)
+    made = partial(RunTask, scene.name, mark, origin, facts, f"{words}{facts['multipliers']} multipliers)", reduced)
     if analysis.type == "dynamic":
         scheme, every = GeneralizedAlpha(analysis.step, analysis.rho_inf), build.kept_steps(scene)
         newton, end = replace(newton, solver=analysis.solver), analysis.duration
@@ -177,7 +177,7 @@ def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint
 def solve(
     job: Job,
     mark: str,
-    make: Callable[[], Task],
+    make: Callable[[], RunTask],
     plots: bool = True,
     draw: Draw | None = None,
     names: Sequence[str] = (),
@@ -195,7 +195,7 @@ def solve(
 
 def finish(
     job: Job,
-    task: Task,
+    task: RunTask,
     plots: bool,
     draw: Draw | None = None,
     record: Recorder | None = None,
@@ -258,7 +258,7 @@ def finish(
     )
 
 
-def warm_up(task: Task, cold: bool) -> None:
+def warm_up(task: RunTask, cold: bool) -> None:
     """Compile what a motion needs before it is timed and recorded."""
     with contextlib.suppress(FmbsError):  # the run itself will say what is wrong
         if cold and task.scheme is not None:
@@ -266,7 +266,7 @@ def warm_up(task: Task, cold: bool) -> None:
 
 
 def attempt(
-    job: Job, task: Task, record: Recorder | None = None, resume: Resumed | None = None, limit: float = np.inf
+    job: Job, task: RunTask, record: Recorder | None = None, resume: Resumed | None = None, limit: float = np.inf
 ) -> tuple[Trajectory, SolverError | None]:
     """The trajectory of a task, or the part up to a failure with its error; a task that never starts is explained."""
     try:
@@ -318,10 +318,10 @@ def table_of_outputs(report: Mapping[str, Any]) -> Table:
 
 def heading_of(units: Mapping[str, str], labels: Mapping[str, str], column: str) -> str:
     """`motor_angle: moment about z [N m]`."""
-    return headed(f"{column}: {labels[column]}" if column in labels else column, units.get(column, ""))
+    return add_unit(f"{column}: {labels[column]}" if column in labels else column, units.get(column, ""))
 
 
-def summary(task: Task, report: Mapping[str, Any]) -> str:
+def summary(task: RunTask, report: Mapping[str, Any]) -> str:
     """The run in one line."""
     text = f"{task.words}, {report['steps']} steps, {report['newton_iterations']} Newton iterations, "
     text += f"{report['cpu_s']:.3g} s CPU, {report['wall_s']:.3g} s wall"
@@ -329,7 +329,7 @@ def summary(task: Task, report: Mapping[str, Any]) -> str:
     return text if drift is None else f"{text}, energy drift {drift:.3g} J"
 
 
-def figures_of(task: Task, times: np.ndarray, columns: Mapping[str, np.ndarray]) -> Figures:
+def figures_of(task: RunTask, times: np.ndarray, columns: Mapping[str, np.ndarray]) -> Figures:
     """The columns that are finite over time or load factor, at most PANELS; none of a single instant."""
     finite = {name: values for name, values in columns.items() if np.isfinite(values).all()}
     if len(times) < 2 or not finite:

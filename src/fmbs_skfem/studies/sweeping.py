@@ -83,7 +83,7 @@ def open_folder(
         raise InputError(say(f"--out {out}", "a new folder", "this sweep, begun before", remedy))
     found: dict[int, Record] = {}
     if there and same and resume:
-        found = sweep_files.settled(out, points, [own.name for own in members.parameters])
+        found = sweep_files.read_settled(out, points, [own.name for own in members.parameters])
     elif there:
         sweep_files.forget(out)
     begun = {"status": "running", "fingerprint": mark, "members": len(points), "provenance": origin}
@@ -208,7 +208,7 @@ def responses(table: Sweep) -> Table:
         ends = sweep_files.extremes(column)
         final = ends["final"]
         rows.append(
-            (sweep_files.headed(name, table.units.get(name, "")), low(ends["min"]), -low(-ends["max"]), low(final), -low(-final))
+            (sweep_files.add_unit(name, table.units.get(name, "")), low(ends["min"]), -low(-ends["max"]), low(final), -low(-final))
         )
     return Table("Outputs over all members (SI units)", ("output", "min", "max", "smallest final", "largest final"), rows)
 

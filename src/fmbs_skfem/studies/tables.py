@@ -102,7 +102,7 @@ def output_errors(found: Mapping[str, Mapping[str, Any]]) -> list[Table]:
     from ..results import sweep_files
 
     rows = [
-        (sweep_files.headed(column, one["unit"]), part(one["error"]), f"{one['range']:.3g}", part(one["relative"]))
+        (sweep_files.add_unit(column, one["unit"]), part(one["error"]), f"{one['range']:.3g}", part(one["relative"]))
         for column, one in found.items()
     ]
     heads = ("output", "largest error", "range", "part of the range")
@@ -122,7 +122,7 @@ def errors_of_outputs(study: Comparison) -> list[Table]:
     for key, title in titles.items():
         rows = [
             (
-                sweep_files.headed(name, one["unit"]),
+                sweep_files.add_unit(name, one["unit"]),
                 f"{one['range']:.3g}",
                 *(part(columns[name][key]) for columns in found.values()),
             )

@@ -32,21 +32,21 @@ if TYPE_CHECKING:
     from ..reduction.parametric_model import ParametricModel
     from ..reduction.training import Training
     from ..scenes import Scene
-    from ..scenes.points import Points
+    from ..scenes.points import TrainingPoints
     from .holdouts import Checked
 
 MODEL, STORE = "model.h5", "training"
 
 
 @dataclass(frozen=True)
-class Order:
+class TrainingOrder:
     """What is trained, and where hold-out runs are made."""
 
     scene: Scene
     task: TrainingTask
     search: Search
     options: Options
-    points: Points
+    points: TrainingPoints
     tolerance: float | None  #: wanted error in the measure of the task
     allowed: Mapping[str, float] | None = None  #: wanted largest errors of outputs, of which `tolerance` 1 is the whole
 
@@ -67,7 +67,7 @@ class TrainingResult(Result):
     holdout: Checked | None  #: what was found at hold-out points
 
 
-def train_order(job: Job, order: Order, out: Path | None, compare: bool, plots: bool) -> TrainingResult:
+def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool, plots: bool) -> TrainingResult:
     """The training, its hold-out points, figures and report; without a model the error that says why."""
     if compiling.announce(job, reduces=True):
         comparators.compile_training(order.task)
@@ -115,7 +115,7 @@ def prepare(
     iterations: int | None,
     holdout: int | None,
     compare: bool,
-) -> Order:
+) -> TrainingOrder:
     """The input of a training from a scene and the options that replace its values."""
     section = points.section(scene)
     plan, interval = plans.plan(scene), plans.interval(scene)
@@ -135,7 +135,7 @@ def prepare(
         raise InputError(
             say("--tolerance", "an error between 0 and 1, a part of the ranges of the outputs", wanted, "1e-4 for instance")
         )
-    return Order(scene, task, search, options, chosen, wanted, allowed)
+    return TrainingOrder(scene, task, search, options, chosen, wanted, allowed)
 
 
 def folder(job: Job, scene: Scene, resume: bool) -> Path | None:
@@ -154,7 +154,7 @@ def folder(job: Job, scene: Scene, resume: bool) -> Path | None:
     return jobs.settle_folder(job, () if unfinished else (MODEL, reports.REPORT), reports.fingerprint(scene))
 
 
-def make_product(order: Order, found: Training) -> ParametricModel:
+def make_product(order: TrainingOrder, found: Training) -> ParametricModel:
     """The model with what it needs to predict its own error and a record of its training."""
     scene = order.scene
     notes = {
@@ -168,14 +168,14 @@ def make_product(order: Order, found: Training) -> ParametricModel:
     return parametric_model.ParametricModel(found.model.parametric, notes)
 
 
-def find_doubts(order: Order, found: Training, checked: Checked | None) -> list[str]:
+def find_doubts(order: TrainingOrder, found: Training, checked: Checked | None) -> list[str]:
     """Why the predicted error cannot be promised; nothing where it can."""
     true = [] if checked is None else checked.true.tolist()
     high = [] if checked is None else [one.high for one in checked.predictions]
     return prediction.doubts(len(found.runs) + len(found.checks), found.predicted, true, high, order.tolerance)
 
 
-def record(order: Order, found: Training) -> dict[str, Any]:
+def record(order: TrainingOrder, found: Training) -> dict[str, Any]:
     """What was run, chosen and reached."""
     plan, known = found.task.plan, found.task.parameters
     candidates = found.search.candidates
@@ -204,7 +204,7 @@ def record(order: Order, found: Training) -> dict[str, Any]:
     }
 
 
-def heading(order: Order) -> dict[str, Any]:
+def heading(order: TrainingOrder) -> dict[str, Any]:
     """What is trained: the scene, its parameters and candidates."""
     ranges = {
         p.name: {"low": p.low, "high": p.high, "scale": p.scale.value, "unit": p.unit, "nominal": p.nominal}
@@ -218,7 +218,7 @@ def heading(order: Order) -> dict[str, Any]:
     }
 
 
-def report_of(order: Order, found: Training) -> dict[str, Any]:
+def report_of(order: TrainingOrder, found: Training) -> dict[str, Any]:
     """The report without hold-out points."""
     return {
         **heading(order),
