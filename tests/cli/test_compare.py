@@ -77,7 +77,7 @@ def test_tables_show_the_published_figures(table: Call) -> None:
     for text in ("Table 1", "Table 2", "Table 3", "33+32", "5.506", "0.709", "7.76", "2.348e-03", "8.84", "0.1685+0.1344"):
         assert text in table.out
     assert "10.1016/j.cma.2019.112690" in table.out
-    assert "Errors on the front are the largest distances" in " ".join(table.out.split())
+    assert "Errors on the Pareto front are the largest distances" in " ".join(table.out.split())
 
 
 def test_results_of_another_run_are_kept(call: Call, folder: Path) -> None:

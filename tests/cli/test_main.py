@@ -113,7 +113,7 @@ def test_notices_go_to_stderr_and_json_once_and_stop_a_strict_call() -> None:
 
     notes = common.command("notes", study)
     done = CliRunner().invoke(notes, ["--json"])
-    assert done.stderr == "notice: mind the gap\n"
+    assert done.stderr == "warning: mind the gap\n"
     assert done.stdout.count("mind the gap") == 1
     assert '"ratio": null' in done.stdout
     assert CliRunner().invoke(notes, []).stdout == "done\n"

@@ -119,7 +119,7 @@ def test_a_member_that_fails_is_listed(scene: Path, address: str, tmp_path: Path
     (failed,) = found["failed"]
     assert (failed["member"], failed["values"], failed["status"], failed["reason"]) == (1, {"E": -1e9}, "failed", "bad input")
     assert "young_modulus" in failed["message"]
-    assert "1 of 3 members failed" in done.err
+    assert "1 of 3 samples failed" in done.err
     assert [row["status"] for row in rows(out)[1]] == ["ok", "failed", "ok"]
     again = fmbs(*call, "--resume")
     assert again.code == 5
@@ -248,7 +248,7 @@ def test_ranges_of_a_saved_model(model: Path, address: str, tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("arguments", "code", "text"),
     [
-        ((), 3, "--samples: expected a number of members"),
+        ((), 3, "--samples: expected a number of samples"),
         (("--samples", "0"), 3, "--samples"),
         (("--samples", "3x2"), 3, "--design grid"),
         (("--samples", "3x2", "--design", "grid"), 3, "1 number(s) of values"),

@@ -125,12 +125,12 @@ def test_front_exactly() -> None:
 
 def test_front_in_words() -> None:
     assert speed.front_in_words(POINTS) == (
-        "Of 6 models 3 are on the front, 1 of them reduced; fastest first: points, 23 + 23 (0.14 s, error 1.1e-04), "
+        "Of 6 models 3 are on the Pareto front, 1 of them reduced; fastest first: points, 23 + 23 (0.14 s, error 1.1e-04), "
         "full, 20 elements (0.4 s, error 4.0e-05), full, 100 elements (1.6 s, the reference). "
         "Reduced models are on it at errors from 1.1e-04 to 1.1e-04. Failed: too few modes."
     )
-    assert speed.front_in_words(POINTS[-1:]) == "No model finished, so there is no front."
-    assert "1 is on the front, none of them reduced" in speed.front_in_words(POINTS[:1])
+    assert speed.front_in_words(POINTS[-1:]) == "No model finished, so there is no Pareto front."
+    assert "1 is on the Pareto front, none of them reduced" in speed.front_in_words(POINTS[:1])
 
 
 @given(st.lists(st.tuples(st.sampled_from([0.1, 0.2, 0.5, 1.0]), st.sampled_from([0.0, 1e-6, 1e-3, 1.0, math.inf])), max_size=12))

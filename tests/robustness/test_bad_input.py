@@ -306,7 +306,7 @@ def test_row_34_static_without_joints(tmp_path: Path) -> None:
 
 
 def test_row_34_motion_without_joints(tmp_path: Path) -> None:
-    noticed(beam(tmp_path, FREE), "scene.yaml:5: bodies.beam: 'beam' hangs on no joint to the ground")
+    noticed(beam(tmp_path, FREE), "scene.yaml:5: bodies.beam: no joint ties 'beam' to the ground")
 
 
 test_row_34_no_equilibrium_without_joints = test_failures.test_a_free_body_has_no_equilibrium

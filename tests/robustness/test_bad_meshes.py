@@ -212,7 +212,7 @@ def test_row_27_named_places(tmp_path: Path) -> None:
     empty = changed(LEFT, "1\n1 9", '2\n1 8 "right"\n1 9')
     text = msh(SQUARE, [*quads((1, 2, 3, 4)), "1 2 9 9 1 4"], empty)
     done = refused(plate(tmp_path, text, changed(PLATE, "edges: left", "edges: right")), "scene.yaml:10: joints.left.edges", "left")
-    assert "notice: mesh" in done.err
+    assert "warning: mesh" in done.err
     assert "group 'right' is named but has no members in the mesh, and is dropped" in done.err
 
 

@@ -123,7 +123,7 @@ def test_the_command_takes_files(project: Path) -> None:
     done = fmbs("--extension", project.parent / "my_joint.py", "schema")
     assert done.code == 0, done.err
     assert "EllipseGuide" in done.json["$defs"]
-    assert "notice: ran the Python file" in done.err
+    assert "warning: ran the Python file" in done.err
     done = fmbs("--extension", project.parent / "none.py", "schema")
     assert done.code == 3
     assert "none.py, which is not there" in done.err

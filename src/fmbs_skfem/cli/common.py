@@ -1,6 +1,6 @@
 """What all commands share: a study called with its options, what is printed, exit codes.
 
-stdout is data; notices, progress and messages go to stderr. Nothing heavy is imported before a command runs.
+stdout is data; warnings, progress and messages go to stderr. Nothing heavy is imported before a command runs.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def command(name: str, study: Callable[..., Result], into: str = "") -> click.Co
         given = [values.pop(source)] if source else []
         with contextlib.closing(screen.Bar()) as bar:
             strict = values.pop("strict")
-            listener = Listener(bar.progress, screen.tell, lambda text: screen.tell(f"notice: {text}"), how.jobs.append, strict)
+            listener = Listener(bar.progress, screen.tell, lambda text: screen.tell(f"warning: {text}"), how.jobs.append, strict)
             code = perform(functools.partial(study, *given, **values, listener=listener), how, bar)
         click.get_current_context().exit(code)
 

@@ -111,7 +111,7 @@ def main(files: tuple[str, ...]) -> None:
     Every command takes --json (one object on stdout) and --out (a folder).
 
     Exit codes: 0 done, 2 usage, 3 bad input, 4 solver failed (the partial result is kept) or a training has no model, 5 some
-    members of a sweep failed, 6 the disk or the memory is full, or the time is over, 7 an optional feature is missing, 8 a result
+    samples of a sweep failed, 6 the disk or the memory is full, or the time is over, 7 an optional feature is missing, 8 a result
     is corrupt, 130 interrupted, 143 terminated. An internal error ends with 1, and leaves internal_error.json beside the results
     that there are.
     """
@@ -131,4 +131,4 @@ def run_extensions(files: Sequence[str]) -> None:
         except InputError as error:
             screen.tell(f"error: --extension {file}: {error}")
             sys.exit(error.exit_code)
-        screen.tell(f"notice: ran the Python file {file}")
+        screen.tell(f"warning: ran the Python file {file}")

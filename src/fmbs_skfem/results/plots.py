@@ -131,7 +131,7 @@ def speed_error(
     label: str = "largest relative error",
     title: str = "",
 ) -> Figure:
-    """CPU time against error, both log; numbered points are on the front, `floor` is the time-discretisation error.
+    """CPU time against error, both log; numbered points are on the Pareto front, `floor` is the time-discretisation error.
 
     Models without any error (the reference itself) lie on the lower edge; failed ones are only counted, below the key.
     """
@@ -173,7 +173,14 @@ def _staircase(axes: Axes, best: Sequence[Point], edge: float, top: float) -> No
     cpu = [point.cpu_s for point in best]
     error = [max(point.error, edge) for point in best]
     axes.step(
-        [cpu[0], *cpu], [max(top, error[0]) * 1.5, *error], where="post", color="#B0B0B0", lw=5, alpha=0.45, label="front", zorder=1
+        [cpu[0], *cpu],
+        [max(top, error[0]) * 1.5, *error],
+        where="post",
+        color="#B0B0B0",
+        lw=5,
+        alpha=0.45,
+        label="Pareto front",
+        zorder=1,
     )
     for number, place in enumerate(zip(cpu, error, strict=True), start=1):
         axes.annotate(
@@ -190,12 +197,12 @@ def _staircase(axes: Axes, best: Sequence[Point], edge: float, top: float) -> No
 
 
 def _speed_key(key: Axes, axes: Axes, best: Sequence[Point], failed: int) -> None:
-    """Legend, then the names of the models on the front."""
+    """Legend, then the names of the models on the Pareto front."""
     key.set_axis_off()
     handles, labels = axes.get_legend_handles_labels()
     key.legend(handles, labels, loc="upper left", bbox_to_anchor=(-0.08, 1.0), frameon=False, fontsize=9)
     start = 1.0 - 0.041 * len(labels) - 0.05
-    lines = ["On the front, fastest first:"] + [
+    lines = ["On the Pareto front, fastest first:"] + [
         f"{number}  {_short(point.name)}: {point.cpu_s:.2g} s, {speed.accuracy(point)}"
         for number, point in enumerate(best, start=1)
     ]

@@ -215,7 +215,7 @@ def unpack(folder: Path, entry: Entry) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def lock(folder: Path) -> Iterator[None]:
-    """The folder belongs to this process; a lock left by one that is gone is taken over with a notice.
+    """The folder belongs to this process; a lock left by one that is gone is taken over with a warning.
 
     The lock is that of the system on `run.lock`, which ends with the process; the file says who holds it.
     """

@@ -1,4 +1,4 @@
-"""Speed against error: which models are on the front.
+"""Speed against error: which models are on the Pareto front.
 
     a is beaten by b  <=>  cpu_b <= cpu_a and error_b <= error_a, one of them strictly
 
@@ -48,11 +48,11 @@ def accuracy(point: Point) -> str:
 
 
 def front_in_words(points: Iterable[Point]) -> str:
-    """Who is on the front, fastest first, how many of them are reduced models, and what failed."""
+    """Who is on the Pareto front, fastest first, how many of them are reduced models, and what failed."""
     everyone = tuple(points)
     best = front(everyone)
     if not best:
-        return "No model finished, so there is no front."
+        return "No model finished, so there is no Pareto front."
     reduced = [point for point in best if point.family not in FULL]
     who = ", ".join(f"{point.name} ({point.cpu_s:.2g} s, {accuracy(point)})" for point in best)
     share = (
@@ -62,7 +62,8 @@ def front_in_words(points: Iterable[Point]) -> str:
         if len(reduced) == len(best)
         else f"{len(reduced)} of them reduced"
     )
-    text = f"Of {len(everyone)} models {len(best)} {'is' if len(best) == 1 else 'are'} on the front, {share}; fastest first: {who}."
+    verb = "is" if len(best) == 1 else "are"
+    text = f"Of {len(everyone)} models {len(best)} {verb} on the Pareto front, {share}; fastest first: {who}."
     if reduced:
         errors_ = [point.error for point in reduced]
         text += f" Reduced models are on it at errors from {min(errors_):.1e} to {max(errors_):.1e}."

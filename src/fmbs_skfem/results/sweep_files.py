@@ -88,7 +88,7 @@ def read_first(place: Path) -> Record:
 
 
 def read_settled(folder: Path, points: np.ndarray, names: Sequence[str]) -> dict[int, Record]:
-    """Records of the members at `points` that can be read, by number; others count as missing, with a notice."""
+    """Records of the members at `points` that can be read, by number; others count as missing, with a warning."""
     found: dict[int, Record] = {}
     for number, row in enumerate(points):
         place = path(folder, number)
@@ -97,12 +97,12 @@ def read_settled(folder: Path, points: np.ndarray, names: Sequence[str]) -> dict
         try:
             record = read(place)
         except CorruptFile as problem:
-            notify(f"{problem}; the member counts as missing")
+            notify(f"{problem}; the sample counts as missing")
             continue
         if record.values == dict(zip(names, row.tolist(), strict=True)):
             found[number] = record
         else:
-            notify(f"{place}: a record of another member; the member counts as missing")
+            notify(f"{place}: a record of another sample; the sample counts as missing")
     return found
 
 
@@ -243,7 +243,7 @@ def read_points(place: Path, names: Iterable[str], factor: Any) -> list[dict[str
     missing = [name for name in wanted if name not in found]
     if missing or len(rows) < 2:
         got = f"{', '.join(heads) or 'no header'} and {max(len(rows) - 1, 0)} rows"
-        raise InputError(say(str(place), f"a header with {', '.join(wanted)} and a row a member", got))
+        raise InputError(say(str(place), f"a header with {', '.join(wanted)} and a row for each sample", got))
     return [numbers(f"{place}: row {k}", row, found) for k, row in enumerate(rows[1:], start=2)]
 
 

@@ -117,7 +117,7 @@ def choose_outputs(sweep: Sweep, outputs: Sequence[str], most: int) -> list[str]
     whole = [name for name, values in sweep.columns.items() if np.isfinite(values[ran]).any(axis=1).all()]
     found = list(outputs) or whole[:most]
     if not found or not ran.any():
-        raise InputError(say("plots of a sweep", "members that ran, with an output", f"{ran.sum()} with {len(whole)} outputs"))
+        raise InputError(say("plots of a sweep", "samples that ran, with an output", f"{ran.sum()} with {len(whole)} outputs"))
     return found
 
 

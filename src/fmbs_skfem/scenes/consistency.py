@@ -1,6 +1,6 @@
 """What ties the parts of a scene together: names that must exist, sizes that must agree, values that are hardly meant.
 
-Problems stop a scene and are listed together; notices do not. A problem is a pair of the path of keys and the `Problem`.
+Problems stop a scene and are listed together; warnings do not. A problem is a pair of the path of keys and the `Problem`.
 """
 
 from __future__ import annotations

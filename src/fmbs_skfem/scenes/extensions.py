@@ -2,7 +2,7 @@
 
     extensions: [my_joint.py]            beside the scene, or anywhere in its project folder, as meshes
 
-The files are run before the scene is checked, with the rights of whoever reads it: a remark tells which. Where the environment
+The files are run before the scene is checked, with the rights of whoever reads it: a warning names them. Where the environment
 variable FMBS_EXTENSIONS is `refuse`, scenes that name any are refused instead. A file is run once a process; one that has changed
 since is refused, because its classes may be in use. Worker processes find its classes by the name of its module.
 """

@@ -18,7 +18,7 @@ from .parameters import Changes
 
 Keys: TypeAlias = tuple[str | int, ...]
 
-MOST = 50  #: problems that one message tells
+MOST = 50  #: problems that one message lists
 
 
 def read(path: Path | str, parameters: Changes | None = None, repair: bool = False) -> schema.Scene:
@@ -36,7 +36,7 @@ def loads(text: str, folder: Path | str = ".", parameters: Changes | None = None
 
 
 def again(scene: schema.Scene, changed: Changes) -> schema.Scene:
-    """The same scene with other values of parameters, on top of those it was read with; notices are not repeated."""
+    """The same scene with other values of parameters, on top of those it was read with; warnings are not repeated."""
     if scene._node is None:
         raise InputError(say("scene", "one that was read from a file or a text", "one made in Python"))
     known = {**scene._changed, **changed}
@@ -67,7 +67,7 @@ def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, chan
 
 
 def _warn(scene: schema.Scene) -> schema.Scene:
-    """The scene, after notices of what is hardly meant."""
+    """The scene, after warnings of what is hardly meant."""
     for keys, text in consistency.notices(scene):
         notify(f"{schema.where(scene, *keys)}: {text}")
     return scene

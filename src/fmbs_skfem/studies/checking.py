@@ -1,4 +1,4 @@
-"""A scene and its meshes, read, assembled and judged before any run; and results held against their checksums."""
+"""A scene and its meshes, read, assembled and judged before any run; and results compared with their checksums."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def check_scene(job: Job, scene: Scene) -> Check:
     parts = {part.name: part for part in build.parts(scene, None, job.allow_outside)}
     raw = lighter(build.of_parts(scene, list(parts.values()), pictures=False))
     known = plausibility.figures(scene, parts)
-    tell_findings(scene, known)
+    warn_of_findings(scene, known)
     compiling.announce(job, beside=False)
     redundant = contradictions(raw)
     counted = mechanism(scene, raw)
@@ -92,11 +92,11 @@ def compare_checksums(job: Job) -> Result:
     return Result(about=text, report={"status": "ok", "verified": found, "notices": job.notices}, view=[text])
 
 
-def tell_findings(scene: Scene, known: Mapping[str, Facts]) -> None:
-    """Notices of what is hardly meant and was not told when the scene was read."""
-    told = {keys for keys, _ in consistency.notices(scene)}
+def warn_of_findings(scene: Scene, known: Mapping[str, Facts]) -> None:
+    """Warnings of what is hardly meant, but for those that were shown when the scene was read."""
+    shown = {keys for keys, _ in consistency.notices(scene)}
     for finding in plausibility.findings(scene, known):
-        if finding.keys not in told:
+        if finding.keys not in shown:
             notify(f"{where(scene, *finding.keys)}: {finding}")
 
 
@@ -114,7 +114,7 @@ def contradictions(raw: System) -> tuple[Dependence, ...]:
 
 
 def mechanism(scene: Scene, raw: System) -> Mechanism:
-    """Degrees of freedom; floating bodies are told, and stop a static problem with every motion that nothing resists."""
+    """Degrees of freedom. Floating bodies are a warning; a static problem with motions that nothing resists is refused."""
     if scene.analysis.type == "modes":
         free_motions.refuse_limp(where(scene, "analysis"), raw)
     found = mechanisms.analyse(raw)
@@ -127,8 +127,8 @@ def mechanism(scene: Scene, raw: System) -> Mechanism:
             got = f"{len(free)} rigid motion{'s' if len(free) > 1 else ''} that nothing resists:{listed}"
             raise InputError(say(where(scene, "analysis"), "bodies that joints and springs hold", got, "\nhold them by joints"))
     for group in found.floating if scene.analysis.type != "static" else ():
-        named, hang = " and ".join(f"'{name}'" for name in group.bodies), len(group.bodies) > 1
-        text = f"{named} hang{'' if hang else 's'} on no joint to the ground: {'they move' if hang else 'it moves'} freely"
+        named = " and ".join(f"'{name}'" for name in group.bodies)
+        text = f"no joint ties {named} to the ground: {'they move' if len(group.bodies) > 1 else 'it moves'} freely"
         notify(f"{where(scene, 'bodies', group.bodies[0])}: {text}")
     if found.at_start > found.mobility:
         notify(f"the start is a singular position: {found.at_start} degrees of freedom there, {found.mobility} near it")

@@ -179,11 +179,11 @@ def choice(study: Comparison) -> ModelRecord | None:
 
 
 def summarise(report: Mapping[str, Any]) -> list[str]:
-    """Who is on the front, how large the error of the time step is, and when training pays."""
+    """Who is on the Pareto front, how large the error of the time step is, and when training pays."""
     pays = report["pays_after_runs"]
     gain = "Training does not pay." if pays is None else f"Training of {report['pays_after']} pays after {math.ceil(pays)} runs."
     note = "Names end in eps, or eps/eta, where these are not the scene's. "
-    note += "Errors on the front are the largest distances from the full model [m]; training is not in the CPU times."
+    note += "Errors on the Pareto front are the largest distances from the full model [m]; training is not in the CPU times."
     return [report["front"], note, time_words(report["time_error"]), gain, *choice_words(report)]
 
 

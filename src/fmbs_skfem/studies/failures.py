@@ -50,7 +50,7 @@ def write_failure(out: Path | None, found: Mapping[str, Any], error: SolverError
 
 
 def clear_earlier(out: Path) -> bool:
-    """Remove the files of an earlier failure; False with a notice where the names are taken by files of other origin."""
+    """Remove the files of an earlier failure; False with a warning where the names are taken by files of other origin."""
     taken = [name for name in NAMES if (out / name).exists()]
     if not taken:
         return True

@@ -106,7 +106,7 @@ def read_or_run(found: Training, out: Path | None, sharp: bool = True) -> Full:
 
 
 def others(job: Job, order: TrainingOrder, found: Training, full: Full) -> Iterator[Comparator]:
-    """The comparators; one that cannot be trained is told and left out."""
+    """The comparators; one that cannot be trained is left out with a warning."""
     task, d = found.task, len(found.task.parameters)
     counts = (max(2, len(found.runs)),) if d == 1 else (2,) * d
     makers: dict[str, Callable[[], Comparator]] = {
@@ -188,7 +188,7 @@ def table(checked: Checked, measure: str) -> Table:
     points = (
         f"{len(checked.known)} of {len(checked.points)}" if len(checked.known) < len(checked.points) else f"{len(checked.points)}"
     )
-    runs, costs = ("model", "full", "reduced", "modes", "elements", "points"), ("offline [s]", "prepare [ms]", "run [s]")
+    runs, costs = ("model", "full", "reduced", "modes", "elements", "cubature points"), ("offline [s]", "prepare [ms]", "run [s]")
     rows = [
         (
             row.name,

@@ -35,10 +35,10 @@ def ignore(*_: object) -> None:
 class Listener:
     """Who hears of a study while it runs.
 
-    Notices that nobody takes are Python warnings of the class `Notice`; `strict` raises them.
+    Warnings that nobody takes here are Python warnings of the class `Notice`; `strict` raises them.
     """
 
-    progress: Callable[[str, float], None] = ignore  #: what is done, and the finished part of it, 0 to 1
+    progress: Callable[[str, float], None] = ignore  #: what is being done, and the finished part of it, 0 to 1
     tell: Callable[[str], None] = ignore  #: that it compiles, waits, or what a failed start is due to
     notice: Callable[[str], None] | None = None
     begin: Callable[[Job], None] = ignore
@@ -47,7 +47,7 @@ class Listener:
 
 @dataclass
 class Job:
-    """The options of one study, the notices given so far, and what there is of its results."""
+    """The options of one study, the warnings given so far, and what there is of its results."""
 
     path: Path = field(default_factory=Path)  #: scene or model file
     scene: Scene | None = None  #: given as such
@@ -89,7 +89,7 @@ def begin(source: Source = "", **shared: Unpack[Shared]) -> Iterator[Job]:
 
 @contextlib.contextmanager
 def hear(job: Job) -> Iterator[None]:
-    """Notices go to the listener and into the job, each once."""
+    """Warnings go to the listener and into the job, each once."""
     with warnings.catch_warnings():
         usual = warnings.showwarning
 
@@ -127,7 +127,7 @@ def read_scene(job: Job, duration: float | None = None) -> Scene:
 
 
 def fit_step(scene: Scene) -> Scene:
-    """The scene with a step that divides its duration, with a notice where that is a smaller one than the scene's.
+    """The scene with a step that divides its duration, with a warning where that is a smaller one than the scene's.
 
     Scenes with parameters that have a range keep theirs, which may depend on them, and so do those whose other times it divides.
     """

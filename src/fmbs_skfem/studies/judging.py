@@ -1,4 +1,4 @@
-"""What a motion tells of its step and of its basis: the balance of energy, noise of accelerations by round-off."""
+"""How good a motion is: the error of its energy balance, and the noise of its accelerations by round-off."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from ..core.notices import notify
 from ..dynamics import GeneralizedAlpha, Trajectory
 from ..systems.system import sizes
 
-NOISE = 1e-3  #: noise of accelerations, relative to the largest, that is told
-GAIN = 0.05  #: rise of the energy balance, relative to the largest energy, that is told
+NOISE = 1e-3  #: noise of accelerations, relative to the largest, above which a warning is shown
+GAIN = 0.05  #: rise of the energy balance, relative to the largest energy, above which a warning is shown
 
 
 def balances(scheme: GeneralizedAlpha, trajectory: Trajectory) -> dict[str, Any]:
-    """What a full motion tells of its step."""
+    """Energy error [J] of a full motion, and noise of its accelerations [m/s2]."""
     drift = energy_drift(trajectory, f"a step of {scheme.step:g} s")
     return {"energy_drift": drift, "acceleration_noise": acceleration_noise(scheme, trajectory)}
 
 
 def energy_drift(trajectory: Trajectory, step: str) -> float:
-    """Largest change of the energy balance [J], with a notice where the motion gains energy from nowhere."""
+    """Largest change of the energy balance [J], with a warning where the motion gains energy that nothing puts in."""
     drift, gain = dynamics.energy_errors(trajectory)
     if gain > GAIN:
         remedy = "halve it and compare, or take a smaller rho_inf"
@@ -33,8 +33,8 @@ def energy_drift(trajectory: Trajectory, step: str) -> float:
 def energy_of_reduced(motion: Trajectory) -> dict[str, Any]:
     """Largest change of the energy balance of a reduced model [J], and that over the largest change of an energy.
 
-    A rise is told as that of a full run. A fall is told, too: a full run loses energy to its step alone, a reduced one also where
-    its basis does not hold the motion.
+    A warning is shown where it rises, as of a full run, and where it falls: a full run loses energy to its step alone, a reduced
+    one also where its basis does not hold the motion.
     """
     drift = energy_drift(motion, "the step, or the distance from the training,")
     kinds = dynamics.energies(motion)
@@ -48,7 +48,7 @@ def energy_of_reduced(motion: Trajectory) -> dict[str, Any]:
 
 
 def acceleration_noise(scheme: GeneralizedAlpha, trajectory: Trajectory) -> float:
-    """Noise of accelerations by round-off [m/s2], with a notice where reactions show it."""
+    """Noise of accelerations by round-off [m/s2], with a warning where reactions show it."""
     noise = dynamics.acceleration_noise(scheme, trajectory.system)
     changes = np.diff(trajectory.v, axis=0) / np.diff(trajectory.times)[:, None]  # what noise hardly reaches
     largest = float(sizes(trajectory.system, changes).max(initial=0.0))

@@ -201,7 +201,7 @@ def remarks(facts: Mapping[str, Any]) -> Sequence[str]:
     """Where a run leaves the training, or its predicted error with its band and what speaks against it."""
     found = [f"No error is known: {'; '.join(facts['beyond_training'])}."] if facts["beyond_training"] else []
     if (error := facts.get("predicted_error")) is not None:
-        spread = f"with its spread {error['low']:.2g} to {error['high']:.2g}"
-        found.append(f"Predicted {facts['measure']}: {error['error']:.2g}, {spread}.")
+        band = f"with the band {error['low']:.2g} to {error['high']:.2g}"
+        found.append(f"Predicted {facts['measure']}: {error['error']:.2g}, {band}.")
         found += [f"Its training cannot promise that: {'; '.join(facts['doubts'])}."] if facts["doubts"] else []
     return found

@@ -39,7 +39,7 @@ def resume_run(job: Job, plots: bool, time_limit: float) -> Run:
 
 
 def compare(out: Path, then: Mapping[str, Any], now: Mapping[str, Any]) -> None:
-    """Refuse another scene, other meshes or another release; tell of other libraries or another machine."""
+    """Refuse another scene, other meshes or another release; warn of other libraries or another machine."""
 
     binding = [differences(binds(then), binds(now)), differences(flatten(then["scene"], "scene"), flatten(now["scene"], "scene"))]
     other = [text for texts in binding for text in texts]

@@ -47,7 +47,7 @@ Draw = Callable[[Trajectory, Path], Sequence[Callable[[], Path]]]  #: pictures a
 
 @dataclass(frozen=True)
 class RunTask:
-    """What is run, and what is told of it."""
+    """What is run, and what its report says of it."""
 
     title: str
     mark: str  #: fingerprint of what is computed
@@ -56,7 +56,7 @@ class RunTask:
     words: str  #: the same at the begin of a line
     system: System
     solve: Callable[[Callable[[float], None], recording.Watch | None, Resumed | None], Trajectory]
-    judge: Callable[[Trajectory], dict[str, Any]]  #: balances of the motion, with notices
+    judge: Callable[[Trajectory], dict[str, Any]]  #: energy error and noise of the motion, with warnings
     scheme: GeneralizedAlpha | None = None  #: None of equilibria
     request: Mapping[str, Any] | None = None  #: what `resume` needs to know; None of what runs anew
     label: str = "integrating"
@@ -326,7 +326,7 @@ def summary(task: RunTask, report: Mapping[str, Any]) -> str:
     text = f"{task.words}, {report['steps']} steps, {report['newton_iterations']} Newton iterations, "
     text += f"{report['cpu_s']:.3g} s CPU, {report['wall_s']:.3g} s wall"
     drift = report["energy_drift"]
-    return text if drift is None else f"{text}, energy drift {drift:.3g} J"
+    return text if drift is None else f"{text}, energy error {drift:.3g} J"
 
 
 def figures_of(task: RunTask, times: np.ndarray, columns: Mapping[str, np.ndarray]) -> Figures:

@@ -133,7 +133,7 @@ def predict_errors(members: Members, points: np.ndarray) -> dict[str, np.ndarray
 
 
 def read_value(own: Parameter, given: Quantity, option: str) -> float:
-    """The value of a parameter of a saved model, given by `option`; one outside of the training with a notice."""
+    """The value of a parameter of a saved model, given by `option`; one outside of the training with a warning."""
     found = models.read_value(own, str(given), option)
     if not own.low <= found <= own.high:
         span = f"trained from {own.low:g} to {own.high:g} {own.unit}"
@@ -158,7 +158,7 @@ def spread(
     counts = re.fullmatch(r"[1-9]\d{0,8}(x[1-9]\d{0,8})*", str(samples or ""))
     if counts is None:
         raise InputError(
-            say("--samples", "a number of members, or of values of each parameter of a grid (20x50)", samples or "none")
+            say("--samples", "a number of samples, or of values of each parameter of a grid (20x50)", samples or "none")
         )
     each = [int(text) for text in counts[0].split("x")]
     if design == "grid":

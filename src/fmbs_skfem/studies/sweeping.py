@@ -1,4 +1,4 @@
-"""Many members of a scene or of a saved reduced model, on all cores or on a cluster."""
+"""Many samples of a scene or of a saved reduced model, on all cores or on a cluster; files and code call each a member."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from .sweep_sources import Members
 
 PLOTS = ("response", "scatter", "histories", "surrogate")
-LISTED = 20  #: failed members in the table on the screen
+LISTED = 20  #: failed samples in the table on the screen
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -104,11 +104,11 @@ def compute(
 
     if len(done) < len(points):
         options = replace(options, first_alone=compiling.announce(job))
-    names, advance = [own.name for own in members.parameters], job.progress(f"{len(points) - len(done)} members")
+    names, advance = [own.name for own in members.parameters], job.progress(f"{len(points) - len(done)} samples")
     try:
         return sweeps.run(members.task, names, points, keep, options, done, advance), records
     except sweeps.Stopped as stopped:
-        text = f"stopped by {signal.Signals(stopped.number).name} after {len(records)} of {len(points)} members"
+        text = f"stopped by {signal.Signals(stopped.number).name} after {len(records)} of {len(points)} samples"
         kept = f", which are kept in {out}; go on with the same call and --resume" if out is not None else ""
         raise Interrupted(stopped.number, text + kept) from None
 
@@ -135,7 +135,7 @@ def finish(
         reports.write_report(out, report)
     error = SweepFailure(report["message"]) if report["failed"] else None
     view: list[Table | str] = [summary(report), responses(table), *([failures(report)] if error else []), *list_files(report)]
-    about = f"{report['name']}: {report['ok']} of {report['members']} members in {', '.join(report['parameters'])}"
+    about = f"{report['name']}: {report['ok']} of {report['members']} samples in {', '.join(report['parameters'])}"
     return SweepResult(about=about, report=report, view=view, figures=figures, error=error, table=table)
 
 
@@ -156,7 +156,7 @@ def figures_of(job: Job, members: Members, table: Sweep) -> Figures:
 def report_of(members: Members, table: Sweep, outcome: SweepOutcome, records: Mapping[int, Record]) -> dict[str, Any]:
     """The JSON object of a sweep."""
     failed = [record for _, record in sorted(records.items()) if record.status is not Status.OK]
-    text = f"{len(failed)} of {len(table.points)} members failed; parameters and reasons are listed in {sweep_files.CSV}"
+    text = f"{len(failed)} of {len(table.points)} samples failed; parameters and reasons are listed in {sweep_files.CSV}"
     return {
         **({"status": "error", "reason": "failed members", "message": text} if failed else {"status": "ok"}),
         "name": members.name,
@@ -192,7 +192,7 @@ def low(values: np.ndarray) -> float:
 
 def summary(found: Mapping[str, Any]) -> str:
     """The sweep in one line."""
-    text = f"{found['name']}: {found['members']} members in {', '.join(found['parameters'])}, {found['ok']} ok, "
+    text = f"{found['name']}: {found['members']} samples in {', '.join(found['parameters'])}, {found['ok']} ok, "
     text += (
         f"{len(found['failed'])} failed; {found['computed']} computed in {found['wall_s']:.3g} s wall ({found['start_s']:.2g} s "
     )
@@ -210,7 +210,7 @@ def responses(table: Sweep) -> Table:
         rows.append(
             (sweep_files.add_unit(name, table.units.get(name, "")), low(ends["min"]), -low(-ends["max"]), low(final), -low(-final))
         )
-    return Table("Outputs over all members (SI units)", ("output", "min", "max", "smallest final", "largest final"), rows)
+    return Table("Outputs over all samples (SI units)", ("output", "min", "max", "smallest final", "largest final"), rows)
 
 
 def failures(found: Mapping[str, Any]) -> Table:
@@ -220,4 +220,4 @@ def failures(found: Mapping[str, Any]) -> Table:
         for one in found["failed"][:LISTED]
     ]
     more = len(found["failed"]) - len(rows)
-    return Table("Failed" + (f" (and {more} more)" if more else ""), ("member", "parameters", "reason", "message"), rows)
+    return Table("Failed" + (f" (and {more} more)" if more else ""), ("sample", "parameters", "reason", "message"), rows)

@@ -55,7 +55,7 @@ def sizes(study: Comparison, known: Mapping[str, Any]) -> Table:
         if paper := known.get(record.name):
             kept = (join(paper.get("elements", ())), "", join(paper.get("kept", ())))
             rows.append((PAPER, join(paper["dofs"]), join(paper.get("r", ())), *kept))
-    heads = ("model", "dofs", "modes", "cells", "points", "dofs kept")
+    heads = ("model", "dofs", "modes", "cells", "cubature points", "dofs kept")
     return Table("Table 4: sizes", heads, rows, names=True)
 
 

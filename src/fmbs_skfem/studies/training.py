@@ -248,8 +248,8 @@ def summarise(report: Mapping[str, Any]) -> list[str]:
     else:
         budget = f"eps = {report['eps']}, eta = {report['eta']}, as the scene says; --tolerance chooses them for a wanted error."
     error = report["predicted_error"]
-    spread = f"with its spread {error['low']:.2g} to {error['high']:.2g}"
-    largest = f"Largest predicted {report['measure']}, among the candidates: {error['error']:.2g}, {spread}."
+    band = f"with the band {error['low']:.2g} to {error['high']:.2g}"
+    largest = f"Largest predicted {report['measure']}, among the candidates: {error['error']:.2g}, {band}."
     doubts = [f"The training cannot promise its predicted error: {'; '.join(report['doubts'])}."] if report["doubts"] else []
     lost = name_failed([*report["failed"], *report.get("holdout", {}).get("failed", ())])
     checks = "; ".join(map(format_point, report["checks"]))
