@@ -43,7 +43,10 @@ FAMILIES = {
 
 
 def histories(times: Array, models: Mapping[str, Array], label: str, title: str = "") -> Figure:
-    """One output of several models over time; the first model is the reference. Values (s,), `label` with unit."""
+    """One output of several models over time [s]; the first model is the reference.
+
+    Values (s,) at `times` (s,), `label` with unit. Raises InputError for other shapes.
+    """
     return history_grid(times, {label: models}, title=title)
 
 
@@ -52,7 +55,8 @@ def history_grid(
 ) -> Figure:
     """Several outputs, one small axes each with a common axis of time and one legend: label with unit -> {model: (s,)}.
 
-    At most PANELS of them; `across` is the label of the common axis.
+    The first model is drawn as the reference. At most PANELS outputs; `across` is the label of the common axis. Raises
+    InputError for more, for none, and for values that are not at `times` (s,).
     """
     if not 0 < len(outputs) <= PANELS:
         raise InputError(say("plots: outputs", f"1 to {PANELS}", len(outputs)))
@@ -74,9 +78,10 @@ def history_grid(
 
 
 def errors(times: Array, models: Mapping[str, Array], floor: float | Array | None = None, label: str = "relative error") -> Figure:
-    """Errors (s,) of reduced models over time, log scale, as Figs 9 and 12.
+    """Errors (s,) of reduced models over `times` (s,) [s], log scale, as Figs 9 and 12; `label` has their unit.
 
-    `floor` is the error of the full model's own time discretisation.
+    `floor`, a number or (s,), is the error of the full model's own time discretisation. Values that have no logarithm are gaps.
+    Raises InputError for other shapes.
     """
     figure = charts.figure(7.2, 4.4)
     axes = figure.subplots()

@@ -27,7 +27,11 @@ if TYPE_CHECKING:
 
 
 def write(frames: Frames, folder: Path | str, name: str) -> Path:
-    """Write the series into `folder` and return the path of `name`.pvd; a series of that name is replaced."""
+    """Write the series into `folder` and return the path of `name`.pvd; a series of that name is replaced.
+
+    Raises InputError for a name that is none of a file, for scenes of mass points only, and for a field that is a scalar on one
+    body and a vector on another; NoRoom where the disk is full.
+    """
     return write_each((frames_.select(frames, np.array([sample])) for sample in range(frames.times.size)), folder, name)
 
 

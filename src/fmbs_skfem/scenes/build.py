@@ -30,9 +30,10 @@ SUBJECT = re.compile(r"(joint|load|output) '([^']*)'")
 
 
 def system(scene: schema.Scene, cells: int | None = None, allow_outside: bool = False) -> System:
-    """The system of a scene with all multipliers; `cells` remeshes every cable with that many cells.
+    """The system of a scene with all multipliers; `chosen_form` makes of it the one that is solved.
 
-    `allow_outside` permits meshes outside the scene's project folder.
+    `cells` remeshes every cable with that many cells, `allow_outside` permits meshes outside the scene's project folder. Raises
+    InputError for meshes, places, edges and functions of time that do not fit, with file, line and path of keys.
     """
     check_functions(scene)  # before meshes are read
     return of_parts(scene, parts(scene, cells, allow_outside))

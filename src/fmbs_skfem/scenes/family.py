@@ -24,7 +24,8 @@ def family(
     """The parameters of a scene that have a range, and the function from values of its parameters to a case.
 
     The function takes any of the scene's parameters; those not given keep the values of `scene`. `cells` remeshes cables with that
-    many cells, `allow_outside` permits meshes outside the scene's project folder, `duration` [s] replaces the scene's.
+    many cells, `allow_outside` permits meshes outside the scene's project folder, `duration` [s] replaces the scene's. The function
+    raises InputError where the scene with these values is none.
     """
     return parameters(scene), functools.partial(member, scene=scene, cells=cells, allow_outside=allow_outside, duration=duration)
 

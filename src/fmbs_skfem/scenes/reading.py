@@ -22,16 +22,18 @@ MOST = 50  #: problems that one message lists
 
 
 def read(path: Path | str, parameters: Changes | None = None, repair: bool = False) -> schema.Scene:
-    """The scene in a file; `parameters` replace values of the scene's own parameters (a sweep changes nothing else).
+    """The scene in a file, all its quantities in SI units.
 
-    With `repair`, nodes of its meshes that are at one place are merged.
+    `parameters` replace values of the scene's own parameters, as numbers in SI units or as text with a unit (a sweep changes
+    nothing else). With `repair`, nodes of its meshes that are at one place are merged. Raises InputError, which lists every problem
+    with file, line and path of keys; what is hardly meant is a Python warning of the class `Notice`. Meshes are not read yet.
     """
     path = Path(path)
     return _warn(_scene(yamlfile.read(path), str(path), path, path.parent, parameters or {}, repair))
 
 
 def loads(text: str, folder: Path | str = ".", parameters: Changes | None = None) -> schema.Scene:
-    """The scene in a text; mesh paths are relative to `folder`."""
+    """The scene in a text, as `read`; mesh paths are relative to `folder`."""
     return _warn(_scene(yamlfile.parse(text, "scene"), "scene", None, Path(folder), parameters or {}))
 
 

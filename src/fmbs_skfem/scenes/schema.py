@@ -231,7 +231,7 @@ class Scene(Model):
 
 
 def where(scene: Scene, *keys: str | int) -> str:
-    """`file:line: key.key` of a value of the scene, for messages."""
+    """`file:line: key.key` of the value at a path of keys and indices of the scene, for messages."""
     return location(str(scene.path or "scene"), scene._node, keys)
 
 
