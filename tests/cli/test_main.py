@@ -18,7 +18,7 @@ from fmbs_skfem.core.errors import CorruptFile, InputError, MissingFeature, Reas
 from fmbs_skfem.core.notices import notify
 from fmbs_skfem.studies import Result, Table
 from fmbs_skfem.studies import job as jobs
-from fmbs_skfem.studies.options import Output
+from fmbs_skfem.studies.options import OutputOptions
 from fmbs_skfem.studies.result import console
 
 from .calls import fmbs
@@ -88,7 +88,7 @@ def test_errors_have_their_exit_code_and_no_traceback(
 ) -> None:
     monkeypatch.chdir(tmp_path)
 
-    def fails(**options: Unpack[Output]) -> Result:
+    def fails(**options: Unpack[OutputOptions]) -> Result:
         raise error
 
     command = common.command("fails", fails)
@@ -105,7 +105,7 @@ def test_errors_have_their_exit_code_and_no_traceback(
 
 
 def test_notices_go_to_stderr_and_json_once_and_stop_a_strict_call() -> None:
-    def study(**options: Unpack[Output]) -> Result:
+    def study(**options: Unpack[OutputOptions]) -> Result:
         with jobs.begin(**options) as job:
             for _ in range(3):
                 notify("mind the gap")

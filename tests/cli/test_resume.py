@@ -20,7 +20,7 @@ import pytest
 from fmbs_skfem.dynamics import integration
 from fmbs_skfem.dynamics.checkpoint import Moment
 from fmbs_skfem.results import segments
-from fmbs_skfem.results.segments import Recorder, State
+from fmbs_skfem.results.segments import HistoryState, Recorder
 from fmbs_skfem.studies import reports
 
 from ..hard_cases import child, ended
@@ -85,7 +85,7 @@ def test_a_stopped_run_goes_on_to_the_same_bytes(
         assert again.json[key] == whole[key]
     assert again.json["segments"] == 2
     assert whole["segments"] == 0
-    assert segments.manifest(out).state is State.DONE
+    assert segments.manifest(out).state is HistoryState.DONE
 
 
 def test_a_run_whose_time_is_over_goes_on_to_the_same_bytes(tmp_path: Path) -> None:
@@ -96,7 +96,7 @@ def test_a_run_whose_time_is_over_goes_on_to_the_same_bytes(tmp_path: Path) -> N
     assert done.json["reason"] == "limit reached"
     assert "stopped by --time-limit 0.01 at t = " in done.json["message"]
     assert "of 5000 steps; go on with: fmbs resume" in done.json["message"]
-    assert segments.manifest(out).state is State.RUNNING
+    assert segments.manifest(out).state is HistoryState.RUNNING
     assert fmbs("resume", out, "--time-limit", "0.01").code == 6
     assert fmbs("resume", out, "--no-plots").code == 0
     assert (out / "outputs.csv").read_bytes() == (tmp_path / "whole" / "outputs.csv").read_bytes()
@@ -196,7 +196,7 @@ def test_the_history_of_another_run_is_kept(tmp_path: Path) -> None:
     refused = run(path, out, "--set", "load=2 N")
     assert refused.code == 3
     assert "the history of another run" in refused.err
-    assert segments.manifest(out).state is State.DONE
+    assert segments.manifest(out).state is HistoryState.DONE
     assert run(path, out).code == 0
     assert not (out / "history").exists()
 
@@ -223,7 +223,7 @@ def test_a_run_that_failed_may_be_repeated(tmp_path: Path) -> None:
     path, out = scene(tmp_path, MOTION, "where(t < 0.2, 1, 1e12)"), tmp_path / "out"
     first = run(path, out, "--checkpoint", "0")
     assert first.code == 4
-    assert segments.manifest(out).state is State.FAILED
+    assert segments.manifest(out).state is HistoryState.FAILED
     outputs = (out / "outputs.csv").read_bytes()
     again = fmbs("resume", out, "--no-plots", "--json")
     assert again.code == 4

@@ -20,7 +20,7 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, integrate, integration
 from fmbs_skfem.dynamics.checkpoint import Moment
 from fmbs_skfem.results import segments
-from fmbs_skfem.results.segments import Recorder, State
+from fmbs_skfem.results.segments import HistoryState, Recorder
 
 from .. import models
 from ..hard_cases import child, ended
@@ -89,7 +89,7 @@ def test_kills_lose_the_open_segment_at_most(tmp_path: Path, unbroken: Trajector
             folder.mkdir()
     for where in (folder, *finished):
         assert same(go_on(where), unbroken)
-        assert segments.manifest(where).state is State.DONE
+        assert segments.manifest(where).state is HistoryState.DONE
         assert [path.name for path in (where / "history").glob("*.part")] == []
         assert len(list((where / "history").glob("checkpoint-*"))) == 1
 
@@ -127,7 +127,7 @@ def test_a_full_disk_says_so(tmp_path: Path, written: Path) -> None:
 def test_segments_are_plain_hdf5(written: Path) -> None:
     found = segments.manifest(written)
     assert found.job == JOB
-    assert (found.state, found.done, found.steps) == (State.DONE, 400, 400)
+    assert (found.state, found.done, found.steps) == (HistoryState.DONE, 400, 400)
     assert found.time == pytest.approx(0.2)
     whole, rows = integrate(SYSTEM, SCHEME, 0.2), list[np.ndarray]()
     for entry in found.segments:

@@ -14,7 +14,7 @@ from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.scenes import plausibility
-from fmbs_skfem.scenes.plausibility import Cells, Figures
+from fmbs_skfem.scenes.plausibility import BodyFigures, CellShapes
 from fmbs_skfem.shapes import ancf_plate, skfem_surface
 
 from ..systems.rigid_parts import grid
@@ -47,7 +47,7 @@ def judged(
     g: str = "-9.81",
     rest: str = "0",
     analysis: str = DYNAMIC,
-) -> tuple[Figures, dict[tuple[str, ...], str]]:
+) -> tuple[BodyFigures, dict[tuple[str, ...], str]]:
     """Figures of the beam of a scene, and its findings by their keys."""
     text = SCENE.format(E=E, rho=rho, section=section, g=g, rest=rest, analysis=analysis)
     scene = scenes.loads(
@@ -111,8 +111,8 @@ def test_a_wave_speed_off_says_which_unit_would_explain_it(E: str, rho: str, hin
     assert any(hint in text for text in texts)
 
 
-def speed(E: float, rho: float) -> Figures:
-    return Figures("beam", 1.0, 1.0, math.sqrt(E / rho))
+def speed(E: float, rho: float) -> BodyFigures:
+    return BodyFigures("beam", 1.0, 1.0, math.sqrt(E / rho))
 
 
 @pytest.mark.filterwarnings("ignore:.*the wave speed")
@@ -186,11 +186,11 @@ def test_rigid_bodies_are_as_large_as_their_places_are_apart() -> None:
         places={"A": (98.0, -1.0), "B": (102.0, 2.0)},
     )
     assert body.extent(part) == pytest.approx(5.0, rel=1e-12)
-    (finding,) = plausibility._sizes("r", Figures("r", 1.0, 5e3))
+    (finding,) = plausibility._sizes("r", BodyFigures("r", 1.0, 5e3))
     assert "the size 5e+03 m is outside 1e-06 to 1000 m: is the mesh in metres?" in str(finding)
 
 
-def shape_of(surface: object) -> Cells:
+def shape_of(surface: object) -> CellShapes:
     return plausibility.plate_cells(plate("plate", surface, 0.1, Material(1e5, 500.0)))[0]  # type: ignore[arg-type]
 
 
@@ -240,12 +240,12 @@ def test_bad_cells_are_told_with_their_number_and_place() -> None:
 @pytest.mark.parametrize(
     ("cells", "words"),
     [
-        (Cells(9, 1.0, angle=10.0), "an angle of 10 deg, below 15 deg"),
-        (Cells(9, 1.0, jacobian=0.05), "a ratio of Jacobians in one cell of 0.05, below 0.1"),
-        (Cells(9, 2e3), "sizes that differ by 2e+03, above 1000"),
+        (CellShapes(9, 1.0, angle=10.0), "an angle of 10 deg, below 15 deg"),
+        (CellShapes(9, 1.0, jacobian=0.05), "a ratio of Jacobians in one cell of 0.05, below 0.1"),
+        (CellShapes(9, 2e3), "sizes that differ by 2e+03, above 1000"),
     ],
 )
-def test_each_measure_of_cells_has_its_bound(cells: Cells, words: str) -> None:
+def test_each_measure_of_cells_has_its_bound(cells: CellShapes, words: str) -> None:
     assert [words in str(finding) for finding in plausibility._cells("plate", cells)] == [True]
 
 
