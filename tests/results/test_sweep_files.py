@@ -118,7 +118,7 @@ def test_settled_members_are_those_of_these_points(tmp_path: Path) -> None:
     sweep_files.path(tmp_path, 1).unlink()
     other = POINTS.copy()
     other[2, 0] *= 1 + 1e-15
-    with pytest.warns(Notice, match="another member"):
+    with pytest.warns(Notice, match="another sample"):
         assert sorted(sweep_files.read_settled(tmp_path, other, names)) == [0, 3]
     sweep_files.forget(tmp_path)
     assert sweep_files.read_settled(tmp_path, POINTS, names) == {}

@@ -79,7 +79,7 @@ def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
         plots.save(sweep_plots.scatter_matrix(SWEEP, kind="finale"), tmp_path / "a.png")
     nothing = replace(SWEEP, status=(Status.FAILED,) * 60)
     for rule in (sweep_plots.response, sweep_plots.scatter_matrix, sweep_plots.fan):
-        with pytest.raises(InputError, match="members that ran"):
+        with pytest.raises(InputError, match="samples that ran"):
             rule(nothing)
     with pytest.raises(InputError, match=r"\.png"):
         plots.save(sweep_plots.fan(SWEEP), tmp_path / "a.gif")
