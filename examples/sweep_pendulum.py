@@ -47,7 +47,7 @@ def main(
     box = rom.model.parameters
     names, points = [own.name for own in box], parameters.sobol(box, count)
 
-    records = sweep_files.settled(folder, points, names)
+    records = sweep_files.read_settled(folder, points, names)
 
     def keep(record: sweeps.Record) -> None:
         sweep_files.write(folder, record)

@@ -32,6 +32,6 @@ def test_every_way_to_fail_leaves_its_facts_and_a_picture(way: str, tmp_path: Pa
 
 def test_outputs_that_are_not_finite_are_not_drawn(tmp_path: Path) -> None:
     system, times = models.spin_up(2), np.array([0.0, 1e-3, 2e-3])
-    task = runs.Task("", "", {}, {}, "", system, lambda *_: None, lambda _: {})  # type: ignore[arg-type, return-value]
+    task = runs.RunTask("", "", {}, {}, "", system, lambda *_: None, lambda _: {})  # type: ignore[arg-type, return-value]
     assert not runs.figures_of(task, times, {"a": np.array([1.0, np.nan, 1.0])})
     assert list(runs.figures_of(task, times, {"a": np.array([1.0, np.nan, 1.0]), "b": np.ones(3)})) == ["outputs"]
