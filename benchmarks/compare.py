@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from fmbs_skfem import scenes
+from fmbs_skfem import scenes, studies
 from fmbs_skfem.reduction import Exact, cases, errors, full_runs, reduced_models
 from fmbs_skfem.reduction.comparison import Comparison
 from fmbs_skfem.reduction.runs import kept_steps
@@ -34,7 +34,7 @@ def main(names: list[str]) -> dict[str, dict[str, Any]]:
     RESULTS.mkdir(parents=True, exist_ok=True)
     for name in names:
         scene = scenes.read(ROOT / "examples" / f"{name}.yaml")
-        found = comparison.compare(scene)
+        found = studies.compare(scene)
         written[name] = report = {**found.report, "provenance": provenance(scene)}
         reports.write_json(RESULTS / f"compare_{name}.json", report)
         shown = [part if isinstance(part, str) else f"```\n{part}\n```" for part in tables.tables(scene, found.study)]

@@ -635,7 +635,7 @@ def test_a_full_run_that_fails_in_a_corner_is_left_out() -> None:
 
 def test_a_reduced_run_that_fails_is_infinite(spin: TrainingTask, two: tuple[FullRun, ...]) -> None:
     """A negative modulus has no motion."""
-    work = training_work.Progress(spin, spin, Search(np.array([[1e9], [-1e9]]), (0,), 0), None, None)
+    work = training_work.TrainingState(spin, spin, Search(np.array([[1e9], [-1e9]]), (0,), 0), None, None)
     work.models = [reduced_models.make_model(spin, two)]
     assert 0.0 < training_work.evaluate(work, 0) < np.inf
     assert training_work.evaluate(work, 1) == np.inf

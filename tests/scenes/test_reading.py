@@ -129,13 +129,13 @@ def test_parameters_of_a_sweep() -> None:
         (
             "type: cable",
             "type: cabel",
-            "scene:7: bodies.beam.type: expected one of cable, plate, point_mass, rigid, rigid_plate, shell, got 'cabel'; "
+            "scene:7: bodies.beam.type: expected one of cable, part, plate, point_mass, rigid, rigid_plate, shell, got 'cabel'; "
             "did you mean 'cable'",
         ),
         (
             "    type: cable\n",
             "",
-            "scene:6: bodies.beam: expected the key 'type', got no such key; write one of cable, plate, point_mass",
+            "scene:6: bodies.beam: expected the key 'type', got no such key; write one of cable, part, plate, point_mass",
         ),
         ("type: pin", "type: pni", "scene:16: joints.hinge.type: .* did you mean 'pin'"),
         ("moment: 3 N m", "mom: 3 N m", "scene:22: loads.twist.moment: expected the key 'moment', got no such key; add a moment"),

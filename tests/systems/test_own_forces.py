@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -44,12 +43,10 @@ TIGHT = Newton(tolerance=1e-12)
 BALL = At("ball", "center")
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _apart() -> Iterator[None]:
-    """What this module declares is forgotten after it."""
-    yield
-    for kind in (SpringDamper, Drag, GroundSpring, Clock, Wind):
-        loads.Load.known.pop(kind.word, None)
+@pytest.fixture(autouse=True)
+def _apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What this module declares is known to its tests alone."""
+    monkeypatch.setattr(loads.Load, "known", {**loads.Load.known, **{kind.word: kind for kind in KINDS}})
 
 
 @dataclass(frozen=True)
@@ -130,6 +127,11 @@ class Wind(loads.Load, word="test_wind"):
             return -self.factor * np.linalg.norm(v) * v
 
         draft.forces.terms.append(OfPython(first + np.arange(dim), force, (draft.signal(lambda t: 0.5 * t),)))
+
+
+KINDS = (SpringDamper, Drag, GroundSpring, Clock, Wind)
+for one in KINDS:
+    del loads.Load.known[one.word]
 
 
 def every_own_force(dim: int) -> list[loads.Load]:

@@ -76,9 +76,14 @@ def prepare(parent: Path) -> Path | None:
             os.utime(folder)
         remove_old(parent, folder)
     except OSError as error:
-        notify(f"compiled code is not cached ({error}): every process compiles anew; set NUMBA_CACHE_DIR to a writable folder")
+        tell_uncached(error)
         return None
     return folder
+
+
+def tell_uncached(error: OSError) -> None:
+    """Say that code is compiled and not kept, as on a full disk."""
+    notify(f"compiled code is not cached ({error}): every process compiles anew; set NUMBA_CACHE_DIR to a writable folder")
 
 
 @functools.cache
@@ -132,7 +137,12 @@ class Part(CPUDispatcher):
             return numba.njit(cache=cache, **self.options)(self.py_func)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
-        return self.whole(*arguments, **named)
+        try:
+            return self.whole(*arguments, **named)
+        except OSError as error:  # compiled code raises none itself: there was no room to keep it
+            tell_uncached(error)
+            self.whole = numba.njit(**self.options)(self.py_func)
+            return self.whole(*arguments, **named)
 
 
 def decorated(function: F, **more: Any) -> F:
@@ -186,4 +196,8 @@ def alone(name: str) -> Iterator[None]:
 def addressed(signature: Any, function: Callable[..., Any], **more: Any) -> Any:
     """`function` behind an address that anything can call, compiled now by this process or another one, cached on disk."""
     with caching() as cache, alone(f"{function.__module__}.{function.__qualname__}"):
-        return numba.cfunc(signature, cache=cache, error_model="numpy", **more)(function)
+        try:
+            return numba.cfunc(signature, cache=cache, error_model="numpy", **more)(function)
+        except OSError as error:
+            tell_uncached(error)
+            return numba.cfunc(signature, error_model="numpy", **more)(function)

@@ -208,6 +208,10 @@ class Routine:
     def __call__(self, struct: Any, more: int = 0) -> int:
         """Call it on a struct, or on one that was packed and is still there."""
         table = struct if isinstance(struct, np.ndarray) else packed(struct)
+        if table.dtype != np.int64:
+            raise TypeError(
+                say(f"routine {self.__name__}", "a struct, or the integers of a packed one", f"an array of {table.dtype}")
+            )
         return int(self.call(table.__array_interface__["data"][0], more))
 
 

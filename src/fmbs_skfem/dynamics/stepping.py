@@ -51,6 +51,7 @@ PATIENT = 6  #: corrections after which the tolerance alone decides
 CHEAP = 0.2  #: part of `slow` where tangents are turned: new factors cost little then
 OLD = 0.01  #: part of (4) that old factors may leave
 HISTORY = 3  #: accelerations kept for the predictor
+SURELY = 2.0  #: on the remaining error where secants are taken up: contraction is no longer even
 CLEAR = 0.3  #: part of a correction along which the next one may lie to be a secant
 MARGIN = 10.0  #: on a contraction that was not measured in the same step
 REMEASURE = 8  #: steps after which a contraction that is relied on is measured again
@@ -353,8 +354,8 @@ def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh
         return NOT_FINITE
     if w.kind[0] == 0 and fresh == 0:
         return NOT_CONVERGED
-    sure = iteration > 0 or fresh > 0
-    if (sure and norm <= max(FLOOR * enough, method.floor)) or (rate < 1.0 and norm * rate <= enough * (1.0 - rate)):
+    sure, rest = iteration > 0 or fresh > 0, norm * rate * (SURELY if len(w.updates) > 0 else 1.0)
+    if (sure and norm <= max(FLOOR * enough, method.floor)) or (rate < 1.0 and rest <= enough * (1.0 - rate)):
         if rate > slow and iteration > 0:
             w.kind[0] = 0
         return DONE

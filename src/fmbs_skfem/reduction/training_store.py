@@ -31,6 +31,7 @@ from ..core import container, durable, validation
 from ..core.container import Kind
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.linalg import is_sparse
+from ..core.structs import Routine
 from . import greedy, parametric_model
 from .error_budget import Choice
 from .full_runs import FullRun, TrainingTask
@@ -232,6 +233,8 @@ def add_to_digest(value: Any, digest: Any) -> None:
         return digest.update(f"{value.shape}{value.dtype.kind}{summarise_array(value)}".encode())
     if isinstance(value, Enum):
         value = f"{type(value).__name__}.{value.name}"
+    if isinstance(value, Routine):
+        value = value.__name__
     if isinstance(value, float | np.floating):
         return digest.update(f"{value:.{DIGITS}g};".encode())
     if is_dataclass(value):
