@@ -91,7 +91,7 @@ class Shares:
     product_s: float  #: products with the modes: gradients = U x, U^T S, U^T D U
 
 
-def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 3) -> Shares:
+def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 9) -> Shares:
     """What the calls of a run cost: the time of one call at x0, measured apart, times the calls that the run counted.
 
     Every iteration has one force, one solution and the products of gather and scatter, every factorisation one tangent with its
