@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import resource
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -43,7 +45,7 @@ from fmbs_skfem.reduction.full_runs import FullRun, TrainingTask
 from fmbs_skfem.reduction.parameters import Parameter, Search
 from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.scenes import build
-from fmbs_skfem.systems import At, System, assemble, compile_system, joints, loads
+from fmbs_skfem.systems import At, System, assemble, compile_system, force_laws, joints, loads
 from fmbs_skfem.systems.quartic import Quartic
 from fmbs_skfem.systems.system import sizes
 from tests import models
@@ -659,3 +661,14 @@ def test_samples_and_first_point_are_candidates() -> None:
     other = training.search(known, grid, [[0.8e9, 6.0]], [0.9e9, 7.0])
     np.testing.assert_array_equal(other.candidates[9:], [[0.8e9, 6.0], [0.9e9, 7.0]])
     assert (other.samples, other.first) == ((9,), 10)
+
+
+def test_the_fingerprint_takes_laws_by_their_names() -> None:
+    """Routines and makers of laws are no functions of time."""
+    digests = []
+    for name in ("torsion_spring", "torsion_spring", "moment_2"):
+        digest = hashlib.sha256()
+        law = dataclasses.replace(force_laws.find(name), maker=partial(force_laws.find))
+        store.add_to_digest(law, digest)
+        digests.append(digest.hexdigest())
+    assert digests[0] == digests[1] != digests[2]

@@ -235,6 +235,8 @@ def add_to_digest(value: Any, digest: Any) -> None:
         value = f"{type(value).__name__}.{value.name}"
     if isinstance(value, Routine):
         value = value.__name__
+    if "__reduce__" in vars(type(value)):  # laws, which are known by their names
+        value = [type(value).__name__, *value.__reduce__()[1]]
     if isinstance(value, float | np.floating):
         return digest.update(f"{value:.{DIGITS}g};".encode())
     if is_dataclass(value):
