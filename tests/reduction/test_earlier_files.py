@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import dynamics
+from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.errors import SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha
 from fmbs_skfem.reduction import files, parametric_model
 from fmbs_skfem.reduction import training_store as store
 from fmbs_skfem.reduction.error_budget import Choice
+from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads, probes
 
 DATA = Path(__file__).parent / "data"
 EXPECTED_2 = {"tip_x": 0.9996596661261077, "tip_y": 0.0012644108693586503}
@@ -59,6 +61,35 @@ def test_loads_in_columns_of_a_family() -> None:
     model = parametric_model.load(DATA / "loads_family_version_2.h5")
     found = dynamics.outputs(parametric_model.run(model, force=1.5, moment=0.45, follow=1.7, k=0.7))
     assert {name: found[name][-1] for name in FAMILY} == pytest.approx(FAMILY, abs=1e-9)
+
+
+def test_gears_by_angles() -> None:
+    """Constraint terms that are angles are laws of gears, of two wheels and with a carrier; the motion is that of a new model."""
+    found, expected = files.load(DATA / "gears_version_2.h5"), gears()
+    assert [own.law.name for own in found.constraints.laws] == [own.law.name for own in expected.constraints.laws]
+    moved, other = (dynamics.outputs(dynamics.integrate(one, GeneralizedAlpha(1e-3), 1.0)) for one in (found, expected))
+    for name in other:
+        np.testing.assert_allclose(moved[name], other[name], atol=1e-9)
+    a, b, arm, planet = (moved[name][-1] for name in ("a", "b", "arm", "planet"))
+    assert abs(a) > 1.0
+    assert b == pytest.approx(-0.4 * a, abs=1e-9)
+    assert planet - arm == pytest.approx(-0.4 * (a - arm), abs=1e-9)
+
+
+def gears() -> System:
+    """Two wheels that mesh, and a planet on an arm about the first one: what the file holds."""
+    wheels = [("a", (0.0, 0.0)), ("b", (1.0, 0.0)), ("arm", (0.0, 0.0)), ("planet", (0.0, 1.0))]
+    parts = [rigid(name, 1.0, 0.1, place, dim=2, places={"top": (0.0, 1.0)} if name == "arm" else {}) for name, place in wheels]
+    a, b, arm, planet = (At(name, "frame") for name, _ in wheels)
+    held = [
+        *(joints.Revolute(f"pin of {one.body}", one) for one in (a, b, arm)),
+        joints.Revolute("pin of planet", planet, At("arm", "top")),
+        joints.Gear("gear", a, b, (20, 50)),
+        joints.Gear("planetary gear", a, planet, (12, 30), arm),
+    ]
+    pushed = [loads.Moment("on a", a, 0.5), loads.Moment("on the arm", arm, 0.2)]
+    sensed = {name: probes.Angle(At(name, "frame")) for name, _ in wheels}
+    return eliminate(assemble(parts, held, pushed, outputs=sensed))
 
 
 def test_a_training() -> None:

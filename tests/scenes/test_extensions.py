@@ -20,7 +20,7 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Remark
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, extensions, reading, schema
-from fmbs_skfem.systems import force_laws, probes
+from fmbs_skfem.systems import constraint_laws, force_laws, probes
 
 from ..cli.calls import ROOT, fmbs
 
@@ -36,7 +36,8 @@ def _apart(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     for family in (systems.joints.Joint, systems.loads.Load, probes.Probe):
         monkeypatch.setattr(family, "known", dict(family.known))
     monkeypatch.setattr(laws, "KNOWN", dict(laws.KNOWN))
-    monkeypatch.setattr(force_laws, "MAKERS", dict(force_laws.MAKERS))
+    for module in (constraint_laws, force_laws):
+        monkeypatch.setattr(module, "MAKERS", dict(module.MAKERS))
     monkeypatch.setattr(extensions, "RUN", {})
     before = set(sys.modules)
     yield
@@ -64,7 +65,7 @@ def quiet(path: Path) -> schema.Scene:
 
 
 def test_every_recipe_is_short() -> None:
-    assert set(FILES) == {"my_joint.py", "my_load.py", "my_force.py", "my_output.py", "my_law.py"}
+    assert set(FILES) == {"my_joint.py", "my_track.py", "my_load.py", "my_force.py", "my_output.py", "my_law.py"}
     assert all(block.count("\n") < 60 for block in BLOCKS)
 
 
@@ -180,7 +181,7 @@ def test_refused(project: Path, named: str, message: str) -> None:
     head = "from fmbs_skfem.systems.joints import Joint\n"
     (project.parent / "twice.py").write_text(head + "class Pin(Joint):\n    pass\n")
     (project.parent / "bare.py").write_text(head + "class Bare(Joint):\n    name: str\n    def constrain(self, draft): ...\n")
-    project.write_text(SCENE.replace("[my_joint.py, my_load.py, my_force.py, my_output.py, my_law.py]", named))
+    project.write_text(SCENE.replace("[my_joint.py, my_track.py, my_load.py, my_force.py, my_output.py, my_law.py]", named))
     with pytest.raises(InputError, match=message):
         quiet(project)
 

@@ -9,16 +9,15 @@ from ..core.errors import Reason, SolverError
 from ..core.linalg import as_dense
 from ..systems import forces
 from ..systems.compiled import signal_table
-from ..systems.system import System
+from ..systems.system import System, driven_rows, driving
 from .names import owners
 
 
 def signal_names(system: System) -> list[str]:
     """What every signal drives: joints by name, loads by the body that they act on."""
     names: list[list[str]] = [[] for _ in system.signals]
-    for row, signal in zip(system.constraints.row, system.constraints.signal, strict=True):
-        if 0 <= signal < len(names):
-            names[signal].append(f"joint {system.constraints.names[row][0]}")
+    for row, signal in driving(system.constraints):
+        names[signal].append(f"joint {system.constraints.names[row][0]}")
     mine = owners(system)
     probes = csr_array(system.probes.matrix)
     for signal, row in (pushed for force in system.loads.forces for pushed in forces.histories(force)):
@@ -33,7 +32,7 @@ def leading_signals(system: System, times: np.ndarray, step: float) -> tuple[np.
     Where constraints read signals their first three derivatives stand beside the values, (s, 4 k).
     """
     table, broken = leading_values(system, times)
-    if not (system.constraints.signal >= 0).any():
+    if not driven_rows(system.constraints).any():
         return table, broken
     return np.hstack([table, *derivatives(system, times[: len(table)], table, step)]), broken
 

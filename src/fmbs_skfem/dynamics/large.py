@@ -38,6 +38,7 @@ from ..core.structs import Callback, packed
 from ..systems import compiled, evaluation
 from ..systems.compiled import Compiled
 from ..systems.evaluation import Space
+from ..systems.system import reads
 from . import factors, stepping
 from .scheme import Solver
 from .step import Step
@@ -164,8 +165,7 @@ def whole_vectors(model: Compiled) -> bool:
 def interface(model: Compiled, whole: bool) -> np.ndarray:
     """Unknowns read by constraints or by loads that depend on the configuration, in whole vectors where rotations act."""
     system = model.system
-    terms = system.constraints
-    rows = {int(k) for k in np.concatenate([terms.i, terms.j]) if k >= 0}
+    rows = {int(k) for k in reads(system.constraints, len(system.probes.offset)).indices}
     rows |= {int(k) for k in model.pairs.ravel()}
     touched = np.unique(csr_array(system.probes.matrix)[sorted(rows)].indices)
     if whole:

@@ -17,10 +17,10 @@ from ..core import lapack, ranks, saddle
 from ..core.errors import Reason, SolverError
 from ..core.notices import notify
 from ..systems import compiled as compilation
-from ..systems import evaluation, kernels, mechanism
+from ..systems import evaluation, mechanism
 from ..systems.compiled import Compiled
 from ..systems.redundancy import rows_of, scale_of, singular_start, without_redundant
-from ..systems.system import System
+from ..systems.system import System, driven_rows, is_linear
 from . import factors, large, stepping
 from .histories import finite_signals
 from .names import coordinate_names
@@ -53,7 +53,7 @@ def startable(system: System, scheme: GeneralizedAlpha) -> System:
 
 def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np.ndarray]:
     """x0 and v0 with Phi_q v + Phi_t = 0; SolverError where Phi(x0) is not zero. Of wide systems at rest nothing is solved."""
-    if system.size < compilation.WIDE or system.v0.any() or (system.constraints.signal >= 0).any():
+    if system.size < compilation.WIDE or system.v0.any() or driven_rows(system.constraints).any():
         return consistent_start(compilation.compile_system(system), scheme)[:2]
     hold(system)
     return system.x0, system.v0
@@ -97,7 +97,7 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha) -> Start:
         path = x + sum((k * d) ** (order + 1) * rate / (order + 1) for order, rate in enumerate(rates))
         return compilation.gaps(model, path, k.ravel() * d)
 
-    steady = kernels.steady(model.arrays.terms)  # straight paths stay on what is linear and independent of time
+    steady = is_linear(system.constraints).all()  # straight paths stay on what is linear and independent of time
     d = DRIFT * h
     drift = np.zeros(len(phi)) if steady else RATE @ along(d, still) / (12 * d)
     change = solve(still, -(J @ v + drift))[0] if len(phi) else still
@@ -196,7 +196,7 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int) -> St
 
 def workspace(model: Compiled) -> Work:
     """Space of the solver; without factors where these are kept elsewhere."""
-    A, n, m, j = model.arrays, model.system.size, model.constraints, len(model.arrays.probes_offset)
+    A, n, m = model.arrays, model.system.size, model.constraints
     width = A.mass.store.shape[1] - 1
     stored = 0 if model.pattern else n
     secants = SECANTS if A.dense and has_dear_factors(model) else 0
@@ -213,7 +213,6 @@ def workspace(model: Compiled) -> Work:
         np.zeros((secants, n)),
         np.zeros(1, np.int64),
         np.zeros(n),
-        np.zeros((4, j)),
         np.array([np.inf, float(model.system.mass.diagonal().max(initial=0.0))]),
         np.ones(1),
         np.array([0, len(A.corotation.table) > 0, 0, 0], np.int64),

@@ -58,7 +58,6 @@ class Work(NamedTuple):
     shares: Matrix  #: (u, n) by how much: rows of the scalar product with the displacement of a solution
     secants: Integers  #: (1,) number of secants since the factors; the last u are kept
     moved: Vector  #: (n,) displacement of the last correction
-    paths: Matrix  #: (4, j) rows of `kernels.drift`
     pull: Vector  #: (2,) size of the last correction of the multipliers, infinite before the first; the largest mass [kg]
     rate: Vector  #: (1,) contraction, the largest of late measurements
     kind: Integers  #: (4,) kind of the factors, 0: anew; 1 while tangents are turned; kind of those there are; their age in steps

@@ -142,14 +142,14 @@ def accept(table: Any) -> None:
 def find_drift(table: Any) -> None:
     """rhs = (0, r), r what the accepted state is off (4), and a copy of r in the trial multipliers; the trial v is overwritten."""
     S = opened(table)
-    s, t, method, A, paths = S.state, S.space, S.method, S.arrays, S.work.paths
+    s, t, method, A = S.state, S.space, S.method, S.arrays
     n, lead = len(s.x), method.h * (0.5 - method.beta)
-    third = method.h**2 * (1.0 / 6.0 - method.beta * (1.0 + method.am - method.af))
+    t.leads[0], t.leads[1] = lead, method.h**2 * (1.0 / 6.0 - method.beta * (1.0 + method.am - method.af))
     for i in range(n):
         t.v[i] = s.v[i] + lead * s.a[i]
-    kernels.probe_paths(A.probes, A.probes_offset, s.x, t.v, s.v, s.acceleration, paths)
+    kernels.probe_paths(A.probes, A.probes_offset, s.x, t.v, s.v, s.acceleration, t.paths)
     kernels.clear(t.f)
-    kernels.drift(A.terms, paths, t.signals, lead, third, t.rhs[0, n:])
+    evaluation.find_drift(table)
     for k in range(len(t.multipliers)):
         t.multipliers[k] = t.rhs[0, n + k]
 
@@ -197,7 +197,7 @@ def turn(table: Any) -> None:
     W d' + J^T mu' = 0,  J d' = r:    KKT (d', .) = (- J^T mu, r + r - J d)  up to the square of J - J0
     """
     S = opened(table)
-    t, probes, y, n = S.space, S.arrays.probes, S.work.paths[0], len(S.space.x)
+    t, probes, y, n = S.space, S.arrays.probes, S.space.paths[0], len(S.space.x)
     kernels.clear(t.g)
     kernels.add_combination(t.Jy, t.rhs[0, n:], t.g)
     kernels.clear(y)
@@ -402,7 +402,8 @@ def advance(table: Any, _: Any) -> int:
     On failure the state stays at the last good step, and the space keeps the trial state.
     """
     S = opened(table)
-    job, moving = S.job, not kernels.steady(S.arrays.terms)  # on steady joints velocities are at the end of a step, too
+    # on steady joints velocities are at the end of a step, too
+    job, moving = S.job, len(S.arrays.laws.records) > 0 or not kernels.steady(S.arrays.terms)
     for k in range(len(job.signals)):
         for i in range(job.signals.shape[1]):
             S.space.signals[i] = job.signals[k, i]

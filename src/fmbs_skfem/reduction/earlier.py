@@ -1,7 +1,8 @@
 """What files of earlier releases say in other words: types of theirs, and what becomes of them.
 
 version 1     lengths by the norm of all coordinates, from the origin of the scene
-version 2     loads in columns and laws by number; position gradients of sampled points by the name of jets
+version 2     loads in columns and laws by number; angles of gears as constraint terms; position gradients of sampled points by the
+              name of jets
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from enum import IntEnum
 import numpy as np
 
 from ..core.container import MENDS, Tree, storable
-from ..systems import force_laws
+from ..systems import constraint_laws, force_laws
 from ..systems.dead_loads import DeadLoads
 from ..systems.system import Loads, System
 from .affine import Varying
@@ -56,6 +57,21 @@ def of_law(law: PointLaw, dim: int) -> force_laws.LawForces:
     return force_laws.one(f"follower_{dim}", both, law.vector[: 2 if dim == 2 else 1], [law.signal])
 
 
+def mend_constraints(values: Tree) -> None:
+    """Angles among the terms, by the signal -2, become laws of gears; terms without effect keep the places of the others."""
+    if "laws" in values:
+        return
+    angles, found = values["signal"] == -2, []
+    for row in np.unique(values["row"][angles]):
+        coefficient, i, j = (values[name][angles & (values["row"] == row)] for name in ("coefficient", "i", "j"))
+        arms = i >= 0
+        rows, ratios = np.stack([i[arms], j[arms]], axis=1).ravel(), [*coefficient[arms], *coefficient[~arms]]
+        found.append(constraint_laws.one(f"gear_{int(arms.sum())}", int(row), rows.tolist(), ratios))
+    values["laws"] = constraint_laws.join(found)
+    for name, none in (("signal", -1), ("i", -1), ("j", -1), ("coefficient", 0.0)):
+        values[name] = np.where(angles, none, values[name])
+
+
 def mend_loads(values: Tree) -> None:
     """Columns become dead loads; laws wait for the system, which knows the dimension."""
     if "laws" in values:
@@ -88,4 +104,4 @@ def moved(part: Varying, system: System) -> Varying:
     return part
 
 
-MENDS.update(Loads=mend_loads, System=mend_system, ParametricCase=mend_varying)
+MENDS.update(Constraints=mend_constraints, Loads=mend_loads, System=mend_system, ParametricCase=mend_varying)

@@ -30,7 +30,7 @@ from ..dynamics.scheme import GeneralizedAlpha
 from ..dynamics.trajectory import Trajectory
 from ..systems import compiled
 from ..systems.compiled import Compiled, compile_system
-from ..systems.system import System, is_linear, sizes
+from ..systems.system import System, is_linear, reads, sizes
 
 BLOCK = 4_000_000  #: numbers in a block of residuals
 
@@ -199,10 +199,8 @@ def mask(full: System, reduced: System) -> np.ndarray:
 
 def touched(full: System, rows: np.ndarray) -> np.ndarray:
     """Whether the constraints `rows` depend on the unknowns, in any position (n,)."""
-    terms = full.constraints
-    mine = np.isin(terms.row, rows)
-    read = np.unique(np.concatenate([terms.i[mine], terms.j[mine]]))
-    entries = csr_array(full.probes.matrix)[read[read >= 0]]
+    read = np.unique(reads(full.constraints, len(full.probes.offset))[rows].indices)
+    entries = csr_array(full.probes.matrix)[read]
     return np.asarray(abs(entries).sum(axis=0)).ravel() > 0.0
 
 

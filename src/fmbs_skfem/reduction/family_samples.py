@@ -133,7 +133,7 @@ def keys_of(terms: Constraints) -> list[Key]:
 
 
 def unite_keys(found: Sequence[Case]) -> list[Key]:
-    """The terms of all cases by rows; those that the first case has not come first, before the remainder of an angle."""
+    """The terms of all cases by rows; those that the first case has not come first."""
     first, *others = (keys_of(case.system.constraints) for case in found)
     more = dict.fromkeys(key for keys in others for key in keys if key not in set(first))
     return sorted([*more, *first], key=lambda key: key[0])

@@ -111,4 +111,5 @@ def append(constraints: Constraints, terms: Terms) -> Constraints:
         np.concatenate([constraints.signal, signal]).astype(np.int64),
         np.concatenate([constraints.i, i]).astype(np.int64),
         np.concatenate([constraints.j, j]).astype(np.int64),
+        constraints.laws,
     )

@@ -28,7 +28,7 @@ from ..dynamics.outputs import lifted
 from ..dynamics.trajectory import Trajectory
 from ..systems import compiled
 from ..systems.compiled import compile_system
-from ..systems.system import Matrix, System, change_coordinates, is_linear, keep_constraints, linear_part, sizes
+from ..systems.system import Matrix, System, change_coordinates, driven_rows, is_linear, keep_constraints, linear_part, sizes
 from . import pivots, pod
 from .pod import Basis
 
@@ -281,8 +281,7 @@ def row_samples(system: System, reduced: System, q: np.ndarray, times: np.ndarra
     x = projected(reduced, q)
     model, terms = compile_system(reduced), reduced.constraints
     found = [compiled.gap(model, state, float(t)) for state, t in zip(x, np.zeros(len(q)) if times is None else times, strict=True)]
-    may_go = ~is_linear(terms)
-    may_go[terms.row[terms.signal >= 0]] = False
+    may_go = ~is_linear(terms) & ~driven_rows(terms)
     return RowSamples(
         np.array([jacobian for _, jacobian in found]),
         np.array([gap for gap, _ in found]) * may_go,

@@ -15,7 +15,6 @@ from scipy.sparse import csr_array
 from ..core.errors import InputError
 from ..core.validation import Misfit, Sizes, also, describe, require
 from ..systems import probes
-from ..systems.springs import ANGLE
 from ..systems.system import Constraints, Output, System
 from . import cases
 from .affine import ParametricCase, Varying
@@ -52,8 +51,8 @@ def history(signal: Any, name: str) -> None:
 
 @also.register
 def _(part: Constraints, name: str, sizes: Sizes) -> None:
-    alone = np.flatnonzero((part.i < 0) & (part.j >= 0) | (part.signal == ANGLE) & ((part.i < 0) != (part.j < 0)))
-    require(not len(alone), name, "terms with their first factor, angles with both or none", f"another one as term {alone[:1]}")
+    alone = np.flatnonzero((part.i < 0) & (part.j >= 0))
+    require(not len(alone), name, "terms with their first factor", f"another one as term {alone[:1]}")
 
 
 def headed(title: str, name: str) -> None:

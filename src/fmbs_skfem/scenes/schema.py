@@ -19,7 +19,7 @@ from ..core.fields import Number, Range, Time, Tolerance, word
 from ..dynamics.linear import Spin
 from ..reduction import hyper_reduction
 from ..systems.assembly import Motion, Rayleigh
-from ..systems.gaps import Joint
+from ..systems.constraint_functions import Joint
 from ..systems.loads import Load
 from ..systems.probes import Probe
 from . import fields, yamlfile

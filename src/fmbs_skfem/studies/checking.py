@@ -18,6 +18,7 @@ from ..scenes import build, consistency, plausibility, where
 from ..systems import compiled, free_motions
 from ..systems import mechanism as mechanisms
 from ..systems.redundancy import rows_of, without_redundant
+from ..systems.system import driven_rows
 from . import compiling, estimates, reports
 from . import job as jobs
 from .job import Job
@@ -139,7 +140,7 @@ def mechanism(scene: Scene, raw: System) -> Mechanism:
 
 def lighter(raw: System) -> System:
     """A wide system at rest without its mass, of which check reads nothing, and which would fill the memory."""
-    if raw.size < compiled.WIDE or raw.v0.any() or (raw.constraints.signal >= 0).any():
+    if raw.size < compiled.WIDE or raw.v0.any() or driven_rows(raw.constraints).any():
         return raw
     empty = type(raw.mass)(raw.mass.shape)
     return replace(raw, mass=empty, metric=empty)

@@ -21,10 +21,10 @@ from ..core.linalg import alike, diagonal
 from ..core.notices import notify
 from ..shapes import line, surface
 from ..shapes.surface import Surface
-from . import echelon, lengths, redundancy
+from . import constraint_laws, echelon, lengths, redundancy
 from . import probes as probe_rules
+from .constraint_functions import Joint
 from .forces import joined
-from .gaps import Joint
 from .loads import Load
 from .places import At, Draft, Layout, Rows, vector
 from .system import (
@@ -191,8 +191,9 @@ def unique(where: str, names: list[str]) -> None:
 
 def constraints(draft: Draft) -> Constraints:
     columns = list(zip(*draft.constraints.terms, strict=True)) or [(), (), (), (), ()]
-    integer = [np.array(column, dtype=np.int64) for column in columns]
-    return Constraints(tuple(draft.constraints.names), integer[0], np.array(columns[1], dtype=float), *integer[2:])
+    row, signal, i, j = (np.array(columns[k], dtype=np.int64) for k in (0, 2, 3, 4))
+    laws = constraint_laws.join(draft.constraints.laws)
+    return Constraints(tuple(draft.constraints.names), row, np.array(columns[1], dtype=float), signal, i, j, laws)
 
 
 def uniform_field(layout: Layout, parts: list[Body], accelerations: list[np.ndarray]) -> np.ndarray:

@@ -24,7 +24,7 @@ from ..core.linalg import as_dense
 from . import compiled
 from .assembly import assemble
 from .compiled import Compiled, compile_system
-from .gaps import Joint
+from .constraint_functions import Joint
 from .loads import Load
 from .system import Constraints, Loads, System, is_linear, linear_part
 

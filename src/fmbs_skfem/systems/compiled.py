@@ -15,15 +15,15 @@ from scipy.sparse.linalg import splu
 
 from ..core.linalg import as_dense, is_sparse, mirrored
 from ..core.structs import packed
-from . import cells, corotation, evaluation, kernels, sparse
+from . import cells, constraint_laws, corotation, evaluation, sparse
 from . import forces as attachments
 from . import terms as storages
 from .angles import continuous
-from .evaluation import Arrays, ElasticTerms, Evaluation, Samples, Space
+from .constraint_laws import Constraint
+from .evaluation import Arrays, ConstraintTerms, ElasticTerms, Evaluation, Samples, Space
 from .forces import Force, Place
 from .kernels import Csr, Operator, Pairs, Terms
 from .lengths import LIGHT
-from .springs import ANGLE
 from .system import System
 from .terms import Lifts, Setting, Targets, Term
 
@@ -59,6 +59,7 @@ class Compiled:
     arrays: Arrays
     terms: tuple[Term, ...]  #: what the addresses in `arrays.elastic` belong to
     owners: np.ndarray  #: (t,) number of the elastic part of every term
+    laws: tuple[Constraint, ...]  #: what the addresses in `arrays.laws` belong to
     forces: tuple[Force, ...]  #: what the addresses in `arrays.forces` belong to
     pairs: np.ndarray  #: (h, 2) probe rows with second derivatives
     order: np.ndarray  #: (n,)
@@ -94,7 +95,7 @@ def space(model: Compiled) -> Space:
         *(np.zeros(4 * len(model.system.signals)), model.memory),
         *(np.ones(1), np.zeros(1), np.zeros(1)),
         *(rhs[0, :n], rhs, np.zeros(shape)),
-        *(np.zeros(j), np.zeros(j), np.zeros(j), np.zeros(A.pairs.size), np.zeros((m, j))),
+        *(np.zeros(j), np.zeros(j), np.zeros(j), np.zeros(A.pairs.size), np.zeros((4, j)), np.zeros(2), np.zeros((m, j))),
         *(np.zeros((3, len(A.lift_offset))), np.zeros((3, max((term.work for term in model.terms), default=1)))),
     )
 
@@ -112,7 +113,7 @@ def compile_system(system: System) -> Compiled:
 
     beta = [system.elastic[owner].beta for owner in parts.owners]
     found = [storages.compile_term(one, Setting(system.dim, b, targets)) for one, b in zip(parts.storages, beta, strict=True)]
-    constraints, pushing, pairs = attached(system)
+    constraints, laws, pushing, pairs = attached(system)
     probes = permuted(system.probes.matrix, order)
     target, factor = pair_targets(probes, pairs[:0] if large else pairs)
     store = no_store if large else dense_of if dense else lower_band
@@ -131,13 +132,14 @@ def compile_system(system: System) -> Compiled:
         probes=triple(probes),
         probes_offset=np.ascontiguousarray(system.probes.offset),
         terms=constraints,
+        laws=constraint_terms(laws),
         forces=attachments.addressed(pushing),
         pairs=Pairs(target, factor, len(pairs)),
         load=np.ascontiguousarray(system.loads.constant[order]),
         corotation=corotation.nothing(system.size),
         norm=np.ascontiguousarray(system.metric.diagonal()[order] / system.weight),
     )
-    model = Compiled(system, arrays, tuple(found), parts.owners, pushing, pairs, order, pattern)
+    model = Compiled(system, arrays, tuple(found), parts.owners, laws, pushing, pairs, order, pattern)
     if dense and not len(parts.offset):
         turned = corotation.corotational_tangent(system, partial(part_tangent, model))
         model = replace(model, arrays=arrays._replace(corotation=turned))
@@ -185,16 +187,26 @@ def storage(system: System) -> tuple[Storage, int]:
     return form, width
 
 
-def attached(system: System) -> tuple[Terms, tuple[Force, ...], np.ndarray]:
+def attached(system: System) -> tuple[Terms, tuple[Constraint, ...], tuple[Force, ...], np.ndarray]:
     """Constraints and forces of a system for compiled code, and the pairs (h, 2) of probe rows with second derivatives."""
-    terms, found = system.constraints, list[Force]()
+    terms, laws, found = system.constraints, list[Constraint](), list[Force]()
     first, pairs = constraint_pairs(system)
+    for own in terms.laws:
+        laws.append(constraint_laws.compile_rows(own, len(pairs)))
+        pairs = np.concatenate([pairs, laws[-1].pairs])
     place = Place(len(pairs), 0)
     for one in system.loads.forces:
         found.append(attachments.compile_force(one, place))
         place = Place(place.pair + len(found[-1].pairs), place.memory + len(found[-1].memory))
     pairs = np.concatenate([pairs, *(force.pairs for force in found)])
-    return Terms(terms.row, terms.coefficient, terms.signal, terms.i, terms.j, first), tuple(found), pairs
+    return Terms(terms.row, terms.coefficient, terms.signal, terms.i, terms.j, first), tuple(laws), tuple(found), pairs
+
+
+def constraint_terms(laws: Sequence[Constraint]) -> ConstraintTerms:
+    """Constraint rows by laws by address; the caller keeps them."""
+    columns = [[routine.address for routine in one.routines] for one in laws]
+    constrain, slopes, drift = np.array(columns, dtype=np.int64).reshape(-1, 3).T.copy()
+    return ConstraintTerms(constrain, slopes, drift, np.array([one.address for one in laws], dtype=np.int64))
 
 
 def size(model: Compiled, displacement: np.ndarray) -> float:
@@ -274,7 +286,7 @@ def coupling(system: System, parts: Pieces) -> csr_array:
         incidence = csr_array((np.ones(local.size), (rows.ravel(), local.ravel())), shape=shape) @ lift
         pattern = pattern + incidence.T @ incidence
     probes = abs(csr_array(system.probes.matrix))
-    for i, j in attached(system)[2]:
+    for i, j in attached(system)[3]:
         pattern = pattern + probes[[i]].T @ probes[[j]]
     pattern = csr_array(pattern + pattern.T)
     pattern.eliminate_zeros()
@@ -318,7 +330,7 @@ def constraint_pairs(system: System) -> tuple[np.ndarray, np.ndarray]:
     for k in np.flatnonzero(terms.j >= 0):
         first[k] = len(pairs)
         i, j = int(terms.i[k]), int(terms.j[k])
-        pairs += [(i, i), (i, j), (j, i), (j, j)] if terms.signal[k] == ANGLE else [(i, j), (j, i)]
+        pairs += [(i, j), (j, i)]
     return first, np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 
@@ -441,11 +453,13 @@ def gaps(model: Compiled, x: np.ndarray, times: np.ndarray) -> np.ndarray:
 
 def constraints_at(model: Compiled, x: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Phi (s, m) of states x (s, n) at some times (s,), and the derivatives of the last one by the probe rows (m, j)."""
-    y, signals = np.asarray(model.system.probes.matrix @ x.T).T + model.system.probes.offset, signal_table(model.system, times)
-    phi, jacobian = np.zeros((len(x), model.constraints)), np.zeros((model.constraints, y.shape[1]))
+    (found, table), signals = model.evaluation, signal_table(model.system, times)
+    phi, s = np.zeros((len(x), model.constraints)), found.space
     for k in range(len(x)):
-        kernels.constrain(model.arrays.terms, np.ascontiguousarray(y[k]), signals[k], phi[k], jacobian)
-    return phi, jacobian
+        s.x[:], s.signals[: signals.shape[1]] = x[k, model.order], signals[k]
+        evaluation.probe_constraints(table)
+        phi[k] = s.rhs[0, len(s.x) :]
+    return phi, s.Jy
 
 
 def tangent(

@@ -22,7 +22,7 @@ from ..core.problems import Problem
 from ..shapes import surface
 from ..shapes.surface import Surface
 from . import fields
-from .gaps import AXES, Joint, needs_other_side, where
+from .constraint_functions import AXES, Joint, needs_other_side, where
 from .places import At, Draft
 
 

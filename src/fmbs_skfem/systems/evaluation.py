@@ -32,6 +32,15 @@ class ElasticTerms(NamedTuple):
     damped: bool  #: whether one of them reads velocities
 
 
+class ConstraintTerms(NamedTuple):
+    """Constraint rows by laws, by address, see `constraint_laws`."""
+
+    constrain: Integers
+    slopes: Integers
+    drift: Integers
+    records: Integers
+
+
 class ForceTerms(NamedTuple):
     """Forces on probe rows by address, each routine with the records it acts on, see `forces`."""
 
@@ -57,6 +66,7 @@ class Arrays(NamedTuple):
     probes: Csr  #: (j, n)
     probes_offset: Vector
     terms: Terms
+    laws: ConstraintTerms
     forces: ForceTerms
     pairs: Pairs
     load: Vector  #: (n,) constant generalised force [N]
@@ -83,6 +93,8 @@ class Space(NamedTuple):
     rates: Vector  #: (j,) their rates, current where a force reads them
     g: Vector  #: (j,) forces on them
     H: Vector  #: second derivatives on pairs of them
+    paths: Matrix  #: (4, j) rows of `kernels.drift`
+    leads: Vector  #: (2,) its factors of D2 and D3
     Jy: Matrix  #: (m, j) dPhi/dy
     body: Matrix  #: (3, p) coordinates of the cells, their rates, forces on them
     work: Matrix  #: (3, w) of terms
@@ -151,7 +163,7 @@ def evaluate(table: Any) -> int:
         s.f[i] = c * (s.f[i] - A.load[i])
     if len(s.y) > 0:
         failed += read_loads(table)
-        kernels.constrain(A.terms, s.y, s.signals, s.rhs[0, len(s.f) :], s.Jy)
+        constrain(table)
         for j in range(len(s.y)):
             total = -c * s.g[j]
             for m in range(len(s.multipliers)):
@@ -159,6 +171,34 @@ def evaluate(table: Any) -> int:
             s.g[j] = total
         kernels.add_transposed(A.probes, 1.0, s.g, s.f)
     return failed
+
+
+@jit
+def constrain(table: Any) -> None:
+    """Phi, behind the forces in rhs, and dPhi/dy, with current y."""
+    E = evaluation(table)
+    A, s = E.arrays, E.space
+    kernels.constrain(A.terms, s.y, s.signals, s.rhs[0, len(s.f) :], s.Jy)
+    for k in range(len(A.laws.records)):
+        invoke(A.laws.constrain[k], table, A.laws.records[k])
+
+
+@routine
+def probe_constraints(table: Any, _: Any) -> int:
+    """As `constrain`, in the state of the space."""
+    read_probes(table)
+    constrain(table)
+    return 0
+
+
+@jit
+def find_drift(table: Any) -> None:
+    """Phi_y z + D1 + second D2 + third D3 of `kernels.drift`, behind the forces in rhs."""
+    E = evaluation(table)
+    A, s = E.arrays, E.space
+    kernels.drift(A.terms, s.paths, s.signals, s.leads[0], s.leads[1], s.rhs[0, len(s.f) :])
+    for k in range(len(A.laws.records)):
+        invoke(A.laws.drift[k], table, A.laws.records[k])
 
 
 @jit
@@ -248,6 +288,8 @@ def slopes(table: Any) -> None:
     for k in range(len(A.forces.sloped)):
         invoke(A.forces.slopes[k], table, A.forces.sloped[k])
     kernels.constraint_slopes(A.terms, s.y, s.signals, s.multipliers, s.H)
+    for k in range(len(A.laws.records)):
+        invoke(A.laws.slopes[k], table, A.laws.records[k])
 
 
 @routine
@@ -322,8 +364,11 @@ def survey(table: Any, _: Any) -> int:
         kernels.clear(vy)
         kernels.add_product(A.probes, 1.0, s.v, vy)
         power = kernels.dot(s.g, vy)
-        kernels.constrain(A.terms, s.y, S.before[k], low, s.Jy)
-        kernels.constrain(A.terms, s.y, S.after[k], s.rhs[0, n:], s.Jy)
+        kernels.copy(S.before[k], s.signals)
+        constrain(table)
+        kernels.copy(s.rhs[0, n:], low)
+        kernels.copy(S.after[k], s.signals)
+        constrain(table)
         for m in range(len(low)):
             power += s.multipliers[m] * (s.rhs[0, n + m] - low[m]) / S.span[k]
         kernels.clear(rest)

@@ -23,9 +23,8 @@ import numpy as np
 from ..core.errors import InputError, say
 from ..core.problems import Problem
 from . import fields
-from .gaps import Joint, Term, arm, carried, coincide, dot, guided, locked, mark, needs_axis, parallel, unit, where
+from .constraint_functions import Joint, arm, carried, coincide, dot, guided, locked, mark, needs_axis, parallel, unit, where
 from .places import Draft
-from .springs import ANGLE
 
 
 @dataclass(frozen=True)
@@ -133,11 +132,10 @@ class Gear(Joint):
         n = [k // gcd(*n) for k in n]
         wheels = [(self.at, n[0], self.axis), (self.to, n[1], self.axis if self.axis_b is None else self.axis_b)]
         wheels += [] if self.carrier is None else [(self.carrier, -sum(n), None)]
-        terms: list[Term] = []
-        for at, teeth, axis in wheels:
-            first = draft.probes.add(arm(name, draft.layout, at, axis)[0])
-            terms.append((teeth / n[0], ANGLE, first, first + 1))
-        draft.constraints.row(self.name, "teeth", *terms, (2 * pi / abs(n[0]), ANGLE, -1, -1))
+        arms = [draft.probes.add(arm(name, draft.layout, at, axis)[0]) for at, _, axis in wheels]
+        ratios = [teeth / n[0] for _, teeth, _ in wheels]
+        rows = [first + c for first in arms for c in range(2)]
+        draft.constraints.law(self.name, "teeth", f"gear_{len(wheels)}", rows, [*ratios, 2 * pi / abs(n[0])])
 
 
 def spatial(joint: Universal | Cylindrical, draft: Draft, remedy: str) -> None:

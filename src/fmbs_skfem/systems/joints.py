@@ -24,9 +24,7 @@ from ..core.fields import ANGLE, MOTION, Length
 from ..core.problems import Problem
 from ..shapes import line
 from . import fields
-from .edges import Edge, RimNodes
-from .frame_joints import Cylindrical, Gear, Prismatic, Revolute, Universal
-from .gaps import (
+from .constraint_functions import (
     AXES,
     Joint,
     basis,
@@ -43,6 +41,8 @@ from .gaps import (
     unit,
     where,
 )
+from .edges import Edge, RimNodes
+from .frame_joints import Cylindrical, Gear, Prismatic, Revolute, Universal
 from .places import At, Draft
 from .signals import Cosine, Sine
 from .system import Signal

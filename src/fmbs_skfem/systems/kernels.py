@@ -11,8 +11,6 @@ import numpy as np
 
 from ..core.jit import jit, summing
 from ..core.structs import IntegerMatrix, Integers, Matrix, Vector
-from . import springs
-from .springs import ANGLE
 
 
 class Csr(NamedTuple):
@@ -224,6 +222,12 @@ def factor(signals: np.ndarray, number: int) -> float:
 
 
 @jit
+def derivative(signals: np.ndarray, number: int, first: int) -> float:
+    """A derivative of a signal, which stand from `first` on; 0 for the number -1."""
+    return signals[first + number] if number >= 0 else 0.0
+
+
+@jit
 def remainder(value: float, period: float) -> float:
     """The value nearest to zero that differs by whole periods."""
     return value - period * np.rint(value / period)
@@ -255,13 +259,6 @@ def add_term(A: Terms, k: int, y: np.ndarray, signals: np.ndarray, gap: np.ndarr
     """gap += term k; its derivatives by y_i and y_j."""
     value = A.value[k] * factor(signals, A.signal[k])
     m, i, j = A.row[k], A.i[k], A.j[k]
-    if A.signal[k] == ANGLE:
-        if i < 0:
-            gap[m] = remainder(gap[m], value)
-            return 0.0, 0.0
-        gap[m] += value * springs.angle(y, i, j)
-        square = y[i] ** 2 + y[j] ** 2
-        return -value * y[j] / square, value * y[i] / square
     if i < 0:
         gap[m] += value
         return 0.0, 0.0
@@ -292,10 +289,6 @@ def drift(A: Terms, paths: np.ndarray, signals: np.ndarray, second: float, third
     y, z, v, a, many = paths[0], paths[1], paths[2], paths[3], len(signals) // 4
     for k in range(len(A.row)):
         m, i, j, signal = A.row[k], A.i[k], A.j[k], A.signal[k]
-        if signal == ANGLE:
-            if i >= 0:
-                out[m] += A.value[k] * springs.angle_drift(paths, i, j, second, third)
-            continue
         s, s1, s2, s3 = A.value[k], 0.0, 0.0, 0.0
         if signal >= 0:
             s1, s2, s3 = s * signals[many + signal], s * signals[2 * many + signal], s * signals[3 * many + signal]
@@ -332,9 +325,6 @@ def constraint_slopes(A: Terms, y: np.ndarray, signals: np.ndarray, multipliers:
     for k in range(len(A.row)):
         if A.pair[k] >= 0:
             value = A.value[k] * factor(signals, A.signal[k]) * multipliers[A.row[k]]
-            if A.signal[k] == ANGLE:
-                springs.add_angle_slopes(y, A.i[k], A.j[k], value, H, A.pair[k])
-                continue
             H[A.pair[k]] += value
             H[A.pair[k] + 1] += value
 

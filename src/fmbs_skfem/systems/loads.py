@@ -25,7 +25,7 @@ from ..core.declared import Declared
 from ..core.errors import InputError, say
 from ..core.problems import Problem
 from . import edges, fields, pressure
-from .gaps import arm, needs_axis
+from .constraint_functions import arm, needs_axis
 from .places import Draft, Ground, directions, vector
 
 Spin: TypeAlias = Annotated[float | Ground, fields.spin("N m")]

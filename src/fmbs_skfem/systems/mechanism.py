@@ -28,7 +28,7 @@ from ..core import ranks
 from ..core.errors import Reason, SolverError
 from . import redundancy
 from .redundancy import AMPLITUDES, ITERATIONS, Rows, relative, rows_of
-from .system import System, is_linear, keep_constraints
+from .system import System, driven_rows, is_linear, keep_constraints, reads
 
 WEIGHT = 1e-6  #: share of another row below which a row does not depend on it
 FRAME = re.compile(r"e\d\.e\d")  #: rows that keep the axes of a frame orthonormal
@@ -118,9 +118,8 @@ def joints_of(system: System) -> tuple[list[str], np.ndarray, np.ndarray]:
     names = list(dict.fromkeys(owner for owner in owners if owner))
     place = {name: k for k, name in enumerate(names)}
     joint = np.array([place.get(owner, -1) for owner in owners], dtype=np.int64)
-    moving = system.constraints.row[system.constraints.signal >= 0]
     driven = np.zeros(len(names), dtype=bool)
-    driven[joint[moving]] = True
+    driven[joint[driven_rows(system.constraints)]] = True
     return names, joint, driven
 
 
@@ -184,14 +183,13 @@ def independent(A: np.ndarray, mine: np.ndarray) -> np.ndarray:
 
 def ties(system: System, joint: np.ndarray, count: int, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Which bodies every joint reads (j, b), and which joints resist a common motion of all of them, as the ground does (j,)."""
-    terms, bodies = system.constraints, system.coordinates
+    bodies = system.coordinates
     owner = np.repeat(np.arange(len(bodies)), [last - first for _, first, last in bodies])
     probes = csr_array(system.probes.matrix)
     touched, ground = np.zeros((count, len(bodies)), dtype=bool), np.zeros(count, dtype=bool)
-    for part in (terms.i, terms.j):
-        mine = (part >= 0) & (joint[terms.row] >= 0)
-        read = coo_array(probes[part[mine]])
-        touched[joint[terms.row[mine]][read.row], owner[read.col]] = True
+    mine = np.flatnonzero(joint >= 0)
+    read = coo_array(reads(system.constraints, probes.shape[0])[mine] @ abs(probes))
+    touched[joint[mine][read.row], owner[read.col]] = True
     whole = start @ common(system)
     for k in range(count):
         mine = joint == k
@@ -321,8 +319,8 @@ def redundant(system: System) -> tuple[Dependence, ...]:
 
 def driven_against(system: System, found: Sequence[Dependence]) -> list[Dependence]:
     """Dependences with a drive among their rows: what it moves is held or driven already."""
-    names, terms = system.constraints.names, system.constraints
-    driven = {".".join(names[row]) for row in terms.row[terms.signal >= 0]}
+    names = system.constraints.names
+    driven = {".".join(names[row]) for row in np.flatnonzero(driven_rows(system.constraints))}
     return [one for one in found if driven & {one.row, *one.on}]
 
 

@@ -13,7 +13,8 @@ from scipy.sparse import csr_array, kron, vstack
 from ..bodies.body import Body, Cells, locate, probe
 from ..core.errors import InputError, closest, listed, say
 from ..shapes.surface import Surface
-from . import force_laws
+from . import constraint_laws, force_laws
+from .constraint_laws import ConstraintLaw, LawRows
 from .dead_loads import DeadLoads
 from .force_laws import ForceLaw
 from .system import Affine, Signal
@@ -131,6 +132,7 @@ class Terms:
     names: list[tuple[str, str]] = field(default_factory=list)
     terms: list[tuple[int, float, int, int, int]] = field(default_factory=list)
     axes: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)  #: (3,) of the rows whose multipliers are moments
+    laws: list[LawRows] = field(default_factory=list)
 
     def row(
         self, joint: str, coordinate: str, *terms: tuple[float, int, int, int], about: tuple[np.ndarray, np.ndarray] | None = None
@@ -141,6 +143,19 @@ class Terms:
             u, n = (np.pad(vector, (0, 3 - len(vector))) for vector in about)
             self.axes[joint, coordinate] = np.cross(u, n)
         self.terms += [(len(self.names) - 1, *term) for term in terms if term[0] != 0.0]
+
+    def law(
+        self,
+        joint: str,
+        coordinate: str,
+        law: str | ConstraintLaw,
+        rows: Sequence[int],
+        numbers: ArrayLike = (),
+        signals: Sequence[int] = (),
+    ) -> None:
+        """One constraint by a law or its name, of probe rows (r,), with its numbers (p,) and functions of time (h,)."""
+        self.names.append((joint, coordinate))
+        self.laws.append(constraint_laws.one(law, len(self.names) - 1, rows, numbers, signals))
 
 
 @dataclass

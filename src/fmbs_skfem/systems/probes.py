@@ -25,7 +25,7 @@ from ..core.problems import Problem
 from ..shapes import surface
 from . import edges, fields
 from .angles import continuous, turning
-from .gaps import AXES, arm, needs_axis, unit
+from .constraint_functions import AXES, arm, needs_axis, unit
 from .places import Draft
 from .system import Matrix, Output
 

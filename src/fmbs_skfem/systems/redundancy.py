@@ -14,6 +14,7 @@ Source: M. Wojtyra, J. Fraczek, Multibody Syst. Dyn. 30 (2013) 153-171, doi:10.1
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,9 +25,10 @@ from scipy.sparse.linalg import splu
 from ..core import ranks
 from ..core.errors import Reason, SolverError
 from ..core.notices import notify
-from . import echelon, kernels
+from . import constraint_laws, echelon, kernels
 from .compiled import signal_table
-from .system import System, is_linear, keep_constraints, linear_part
+from .constraint_laws import LawRows
+from .system import System, driven_rows, is_linear, keep_constraints, linear_part, reads
 
 DIGITS = 1e-12  #: change of a row in a large motion, relative to its summands, that is round-off
 SHIFT = 1e-14  #: of J J^T for unit rows, which lets factors of dependent rows exist
@@ -42,6 +44,7 @@ class Rows:
     """Constraints at t = 0 on the coordinates z = x[used] that they read."""
 
     terms: kernels.Terms
+    laws: tuple[LawRows, ...]
     signals: np.ndarray
     probes: csr_array  #: (j, u)
     offset: np.ndarray  #: (j,) y at z = 0
@@ -51,13 +54,19 @@ class Rows:
 
     def reads(self) -> csr_array:
         """Which coordinates every row reads, wherever it is, (m, u)."""
-        return csr_array(self.on_probes(np.ones((len(self.terms.row), 2))) @ abs(self.probes))
+        slopes = [np.ones(own.rows.shape) for own in self.laws]
+        return csr_array(self.on_probes(np.ones((len(self.terms.row), 2)), slopes) @ abs(self.probes))
 
-    def on_probes(self, slopes: np.ndarray) -> csr_array:
-        """Slopes (t, 2) of the terms in their two probe rows as (m, j)."""
+    def on_probes(self, slopes: np.ndarray, others: Sequence[np.ndarray]) -> csr_array:
+        """Slopes (t, 2) of the terms in their two probe rows, and (t, r) of every law, as (m, j)."""
         places = np.stack([self.terms.i, self.terms.j], axis=1)
         on = places >= 0
-        entries = slopes[on], (np.repeat(self.terms.row, 2)[on.ravel()], places[on])
+        values, row, column = [slopes[on]], [np.repeat(self.terms.row, 2)[on.ravel()]], [places[on]]
+        for own, part in zip(self.laws, others, strict=True):
+            values.append(part.ravel())
+            row.append(np.repeat(own.row, own.rows.shape[1]))
+            column.append(own.rows.ravel())
+        entries = np.concatenate(values), (np.concatenate(row), np.concatenate(column))
         return csr_array(coo_array(entries, shape=(self.count, len(self.offset))))
 
     def __call__(self, z: np.ndarray) -> tuple[np.ndarray, csr_array]:
@@ -65,7 +74,10 @@ class Rows:
         y, terms = self.probes @ z + self.offset, self.terms
         phi, slopes = np.zeros(self.count), np.zeros((len(terms.row), 2))
         kernels.constrain_sparse(terms, y, self.signals, phi, slopes)
-        at_probes = self.on_probes(slopes)
+        found = [constraint_laws.evaluate(own, y, self.signals) for own in self.laws]
+        for own, (values, _) in zip(self.laws, found, strict=True):
+            phi[own.row] += values
+        at_probes = self.on_probes(slopes, [part for _, part in found])
         J, summands = csr_array(at_probes @ self.probes), abs(at_probes) @ np.abs(y)
         moves = abs(J) @ self.scale > DIGITS * summands  # other rows, such as one of a vector that is held, are round-off
         return phi, csr_array(diags_array(moves.astype(float)) @ J)
@@ -74,7 +86,7 @@ class Rows:
 def rows_of(system: System) -> tuple[Rows, np.ndarray]:
     """The constraints of a system, and the values (u,) at the start of the coordinates that they read."""
     terms = system.constraints
-    read = np.unique(np.concatenate([terms.i[terms.i >= 0], terms.j[terms.j >= 0]]))
+    read = np.unique(reads(terms, len(system.probes.offset)).indices)
     place = np.full(len(system.probes.offset), -1)
     place[read] = np.arange(len(read))
     matrix = csr_array(system.probes.matrix)[read]
@@ -83,7 +95,8 @@ def rows_of(system: System) -> tuple[Rows, np.ndarray]:
     flat = kernels.Terms(terms.row, terms.coefficient, terms.signal, i, j, np.full(len(i), -1))
     signals = signal_table(system, np.zeros(1))[0]
     probes, scale = csr_array(matrix[:, used]), scale_of(system)[used]
-    return Rows(flat, signals, probes, system.probes.offset[read], len(terms.names), used, scale), system.x0[used]
+    laws = tuple(replace(own, rows=place[own.rows]) for own in terms.laws)
+    return Rows(flat, laws, signals, probes, system.probes.offset[read], len(terms.names), used, scale), system.x0[used]
 
 
 def scale_of(system: System) -> np.ndarray:
@@ -153,8 +166,7 @@ def without_redundant(system: System) -> System:
     system = without_redundant_linear(system)
     terms = system.constraints
     candidate = ~is_linear(terms)
-    driven = np.zeros(len(terms.names), dtype=bool)
-    driven[terms.row[terms.signal >= 0]] = True
+    driven = driven_rows(terms)
     candidate &= ~driven
     if not candidate.any():
         return system

@@ -24,8 +24,8 @@ from ..core.container import storable
 from ..core.linalg import is_sparse
 from ..core.validation import Attributes, Indices, Inside, Number, Range, Reals
 from . import terms
+from .constraint_laws import LawRows
 from .forces import is_force
-from .springs import ANGLE
 
 Matrix: TypeAlias = csr_array | np.ndarray
 Signal: TypeAlias = Callable[[np.ndarray], np.ndarray]  #: a scalar function of time, vectorised
@@ -57,18 +57,15 @@ class Elastic:
 @storable
 @dataclass(frozen=True)
 class Constraints:
-    """Constraints in probe rows: Phi_row += coefficient s(t) y_i y_j, with -1 for an absent factor.
-
-    Terms with the signal springs.ANGLE are coefficient arg(y_i + i y_j); without i and j the row, as it is then, is reduced to its
-    remainder nearest to zero in units of the coefficient.
-    """
+    """Constraints in probe rows: Phi_row += coefficient s(t) y_i y_j, with -1 for an absent factor; other rows by laws."""
 
     names: Annotated[tuple[tuple[str, str], ...], Attributes("m")] = ()  #: (joint, coordinate) of every row
     row: Annotated[np.ndarray, Indices("t", end="m")] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     coefficient: Annotated[np.ndarray, Reals("t")] = field(default_factory=lambda: np.zeros(0))
-    signal: Annotated[np.ndarray, Indices("t", end="k", low=ANGLE)] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    signal: Annotated[np.ndarray, Indices("t", end="k", low=-1)] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     i: Annotated[np.ndarray, Indices("t", end="y", low=-1)] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     j: Annotated[np.ndarray, Indices("t", end="y", low=-1)] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    laws: Annotated[tuple[LawRows, ...], Inside("m y k")] = ()
 
 
 @storable
@@ -179,7 +176,34 @@ def is_linear(constraints: Constraints) -> np.ndarray:
     """Rows that are linear in the unknowns and independent of time, (m,) bool."""
     linear = np.ones(len(constraints.names), dtype=bool)
     np.logical_and.at(linear, constraints.row, (constraints.signal < 0) & (constraints.j < 0))
+    for own in constraints.laws:
+        linear[own.row] = False
     return linear
+
+
+def driving(constraints: Constraints) -> list[tuple[int, int]]:
+    """Rows and the signals that they read."""
+    pairs = [(constraints.row, constraints.signal)]
+    pairs += [(own.row, signals) for own in constraints.laws for signals in own.signals.T]
+    return [(int(row), int(k)) for rows, signals in pairs for row, k in zip(rows, signals, strict=True) if k >= 0]
+
+
+def driven_rows(constraints: Constraints) -> np.ndarray:
+    """Rows that read a signal, (m,) bool."""
+    driven = np.zeros(len(constraints.names), dtype=bool)
+    driven[[row for row, _ in driving(constraints)]] = True
+    return driven
+
+
+def reads(constraints: Constraints, count: int) -> csr_array:
+    """Which of so many probe rows every row reads, in any position (m, y): ones."""
+    pairs = [(constraints.row, part) for part in (constraints.i, constraints.j)]
+    pairs += [(own.row, part) for own in constraints.laws for part in own.rows.T]
+    row, column = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
+    on = column >= 0
+    found = csr_array((np.ones(int(on.sum())), (row[on], column[on])), shape=(len(constraints.names), count))
+    found.data[:] = 1.0
+    return found
 
 
 def linear_part(system: System) -> tuple[np.ndarray, csr_array, np.ndarray]:
@@ -204,7 +228,9 @@ def keep_constraints(system: System, rows: np.ndarray) -> System:
     place[rows] = np.arange(len(rows))
     mine = place[terms.row] >= 0
     names = tuple(terms.names[k] for k in rows)
-    kept = Constraints(names, place[terms.row[mine]], terms.coefficient[mine], terms.signal[mine], terms.i[mine], terms.j[mine])
+    laws = tuple(part for own in terms.laws if len(part := own.kept(place)))
+    value, signal, i, j = (part[mine] for part in (terms.coefficient, terms.signal, terms.i, terms.j))
+    kept = Constraints(names, place[terms.row[mine]], value, signal, i, j, laws)
     return replace(system, constraints=kept)
 
 

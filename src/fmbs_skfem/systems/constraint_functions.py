@@ -1,4 +1,4 @@
-r"""What joints are made of: positions, vectors that bodies carry along, and constraint terms on probe rows.
+r"""Constraint functions of joints: positions, and vectors that bodies carry along, as polynomials in probe rows.
 
     r_a - r_b = 0            u_a . w_b = 0            n_b . (r_a - r_b) = s
 

@@ -1,0 +1,164 @@
+"""What forces and joints of one's own in symbols are told: their fields as places, numbers and histories.
+
+A class of such a family is a declaration (`core.declared`) whose functions name fields as their arguments, and `t`. A field that is
+a place comes as `PlaceSymbols`, a number as a symbol, a vector as a matrix of symbols, a history as its value.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, NamedTuple, get_args, get_type_hints
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..core.errors import InputError, say
+from ..core.expressions import of_time
+from ..core.fields import HISTORY
+from . import fields
+from .places import At, Draft
+
+PLACES = (fields.PLACE, fields.END, fields.CARRIER)
+TIME = "t"
+SMALLEST = 1e-60  #: of the square of a length
+
+
+@dataclass(frozen=True)
+class PlaceSymbols:
+    """What a place is in symbols; matrices (c,) of coordinates."""
+
+    position: Any  #: from the origin of the scene [m]
+    velocity: Any
+    axes: tuple[Any, ...] = ()  #: vectors that it carries: axes of a frame, tangents of a surface, slope of a line [and its normal]
+    rates: tuple[Any, ...] = ()  #: their rates
+
+    def turn(self, moment: Any) -> list[tuple[Any, Any]]:
+        """Forces on the axes of a rigid frame that are a moment [N m], a vector in space and a number in the plane.
+
+        On all axes they do the work 1/2 sum_k (m x e_k) . (w x e_k) = m . w.
+        """
+        import sympy
+
+        if len(self.axes[0]) == 2:
+            return [(e, moment / 2 * sympy.Matrix([-e[1], e[0]])) for e in self.axes]
+        return [(e, moment.cross(e) / 2) for e in self.axes]
+
+
+def norm(vector: Any) -> Any:
+    """|vector| in symbols, whose derivatives are numbers where it is zero, too."""
+    import sympy
+
+    return sympy.sqrt(vector.dot(vector) + SMALLEST)
+
+
+def turned(angle: Any) -> Any:
+    """An angle, as of atan2, that counts its turns: of less than half a turn a step."""
+    from . import force_symbols
+
+    return force_symbols.turned(angle)
+
+
+class Read(NamedTuple):
+    """What a declaration reads of a system."""
+
+    sizes: str  #: of its arguments: vectors of places, lengths of vectors, 0 for what has none
+    rows: list[int]  #: probe rows of all places
+    numbers: np.ndarray
+    signals: list[int]
+
+
+@cache
+def arguments_of(kind: type[Any], functions: tuple[Callable[..., Any], ...]) -> dict[str, str]:
+    """Names of what functions of a class read, each a place, a number or a history."""
+    hints, found = get_type_hints(kind, include_extras=True), dict[str, str]()
+    for name in dict.fromkeys(name for function in functions for name in inspect.signature(function).parameters):
+        if name != TIME and name not in hints:
+            raise InputError(say(f"class {kind.__qualname__}", "arguments that are fields, or t", f"'{name}'"))
+        notes = set(notes_of(hints.get(name, HISTORY)))
+        found[name] = "place" if notes & set(PLACES) else "history" if HISTORY in notes or name == TIME else "number"
+    return found
+
+
+def notes_of(hint: Any) -> Iterator[Any]:
+    """What is said of a type and of those in it."""
+    yield from getattr(hint, "__metadata__", ())
+    for part in get_args(hint):
+        if not isinstance(part, str):
+            yield from notes_of(part)
+
+
+def read(name: str, item: Any, draft: Draft, arguments: Mapping[str, str]) -> Read:
+    """Probe rows, numbers and histories of a declaration called `name` in messages."""
+    values = {argument: getattr(item, argument) for argument in arguments if argument != TIME}
+    anchor = next((value for value in values.values() if isinstance(value, At)), None)
+    rows, sizes, numbers, signals = list[int](), list[int](), [draft.layout.origin], list[int]()
+    for argument, kind in arguments.items():
+        size = 0
+        if kind == "place":
+            added = place_rows(name, draft, values[argument], anchor)
+            rows += added
+            size = len(added) // draft.layout.dim - 1
+        elif kind == "history":
+            signals.append(draft.signal(of_time(TIME) if argument == TIME else values[argument]))
+        else:
+            numbers.append(np.ravel(values[argument]))
+            size = np.size(values[argument]) if np.ndim(values[argument]) else 0
+        sizes.append(size)
+    return Read(f"{draft.layout.dim}|{','.join(map(str, sizes))}", rows, np.concatenate(numbers), signals)
+
+
+def place_rows(name: str, draft: Draft, end: Any, anchor: At | None) -> list[int]:
+    """Probe rows of the position and of the vectors of a place; a fixed point has its position alone.
+
+    The ground is the point where the first place is in the reference.
+    """
+    layout = draft.layout
+    if isinstance(end, At):
+        first = [draft.probes.add(block) for block in (layout.read(name, end), *layout.vectors(name, end))]
+    elif end is None and anchor is None:
+        raise InputError(say(name, "one place of a body at least", "none"))
+    else:
+        point = layout.reference(name, anchor) if end is None and anchor is not None else layout.fixed(name, end)
+        first = [draft.probes.add(csr_array((layout.dim, layout.size)), point)]
+    return [row + c for row in first for c in range(layout.dim)]
+
+
+class Known(NamedTuple):
+    """Arguments in symbols."""
+
+    values: dict[str, Any]
+    vectors: list[Any]  #: (r,) the places' vectors, row by row
+    numbers: int
+    histories: int
+
+    def call(self, function: Callable[..., Any]) -> Any:
+        """A function of the arguments that it names."""
+        return function(**{name: self.values[name] for name in inspect.signature(function).parameters if name in self.values})
+
+
+def symbols_of(arguments: Mapping[str, str], sizes: str) -> Known:
+    """Arguments of `sizes` (those of `read`) in symbols.
+
+    Coordinates count from an origin, whose numbers come first: it cancels where places are subtracted.
+    """
+    from . import force_symbols as written
+
+    dim, rows, histories = int(sizes.partition("|")[0]), 0, 0
+    found, vectors, numbers, origin = dict[str, Any](), list[Any](), dim, written.numbers(dim)
+    for (argument, kind), size in zip(arguments.items(), map(int, sizes.partition("|")[2].split(",")), strict=True):
+        if kind == "place":
+            y, v = ([part(dim, rows + dim * k) for k in range(size + 1)] for part in (written.rows, written.rates))
+            found[argument] = PlaceSymbols(y[0] + origin, v[0], tuple(y[1:]), tuple(v[1:]))
+            vectors += [*found[argument].position, *(part for axis in y[1:] for part in axis)]
+            rows += dim * (size + 1)
+        elif kind == "history":
+            found[argument] = written.history(histories)
+            histories += 1
+        else:
+            matrix = written.numbers(max(size, 1), numbers)
+            found[argument] = matrix if size else matrix[0]
+            numbers += max(size, 1)
+    return Known(found, vectors, numbers, histories)
