@@ -23,9 +23,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fmbs_skfem.core.container import storable
-from fmbs_skfem.core.errors import InputError, Reason, SolverError, say
-from fmbs_skfem.core.jit import jit
+from ..core.arrays import finite
+from ..core.container import storable
+from ..core.errors import InputError, Reason, SolverError, say
+from ..core.jit import jit
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -337,18 +338,9 @@ def _check_target(bb: float) -> None:
 
 
 def _checked(G: ArrayLike, where: str) -> Array:
-    matrix = np.ascontiguousarray(G, dtype=np.float64)
-    if matrix.ndim != 2 or matrix.size == 0:
-        raise InputError(say(where, "training forces as a matrix (snapshots times modes, cells)", f"shape {matrix.shape}"))
-    if not np.all(np.isfinite(matrix)):
-        column = int(np.argmin(np.all(np.isfinite(matrix), axis=0)))
-        remedy = "leave out the snapshots of a failed run"
-        raise InputError(say(where, "finite training forces", f"NaN or infinity in column {column}", remedy))
-    return matrix
+    wanted = "finite training forces as a matrix (snapshots times modes, cells)"
+    return np.ascontiguousarray(finite(G, where, wanted, None, None, remedy="leave out the snapshots of a failed run"))
 
 
 def _target(b: ArrayLike, rows: int, where: str) -> Array:
-    target = np.asarray(b, dtype=np.float64)
-    if target.shape != (rows,) or not np.all(np.isfinite(target)):
-        raise InputError(say(where, f"b as {rows} finite numbers, one a row of G", f"shape {target.shape}"))
-    return target
+    return finite(b, where, f"b as {rows} finite numbers, one a row of G", rows)

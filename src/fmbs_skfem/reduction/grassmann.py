@@ -21,6 +21,7 @@ import numpy as np
 import scipy.linalg
 
 from ..core import ranks
+from ..core.arrays import finite
 from ..core.errors import InputError, say
 
 RIGHT = 1e-7  #: cosine below which an angle counts as a right one
@@ -37,13 +38,13 @@ class Chart:
 
 def orthonormal(columns: np.ndarray) -> np.ndarray:
     """Orthonormal columns (n, r) of the subspace that linearly independent columns (n, r) span."""
-    columns = np.asarray(columns, dtype=np.float64)
-    if columns.ndim != 2 or not 1 <= columns.shape[1] <= columns.shape[0] or not np.isfinite(columns).all():
-        raise InputError(say("grassmann", "a matrix of finite columns, at most as many as rows", f"shape {columns.shape}"))
-    q = np.linalg.qr(columns)[0]
+    wanted = "a matrix of finite columns, at most as many as rows"
+    columns = finite(columns, "grassmann", wanted, None, None)
+    if columns.shape[1] > columns.shape[0]:
+        raise InputError(say("grassmann", wanted, f"shape {columns.shape}"))
     if ranks.rank(columns.T) < columns.shape[1]:
         raise InputError(say("grassmann", "linearly independent columns", f"{columns.shape[1]} dependent ones", "leave some out"))
-    return np.asarray(q)
+    return np.asarray(np.linalg.qr(columns)[0])
 
 
 def distance(one: np.ndarray, other: np.ndarray) -> float:

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_solve
 
+from ..core.arrays import finite
 from ..core.errors import InputError, say
 
 Array = NDArray[np.float64]
@@ -185,8 +186,4 @@ def _decades(values: ArrayLike) -> Array:
 
 def _points(points: ArrayLike, where: str, columns: int | None = None) -> Array:
     """Points as a finite, non-empty matrix."""
-    x = np.asarray(points, dtype=np.float64)
-    wide = "d" if columns is None else str(columns)
-    if x.ndim != 2 or x.size == 0 or (columns is not None and x.shape[1] != columns) or not np.all(np.isfinite(x)):
-        raise InputError(say(where, f"finite points as a matrix (k,{wide})", f"shape {x.shape}", "one row a point"))
-    return x
+    return finite(points, where, f"finite points as a matrix (k,{columns or 'd'})", None, columns, remedy="one row a point")

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.arrays import finite
 from ..core.container import storable
 from ..core.errors import InputError, closest, say
 
@@ -93,11 +94,8 @@ def from_box(parameters: Sequence[Parameter], unit: ArrayLike) -> np.ndarray:
 def table(parameters: Sequence[Parameter], points: ArrayLike) -> np.ndarray:
     """Points as an array (k, d); InputError for other shapes and numbers that are not finite."""
     check(parameters)
-    array, d = np.asarray(points, dtype=float), len(parameters)
-    if array.ndim != 2 or array.shape[1] != d or not np.isfinite(array).all():
-        names = ", ".join(parameter.name for parameter in parameters)
-        raise InputError(say("points", f"finite numbers in {d} column(s) ({names})", f"an array {array.shape}"))
-    return array
+    d, names = len(parameters), ", ".join(parameter.name for parameter in parameters)
+    return finite(points, "points", f"finite numbers in {d} column(s) ({names})", None, d, empty=True)
 
 
 def grid(parameters: Sequence[Parameter], counts: int | Sequence[int] | Mapping[str, int]) -> np.ndarray:

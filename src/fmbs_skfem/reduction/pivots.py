@@ -15,8 +15,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fmbs_skfem.core import ranks
-from fmbs_skfem.core.errors import InputError, say
+from ..core import ranks
+from ..core.arrays import finite
+from ..core.errors import InputError, say
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -48,9 +49,7 @@ def eliminate(D: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
     """
     where, matrix = "pivots.eliminate", _matrix(D, "pivots.eliminate")
     m, r = matrix.shape
-    constant = np.asarray(d, dtype=np.float64)
-    if constant.shape != (m,) or not np.all(np.isfinite(constant)):
-        raise InputError(say(where, f"d as {m} finite numbers, one a row of D", f"shape {constant.shape}"))
+    constant = finite(d, where, f"d as {m} finite numbers, one a row of D", m)
     if r <= m:
         remedy = "the basis is too small for the interface constraints: keep more modes (a smaller eps) or keep the multipliers"
         raise InputError(say(where, f"more than {m} modes for {m} constraints", f"{r} modes", remedy))
@@ -114,9 +113,4 @@ def _within(jacobians: Array, gaps: Array, candidates: Indices, reach: float) ->
 
 def _matrix(x: ArrayLike, where: str) -> Array:
     """x as a finite matrix."""
-    array = np.asarray(x, dtype=np.float64)
-    if array.ndim != 2:
-        raise InputError(say(where, "a matrix (constraints, modes)", f"shape {array.shape}"))
-    if not np.all(np.isfinite(array)):
-        raise InputError(say(where, "finite entries", "NaN or infinity"))
-    return array
+    return finite(x, where, "a matrix (constraints, modes) of finite entries", None, None, empty=True)

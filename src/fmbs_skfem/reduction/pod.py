@@ -23,8 +23,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solve_triangular
 from scipy.sparse import csr_array, diags_array, eye_array
 
-from fmbs_skfem.core.errors import InputError, say
-from fmbs_skfem.core.notices import notify
+from ..core.arrays import finite
+from ..core.errors import InputError, say
+from ..core.notices import notify
 
 Array = NDArray[np.float64]
 
@@ -205,18 +206,10 @@ def _count(rest: Array, rank: int, tolerance: float | None, modes: int | None, s
 
 def _states(x: ArrayLike, name: str) -> Array:
     """x as a finite, non-empty matrix (n,s)."""
-    array = np.asarray(x, dtype=np.float64)
-    if array.ndim != 2 or array.size == 0:
-        raise InputError(say("pod", f"{name} as a matrix (unknowns, samples)", f"shape {array.shape}"))
-    if not np.all(np.isfinite(array)):
-        column = int(np.argmin(np.all(np.isfinite(array), axis=0)))
-        raise InputError(say("pod", f"finite {name}", f"NaN or infinity in column {column}", "leave out what a failed run left"))
-    return array
+    wanted = f"finite {name} as a matrix (unknowns, samples)"
+    return finite(x, "pod", wanted, None, None, remedy="leave out what a failed run left")
 
 
 def _state(x: ArrayLike, name: str, n: int) -> Array:
     """x as a finite vector (n,)."""
-    array = np.asarray(x, dtype=np.float64)
-    if array.shape != (n,) or not np.all(np.isfinite(array)):
-        raise InputError(say("pod", f"{name} as {n} finite numbers", f"shape {array.shape}"))
-    return array
+    return finite(x, "pod", f"{name} as {n} finite numbers", n)
