@@ -95,8 +95,9 @@ def gears() -> System:
 def test_a_training() -> None:
     folder = store.open_folder(DATA / "training_version_2", "mark")
     found = store.read(folder)
-    (run,), (iteration,) = found.runs, found.iterations
-    assert (found.points, found.indicators) == ((4,), {1: 1e-3, 2: 2e-3})
+    (stored,), (iteration,) = found.runs, found.iterations
+    run = stored.run
+    assert (stored.point, found.indicators) == (4, {1: 1e-3, 2: 2e-3})
     assert (run.values, run.cpu_s) == ({"E": 1e9}, 0.5)
     np.testing.assert_array_equal(run.factors["beam"].coefficients, np.arange(6.0).reshape(2, 3))
     assert (iteration.next, iteration.failed, iteration.samples) == (7, ((5, "diverged"),), (1, 2))

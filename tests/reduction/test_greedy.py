@@ -12,7 +12,7 @@ from scipy.stats import qmc
 
 from fmbs_skfem.core.errors import InputError, NoModel, Reason, SolverError
 from fmbs_skfem.reduction import greedy
-from fmbs_skfem.reduction.greedy import Iteration, Options, Outcome, Stop
+from fmbs_skfem.reduction.greedy import Iteration, Options, Outcome, Problem, Stop
 
 LINE = np.linspace(0.0, 1.0, 101)[:, None]  #: 101 candidates, as published
 FIVE = (0, 25, 50, 75, 100)  #: the published first samples
@@ -42,15 +42,9 @@ class Model:
         self.points.append(i)
 
     def run(self, samples: Sequence[int], first: int, done: Sequence[Iteration] = (), **options: object) -> Outcome:
+        chosen = Options(**options)  # type: ignore[arg-type]
         return greedy.run(
-            self.evaluate,
-            self.extend,
-            self.candidates,
-            samples,
-            first,
-            Options(**options),
-            done,
-            self.kept.append,  # type: ignore[arg-type]
+            Problem(self.evaluate, self.extend, self.candidates, tuple(samples), first, chosen, self.kept.append), done
         )
 
 
@@ -147,9 +141,8 @@ def test_the_floor_is_that_of_all_full_runs() -> None:
 def test_bases_that_leave_nothing_out_have_no_floor() -> None:
     """One full run whose few snapshots are all kept: the indicator is as large there as elsewhere, and another run helps."""
     model = Model(LINE, lambda mu, full: 1e-7 if len(full) == 1 else 1e-9)
-    outcome = greedy.run(
-        model.evaluate, model.extend, LINE, FIVE, 50, Options(iterations=5), truncates=lambda: len(model.points) > 1
-    )
+    leaves_out = lambda: len(model.points) > 1  # noqa: E731
+    outcome = greedy.run(Problem(model.evaluate, model.extend, LINE, FIVE, 50, Options(iterations=5), truncates=leaves_out))
     assert (outcome.extensions, outcome.stop) == (2, Stop.FLOOR)
     assert outcome.iterations[-1].largest == 1e-9
 
@@ -330,7 +323,7 @@ def test_batches_add_several_samples_at_once() -> None:
     [((), 0, LINE), ((0, 101), 0, LINE), ((0,), -1, LINE), ((0,), 0, 2.0 * LINE), ((0,), 0, LINE[:0]), ((0,), 0, LINE * np.nan)],
 )
 def test_bad_problems_are_refused(samples: tuple[int, ...], first: int, candidates: np.ndarray) -> None:
-    with pytest.raises(InputError, match=r"greedy\.run"):
+    with pytest.raises(InputError, match=r"greedy\.Problem"):
         Model(candidates, interpolation(0.0)).run(samples, first)
 
 

@@ -672,3 +672,24 @@ def test_the_fingerprint_takes_laws_by_their_names() -> None:
         store.add_to_digest(law, digest)
         digests.append(digest.hexdigest())
     assert digests[0] == digests[1] != digests[2]
+
+
+def test_the_fingerprint_takes_functions_of_time_by_values_and_others_by_name() -> None:
+    """A function of Python that is no function of time is not called; what it has taken along tells it from another one."""
+
+    def digest_of(value: object) -> str:
+        digest = hashlib.sha256()
+        store.add_to_digest(value, digest)
+        return digest.hexdigest()
+
+    def push(size: float) -> Callable[[object, object, object], float]:
+        def force(x: object, v: object, t: object) -> float:
+            raise AssertionError("called")
+
+        return lambda x, v, t: size * force(x, v, t)
+
+    assert digest_of(push(1.0)) == digest_of(push(1.0)) != digest_of(push(2.0))
+    assert digest_of(partial(push, 1.0)) != digest_of(partial(push, 2.0))
+    system = spun({"E": 1e9}).system
+    moved = [dataclasses.replace(system, signals=(lambda t, k=k: k * t,)) for k in (1.0, 1.0, 2.0)]
+    assert digest_of(moved[0]) == digest_of(moved[1]) != digest_of(moved[2])

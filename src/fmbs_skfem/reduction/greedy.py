@@ -22,18 +22,21 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, section 4, Algorithm 1, doi 10.10
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..core.errors import FmbsError, InputError, NoModel, NoRoom, say
 from . import kriging
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 
 WORTH = 0.01  #: smallest expected gain for which Kriging adds a sample [decades]
 ABOVE_FLOOR = 3.0  #: indicators up to this times those at full runs are truncation, whose floor itself follows the loads
@@ -84,9 +87,19 @@ class Iteration:
     failed: tuple[tuple[int, str], ...] = ()  #: all candidates known to have no full run, with the reason
 
     @property
+    def found(self) -> dict[int, float]:
+        """Indicators by sample."""
+        return dict(zip(self.samples, self.indicators, strict=True))
+
+    @property
+    def open(self) -> dict[int, float]:
+        """Indicators of the samples that have a full run or may have one."""
+        return {k: indicator for k, indicator in self.found.items() if k not in dict(self.failed)}
+
+    @property
     def largest(self) -> float:
         """Largest indicator of candidates that have a full run or may have one."""
-        return max((i for k, i in zip(self.samples, self.indicators, strict=True) if k not in dict(self.failed)), default=math.nan)
+        return max(self.open.values(), default=math.nan)
 
 
 @dataclass(frozen=True)
@@ -119,55 +132,60 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Problem:
-    """What stays the same from iteration to iteration."""
+    """What is run, and where: candidates (c,d) in the unit box, of which copies stand for the first of them.
 
-    evaluate: Callable[[int], float]
-    extend: Callable[[int], None]
-    candidates: Array  #: (c,d)
-    same: tuple[int, ...]  #: (c,) for every candidate the first one with its coordinates
-    samples: tuple[int, ...]  #: given, all different
-    first: int
-    options: Options
-    truncates: Callable[[], bool]
-    enough: Callable[[float], bool]
-
-
-def run(
-    evaluate: Callable[[int], float],
-    extend: Callable[[int], None],
-    candidates: ArrayLike,
-    samples: Sequence[int],
-    first: int,
-    options: Options | None = None,
-    done: Sequence[Iteration] = (),
-    keep: Callable[[Iteration], None] | None = None,
-    truncates: Callable[[], bool] = lambda: True,
-    name: Callable[[int], str] = "candidate {}".format,
-    enough: Callable[[float], bool] = lambda largest: False,
-) -> Outcome:
-    """Algorithm 1 over candidates (c,d) in the unit box.
-
-    `evaluate(i)` is the indicator of the present reduced model at candidate i, `extend(i)` makes the full run there and enlarges
-    the basis. `samples` are evaluated first in every iteration, `first` is the first full run. `keep` is given every complete
-    iteration (the last one again when later full runs fail). As `done` they continue an interrupted loop: nothing of them is run
-    again, the caller restores their basis. `truncates()` says whether the present basis leaves out anything of its full runs,
-    `name(i)` what candidate i is called; `enough(largest indicator)` ends the loop as the tolerance of the options does. NoModel
-    where every full run that is tried first fails; NoModel of `extend` and NoRoom, of a full disk, pass.
+    InputError for other candidates, and for samples or a first one that are none of them.
     """
-    problem = _problem(evaluate, extend, candidates, samples, first, options or Options(), truncates, enough)
+
+    evaluate: Callable[[int], float]  #: the indicator of the present reduced model at a candidate
+    extend: Callable[[int], None]  #: makes the full run at a candidate and enlarges the basis
+    candidates: Array  #: (c,d)
+    samples: tuple[int, ...]  #: candidates that are evaluated first in every iteration
+    first: int  #: candidate of the first full run
+    options: Options = Options()
+    keep: Callable[[Iteration], object] = lambda iteration: None  #: is given every complete iteration
+    truncates: Callable[[], bool] = lambda: True  #: whether the present basis leaves out anything of its full runs
+    name: Callable[[int], str] = "candidate {}".format  #: what a candidate is called
+    enough: Callable[[float], bool] = lambda largest: False  #: ends the loop at a largest indicator, as the tolerance does
+
+    def __post_init__(self) -> None:
+        where, x = "greedy.Problem", np.asarray(self.candidates, dtype=np.float64)
+        if x.ndim != 2 or x.size == 0 or not np.all((x >= 0.0) & (x <= 1.0)):
+            raise InputError(
+                say(where, "candidates as a matrix (c,d) in the unit box", f"shape {x.shape}", "use parameters.to_box")
+            )
+        if not self.samples:
+            raise InputError(say(where, "at least one sample", "none", "give the candidates to be evaluated first"))
+        for k in (self.first, *self.samples):
+            if not 0 <= k < len(x):
+                raise InputError(say(f"{where}: samples and first", f"candidates, 0 to {len(x) - 1}", k))
+
+    @functools.cached_property
+    def same(self) -> tuple[int, ...]:
+        """For every candidate (c,) the first one with its coordinates."""
+        _, original, copies = np.unique(self.candidates, axis=0, return_index=True, return_inverse=True)
+        return tuple(int(k) for k in original[copies.ravel()])
+
+
+def run(given: Problem, done: Sequence[Iteration] = ()) -> Outcome:
+    """Algorithm 1; iterations that are `done` continue an interrupted loop.
+
+    Nothing of them is run again, the caller restores their basis. The last iteration is kept again when later full runs fail.
+    NoModel where every full run that is tried first fails; NoModel of `extend` and NoRoom, of a full disk, pass.
+    """
+    problem = replace(given, samples=tuple(dict.fromkeys(given.same[k] for k in given.samples)), first=given.same[given.first])
     history = _checked(done, problem)
     while True:
         failed = history[-1].failed if history else ()
         following, stop = decide(history, problem)
-        while following is not None and (reason := _attempt(problem, following)) is not None:
-            failed = (*failed, (following, reason))
+        while following is not None and isinstance(error := _attempt(problem.extend, following), Exception):
+            failed = (*failed, (following, str(error) or type(error).__name__))
             following, stop = decide(history, problem, failed)
         if following is None:
-            return _finished(history, stop, failed, keep, name)
+            return _finished(problem, history, stop, failed)
         history = (*history, _iteration(problem, history, following, failed))
         history = (*history[:-1], replace(history[-1], next=decide(history, problem)[0]))
-        if keep:
-            keep(history[-1])
+        problem.keep(history[-1])
 
 
 def decide(
@@ -181,15 +199,14 @@ def decide(
     if not history:
         choice = _nearest(problem, lost)
         return choice, None if choice is not None else Stop.FAILED
-    last, used = history[-1], {iteration.point for iteration in history}
-    open_ = {k: i for k, i in zip(last.samples, last.indicators, strict=True) if k not in lost}
+    used = {iteration.point for iteration in history}
+    open_ = {k: i for k, i in history[-1].found.items() if k not in lost}
     if not open_:
         return None, Stop.FAILED
     largest = max(open_.values())
     if (options.tolerance is not None and largest <= options.tolerance) or problem.enough(largest):
         return None, Stop.TOLERANCE
-    worst = [k for k, i in open_.items() if i == largest]
-    fresh = [k for k in worst if k not in used]
+    fresh = [k for k, i in open_.items() if i == largest and k not in used]
     if not fresh:
         return None, Stop.REPEATED
     known = [i for k, i in open_.items() if k in used]
@@ -202,7 +219,7 @@ def decide(
 
 def _iteration(problem: Problem, history: Sequence[Iteration], point: int, failed: tuple[tuple[int, str], ...]) -> Iteration:
     """The inner loop, after the full run at `point`."""
-    options, used = problem.options, {point, *(iteration.point for iteration in history)}
+    options, used = problem.options, [*(iteration.point for iteration in history), point]
     closed = {*used, *dict(failed)}
     found = {k: _indicator(problem, k) for k in _samples(problem, closed)}
     surrogate = _surrogate(problem, found, closed)
@@ -212,8 +229,8 @@ def _iteration(problem: Problem, history: Sequence[Iteration], point: int, faile
             break
         found |= {k: _indicator(problem, k) for k in wanted}
         surrogate = _surrogate(problem, found, closed)
-    if history and not _unstable(found, closed):
-        found |= {k: _indicator(problem, k) for k in _floor(found, history, point)}
+    if history and not _unstable(found, closed) and max(found, key=lambda k: found[k]) not in used:
+        found |= {k: _indicator(problem, k) for k in used if k not in found}  # the floor: what more full runs can reach
     mean, std = kriging.predict(surrogate, problem.candidates)
     return Iteration(len(history) + 1, point, tuple(found), tuple(found.values()), mean, std, None, failed)
 
@@ -261,64 +278,42 @@ def _unstable(found: dict[int, float], closed: set[int]) -> bool:
     return any(math.isinf(i) for k, i in found.items() if k not in closed)
 
 
-def _floor(found: dict[int, float], history: Sequence[Iteration], point: int) -> list[int]:
-    """Full runs that are no samples, where the largest indicator is not at a full run: they tell what more of them can reach."""
-    used = [*(iteration.point for iteration in history), point]
-    worst = max(found, key=lambda k: found[k])
-    return [] if worst in used else [k for k in used if k not in found]
-
-
 def _indicator(problem: Problem, candidate: int) -> float:
     """The indicator, infinite where the reduced run fails."""
-    try:
-        value = float(problem.evaluate(candidate))
-    except ENDING:
-        raise
-    except FAILURES:
-        return math.inf
+    found = _attempt(problem.evaluate, candidate)
+    value = math.inf if isinstance(found, Exception) else float(found)
     if value < 0.0:
         raise InputError(say(f"indicator of candidate {candidate}", "a norm, not negative", value))
     return math.inf if math.isnan(value) else value
 
 
-def _attempt(problem: Problem, candidate: int) -> str | None:
-    """Make the full run; the reason when it fails."""
+def _attempt(function: Callable[[int], T], candidate: int) -> T | Exception:
+    """What a function gives at a candidate, or the error of a run that fails."""
     try:
-        problem.extend(candidate)
+        return function(candidate)
     except ENDING:
         raise
     except FAILURES as error:
-        return str(error) or type(error).__name__
-    return None
+        return error
 
 
-def _finished(
-    history: tuple[Iteration, ...],
-    stop: Stop | None,
-    failed: tuple[tuple[int, str], ...],
-    keep: Callable[[Iteration], None] | None,
-    name: Callable[[int], str],
-) -> Outcome:
+def _finished(problem: Problem, history: tuple[Iteration, ...], stop: Stop | None, failed: tuple[tuple[int, str], ...]) -> Outcome:
     """The outcome; full runs that failed since the last iteration are added to it."""
     if not history:
-        tried = "; ".join(f"{name(k)}: {reason.split(';')[0]}" for k, reason in failed)
+        tried = "; ".join(f"{problem.name(k)}: {reason.split(';')[0]}" for k, reason in failed)
         raise NoModel(say("training", "a first full run that succeeds", tried, "narrow the ranges of the parameters"))
     if failed != history[-1].failed:
         history = (*history[:-1], replace(history[-1], next=None, failed=failed))
-        if keep:
-            keep(history[-1])
+        problem.keep(history[-1])
     return Outcome(history, stop or Stop.FAILED)
 
 
 def _nearest(problem: Problem, lost: dict[int, str]) -> int | None:
     """The first candidate, or after failures the sample next to it."""
-    from scipy.spatial.distance import cdist
-
     choices = [k for k in (problem.first, *problem.samples) if k not in lost]
     if not choices:
         return None
-    away = cdist(problem.candidates[choices], problem.candidates[[problem.first]])[:, 0]
-    return choices[int(np.argmin(away))]
+    return choices[int(np.argmin(np.linalg.norm(problem.candidates[choices] - problem.candidates[problem.first], axis=1)))]
 
 
 def farthest(candidates: Array, choices: Sequence[int], used: Sequence[int]) -> int:
@@ -326,29 +321,6 @@ def farthest(candidates: Array, choices: Sequence[int], used: Sequence[int]) -> 
     from scipy.spatial.distance import cdist
 
     return choices[int(np.argmax(cdist(candidates[list(choices)], candidates[list(used)]).min(axis=1)))]
-
-
-def _problem(
-    evaluate: Callable[[int], float],
-    extend: Callable[[int], None],
-    candidates: ArrayLike,
-    samples: Sequence[int],
-    first: int,
-    options: Options,
-    *others: Callable[..., bool],
-) -> Problem:
-    """Candidates, samples and the first point, checked; copies of a candidate stand for the first of them."""
-    where, x = "greedy.run", np.asarray(candidates, dtype=np.float64)
-    if x.ndim != 2 or x.size == 0 or not np.all((x >= 0.0) & (x <= 1.0)):
-        raise InputError(say(where, "candidates as a matrix (c,d) in the unit box", f"shape {x.shape}", "use parameters.to_box"))
-    if not samples:
-        raise InputError(say(where, "at least one sample", "none", "give the candidates to be evaluated first"))
-    for name, k in (("first", first), *(("samples", k) for k in samples)):
-        if not 0 <= k < len(x):
-            raise InputError(say(f"{where}: {name}", f"a candidate, 0 to {len(x) - 1}", k))
-    _, original, copies = np.unique(x, axis=0, return_index=True, return_inverse=True)
-    same = tuple(int(k) for k in original[copies.ravel()])
-    return Problem(evaluate, extend, x, same, tuple(dict.fromkeys(same[k] for k in samples)), same[first], options, *others)
 
 
 def _checked(done: Sequence[Iteration], problem: Problem) -> tuple[Iteration, ...]:

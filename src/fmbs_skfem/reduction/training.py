@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from ..core import durable
-from ..core.errors import InputError, NoRoom, say
+from ..core.errors import InputError, say
 from ..dynamics.trajectory import Trajectory
 from . import calibration, error_budget, full_runs, greedy
 from . import parameters as boxes
@@ -30,7 +30,7 @@ from . import training_store as store
 from .calibration import NOTHING, Calibration, Prediction
 from .error_budget import Choice
 from .full_runs import FullRun, TrainingTask
-from .greedy import Iteration, Options, Outcome, Stop
+from .greedy import Iteration, Options, Outcome, Problem, Stop
 from .parameters import Search, search
 from .plan import Plan
 from .reduced_models import ReducedModel, make_model, with_polynomials
@@ -125,14 +125,9 @@ def train(
         raise InputError(say("train", "candidates of the parameters", "none", "make them with reduction.search"))
     options = options or Options()
     work = replace(begin(task, search, options, folder, tolerance), savable=savable)
-    try:
-        with durable.room(Path(folder or ""), ROOM):
-            done = resume(work) if work.folder else ()
-            outcome, last = loop(work, options, done, checks, progress)
-    except NoRoom:
-        raise
-    except OSError as problem:
-        raise InputError(say(str(work.folder), "a folder that can be written", problem, ROOM)) from problem
+    with durable.writing(Path(folder or ""), ROOM):
+        done = resume(work) if work.folder else ()
+        outcome, last = loop(work, options, done, checks, progress)
     found = replace(work.task, plan=work.fast.plan)
     pairs, seen = tuple(known_pairs(work)), tuple(unseen(work).values())
     known = (tuple(work.runs), tuple(work.models), work.choice, pairs, calibrate(pairs))
@@ -159,13 +154,8 @@ def begin(
     place = None
     if folder is not None:
         mark = store.fingerprint(task, search, replace(options, iterations=1), tolerance)
-        try:
-            with durable.room(Path(folder)):
-                place = store.open_folder(folder, mark)
-        except NoRoom:
-            raise
-        except OSError as problem:
-            raise InputError(say(str(folder), "a folder that can be written", problem)) from problem
+        with durable.writing(Path(folder)):
+            place = store.open_folder(folder, mark)
     if tolerance is not None:
         lowest = error_budget.first_eps(tolerance) * LOWER_EPS**LOWERINGS
         task = replace(task, plan=replace(task.plan, tolerance=lowest, modes=None))
@@ -176,7 +166,7 @@ def resume(work: TrainingState) -> tuple[Iteration, ...]:
     """Take over what the folder holds; its complete iterations."""
     assert work.folder is not None
     known = store.read(work.folder)
-    work.runs, work.points = list(known.runs), list(known.points)
+    work.runs, work.points = [stored.run for stored in known.runs], [stored.point for stored in known.runs]
     for number in range(1, len(work.runs) + 1):
         if (notes := store.notes_of(work.folder, number)) is None:
             break
@@ -228,19 +218,19 @@ def run_greedy(
             progress(min(1.0, (len(work.runs) - 1 + part) / options.iterations))
         return value
 
-    return greedy.run(
+    problem = Problem(
         indicator_at,
         functools.partial(extend, work),
         unit_box(work),
         work.search.samples,
         work.search.first,
         options,
-        done,
-        functools.partial(store.keep_iteration, work.folder) if work.folder else None,
-        functools.partial(truncates, work),
-        lambda point: boxes.text(work.task.parameters, values_at(work, point)),
-        functools.partial(small_enough, work),
+        keep=functools.partial(store.keep_iteration, work.folder) if work.folder else lambda iteration: None,
+        truncates=functools.partial(truncates, work),
+        name=lambda point: boxes.text(work.task.parameters, values_at(work, point)),
+        enough=functools.partial(small_enough, work),
     )
+    return greedy.run(problem, done)
 
 
 def small_enough(work: TrainingState, largest: float) -> bool:
@@ -252,7 +242,7 @@ def small_enough(work: TrainingState, largest: float) -> bool:
 
 def survey(work: TrainingState, last: Iteration, options: Options) -> Iteration:
     """The last iteration with as many samples as there may be: the candidates farthest from those that it has."""
-    known = dict(zip(last.samples, last.indicators, strict=True))
+    known = last.found
     closed = {*work.points, *dict(last.failed)}
     while len(known) < options.max_samples:
         choices = [k for k in range(len(work.search.candidates)) if k not in known and k not in closed]

@@ -16,14 +16,16 @@ digits, of plan, snapshots, candidates and options.
 from __future__ import annotations
 
 import contextlib
+import functools
 import hashlib
+import itertools
 import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +34,7 @@ from ..core.container import Kind
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.linalg import is_sparse
 from ..core.structs import Routine
+from ..systems.system import Signal, System
 from . import greedy, parametric_model
 from .error_budget import Choice
 from .full_runs import FullRun, TrainingTask
@@ -40,7 +43,6 @@ from .reduced_models import ReducedModel
 
 KIND = Kind("fmbs_skfem training", "a part of a training", 2, "delete the file; what it held is made again")
 TITLE = "training.json"
-T = TypeVar("T")
 DIGITS = 9  #: of numbers in a fingerprint
 TIMES = np.linspace(0.0, 1.0, 17)  #: where functions of time are sampled for a fingerprint [s]
 
@@ -66,11 +68,27 @@ class Notes:
 
 
 @dataclass(frozen=True)
+class StoredRun:
+    """A full run of a folder."""
+
+    run: FullRun
+    point: int  #: its candidate
+
+
+@dataclass(frozen=True)
+class FailedRun:
+    """A check that has failed."""
+
+    failed: str
+    reason: Reason
+    time: float  #: [s]
+
+
+@dataclass(frozen=True)
 class Stored:
     """What a folder holds."""
 
-    runs: tuple[FullRun, ...]
-    points: tuple[int, ...]  #: candidates of the runs
+    runs: tuple[StoredRun, ...]
     iterations: tuple[greedy.Iteration, ...]
     indicators: dict[int, float]  #: of the model of all runs
 
@@ -79,36 +97,51 @@ def open_folder(folder: Path | str, fingerprint: str) -> Path:
     """The folder, made where there is none; that of another training is refused."""
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)
-    title = place / TITLE
-    if title.is_file():
-        if read_text(title, dict[str, Any]).get("fingerprint") != fingerprint:
+    if (title := take(place / TITLE, dict[str, Any])) is not None:
+        if title.get("fingerprint") != fingerprint:
             remedy = "take an empty folder, or train with the family, plan, candidates and options of this one"
             raise InputError(say(str(place), "a folder of this training", "one of another training", remedy))
     elif any(place.glob("*-[0-9][0-9][0-9].*")):
         raise InputError(say(str(place), "an empty folder or one of this training", f"one without {TITLE}", "take an empty folder"))
     else:
-        write_text(title, {"fingerprint": fingerprint})
+        keep(place / TITLE, {"fingerprint": fingerprint})
     return place
+
+
+def keep(path: Path, content: Any) -> None:
+    """Store a struct or plain values, as the JSON text or the numbers that the name of the file says."""
+    tree = asdict(content) if is_dataclass(content) and not isinstance(content, type) else content
+    if path.suffix == ".json":
+        durable.write(path, json.dumps(tree, indent=2).encode() + b"\n")
+    else:
+        container.write(path, KIND, tree=tree)
+
+
+def take(path: Path, kind: Any) -> Any:
+    """What `keep` has stored, as a type; None where there is no file."""
+    if not path.is_file():
+        return None
+    with container.reading(path, KIND):
+        tree = json.loads(path.read_bytes()) if path.suffix == ".json" else container.read(path, KIND, tree=dict)["tree"]
+        return validation.build(kind, tree, "content")
+
+
+def numbered(folder: Path, kind: Any, name: str) -> tuple[Any, ...]:
+    """The structs of the files with this name, from number 1 to the first that is not there."""
+    each = (take(folder / f"{name}-{number:03d}.h5", kind) for number in itertools.count(1))
+    return tuple(itertools.takewhile(lambda found: found is not None, each))
 
 
 def read(folder: Path) -> Stored:
     """All that is complete in a folder, less the models."""
-    runs, points = list[FullRun](), list[int]()
-    while (path := folder / f"run-{len(runs) + 1:03d}.h5").is_file():
-        tree = read_tree(path)
-        runs.append(run_of(path, tree["run"]))
-        points.append(tree["point"])
-    iterations: list[greedy.Iteration] = []
-    while (path := folder / f"iteration-{len(iterations) + 1:03d}.h5").is_file():
-        iterations.append(build(path, greedy.Iteration, read_tree(path)))
-    path = folder / f"indicators-{len(runs):03d}.json"
-    known = read_text(path, list[tuple[int, float]]) if path.is_file() else []
-    return Stored(tuple(runs), tuple(points), tuple(iterations), dict(known))
+    runs = numbered(folder, StoredRun, "run")
+    known = take(folder / f"indicators-{len(runs):03d}.json", list[tuple[int, float]])
+    return Stored(runs, numbered(folder, greedy.Iteration, "iteration"), dict(known or ()))
 
 
 def keep_run(folder: Path, number: int, run: FullRun, point: int) -> None:
     """Store a full run, from 1."""
-    write_tree(folder / f"run-{number:03d}.h5", {"run": asdict(run), "point": point})
+    keep(folder / f"run-{number:03d}.h5", StoredRun(run, point))
 
 
 def keep_model(folder: Path, number: int, model: ReducedModel, notes: Notes) -> None:
@@ -118,13 +151,13 @@ def keep_model(folder: Path, number: int, model: ReducedModel, notes: Notes) -> 
     path.unlink(missing_ok=True)
     with contextlib.suppress(InputError):
         parametric_model.save(ParametricModel(model.parametric, {"model": parts}), path)
-    write_text(folder / f"notes-{number:03d}.json", asdict(notes))
+    keep(folder / f"notes-{number:03d}.json", notes)
 
 
 def notes_of(folder: Path, number: int) -> Notes | None:
     """What was known when the model of the first `number` runs was made; None where it was not."""
-    path = folder / f"notes-{number:03d}.json"
-    return read_text(path, Notes) if path.is_file() else None
+    found: Notes | None = take(folder / f"notes-{number:03d}.json", Notes)
+    return found
 
 
 def read_model(folder: Path, number: int) -> ReducedModel | None:
@@ -144,31 +177,34 @@ def forget(folder: Path, number: int) -> None:
 
 def keep_indicators(folder: Path, number: int, indicators: Mapping[int, float]) -> None:
     """Store the indicators of the model of the first `number` runs."""
-    write_text(folder / f"indicators-{number:03d}.json", list(indicators.items()))
+    keep(folder / f"indicators-{number:03d}.json", list(indicators.items()))
 
 
 def keep_iteration(folder: Path, iteration: greedy.Iteration) -> None:
     """Store a complete iteration."""
-    write_tree(folder / f"iteration-{iteration.number:03d}.h5", asdict(iteration))
+    keep(folder / f"iteration-{iteration.number:03d}.h5", iteration)
 
 
 def read_or_make(path: Path, make: Callable[[], FullRun]) -> FullRun:
     """The full run of a file, or one that is made and kept there; one that has failed fails again without being run."""
-    if path.is_file():
-        return run_of(path, read_tree(path))
+    known: FullRun | FailedRun | None = take(path, FullRun | FailedRun)
+    if isinstance(known, FailedRun):
+        raise SolverError(known.failed, known.reason, known.time)
+    if known is not None:
+        return known
     try:
         run = make()
     except SolverError as error:
-        write_tree(path, {"failed": str(error), "reason": error.reason.value, "time": error.time})
+        keep(path, {"failed": str(error), "reason": error.reason.value, "time": error.time})
         raise
-    write_tree(path, asdict(run))
+    keep(path, run)
     return run
 
 
 def read_checks(folder: Path) -> dict[int, FullRun]:
     """The checks that have succeeded, by candidate."""
-    found = ((path, read_tree(path)) for path in sorted(folder.glob("check-*.h5")))
-    return {int(path.stem.split("-")[1]): run_of(path, tree) for path, tree in found if "failed" not in tree}
+    found = {int(path.stem.split("-")[1]): take(path, FullRun | FailedRun) for path in sorted(folder.glob("check-*.h5"))}
+    return {point: run for point, run in found.items() if isinstance(run, FullRun)}
 
 
 def check_file(folder: Path, point: int) -> Path:
@@ -176,53 +212,15 @@ def check_file(folder: Path, point: int) -> Path:
     return folder / f"check-{point:05d}.h5"
 
 
-def run_of(path: Path, tree: dict[str, Any]) -> FullRun:
-    """The full run in the contents of a file; SolverError where it has failed."""
-    if "failed" in tree:
-        raise SolverError(tree["failed"], Reason(tree["reason"]), tree["time"])
-    return build(path, FullRun, tree)
-
-
-def write_tree(path: Path, tree: dict[str, Any]) -> None:
-    """Write numbers, texts, arrays, tuples, lists and dicts to a file."""
-    container.write(path, KIND, tree=tree)
-
-
-def read_tree(path: Path) -> dict[str, Any]:
-    """What `write_tree` has written."""
-    return container.read(path, KIND, tree=dict)["tree"]
-
-
-def write_text(path: Path, content: Any) -> None:
-    """Write plain values as JSON."""
-    durable.write(path, json.dumps(content, indent=2).encode() + b"\n")
-
-
-def read_text(path: Path, kind: Any) -> Any:
-    """What `write_text` has written, as a type."""
-    with container.reading(path, KIND):
-        return validation.build(kind, json.loads(path.read_bytes()), "content")
-
-
-def build(path: Path, kind: type[T], tree: dict[str, Any]) -> T:
-    """The struct of a type in the contents of a file."""
-    with container.reading(path, KIND):
-        return validation.build(kind, tree, "tree")
-
-
 def fingerprint(task: TrainingTask, *others: Any) -> str:
     """What a training is, as a text: the family at both corners of the box, parameters, plan and snapshots, and `others`."""
-    corners = [{p.name: end for p, end in zip(task.parameters, ends, strict=True)} for ends in corner_values(task)]
+    corners = [{p.name: end(p) for p in task.parameters} for end in (lambda p: p.low, lambda p: p.high)]
     digest = hashlib.sha256()
     measure = () if task.measure is None else (task.measure,)
     families = (task.family(corner) for corner in corners)
     for value in (*families, task.parameters, task.plan, task.interval, *measure, *others):
         add_to_digest(value, digest)
     return digest.hexdigest()
-
-
-def corner_values(task: TrainingTask) -> tuple[list[float], list[float]]:
-    return [p.low for p in task.parameters], [p.high for p in task.parameters]
 
 
 def add_to_digest(value: Any, digest: Any) -> None:
@@ -235,12 +233,17 @@ def add_to_digest(value: Any, digest: Any) -> None:
         value = f"{type(value).__name__}.{value.name}"
     if isinstance(value, Routine):
         value = value.__name__
+    if isinstance(value, functools.partial):
+        value = [value.func, value.args, value.keywords]
     if "__reduce__" in vars(type(value)):  # laws, which are known by their names
         value = [type(value).__name__, *value.__reduce__()[1]]
     if isinstance(value, float | np.floating):
         return digest.update(f"{value:.{DIGITS}g};".encode())
     if is_dataclass(value):
-        value = {"type": type(value).__name__} | {field.name: getattr(value, field.name) for field in fields(value)}
+        parts = {field.name: getattr(value, field.name) for field in fields(value)}
+        if isinstance(value, System):
+            parts["signals"] = tuple(one if is_dataclass(one) else sample(one) for one in value.signals)
+        value = {"type": type(value).__name__} | parts
     if isinstance(value, Mapping):
         value = [item for pair in value.items() for item in pair]
     if isinstance(value, list | tuple):
@@ -249,8 +252,21 @@ def add_to_digest(value: Any, digest: Any) -> None:
             add_to_digest(item, digest)
         return None
     if callable(value):
-        return add_to_digest(np.broadcast_to(np.asarray(value(TIMES), dtype=float), TIMES.shape), digest)
+        return add_to_digest(describe_function(value), digest)
     return digest.update(f"{value!r};".encode())
+
+
+def sample(signal: Signal) -> np.ndarray:
+    """A function of time by its values (s,)."""
+    return np.broadcast_to(np.asarray(signal(TIMES), dtype=float), TIMES.shape)
+
+
+def describe_function(value: Any) -> list[Any]:
+    """A function by its name and the values that it has taken along; other objects by their type and attributes."""
+    if not hasattr(value, "__qualname__"):
+        return [type(value).__qualname__, vars(value)]
+    cells = getattr(value, "__closure__", None) or ()
+    return [f"{value.__module__}.{value.__qualname__}", *(cell.cell_contents for cell in cells)]
 
 
 def summarise_array(array: np.ndarray) -> str:

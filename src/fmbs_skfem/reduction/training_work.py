@@ -201,9 +201,8 @@ def check(work: TrainingState, last: greedy.Iteration, count: int) -> None:
     The first one is where the indicator is largest, others are as far as possible from all full runs; a point at which a run
     fails is followed by the next one.
     """
-    lost, known = dict(last.failed), dict(zip(last.samples, last.indicators, strict=True))
-    used = [*work.points, *work.checks]
-    choices = [k for k, value in known.items() if k not in lost and k not in used and math.isfinite(value)]
+    known, used = last.open, [*work.points, *work.checks]
+    choices = [k for k, value in known.items() if k not in used and math.isfinite(value)]
     while choices and len(unseen(work)) < count:
         point = greedy.farthest(unit_box(work), choices, used) if work.checks else max(choices, key=lambda k: known[k])
         choices.remove(point)
