@@ -143,12 +143,15 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
 
 def lifted(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Body coordinates, velocities and accelerations of a trajectory, (s, q) each."""
+    lift = trajectory.system.lift.matrix
+    v, a = (np.asarray(lift @ part.T).T for part in (trajectory.v, trajectory.a))
+    return body_coordinates(trajectory), v, a
+
+
+def body_coordinates(trajectory: Trajectory) -> np.ndarray:
+    """Body coordinates of a trajectory, (s, q)."""
     lift = trajectory.system.lift
-    return (
-        np.asarray(lift.matrix @ trajectory.x.T).T + lift.offset,
-        np.asarray(lift.matrix @ trajectory.v.T).T,
-        np.asarray(lift.matrix @ trajectory.a.T).T,
-    )
+    return np.asarray(lift.matrix @ trajectory.x.T).T + lift.offset
 
 
 def outputs(trajectory: Trajectory) -> dict[str, np.ndarray]:

@@ -138,6 +138,7 @@ class Reference:
 
     raw: System  #: with all multipliers
     full: Trajectory
+    outputs: Mapping[str, np.ndarray]  #: columns (s,) of the full run
     step: float  #: [s]
     kept: np.ndarray  #: numbers of the steps that are stored
     repeat: int  #: runs of which the fastest counts
@@ -160,7 +161,7 @@ def run(
     sharp = replace(own, newton=newton_for(own.newton, min((task.plan.tolerance, *options.tolerances))))
     cases.run(replace(own, duration=2 * h))  # compiles, so that no run is charged for it
     full = run_fastest(sharp, kept, options.repeat if sharp == own else 1)
-    reference = Reference(raw.system, full, h, kept, options.repeat)
+    reference = Reference(raw.system, full, output_errors.columns(full), h, kept, options.repeat)
     fine = run_other_steps(own, kept, options.steps, options.order, options.expensive)
     jobs = [*reduced_jobs(task, options, full_runs.run_of_motion(task, full)), *competitors(task, own, options, coarse or {}, fine)]
     records, motions, found, models = [], {}, {}, {}
@@ -175,7 +176,7 @@ def run(
             progress((number + 1) / (len(jobs) + 1))
     own_run = full if sharp == own else run_fastest(own, kept, options.repeat)
     job = ModelJob(ModelRecord("full", "full", step=h), lambda: Model(own), own_run)
-    itself = evaluate(job, replace(reference, full=own_run))[0]
+    itself = evaluate(job, replace(reference, full=own_run, outputs=output_errors.columns(own_run)))[0]
     shown = tuple(add_ratios([itself, *records], full.statistics.cpu_s))
     return Comparison(shown, full, motions, found, models, step_error(full, fine, h))
 
@@ -276,7 +277,7 @@ def evaluate(job: ModelJob, reference: Reference) -> tuple[ModelRecord, Model | 
     record = add_sizes(replace(record, newton=case.newton.tolerance), model, reference.raw)
     try:
         motion = job.ready or run_fastest(case, common_steps(case.scheme.step, reference.step, reference.kept), reference.repeat)
-        errors, outputs = compare(full, motion), output_errors.compare(full, motion)
+        errors, outputs = compare(full, motion), output_errors.compare(full, motion, reference.outputs)
     except FmbsError as error:
         return replace(record, status=str(error)), model, None, None
     cost, parts = motion.statistics, costs.shares(motion, case.scheme)

@@ -29,7 +29,7 @@ from ..systems import evaluation, terms
 from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.system import Elastic, System
 
-BURST = 0.005  #: CPU time of one measurement [s]
+BURST = 0.001  #: CPU time of one measurement [s]
 STEP = 1e-3  #: of measurements that do not depend on it [s]
 GATHER, PRODUCT = 3, 4  #: pieces of the time step: places in `terms.Routines`
 FORCE, TANGENT, FACTOR, SOLUTION = range(10, 14)  #: other pieces

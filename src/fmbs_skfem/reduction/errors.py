@@ -21,11 +21,13 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import qr
 from scipy.sparse import csr_array
 
+from ..core import ranks
 from ..core.errors import InputError, say
 from ..core.linalg import is_identity
-from ..dynamics.outputs import distances, lifted, positions, residual_samples
+from ..dynamics.outputs import body_coordinates, distances, lifted, positions, residual_samples
 from ..dynamics.scheme import GeneralizedAlpha
 from ..dynamics.trajectory import Trajectory
 from ..systems import compiled
@@ -45,7 +47,6 @@ class Errors:
     times: np.ndarray  #: (s,)
     distance: np.ndarray  #: (s,) root mean square over the mass [m]
     motion: np.ndarray  #: (s,) the same of the displacement from the start [m]
-    deformation: float  #: largest of a body over time, without its rigid motion [m]; NaN along centre lines
     relative: np.ndarray  #: (s,), eq. (53) of all coordinates
     position: np.ndarray  #: (s,) largest distance of centre lines and middle surfaces [m]
     coordinates_mean: float  #: eq. (48)
@@ -106,19 +107,18 @@ def compare(full: Trajectory, other: Trajectory) -> Errors:
     i, j = common_times(full.times, other.times)
     if len(i) < 2:
         raise InputError(say("errors.compare", "two trajectories with common times", f"{len(i)} common times"))
-    q, p, system = lifted(full)[0][i], lifted(other)[0][j], full.system
+    q, p, system = body_coordinates(full)[i], body_coordinates(other)[j], full.system
     position, times = distances(system, q, other.system, p), full.times[i]
     start = system.lift(system.x0)
     if q.shape == p.shape:
         raw = with_mass(system, other.system, q.shape[1])
         distance, motion = (sizes(raw, u) if raw else plain_sizes(system, u) for u in (q - p, q - start))
-        deformed = largest_deformation(raw, q) if raw else math.nan
     else:
-        q, p, start, deformed = *(all_positions(*one) for one in ((system, q), (other.system, p), (system, start[None]))), math.nan
+        q, p, start = (all_positions(*one) for one in ((system, q), (other.system, p), (system, start[None])))
         distance, motion = (line_sizes(apart, system.dim) for apart in (q - p, q - start))
     apart, size = np.linalg.norm(q - p, axis=1), np.linalg.norm(q, axis=1)
     mean = float(np.trapezoid(apart, times) / np.trapezoid(size, times))
-    return Errors(times, distance, motion, deformed, apart / size, position, mean)
+    return Errors(times, distance, motion, apart / size, position, mean)
 
 
 def with_mass(one: System, other: System, size: int) -> System | None:
@@ -143,16 +143,12 @@ def line_sizes(displacements: np.ndarray, dim: int) -> np.ndarray:
     return np.sqrt(dim * np.mean(displacements**2, axis=1))
 
 
-def largest_deformation(system: System, q: np.ndarray) -> float:
-    """Largest deformation of a body over states q (s, q), root mean square over its mass [m]; `system` is a full one."""
-    flexible = {elastic.name for elastic in system.elastic}
-    return max((float(deformation(system, q, span).max()) for span in system.coordinates if span[0] in flexible), default=0.0)
-
-
 def deformation(system: System, q: np.ndarray, span: tuple[str, int, int]) -> np.ndarray:
-    """Deformation (s,) [m] of a body over states q (s, q): what its best rigid motion leaves of its displacement.
+    """Deformation (s,) [m] of a body of a full system over states q (s, q): what its best rigid motion leaves of its displacement.
 
     min_{R, t} |q - (R q0 + 1 t)|_M,      R the rotation nearest to  sum (q - mean)^T M (q0 - mean)
+
+    `span` is the entry of the body in `system.coordinates`.
     """
     _, first, last = span
     d = system.dim
@@ -210,18 +206,24 @@ def residual_norms(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -
     R [force per unknown] is the residual of (2), c = h^2 beta of the `scheme`. Of the unknown forces of dropped constraints those
     that make R smallest are taken, by least squares.
     """
-    model, c = compile_system(full), scaling(scheme)
-    R = full_residual(model, motion)
+    c, R = scaling(scheme), full_residual(compile_system(full), motion)
     names = motion.system.constraints.names
     dropped = np.array([k for k, name in enumerate(full.constraints.names) if name not in names], dtype=np.int64)
-    constraint, q = np.zeros(len(R)), lifted(motion)[0]
-    for s, t in enumerate(motion.times if len(dropped) else []):
-        J = compiled.gap(model, q[s], t)[1][dropped]
-        used = np.flatnonzero(np.abs(J).max(axis=0))
-        unknown = np.linalg.lstsq(J[:, used].T, -R[s, used], rcond=None)[0]
-        constraint[s] = np.linalg.norm(J.T @ unknown)
+    constraint = unknown_forces(full, motion, R, dropped)
     gappy = c * np.linalg.norm(R * mask(full, motion.system), axis=1)
     return Norms(motion.times, c * np.linalg.norm(R, axis=1), c * constraint, gappy, float(np.trapezoid(gappy, motion.times)))
+
+
+def unknown_forces(full: System, motion: Trajectory, R: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Norms (s,) of the projections of residuals R (s, q) of a full system on the forces of some constraints, its `rows`."""
+    model, q, found = compile_system(full), body_coordinates(motion), np.zeros(len(R))
+    step = len(R) if is_linear(full.constraints)[rows].all() else 1  # directions of linear constraints are the same in all states
+    for first in range(0, len(R) if len(rows) else 0, step):
+        J, some = compiled.gap(model, q[first], motion.times[first])[1][rows], slice(first, first + step)
+        used = np.flatnonzero(np.abs(J).max(axis=0))
+        independent = J[np.ix_(ranks.independent_rows(J), used)]
+        found[some] = np.linalg.norm(R[some, used] @ qr(independent.T, mode="economic")[0], axis=1)
+    return found
 
 
 def indicator(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -> float:

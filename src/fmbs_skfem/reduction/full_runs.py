@@ -20,7 +20,7 @@ import numpy as np
 
 from ..core.errors import InputError, SolverError, say
 from ..core.notices import notify
-from ..dynamics.outputs import lifted
+from ..dynamics.outputs import body_coordinates
 from ..dynamics.trajectory import Trajectory
 from ..systems.assembly import eliminate
 from ..systems.system import System, sizes
@@ -104,7 +104,7 @@ def run_case(task: TrainingTask, case: Case, sharp: bool = True) -> Trajectory:
 
 def keep_factors(task: TrainingTask, values: Mapping[str, float], raw: System, motion: Trajectory) -> FullRun:
     """What is kept of a motion of the full system `raw`, stored at the snapshots."""
-    q = lifted(motion)[0]
+    q = body_coordinates(motion)
     if not task.parameters:
         return FullRun(dict(values), motion.times, {}, motion.statistics.cpu_s, output_errors.columns(motion), q)
     found = {name: factorise(task.plan, raw, q, members) for name, members in task.plan.components.items()}
@@ -158,7 +158,7 @@ def error(task: TrainingTask, raw: System, run: FullRun, motion: Trajectory) -> 
     for first in range(0, len(run.times), block):
         samples = slice(first, first + block)
         q = states(task, raw, run, samples)
-        apart.append(sizes(raw, q - lifted(part(motion, samples))[0]))
+        apart.append(sizes(raw, q - body_coordinates(part(motion, samples))))
         size.append(sizes(raw, q - raw.lift(raw.x0)))
     return mean_error(run.times, np.concatenate(apart), np.concatenate(size))
 

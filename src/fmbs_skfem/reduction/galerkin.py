@@ -24,7 +24,7 @@ from scipy.sparse import csr_array
 from ..core import ranks
 from ..core.errors import InputError, say
 from ..core.linalg import as_dense
-from ..dynamics.outputs import lifted
+from ..dynamics.outputs import body_coordinates
 from ..dynamics.trajectory import Trajectory
 from ..systems import compiled
 from ..systems.compiled import compile_system
@@ -64,7 +64,7 @@ def snapshots(trajectory: Trajectory, interval: float | np.ndarray | None = None
         picked = np.arange(0, len(times), stride)
         picked = picked[np.abs(times[picked] - interval * np.arange(len(picked))) <= 1e-3 * step]  # the last state may stand closer
     part = replace(trajectory, times=times[picked], x=trajectory.x[picked], v=trajectory.v[picked], a=trajectory.a[picked])
-    return Snapshots(part.times, lifted(part)[0])
+    return Snapshots(part.times, body_coordinates(part))
 
 
 def find_places(times: np.ndarray, wanted: np.ndarray) -> np.ndarray:

@@ -41,12 +41,16 @@ class OutputError:
     relative: float  #: error over the range that counts; NaN where the output stands still
 
 
-def compare(reference: Trajectory, other: Trajectory) -> dict[str, OutputError]:
-    """Errors of the outputs of `other` against `reference` by column, at the times that both have stored."""
+def compare(reference: Trajectory, other: Trajectory, known: Mapping[str, np.ndarray] | None = None) -> dict[str, OutputError]:
+    """Errors of the outputs of `other` against `reference` by column, at the times that both have stored.
+
+    `known` are the columns (s,) of the reference, where they are at hand.
+    """
     i, j = common_times(reference.times, other.times)
     if len(i) < 2:
         raise InputError(say("output_errors.compare", "two trajectories with common times", f"{len(i)} common times"))
-    mine, others = ({name: values[k] for name, values in columns(run).items()} for run, k in ((reference, i), (other, j)))
+    mine, others = columns(reference) if known is None else known, columns(other)
+    mine, others = ({name: values[k] for name, values in found.items()} for found, k in ((mine, i), (others, j)))
     return between(mine, others, reference.system.outputs)
 
 

@@ -121,7 +121,7 @@ def overlay(job: PictureJob, arrays: Arrays) -> list[Pixels]:
     if job.bodies:
         texts += _marks(camera, arrays, len(job.bodies), marks(job, arrays["times"]), height)
     image = decor.letter(image, texts + decor.axis_texts(camera, box, job.planar, height))
-    return [_beside(image, job, width)]
+    return _beside([image], job, width)
 
 
 def _marks(camera: Camera, arrays: Arrays, bodies: int, words: list[str], height: int) -> list[Text]:
@@ -181,14 +181,14 @@ def multiples(job: PictureJob, arrays: Arrays) -> list[Pixels]:
         canvas[top : top + size[1], left : left + size[0]] = image
     if job.title:
         canvas = decor.letter(canvas, [Text(job.title, (height, title / 2), "lm", round(1.2 * letters(job)), "#000000")])
-    return [_beside(canvas, job, width)]
+    return _beside([canvas], job, width)
 
 
 def animation(job: PictureJob, arrays: Arrays) -> list[Pixels]:
     """One picture an instant, the time written on it."""
     width, height = strip_width(job), letters(job)
     images = _instants(job, arrays, (job.size[0] - width, job.size[1]), height, job.title)
-    return [_beside(image, job, width) for image in images]
+    return _beside(images, job, width)
 
 
 def _instants(job: PictureJob, arrays: Arrays, size: tuple[int, int], height: int, title: str = "") -> list[Pixels]:
@@ -203,8 +203,12 @@ def _instants(job: PictureJob, arrays: Arrays, size: tuple[int, int], height: in
     return images
 
 
-def _beside(image: Pixels, job: PictureJob, width: int) -> Pixels:
-    return np.concatenate([image, decor.strip(job, width, len(image))], axis=1) if width else image
+def _beside(images: list[Pixels], job: PictureJob, width: int) -> list[Pixels]:
+    """Pictures of one size with the key beside each."""
+    if not width:
+        return images
+    key = decor.strip(job, width, len(images[0]))
+    return [np.concatenate([image, key], axis=1) for image in images]
 
 
 LAYOUTS = {"overlay": overlay, "multiples": multiples, "animation": animation}

@@ -168,8 +168,8 @@ def in_scene(system: System, q: np.ndarray) -> np.ndarray:
 
 def sizes(system: System, displacements: np.ndarray) -> np.ndarray:
     """Root mean squares (s,) [m] of displacements (s, n) of the unknowns, sqrt(u^T W u / w)."""
-    u = np.atleast_2d(displacements)
-    return np.sqrt(np.maximum(np.einsum("sn,ns->s", u, np.asarray(system.metric @ u.T)), 0.0) / system.weight)
+    u = np.ascontiguousarray(np.atleast_2d(displacements).T)
+    return np.sqrt(np.maximum(np.einsum("ns,ns->s", u, np.asarray(system.metric @ u)), 0.0) / system.weight)
 
 
 def is_linear(constraints: Constraints) -> np.ndarray:
