@@ -39,7 +39,10 @@ def work_done(times: np.ndarray, power: np.ndarray) -> np.ndarray:
 
 
 def survey_of(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
-    """Kinetic, strain and potential energy (s, 3) [J], and the power (s,) [W] of loads, drives and damping."""
+    """Kinetic energy, that of strains and springs, potential one (s, 3) [J], and the power (s,) [W] of the rest.
+
+    That is: of drives and damping, and of loads without a potential.
+    """
     system, times = trajectory.system, trajectory.times
     delta = DELTA * max(float(times[-1]), 1e-12)
     span = np.maximum(times - delta, 0.0), times + delta
@@ -141,6 +144,12 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     return {name: known.get(name, none) for name in full.constraints.names}
 
 
+def pushes(trajectory: Trajectory) -> np.ndarray:
+    """Forces (s, j) on the probe rows y of the system, those of loads alone: power F . y'."""
+    motion = trajectory.times, trajectory.x, trajectory.v, trajectory.a
+    return on_samples(evaluation.pushes, compile_system(trajectory.system), len(trajectory.system.probes.offset), *motion)
+
+
 def lifted(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Body coordinates, velocities and accelerations of a trajectory, (s, q) each."""
     lift = trajectory.system.lift.matrix
@@ -162,7 +171,7 @@ def outputs(trajectory: Trajectory) -> dict[str, np.ndarray]:
     require_distinct_columns(trajectory.system.outputs)
     for name, output in trajectory.system.outputs.items():
         rows = list(output.rows)
-        whole = partial(energies, trajectory), partial(reactions, trajectory)
+        whole = partial(energies, trajectory), partial(reactions, trajectory), partial(pushes, trajectory)
         sensed = Sensed(name, trajectory.system.dim, trajectory.times, y[:, rows], rate[:, rows], change[:, rows], *whole)
         values = list(kind_of(output).evaluate(output, sensed))
         if len(values) != len(output.columns):

@@ -20,10 +20,12 @@ from ..bodies.fields import recover
 from ..dynamics import Trajectory
 from ..dynamics.outputs import centre_lines, skins
 from ..systems import System
+from ..systems.constraint_functions import LINKS
 from ..systems.system import Skin, in_scene
 from . import frames as frames_
 from .frames import Frames, Kind, Lines, Skins
 
+WINDINGS, WIDTH = 5, 0.05  #: of springs in pictures, and half their width over the length
 #: kind of a marker of the system -> what is drawn
 KINDS = {
     "pin": Kind.PIN,
@@ -45,7 +47,8 @@ def frames(trajectory: Trajectory, rows: np.ndarray | None = None, wanted: Colle
     shown, masses = line_bodies(trajectory, rows, wanted)
     bodies: dict[str, Lines | Skins] = {**shown, **skin_bodies(trajectory, rows, wanted)}
     order = [name for name, _, _ in system.coordinates if name in bodies]
-    return Frames(trajectory.times[rows], {name: bodies[name] for name in order}, {**joints(system, x), **masses})
+    found = {name: bodies[name] for name in order} | links(system, x, {name for name, _, _ in system.coordinates})
+    return Frames(trajectory.times[rows], found, {**joints(system, x), **masses})
 
 
 def expand(system: System, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -154,10 +157,37 @@ def joints(system: System, x: np.ndarray) -> dict[str, tuple[str, np.ndarray]]:
     y = np.asarray(system.sensors.matrix @ x.T).T + system.sensors.offset
     found: dict[str, tuple[str, np.ndarray]] = {}
     for name, kind, rows in system.markers:
+        if kind in LINKS:
+            continue
         for number in range(len(rows) // system.dim):
             own = list(rows[number * system.dim : (number + 1) * system.dim])
             found[name if number == 0 else f"{name} {number + 1}"] = (shown(system, name, kind), spatial(y[:, own]))
     return found
+
+
+def links(system: System, x: np.ndarray, taken: Collection[str]) -> dict[str, Lines]:
+    """Springs as zigzags, ropes and stops as straight lines between their places; `load NAME` where a body has that name."""
+    y = np.asarray(system.sensors.matrix @ np.vstack([x, system.x0]).T).T + system.sensors.offset
+    found = {}
+    for name, kind, rows in system.markers:
+        if kind in LINKS:
+            a, b = np.split(spatial(y[:, list(rows)].reshape(len(y), 2, -1)), 2, axis=1)
+            points = zigzag(a, b, kind == "spring")
+            found[f"load {name}" if name in taken else name] = Lines(points[:-1], {}, 0.0, points[-1])
+    return found
+
+
+def zigzag(a: np.ndarray, b: np.ndarray, bent: bool) -> np.ndarray:
+    """Points (s, x, 3) of a line from a to b (s, 1, 3), bent sideways where it is a spring."""
+    part = np.concatenate([[0.0], np.linspace(0.2, 0.8, 2 * WINDINGS + 1), [1.0]])
+    side = np.where((part > 0.2) & (part < 0.8), np.where(np.arange(len(part)) % 2, -1.0, 1.0), 0.0) * bent
+    apart = b - a
+    flat = np.stack([-apart[..., 1], apart[..., 0], 0.0 * apart[..., 2]], axis=-1)
+    upright = np.linalg.norm(flat, axis=-1, keepdims=True) <= 1e-9 * np.linalg.norm(apart, axis=-1, keepdims=True)
+    size = np.linalg.norm(apart[-1])  # of the last one, the reference
+    flat = np.where(upright, [1.0, 0.0, 0.0], flat)
+    across = flat / np.linalg.norm(flat, axis=-1, keepdims=True)
+    return np.asarray(a + part[None, :, None] * apart + WIDTH * size * side[None, :, None] * across)
 
 
 def shown(system: System, name: str, kind: str) -> str:

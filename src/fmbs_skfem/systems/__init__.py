@@ -1,6 +1,6 @@
 """Systems of bodies, joints, loads and probes."""
 
-from . import fields, joints, loads, probes
+from . import fields, gauges, joints, loads, probes, springs
 from .assembly import Motion, Rayleigh, assemble, eliminate
 from .checks import check_force, check_joint, check_system
 from .compiled import Compiled, compile_system
@@ -12,7 +12,9 @@ __all__ = [
     "fields",
     "joints",
     "loads",
+    "springs",
     "probes",
+    "gauges",
     "Rayleigh",
     "Motion",
     "System",

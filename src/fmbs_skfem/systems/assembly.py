@@ -117,7 +117,7 @@ def assemble(
             forces=joined(forces.terms),
         ),
         signals=tuple(draft.signals),
-        sensors=replace(sensors, offset=sensors.offset + sensors.matrix @ np.kron(unit, layout.origin)),
+        sensors=replace(sensors, offset=sensors.offset + sensors.matrix @ layout.shift),
         outputs=sensed,
         lines=tuple(picture_line(part, layout) for part in shown if not isinstance(part.space, Surface)),
         skins=tuple(picture_skin(part, layout) for part in shown if isinstance(part.space, Surface)),

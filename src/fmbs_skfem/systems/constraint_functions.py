@@ -29,6 +29,7 @@ Term: TypeAlias = tuple[float, int, int, int]  #: coefficient, signal, i, j
 End: TypeAlias = At | Ground | None  #: None and fixed points belong to the ground
 ALONG = 1e-9  #: sine of an angle that counts as zero
 CLOSE, FINE = 1e-6, 1e-9  #: gaps, relative to the size of the bodies, that joints close: with a notice, without one
+LINKS = ("spring", "line")  #: markers that are drawn from one place to the other
 ROUND = 64 * float(np.finfo(np.float64).eps)  #: of the coordinates, in gaps
 
 
@@ -64,7 +65,11 @@ def mark(joint: Any, draft: Draft, kind: str, *ends: End) -> None:
     for end in ends:
         if isinstance(end, At):
             first = draft.sensors.add(draft.layout.read(where(joint), end))
-            rows += range(first, first + draft.layout.dim)
+        elif end is not None and kind in LINKS:
+            first = draft.sensors.add(csr_array((draft.layout.dim, draft.layout.size)), np.asarray(end, float))
+        else:
+            continue
+        rows += range(first, first + draft.layout.dim)
     draft.markers.append((joint.name, kind, tuple(rows)))
 
 

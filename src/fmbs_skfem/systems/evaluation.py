@@ -50,6 +50,8 @@ class ForceTerms(NamedTuple):
     sloped: Integers  #: records of these
     accept: Integers
     accepted: Integers  #: records of these
+    energy: Integers
+    stored: Integers  #: records of these
     damped: bool  #: whether one of them reads the rates of probe rows
 
 
@@ -225,6 +227,14 @@ def read_loads(table: Any) -> int:
 
 
 @jit
+def store_energies(table: Any) -> None:
+    """energy += E and g += dE/dy for all potentials E of forces, with current y: no force of a potential is left in g."""
+    E = evaluation(table)
+    for k in range(len(E.arrays.forces.stored)):
+        invoke(E.arrays.forces.energy[k], table, E.arrays.forces.stored[k])
+
+
+@jit
 def take_over(table: Any) -> None:
     """What forces keep of the state of the space, which is accepted."""
     E = evaluation(table)
@@ -347,7 +357,10 @@ def residuals(table: Any, _: Any) -> int:
 
 @routine
 def survey(table: Any, _: Any) -> int:
-    """out (s, 3) = kinetic and strain energy [J], and the power of drives, loads and damping [W]."""
+    """out (s, 3) = kinetic energy, that of strains and springs [J], and the power of drives, other loads and damping [W].
+
+    The potential E(y, h) of a force counts as stored; what its histories h change of it is power, too.
+    """
     S = samples_of(table)
     A, s, n = S.arrays, S.space, len(S.space.x)
     vy, low, rest = np.zeros(len(s.y)), np.zeros(len(s.multipliers)), np.zeros(n)
@@ -359,16 +372,23 @@ def survey(table: Any, _: Any) -> int:
         sum_energies(table)
         kernels.clear(rest)
         kernels.add_operator(A.stiffness, s.x, rest)
-        S.out[k, 1] = s.energy[0] + 0.5 * kernels.dot(s.x, rest)
         read_loads(table)
+        store_energies(table)
+        S.out[k, 1] = s.energy[0] + 0.5 * kernels.dot(s.x, rest)
         kernels.clear(vy)
         kernels.add_product(A.probes, 1.0, s.v, vy)
         power = kernels.dot(s.g, vy)
         kernels.copy(S.before[k], s.signals)
         constrain(table)
         kernels.copy(s.rhs[0, n:], low)
+        s.energy[0] = 0.0
+        store_energies(table)
+        earlier = s.energy[0]
         kernels.copy(S.after[k], s.signals)
         constrain(table)
+        s.energy[0] = -earlier
+        store_energies(table)
+        power += s.energy[0] / S.span[k]
         for m in range(len(low)):
             power += s.multipliers[m] * (s.rhs[0, n + m] - low[m]) / S.span[k]
         kernels.clear(rest)
@@ -380,6 +400,17 @@ def survey(table: Any, _: Any) -> int:
             elastic_forces(table)
             power += kernels.dot(S.v[k], s.f)
         S.out[k, 2] = power - kernels.dot(S.v[k], rest)
+    return 0
+
+
+@routine
+def pushes(table: Any, _: Any) -> int:
+    """out (s, j) = forces on the probe rows."""
+    S = samples_of(table)
+    for k in range(len(S.x)):
+        place_sample(table, k)
+        read_loads(table)
+        kernels.copy(S.space.g, S.out[k])
     return 0
 
 

@@ -39,6 +39,7 @@ class ForceLaw:
     force: Routine
     slopes: Routine
     accept: Routine | None = None
+    energy: Routine | None = None
     maker: Any = None  #: makes one of one's own of its name
 
     def __reduce__(self) -> Any:
@@ -117,7 +118,7 @@ def _(found: LawForces, place: Place) -> Force:
     rows, numbers, signals = (np.ascontiguousarray(part) for part in (found.rows, found.numbers, found.signals))
     local = np.array(law.pairs, dtype=np.int64).reshape(-1, 2)
     pairs = found.rows[:, local].reshape(-1, 2)
-    routines = Routines(law.force, law.slopes if len(local) else None, law.accept)
+    routines = Routines(law.force, law.slopes if len(local) else None, law.accept, law.energy)
     name = law.name.partition("|")[0].replace("_", " ")
     return Force(
         Record(rows, numbers, signals, place.pair, place.memory),

@@ -10,6 +10,7 @@ from fmbs_skfem.core.structs import routine
 from fmbs_skfem.systems.evaluation import evaluation
 from fmbs_skfem.systems.force_laws import ForceLaw, continued, opened
 from fmbs_skfem.systems.kernels import factor
+from fmbs_skfem.systems.one_sided import closing, keeps, kept, lift, ramp, touch
 
 
 LAWS = {}
@@ -227,7 +228,20 @@ def torsion_spring_accept(table: Any, record: Any) -> int:
     return 0
 
 
-LAWS["torsion_spring"] = ForceLaw("torsion_spring", 2, 3, 0, ((0, 0), (0, 1), (1, 0), (1, 1)), 1, True, torsion_spring_force, torsion_spring_slopes, torsion_spring_accept)
+@routine
+def torsion_spring_energy(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, y1, p0, p2, m0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], F.numbers[k, 0], F.numbers[k, 2], s.memory[F.memory + 1 * k + 0]
+        x0 = p2 - continued(math.atan2(y1, y0), m0)
+        x1 = p0*x0/((y0 * y0) + (y1 * y1))
+        s.energy[0] += (0.5)*p0*(x0 * x0)
+        s.g[F.rows[k, 0]] += x1*y1
+        s.g[F.rows[k, 1]] += -x1*y0
+    return 0
+
+
+LAWS["torsion_spring"] = ForceLaw("torsion_spring", 2, 3, 0, ((0, 0), (0, 1), (1, 0), (1, 1)), 1, True, torsion_spring_force, torsion_spring_slopes, accept=torsion_spring_accept, energy=torsion_spring_energy)
 
 
 @routine
@@ -336,4 +350,275 @@ def relative_torsion_spring_accept(table: Any, record: Any) -> int:
     return 0
 
 
-LAWS["relative_torsion_spring"] = ForceLaw("relative_torsion_spring", 4, 3, 0, ((0, 0), (0, 1), (0, 2), (0, 3), (1, 0), (1, 1), (1, 2), (1, 3), (2, 0), (2, 1), (2, 2), (2, 3), (3, 0), (3, 1), (3, 2), (3, 3)), 1, True, relative_torsion_spring_force, relative_torsion_spring_slopes, relative_torsion_spring_accept)
+@routine
+def relative_torsion_spring_energy(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, y1, y2, y3, p0, p2, m0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], s.y[F.rows[k, 3]], F.numbers[k, 0], F.numbers[k, 2], s.memory[F.memory + 1 * k + 0]
+        x0 = p2 - continued(math.atan2(y1, y0) - math.atan2(y3, y2), m0)
+        x1 = p0*x0
+        x2 = x1/((y0 * y0) + (y1 * y1))
+        x3 = x1/((y2 * y2) + (y3 * y3))
+        s.energy[0] += (0.5)*p0*(x0 * x0)
+        s.g[F.rows[k, 0]] += x2*y1
+        s.g[F.rows[k, 1]] += -x2*y0
+        s.g[F.rows[k, 2]] += -x3*y3
+        s.g[F.rows[k, 3]] += x3*y2
+    return 0
+
+
+LAWS["relative_torsion_spring"] = ForceLaw("relative_torsion_spring", 4, 3, 0, ((0, 0), (0, 1), (0, 2), (0, 3), (1, 0), (1, 1), (1, 2), (1, 3), (2, 0), (2, 1), (2, 2), (2, 3), (3, 0), (3, 1), (3, 2), (3, 3)), 1, True, relative_torsion_spring_force, relative_torsion_spring_slopes, accept=relative_torsion_spring_accept, energy=relative_torsion_spring_energy)
+
+
+@routine
+def spring_force(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, y1, y2, v0, v1, v2, p0, p1, p2 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], s.rates[F.rows[k, 0]], s.rates[F.rows[k, 1]], s.rates[F.rows[k, 2]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2]
+        x0 = (math.sqrt((y0 * y0) + (y1 * y1) + (y2 * y2) + 1.0e-60))
+        x1 = (1.0 / (x0))
+        x2 = x1*(-p0*(p2 - x0) + p1*x1*(v0*y0 + v1*y1 + v2*y2))
+        s.g[F.rows[k, 0]] += -x2*y0
+        s.g[F.rows[k, 1]] += -x2*y1
+        s.g[F.rows[k, 2]] += -x2*y2
+    return 0
+
+
+@routine
+def spring_slopes(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    c, gh = -s.c[0], s.gh[0]
+    for k in range(len(F.rows)):
+        y0, y1, y2, v0, v1, v2, p0, p1, p2 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], s.rates[F.rows[k, 0]], s.rates[F.rows[k, 1]], s.rates[F.rows[k, 2]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2]
+        x0 = (y0 * y0)
+        x1 = (y1 * y1)
+        x2 = (y2 * y2)
+        x3 = x0 + x1 + x2 + 1.0e-60
+        x4 = (1.0 / (x3))
+        x5 = gh*p1*x4
+        x6 = p1*(v0*y0 + v1*y1 + v2*y2)
+        x7 = x4*x6
+        x8 = x4*(p0*y0 + p1*v0 - x7*y0)
+        x9 = (math.sqrt(x3))
+        x10 = (1.0 / (x9))
+        x11 = p0*(-p2 + x9) + x10*x6
+        x12 = x10*x11
+        x13 = (1.0 / (x3 * math.sqrt(x3)))
+        x14 = x4*(p0*y1 + p1*v1 - x7*y1)
+        x15 = x11*x13*y1 - x14 - x5*y1
+        x16 = x4*(p0*y2 + p1*v2 - x7*y2)
+        x17 = x11*x13*y2 - x16 - x5*y2
+        x18 = x11*x13*y0 - x5*y0 - x8
+        s.H[F.pair + 9 * k + 0] += c * (x0*x11*x13 - x0*x5 - x12 - x8*y0)
+        s.H[F.pair + 9 * k + 1] += c * (x15*y0)
+        s.H[F.pair + 9 * k + 2] += c * (x17*y0)
+        s.H[F.pair + 9 * k + 3] += c * (x18*y1)
+        s.H[F.pair + 9 * k + 4] += c * (x1*x11*x13 - x1*x5 - x12 - x14*y1)
+        s.H[F.pair + 9 * k + 5] += c * (x17*y1)
+        s.H[F.pair + 9 * k + 6] += c * (x18*y2)
+        s.H[F.pair + 9 * k + 7] += c * (x15*y2)
+        s.H[F.pair + 9 * k + 8] += c * (x11*x13*x2 - x12 - x16*y2 - x2*x5)
+    return 0
+
+
+@routine
+def spring_energy(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, y1, y2, p0, p2 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], F.numbers[k, 0], F.numbers[k, 2]
+        x0 = (math.sqrt((y0 * y0) + (y1 * y1) + (y2 * y2) + 1.0e-60))
+        x1 = p2 - x0
+        x2 = p0*x1/x0
+        s.energy[0] += (0.5)*p0*(x1 * x1)
+        s.g[F.rows[k, 0]] += -x2*y0
+        s.g[F.rows[k, 1]] += -x2*y1
+        s.g[F.rows[k, 2]] += -x2*y2
+    return 0
+
+
+LAWS["spring"] = ForceLaw("spring", 3, 3, 0, ((0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)), 0, True, spring_force, spring_slopes, energy=spring_energy)
+
+
+@routine
+def one_sided_force(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, y1, y2, v0, v1, v2, p0, p1, p2, p3, p4, p5 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], s.rates[F.rows[k, 0]], s.rates[F.rows[k, 1]], s.rates[F.rows[k, 2]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], F.numbers[k, 3], F.numbers[k, 4], F.numbers[k, 5]
+        x0 = (math.sqrt((y0 * y0) + (y1 * y1) + (y2 * y2) + 1.0e-60))
+        x1 = -p0*(p3 - x0)
+        x2 = p0/x0
+        x3 = x2*kept(p1*ramp(x1, p4) + p2*x2*(v0*y0 + v1*y1 + v2*y2)*touch(x1, p4), p5)
+        s.g[F.rows[k, 0]] += -x3*y0
+        s.g[F.rows[k, 1]] += -x3*y1
+        s.g[F.rows[k, 2]] += -x3*y2
+    return 0
+
+
+@routine
+def one_sided_slopes(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    c, gh = -s.c[0], s.gh[0]
+    for k in range(len(F.rows)):
+        y0, y1, y2, v0, v1, v2, p0, p1, p2, p3, p4, p5 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], s.rates[F.rows[k, 0]], s.rates[F.rows[k, 1]], s.rates[F.rows[k, 2]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], F.numbers[k, 3], F.numbers[k, 4], F.numbers[k, 5]
+        x0 = (y0 * y0)
+        x1 = (y1 * y1)
+        x2 = (y2 * y2)
+        x3 = x0 + x1 + x2 + 1.0e-60
+        x4 = (math.sqrt(x3))
+        x5 = (1.0 / (x4))
+        x6 = -p0*(p3 - x4)
+        x7 = v0*y0 + v1*y1 + v2*y2
+        x8 = touch(x6, p4)
+        x9 = x5*x8
+        x10 = p2*x9
+        x11 = p0*x10*x7 + p1*ramp(x6, p4)
+        x12 = kept(x11, p5)
+        x13 = x12*x5
+        x14 = (1.0 / (x3 * math.sqrt(x3)))
+        x15 = (1.0 / (x3))
+        x16 = keeps(x11, p5)
+        x17 = gh*p2*x16*x8
+        x18 = x15*x17
+        x19 = p0*x18
+        x20 = p1*x9
+        x21 = p2*x7
+        x22 = x14*x21*x8
+        x23 = p0*y0
+        x24 = x15*x23
+        x25 = x21*closing(x6, p4)
+        x26 = v0*x10 + x20*y0 - x22*y0 + x24*x25
+        x27 = x16*x5
+        x28 = p0*y1
+        x29 = x15*x25
+        x30 = v1*x10 + x20*y1 - x22*y1 + x28*x29
+        x31 = p0*x27
+        x32 = x12*x14*y1 - x18*x28 - x30*x31
+        x33 = p0*y2
+        x34 = v2*x10 + x20*y2 - x22*y2 + x29*x33
+        x35 = x12*x14*y2 - x18*x33 - x31*x34
+        x36 = x12*x14*y0 - x17*x24 - x26*x31
+        s.H[F.pair + 9 * k + 0] += c * (p0*(x0*x12*x14 - x0*x19 - x13 - x23*x26*x27))
+        s.H[F.pair + 9 * k + 1] += c * (x23*x32)
+        s.H[F.pair + 9 * k + 2] += c * (x23*x35)
+        s.H[F.pair + 9 * k + 3] += c * (x28*x36)
+        s.H[F.pair + 9 * k + 4] += c * (p0*(x1*x12*x14 - x1*x19 - x13 - x27*x28*x30))
+        s.H[F.pair + 9 * k + 5] += c * (x28*x35)
+        s.H[F.pair + 9 * k + 6] += c * (x33*x36)
+        s.H[F.pair + 9 * k + 7] += c * (x32*x33)
+        s.H[F.pair + 9 * k + 8] += c * (p0*(x12*x14*x2 - x13 - x19*x2 - x27*x33*x34))
+    return 0
+
+
+@routine
+def one_sided_energy(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, y1, y2, p0, p1, p3, p4 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 3], F.numbers[k, 4]
+        x0 = (math.sqrt((y0 * y0) + (y1 * y1) + (y2 * y2) + 1.0e-60))
+        x1 = -p0*(p3 - x0)
+        x2 = p0*p1*ramp(x1, p4)/x0
+        s.energy[0] += p1*lift(x1, p4)
+        s.g[F.rows[k, 0]] += x2*y0
+        s.g[F.rows[k, 1]] += x2*y1
+        s.g[F.rows[k, 2]] += x2*y2
+    return 0
+
+
+LAWS["one_sided"] = ForceLaw("one_sided", 3, 6, 0, ((0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)), 0, True, one_sided_force, one_sided_slopes, energy=one_sided_energy)
+
+
+@routine
+def one_sided_plane_force(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, v0, p0, p1, p2, p3, p4 = s.y[F.rows[k, 0]], s.rates[F.rows[k, 0]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], F.numbers[k, 3], F.numbers[k, 4]
+        x0 = p2 - y0
+        s.g[F.rows[k, 0]] += kept(p0*ramp(x0, p3) - p1*v0*touch(x0, p3), p4)
+    return 0
+
+
+@routine
+def one_sided_plane_slopes(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    c, gh = -s.c[0], s.gh[0]
+    for k in range(len(F.rows)):
+        y0, v0, p0, p1, p2, p3, p4 = s.y[F.rows[k, 0]], s.rates[F.rows[k, 0]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], F.numbers[k, 3], F.numbers[k, 4]
+        x0 = p2 - y0
+        x1 = touch(x0, p3)
+        x2 = p1*x1
+        s.H[F.pair + 1 * k + 0] += c * (-(gh*x2 + p0*x1 - p1*v0*closing(x0, p3))*keeps(p0*ramp(x0, p3) - v0*x2, p4))
+    return 0
+
+
+@routine
+def one_sided_plane_energy(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, p0, p2, p3 = s.y[F.rows[k, 0]], F.numbers[k, 0], F.numbers[k, 2], F.numbers[k, 3]
+        x0 = p2 - y0
+        s.energy[0] += p0*lift(x0, p3)
+        s.g[F.rows[k, 0]] += -p0*ramp(x0, p3)
+    return 0
+
+
+LAWS["one_sided_plane"] = ForceLaw("one_sided_plane", 1, 5, 0, ((0, 0),), 0, True, one_sided_plane_force, one_sided_plane_slopes, energy=one_sided_plane_energy)
+
+
+@routine
+def constant_pull_force(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, y1, y2, p0, h0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], F.numbers[k, 0], factor(s.signals, F.signals[k, 0])
+        x0 = h0*p0/(math.sqrt((y0 * y0) + (y1 * y1) + (y2 * y2) + 1.0e-60))
+        s.g[F.rows[k, 0]] += -x0*y0
+        s.g[F.rows[k, 1]] += -x0*y1
+        s.g[F.rows[k, 2]] += -x0*y2
+    return 0
+
+
+@routine
+def constant_pull_slopes(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    c, gh = -s.c[0], s.gh[0]
+    for k in range(len(F.rows)):
+        y0, y1, y2, p0, h0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], F.numbers[k, 0], factor(s.signals, F.signals[k, 0])
+        x0 = (y0 * y0)
+        x1 = (y1 * y1)
+        x2 = (y2 * y2)
+        x3 = x0 + x1 + x2 + 1.0e-60
+        x4 = (1.0 / (x3))
+        x5 = h0*p0
+        x6 = x5/(math.sqrt(x3))
+        x7 = (1.0 / (x3 * math.sqrt(x3)))
+        x8 = x5*x7*y0
+        x9 = x8*y1
+        x10 = x8*y2
+        x11 = x5*x7*y1*y2
+        s.H[F.pair + 9 * k + 0] += c * (x6*(x0*x4 - 1.0))
+        s.H[F.pair + 9 * k + 1] += c * (x9)
+        s.H[F.pair + 9 * k + 2] += c * (x10)
+        s.H[F.pair + 9 * k + 3] += c * (x9)
+        s.H[F.pair + 9 * k + 4] += c * (x6*(x1*x4 - 1.0))
+        s.H[F.pair + 9 * k + 5] += c * (x11)
+        s.H[F.pair + 9 * k + 6] += c * (x10)
+        s.H[F.pair + 9 * k + 7] += c * (x11)
+        s.H[F.pair + 9 * k + 8] += c * (x6*(x2*x4 - 1.0))
+    return 0
+
+
+@routine
+def constant_pull_energy(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        y0, y1, y2, p0, h0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], F.numbers[k, 0], factor(s.signals, F.signals[k, 0])
+        x0 = (math.sqrt((y0 * y0) + (y1 * y1) + (y2 * y2) + 1.0e-60))
+        x1 = h0*p0
+        x2 = x1/x0
+        s.energy[0] += x0*x1
+        s.g[F.rows[k, 0]] += x2*y0
+        s.g[F.rows[k, 1]] += x2*y1
+        s.g[F.rows[k, 2]] += x2*y2
+    return 0
+
+
+LAWS["constant_pull"] = ForceLaw("constant_pull", 3, 1, 1, ((0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)), 0, False, constant_pull_force, constant_pull_slopes, energy=constant_pull_energy)

@@ -5,6 +5,7 @@ r"""Forces on probe rows in symbols: their values and derivatives become compile
     moment              F = m x y / |y|^2             on a slope or an axis y
     follower            F = f_t t + f_n n             on a position, t = y/|y| and, in the plane, n = t turned by 90 degrees
     torsion spring      F = tau dtheta/dy,            tau = - k (theta - theta0) - d dtheta/dt,   theta = arg(y0 + i y1) [- other]
+    spring, one-sided   F = - N y / |y|               on the vector y between two places, see `springs`
 
 `turned(angle)` is an angle that counts its turns: arg gives it but for whole ones, and its value is the one nearest to that of the
 last accepted state, so that it may change by up to half a turn in a step.
@@ -12,7 +13,7 @@ last accepted state, so that it may change by up to half a turn in a step.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from typing import Any
 import sympy
 
 from ..core.symbols import Expression, module, statements
+from .own_symbols import norm
 
 RATE = sympy.Symbol("gh", real=True)  #: factor of derivatives by rates
 SIGN = {sympy.Heaviside: lambda x, *_: sympy.Piecewise((0.0, x < 0), (1.0, True)), sympy.DiracDelta: lambda *_: sympy.Integer(0)}
@@ -27,12 +29,14 @@ HEADS = {  #: of the routines of a law
     "force": "    s, F = evaluation(table).space, opened(record)",
     "slopes": "    s, F = evaluation(table).space, opened(record)\n    c, gh = -s.c[0], s.gh[0]",
     "accept": "    s, F = evaluation(table).space, opened(record)",
+    "energy": "    s, F = evaluation(table).space, opened(record)",
 }
 IMPORTS = (
     "from fmbs_skfem.core.structs import routine",
     "from fmbs_skfem.systems.evaluation import evaluation",
     "from fmbs_skfem.systems.force_laws import ForceLaw, continued, opened",
     "from fmbs_skfem.systems.kernels import factor",
+    "from fmbs_skfem.systems.one_sided import closing, keeps, kept, lift, ramp, touch",
 )
 
 
@@ -45,6 +49,35 @@ class turned(sympy.Function):
 
 class continued(sympy.Function):
     """The value of an angle nearest to its last one."""
+
+
+class closing(sympy.Function):
+    """Functions of `one_sided`, with their derivatives by the first argument."""
+
+
+class touch(sympy.Function):
+    def fdiff(self, argindex: int = 1) -> Expression:
+        return closing(*self.args)
+
+
+class ramp(sympy.Function):
+    def fdiff(self, argindex: int = 1) -> Expression:
+        return touch(*self.args)
+
+
+class lift(sympy.Function):
+    def fdiff(self, argindex: int = 1) -> Expression:
+        return ramp(*self.args)
+
+
+class keeps(sympy.Function):
+    def fdiff(self, argindex: int = 1) -> Expression:
+        return sympy.Integer(0)
+
+
+class kept(sympy.Function):
+    def fdiff(self, argindex: int = 1) -> Expression:
+        return keeps(*self.args)
 
 
 def rows(count: int, first: int = 0) -> sympy.Matrix:
@@ -74,6 +107,7 @@ class Symbols:
     force: Sequence[Expression]  #: (r,)
     numbers: int
     histories: int = 0
+    energy: Expression = 0  #: potential [J] whose negative gradient is in the force
 
     def unknown(self) -> set[Expression]:
         """Symbols in the forces that are none of the law's."""
@@ -90,7 +124,7 @@ def pruned(law: Symbols) -> tuple[Symbols, tuple[int, ...]]:
     used = tuple(k for k in range(count) if law.force[k] != 0 or y[k] in read or v[k] in read)
     fewer = {old: new for full in (rows, rates) for old, new in zip([full(count)[k] for k in used], full(len(used)), strict=True)}
     found = [sympy.sympify(law.force[k]).subs(fewer, simultaneous=True) for k in used]
-    return Symbols(found, law.numbers, law.histories), used
+    return Symbols(found, law.numbers, law.histories, sympy.sympify(law.energy).subs(fewer, simultaneous=True)), used
 
 
 def text(name: str, law: Symbols) -> str:
@@ -104,7 +138,8 @@ def text(name: str, law: Symbols) -> str:
             if slope != 0:
                 pairs.append((i, j))
                 slopes.append(slope)
-    angles = sorted(set().union(*(value.atoms(turned) for value in F)), key=str)
+    potential = plain(law.energy)
+    angles = sorted(set().union(*(value.atoms(turned) for value in (*F, potential))), key=str)
     last = sympy.symbols(f"m0:{len(angles)}", real=True)
     known = {angle: continued(angle.args[0], m) for angle, m in zip(angles, last, strict=True)}
     places = {
@@ -118,14 +153,19 @@ def text(name: str, law: Symbols) -> str:
         "force": (F, [f"s.g[F.rows[k, {k}]] += {{}}" for k in range(count)]),
         "slopes": (slopes, [f"s.H[F.pair + {len(pairs)} * k + {n}] += c * ({{}})" for n in range(len(pairs))]),
         "accept": (angles, [f"{places[m]} = {{}}" for m in last]),
+        "energy": (
+            [potential, *(plain(sympy.diff(potential, one)) for one in y)] if potential != 0 else [],
+            ["s.energy[0] += {}", *(f"s.g[F.rows[k, {k}]] += {{}}" for k in range(count))],
+        ),
     }
     routines = [
         routine(f"{name}_{part}", HEADS[part], [value.xreplace(known) for value in values], targets, places)
         for part, (values, targets) in parts.items()
-        if values or part != "accept"
+        if values or part in ("force", "slopes")
     ]
     damped = bool(set(v) & set().union(*(value.free_symbols for value in F)))
-    functions = f"{name}_force, {name}_slopes" + (f", {name}_accept" if angles else "")
+    given = [part for part in ("accept", "energy") if parts[part][0]]
+    functions = ", ".join([f"{name}_force, {name}_slopes", *(f"{part}={name}_{part}" for part in given)])
     facts = f"{count}, {law.numbers}, {law.histories}, {tuple(pairs)}, {len(angles)}, {damped}"
     return "\n\n\n".join([*routines, f'LAWS["{name}"] = ForceLaw("{name}", {facts}, {functions})'])
 
@@ -170,7 +210,41 @@ def torsion_spring(arms: int) -> Symbols:
     theta = sum((1 - 2 * arm) * sympy.atan2(y[2 * arm + 1], y[2 * arm]) for arm in range(arms))
     along = [sympy.diff(theta, one) for one in y]
     torque = -k * (turned(theta) - rest) - d * sum(a * b for a, b in zip(along, v, strict=True))
-    return Symbols([torque * one for one in along], 3)
+    return Symbols([torque * one for one in along], 3, energy=k * (turned(theta) - rest) ** 2 / 2)
+
+
+def pulled(pull: Callable[..., tuple[Expression, Expression]], count: int, histories: int = 0) -> Symbols:
+    """A force N and its potential of a distance d, its rate and numbers, between two places in space that are y apart."""
+    y, v = rows(3), rates(3)
+    d = norm(y)
+    N, energy = pull(d, y.dot(v) / d, *numbers(count))
+    return Symbols(list(-N * y / d), count, histories, energy)
+
+
+def spring(d: Expression, rate: Expression, k: Expression, c: Expression, free: Expression) -> tuple[Expression, Expression]:
+    return k * (d - free) + c * rate, k * (d - free) ** 2 / 2
+
+
+def one_sided(
+    d: Expression,
+    rate: Expression,
+    sign: Expression,
+    k: Expression,
+    c: Expression,
+    free: Expression,
+    e: Expression,
+    cut: Expression,
+) -> tuple[Expression, Expression]:
+    """A rope, or with the sign -1 a stop."""
+    s = sign * (d - free)
+    return sign * kept(k * ramp(s, e) + c * touch(s, e) * sign * rate, cut), k * lift(s, e)
+
+
+def one_sided_plane() -> Symbols:
+    """A stop along one row."""
+    (y,), (v,), (k, c, gap, e, cut) = rows(1), rates(1), numbers(5)
+    s = gap - y
+    return Symbols([kept(k * ramp(s, e) - c * touch(s, e) * v, cut)], 5, energy=k * lift(s, e))
 
 
 KNOWN = {
@@ -180,6 +254,10 @@ KNOWN = {
     "follower_3": follower(3),
     "torsion_spring": torsion_spring(1),
     "relative_torsion_spring": torsion_spring(2),
+    "spring": pulled(spring, 3),
+    "one_sided": pulled(one_sided, 6),
+    "one_sided_plane": one_sided_plane(),
+    "constant_pull": pulled(lambda d, rate, f: (history() * f, history() * f * d), 1, 1),
 }
 LOOPS = Path(__file__).with_name("force_loops.py")
 

@@ -4,7 +4,8 @@
 
 A force is a struct of arrays; for its type it registers `compile_force`: a record and routines that act on it, with the pairs of
 rows in which it has derivatives. It may keep numbers from step to step, such as the turns of an angle: they belong to accepted
-states alone. Where a history drives it, `histories` says so and `grow` lets a constant one grow with the load factor of statics.
+states alone. Where it has a potential, that is stored energy in the balance, and the rest of it works. Where a history
+drives it, `histories` says so and `grow` lets a constant one grow with the load factor of statics.
 Nothing else asks which force it is. Most are laws in symbols (`force_laws`); `OfPython` is any function.
 """
 
@@ -28,6 +29,7 @@ class Routines(NamedTuple):
     force: Routine | Callback  #: g += F
     slopes: Routine | Callback | None = None  #: H += - c (dF/dy + gh dF/dy') on its pairs, from the place it was given on
     accept: Routine | Callback | None = None  #: its memory in the state of the space, which is accepted
+    energy: Routine | Callback | None = None  #: energy += E and g += dE/dy, where a potential E makes F or a part of it
 
 
 class Place(NamedTuple):
@@ -156,5 +158,5 @@ def addressed(found: Sequence[Force]) -> ForceTerms:
     for name in Routines._fields:
         having = [(getattr(one.routines, name), one.address) for one in found if getattr(one.routines, name) is not None]
         columns += [column([routine.address for routine, _ in having]), column([record for _, record in having])]
-    force, records, slopes, sloped, accept, held = columns
-    return ForceTerms(force, records, slopes, sloped, accept, held, any(one.damped for one in found))
+    force, records, slopes, sloped, accept, held, energy, stored = columns
+    return ForceTerms(force, records, slopes, sloped, accept, held, energy, stored, any(one.damped for one in found))

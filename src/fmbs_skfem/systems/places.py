@@ -57,6 +57,11 @@ class Rows:
         first, self.count = self.count, self.count + block.shape[0]
         return first
 
+    def rows_of(self, numbers: Sequence[int]) -> tuple[csr_array, np.ndarray]:
+        """Some of the rows (j, q) and their constants (j,)."""
+        whole = self.affine()
+        return csr_array(csr_array(whole.matrix)[list(numbers)]), whole.offset[list(numbers)]
+
     def affine(self) -> Affine:
         matrix = csr_array(vstack(self.rows)) if self.rows else csr_array((0, self.size))
         return Affine(matrix, np.concatenate([np.zeros(0), *self.offsets]))
@@ -71,6 +76,11 @@ class Layout:
     first: dict[str, int]
     size: int
     origin: np.ndarray  #: (c,) from which coordinates count [m]
+
+    @property
+    def shift(self) -> np.ndarray:
+        """Coordinates (q,) of the displacement of all bodies by the origin."""
+        return np.concatenate([np.kron(part.constant, self.origin) for part in self.bodies.values()])
 
     def body(self, where: str, at: At) -> Body:
         if at.body not in self.bodies:
@@ -177,6 +187,15 @@ class Forces:
         self.terms.append(force_laws.one(law, rows, numbers, signals))
 
 
+@dataclass(frozen=True)
+class Gauge:
+    """What a load measures, for outputs: a vector between places, a coordinate or an angle on its probe rows."""
+
+    kind: str  #: see `gauges`
+    rows: tuple[int, ...]
+    free: float  #: length or angle from which its stretch counts [m, rad]
+
+
 @dataclass
 class Draft:
     """A system while it is assembled."""
@@ -188,6 +207,7 @@ class Draft:
     forces: Forces = field(default_factory=Forces)
     signals: list[Signal] = field(default_factory=list)
     markers: list[tuple[str, str, tuple[int, ...]]] = field(default_factory=list)
+    gauges: dict[str, Gauge] = field(default_factory=dict)  #: of loads by name
 
     def signal(self, function: Signal | None) -> int:
         """The number of a function of time; -1 for None, the constant 1."""

@@ -48,6 +48,7 @@ class Sensed:
     accelerations: np.ndarray  #: (s, i)
     energies: Callable[[], np.ndarray]  #: kinetic, strain, potential and balance (s, 4) [J]
     reactions: Callable[[], dict[tuple[str, str], np.ndarray]]  #: forces of constraint rows (s,) by joint and coordinate
+    pushes: Callable[[], np.ndarray]  #: forces (s, j) on the probe rows of the system
 
 
 class Probe(Declared, ABC):

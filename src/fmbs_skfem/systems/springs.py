@@ -1,0 +1,181 @@
+r"""Springs, ropes and stops between two places, or a place and a fixed point: forces along the line that joins them.
+
+    F = - N(d, d') u,    d = |r_at - r_to|,    u = (r_at - r_to) / d,    d' = u . (v_at - v_to)      on `at`, - F on `to`
+
+    spring_damper    N = k (d - l) + c d'                              energy k (d - l)^2 / 2
+    rope             N = max(0, k ramp(s) + c touch(s) s'),            s = d - l,       energy k lift(s), see `one_sided`
+    stop             N = - max(0, k ramp(s) + c touch(s) s'),          s = gap - d,     or s = gap - n . (r_at - r_to)
+    constant_force   N = f h(t)                                        energy f h(t) d
+
+A force that is not zero at d = 0 has no direction there: such places are refused at the start; later it is zero there.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+from scipy.sparse import csr_array, vstack
+
+from ..core.errors import InputError, say
+from ..core.problems import Problem
+from . import fields
+from .constraint_functions import mark, needs_other_side, unit
+from .loads import Load, where
+from .places import At, Draft, Gauge, vector
+
+Stiffness = Annotated[float, fields.quantity("N/m", ">= 0")]
+Damping = Annotated[float, fields.quantity("N s/m", ">= 0")]
+Length = Annotated[float, fields.quantity("m", ">= 0")]
+Smoothing = Annotated[float, fields.quantity("m", ">= 0"), "over which it begins, 0 for at once"]
+SPACE = 3  #: rows of these laws; in the plane the last one is zero
+MEETING = 1e-12  #: distance of places at one point, over the size of the bodies
+
+
+@dataclass(frozen=True)
+class Between(Load, ABC):
+    """What acts along the line between two places, or a place and a fixed point."""
+
+    name: str
+    at: fields.Place
+    to: fields.OtherEnd
+    drawn: ClassVar[str] = "spring"
+    resists: ClassVar[bool] = True
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from needs_other_side(self.to)
+
+    def push(self, draft: Draft) -> None:
+        for key, value in vars(self).items():
+            if isinstance(value, float) and not np.isfinite(value):
+                raise InputError(say(f"{where(self)}.{key}", "a finite number", value))
+        mark(self, draft, self.drawn, self.at, self.to)
+        self.act(draft)
+
+    @abstractmethod
+    def act(self, draft: Draft) -> None:
+        """Add its law to the draft."""
+
+
+def apart(load: Between, draft: Draft) -> tuple[csr_array, np.ndarray]:
+    """Rows (c, q) and constants (c,) of r_at - r_to."""
+    layout, name = draft.layout, where(load)
+    rows = layout.read(name, load.at)
+    if isinstance(load.to, At):
+        return csr_array(rows - layout.read(name, load.to)), np.zeros(layout.dim)
+    return rows, -layout.fixed(name, load.to)
+
+
+def along(load: Between, draft: Draft, length: float | None) -> tuple[range, float]:
+    """Probe rows of r_at - r_to, three ones, and a free length, by default that of the reference."""
+    matrix, offset = apart(load, draft)
+    missing = SPACE - len(offset)
+    first = draft.probes.add(csr_array(vstack([matrix, csr_array((missing, matrix.shape[1]))])), np.pad(offset, (0, missing)))
+    free = distance(load, draft) if length is None else length
+    draft.gauges[load.name] = Gauge("distance", tuple(range(first, first + SPACE)), free)
+    return range(first, first + SPACE), free
+
+
+def distance(load: Between, draft: Draft) -> float:
+    """Distance of the places in the reference [m]."""
+    layout, name = draft.layout, where(load)
+    ends = [layout.reference(name, end) for end in (load.at, load.to)]
+    return float(np.linalg.norm(ends[0] - ends[1]))
+
+
+def need_direction(load: Between, draft: Draft) -> None:
+    """Refuse places at one point, where what acts between them has no direction."""
+    points = np.concatenate([part.reference for part in draft.layout.bodies.values()])
+    if distance(load, draft) <= MEETING * float(np.abs(points).max(initial=0.0)):
+        remedy = "place them apart, or give a length of 0 to a spring"
+        raise InputError(say(where(load), "places apart, which give its force a direction", "both at one point", remedy))
+
+
+@dataclass(frozen=True)
+class SpringDamper(Between):
+    """Pulls with stiffness (d - length) + damping d' at a distance d; `length` without force, by default that of the reference."""
+
+    stiffness: Stiffness = 0.0
+    damping: Damping = 0.0
+    length: Length | None = None
+
+    @property
+    def rests(self) -> bool:
+        return self.length is None
+
+    def act(self, draft: Draft) -> None:
+        if self.length != 0.0:
+            need_direction(self, draft)
+        rows, free = along(self, draft, self.length)
+        draft.forces.act("spring", rows, (self.stiffness, self.damping, free))
+
+
+@dataclass(frozen=True)
+class Rope(Between):
+    """Pulls where it is longer than `length`, by default its length in the reference, and never pushes."""
+
+    stiffness: Stiffness = 0.0
+    damping: Damping = 0.0
+    length: Length | None = None
+    smoothing: Smoothing = 0.0
+    drawn: ClassVar[str] = "line"
+
+    @property
+    def rests(self) -> bool:
+        return self.length is None
+
+    def act(self, draft: Draft) -> None:
+        rows, free = along(self, draft, self.length)
+        draft.forces.act("one_sided", rows, (1.0, self.stiffness, self.damping, free, self.smoothing, 1.0))
+
+
+@dataclass(frozen=True)
+class Stop(Between):
+    """Pushes two places apart that are nearer than `gap`: in distance or, with `direction`, as seen along it from `to` to `at`.
+
+    Damping acts while they touch, from the first instant on: a `smoothing` takes the jump out of it. It stops where it would pull;
+    with `cut: false` it may (the law of Kelvin and Voigt).
+    """
+
+    stiffness: Stiffness = 0.0
+    damping: Damping = 0.0
+    gap: Annotated[float, fields.quantity("m")] = 0.0
+    direction: fields.Direction | None = None
+    smoothing: Smoothing = 0.0
+    cut: Annotated[bool, "whether it never pulls"] = True
+    drawn: ClassVar[str] = "line"
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from super().problems(dim)
+        if self.direction is None and self.gap <= 0.0:
+            yield "gap", Problem("a length > 0 without a direction", f"{self.gap:g}", "distances are never below 0")
+
+    def act(self, draft: Draft) -> None:
+        law = (self.stiffness, self.damping, self.gap, self.smoothing, float(self.cut))
+        if self.direction is None:
+            rows, _ = along(self, draft, self.gap)
+            return draft.forces.act("one_sided", rows, (-1.0, *law))
+        name = f"{where(self)}.direction"
+        normal = unit(name, vector(name, self.direction, draft.layout.dim), draft.layout.dim)
+        matrix, offset = apart(self, draft)
+        row = draft.probes.add(csr_array(normal[None, :] @ matrix), normal[None, :] @ offset)
+        draft.gauges[self.name] = Gauge("along", (row,), self.gap)
+        draft.forces.act("one_sided_plane", [row], law)
+
+
+@dataclass(frozen=True)
+class ConstantForce(Between):
+    """Pulls two places together with a force, times `history`, at any distance; a negative one pushes."""
+
+    force: Annotated[float, fields.quantity("N")] = 0.0
+    history: fields.History | None = None
+    resists: ClassVar[bool] = False
+    drawn: ClassVar[str] = "line"
+
+    def act(self, draft: Draft) -> None:
+        need_direction(self, draft)
+        rows, _ = along(self, draft, 0.0)
+        draft.forces.act("constant_pull", rows, (self.force,), [draft.signal(self.history)])
