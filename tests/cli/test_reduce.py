@@ -104,3 +104,10 @@ def test_beams_have_no_exact_polynomial(tmp_path: Path) -> None:
     call = fmbs("reduce", SCENE, "--duration", "0.1", "--sample", "exact", "--out", tmp_path / "model.h5")
     assert call.code == 3
     assert "take ECSW" in call.err
+
+
+def test_an_invariant_basis_is_an_option(tmp_path: Path) -> None:
+    found = fmbs("reduce", SCENE, "--duration", "0.05", "--basis", "invariant", "--out", tmp_path / "model.h5", "--json")
+    assert found.code == 0, found.err
+    assert found.json["modes"]["first"] % 3 == 0
+    assert 0 < found.json["max_error"] < 1e-4

@@ -23,7 +23,7 @@ from scipy.sparse import coo_array, csr_array
 from ..core.container import storable
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
-from ..core.validation import Attributes, Indices, Range, Reals
+from ..core.validation import Attributes, Indices, Range, Reals, Sizes, also, require
 from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface
 from ..shapes.table import Table
@@ -94,16 +94,30 @@ class Cells:
 @storable
 @dataclass(frozen=True)
 class ShapePoints:
-    """A law at points of a reduced body, u[(k, c), p] = sum_b table[k, p, b] q[columns][b, c]: shape functions over all of it."""
+    """A law at points of a reduced body, u[(k, c), p] = sum_b table[k, p, b] z[b, c]: shape functions over all of it.
+
+    z = q[columns], or matrix @ x + offset of the unknowns x where there is such a matrix.
+    """
 
     law: Annotated[Law, Attributes("k=vectors i=rows")]
     table: Annotated[np.ndarray, Reals("k p b")]  #: derivatives of the shape functions that the law reads [1/m, 1/m2]
-    columns: Annotated[slice, Range("bc", end="q")]  #: coordinates of the body
+    columns: Annotated[slice, Range("bc", end="q")]  #: coordinates of the body; of its own, from 0 on, where there is a matrix
     dim: Annotated[int, Attributes("c")]  #: number of components
     section: Annotated[np.ndarray, Reals("i 1 p")]  #: rows of the law, the last one the weight of a point
     cell: Annotated[np.ndarray, Indices("p")]  #: number of the cell of every point
     #: lowest and highest strains of its training, see `reduction.parts.strains`; no columns where it has none
     trained: Annotated[np.ndarray, Reals("2 *")] = field(default_factory=lambda: np.zeros((2, 0)))
+    matrix: csr_array | None = None  #: (b c, n) of the coordinates z in the unknowns
+    offset: np.ndarray = field(default_factory=lambda: np.zeros(0))  #: (b c,) of the coordinates z, where there is a matrix
+
+
+@also.register(ShapePoints)
+def check_points(points: ShapePoints, name: str, sizes: Sizes) -> None:
+    """The matrix of points that have one gives all coordinates of the body from the unknowns."""
+    if points.matrix is not None:
+        wanted = (points.table.shape[2] * points.dim, sizes.get("n", points.matrix.shape[1]))
+        require(points.matrix.shape == wanted, f"{name}.matrix", f"an array {wanted}", points.matrix.shape)
+        require(points.offset.shape == wanted[:1], f"{name}.offset", f"an array {wanted[:1]}", points.offset.shape)
 
 
 @storable

@@ -62,7 +62,7 @@ class ModelRecord:
     name: str
     family: str
     status: str = "done"  #: or the reason why there are no errors
-    level: str = ""  #: "system" or "component" of reduced models with bases
+    level: str = ""  #: "system", "component" or "invariant" of reduced models with bases
     hyper: str = ""  #: name of their hyper-reduction
     main: bool = False  #: of the plan's own eps and eta, as the floating frame is
     dofs: int = 0  #: unknowns; of full models all coordinates
@@ -182,12 +182,14 @@ def run(
 
 
 def variants(task: TrainingTask) -> list[tuple[str, HyperReduction]]:
-    """Levels and hyper-reductions that are compared, with the eta of the plan."""
+    """Levels and hyper-reductions that are compared, with the eta of the plan; invariant bases are a level where it has them."""
     hyper, exact = task.plan.hyper, polynomial.possible(task.family({}).system)
     eta = hyper.tolerance or USUAL
     found: list[tuple[str, HyperReduction]] = [(level, NONE) for level in LEVELS]
     found += [*((level, Elements(eta)) for level in LEVELS), ("component", Points(eta))]
     found += [("system", Points(eta)), *((level, Exact()) for level in LEVELS)] if exact else []
+    if task.plan.invariant:
+        found += [("invariant", NONE), ("invariant", Points(eta)), *([("invariant", Exact())] if exact else [])]
     known = {one.name for _, one in found}
     return found + [(level, hyper) for level in LEVELS if hyper.name not in known]
 
@@ -195,7 +197,8 @@ def variants(task: TrainingTask) -> list[tuple[str, HyperReduction]]:
 def reduced_jobs(task: TrainingTask, options: ComparisonOptions, data: FullRun) -> Iterator[ModelJob]:
     """The main models, then those of the other eps and eta (named `model eps/eta`), then the floating frame."""
     raw, plan, h = task.family({}), task.plan, task.family({}).scheme.step
-    plans = {"system": with_components(plan, system_level(raw.system)), "component": plan}
+    usual = replace(plan, invariant=False)
+    plans = {"system": with_components(usual, system_level(raw.system)), "component": usual, "invariant": plan}
 
     @functools.cache
     def base(level: str, eps: float) -> tuple[TrainingTask, TrainedReduction]:

@@ -29,6 +29,7 @@ from ..dynamics.trajectory import Trajectory
 from ..systems import compiled
 from ..systems.compiled import compile_system
 from ..systems.system import Matrix, System, change_coordinates, driven_rows, is_linear, keep_constraints, linear_part, sizes
+from . import invariant as vectors
 from . import pivots, pod
 from .pod import Basis
 
@@ -103,6 +104,7 @@ def bases(
     components: Mapping[str, Sequence[str]],
     tolerance: float | None = 1e-12,
     modes: int | None = None,
+    invariant: bool = False,
 ) -> dict[str, Basis]:
     """POD basis U^b (n, r) of every component from snapshots (s, q) of `system`, truncated by eps = `tolerance` (14) or to `modes`.
 
@@ -119,6 +121,9 @@ def bases(
         start, W = system.lift(system.x0)[rows], metric_of(system, rows)
         if is_rigid(system, members):
             found[name] = Basis(all_directions(W, A), start, pod.left_singular(W, (states - start).T)[1])
+            continue
+        if invariant:
+            found[name] = vectors.basis(system, rows, (states - start).T, tolerance, modes)
             continue
         basis = pod.basis(states.T, tolerance if modes is None else None, modes, keep=start, metric=W)
         found[name] = replace(basis, modes=pod.orthonormal(W, satisfy(basis.modes.T, A, 0 * a).T))
@@ -205,13 +210,15 @@ def reduce_system(
     check_interfaces(system, components, found, classes)
     kept = np.sort(np.concatenate([classes.linking, classes.others]))
     reduced = replace(change_coordinates(keep_constraints(system, kept), V, mean), components=spans, full=None)
+    reduced = vectors.with_shape_points(system, reduced, [(rows_of(system, one), found[k]) for k, one in components.items()])
     reduced = replace(reduced, mass=clean_diagonal(reduced.mass), damping=clean_diagonal(reduced.damping))
     if eliminate and len(classes.linking):
         _, D, d = linear_part(reduced)
         apart = pivots.independent_rows([np.column_stack([D.toarray(), d])])  # others hold for every mode, or follow from these
         T, x0 = pivots.eliminate(np.asarray(D.toarray())[apart], d[apart])
         rest = np.flatnonzero(~is_linear(reduced.constraints))
-        free = change_coordinates(keep_constraints(reduced, rest), np.asarray(T), x0)
+        alike = any(basis.factors is not None for basis in found.values())
+        free = change_coordinates(keep_constraints(reduced, rest), csr_array(vectors.rounded(T)) if alike else T, x0)
         reduced = replace(free, components=(("eliminated", 0, free.size),))
     if configurations is not None and len(reduced.constraints.names):
         samples = row_samples(system, reduced, configurations[:: max(1, len(configurations) // FEW)])

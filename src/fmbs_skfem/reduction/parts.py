@@ -16,7 +16,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import qr
 from scipy.sparse import csr_array, vstack
 
 from ..bodies.body import Body, Cells, ShapePoints, locate, probe
@@ -29,13 +28,12 @@ from ..core.notices import notify
 from ..dynamics.measurements import point_strains
 from ..dynamics.outputs import lifted
 from ..dynamics.trajectory import Trajectory
-from ..systems import lengths, shape_points
-from ..systems.system import Affine, Elastic
-from . import pod, sampling
+from ..systems import lengths, shape_points, terms
+from ..systems.system import Elastic
+from . import invariant, pod, sampling
 from .hyper_reduction import USUAL
 from .sampling import Level
 
-APART = 1e-3  #: least pivot of the rows of places that are coordinates, over the largest
 BLOCK = 200  #: states whose strains are found at a time
 BEYOND = 0.1  #: part of the trained range that strains may leave it by
 KINDS = ("axial strain", "curvature [1/m]"), ("smallest strain", "largest strain")  #: of lines, of surfaces
@@ -64,12 +62,7 @@ def with_places(part: Body, S: np.ndarray) -> np.ndarray:
     names = [*part.places, *part.frames]
     if not names:
         return S
-    B = np.asarray(csr_array(vstack([probe(part, locate(part, name)) for name in names])) @ S)
-    triangle, order = qr(B.T, mode="r", pivoting=True)
-    pivots = np.abs(np.diag(triangle))
-    B = B[np.sort(order[: int((pivots > APART * pivots[0]).sum())])]
-    Q = qr(B.T)[0]
-    return np.hstack([S @ np.linalg.pinv(B), S @ Q[:, len(B) :]])
+    return invariant.with_rows(S, csr_array(vstack([probe(part, locate(part, name)) for name in names])).toarray())
 
 
 def coordinates(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
@@ -93,16 +86,7 @@ def reduced_body(part: Body, S: np.ndarray) -> Body:
     spread = csr_array(S) if part.spread is None else csr_array(part.spread @ S)
     first = sorted(part.frames.items(), key=lambda one: one[1])
     rows = [np.arange(at, at + 1 + part.dim) for _, at in first]
-    law, K, P, _, E = part.cells.law, *part.cells.table.shape
-    table = np.einsum("kpbe,bea->kpea", part.cells.table, spread.toarray()[part.cells.nodes // part.dim], optimize=True)
-    points = ShapePoints(
-        law,
-        np.ascontiguousarray(table.reshape(K, P * E, -1)),
-        slice(0, S.shape[1] * part.dim),
-        part.dim,
-        part.cells.section.reshape(len(part.cells.section), 1, P * E),
-        np.tile(np.arange(E), P),
-    )
+    points = shape_points.of_cells(part.cells, spread.toarray())
     return replace(
         part,
         reference=found[:, 1:],
@@ -133,15 +117,9 @@ def sampled(part: Body, states: np.ndarray, tolerance: float = USUAL) -> Body:
     """A reduced body whose energy is that of few weighted points (ECSW), to the relative tolerance eta at its states (s, m, c)."""
     if part.shapes is None:
         raise InputError(say(f"body '{part.name}'", "a reduced body", "a full one", "reduce it first: parts.reduced_body"))
-    n = part.reference.size
-    rows = shape_points.carry(part.shapes, part.name, Affine(np.eye(n), np.zeros(n)), np.eye(n), np.zeros(n))
-    member = Elastic(part.name, 0.0, rows)
+    member = Elastic(part.name, 0.0, terms.dense_rows(part.shapes))
     sample, _, _ = sampling.solve([([member], states.reshape(len(states), -1))], 0, tolerance, Level.POINTS)
-    kept, points = sample.indices, part.shapes
-    section = points.section[:, :, kept].copy()
-    section[-1] *= sample.weights
-    few = replace(points, table=np.ascontiguousarray(points.table[:, kept]), section=section, cell=points.cell[kept])
-    return ranged(replace(part, shapes=few), states)
+    return ranged(replace(part, shapes=terms.choose_points(part.shapes, sample.indices, sample.weights)), states)
 
 
 def ranged(part: Body, states: np.ndarray) -> Body:

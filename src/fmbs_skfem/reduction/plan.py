@@ -33,6 +33,7 @@ class Plan:
     modes: Modes = None  #: instead of eps, for all components or by name
     hyper: HyperReduction = NONE  #: how elastic forces are evaluated
     eliminate: bool = False  #: linear constraints between components
+    invariant: bool = False  #: bases that hold with a state all its rotations, see `invariant`
 
 
 def modes_of(plan: Plan, component: str) -> int | None:

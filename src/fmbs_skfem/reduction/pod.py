@@ -40,6 +40,8 @@ class Basis:
     modes: Array  #: (n,r), columns orthonormal in the metric: a kept state first, then the largest singular value first
     mean: Array  #: (n,)
     singular_values: Array  #: (i,), falling
+    #: S (b,m) and T (m c,r) of modes = (S (x) I_c) T that act on every component of vectors alike, see `invariant`
+    factors: tuple[Array, csr_array] | None = None
 
 
 def basis(
@@ -98,13 +100,14 @@ def of_vectors(
 ) -> Basis:
     """Basis of coordinates that are vectors in space, from their components (n,s), as many columns as snapshots times components.
 
-    U (x) I_c holds the states turned in any way if U holds their components. The first of the columns `keep` (n,k) is the field 1:
-    the tolerance refers to the deviations from it. All of them are represented exactly, in the first columns of U.
+    U (x) I_c holds the states turned in any way if U holds their components. Vectors in the plane may be complex numbers, x + iy,
+    one column a snapshot: then U and i U hold all turned states. The first of the columns `keep` (n,k) is the field 1: the
+    tolerance refers to the deviations from it. All of them are represented exactly, in the first columns of U.
     """
     x, kept = _states(snapshots, "snapshots"), _states(keep, "fields to be kept")
     W = _metric(metric, x.shape[0])
     one = kept[:, :1] / _size(W, kept[:, :1])
-    others, sizes = left_singular(W, _outside(W, kept[:, 1:], one))
+    others, sizes = left_singular(W, _outside(W, kept[:, 1:], one)) if kept.shape[1] > 1 else (kept[:, :0], np.zeros(0))
     first = np.hstack([one, others[:, sizes > SAME * _size(W, kept)]])
     s, floor = left_singular(W, _outside(W, x, one))[1], EPS * _size(W, x)
     left, rest = left_singular(W, _outside(W, x, first))
@@ -165,13 +168,13 @@ def _metric(metric: csr_array | None, n: int) -> csr_array:
 def _size(W: csr_array, x: Array) -> float:
     """Norm of all entries in the metric, also where their squares overflow or vanish."""
     unit = float(np.max(np.abs(x)))
-    return unit * float(np.sqrt(np.sum((x / unit) * (W @ (x / unit))))) if unit > 0.0 else 0.0
+    return unit * float(np.sqrt(np.sum((x.conj() / unit) * (W @ (x / unit))).real)) if unit > 0.0 else 0.0
 
 
 def _outside(W: csr_array, x: Array, first: Array) -> Array:
     """x without its part along the orthonormal columns `first`."""
     for _ in range(2):
-        x = x - first @ (first.T @ (W @ x))
+        x = x - first @ (first.conj().T @ (W @ x))
     return x
 
 
@@ -185,9 +188,9 @@ def left_singular(W: csr_array, x: Array) -> tuple[Array, Array]:
     """U (n,i), orthonormal in the metric W (n,n), and s (i,) of x (n,s)."""
     scale = np.sqrt(W.diagonal())
     q, r = np.linalg.qr(scale[:, None] * x)
-    C = np.linalg.cholesky(q.T @ (diags_array(1.0 / scale) @ W @ diags_array(1.0 / scale) @ q))
-    u, s, _ = np.linalg.svd(C.T @ r, full_matrices=False)
-    return np.asarray(q @ solve_triangular(C, u, lower=True, trans="T") / scale[:, None]), s
+    C = np.linalg.cholesky(q.conj().T @ (diags_array(1.0 / scale) @ W @ diags_array(1.0 / scale) @ q))
+    u, s, _ = np.linalg.svd(C.conj().T @ r, full_matrices=False)
+    return np.asarray(q @ solve_triangular(C, u, lower=True, trans="C") / scale[:, None]), s
 
 
 def _count(rest: Array, rank: int, tolerance: float | None, modes: int | None, s: Array, kept: int) -> int:
@@ -205,9 +208,11 @@ def _count(rest: Array, rank: int, tolerance: float | None, modes: int | None, s
 
 
 def _states(x: ArrayLike, name: str) -> Array:
-    """x as a finite, non-empty matrix (n,s)."""
-    wanted = f"finite {name} as a matrix (unknowns, samples)"
-    return finite(x, "pod", wanted, None, None, remedy="leave out what a failed run left")
+    """x as a finite, non-empty matrix (n,s), of real or complex numbers."""
+    wanted, remedy = f"finite {name} as a matrix (unknowns, samples)", "leave out what a failed run left"
+    if np.iscomplexobj(x):
+        return np.asarray(_states(np.real(x), name) + 1j * _states(np.imag(x), name))
+    return finite(x, "pod", wanted, None, None, remedy=remedy)
 
 
 def _state(x: ArrayLike, name: str, n: int) -> Array:

@@ -23,7 +23,7 @@ from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System, keep_constraints
-from . import affine, cases, errors, galerkin, pod
+from . import affine, cases, errors, galerkin, invariant, pod
 from .affine import ParametricCase
 from .cases import Case, Family
 from .full_runs import FullRun, TrainingTask, snapshot_steps, states
@@ -152,7 +152,8 @@ def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str,
     for name, members in plan.components.items():
         rows, wanted = rows_of(raw, members), modes_of(plan, name)
         if runs[0].q is not None:
-            alone = galerkin.bases(raw, Snapshots(runs[0].times, runs[0].q), {name: members}, plan.tolerance, wanted)[name]
+            data = Snapshots(runs[0].times, runs[0].q)
+            alone = galerkin.bases(raw, data, {name: members}, plan.tolerance, wanted, plan.invariant)[name]
             found[name] = replace(alone, mean=alone.mean - raw.lift(raw.x0)[rows])
             continue
         W, (A, a) = metric_of(raw, rows), inner_constraints(raw, rows)
@@ -161,6 +162,10 @@ def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str,
             found[name] = Basis(all_directions(W, A), np.zeros(len(rows)), np.sort(values)[::-1])
             continue
         known = [(run.factors[name].modes, run.factors[name].values) for run in runs]
+        if plan.invariant:
+            basis = invariant.basis(raw, rows, np.hstack([U * s for U, s in known]), plan.tolerance, wanted)
+            found[name] = replace(basis, mean=np.zeros(len(rows)))
+            continue
         basis = pod.update(known, np.zeros(len(rows)), plan.tolerance if wanted is None else None, wanted, metric=W)
         found[name] = replace(basis, modes=pod.orthonormal(W, satisfy(basis.modes.T, A, 0 * a).T))
     return found
@@ -170,11 +175,11 @@ def about_start(task: TrainingTask, raw: System, found: Modes) -> dict[str, Basi
     """The bases of one sample: its own initial state, and modes that keep its linear constraints inside components."""
     mine, start = {}, raw.lift(raw.x0)
     for name, members in task.plan.components.items():
-        rows, modes = rows_of(raw, members), found[name].modes
+        rows, own = rows_of(raw, members), found[name]
         A, a = inner_constraints(raw, rows)
-        if len(a) and np.abs(A @ modes).max() > KEEPS * np.abs(A).max():
-            modes = np.ascontiguousarray(satisfy(modes.T, A, 0 * a).T)
-        mine[name] = replace(found[name], modes=modes, mean=start[rows] + found[name].mean)
+        if len(a) and np.abs(A @ own.modes).max() > KEEPS * np.abs(A).max():
+            own = replace(own, modes=np.ascontiguousarray(satisfy(own.modes.T, A, 0 * a).T), factors=None)
+        mine[name] = replace(own, mean=start[rows] + own.mean)
     return mine
 
 

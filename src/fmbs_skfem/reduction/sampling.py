@@ -103,7 +103,7 @@ def train(
         raise InputError(say("sampling.train", "a reduced system", "a full one" if runs else "none", "reduce it first"))
     found = []
     for name, first, last in runs[0][0].components:
-        mine = [([e for e in system.elastic if owns(e, first, last)], states[:, first:last]) for system, states in runs]
+        mine = [(members_of(system, first, last), states[:, first:last]) for system, states in runs]
         members = mine[0][0]
         if members:
             sample, training, search = solve(mine, first, tolerance, level)
@@ -111,23 +111,36 @@ def train(
     return tuple(found)
 
 
+def members_of(system: System, first: int, last: int) -> list[Elastic]:
+    """The bodies whose unknowns lie in the given range, their points as dense rows."""
+    return [replace(one, gather=sampled_gather(one)) for one in system.elastic if owns(one, first, last)]
+
+
 def owns(elastic: Elastic, first: int, last: int) -> bool:
     """Whether a body's unknowns lie in the given range."""
-    gather = sampled_gather(elastic)
-    return first <= gather.columns.start and gather.columns.stop <= last
+    mine = terms.unknowns(elastic.gather)
+    if mine is None:
+        raise full_body(elastic)
+    return first <= mine.start and mine.stop <= last
+
+
+def full_body(elastic: Elastic) -> InputError:
+    """The error of a body whose points cannot be sampled."""
+    return InputError(say(f"body '{elastic.name}'", "a reduced body", "a full one"))
 
 
 def count(elastic: Elastic, level: Level) -> int:
     """Number of cells or points of a reduced body."""
-    gather = sampled_gather(elastic)
-    return len(gather.cell) if level is Level.POINTS else int(gather.cell.max()) + 1
+    cells = terms.cells_of_points(elastic.gather)
+    return len(cells) if level is Level.POINTS else int(cells.max()) + 1
 
 
 def sampled_gather(elastic: Elastic) -> Sampled:
-    """The points of a reduced body; InputError for a body of a full model."""
-    if not isinstance(elastic.gather, Sampled):
-        raise InputError(say(f"body '{elastic.name}'", "a reduced body", "a full one"))
-    return elastic.gather
+    """The points of a reduced body as dense rows; InputError for a body of a full model."""
+    rows = terms.dense_rows(elastic.gather)
+    if rows is None:
+        raise full_body(elastic)
+    return rows
 
 
 def solve(runs: Sequence[Run], start: int, tolerance: float, level: Level) -> tuple[Sample, float, float]:
@@ -258,27 +271,14 @@ def apply(system: System, selections: tuple[Selection, ...]) -> System:
                 weights[selection.sample.indices[mine] - start] = selection.sample.weights[mine]
                 elastic[number] = weighted(member, weights, selection.level)
                 start += size
-    return replace(system, elastic=tuple(e for e in elastic if len(sampled_gather(e).cell)))
+    return replace(system, elastic=tuple(one for one in elastic if len(terms.cells_of_points(one.gather))))
 
 
 def weighted(elastic: Elastic, weights: np.ndarray, level: Level) -> Elastic:
     """A reduced body with quadrature weights times weights (e,) of its cells or (p,) of its points; zeros are left out."""
-    gather = sampled_gather(elastic)
-    point = weights if level is Level.POINTS else weights[gather.cell]
-    kept = np.flatnonzero(point > 0)
-    rows, points = gradient_size(gather), len(gather.cell)
-    section = gather.section[:, :, kept].copy()
-    section[-1] *= point[kept]
-    return replace(
-        elastic,
-        gather=replace(
-            gather,
-            rows=np.ascontiguousarray(gather.rows.reshape(rows, points, -1)[:, kept].reshape(rows * len(kept), -1)),
-            offset=np.ascontiguousarray(gather.offset.reshape(rows, points)[:, kept].ravel()),
-            section=np.ascontiguousarray(section),
-            cell=gather.cell[kept],
-        ),
-    )
+    point = weights if level is Level.POINTS else weights[terms.cells_of_points(elastic.gather)]
+    chosen = np.flatnonzero(point > 0)
+    return replace(elastic, gather=terms.choose_points(elastic.gather, chosen, point[chosen]))
 
 
 def kept(system: System) -> dict[str, tuple[int, int]]:

@@ -143,10 +143,14 @@ class HyperReduction(Model):
 
 
 class Reduction(Model):
-    """POD of snapshots taken every `snapshots` seconds, or span by span; without `components` every body is one."""
+    """POD of snapshots taken every `snapshots` seconds, or span by span; without `components` every body is one.
+
+    An invariant `basis` holds with a state all its rotations: its modes are vectors and do not know the training's directions.
+    """
 
     snapshots: fields.Snapshots
     components: Annotated[dict[str, list[StrictStr]] | None, Field(description="names, each with a list of bodies")] = None
+    basis: Literal["coordinates", "invariant"] = "coordinates"
     tolerance: Tolerance = 1e-12
     modes: fields.Counts | None = None
     hyper_reduction: HyperReduction | None = HyperReduction()

@@ -134,6 +134,14 @@ def reduce(
             choices=hyper_reductions,
         ),
     ] = None,
+    basis: Annotated[
+        str | None,
+        Option(
+            "Modes of coordinates, or invariant ones, which hold with a state all its rotations, instead of the scene's.",
+            "NAME",
+            choices=("coordinates", "invariant"),
+        ),
+    ] = None,
     duration: Duration = None,
     **shared: Unpack[Shared],
 ) -> "ReductionResult":
@@ -147,7 +155,7 @@ def reduce(
     with jobs.begin(source, **shared) as job:
         scene = jobs.read_scene(job, duration)
         path = reducing.target(job, scene)
-        plan = plans.plan_with(scene, level, tolerance, modes, hyper, sample)
+        plan = plans.plan_with(scene, level, tolerance, modes, hyper, sample, basis)
         return reducing.reduce_scene(job, scene, path, plan)
 
 

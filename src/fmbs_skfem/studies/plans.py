@@ -49,11 +49,18 @@ def plan(scene: Scene) -> Plan:
         modes=wanted.modes,
         hyper=hyper_reduction.named(hyper.sample, hyper.tolerance) if hyper else NONE,
         eliminate=wanted.constraints == "eliminate",
+        invariant=wanted.basis == "invariant",
     )
 
 
 def plan_with(
-    scene: Scene, level: str, tolerance: float | None, modes: int | None, hyper: float | None, sample: str | None
+    scene: Scene,
+    level: str,
+    tolerance: float | None,
+    modes: int | None,
+    hyper: float | None,
+    sample: str | None,
+    basis: str | None = None,
 ) -> Plan:
     """The scene's plan with what the options replace."""
     if tolerance is not None and modes is not None:
@@ -66,6 +73,8 @@ def plan_with(
     if level == "system":
         counts = None if isinstance(found.modes, dict) else found.modes
         found = replace(found, components={"system": tuple(scene.bodies)}, modes=counts)
+    if basis is not None:
+        found = replace(found, invariant=basis == "invariant")
     if tolerance is not None:
         found = replace(found, tolerance=tolerance, modes=None)
     if modes is not None:

@@ -211,3 +211,31 @@ def position_gradients(points: Sampled, x: np.ndarray, q: np.ndarray) -> np.ndar
 def cells_of_points(points: Sampled) -> np.ndarray:
     """Of all points."""
     return points.cell
+
+
+@terms.dense_rows.register(Sampled)
+def dense_rows(points: Sampled) -> Sampled:
+    """They are."""
+    return points
+
+
+@terms.unknowns.register(Sampled)
+def unknowns(points: Sampled) -> slice:
+    """Its columns."""
+    return points.columns
+
+
+@terms.choose_points.register(Sampled)
+def choose_points(points: Sampled, kept: np.ndarray, factors: np.ndarray) -> Sampled:
+    """Rows, offset and section of these points."""
+    count = len(points.cell)
+    rows, offset = points.rows.reshape(-1, count, points.rows.shape[1])[:, kept], points.offset.reshape(-1, count)[:, kept]
+    rows, offset = np.ascontiguousarray(rows).reshape(-1, points.rows.shape[1]), np.ascontiguousarray(offset).ravel()
+    return replace(points, rows=rows, offset=offset, section=weigh(points.section, kept, factors), cell=points.cell[kept])
+
+
+def weigh(section: np.ndarray, kept: np.ndarray, factors: np.ndarray) -> np.ndarray:
+    """Rows of a section (i, 1, p) at some points, the last one, the weight, times factors."""
+    few = np.ascontiguousarray(section[:, :, kept])
+    few[-1] *= factors
+    return few

@@ -1,6 +1,6 @@
 """Points of reduced bodies as terms, in Kronecker form: shape functions N (b) act on every component of vectors alike.
 
-    u[(k, c), p] = sum_b N[k, p, b] z[b, c],     z = (lift x)[columns],     f = lift^T N^T phi(u)
+    u[(k, c), p] = sum_b N[k, p, b] z[b, c],     z = (lift x)[columns] or A x + a,     f = A^T N^T phi(u)
     W[(b, c), (d, g)] += sum_p,k,l N[k, p, b] phi'[(k, c), (l, g), p] N[l, p, d]
 
 A reduced body of m functions has m c unknowns. Gather and scatter cost c times less, the tangent more than twice less, than rows of
@@ -16,17 +16,17 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..bodies import laws
-from ..bodies.body import ShapePoints
+from ..bodies.body import Cells, ShapePoints
 from ..core.entries import view
 from ..core.jit import jit
-from ..core.linalg import is_sparse
+from ..core.linalg import as_dense, is_sparse
 from ..core.structs import Cube, Integers, opener, routine
 from ..core.structs import Matrix as Rows
 from . import terms
 from .cells import put
 from .evaluation import evaluation
 from .kernels import add_combination, add_sums, clear
-from .points import Sampled, support
+from .points import Sampled, support, weigh
 from .terms import Lifts, Routines, Setting, Targets, Term
 
 if TYPE_CHECKING:
@@ -159,14 +159,19 @@ ROUTINES = Routines(force, tangent, energy)
 
 @terms.carry.register(ShapePoints)
 def carry(points: ShapePoints, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> ShapePoints | Sampled:
-    """Sparse V leaves points in body coordinates; dense V multiplies them out to rows (derivative, component, point) by modes."""
-    if is_sparse(V):
-        return points
-    rows, used = component_rows(points), points.columns
-    gradients = np.asarray(rows @ lift.matrix[used])
-    columns = support(gradients)
-    kept = np.ascontiguousarray(gradients[:, columns])
-    return Sampled(points.law, kept, rows @ lift.offset[used], points.section, columns, points.cell)
+    """Sparse V leaves points in coordinates of the body; dense V multiplies them out to rows by modes."""
+    if points.matrix is None:
+        return points if is_sparse(V) else rows_by_modes(points, lift.matrix[points.columns], lift.offset[points.columns])
+    matrix, offset = points.matrix @ V, points.offset + points.matrix @ d
+    return replace(points, matrix=csr_array(matrix), offset=offset) if is_sparse(V) else rows_by_modes(points, matrix, offset)
+
+
+def rows_by_modes(points: ShapePoints, matrix: Matrix, offset: np.ndarray) -> Sampled:
+    """Rows (derivative, component, point) by modes, for coordinates matrix (b c, n) @ x + offset of the body."""
+    rows = component_rows(points)
+    columns = support(as_dense(matrix))
+    gradients = np.ascontiguousarray(rows @ as_dense(matrix[:, columns]))
+    return Sampled(points.law, gradients, rows @ offset, points.section, columns, points.cell)
 
 
 def component_rows(points: ShapePoints) -> np.ndarray:
@@ -176,12 +181,50 @@ def component_rows(points: ShapePoints) -> np.ndarray:
     return np.asarray(rows.reshape(K * points.dim * P, B * points.dim))
 
 
+@terms.dense_rows.register(ShapePoints)
+def dense_rows(points: ShapePoints) -> Sampled:
+    """On the unknowns, or on the coordinates of the body where those of all bodies are the unknowns."""
+    n = points.table.shape[2] * points.dim
+    if points.matrix is None:
+        return replace(rows_by_modes(points, np.eye(n), np.zeros(n)), columns=points.columns)
+    return rows_by_modes(points, points.matrix, points.offset)
+
+
+@terms.unknowns.register(ShapePoints)
+def unknowns(points: ShapePoints) -> slice:
+    """Those of its matrix."""
+    return points.columns if points.matrix is None else support(as_dense(points.matrix))
+
+
+@terms.choose_points.register(ShapePoints)
+def choose_points(points: ShapePoints, kept: np.ndarray, factors: np.ndarray) -> ShapePoints:
+    """Table and section of these points."""
+    table, section = np.ascontiguousarray(points.table[:, kept]), weigh(points.section, kept, factors)
+    return replace(points, table=table, section=section, cell=points.cell[kept])
+
+
+def of_cells(cells: Cells, functions: np.ndarray) -> ShapePoints:
+    """All quadrature points of cells, for shape functions (b, m) over those that the cells read."""
+    K, P, _, E = cells.table.shape
+    table = np.einsum("kpbe,bea->kpea", cells.table, functions[cells.nodes // cells.dim], optimize=True)
+    return ShapePoints(
+        cells.law,
+        np.ascontiguousarray(table.reshape(K, P * E, -1)),
+        slice(0, functions.shape[1] * cells.dim),
+        cells.dim,
+        cells.section.reshape(len(cells.section), 1, P * E),
+        np.tile(np.arange(E), P),
+    )
+
+
 @terms.split.register(ShapePoints)
 def split(points: ShapePoints, lifts: Lifts) -> list[ShapePoints]:
     """One piece."""
-    start = lifts.place(None) + points.columns.start
-    moved = slice(start, start + points.columns.stop - points.columns.start)
-    return [replace(points, columns=moved)]
+    if points.matrix is None:
+        start = lifts.place(None) + points.columns.start
+    else:
+        start = lifts.add(points.matrix, points.offset)
+    return [replace(points, columns=slice(start, start + points.columns.stop - points.columns.start))]
 
 
 @terms.couplings.register(ShapePoints)
@@ -204,7 +247,9 @@ def compile_term(points: ShapePoints, setting: Setting) -> Term:
 
 @terms.functions_read.register(ShapePoints)
 def functions_read(points: ShapePoints, size: int) -> csr_array:
-    """All functions of the body, in one row."""
+    """All functions of the body, in one row; no rows where it reads the unknowns of a reduced model."""
+    if points.matrix is not None:
+        return csr_array((0, size), dtype=np.float32)
     first, last = points.columns.start // points.dim, points.columns.stop // points.dim
     return csr_array((np.ones(last - first, np.float32), np.arange(first, last), [0, last - first]), shape=(1, size))
 
@@ -218,5 +263,6 @@ def cells_of_points(points: ShapePoints) -> np.ndarray:
 @terms.position_gradients.register(ShapePoints)
 def position_gradients(points: ShapePoints, x: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Of all points, (k c, 1, p)."""
-    u = np.einsum("kpb,bc->kcp", points.table, q[points.columns].reshape(-1, points.dim))
+    z = q[points.columns] if points.matrix is None else points.matrix @ x + points.offset
+    u = np.einsum("kpb,bc->kcp", points.table, z.reshape(-1, points.dim))
     return u.reshape(-1, *points.section.shape[1:])

@@ -7,7 +7,8 @@ A storage is a struct of arrays; for its type it registers
     compile_term    a piece as a record of arrays and three routines that act on it (`evaluation.ElasticTerms`)
 
 and, where the default does not do, `couplings`, `position_gradients` and what costs are counted from: `functions_read`,
-`numbers_read` and `cells_of_points`. Nothing else asks which storage a term has.
+`numbers_read` and `cells_of_points`; points that can be sampled say their `dense_rows` and `unknowns`, and `choose_points` among
+them. Nothing else asks which storage a term has.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from ..core.structs import Callback, Routine, Shorts, Vector, packed, unpacked
 from .evaluation import Space
 
 if TYPE_CHECKING:
+    from .points import Sampled
     from .system import Affine, Matrix
 
 
@@ -104,11 +106,17 @@ class Lifts:
         if spread is None and self.shared >= 0:
             return self.shared
         matrix, offset = self.lift.matrix, self.lift.offset
+        if spread is not None:
+            return self.add(spread @ matrix, spread @ offset)
+        self.shared = self.add(matrix, offset)
+        return self.shared
+
+    def add(self, matrix: Matrix, offset: np.ndarray) -> int:
+        """The first of the coordinates matrix @ x + offset of the unknowns."""
         start = self.count
-        self.rows.append(csr_array(matrix if spread is None else spread @ matrix))
-        self.offsets.append(offset if spread is None else spread @ offset)
-        self.count += len(self.offsets[-1])
-        self.shared = start if spread is None else self.shared
+        self.rows.append(csr_array(matrix))
+        self.offsets.append(offset)
+        self.count += len(offset)
         return start
 
     def whole(self) -> tuple[csr_array, np.ndarray]:
@@ -168,6 +176,24 @@ def numbers_read(storage: Any) -> float:
 def cells_of_points(storage: Any) -> np.ndarray:
     """Number of the cell of every point in use of a reduced body (p,); none of storages without such points."""
     return np.zeros(0, np.int64)
+
+
+@singledispatch
+def dense_rows(storage: Any) -> Sampled | None:
+    """The points of a reduced body as dense rows on the unknowns; None of other storages."""
+    return None
+
+
+@singledispatch
+def unknowns(storage: Any) -> slice | None:
+    """The unknowns that the points of a reduced body read; None of other storages."""
+    return None
+
+
+@singledispatch
+def choose_points(storage: Any, kept: np.ndarray, factors: np.ndarray) -> Any:
+    """The storage of a reduced body at some of its points (i,), their quadrature weights times factors (i,)."""
+    raise TypeError(type(storage))
 
 
 class Nothing(NamedTuple):
