@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from fmbs_skfem.scenes import Scene
+from fmbs_skfem.scenes import Scene, build
 from fmbs_skfem.studies import comparison
 
 from .calls import fmbs
@@ -15,9 +16,9 @@ from .test_provenance import KEYS
 
 def short(scene: Scene) -> Scene:
     """The demo's scene with one competitor, a larger step, and few steps of time."""
-    analysis = scene.analysis.model_copy(update={"duration": 0.1, "step": 1e-3})
-    compare = scene.compare.model_copy(update={"coarse": [5], "steps": []}) if scene.compare else None
-    return scene.model_copy(update={"analysis": analysis, "compare": compare})
+    analysis = replace(build.dynamic(scene), duration=0.1, step=1e-3)
+    compare = replace(scene.compare, coarse=[5], steps=[]) if scene.compare else None
+    return replace(scene, analysis=analysis, compare=compare)
 
 
 def test_the_scenes_travel_with_the_package() -> None:

@@ -113,7 +113,7 @@ def test_examples_do_not_depend_on_the_frame(name: str, shift: tuple[float, floa
 def solved(scene: scenes.Scene, steps: int = STEPS, cells: int | None = None) -> Trajectory:
     """Equilibria of a static scene, some steps of another one, with the Newton iteration of the scene."""
     system = build.chosen_form(scene, build.system(scene, cells))
-    if scene.analysis.type == "static":
+    if scene.analysis.word == "static":
         return solve_statics(system, scene.analysis.load_steps, Newton(scene.analysis.tolerance), scene.analysis.time)
     analysis = build.dynamic(scene)
     scheme = GeneralizedAlpha(analysis.step, analysis.rho_inf)

@@ -20,6 +20,8 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Remark
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, extensions, reading, schema
+from fmbs_skfem.scenes.analyses import Analysis
+from fmbs_skfem.scenes.bodies import SceneBody
 from fmbs_skfem.systems import constraint_laws, force_laws, probes
 
 from ..cli.calls import ROOT, fmbs
@@ -27,13 +29,14 @@ from ..cli.calls import ROOT, fmbs
 PAGE = (ROOT / "docs" / "extensions.md").read_text(encoding="utf-8")
 SCENE = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)[0]
 BLOCKS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+NAMED = re.findall(r"my_\w+\.py", re.findall(r"extensions: (.*)", SCENE)[0])
 FILES = {block.split("\n")[0].removeprefix("# "): block for block in BLOCKS if block.startswith("# my_")}
 
 
 @pytest.fixture(autouse=True)
 def _apart(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """What a test declares is forgotten after it."""
-    for family in (systems.joints.Joint, systems.loads.Load, probes.Probe):
+    for family in (systems.joints.Joint, systems.loads.Load, probes.Probe, SceneBody, Analysis):
         monkeypatch.setattr(family, "known", dict(family.known))
     monkeypatch.setattr(laws, "KNOWN", dict(laws.KNOWN))
     for module in (constraint_laws, force_laws):
@@ -65,7 +68,9 @@ def quiet(path: Path) -> schema.Scene:
 
 
 def test_every_recipe_is_short() -> None:
-    assert set(FILES) == {"my_joint.py", "my_track.py", "my_load.py", "my_force.py", "my_output.py", "my_law.py"}
+    whole = {"my_rod.py", "my_periods.py"}  # a scene of their own
+    assert set(FILES) - whole == {"my_joint.py", "my_track.py", "my_load.py", "my_force.py", "my_output.py", "my_law.py"}
+    assert whole < set(FILES)
     assert all(block.count("\n") < 60 for block in BLOCKS)
 
 
@@ -74,14 +79,50 @@ def test_the_scene_is_sound_and_runs(project: Path, tmp_path: Path) -> None:
     done = fmbs("check", project, "--strict", "--json")
     assert done.code == 0, done.err
     assert [note for note in done.json["notices"] if "runs the Python file" in note] == [
-        f"runs the Python file {project.parent.resolve() / name}" for name in FILES
+        f"runs the Python file {project.parent.resolve() / name}" for name in NAMED
     ]
     done = fmbs("run", project, "--out", tmp_path / "out", "--no-plots", "--json")
     assert done.code == 0, done.err
     table = np.genfromtxt(tmp_path / "out" / "outputs.csv", delimiter=",", names=True)
     assert table["length"][0] == pytest.approx(1.0, rel=1e-12)
     assert done.json["notices"] == []  # run once a process
-    assert set(FILES) <= {Path(name).name for name in done.json["provenance"]["files"]}
+    assert set(NAMED) <= {Path(name).name for name in done.json["provenance"]["files"]}
+
+
+OWN = """\
+schema: 1
+name: own
+dimension: 2
+extensions: [my_rod.py, my_periods.py]
+bodies:
+  rod: {type: rod, a: [0, 0], b: [2 m, 0], mass: 3 kg}
+joints: {pin: {type: pin, at: rod.a}}
+loads: {spring: {type: torsion_spring, at: rod.frame, stiffness: 5 N m/rad}}
+analysis: {type: periods, count: 1}
+"""
+
+
+def test_a_body_and_an_analysis(project: Path, tmp_path: Path) -> None:
+    """A rod m, L on a pin with a spring k: the period 2 pi sqrt(m L^2 / 3 k); all commands take it, and say what it has not."""
+    path = project.parent / "whole.yaml"
+    path.write_text(OWN)
+    done = fmbs("check", path, "--json")
+    assert done.code == 0, done.err
+    assert done.json["analysis"] == "periods"
+    assert done.json["estimates"]["modes"] == 1
+    assert done.json["mass"] == pytest.approx(3.0)
+    done = fmbs("run", path, "--out", tmp_path / "out", "--json")
+    assert done.code == 0, done.err
+    assert done.json["periods_s"] == [pytest.approx(2 * np.pi * np.sqrt(3.0 * 4.0 / 3.0 / 5.0), rel=1e-9)]
+    assert (tmp_path / "out" / "periods.csv").read_text().startswith("mode,period_s\n1,")
+    for command in ("render", "export"):
+        done = fmbs(command, path, "--out", tmp_path / command)
+        assert done.code == 3
+        assert "expected dynamic or static, got periods; use fmbs run for periods" in done.err
+    path.write_text(OWN.replace("mass: 3 kg", "mass: 3 m"))
+    with pytest.raises(InputError, match=r"whole.yaml:6: bodies.rod.mass: expected a mass \[kg\], got '3 m'"):
+        quiet(path)
+    assert {"Rod", "Periods"} <= set(scenes.json_schema()["$defs"])
 
 
 def test_the_keys_are_checked(project: Path) -> None:

@@ -13,8 +13,8 @@ from fmbs_skfem.bodies import Material, body
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.scenes import plausibility
-from fmbs_skfem.scenes.plausibility import BodyFigures, CellShapes
+from fmbs_skfem.scenes import figures, plausibility
+from fmbs_skfem.scenes.figures import BodyFigures, CellShapes
 from fmbs_skfem.shapes import ancf_plate, skfem_surface
 
 from ..systems.rigid_parts import grid
@@ -53,7 +53,7 @@ def judged(
     scene = scenes.loads(
         text if g != "0" else text.replace("  weight: {type: gravity, acceleration: [0, 0]}\n", ""), ROOT / "meshes"
     )
-    parts = {name: model.build(scene, name, None, False) for name, model in scene.bodies.items()}
+    parts = {name: model.build(scene, None, False) for name, model in scene.bodies.items()}
     known = plausibility.figures(scene, parts)
     return known["beam"], {finding.keys: str(finding) for finding in plausibility.findings(scene, known)}
 
@@ -61,7 +61,7 @@ def judged(
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_the_examples_are_plausible(name: str) -> None:
     scene = scenes.read(ROOT / "examples" / f"{name}.yaml")
-    parts = {name: model.build(scene, name, None, False) for name, model in scene.bodies.items()}
+    parts = {name: model.build(scene, None, False) for name, model in scene.bodies.items()}
     assert list(plausibility.findings(scene, plausibility.figures(scene, parts))) == []
 
 
@@ -191,7 +191,7 @@ def test_rigid_bodies_are_as_large_as_their_places_are_apart() -> None:
 
 
 def shape_of(surface: object) -> CellShapes:
-    return plausibility.plate_cells(plate("plate", surface, 0.1, Material(1e5, 500.0)))[0]  # type: ignore[arg-type]
+    return figures.plate_cells(plate("plate", surface, 0.1, Material(1e5, 500.0)))[0]  # type: ignore[arg-type]
 
 
 def test_squares_and_equilateral_triangles_are_perfect() -> None:
@@ -265,7 +265,7 @@ joints: {{clamp: {{type: edge, body: strip, edges: left}}}}
 analysis: {{type: static}}
 """
         scene = scenes.loads(text, ROOT / "meshes")
-        parts = {"strip": scene.bodies["strip"].build(scene, "strip", None, False)}
+        parts = {"strip": scene.bodies["strip"].build(scene, None, False)}
         known = plausibility.figures(scene, parts)
         assert known["strip"].cells is not None
         assert known["strip"].cells.across == (across if (dimension, ratio) == (3, 0.3) else 0)

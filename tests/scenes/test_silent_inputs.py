@@ -304,7 +304,7 @@ def test_tolerances_out_of_range_are_refused_with_their_line(before: str, after:
 @pytest.mark.parametrize(
     ("bodies", "message"),
     [
-        ("bodies: {}", r"scene:3: bodies: expected at least 1 entry of 'bodies', got none; write 'name: \{\.\.\.\}' for each"),
+        ("bodies: {}", r"scene:3: bodies: expected at least 1 entry, got none; write 'name: \{\.\.\.\}' for each"),
         ("bodies: []", "scene:3: bodies: expected a mapping of names, got a list of 0; write 'name: ...' for each"),
         ("bodies:", "scene:3: bodies: expected a mapping of names, got nothing; write 'name: ...' for each"),
     ],

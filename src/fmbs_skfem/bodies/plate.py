@@ -15,7 +15,7 @@ tied there, exactly where that is possible (`smoothing.tied`), else by constant 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial, singledispatch
 from typing import Any
 
@@ -25,6 +25,8 @@ from scipy.sparse.linalg import splu
 
 from ..core import ranks
 from ..core.errors import InputError, closest, listed, say
+from ..core.fields import Names, Position
+from ..core.mappings import HIDDEN
 from ..core.notices import notify
 from ..shapes import ancf_plate, interfaces, nurbs, smoothing
 from ..shapes import surface as surfaces
@@ -45,9 +47,9 @@ class Rim:
     With `slopes` the derivative across the edge follows the frame too: the plate is clamped to it, else hinged.
     """
 
-    edges: tuple[str, ...]
-    center: tuple[float, ...] | None = None
-    slopes: bool = False
+    edges: Names
+    center: Position | None = None
+    slopes: bool = field(default=False, metadata=HIDDEN)
 
 
 def plate(

@@ -46,8 +46,8 @@ class Declared:
                 raise InputError(say(f"class {cls.__qualname__}", "a word of its own", known, "give it another one, word='...'"))
             cls.known[one] = cls
 
-    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
-        """What is wrong with it in `dim` dimensions beyond single fields: names of fields and problems."""
+    def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
+        """What is wrong with it in `dim` dimensions beyond single fields: names of fields, or paths of keys, and problems."""
         return iter(())
 
 
@@ -56,4 +56,4 @@ def require_sound(what: str, name: str, item: Any, family: type[Declared], dim: 
     if not isinstance(item, family):
         raise InputError(say(f"{what} '{name}'" if name else f"{what}s", f"a {family.__name__.lower()}", type(item).__name__))
     for key, problem in item.problems(dim):
-        raise InputError(problem.at(f"{what} '{name}'" + (f".{key}" if key else "")))
+        raise InputError(problem.at(f"{what} '{name}'" + (f".{key if isinstance(key, str) else '.'.join(key)}" if key else "")))

@@ -53,22 +53,14 @@ class Takes:
 
     read: Callable[[object, Context], Any]
     schema: Schema | Callable[[], Schema]  #: a function where it is not the same all the time
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        from pydantic import PlainValidator, ValidationInfo
-
-        def validate(value: object, info: ValidationInfo) -> Any:
-            return self.read(value, info.context if isinstance(info.context, Context) else Context())
-
-        return PlainValidator(validate).__get_pydantic_core_schema__(source, handler)
-
-    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Schema:
-        return copy.deepcopy(self.told)
+    names: str = ""  #: the section of a scene, or the kind of bodies, one of which it names
+    angle: Callable[[Any], float | None] | None = None  #: angle [rad] that a value of it is, None where that changes with time
+    show: Callable[[Any], Any] | None = None  #: how its default stands in the schema, where that is not as it is in a report
 
     @property
     def told(self) -> Schema:
         """The schema as it is now."""
-        return self.schema() if callable(self.schema) else self.schema
+        return copy.deepcopy(self.schema() if callable(self.schema) else self.schema)
 
 
 # ------------------------------------------------------------------------------------------------------------------ values
@@ -177,7 +169,32 @@ def word(known: Mapping[str, Any]) -> Takes:
 def quantity(unit: str, *bounds: str) -> Takes:
     """A number with a unit, "" for none, within bounds such as "> 0" and "< 1"."""
     dimension = units.find_dimension(unit)
-    return Takes(lambda value, context: read_quantity(value, dimension, context, *bounds), number_schema(dimension, *bounds))
+    return Takes(
+        lambda value, context: read_quantity(value, dimension, context, *bounds),
+        number_schema(dimension, *bounds),
+        angle=float if dimension == units.ANGLE else None,
+    )
+
+
+def whole(least: int | None = None, most: int | None = None) -> Takes:
+    """A whole number from `least` to `most`."""
+
+    def read(value: object, context: Context) -> int:
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise Problem("a whole number", shown(value))
+        if least is not None and value < least:
+            raise Problem(f"a number >= {least}", shown(value))
+        if most is not None and value > most:
+            raise Problem(f"a number <= {most}", shown(value))
+        return value
+
+    limits = {"minimum": least, "maximum": most}
+    return Takes(read, {"type": "integer", **{key: limit for key, limit in limits.items() if limit is not None}})
+
+
+def name_in(section: str, told: str) -> Takes:
+    """A name of something in a section of the scene."""
+    return Takes(read_text, {"type": "string", "description": told}, section)
 
 
 def vector(unit: str) -> Takes:
@@ -211,6 +228,17 @@ _ANGLE = _EXPRESSION | {"description": "angle [rad], expression of t"}
 _MOTION = array_schema(_EXPRESSION, 2, 3) | {"description": "expressions of t [m]"}
 
 
+def read_text(value: object, context: Context) -> str:
+    if not isinstance(value, str):
+        raise Problem("a text", shown(value))
+    return value
+
+
+def constant_angle(value: object) -> float | None:
+    """The angle of a function of time that is constant."""
+    return value(0.0) if isinstance(value, Expression) and len(value.program) == 1 else None
+
+
 def read_motion(value: object, context: Context) -> tuple[Expression, ...]:
     """One expression of t a coordinate."""
     if not isinstance(value, list | tuple) or len(value) != context.dimension:
@@ -222,7 +250,7 @@ ANY = Takes(lambda value, context: units.read(value, context.parameters).value, 
 NAMED = Takes(read_names, NAMES | {"description": "a name or a list of names"})
 AXIS = Takes(read_axis, _THREE | {"description": "an axis in space"})
 HISTORY = Takes(of_time, _EXPRESSION | {"description": "expression of t"})
-ANGLE = Takes(angle_of_time, _ANGLE)
+ANGLE = Takes(angle_of_time, _ANGLE, angle=constant_angle)
 MOTION = Takes(read_motion, _MOTION)
 
 Length = Annotated[float, quantity("m", "> 0")]
@@ -232,3 +260,4 @@ Number = Annotated[float, quantity("")]
 Tolerance = Annotated[float, quantity("", "> 0", "< 1")]
 Position = Annotated[Vector, vector("m")]
 Names = Annotated[tuple[str, ...], NAMED]
+Count = Annotated[int, whole(1, 1_000_000)]

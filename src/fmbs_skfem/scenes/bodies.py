@@ -1,158 +1,268 @@
-"""Bodies of a scene: their keys, in SI units once read, and how files and keys become bodies."""
+"""Bodies of a scene: each a declaration that says what its keys are and how they become a body.
+
+    beam: {type: cable, mesh: beam.msh, ...}      class Cable(SceneBody), made by its `build`
+
+An own one is a class of the family `SceneBody` in a file that the scene names.
+"""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, StrictBool, StrictInt, StrictStr
 
 from ..bodies import body as bodies
 from ..bodies import laws, rigid
 from ..bodies import plate as plates
-from ..bodies.sections import Material, Section
+from ..bodies.body import BENDS_ALIKE, BENDS_ALIKE_REMEDY, Body
+from ..bodies.sections import Given, Material, Section
+from ..core.declared import Declared
 from ..core.errors import InputError, say
-from ..core.fields import ANY, Density, Length, Position, Vector, quantity, word
+from ..core.fields import ANY, Count, Density, Length, Position, quantity, whole, word
+from ..core.problems import Problem, shown, unknown
 from ..shapes import curves, meshes, nurbs_file, plate_meshes
 from ..shapes.surface import Surface
-from . import fields, surfaces
-from .declarations import Made
-from .fields import Turn
-from .models import Count, MeshFile, Model
+from ..systems.places import At
+from . import fields, figures, surfaces
+from .fields import MeshFile, Turn
 
 if TYPE_CHECKING:
+    from .figures import BodyFigures
     from .schema import Scene
 
 CURVATURES = {law.name.lower(): law for law in laws.CABLES}
+Mass = Annotated[float, quantity("kg", "> 0")]
 
 
-class Cable(Model):
+class SceneBody(Declared, ABC):
+    """A body of a scene: a frozen dataclass with a name, see `core.declared`."""
+
+    name: str
+    made_of: ClassVar[str] = ""  #: the key that names its file
+    has_surface: ClassVar[bool] = False  #: whether it may be a plate or shell, with edges, faces and stresses
+    divisible: ClassVar[bool] = False  #: whether it can be made of other numbers of cells
+
+    @abstractmethod
+    def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
+        """The body; `cells` replaces the cells of one that is divisible, `allow_outside` permits files outside the project."""
+
+    def figures(self, part: Body, gravity: float) -> BodyFigures:
+        """What it is in numbers, under gravity [m/s2]."""
+        return figures.of_any(part)
+
+    def misplaced(self, place: At) -> Problem | None:
+        """What is wrong with a place on it, as far as that is known without its mesh."""
+        return None
+
+    def idle(self) -> Iterator[tuple[str, str]]:
+        """Names of fields that do nothing, and why."""
+        return iter(())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cable(SceneBody):
     """A thin cable or beam along a line of a mesh file; `refine` splits every mesh cell into that many."""
 
-    type: Literal["cable"]
+    name: str
     mesh: MeshFile
-    line: Annotated[StrictStr | None, Field(description="a named line of the mesh; without it the whole mesh")] = None
+    line: Annotated[str | None, "a named line of the mesh; without it the whole mesh"] = None
     interpolation: Literal["bspline", "ancf"] = "bspline"
-    degree: Annotated[StrictInt, Field(ge=2, le=9, description="of bspline; ancf has 3")] = 3
-    continuity: Annotated[StrictInt, Field(ge=1, le=8, description="derivatives that are continuous from cell to cell")] = 1
-    section: Annotated[Section, Made(Section)]
-    material: Annotated[Material, Made(Material)] | None = None
+    degree: Annotated[int, whole(2, 9), "of bspline; ancf has 3"] = 3
+    continuity: Annotated[int, whole(1, 8), "derivatives that are continuous from cell to cell"] = 1
+    section: Section
+    material: Material | None = None
     curvature: Annotated[
         Literal["exact", "material", "quadratic"],
-        Field(description="geometric curvature, rotation per reference length, or the norm of the second derivative"),
+        "geometric curvature, rotation per reference length, or the norm of the second derivative",
     ] = "exact"
-    law: Annotated[StrictStr | None, Field(description="a law of `extensions`; without it that of `curvature`")] = None
-    numbers: Annotated[dict[str, Annotated[float, ANY]] | None, Field(description="numbers of the law by name, quantities")] = None
+    law: Annotated[str | None, "a law of `extensions`; without it that of `curvature`"] = None
+    numbers: Annotated[dict[str, Annotated[float, ANY]] | None, "numbers of the law by name, quantities"] = None
     origin: Position | None = None
     rotation: fields.Rotation | None = None
-    refine: Annotated[StrictInt, Field(ge=1, le=1000)] = 1
+    refine: Annotated[int, whole(1, 1000)] = 1
+    made_of: ClassVar[str] = "mesh"
+    divisible: ClassVar[bool] = True
 
-    def build(self, scene: Scene, name: str, cells: int | None, allow_outside: bool) -> bodies.Body:
+    def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
+        if dim == 3 and not self.section.bends_alike:
+            yield "section", Problem(BENDS_ALIKE, f"one that is {self.section.word}", BENDS_ALIKE_REMEDY)
+        if not isinstance(self.section, Given) and self.material is None:
+            yield "material", Problem("a material for a solid section", "nothing", "or give EA, EI and rhoA (shape: given)")
+        if self.continuity >= self.degree:
+            yield "continuity", Problem(f"a continuity below the degree {self.degree}", str(self.continuity))
+        if self.law is not None and self.law not in laws.KNOWN:
+            yield "law", unknown("law", "laws", self.law, laws.KNOWN)
+        if self.law is not None and self.curvature != "exact":
+            yield "curvature", Problem("no curvature beside a law", f"'{self.curvature}'", "delete one of the two")
+        if self.interpolation == "ancf" and (self.degree, self.continuity) != (3, 1):
+            got = f"degree {self.degree}, continuity {self.continuity}"
+            yield "interpolation", Problem("degree 3 and continuity 1 with ancf", got, "leave them out, or use bspline")
+
+    def misplaced(self, place: At) -> Problem | None:
+        if place.place != "":
+            return None
+        remedy = f"write {self.name}.group with a point group of its mesh, or {{body: {self.name}, s: 0.3 m}}"
+        return Problem(f"a point of the body '{self.name}'", f"'{self.name}'", remedy)
+
+    def idle(self) -> Iterator[tuple[str, str]]:
+        if isinstance(self.section, Given) and self.material is not None:
+            yield "material", "does nothing beside a given section, whose EA, EI and rhoA are complete"
+
+    def figures(self, part: Body, gravity: float) -> BodyFigures:
+        return figures.of_line(part, self.section.stiffness(self.material), self.degree, gravity)
+
+    def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
         mesh = meshes.read(meshes.path(self.mesh, scene.folder, allow_outside), scene.repair)
-        if cells is not None or self.refine > 1:
-            mesh = remesh(mesh, self.line, cells, self.refine)
-            group = None
-        else:
-            group = self.line
+        divided = cells is not None or self.refine > 1
         return bodies.cable(
-            name,
-            mesh,
+            self.name,
+            remesh(mesh, self.line, cells, self.refine) if divided else mesh,
             self.section,
             self.material,
             dim=scene.dimension,
-            group=group,
+            group=None if divided else self.line,
             degree=self.degree,
             continuity=self.continuity,
             ancf=self.interpolation == "ancf",
             law=CURVATURES[self.curvature] if self.law is None else laws.find(self.law),
             numbers=self.numbers,
-            origin=array(self.origin),
-            rotation=matrix(self.rotation),
+            **placed(self),
         )
 
 
-class PointMass(Model):
+@dataclass(frozen=True, kw_only=True)
+class PointMass(SceneBody):
     """A mass point."""
 
-    type: Literal["point_mass"]
-    mass: Annotated[float, quantity("kg", "> 0")]
+    name: str
+    mass: Mass
     position: Position
 
-    def build(self, scene: Scene, name: str, cells: int | None, allow_outside: bool) -> bodies.Body:
-        return bodies.point_mass(name, self.mass, np.array(self.position))
+    def misplaced(self, place: At) -> Problem | None:
+        if place.place in ("", "center"):
+            return None
+        return Problem(f"the point mass '{self.name}' as a whole", shown(place.place), f"write {self.name}")
+
+    def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
+        return bodies.point_mass(self.name, self.mass, np.array(self.position))
 
 
-class Rigid(Model):
+class RigidBody(SceneBody, ABC):
+    """A body that is a frame with points."""
+
+    def misplaced(self, place: At) -> Problem | None:
+        if isinstance(place.place, str):
+            return None
+        remedy = f"write {self.name}.frame or {self.name}.point"
+        return Problem(f"the rigid body '{self.name}' or one of its points", shown(place.place), remedy)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rigid(RigidBody):
     """A rigid body of given mass and inertia about its centre of mass; its frame is `frame`, its centre `center`.
 
     Points are given in the frame of the scene; `rotation` turns the axes in which the inertia is given.
     """
 
-    type: Literal["rigid"]
-    mass: Annotated[float, quantity("kg", "> 0")]
+    name: str
+    mass: Mass
     inertia: fields.Inertia
     center: Position
-    points: dict[str, Position] = Field(default_factory=dict)
+    points: dict[str, Position] = field(default_factory=dict)
     rotation: fields.Rotation | None = None
 
-    def build(self, scene: Scene, name: str, cells: int | None, allow_outside: bool) -> bodies.Body:
-        return rigid.rigid(
-            name,
-            self.mass,
-            np.array(self.inertia),
-            self.center,
-            dim=scene.dimension,
-            rotation=matrix(self.rotation),
-            places=self.points,
-        )
+    def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
+        for point in {"center", "frame"} & self.points.keys():
+            expected = "another name than 'center' and 'frame', which every rigid body has"
+            yield ("points", point), Problem(expected, shown(point))
+
+    def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
+        inertia, turned = np.array(self.inertia), matrix(self.rotation)
+        return rigid.rigid(self.name, self.mass, inertia, self.center, dim=scene.dimension, rotation=turned, places=self.points)
 
 
-class RigidPlate(Model):
+@dataclass(frozen=True, kw_only=True)
+class RigidPlate(RigidBody):
     """The rigid body that a plate of a mesh file makes; single points of the mesh are its places, beside `frame` and `center`."""
 
-    type: Literal["rigid_plate"]
+    name: str
     mesh: MeshFile
     thickness: Length
     density: Density
     origin: Position | None = None
     rotation: fields.Rotation | None = None
+    made_of: ClassVar[str] = "mesh"
 
-    def build(self, scene: Scene, name: str, cells: int | None, allow_outside: bool) -> bodies.Body:
+    def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
         path = meshes.path(self.mesh, scene.folder, allow_outside)
         mesh = plate_meshes.read(path, scene.dimension == 2, repair=scene.repair)
-        return rigid.rigid_from_mesh(
-            name,
-            mesh,
-            self.thickness,
-            self.density,
-            dim=scene.dimension,
-            origin=array(self.origin),
-            rotation=matrix(self.rotation),
-        )
+        return rigid.rigid_from_mesh(self.name, mesh, self.thickness, self.density, dim=scene.dimension, **placed(self))
 
 
-class Plate(Model):
+class ThinBody(SceneBody, ABC):
+    """A thin body over a surface."""
+
+    thickness: fields.Thickness
+    material: Material
+    rims: fields.Rims
+    origin: Position | None
+    rotation: fields.Rotation | None
+    has_surface: ClassVar[bool] = True
+    flat: ClassVar[bool] = False
+
+    @abstractmethod
+    def surface(self, folder: Path, allow_outside: bool = False, repair: bool = False) -> Surface:
+        """The surface of its file, whose path is relative to `folder`; `repair` merges nodes that are at one place."""
+
+    def misplaced(self, place: At) -> Problem | None:
+        measured = not isinstance(place.place, str)
+        if place.place and not measured:
+            return None
+        got = shown(place.place) if measured else f"'{self.name}'"
+        remedy = f"write {self.name}.name with one of its rims ({', '.join(self.rims) or 'none yet'}) or named points"
+        return Problem(f"a rim or named point of '{self.name}'", got, remedy)
+
+    def figures(self, part: Body, gravity: float) -> BodyFigures:
+        return figures.of_plate(part, self.material, gravity, self.flat)
+
+    def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
+        shape = self.surface(scene.folder, allow_outside, scene.repair)
+        thickness, dim = surfaces.thickness(self.thickness, shape), scene.dimension
+        return plates.plate(self.name, shape, thickness, self.material, dim=dim, rims=self.rims, **placed(self))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plate(ThinBody):
     """A thin plate over a mesh file, in the plane a membrane.
 
     `arcs` are edges that are circular arcs, for ancf; `rims` makes rigid frames of named edges, with centres in the frame of the
     scene; `order` is the number of Gauss points a direction.
     """
 
-    type: Literal["plate"]
+    name: str
     mesh: MeshFile
-    face: Annotated[StrictStr | None, Field(description="a named group of cells; without it the whole mesh")] = None
+    face: Annotated[str | None, "a named group of cells; without it the whole mesh"] = None
     interpolation: Annotated[str, word(surfaces.INTERPOLATIONS)] = "ancf"
-    arcs: Annotated[list[StrictStr] | None, Field(description="a list of edges; without it arcs are found")] = None
+    arcs: Annotated[list[str] | None, "a list of edges; without it arcs are found"] = None
     thickness: fields.Thickness
-    material: Annotated[Material, Made(Material)]
-    rims: fields.Rims = Field(default_factory=dict)
+    material: Material
+    rims: fields.Rims = field(default_factory=dict)
     origin: Position | None = None
     rotation: fields.Rotation | None = None
-    order: Annotated[StrictInt, Field(ge=1, le=10)] | None = None
+    order: Annotated[int, whole(1, 10)] | None = None
+    made_of: ClassVar[str] = "mesh"
+    flat: ClassVar[bool] = True
+
+    def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
+        if self.arcs is not None and not surfaces.INTERPOLATIONS[self.interpolation].arcs:
+            got = f"arcs with {self.interpolation}, whose sides are straight"
+            yield "arcs", Problem("arcs with ancf only", got, "delete them")
 
     def surface(self, folder: Path, allow_outside: bool = False, repair: bool = False) -> Surface:
-        """The surface of its file, whose path is relative to `folder`; `repair` merges nodes that are at one place."""
         mesh = plate_meshes.read(meshes.path(self.mesh, folder, allow_outside), True, self.face, repair)
         height = float(np.abs(mesh.points[:, 2]).max())
         if height > surfaces.FLAT * float(np.ptp(mesh.points, axis=0).max()):
@@ -166,11 +276,9 @@ class Plate(Model):
             raise InputError(say(f"mesh {mesh.path}", wanted, got, f"mesh it again, or take the interpolation {remedy}"))
         return surfaces.set_order(chosen.make(mesh, self.arcs), self.order)
 
-    def build(self, scene: Scene, name: str, cells: int | None, allow_outside: bool) -> bodies.Body:
-        return of_surface(self, scene, name, self.surface(scene.folder, allow_outside, scene.repair))
 
-
-class Shell(Model):
+@dataclass(frozen=True, kw_only=True)
+class Shell(ThinBody):
     """A thin plate or shell over the NURBS patches of a file (.json, .igs, .iges, .3dm).
 
     Every span of the file is split into `cells` and raised to `degree`; `unit` is the length of the file's unit. Edges, points
@@ -179,43 +287,41 @@ class Shell(Model):
     and loads there are refused, unless `join: true` says that the line inside the surface is meant.
     """
 
-    type: Literal["shell"]
-    nurbs: Annotated[StrictStr, Field(description="a file of NURBS patches, its path from the folder of the scene")]
+    name: str
+    nurbs: Annotated[str, "a file of NURBS patches, its path from the folder of the scene"]
     cells: Count = 1
-    degree: Annotated[StrictInt, Field(ge=1, le=10)] | None = None
+    degree: Annotated[int, whole(1, 10)] | None = None
     unit: Length = 1.0
-    join: Annotated[
-        StrictBool | None, Field(description="true or false; without it the file says, else sides that meet are joined")
-    ] = None
+    join: Annotated[bool | None, "true or false; without it the file says, else sides that meet are joined"] = None
     thickness: fields.Thickness
-    material: Annotated[Material, Made(Material)]
-    rims: fields.Rims = Field(default_factory=dict)
+    material: Material
+    rims: fields.Rims = field(default_factory=dict)
     origin: Position | None = None
     rotation: fields.Rotation | None = None
-    order: Annotated[StrictInt, Field(ge=1, le=12)] | None = None
+    order: Annotated[int, whole(1, 12)] | None = None
+    made_of: ClassVar[str] = "nurbs"
 
     def surface(self, folder: Path, allow_outside: bool = False, repair: bool = False) -> Surface:
-        """The surface of its file, whose path is relative to `folder`; `repair` merges nodes that are at one place."""
         path = meshes.path(self.nurbs, folder, allow_outside)
-        shape = nurbs_file.read(path, cells=self.cells, degree=self.degree, scale=self.unit, join=self.join)
-        return surfaces.set_order(shape, self.order)
-
-    def build(self, scene: Scene, name: str, cells: int | None, allow_outside: bool) -> bodies.Body:
-        return of_surface(self, scene, name, self.surface(scene.folder, allow_outside, scene.repair))
+        found = nurbs_file.read(path, cells=self.cells, degree=self.degree, scale=self.unit, join=self.join)
+        return surfaces.set_order(found, self.order)
 
 
-class PlacedPart(Model):
+@dataclass(frozen=True, kw_only=True)
+class PlacedPart(SceneBody, word="part"):
     """A reduced body from a file that `fmbs part train` wrote, with the places of the body that it was made of.
 
     It stands where it was trained, x -> origin + rotation x elsewhere, as often as wanted.
     """
 
-    type: Literal["part"]
-    file: Annotated[StrictStr, Field(description="a file of a part (.part.h5), its path from the folder of the scene")]
+    name: str
+    file: Annotated[str, "a file of a part (.part.h5), its path from the folder of the scene"]
     origin: Position | None = None
     rotation: fields.Rotation | None = None
+    made_of: ClassVar[str] = "file"
+    has_surface: ClassVar[bool] = True
 
-    def build(self, scene: Scene, name: str, cells: int | None, allow_outside: bool) -> bodies.Body:
+    def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
         from ..reduction import part_files, parts
 
         path = meshes.path(self.file, scene.folder, allow_outside, "part")
@@ -223,29 +329,12 @@ class PlacedPart(Model):
         if found.dim != scene.dimension:
             remedy = f"train it in a scene of dimension {scene.dimension}"
             raise InputError(say(f"{path}", f"a part of dimension {scene.dimension}", found.dim, remedy))
-        return parts.placed(found, name, array(self.origin), matrix(self.rotation))
+        return parts.placed(found, self.name, **placed(self))
 
 
-Body: TypeAlias = Annotated[Cable | PointMass | Rigid | RigidPlate | Plate | Shell | PlacedPart, Field(discriminator="type")]
-FILES = ("mesh", "nurbs", "file")  #: keys of bodies that name files
-
-
-def of_surface(model: Plate | Shell, scene: Scene, name: str, shape: Surface) -> bodies.Body:
-    """The plate or shell over a surface."""
-    return plates.plate(
-        name,
-        shape,
-        surfaces.thickness(model.thickness, shape),
-        model.material,
-        dim=scene.dimension,
-        rims=model.rims,
-        origin=array(model.origin),
-        rotation=matrix(model.rotation),
-    )
-
-
-def array(vector: Vector | None) -> np.ndarray | None:
-    return None if vector is None else np.array(vector)
+def placed(model: Cable | RigidPlate | ThinBody | PlacedPart) -> dict[str, Any]:
+    """Where a body stands: its origin (c,) [m] and rotation (c, c)."""
+    return {"origin": None if model.origin is None else np.array(model.origin), "rotation": matrix(model.rotation)}
 
 
 def matrix(rotation: Turn | None) -> np.ndarray | None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -20,16 +21,20 @@ from ..shapes import meshes
 from ..shapes.surface import Surface
 from ..systems import assembly, edges
 from ..systems.system import System, is_linear
-from . import schema, times
-from .bodies import FILES
+from . import times
 from .consistency import places
+from .locations import where
+
+if TYPE_CHECKING:
+    from .dynamic import Dynamic
+    from .schema import Scene
 
 LARGE = 500  #: functions of a plate above which sparse factors are used, which turn with it where constraints are multipliers
 MANY = 500  #: linear constraints, a dense column of the factors' inverse each, above which they are eliminated all the same
 SUBJECT = re.compile(r"(joint|load|output) '([^']*)'")
 
 
-def system(scene: schema.Scene, cells: int | None = None, allow_outside: bool = False) -> System:
+def system(scene: Scene, cells: int | None = None, allow_outside: bool = False) -> System:
     """The system of a scene with all multipliers; `chosen_form` makes of it the one that is solved.
 
     `cells` remeshes every cable with that many cells, `allow_outside` permits meshes outside the scene's project folder. Raises
@@ -39,28 +44,27 @@ def system(scene: schema.Scene, cells: int | None = None, allow_outside: bool = 
     return of_parts(scene, parts(scene, cells, allow_outside))
 
 
-def check_files(scene: schema.Scene, allow_outside: bool = False) -> None:
+def check_files(scene: Scene, allow_outside: bool = False) -> None:
     """Files of bodies are there, and within the project: before anything of them is read."""
     for name, model in scene.bodies.items():
-        for key in FILES:
-            if text := getattr(model, key, None):
-                try:
-                    path = meshes.path(text, scene.folder, allow_outside)
-                    if not path.exists():
-                        meshes.present(path, f"{key} {path}")
-                except InputError as error:
-                    raise InputError(f"{schema.where(scene, 'bodies', name)}: {error}") from error
+        try:
+            if key := model.made_of:
+                path = meshes.path(getattr(model, key), scene.folder, allow_outside)
+                if not path.exists():
+                    meshes.present(path, f"{key} {path}")
+        except InputError as error:
+            raise InputError(f"{where(scene, 'bodies', name)}: {error}") from error
 
 
-def parts(scene: schema.Scene, cells: int | None = None, allow_outside: bool = False) -> list[Body]:
+def parts(scene: Scene, cells: int | None = None, allow_outside: bool = False) -> list[Body]:
     """The bodies of a scene; arguments as those of `system`."""
     return [_body(scene, name, cells, allow_outside) for name in scene.bodies]
 
 
-def of_parts(scene: schema.Scene, parts: list[Body], pictures: bool = True) -> System:
+def of_parts(scene: Scene, parts: list[Body], pictures: bool = True) -> System:
     """The system of a scene with its bodies made; without `pictures` for those who look at numbers only."""
     _check_places(scene, {part.name: part for part in parts})
-    initial = scene.initial.bodies if isinstance(scene.analysis, schema.Dynamic) else {}
+    initial = scene.initial.bodies if scene.analysis.moves else {}
     joints, loads = scene.joints.values(), scene.loads.values()
     try:
         return assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures)
@@ -68,40 +72,34 @@ def of_parts(scene: schema.Scene, parts: list[Body], pictures: bool = True) -> S
         raise InputError(locate_message(scene, str(error))) from error
 
 
-def locate_message(scene: schema.Scene, message: str) -> str:
+def locate_message(scene: Scene, message: str) -> str:
     """A message of the assembly, which begins with the joint, load or output that it is about, with its file and line."""
     found = SUBJECT.match(message)
     if found is None:
         return message
     keys = (f"{found[1]}s", found[2])
-    return f"{schema.where(scene, *keys)}: {message}" if found[2] in getattr(scene, keys[0]) else message
+    return f"{where(scene, *keys)}: {message}" if found[2] in getattr(scene, keys[0]) else message
 
 
-def chosen_form(scene: schema.Scene, full: System) -> System:
+def chosen_form(scene: Scene, full: System) -> System:
     """The form in which the scene wants its full system solved: without its linear constraints, or with all multipliers.
 
     Unless the scene chooses, motions of plates of more than LARGE functions keep multipliers, up to MANY linear constraints, and
     everything else is eliminated.
     """
     few = int(is_linear(full.constraints).sum()) <= MANY
-    multipliers = few and isinstance(scene.analysis, schema.Dynamic) and has_large_plates(scene, full)
+    multipliers = few and scene.analysis.moves and has_large_plates(scene, full)
     form = scene.analysis.constraints or ("multipliers" if multipliers else "eliminate")
     return full if form == "multipliers" else assembly.eliminate(full)
 
 
-def has_large_plates(scene: schema.Scene, full: System) -> bool:
+def has_large_plates(scene: Scene, full: System) -> bool:
     """Whether a plate or shell of the scene has more than LARGE functions."""
     sizes = {name: (last - first) // full.dim for name, first, last in full.coordinates}
-    return any(isinstance(model, schema.Plate | schema.Shell) and sizes[name] > LARGE for name, model in scene.bodies.items())
+    return any(model.has_surface and sizes[name] > LARGE for name, model in scene.bodies.items())
 
 
-def kept_steps(scene: schema.Scene) -> int | np.ndarray:
-    """What `dynamics.integrate` takes as `every`: states to be kept of a dynamic analysis."""
-    analysis = dynamic(scene)
-    return times.kept(analysis.every, analysis.step, analysis.duration)
-
-
-def snapshot_steps(scene: schema.Scene) -> np.ndarray:
+def snapshot_steps(scene: Scene) -> np.ndarray:
     """Numbers of the steps, 0 first, whose states train the reduced models."""
     analysis = dynamic(scene)
     if scene.reduction is None:
@@ -109,38 +107,38 @@ def snapshot_steps(scene: schema.Scene) -> np.ndarray:
     return times.snapshots(scene.reduction.snapshots, analysis.step, analysis.duration)
 
 
-def dynamic(scene: schema.Scene) -> schema.Dynamic:
+def dynamic(scene: Scene) -> Dynamic:
     """The analysis of a scene that has steps."""
-    if not isinstance(scene.analysis, schema.Dynamic):
-        raise InputError(say(f"{scene.path or 'scene'}: analysis.type", "dynamic", scene.analysis.type))
-    return scene.analysis
+    if not scene.analysis.moves:
+        raise InputError(say(f"{scene.path or 'scene'}: analysis.type", "dynamic", scene.analysis.word))
+    return cast("Dynamic", scene.analysis)
 
 
-def _body(scene: schema.Scene, name: str, cells: int | None, allow_outside: bool) -> Body:
+def _body(scene: Scene, name: str, cells: int | None, allow_outside: bool) -> Body:
     try:
-        return scene.bodies[name].build(scene, name, cells, allow_outside)
+        return scene.bodies[name].build(scene, cells, allow_outside)
     except InputError as error:
-        raise InputError(f"{schema.where(scene, 'bodies', name)}: {error}") from error
+        raise InputError(f"{where(scene, 'bodies', name)}: {error}") from error
 
 
-def _check_places(scene: schema.Scene, parts: dict[str, Body]) -> None:
+def _check_places(scene: Scene, parts: dict[str, Body]) -> None:
     """Every place, edge and face of joints, loads and outputs is one of its body; all that are not are listed."""
     wrong: list[str] = []
     for keys, place in places(scene):
         try:
             bodies.locate(parts[place.body], place.place)
         except InputError as error:
-            wrong.append(f"{schema.where(scene, *keys)}: {error}")
+            wrong.append(f"{where(scene, *keys)}: {error}")
     for keys, name, found in _groups(scene):
         try:
             _check_groups(parts[name], keys[-1], found)
         except InputError as error:
-            wrong.append(f"{schema.where(scene, *keys)}: {error}")
+            wrong.append(f"{where(scene, *keys)}: {error}")
     if wrong:
         raise InputError("\n".join(wrong))
 
 
-def _groups(scene: schema.Scene) -> Iterator[tuple[tuple[str, ...], str, tuple[str, ...]]]:
+def _groups(scene: Scene) -> Iterator[tuple[tuple[str, ...], str, tuple[str, ...]]]:
     """Key path, body and names of all edges and faces."""
     for group, items in (("joints", scene.joints), ("loads", scene.loads)):
         for name, item in items.items():
@@ -159,23 +157,9 @@ def _check_groups(part: Body, key: str, names: tuple[str, ...]) -> None:
         edges.chosen(where, part.space, names)
 
 
-def _instants(analysis: schema.Dynamic) -> np.ndarray:
-    """All steps of a motion [s]."""
-    if analysis.duration > times.STEPS * analysis.step:
-        got = f"{analysis.duration:g} s in steps of {analysis.step:g} s"
-        raise InputError(say("duration", f"at most {times.STEPS} steps", got, "shorten it, or lengthen the step"))
-    return np.minimum(np.arange(int(np.ceil(analysis.duration / analysis.step)) + 1) * analysis.step, analysis.duration)
-
-
-def check_functions(scene: schema.Scene) -> None:
+def check_functions(scene: Scene) -> None:
     """Histories and drives are finite at every step of the analysis."""
-    analysis = scene.analysis
-    if isinstance(analysis, schema.Modes | schema.Buckling):
-        instants = np.array([analysis.time])
-    elif isinstance(analysis, schema.Static):
-        instants = analysis.time * np.linspace(0.0, 1.0, analysis.load_steps + 1)
-    else:
-        instants = _instants(analysis)
+    instants = scene.analysis.instants()
     for kind, items in (("load", scene.loads), ("joint", scene.joints)):
         for name, item in items.items():
             for value in vars(item).values():

@@ -7,39 +7,34 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from ..bodies import laws
-from ..bodies.body import BENDS_ALIKE, BENDS_ALIKE_REMEDY
-from ..bodies.sections import Given
 from ..core import units
-from ..core.errors import closest, listed
-from ..core.expressions import Expression
-from ..core.problems import Problem, shown
-from ..systems.joints import DrivenAngle
-from ..systems.loads import TorsionSpring
+from ..core.errors import listed
+from ..core.mappings import rules
+from ..core.problems import Found, Problem, unknown
 from ..systems.places import At
-from ..systems.probes import Reaction, Stress
-from . import plausibility, surfaces, times, unused, yamlfile
-from .fields import Spans
-from .models import Found, Told
-from .schema import Cable, Dynamic, PlacedPart, Plate, PointMass, Rigid, RigidPlate, Scene, Shell
+from . import plausibility, yamlfile
+from .locations import Told
 from .training import Allowed, without_ranges
 
-NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
+if TYPE_CHECKING:
+    from .schema import Scene
+
 PARTS = ("joints", "loads", "outputs")
 SINE = re.compile(r"\b(sin|cos|tan)\(\s*([-+]?[0-9]+(?:\.[0-9]*)?)\s*\)")
 
 
 def problems(scene: Scene) -> Iterator[Found]:
     """Everything wrong between the parts of a scene whose parts are right."""
-    yield from _names(scene)
-    yield from _bodies(scene)
+    if "ground" in scene.bodies:
+        remedy = "it stands for the fixed frame; choose another name"
+        yield ("bodies", "ground"), Problem("the name of a body", "'ground'", remedy)
     yield from _places(scene)
-    yield from _surfaces(scene)
     yield from _declared(scene)
     yield from _references(scene)
-    yield from _times(scene)
+    yield from scene.analysis.problems_in(scene)
     yield from _components(scene)
     yield from _training(scene)
     yield from _comparisons(scene)
@@ -52,8 +47,8 @@ def notices(scene: Scene) -> Iterator[Told]:
             text = f"the value {scene.parameters[name]:g} {limits.unit}".strip()
             yield ("parameters", name), f"{text} is outside the range of {limits}, where reduced models are trained"
     yield from ((finding.keys, str(finding)) for finding in plausibility.materials(scene))
-    yield from unused.notices(scene)
-    yield from _degrees(() if scene._node is None else yamlfile.plain(scene._node), ())
+    yield from _idle(scene)
+    yield from _degrees(() if scene.source.node is None else yamlfile.plain(scene.source.node), ())
     for keys, angle in _angles(scene):
         if abs(angle) > 2 * math.pi * (1 + 1e-12):
             yield keys, f"an angle of {angle:g} rad is more than one turn: write '{angle:g} deg' if degrees are meant"
@@ -61,16 +56,25 @@ def notices(scene: Scene) -> Iterator[Told]:
 
 def _angles(scene: Scene) -> Iterator[tuple[tuple[str, ...], float]]:
     """Angles [rad] of the file that do not change with time."""
+    for part in ("bodies", *PARTS):
+        for name, item in getattr(scene, part).items():
+            for key, rule, value in rules(item):
+                if rule.angle is not None and (angle := rule.angle(value)) is not None:
+                    yield (part, name, key), angle
+
+
+def _idle(scene: Scene) -> Iterator[Told]:
+    """What a scene says without effect: keys that its analysis or body does not read, changed parameters that nothing uses."""
     for name, body in scene.bodies.items():
-        if (rotation := getattr(body, "rotation", None)) is not None:
-            yield ("bodies", name, "rotation"), rotation.angle
-    for name, joint in scene.joints.items():
-        angle = joint.angle if isinstance(joint, DrivenAngle) else None
-        if isinstance(angle, Expression) and len(angle.program) == 1:
-            yield ("joints", name, "angle"), angle(0.0)
+        yield from ((("bodies", name, key), text) for key, text in body.idle())
+    if scene.outputs and not scene.analysis.has_outputs:
+        yield ("outputs",), f"do nothing, an analysis of {scene.analysis.word} has none: {', '.join(scene.outputs)}"
+    yield from scene.analysis.idle(scene)
     for name, load in scene.loads.items():
-        if isinstance(load, TorsionSpring):
-            yield ("loads", name, "rest_angle"), load.rest_angle
+        yield from ((("loads", name), text) for key, text in load.idle("") if not key)
+    for name in scene.parameters:
+        if name not in scene.used and (name in scene.ranges or name in scene.changed):
+            yield ("parameters", name), "nothing in the scene uses this parameter, so that its value changes nothing"
 
 
 def _degrees(value: object, keys: tuple[str | int, ...]) -> Iterator[Told]:
@@ -84,55 +88,13 @@ def _degrees(value: object, keys: tuple[str | int, ...]) -> Iterator[Told]:
             yield keys, f"{name}({number}) takes radians, more than one turn: {degrees}"
 
 
-def _names(scene: Scene) -> Iterator[Found]:
-    """Names of bodies, joints, loads and outputs are words; `ground` is taken."""
-    for part in ("bodies", "joints", "loads", "outputs"):
-        for name in getattr(scene, part):
-            if not NAME.fullmatch(name):
-                yield (part, name), Problem("a name of letters, digits, _ and -, beginning with a letter", shown(name))
-            elif part == "bodies" and name == "ground":
-                yield (part, name), Problem("the name of a body", "'ground'", "it stands for the fixed frame; choose another name")
-
-
-def _bodies(scene: Scene) -> Iterator[Found]:
-    for name, body in scene.bodies.items():
-        key = ("bodies", name)
-        if isinstance(body, Cable):
-            yield from _cable(key, body, scene.dimension)
-        if isinstance(body, Plate) and body.arcs is not None and not surfaces.INTERPOLATIONS[body.interpolation].arcs:
-            got = f"arcs with {body.interpolation}, whose sides are straight"
-            yield (*key, "arcs"), Problem("arcs with ancf only", got, "delete them")
-        for rim in getattr(body, "rims", ()):
-            if not NAME.fullmatch(rim):
-                yield (*key, "rims", rim), Problem("a name of letters, digits, _ and -, beginning with a letter", shown(rim))
-        if isinstance(body, Rigid):
-            for point in {"center", "frame"} & body.points.keys():
-                yield (
-                    (*key, "points", point),
-                    Problem("another name than 'center' and 'frame', which every rigid body has", shown(point)),
-                )
-
-
-def _cable(key: tuple[str, str], body: Cable, dimension: int) -> Iterator[Found]:
-    if dimension == 3 and not body.section.bends_alike:
-        yield (*key, "section"), Problem(BENDS_ALIKE, f"one that is {body.section.word}", BENDS_ALIKE_REMEDY)
-    if not isinstance(body.section, Given) and body.material is None:
-        yield (*key, "material"), Problem("a material for a solid section", "nothing", "or give EA, EI and rhoA (shape: given)")
-    if body.continuity >= body.degree:
-        yield (*key, "continuity"), Problem(f"a continuity below the degree {body.degree}", str(body.continuity))
-    if body.law is not None and body.law not in laws.KNOWN:
-        yield (*key, "law"), _unknown("law", "laws", body.law, laws.KNOWN)
-    if body.law is not None and body.curvature != "exact":
-        yield (*key, "curvature"), Problem("no curvature beside a law", f"'{body.curvature}'", "delete one of the two")
-    if body.interpolation == "ancf" and (body.degree, body.continuity) != (3, 1):
-        got = f"degree {body.degree}, continuity {body.continuity}"
-        yield (*key, "interpolation"), Problem("degree 3 and continuity 1 with ancf", got, "leave them out, or use bspline")
-
-
 def _places(scene: Scene) -> Iterator[Found]:
     """Every place names a body that exists, and a point where the body has several."""
     for key, place in places(scene):
-        yield from _place(scene, key, place)
+        if place.body not in scene.bodies:
+            yield key, unknown("body", "bodies", place.body, scene.bodies)
+        elif (problem := scene.bodies[place.body].misplaced(place)) is not None:
+            yield key, problem
 
 
 def places(scene: Scene) -> Iterator[tuple[tuple[str, ...], At]]:
@@ -142,54 +104,12 @@ def places(scene: Scene) -> Iterator[tuple[tuple[str, ...], At]]:
             yield from (((part, name, key), value) for key, value in vars(item).items() if isinstance(value, At))
 
 
-def _place(scene: Scene, key: tuple[str, ...], place: At) -> Iterator[Found]:
-    if place.body not in scene.bodies:
-        yield key, _unknown("body", "bodies", place.body, scene.bodies)
-        return
-    body, got, measured = scene.bodies[place.body], shown(place.place), not isinstance(place.place, str)
-    if isinstance(body, PointMass) and place.place not in ("", "center"):
-        yield key, Problem(f"the point mass '{place.body}' as a whole", got, f"write {place.body}")
-    if isinstance(body, Rigid | RigidPlate) and measured:
-        yield (
-            key,
-            Problem(f"the rigid body '{place.body}' or one of its points", got, f"write {place.body}.frame or {place.body}.point"),
-        )
-    if isinstance(body, Cable) and place.place == "":
-        remedy = f"write {place.body}.group with a point group of its mesh, or {{body: {place.body}, s: 0.3 m}}"
-        yield key, Problem(f"a point of the body '{place.body}'", f"'{place.body}'", remedy)
-    if isinstance(body, Plate | Shell) and (measured or not place.place):
-        named = ", ".join(body.rims) or "none yet"
-        remedy = f"write {place.body}.name with one of its rims ({named}) or named points"
-        yield key, Problem(f"a rim or named point of '{place.body}'", got if measured else f"'{place.body}'", remedy)
-
-
-def _surfaces(scene: Scene) -> Iterator[Found]:
-    """What acts on whole surfaces and edges names a plate or shell."""
-    for part in ("joints", "loads"):
-        for name, item in getattr(scene, part).items():
-            body = getattr(item, "body", None)
-            if isinstance(body, str):
-                yield from _plate(scene, (part, name, "body"), body)
-    for name, output in scene.outputs.items():
-        if isinstance(output, Stress) and output.at.body in scene.bodies:
-            yield from _plate(scene, ("outputs", name, "at"), output.at.body)
-
-
-def _plate(scene: Scene, key: tuple[str, ...], name: str) -> Iterator[Found]:
-    known = [body for body, model in scene.bodies.items() if isinstance(model, Plate | Shell | PlacedPart)]
-    if name not in scene.bodies:
-        yield key, _unknown("body", "plates and shells", name, known)
-    elif name not in known:
-        expected = f"one of the plates and shells ({listed(known, name, 'there are none')})"
-        yield key, Problem(expected, f"'{name}', a {scene.bodies[name].type}")
-
-
 def _declared(scene: Scene) -> Iterator[Found]:
-    """What joints, loads and outputs say themselves, and joints between a point and itself."""
-    for part in PARTS:
+    """What bodies, joints, loads and outputs say themselves, and joints between a point and itself."""
+    for part in ("bodies", *PARTS):
         for name, item in getattr(scene, part).items():
             for key, problem in item.problems(scene.dimension):
-                yield (part, name, *([key] if key else [])), problem
+                yield (part, name, *(key if isinstance(key, tuple) else (key,) if key else ())), problem
     for name, joint in scene.joints.items():
         to = getattr(joint, "to", None)
         if isinstance(to, At) and to == getattr(joint, "at", None):
@@ -197,48 +117,28 @@ def _declared(scene: Scene) -> Iterator[Found]:
 
 
 def _references(scene: Scene) -> Iterator[Found]:
-    """Names in outputs and initial motion."""
-    for name, output in scene.outputs.items():
-        if isinstance(output, Reaction) and output.joint not in scene.joints:
-            yield ("outputs", name, "joint"), _unknown("joint", "joints", output.joint, scene.joints)
+    """Names of joints, and of plates and shells, in joints, loads and outputs; bodies of the initial motion."""
+    surfaces = [name for name, body in scene.bodies.items() if body.has_surface]
+    for part in PARTS:
+        for name, item in getattr(scene, part).items():
+            for key, rule, value in rules(item):
+                if rule.names == "joints" and value not in scene.joints:
+                    yield (part, name, key), unknown("joint", "joints", value, scene.joints)
+                if rule.names == "surfaces":
+                    yield from _surface(scene, (part, name, key), value, surfaces)
     for name in scene.initial.bodies:
         if name not in scene.bodies:
-            yield ("initial", "bodies", name), _unknown("body", "bodies", name, scene.bodies)
+            yield ("initial", "bodies", name), unknown("body", "bodies", name, scene.bodies)
 
 
-def _times(scene: Scene) -> Iterator[Found]:
-    """Steps that fit into the duration, and spans of time that fit to the steps."""
-    analysis = scene.analysis
-    if not isinstance(analysis, Dynamic):
-        return
-    if analysis.step > analysis.duration:
-        yield (
-            ("analysis", "step"),
-            Problem(f"a step of at most the duration {analysis.duration:g} s", f"{analysis.step:g} s"),
-        )
-    if analysis.duration > times.STEPS * analysis.step:
-        got = f"{analysis.step:g} s for {analysis.duration:g} s"
-        yield ("analysis", "step"), Problem(f"at most {times.STEPS} steps", got, "shorten the duration, or lengthen the step")
-    if isinstance(analysis.every, tuple):
-        yield from _spans(("analysis", "every"), analysis.every, analysis.step)
-    if scene.reduction is not None:
-        yield from _snapshots(scene.reduction.snapshots, analysis)
-
-
-def _snapshots(interval: float | Spans, analysis: Dynamic) -> Iterator[Found]:
-    """Snapshots at whole numbers of steps."""
-    key = ("reduction", "snapshots")
-    if isinstance(interval, tuple):
-        yield from _spans(key, interval, analysis.step)
-    elif times.count_steps(interval, analysis.step) is None:
-        yield key, Problem(f"a multiple of the step {analysis.step:g} s", f"{interval:g} s")
-
-
-def _spans(key: tuple[str, str], spans: Spans, step: float) -> Iterator[Found]:
-    for i, span in enumerate(spans):
-        for name, time in (("every", span.every), ("until", span.until)):
-            if time is not None and times.count_steps(time, step) is None:
-                yield (*key, i, name), Problem(f"a multiple of the step {step:g} s", f"{time:g} s")
+def _surface(scene: Scene, key: tuple[str, ...], value: str | At, known: list[str]) -> Iterator[Found]:
+    """What acts on whole surfaces and edges names a plate or shell; that a place has a body is checked with all places."""
+    name = value.body if isinstance(value, At) else value
+    if name in scene.bodies and name not in known:
+        expected = f"one of the plates and shells ({listed(known, name, 'there are none')})"
+        yield key, Problem(expected, f"'{name}', a {scene.bodies[name].word}")
+    elif name not in known and not isinstance(value, At):
+        yield key, unknown("body", "plates and shells", name, known)
 
 
 def _components(scene: Scene) -> Iterator[Found]:
@@ -251,7 +151,7 @@ def _components(scene: Scene) -> Iterator[Found]:
         for component, names in reduction.components.items():
             for i, name in enumerate(names):
                 if name not in scene.bodies:
-                    yield ("reduction", "components", component, i), _unknown("body", "bodies", name, scene.bodies)
+                    yield ("reduction", "components", component, i), unknown("body", "bodies", name, scene.bodies)
                 elif name in owner:
                     twice = f"'{name}' in '{owner[name]}' and '{component}'"
                     yield ("reduction", "components", component, i), Problem("every body in one component", twice)
@@ -263,7 +163,7 @@ def _components(scene: Scene) -> Iterator[Found]:
         known = reduction.components or scene.bodies
         for name in reduction.modes:
             if name not in known:
-                yield ("reduction", "modes", name), _unknown("component", "components", name, known)
+                yield ("reduction", "modes", name), unknown("component", "components", name, known)
 
 
 def _training(scene: Scene) -> Iterator[Found]:
@@ -272,8 +172,8 @@ def _training(scene: Scene) -> Iterator[Found]:
         return
     if not scene.ranges:
         yield ("training",), without_ranges()
-    if scene.reduction is None or not isinstance(scene.analysis, Dynamic):
-        got = f"analysis {scene.analysis.type}" if scene.reduction else "none"
+    if scene.reduction is None or not scene.analysis.moves:
+        got = f"analysis {scene.analysis.word}" if scene.reduction else "none"
         yield ("training",), Problem("a section 'reduction' and a dynamic analysis", got, "add them")
     if isinstance(scene.training.tolerance, Allowed):
         yield from _tolerances(scene, scene.training.tolerance)
@@ -284,7 +184,7 @@ def _tolerances(scene: Scene, wanted: Allowed) -> Iterator[Found]:
     for name, given in wanted.units.items():
         key = ("training", "tolerance", name)
         if name not in scene.outputs:
-            yield key, _unknown("output", "outputs", name, scene.outputs)
+            yield key, unknown("output", "outputs", name, scene.outputs)
             continue
         output = scene.outputs[name]
         if given not in ("", units.unit(units.find_dimension(output.unit).exponents)):
@@ -294,14 +194,9 @@ def _tolerances(scene: Scene, wanted: Allowed) -> Iterator[Found]:
 
 def _comparisons(scene: Scene) -> Iterator[Found]:
     """Coarser meshes are made of cables only, stresses are shown on plates only."""
-    kinds = {type(body) for body in scene.bodies.values()}
-    if scene.compare is not None and scene.compare.coarse and Cable not in kinds:
+    bodies = scene.bodies.values()
+    if scene.compare is not None and scene.compare.coarse and not any(body.divisible for body in bodies):
         remedy = "compare with a scene of its own that reads a coarser mesh"
         yield ("compare", "coarse"), Problem("a scene with cables, which can be divided anew", "one without", remedy)
-    if scene.pictures is not None and scene.pictures.color == "von_mises" and not kinds & {Plate, Shell, PlacedPart}:
+    if scene.pictures is not None and scene.pictures.color == "von_mises" and not any(body.has_surface for body in bodies):
         yield ("pictures", "color"), Problem("a scene with plates or shells", "one without", "take curvature or strain")
-
-
-def _unknown(kind: str, many: str, name: str, known: Collection[str]) -> Problem:
-    hint = closest(name, known).removeprefix("; ")
-    return Problem(f"one of the {many} {listed(sorted(known), name)}", f"the {kind} {shown(name)}", hint)

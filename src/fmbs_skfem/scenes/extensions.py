@@ -23,9 +23,8 @@ from types import ModuleType
 
 from ..core.errors import InputError
 from ..core.notices import remark
-from ..core.problems import Problem, shown
+from ..core.problems import Found, Problem, shown
 from ..shapes import meshes
-from .models import Found
 
 PREFIX = "fmbs_extension_"  #: of module names; the path of the file follows as hexadecimal digits
 SWITCH = "FMBS_EXTENSIONS"

@@ -54,15 +54,10 @@ def member(
     duration: float | None = None,
 ) -> Case:
     """The case of a scene with these values of its parameters."""
-    from ..dynamics import GeneralizedAlpha, Newton
     from ..reduction.cases import Case
     from . import build
 
     found = reading.again(scene, {name: float(value) for name, value in values.items()})
     analysis = build.dynamic(found)
-    return Case(
-        build.system(found, cells, allow_outside),
-        GeneralizedAlpha(analysis.step, analysis.rho_inf),
-        analysis.duration if duration is None else duration,
-        Newton(tolerance=analysis.tolerance, solver=analysis.solver),
-    )
+    end = analysis.duration if duration is None else duration
+    return Case(build.system(found, cells, allow_outside), analysis.scheme, end, analysis.newton)

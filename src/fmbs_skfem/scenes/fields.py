@@ -6,14 +6,13 @@ import itertools
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import PlainSerializer
-
 from ..bodies.plate import Rim
 from ..core import units
 from ..core.fields import (
     NAMES,
     Context,
     Takes,
+    Time,
     Vector,
     array_schema,
     mapping_schema,
@@ -24,6 +23,7 @@ from ..core.fields import (
     read_quantity,
     read_vector,
 )
+from ..core.mappings import inline, list_of, names
 from ..core.problems import Problem, shown
 
 COUNT = 1_000_000  #: largest number of steps between stored states, and of modes
@@ -41,8 +41,8 @@ class Turn:
 class Span:
     """States every so many seconds, until a time [s]; the last span may last to the end."""
 
-    every: float
-    until: float | None = None
+    every: Time
+    until: Time | None = None
 
 
 Spans: TypeAlias = tuple[Span, ...]
@@ -50,8 +50,6 @@ Spans: TypeAlias = tuple[Span, ...]
 
 def turn(value: object, context: Context) -> Turn:
     """An angle in the plane, {axis: [x, y, z], angle: ...} in space."""
-    if isinstance(value, Turn):
-        return value
     if context.dimension == 2:
         return Turn(read_quantity(value, units.ANGLE, context))
     if not isinstance(value, dict) or set(value) != {"axis", "angle"}:
@@ -83,14 +81,8 @@ def thickness(value: object, context: Context) -> float | dict[str, float]:
 
 def rim(value: object, context: Context) -> Rim:
     """An edge, a list of edges, or {edges: ..., center: [...]}."""
-    if isinstance(value, Rim):
-        return value
-    if not isinstance(value, dict):
-        return Rim(read_names(value, context))
-    if "edges" not in value or not set(value) <= {"edges", "center"}:
-        raise Problem("an edge, a list of edges, or {edges: [...], center: [...]}", f"a mapping of {', '.join(map(str, value))}")
-    center = value.get("center")
-    return Rim(read_names(value["edges"], context), None if center is None else read_vector(center, units.LENGTH, context))
+    found: Rim = RIM_KEYS.read(value, context) if isinstance(value, dict) else Rim(read_names(value, context))
+    return found
 
 
 def inertia(value: object, context: Context) -> float | Vector | tuple[Vector, ...]:
@@ -106,10 +98,9 @@ def inertia(value: object, context: Context) -> float | Vector | tuple[Vector, .
 
 def spans(value: object, context: Context) -> Spans:
     """A list of {until: ..., every: ...} with times that increase; the last one may leave `until` out."""
-    form = "a list such as [{until: 0.1 s, every: 1 ms}, {every: 5 ms}]"
-    if not isinstance(value, list | tuple) or not value:
-        raise Problem(form, shown(value))
-    found = tuple(part if isinstance(part, Span) else _span(part, context, form) for part in value)
+    if not isinstance(value, list | tuple) or not value or not all(isinstance(part, dict) for part in value):
+        raise Problem("a list such as [{until: 0.1 s, every: 1 ms}, {every: 5 ms}]", shown(value))
+    found: Spans = SPANS.read(value, context)
     ends = [part.until for part in found]
     if None in ends[:-1]:
         raise Problem("the key 'until' in every span but the last", "no such key")
@@ -117,14 +108,6 @@ def spans(value: object, context: Context) -> Spans:
     if any(b <= a for a, b in itertools.pairwise(known)):
         raise Problem("spans that end one after the other", ", ".join(f"{end:g} s" for end in known))
     return found
-
-
-def _span(value: object, context: Context, form: str) -> Span:
-    if not isinstance(value, dict) or "every" not in value or not set(value) <= {"until", "every"}:
-        raise Problem(form, f"a mapping of {', '.join(map(str, value))}" if isinstance(value, dict) else shown(value))
-    until = value.get("until")
-    end = None if until is None else read_quantity(until, units.TIME, context, "> 0")
-    return Span(read_quantity(value["every"], units.TIME, context, "> 0"), end)
 
 
 def every(value: object, context: Context) -> int | Spans:
@@ -141,17 +124,12 @@ def snapshots(value: object, context: Context) -> float | Spans:
     return spans(value, context) if isinstance(value, list | tuple) else read_quantity(value, units.TIME, context, "> 0")
 
 
-def rim_plain(value: Rim) -> dict[str, Any]:
-    """A rim as plain data."""
-    return {"edges": list(value.edges), **({} if value.center is None else {"center": list(value.center)})}
-
-
 _LENGTH = number_schema(units.LENGTH, "> 0")
-_POINT = array_schema(number_schema(units.LENGTH), 2, 3)
 _INERTIA = number_schema(units.INERTIA)
 _ROW = array_schema(_INERTIA, 3, 3)
 _TIME = number_schema(units.TIME, "> 0")
-_SPANS = array_schema(mapping_schema(("every",), until=_TIME, every=_TIME), 1)
+SPANS, RIM_KEYS = list_of(inline(Span), tuple), inline(Rim)
+_SPANS = SPANS.told | {"minItems": 1}
 _AXIS = {"type": "array", "items": {"type": "number"}}
 _TURNS = [number_schema(units.ANGLE), mapping_schema(("axis", "angle"), axis=_AXIS, angle=number_schema(units.ANGLE))]
 _WHOLE = {"type": "integer", "minimum": 1}
@@ -171,24 +149,29 @@ RIM = Takes(
     _options(
         "an edge, a list of edges, or {edges: ..., center: [...]}",
         *NAMES["anyOf"],
-        mapping_schema(("edges",), edges=NAMES, center=_POINT),
+        RIM_KEYS.told,
     ),
 )
 INERTIA = Takes(
     inertia,
     _options("a moment of inertia [kg m^2], in space 3 principal ones or a tensor", _INERTIA, _ROW, array_schema(_ROW, 3, 3)),
 )
-ROTATION = Takes(turn, _options("an angle [rad], in space {axis: [x, y, z], angle: an angle [rad]}", *_TURNS))
+ROTATION = Takes(
+    turn,
+    _options("an angle [rad], in space {axis: [x, y, z], angle: an angle [rad]}", *_TURNS),
+    angle=lambda value: None if value is None else float(value.angle),
+)
 COUNTS = Takes(counts, _options("a number of modes, for all components or by their names", _WHOLE, _each(_WHOLE)))
 EVERY = Takes(every, _options("a number of steps, or spans of time", _WHOLE, _SPANS))
 SNAPSHOTS = Takes(snapshots, _options("a time between snapshots, or spans of time", _TIME, _SPANS))
 
 Thickness = Annotated[float | dict[str, float], THICKNESS]
-Rims = dict[str, Annotated[Rim, RIM, PlainSerializer(rim_plain)]]
+Rims = Annotated[dict[str, Rim], names(Annotated[Rim, RIM], words=True)]
 Inertia = Annotated[float | Vector | tuple[Vector, ...], INERTIA]
 Rotation = Annotated[Turn, ROTATION]
 Counts = Annotated[int | dict[str, int], COUNTS]
 Every = Annotated[int | Spans, EVERY]
 Snapshots = Annotated[float | Spans, SNAPSHOTS]
 Instant = Annotated[float, quantity("s", ">= 0")]
+MeshFile = Annotated[str, "a mesh file (.msh, .vtu), its path from the folder of the scene"]
 NewtonTolerance = Annotated[float, quantity("", "> 0", "< 0.01")]

@@ -16,9 +16,8 @@ from typing import Any, TypeAlias
 from ..core import expressions, units
 from ..core.errors import closest, listed
 from ..core.fields import Range
-from ..core.problems import Problem, shown
+from ..core.problems import Found, Problem, shown
 from ..core.units import Quantity
-from .models import Found
 
 Changes: TypeAlias = Mapping[str, float | str]
 

@@ -4,9 +4,6 @@ r"""Numbers of a scene that are allowed but hardly meant: units, sizes, masses, 
     slenderness    L / i,  i = sqrt(EI / EA);   sqrt(area) / t of plates         thin enough for laws without shear
     sag            w L^4 / (8 EI) of the cantilever of that length, strain w L / EA under its weight (W. C. Young, R. G. Budynas,
                    Roark's Formulas for Stress and Strain, 7th ed., McGraw-Hill 2002, table 8.1)
-    cells          aspect s_1 / s_2 and angle asin(s_1 s_2 / (|a_1| |a_2|)) of the tangents A = [a_1 a_2] with singular values s_k,
-                   J_min / J_max in a cell, largest over smallest cell (P. M. Knupp, SIAM J. Sci. Comput. 23 (2001) 193-218,
-                   doi:10.1137/S1064827500371499)
 
 A slip of units changes these by factors of 1e3 to 1e12; the bounds are far from what is built. Nothing here stops a scene.
 """
@@ -15,19 +12,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
-from functools import singledispatch
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..bodies import body as bodies
 from ..bodies.body import Body
-from ..bodies.plate import on_nodes
-from ..shapes import line, surface
-from ..shapes.surface import Parent, Surface
 from ..systems.loads import Gravity
-from . import schema
+from .figures import BodyFigures, CellShapes
+
+if TYPE_CHECKING:
+    from .schema import Scene
 
 WAVE_SPEEDS = (50.0, 2e4)  #: where masses count [m/s]
 SOLIDS = (10.0, 3e4)  #: soft rubber to diamond [m/s]
@@ -39,7 +34,6 @@ PLATE_THIN = (5.0, 1e5)  #: sqrt(area) / thickness
 LOCKING = 1e4  #: EA h^2 / EI of quadratic cells of lines
 STRAIN, SAG = 0.01, 1e4  #: under the own weight; sag over length
 WEIGHT = 500.0  #: largest plausible gravity [m/s2]
-COUNTED = 2000  #: cells of a plate up to which those from edge to edge are counted
 ASPECT, ANGLE, JACOBIAN, SIZES = 20.0, 15.0, 0.1, 1e3  #: of cells: largest, smallest [deg], smallest, largest
 RATIO = 1e4  #: of the largest body over the smallest
 TONNES = 1e12  #: 1 t/mm3 in kg/m3
@@ -50,10 +44,6 @@ SLIPS = {  #: what may have been meant, and the factor it puts on E / rho
     "the density given in g/cm3": 1e-3,
     "the density given in t/mm3": 1e-12,
     "the scene given in t, mm and MPa": 1e-6,
-}
-IDEAL = {  #: from the parent to a square or an equilateral triangle
-    Parent.SQUARE: np.eye(2),
-    Parent.TRIANGLE: np.array([[1.0, -1.0 / math.sqrt(3.0)], [0.0, 2.0 / math.sqrt(3.0)]]),
 }
 
 
@@ -69,141 +59,18 @@ class Finding:
         return f"{self.text}: {self.meant}" if self.meant else self.text
 
 
-@dataclass(frozen=True)
-class CellShapes:
-    """Shape of the cells of a body: the worst of each kind, and where the worst angle or aspect is."""
-
-    count: int
-    size_ratio: float  #: length or area of the largest cell over that of the smallest
-    aspect: float = 1.0
-    angle: float = 90.0  #: smallest [deg]
-    jacobian: float = 1.0  #: smallest ratio J_min / J_max in a cell
-    worst: int = 0  #: number of the cell of the largest aspect
-    place: tuple[float, ...] = ()  #: its middle [m]
-    across: int = 0  #: cells from edge to edge of a plate that Poisson's ratio bends crosswise
-
-
-@dataclass(frozen=True)
-class BodyFigures:
-    """What a body is, in numbers that an engineer knows; None where it does not apply."""
-
-    name: str
-    mass: float  #: [kg]
-    extent: float  #: diagonal of the box around its positions [m]
-    wave_speed: float | None = None  #: [m/s]
-    slenderness: float | None = None
-    sag: float | None = None  #: of the cantilever of its length under gravity, over that length
-    weight_strain: float | None = None
-    cells: CellShapes | None = None
-
-
-def figures(scene: schema.Scene, parts: Mapping[str, Body]) -> dict[str, BodyFigures]:
+def figures(scene: Scene, parts: Mapping[str, Body]) -> dict[str, BodyFigures]:
     """The figures of every body of a scene, with the bodies made of it."""
     gravity = float(np.linalg.norm(sum((np.array(load.acceleration) for load in weights(scene).values()), np.zeros(1))))
-    return {name: of_body(model, parts[name], gravity) for name, model in scene.bodies.items()}
+    return {name: model.figures(parts[name], gravity) for name, model in scene.bodies.items()}
 
 
-def weights(scene: schema.Scene) -> dict[str, Gravity]:
+def weights(scene: Scene) -> dict[str, Gravity]:
     """The gravity loads of a scene."""
     return {name: load for name, load in scene.loads.items() if isinstance(load, Gravity)}
 
 
-def mass_of(part: Body) -> float:
-    return float(part.constant @ (part.mass @ part.constant))
-
-
-@singledispatch
-def of_body(model: Any, part: Body, gravity: float) -> BodyFigures:
-    """The figures of a body under gravity [m/s2]; rigid bodies and mass points have a mass and a size."""
-    return BodyFigures(part.name, mass_of(part), bodies.extent(part))
-
-
-@of_body.register
-def _(model: schema.Cable, part: Body, gravity: float) -> BodyFigures:
-    data = model.section.stiffness(model.material)
-    lengths = line_cells(part)
-    length, weight = float(lengths.sum()), data.rhoA * gravity
-    return BodyFigures(
-        part.name,
-        mass_of(part),
-        bodies.extent(part),
-        math.sqrt(data.EA / data.rhoA),
-        length / math.sqrt(data.EI / data.EA),
-        weight * length**3 / (8 * data.EI) if gravity else None,
-        weight * length / data.EA if gravity else None,
-        CellShapes(len(lengths), float(lengths.max() / lengths.min()), worst=int(np.argmin(lengths))),
-    )
-
-
-@of_body.register(schema.Plate)
-@of_body.register(schema.Shell)
-def _(model: schema.Plate | schema.Shell, part: Body, gravity: float) -> BodyFigures:
-    speed = math.sqrt(model.material.young_modulus / model.material.density)
-    cells, area = plate_cells(part)
-    if isinstance(model, schema.Plate) and part.dim == 3 and model.material.poisson_ratio and cells.count <= COUNTED:
-        assert isinstance(part.space, Surface)
-        cells = replace(cells, across=cells_across(part.space))
-    length, t = math.sqrt(float(area.sum())), float(np.mean(part.thickness))
-    sag = 1.5 * length**3 / (speed**2 * t**2)
-    bent = gravity and part.dim == 3
-    return BodyFigures(
-        part.name,
-        mass_of(part),
-        bodies.extent(part),
-        speed,
-        length / t if part.dim == 3 else None,
-        sag * gravity if bent else None,
-        gravity * length / speed**2 if gravity else None,
-        cells,
-    )
-
-
-def line_cells(part: Body) -> np.ndarray:
-    """Lengths (e,) of the cells of a line between their ends [m]."""
-    assert isinstance(part.space, line.BSpline | line.Hermite)
-    return np.diff(line.breaks(part.space))
-
-
-def plate_cells(part: Body) -> tuple[CellShapes, np.ndarray]:
-    """Shape of the cells of a plate at Gauss points of its reference surface, and their areas (e,) [m2]."""
-    shape = part.space
-    assert isinstance(shape, Surface)
-    reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
-    found = [shapes_of(shape, reference, cells) for cells in surface.parts(shape)]
-    aspect, angle, jacobian, area, middle = (np.concatenate(figure) for figure in zip(*found, strict=True))
-    worst, ratio = int(np.argmax(aspect)), float(area.max() / area.min())
-    place = tuple(middle[worst].tolist())
-    return CellShapes(len(aspect), ratio, float(aspect[worst]), float(angle.min()), float(jacobian.min()), worst, place), area
-
-
-def shapes_of(shape: Surface, reference: np.ndarray, part: slice) -> tuple[np.ndarray, ...]:
-    """Aspect, smallest angle [deg], J_min / J_max, area [m2] (e,) and middle (e, c) [m] of some cells."""
-    table = surface.tabulate(shape, part=part)
-    points, *tangents = np.moveaxis(on_nodes(table.values[:, :, :3], reference[table.nodes]), 2, 0)
-    sides = [*tangents, tangents[1] - tangents[0]] if shape.parent is Parent.TRIANGLE else tangents
-    gram = np.einsum("kepc,lepc->epkl", tangents, tangents)
-    J = np.sqrt(np.maximum(np.linalg.det(gram), 0.0))
-    cosines = [np.abs(np.einsum("epc,epc->ep", a, b)) for k, a in enumerate(sides) for b in sides[k + 1 :]]
-    strong = np.linalg.eigvalsh(IDEAL[shape.parent].T @ gram @ IDEAL[shape.parent])
-    aspect = np.sqrt(strong[:, :, 1] / np.maximum(strong[:, :, 0], 1e-300)).max(axis=1)
-    angle = np.degrees(np.arctan2(J, np.max(cosines, axis=0))).min(axis=1)
-    area = np.einsum("ep,ep->e", table.weights, J)
-    return aspect, angle, J.min(axis=1) / J.max(axis=1), area, points.mean(axis=1)
-
-
-def cells_across(shape: Surface) -> int:
-    """Number of square cells that reach from edge to edge: neighbours at two opposite sides and none at the others."""
-    if shape.parent is not Parent.SQUARE:
-        return 0
-    one, two, _ = surface.coincident_sides(shape)
-    inner = np.zeros((len(shape.nodes), 4), dtype=bool)
-    for cell, side in (one.T, two.T):
-        inner[cell, side] = True
-    first, second = inner[:, [0, 2]], inner[:, [1, 3]]
-    return int(((first.any(axis=1) & ~second.any(axis=1)) | (second.any(axis=1) & ~first.any(axis=1))).sum())
-
-
-def materials(scene: schema.Scene) -> Iterator[Finding]:
+def materials(scene: Scene) -> Iterator[Finding]:
     """Wave speeds of the materials of a scene, which need no mesh."""
     for name, body in scene.bodies.items():
         if (material := getattr(body, "material", None)) is not None:
@@ -211,18 +78,18 @@ def materials(scene: schema.Scene) -> Iterator[Finding]:
             yield from _wave_speed(("bodies", name, "material"), speed, moving(scene))
 
 
-def moving(scene: schema.Scene) -> bool:
+def moving(scene: Scene) -> bool:
     """Whether masses count: something moves, or weighs."""
-    return scene.analysis.type != "static" or bool(weights(scene))
+    return scene.analysis.masses or bool(weights(scene))
 
 
-def findings(scene: schema.Scene, known: Mapping[str, BodyFigures]) -> Iterator[Finding]:
+def findings(scene: Scene, known: Mapping[str, BodyFigures]) -> Iterator[Finding]:
     """What is hardly meant, in the order of the scene."""
     waves = moving(scene)
     for name, own in known.items():
         yield from _material(scene.bodies[name], name, own, waves)
         yield from _sizes(name, own)
-        yield from _locking(scene.bodies[name], name, own)
+        yield from _locking(name, own)
         yield from _cells(name, own.cells)
     sizes = sorted((own.extent, name) for name, own in known.items() if own.extent > 0.0)
     if sizes and sizes[-1][0] > RATIO * sizes[0][0]:
@@ -281,9 +148,9 @@ def _sizes(name: str, own: BodyFigures) -> Iterator[Finding]:
         yield Finding(key, f"as a cantilever it would sag by {own.sag:.3g} times its length: it has hardly any bending stiffness")
 
 
-def _locking(model: Any, name: str, own: BodyFigures) -> Iterator[Finding]:
+def _locking(name: str, own: BodyFigures) -> Iterator[Finding]:
     """Quadratic cells of a slender line: errors of 1 % of a bent arc at EA h^2 / EI = 1e4, growing with it."""
-    if not isinstance(model, schema.Cable) or model.degree > 2 or own.slenderness is None or own.cells is None:
+    if own.degree != 2 or own.slenderness is None or own.cells is None:
         return
     ratio = (own.slenderness / own.cells.count) ** 2
     if ratio > LOCKING:

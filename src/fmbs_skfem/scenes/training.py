@@ -12,13 +12,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import Field, StrictInt
-
 from ..core import units
 from ..core.errors import closest
-from ..core.fields import Context, Takes, read_quantity
+from ..core.fields import Context, Count, Takes, array_schema, mapping_schema, read_quantity, whole
 from ..core.problems import Problem, shown
-from .models import Count, Model
 
 Row: TypeAlias = tuple[float, ...]
 
@@ -61,8 +58,6 @@ Design: TypeAlias = Spread | Grid | Listed
 
 def design(value: object, context: Context) -> Design:
     """Points over the ranges: a number of them, a grid, a named design, or a list."""
-    if isinstance(value, Spread | Grid | Listed):
-        return value
     _need_ranges(context)
     if isinstance(value, list):
         return Listed(tuple(point(entry, context) for entry in value)) if value else _refuse(value)
@@ -74,8 +69,6 @@ def design(value: object, context: Context) -> Design:
 def point(value: object, context: Context) -> Row:
     """One point over the ranges: a quantity with one parameter, or a mapping of names and quantities."""
     names = list(context.ranges)
-    if isinstance(value, tuple):
-        return value
     _need_ranges(context)
     if not isinstance(value, dict):
         if len(names) > 1:
@@ -141,8 +134,6 @@ def _count(value: object) -> int:
 
 def tolerance(value: object, context: Context) -> float | Allowed:
     """An error between 0 and 1 as a part of the ranges of the outputs, or errors of outputs by name: quantities."""
-    if isinstance(value, Allowed):
-        return value
     if not isinstance(value, dict):
         found = read_quantity(value, units.NUMBER, context, "> 0")
         if not found < 1.0:
@@ -164,23 +155,14 @@ def _refuse(value: object) -> Listed:
     raise Problem("a number of points, a grid, a design or a list of points", shown(value))
 
 
-def _default(count: int) -> Any:
-    return Field(default_factory=lambda: Spread(count), json_schema_extra={"default": count})
-
-
-_COUNT = {"type": "integer", "minimum": 1, "maximum": LARGEST}
+_COUNT = whole(1, LARGEST).told
 _VALUE = {"anyOf": [{"type": "number"}, {"type": "string"}]}
 _POINT: dict[str, Any] = {"anyOf": [*_VALUE["anyOf"], {"type": "object", "additionalProperties": _VALUE}]}
 _DESIGN: dict[str, Any] = {
     "anyOf": [
         _COUNT,
-        {"type": "array", "items": _POINT, "minItems": 1},
-        {
-            "type": "object",
-            "properties": {"design": {"enum": list(DESIGNS)}, "count": _COUNT},
-            "required": ["design", "count"],
-            "additionalProperties": False,
-        },
+        array_schema(_POINT, 1),
+        mapping_schema(("design", "count"), design={"enum": list(DESIGNS)}, count=_COUNT),
         {"type": "object", "additionalProperties": _COUNT},
     ],
     "description": "a number of points, counts by parameter, {design: ..., count: ...}, or a list of points",
@@ -195,12 +177,13 @@ _WANTED = {
     "description": "an error of outputs as a part of their ranges, or largest errors by output",
 }
 
-Points = Annotated[Design, Takes(design, _DESIGN)]
+Points = Annotated[Design, Takes(design, _DESIGN, show=lambda value: getattr(value, "count", None))]
 Wanted = Annotated[float | Allowed, Takes(tolerance, _WANTED)]
 Point = Annotated[tuple[float, ...], Takes(point, _POINT | {"description": "a value, or a mapping of parameters and values"})]
 
 
-class Training(Model):
+@dataclass(frozen=True)
+class Training:
     """Greedy training over the ranges of the parameters.
 
     Full runs are made at `first` (by default the candidate in the middle) and where the error indicator over the `candidates` is
@@ -212,11 +195,11 @@ class Training(Model):
     training cannot promise its predicted error, its report says so, with the reasons.
     """
 
-    candidates: Points = _default(101)
-    samples: Points = _default(5)
+    candidates: Points = Spread(101)
+    samples: Points = Spread(5)
     first: Point | None = None
     iterations: Count = 5
     max_samples: Count = 15
     tolerance: Wanted | None = None
     holdout: Points | None = None
-    seed: Annotated[StrictInt, Field(ge=0, le=2**31 - 1)] = 0
+    seed: Annotated[int, whole(0, 2**31 - 1)] = 0

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import notify
-from ..dynamics import loading, start
+from ..dynamics import start
 from ..dynamics.scheme import GeneralizedAlpha
 from ..results import segments
 from ..scenes import build, consistency, plausibility, where
@@ -28,7 +28,7 @@ from .runs import heading, sizes
 if TYPE_CHECKING:
     from ..bodies.body import Body
     from ..scenes import Scene
-    from ..scenes.plausibility import BodyFigures as Facts
+    from ..scenes.figures import BodyFigures as Facts
     from ..systems import System
     from ..systems.mechanism import Dependence, Mechanism
 
@@ -115,25 +115,16 @@ def contradictions(raw: System) -> tuple[Dependence, ...]:
 
 
 def mechanism(scene: Scene, raw: System) -> Mechanism:
-    """Degrees of freedom. Floating bodies are a warning; a static problem with motions that nothing resists is refused."""
-    if scene.analysis.type == "modes":
-        free_motions.refuse_limp(where(scene, "analysis"), raw)
+    """Degrees of freedom, where the analysis takes the system. Floating bodies are a warning."""
+    scene.analysis.examine(scene, raw)
     found = mechanisms.analyse(raw)
-    if scene.analysis.type == "static":
-        free, hung = free_motions.unsupported(raw)
-        for motion in hung:
-            notify(f"{where(scene, 'analysis')}: weight alone holds this motion, so that the first iteration is singular: {motion}")
-        if free:
-            listed = "".join(f"\n  {number}. {motion}" for number, motion in enumerate(free, start=1))
-            got = f"{len(free)} rigid motion{'s' if len(free) > 1 else ''} that nothing resists:{listed}"
-            raise InputError(say(where(scene, "analysis"), "bodies that joints and springs hold", got, "\nhold them by joints"))
-    for group in found.floating if scene.analysis.type != "static" else ():
+    for group in found.floating if scene.analysis.floats else ():
         named = " and ".join(f"'{name}'" for name in group.bodies)
         text = f"no joint ties {named} to the ground: {'they move' if len(group.bodies) > 1 else 'it moves'} freely"
         notify(f"{where(scene, 'bodies', group.bodies[0])}: {text}")
     if found.at_start > found.mobility:
         notify(f"the start is a singular position: {found.at_start} degrees of freedom there, {found.mobility} near it")
-    if scene.analysis.type == "dynamic" and not raw.elastic and not found.mobility:
+    if scene.analysis.moves and not raw.elastic and not found.mobility:
         notify("nothing can move: all bodies are rigid, and joints leave no degree of freedom")
     return found
 
@@ -149,11 +140,11 @@ def lighter(raw: System) -> System:
 def solved_form(scene: Scene, raw: System) -> tuple[System, dict[str, Any]]:
     """The form the scene is solved in, and what its joints make of the initial state; velocities are those of motions alone."""
     reduced = without_redundant(build.chosen_form(scene, raw))
-    if scene.analysis.type != "dynamic":
-        start.hold(loading.ramp(reduced, scene.analysis.time) if scene.analysis.type == "static" else reduced)
+    if not scene.analysis.moves:
+        scene.analysis.hold(reduced)
         return reduced, {"position_change": float(np.abs(reduced.lift(reduced.x0) - raw.x0).max(initial=0.0))}
     gaps = velocity_gaps(raw)
-    x, v = start.admissible(reduced, GeneralizedAlpha(scene.analysis.step))
+    x, v = start.admissible(reduced, GeneralizedAlpha(build.dynamic(scene).step))
     taken = np.asarray(reduced.lift.matrix @ v)
     given, left = (float(u @ (raw.mass @ u)) for u in (raw.v0, taken))
     lost = max(0.0, 1.0 - left / given) if given > 0.0 else 0.0

@@ -10,7 +10,7 @@ import math
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -145,7 +145,7 @@ def lean(scene: Scene) -> Scene:
     """The scene with few competitors."""
     if scene.compare is None:
         return scene
-    return scene.model_copy(update={"compare": scene.compare.model_copy(update={"coarse": COARSE, "steps": STEPS})})
+    return replace(scene, compare=replace(scene.compare, coarse=COARSE, steps=STEPS))
 
 
 def report_of(scene: Scene, study: Comparison) -> dict[str, Any]:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core import direct, krylov
-from ..scenes import build
 from ..systems import compiled, sparse, terms
 
 if TYPE_CHECKING:
@@ -16,33 +15,20 @@ if TYPE_CHECKING:
 
 #: orders of magnitude of a usual computer: seconds a number read, solved with, factored, factored by SuperLU, and seconds a call
 FORCE_S, SOLVE_S, FACTOR_S, LU_S, CALL_S = 1.2e-9, 1e-9, 5e-10, 1.5e-7, 2e-6
-ITERATIONS, FACTORED = 2.5, 0.2  #: of a time step
 CYCLES = 150.0  #: products with the matrix in a solution by multigrid
-STATIC_ITERATIONS, LANCZOS = 6.0, 60.0  #: a load step: iterations; modes: solutions
 
 
 def estimates(scene: Scene, raw: System, reduced: System) -> dict[str, Any]:
     """Solver, steps, memory [MB] and order of magnitude of the time [s] of an analysis, by counts of numbers read and written."""
-    analysis, (label, fill, once, each) = scene.analysis, solver(scene, raw, reduced)
+    work, (label, fill, once, each) = scene.analysis.work(), solver(scene, raw, reduced)
     numbers = sum(terms.numbers_read(part.gather) for part in reduced.elastic)
     tables = 8e-6 * numbers / max(reduced.dim, 1)
-    found: dict[str, Any] = {"solver": label, "solver_memory_mb": round(fill + tables, 3)}
-    if analysis.type == "static":
-        seconds = analysis.load_steps * STATIC_ITERATIONS * (4 * FORCE_S * numbers + once)
-        return {**found, "load_steps": analysis.load_steps, "wall_s": float(f"{seconds:.1g}")}
-    if analysis.type == "modes" or analysis.type == "buckling":
-        return {**found, "modes": analysis.count, "wall_s": float(f"{4 * FORCE_S * numbers + once + LANCZOS * each:.1g}")}
-    steps, every = round(analysis.duration / analysis.step), build.kept_steps(scene)
-    stored = len(every) if isinstance(every, np.ndarray) else steps // every + 1
-    step = ITERATIONS * (FORCE_S * numbers + each + CALL_S) + FACTORED * (4 * FORCE_S * numbers + once)
-    return {
-        **found,
-        "steps": steps,
-        "stored_states": stored,
-        "memory_mb": round(3 * 8e-6 * stored * reduced.size, 3),
-        "step_s": float(f"{step:.1g}"),
-        "wall_s": float(f"{steps * step:.1g}"),
-    }
+    seconds = work.forces * FORCE_S * numbers + work.factors * once + work.solutions * each + work.calls * CALL_S
+    found: dict[str, Any] = {"solver": label, "solver_memory_mb": round(fill + tables, 3), **work.counts}
+    if work.steps:
+        memory = round(3 * 8e-6 * work.states * reduced.size, 3)
+        found |= {"memory_mb": memory, "step_s": float(f"{seconds / work.steps:.1g}")}
+    return {**found, "wall_s": float(f"{seconds:.1g}")}
 
 
 def solver(scene: Scene, raw: System, reduced: System) -> tuple[str, float, float, float]:
@@ -56,7 +42,7 @@ def solver(scene: Scene, raw: System, reduced: System) -> tuple[str, float, floa
         label, memory, each = "dense LU", 16e-6 * (n + m) ** 2, 2 * SOLVE_S * (n + m) ** 2
     else:
         label, memory, each = f"band of half width {width}", 32e-6 * n * (width + 1), 4 * SOLVE_S * fill
-    if scene.analysis.type != "dynamic":
+    if not scene.analysis.moves:
         return "sparse LU", 16e-6 * fill, LU_S * fill, 4 * SOLVE_S * fill
     sparse = form is compiled.Storage.SPARSE
     once = FACTOR_S * fill * (np.sqrt(fill / n) * 8 if sparse else n if form is compiled.Storage.DENSE else width)

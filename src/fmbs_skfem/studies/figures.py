@@ -16,6 +16,7 @@ from ..reduction import residual_norms
 from ..results import plots
 from ..results.speed import Point
 from ..results.sweep_files import add_unit
+from ..scenes import build
 from ..systems import probes
 from ..systems.joints import Pin, Revolute, Slider
 from ..systems.probes import AngularVelocity, Position
@@ -127,7 +128,7 @@ def readable(error: np.ndarray, size: float) -> np.ndarray:
 def norms(scene: Scene, study: Comparison) -> Figure:
     """Norms of the full residual on the motion of the reduced model by component."""
     assert study.full.system.full is not None
-    scheme = GeneralizedAlpha(study["full"].step, getattr(scene.analysis, "rho_inf", 0.8))
+    scheme = GeneralizedAlpha(study["full"].step, build.dynamic(scene).rho_inf)
     found = residual_norms(study.full.system.full, study.motions["component"], scheme)
     curves = {"two-norm": found.plain, "constraint forces": found.constraint, "gappy norm": found.gappy}
     return plots.norms(found.times, curves, "norm of the full model's residual")

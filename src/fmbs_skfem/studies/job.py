@@ -11,7 +11,7 @@ import contextlib
 import functools
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -118,12 +118,13 @@ def read_scene(job: Job, duration: float | None = None) -> Scene:
     build.check_files(scene, job.allow_outside)
     if duration is None:
         return fit_step(scene)
-    if scene.analysis.type != "dynamic":
-        raise InputError(say("--duration", "a scene with a dynamic analysis", scene.analysis.type, "leave the option out"))
-    step = scene.analysis.step
+    if not scene.analysis.moves:
+        raise InputError(say("--duration", "a scene with a dynamic analysis", scene.analysis.word, "leave the option out"))
+    analysis = build.dynamic(scene)
+    step = analysis.step
     if not step <= duration <= times.STEPS * step:
         raise InputError(say("--duration", f"1 to {times.STEPS} steps of {step:g} s", f"{duration:g} s"))
-    return fit_step(scene.model_copy(update={"analysis": scene.analysis.model_copy(update={"duration": duration})}))
+    return fit_step(replace(scene, analysis=replace(analysis, duration=duration)))
 
 
 def fit_step(scene: Scene) -> Scene:
@@ -131,11 +132,11 @@ def fit_step(scene: Scene) -> Scene:
 
     Scenes with parameters that have a range keep theirs, which may depend on them, and so do those whose other times it divides.
     """
-    from ..scenes import times
+    from ..scenes import build, times
 
-    analysis = scene.analysis
-    if analysis.type != "dynamic" or scene.ranges:
+    if not scene.analysis.moves or scene.ranges:
         return scene
+    analysis = build.dynamic(scene)
     spans = [every for every in (analysis.every, scene.reduction and scene.reduction.snapshots) if isinstance(every, tuple)]
     counted = [time for parts in spans for span in parts for time in (span.every, span.until) if time is not None]
     if scene.reduction is not None and isinstance(scene.reduction.snapshots, float):
@@ -145,7 +146,7 @@ def fit_step(scene: Scene) -> Scene:
         return scene
     asked, taken = f"{analysis.step:.6g} s", f"{step:.6g} s"
     notify(f"the duration of {analysis.duration:.6g} s is no whole number of steps of {asked}: steps of {taken} are taken")
-    return scene.model_copy(update={"analysis": analysis.model_copy(update={"step": step})})
+    return replace(scene, analysis=replace(analysis, step=step))
 
 
 def title(scene: Scene) -> str:

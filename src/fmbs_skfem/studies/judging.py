@@ -15,8 +15,10 @@ NOISE = 1e-3  #: noise of accelerations, relative to the largest, above which a 
 GAIN = 0.05  #: rise of the energy balance, relative to the largest energy, above which a warning is shown
 
 
-def balances(scheme: GeneralizedAlpha, trajectory: Trajectory) -> dict[str, Any]:
-    """Energy error [J] of a full motion, and noise of its accelerations [m/s2]."""
+def balances(scheme: GeneralizedAlpha | None, trajectory: Trajectory) -> dict[str, Any]:
+    """Energy error [J] of a full motion, and noise of its accelerations [m/s2]; None of equilibria."""
+    if scheme is None:
+        return {"energy_drift": None, "acceleration_noise": None}
     drift = energy_drift(trajectory, f"a step of {scheme.step:g} s")
     return {"energy_drift": drift, "acceleration_noise": acceleration_noise(scheme, trajectory)}
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..bodies.body import Body, locate, probe
 from ..core.errors import InputError, closest, listed, say
-from ..dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
+from ..dynamics import Newton, Trajectory, integrate
 from ..reduction import excitation, output_errors, part_files, parts, snapshots
 from ..reduction.excitation import Excitation
 from ..reduction.part_files import Part
@@ -82,7 +82,7 @@ def body_of(job: Job, scene: Scene, name: str) -> tuple[Body, list[Body]]:
     part = next(one for one in found if one.name == name)
     if part.cells is None or part.shapes is not None:
         elastic = [one.name for one in found if one.cells is not None and one.shapes is None]
-        kind = scene.bodies[name].type
+        kind = scene.bodies[name].word
         raise InputError(say("--body", f"a full elastic body ({', '.join(elastic) or 'none here'})", f"'{name}', a {kind}"))
     return part, found
 
@@ -91,9 +91,8 @@ def solve(job: Job, scene: Scene, bodies: list[Body], label: str, kept: int = KE
     """The motion of a scene with its bodies made, sharp enough for training."""
     analysis, system = build.dynamic(scene), build.of_parts(scene, bodies, pictures=False)
     every = max(1, round(analysis.duration / analysis.step / kept))
-    scheme = GeneralizedAlpha(analysis.step, analysis.rho_inf)
     form = build.chosen_form(scene, system)
-    return integrate(form, scheme, analysis.duration, SHARP, every, job.progress(label))
+    return integrate(form, analysis.scheme, analysis.duration, SHARP, every, job.progress(label))
 
 
 def moved(job: Job, scene: Scene, bodies: list[Body], name: str) -> np.ndarray:

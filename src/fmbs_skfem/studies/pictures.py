@@ -47,7 +47,7 @@ def scene(
     limits = pictures.limits(moving, shade) if shade else None
     wanted = instants(scene, trajectory)
     chosen = moving if wanted is None else motion.frames(trajectory, motion.nearest(trajectory, wanted), fields)
-    clock = "load factor" if scene.analysis.type == "static" else "s"
+    clock = "s" if scene.analysis.clock else "load factor"
     found: list[Order] = [partial(pictures.render, chosen, out / names[0], wanted, Look(shade, title=scene.name, clock=clock))]
     look = Look(shade, limits=limits, title=scene.name, clock=clock, size=(800, 600))
     return [*found, partial(pictures.animate, moving, out / names[1], count, rate, look)] if count else found

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ..core.errors import InputError, say
-from ..dynamics import GeneralizedAlpha, Newton
+from ..dynamics import Newton
 from ..reduction import NONE, Elements, hyper_reduction
 from ..reduction.cases import Case
 from ..reduction.comparison import ComparisonOptions
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from ..scenes import Scene
-    from ..scenes.schema import Dynamic, Reduction
+    from ..scenes.dynamic import Dynamic
+    from ..scenes.schema import Reduction
     from ..systems import System
 
 ETAS = (1e-2, 1e-3, 1e-4)  #: tolerances of the hyper-reduction in the picture of speed and error
@@ -27,10 +28,10 @@ ETAS = (1e-2, 1e-3, 1e-4)  #: tolerances of the hyper-reduction in the picture o
 
 def sections(scene: Scene) -> tuple[Dynamic, Reduction]:
     """The analysis of a scene and its section `reduction`, without which nothing is trained."""
-    if scene.reduction is None or scene.analysis.type != "dynamic":
-        got = f"analysis {scene.analysis.type}" if scene.reduction else "none"
+    if scene.reduction is None or not scene.analysis.moves:
+        got = f"analysis {scene.analysis.word}" if scene.reduction else "none"
         raise InputError(say(f"{scene.path or 'scene'}", "a dynamic analysis and a section 'reduction'", got, "add them"))
-    return scene.analysis, scene.reduction
+    return build.dynamic(scene), scene.reduction
 
 
 def interval(scene: Scene) -> float | np.ndarray:
@@ -88,7 +89,7 @@ def plan_with(
 def task(scene: Scene, raw: System, plan: Plan) -> TrainingTask:
     """The reduction of one system of a scene, with all multipliers, by a plan."""
     analysis = build.dynamic(scene)
-    case = Case(raw, GeneralizedAlpha(analysis.step, analysis.rho_inf), analysis.duration, Newton(tolerance=analysis.tolerance))
+    case = Case(raw, analysis.scheme, analysis.duration, Newton(tolerance=analysis.tolerance))
     return task_of(case, plan, interval(scene), partial(build.chosen_form, scene))
 
 

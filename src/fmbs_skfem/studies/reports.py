@@ -122,7 +122,9 @@ def dumps(value: Any) -> str:
 
 def fingerprint(scene: Scene) -> str:
     """Hash of the scene with its parameters and of the mesh files it reads; equal for runs that compute the same."""
-    digest = hashlib.sha256(repr((sorted(scene.parameters.items()), scene.analysis)).encode())
+    kind, word = type(scene.analysis).__name__, scene.analysis.word
+    analysis = f"{kind}(type={word!r}, {repr(scene.analysis).removeprefix(f'{kind}(')}"
+    digest = hashlib.sha256(f"({sorted(scene.parameters.items())!r}, {analysis})".encode())
     for path in scene_files(scene):
         digest.update(path.read_bytes())
     return digest.hexdigest()
@@ -130,10 +132,9 @@ def fingerprint(scene: Scene) -> str:
 
 def scene_files(scene: Scene) -> list[Path]:
     """The file of a scene and the mesh, surface and Python files it reads, each once."""
-    from ..scenes.bodies import FILES
     from ..shapes import meshes
 
-    names = {getattr(body, key) for body in scene.bodies.values() for key in FILES if getattr(body, key, None)}
+    names = {getattr(body, body.made_of) for body in scene.bodies.values() if body.made_of}
     names |= set(scene.extensions or ())
     read = [meshes.path(name, scene.folder, allow_outside=True) for name in sorted(names)]
     return [path.absolute() for path in ([scene.path] if scene.path else []) + read]
@@ -147,10 +148,12 @@ def provenance(
     `files` and `seeds` are those beside the ones of the scene; `workers` processes shared the work, None where that is not known
     yet. On one machine with one thread, the same provenance gives the same bits.
     """
+    from ..core import mappings
+
     read = [*(scene_files(scene) if scene else ()), *(path.absolute() for path in files)]
     training = {"training": scene.training.seed} if scene and scene.training else {}
     return {
-        "scene": scene.model_dump(by_alias=True, exclude_none=True, warnings=False) if scene else None,
+        "scene": mappings.plain(scene) if scene else None,
         "file": str(scene.path.absolute()) if scene and scene.path else None,
         "files": {str(path): durable.sha256(path) for path in read},
         **environment(workers),

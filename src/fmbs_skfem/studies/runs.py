@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from math import isfinite
 from pathlib import Path
@@ -20,13 +20,14 @@ import numpy as np
 
 from .. import dynamics
 from ..core.errors import FmbsError, InputError, MissingFeature, SolverError, say
-from ..dynamics import GeneralizedAlpha, Newton, Trajectory
+from ..dynamics import GeneralizedAlpha, Trajectory
 from ..reduction import parts
 from ..results import motion, segments, series
 from ..results.plots import PANELS, history_grid
 from ..results.segments import Recorder
 from ..results.sweep_files import add_unit
 from ..scenes import build
+from ..scenes.analyses import Analysis, History, States
 from ..systems import probes
 from . import compiling, failures, judging, recording, reports
 from . import job as jobs
@@ -39,8 +40,7 @@ if TYPE_CHECKING:
     from ..systems import System
     from ..systems.system import Output
 
-OUTPUTS, MODES, SERIES = "outputs.csv", "modes.csv", "motion"
-NEAR_STATES = ("modes", "buckling")  #: analyses without a motion
+OUTPUTS, SERIES = "outputs.csv", "motion"
 
 Draw = Callable[[Trajectory, Path], Sequence[Callable[[], Path]]]  #: pictures and series in a folder, each drawn when called
 
@@ -101,14 +101,14 @@ def run_source(
     if step is not None:
         raise InputError(say("--step", "a saved reduced model (.h5)", f"{job.path}", "a scene has its own step: analysis.step"))
     scene = jobs.read_scene(job, duration)
-    if given and scene.analysis.type != "dynamic":
-        raise InputError(say(given, "a scene with a dynamic analysis", scene.analysis.type, "leave the option out"))
+    if given and not scene.analysis.moves:
+        raise InputError(say(given, "a scene with a dynamic analysis", scene.analysis.word, "leave the option out"))
     if given and job.out is None:
         raise InputError(say(given, "a folder for the results", "none", "give one: out"))
-    if scene.analysis.type in NEAR_STATES:
+    if isinstance(scene.analysis, States):
         from . import near_states
 
-        return (near_states.solve_modes if scene.analysis.type == "modes" else near_states.solve_buckling)(job, scene)
+        return near_states.solve_states(job, scene, scene.analysis)
     make = partial(scene_task, job, scene, duration, checkpoint)
     return conclude(solve(job, reports.fingerprint(scene), make, plots, limit=time_limit))
 
@@ -138,40 +138,37 @@ def export_scene(job: Job, duration: float | None, frames: int) -> Run:
 def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint: float | None = None) -> RunTask:
     """The full model of a scene, over time or at rest."""
     analysis = scene.analysis
-    if analysis.type == "modes" or analysis.type == "buckling":
-        raise InputError(say("analysis.type", "dynamic or static", analysis.type, f"use fmbs run for {analysis.type}"))
+    if not isinstance(analysis, History):
+        known = " or ".join(sorted(word for word, kind in Analysis.known.items() if issubclass(kind, History)))
+        raise InputError(say("analysis.type", known, analysis.word, f"use fmbs run for {analysis.word}"))
     raw = build.system(scene, allow_outside=job.allow_outside)
     reduced = build.chosen_form(scene, raw)
-    newton, mark, origin = Newton(tolerance=analysis.tolerance), reports.fingerprint(scene), reports.provenance(scene)
+    mark, origin = reports.fingerprint(scene), reports.provenance(scene)
     facts = {**heading(scene), **sizes(raw, reduced)}
     words = f"{facts['scene']}: {facts['dofs']} dofs, {facts['constraints']} constraints ({facts['unknowns']} unknowns, "
-    made = partial(RunTask, scene.name, mark, origin, facts, f"{words}{facts['multipliers']} multipliers)", reduced)
-    if analysis.type == "dynamic":
-        scheme, every = GeneralizedAlpha(analysis.step, analysis.rho_inf), build.kept_steps(scene)
-        newton, end = replace(newton, solver=analysis.solver), analysis.duration
-        request = {
-            "scene": str(job.path.absolute()),
-            "changes": dict(job.changes),
-            "duration": duration,
-            "allow_outside": job.allow_outside,
-            "repair": job.repair,
-            "checkpoint": checkpoint,
-            "fingerprint": mark,
-            "provenance": reports.plain(origin),
-        }
-
-        def integrate(advance: Callable[[float], None], watch: Any, resume: Resumed | None) -> Trajectory:
-            return dynamics.integrate(reduced, scheme, end, newton, every, advance, watch, resume)
-
-        return made(integrate, partial(judging.balances, scheme), scheme, None if job.scene else request)
-
-    def follow(advance: Callable[[float], None], *_: object) -> Trajectory:
-        if analysis.method == "arc_length":
-            control = dynamics.ArcLength(1.0 / analysis.load_steps)
-            return dynamics.follow_path(reduced, control, newton, analysis.time, advance)
-        return dynamics.solve_statics(reduced, analysis.load_steps, newton, analysis.time, advance)
-
-    return made(follow, lambda _: {"energy_drift": None, "acceleration_noise": None}, label="loading")
+    request = {
+        "scene": str(job.path.absolute()),
+        "changes": dict(job.changes),
+        "duration": duration,
+        "allow_outside": job.allow_outside,
+        "repair": job.repair,
+        "checkpoint": checkpoint,
+        "fingerprint": mark,
+        "provenance": reports.plain(origin),
+    }
+    return RunTask(
+        scene.name,
+        mark,
+        origin,
+        facts,
+        f"{words}{facts['multipliers']} multipliers)",
+        reduced,
+        partial(analysis.solve, reduced),
+        partial(judging.balances, analysis.scheme),
+        analysis.scheme,
+        request if analysis.moves and job.scene is None else None,
+        analysis.label,
+    )
 
 
 def solve(
@@ -291,7 +288,7 @@ def heading(scene: Scene) -> dict[str, Any]:
         "scene": jobs.title(scene),
         "file": scene.path,
         "parameters": dict(scene.parameters),
-        "analysis": scene.analysis.type,
+        "analysis": scene.analysis.word,
     }
 
 

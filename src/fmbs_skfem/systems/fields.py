@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated, Any, TypeAlias
 
 from ..core import units
@@ -15,6 +16,7 @@ from ..core.fields import (
     array_schema,
     either,
     mapping_schema,
+    name_in,
     number_schema,
     quantity,
     read_quantity,
@@ -39,6 +41,8 @@ __all__ = [
     "Direction",
     "Names",
     "Body",
+    "OnSurface",
+    "JointName",
     "Letters",
     "Teeth",
     "History",
@@ -116,7 +120,9 @@ Carrier: TypeAlias = Annotated[At | None, CARRIER]  #: a place with directions, 
 Axis: TypeAlias = Annotated[Ground, AXIS]  #: of rotation, in space
 Direction: TypeAlias = Annotated[Ground, vector("")]
 Names: TypeAlias = Annotated[tuple[str, ...], NAMED]  #: one or several
-Body: TypeAlias = Annotated[str, "a name of a body"]
+Body: TypeAlias = Annotated[str, name_in("surfaces", "a name of a body")]  #: a plate or shell
+OnSurface: TypeAlias = Annotated[At, replace(PLACE, names="surfaces")]
+JointName: TypeAlias = Annotated[str, name_in("joints", "a name of a joint")]
 Letters: TypeAlias = Annotated[str, LETTERS]  #: components of a vector
 Teeth: TypeAlias = Annotated[tuple[int, int], TEETH]
 History: TypeAlias = Annotated[Signal, HISTORY]  #: factor over time

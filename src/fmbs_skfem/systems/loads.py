@@ -43,6 +43,11 @@ class Load(Declared, ABC):
         """Whether it is known to push nothing in the reference."""
         return False
 
+    def idle(self, undamped: str) -> Iterator[tuple[str, str]]:
+        """Names of fields, "" for the load, that do nothing, and why; damping because it is `undamped`, "" where it is damped."""
+        if undamped and vars(self).get("damping"):
+            yield "damping", undamped
+
     @abstractmethod
     def push(self, draft: Draft) -> None:
         """Add the load's probe rows and forces to the draft."""
@@ -162,6 +167,12 @@ class TorsionSpring(Load):
         yield from needs_axis(self.axis, dim)
         if self.to is not None and dim == 3:
             yield "to", Problem("the ground in space", f"'{self.to.body}'")
+
+    def idle(self, undamped: str) -> Iterator[tuple[str, str]]:
+        if not (self.stiffness or self.damping):
+            yield "", "does nothing, it has neither stiffness nor damping"
+        elif self.damping and undamped:
+            yield "damping", undamped
 
     def push(self, draft: Draft) -> None:
         for name, value in (("stiffness", self.stiffness), ("damping", self.damping)):

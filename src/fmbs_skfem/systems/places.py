@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_array, kron, vstack
 
 from ..bodies.body import Body, Cells, locate, probe
+from ..core import mappings
 from ..core.errors import InputError, closest, listed, say
 from ..shapes.surface import Surface
 from . import constraint_laws, force_laws
@@ -36,6 +37,12 @@ class At:
         if not self.place and isinstance(self.place, str):
             return self.body
         return f"{self.body}.{self.place}" if isinstance(self.place, str) else f"{self.body} at {self.place} m"
+
+
+@mappings.plain.register
+def _(value: At) -> dict[str, Any]:
+    place = {"s" if isinstance(value.place, float) else "group": value.place} if value.place != "" else {}
+    return {"body": value.body, **place}
 
 
 Ground = Sequence[float]  #: coordinates of a fixed point [m]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal, TypeAlias
+from typing import Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_array, kron
@@ -249,7 +249,7 @@ class AngularVelocity(Probe):
 class Stress(Probe):
     """Von Mises stress [Pa] at a named point of a plate or shell: on the faces at -t/2 and t/2 along its normal."""
 
-    at: fields.Place
+    at: fields.OnSurface
     unit: ClassVar[str] = "Pa"
 
     def sense(self, name: str, draft: Draft) -> Output:
@@ -342,7 +342,7 @@ class Reaction(Probe):
     The moment of a driven angle, in the column `NAME_angle`, is the torque of the drive.
     """
 
-    joint: Annotated[str, "a name of a joint"]
+    joint: fields.JointName
     unit: ClassVar[str] = "N"
     known_to_all: ClassVar[bool] = False
 

@@ -1,0 +1,46 @@
+"""Buckling loads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from .. import dynamics
+from ..core.fields import Count, Time
+from . import build
+from .analyses import Form, States, StateTable, Work, motion_only
+from .locations import Told
+
+if TYPE_CHECKING:
+    from .schema import Scene
+
+LANCZOS = 60.0  #: solutions of an eigenproblem, usually
+
+
+@dataclass(frozen=True, kw_only=True)
+class Buckling(States):
+    """Load factors at which the loads take the stiffness away, predicted from small ones; the factor 1 stands for t = `time`."""
+
+    constraints: Form = None
+    count: Count = 3
+    time: Time = 1.0
+    table: ClassVar[str] = "factors.csv"
+
+    def instants(self) -> np.ndarray:
+        return np.array([self.time])
+
+    def work(self) -> Work:
+        return Work(4.0, 1.0, LANCZOS, counts={"modes": self.count})
+
+    def find(self, scene: Scene, allow_outside: bool = False) -> StateTable:
+        raw = build.system(scene, allow_outside=allow_outside)
+        reduced = build.chosen_form(scene, raw)
+        factors = dynamics.buckling(reduced, self.count, self.time).factors
+        columns, heads = {"mode": np.arange(1, len(factors) + 1), "load_factor": factors}, ("mode", "load factor")
+        return StateTable(raw, reduced, f"{len(factors)} load factors", "buckling", heads, columns, {"load_factors": factors})
+
+    def idle(self, scene: Scene) -> Iterator[Told]:
+        return motion_only(scene, "a buckling load")

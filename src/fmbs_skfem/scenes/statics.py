@@ -1,0 +1,75 @@
+"""Equilibria."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+import numpy as np
+
+from .. import dynamics
+from ..core.fields import Count, Time
+from ..core.notices import notify
+from ..dynamics import Newton, Trajectory, loading, start
+from ..systems import free_motions
+from . import fields
+from .analyses import Form, History, Work, motion_only, refuse_free
+from .locations import Told, where
+
+if TYPE_CHECKING:
+    from ..systems import System
+    from .schema import Scene
+
+ITERATIONS = 6.0  #: of a load step, usually
+
+
+@dataclass(frozen=True, kw_only=True)
+class Static(History):
+    """Equilibrium by load steps, or by arc length along a path through limit points, its first step 1/load_steps.
+
+    The load factor s goes from 0 to 1 and stands for t = s `time`: histories and drives are taken there. Loads without a history,
+    and displacements, angles and histories that are constant, grow with s.
+    """
+
+    method: Literal["load_steps", "arc_length"] = "load_steps"
+    constraints: Form = None
+    load_steps: Count = 10
+    time: Time = 1.0
+    tolerance: fields.NewtonTolerance = 1e-10
+    clock: ClassVar[bool] = False
+    masses: ClassVar[bool] = False
+    floats: ClassVar[bool] = False
+    label: ClassVar[str] = "loading"
+
+    def instants(self) -> np.ndarray:
+        return self.time * np.linspace(0.0, 1.0, self.load_steps + 1)
+
+    def work(self) -> Work:
+        iterations = self.load_steps * ITERATIONS
+        return Work(4 * iterations, iterations, counts={"load_steps": self.load_steps})
+
+    def solve(
+        self, system: System, advance: Callable[[float], None] | None = None, watch: Any = None, resume: Any = None
+    ) -> Trajectory:
+        newton = Newton(tolerance=self.tolerance)
+        if self.method == "arc_length":
+            return dynamics.follow_path(system, dynamics.ArcLength(1.0 / self.load_steps), newton, self.time, advance)
+        return dynamics.solve_statics(system, self.load_steps, newton, self.time, advance)
+
+    def hold(self, system: System) -> None:
+        start.hold(loading.ramp(system, self.time))
+
+    def examine(self, scene: Scene, raw: System) -> None:
+        """Rigid motions that nothing resists, and those that weight alone holds, which are a warning."""
+        free, hung = free_motions.unsupported(raw)
+        for motion in hung:
+            text = "weight alone holds this motion, so that the first iteration is singular"
+            notify(f"{where(scene, 'analysis')}: {text}: {motion}")
+        if free:
+            listed = "".join(f"\n  {number}. {motion}" for number, motion in enumerate(free, start=1))
+            got = f"{len(free)} rigid motion{'s' if len(free) > 1 else ''} that nothing resists:{listed}"
+            refuse_free(scene, got, "\nhold them by joints")
+
+    def idle(self, scene: Scene) -> Iterator[Told]:
+        return motion_only(scene, "an equilibrium")

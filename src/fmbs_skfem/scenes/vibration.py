@@ -1,0 +1,131 @@
+"""Vibration modes: about the equilibrium of the loads, in a turning frame, or about the reference."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+
+from .. import dynamics
+from ..core.fields import Count, Time
+from ..core.notices import notify
+from ..dynamics import Linear, Newton
+from ..dynamics.linear import Spin
+from ..systems import compile_system, compiled, free_motions
+from . import build, fields
+from .analyses import Form, States, StateTable, Work, motion_only, refuse_free
+from .locations import Told, where
+
+if TYPE_CHECKING:
+    from ..systems import System
+    from .schema import Scene
+
+LANCZOS = 60.0  #: solutions of an eigenproblem, usually
+GROWS = 1e-6  #: real part of an eigenvalue, over the largest one listed, from which a motion grows
+
+
+@dataclass(frozen=True)
+class Motions:
+    """What is listed of modes, slowest first."""
+
+    omega: np.ndarray  #: (i,) angular frequencies [rad/s]
+    growth: np.ndarray  #: (i,) real parts of the eigenvalues [1/s]
+    damping: np.ndarray | None  #: (i,) damping ratios, None of undamped modes
+
+
+@dataclass(frozen=True, kw_only=True)
+class Modes(States):
+    """Vibration modes about the equilibrium of the loads, which is found as in statics, or about the unloaded reference.
+
+    About the reference, of the loads only springs act. `damped` modes have a damping ratio each; follower forces and
+    `spin`, with which joints and loads turn, need complex modes, too. A motion that grows is named: flutter or divergence.
+    """
+
+    constraints: Form = None
+    count: Count = 10
+    about: Literal["equilibrium", "reference"] = "equilibrium"
+    damped: bool = False
+    spin: Spin | None = None
+    load_steps: Count = 10
+    time: Time = 1.0
+    tolerance: fields.NewtonTolerance = 1e-10
+    table: ClassVar[str] = "modes.csv"
+
+    def instants(self) -> np.ndarray:
+        return np.array([self.time])
+
+    def work(self) -> Work:
+        return Work(4.0, 1.0, LANCZOS, counts={"modes": self.count})
+
+    def examine(self, scene: Scene, raw: System) -> None:
+        free_motions.refuse_limp(where(scene, "analysis"), raw)
+
+    def find(self, scene: Scene, allow_outside: bool = False) -> StateTable:
+        """Frequencies, and where they are complex damping ratios and growth."""
+        raw, reduced, about = self.model(scene, allow_outside)
+        found = self.modes(scene, self.equations(reduced, about), about)
+        hertz = found.omega / (2 * np.pi)
+        columns = {"mode": np.arange(1, len(hertz) + 1), "frequency_hz": hertz, "omega_rad_per_s": found.omega}
+        facts, heads = {"about": about, "frequencies_hz": hertz}, ["mode", "frequency [Hz]", "omega [rad/s]"]
+        if found.damping is not None:
+            facts |= {"damping_ratios": found.damping, "growth_per_s": found.growth}
+            columns |= {"damping_ratio": found.damping, "growth_per_s": found.growth}
+            heads += ["damping ratio", "growth [1/s]"]
+        title = f"vibration modes about the {about}"
+        return StateTable(raw, reduced, f"{len(hertz)} vibration modes", title, heads, columns, facts, hertz)
+
+    def model(self, scene: Scene, allow_outside: bool) -> tuple[System, System, str]:
+        """The system with all coordinates, the one that is solved, and what its modes are about: the equilibrium or the reference.
+
+        The equilibrium of a scene without loads and spin is the reference.
+        """
+        loaded = self.spin is not None or not all(load.rests for load in scene.loads.values())
+        about = self.about if loaded else "reference"
+        if about == "reference":
+            scene = dataclasses.replace(scene, loads={name: load for name, load in scene.loads.items() if load.resists})
+        raw = build.system(scene, allow_outside=allow_outside)
+        if about == "reference":
+            self.examine(scene, raw)
+        elif free := free_motions.unsupported(raw)[0]:
+            got = f"free motions: {'; '.join(map(str, free))}"
+            refuse_free(scene, got, "hold them by joints, or take the modes about the reference")
+        turned = raw if self.spin is None else dynamics.in_turning_frame(raw, self.spin)
+        return raw, build.chosen_form(scene, turned), about
+
+    def equations(self, system: System, about: str) -> Linear:
+        """The equations about the equilibrium or the reference."""
+        if about == "reference":
+            return dynamics.linearise(system)
+        path = dynamics.solve_statics(system, self.load_steps, Newton(self.tolerance), self.time)
+        kept = compiled.memories(compile_system(path.system), path.times, path.x, path.v, path.a)[-1]
+        return dynamics.linearise(path.system, path.x[-1], path.multipliers[-1], 1.0, kept)
+
+    def modes(self, scene: Scene, linear: Linear, about: str) -> Motions:
+        """Modes of linear equations, with a warning of those that grow."""
+        if self.damped or self.spin is not None or not dynamics.is_symmetric(linear):
+            modes = dynamics.complex_modes(linear, self.count)
+            found = Motions(modes.frequencies, modes.eigenvalues.real, modes.damping_ratios)
+        else:
+            squares = dynamics.real_modes(linear, self.count).squares
+            found = Motions(np.sqrt(np.maximum(squares, 0.0)), np.sqrt(np.maximum(-squares, 0.0)), None)
+        size = float(np.hypot(found.omega, found.growth).max())
+        if growing := np.flatnonzero(found.growth > GROWS * size).tolist():
+            listed = ", ".join(f"mode {k + 1} by {found.growth[k]:.3g} 1/s" for k in growing[:3])
+            kind = "flutter" if (found.omega[growing] > GROWS * size).any() else "divergence"
+            notify(f"{where(scene, 'analysis')}: the {about} is unstable ({kind}): {listed}{' ...' if len(growing) > 3 else ''}")
+        return found
+
+    def idle(self, scene: Scene) -> Iterator[Told]:
+        """What modes do not read: undamped ones no damping, those about the reference no loads."""
+        if not self.damped and self.spin is None:
+            yield from motion_only(scene, "a vibration mode", "damped: true counts damping")
+        elif scene.initial.bodies:
+            yield ("initial",), "does nothing, a vibration mode has no initial motion"
+        unread = [name for name, load in scene.loads.items() if not load.resists]
+        if self.about == "reference" and unread:
+            yield ("loads",), f"modes are those of the unloaded reference, in which these do nothing: {', '.join(unread)}"
+        if self.about == "reference" and self.spin is not None:
+            yield ("analysis", "about"), "the reference is no equilibrium in a turning frame, whose pull stretches the bodies"
