@@ -4,7 +4,7 @@
     def stress_at(u, rate, section, S, rows, points, cells, law, beta) -> None      four pointers, four integers, one number
     call(address, (u, rate, section, S), (rows, points, cells, law), beta)          inside compiled code
 
-    A = view(x, at, (m, n))     the m n numbers of the flat array x from x[at] on as a matrix, which is not counted
+    A = view(x, at, (m, n))     the m n numbers of the array x from x[at] on, counted row by row, as a matrix that owns nothing
 
 A function that is called by name becomes part of its caller and is compiled again with every caller. One that is called by address
 is compiled once, when its address is asked for. Addresses differ from process to process: they are values, never constants.
@@ -89,9 +89,12 @@ def call(typing: Any, address: Any, arrays: Any, integers: Any, number: Any) -> 
 
 @intrinsic
 def view(typing: Any, flat: Any, start: Any, shape: Any) -> Any:
-    """`flat[start:]` in a shape (a tuple of integers), C order, without count and without check: the caller knows that it fits."""
-    if not (isinstance(flat, types.Array) and flat.ndim == 1 and flat.layout == "C"):
-        raise TypingError(say("entries.view", "a C-contiguous array of one dimension", flat))
+    """Numbers of an array from `start` on in a shape (a tuple of integers), C order, without count and check: it has to fit.
+
+    What numpy's `reshape` does, for a tenth of the compilation.
+    """
+    if not (isinstance(flat, types.Array) and flat.layout == "C"):
+        raise TypingError(say("entries.view", "a C-contiguous array", flat))
     kind = types.Array(flat.dtype, len(shape), "C")
 
     def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:

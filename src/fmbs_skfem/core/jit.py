@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import gc
 import hashlib
 import importlib
 import os
@@ -123,6 +124,26 @@ class Containing(compiler.Compiler):
         return super().define_pipelines()
 
 
+@contextlib.contextmanager
+def without_collection() -> Iterator[None]:
+    """No search for garbage inside: a compilation makes a million objects that live until its end; searches take a sixth of it."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
+
+
+class Whole(CPUDispatcher):
+    """A function as Python calls it."""
+
+    def compile(self, signature: Any) -> Any:
+        with without_collection():
+            return super().compile(signature)
+
+
 class Part(CPUDispatcher):
     """A function for compiled callers, which contain its code; called from Python it becomes a function of its own."""
 
@@ -134,14 +155,17 @@ class Part(CPUDispatcher):
     def whole(self) -> Any:
         """As Python calls it, cached on disk."""
         with caching() as cache:
-            return numba.njit(cache=cache, **self.options)(self.py_func)
+            found = Whole(self.py_func, {}, {"nopython": True, **self.options})
+            if cache:
+                found.enable_caching()
+            return found
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         try:
             return self.whole(*arguments, **named)
         except OSError as error:  # compiled code raises none itself: there was no room to keep it
             tell_uncached(error)
-            self.whole = numba.njit(**self.options)(self.py_func)
+            self.whole = Whole(self.py_func, {}, {"nopython": True, **self.options})
             return self.whole(*arguments, **named)
 
 
@@ -195,7 +219,7 @@ def alone(name: str) -> Iterator[None]:
 
 def addressed(signature: Any, function: Callable[..., Any], **more: Any) -> Any:
     """`function` behind an address that anything can call, compiled now by this process or another one, cached on disk."""
-    with caching() as cache, alone(f"{function.__module__}.{function.__qualname__}"):
+    with caching() as cache, alone(f"{function.__module__}.{function.__qualname__}"), without_collection():
         try:
             return numba.cfunc(signature, cache=cache, error_model="numpy", **more)(function)
         except OSError as error:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..core import lapack
+from ..core.entries import view
 from ..core.jit import jit
 from ..core.structs import Routine, routine
 from ..systems import corotation, evaluation, kernels
@@ -34,7 +35,7 @@ def assemble(table: Any) -> int:
     """
     S = opened(table)
     A, s, w = S.arrays, S.space, S.work
-    kernels.clear(w.J.reshape(-1))
+    kernels.clear_rows(w.J)
     for m in range(len(s.multipliers)):
         kernels.add_transposed(A.probes, 1.0, s.Jy[m], w.J[m])
     s.c[0], s.gh[0] = S.method.c, S.method.gh
@@ -191,7 +192,7 @@ def solve_band(table: Any, joints: Any) -> int:
     S = opened(table)
     rhs, n = S.space.rhs, len(S.space.x)
     if joints == 0:
-        substitute_rows(table, rhs[0, :n].reshape(1, n))
+        substitute_rows(table, view(rhs, 0, (1, n)))
     if len(S.space.multipliers) > 0:
         close(S.work, rhs)
     return 0
@@ -202,7 +203,7 @@ def mirror_band(low: np.ndarray, general: np.ndarray) -> None:
     """Lower band (n, d+1) as LAPACK's general band (n, 3d+1) with room for pivoting."""
     n, width = low.shape
     d = width - 1
-    kernels.clear(general.reshape(-1))
+    kernels.clear_rows(general)
     for j in range(n):
         for k in range(min(width, n - j)):
             general[j, 2 * d + k] = low[j, k]
@@ -277,7 +278,7 @@ def substitute(L: np.ndarray, x: np.ndarray) -> None:
 def close(w: Work, rhs: np.ndarray) -> None:
     """rhs <- KKT^-1 (r, g) from rhs = (W^-1 r, g), with band factors."""
     m, n = w.J.shape
-    R, small = rhs[0, :n].reshape(1, n), rhs[0, n:].reshape(1, m)
+    R, small = view(rhs, 0, (1, n)), view(rhs, n, (1, m))
     for k in range(m):
         total = -small[0, k]
         for i in range(n):

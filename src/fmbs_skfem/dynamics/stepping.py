@@ -144,7 +144,7 @@ def find_drift(table: Any) -> None:
     S = opened(table)
     s, t, method, A = S.state, S.space, S.method, S.arrays
     n, lead = len(s.x), method.h * (0.5 - method.beta)
-    t.leads[0], t.leads[1] = lead, method.h**2 * (1.0 / 6.0 - method.beta * (1.0 + method.am - method.af))
+    t.leads[0], t.leads[1] = lead, method.h * method.h * (1.0 / 6.0 - method.beta * (1.0 + method.am - method.af))
     for i in range(n):
         t.v[i] = s.v[i] + lead * s.a[i]
     kernels.probe_paths(A.probes, A.probes_offset, s.x, t.v, s.v, s.acceleration, t.paths)

@@ -22,7 +22,7 @@ from ..core.linalg import is_sparse
 from ..core.structs import Cube, IntegerMatrix, Integers, Tensor, opener, routine
 from . import terms
 from .evaluation import evaluation
-from .kernels import clear
+from .kernels import clear, clear_rows
 from .points import Sampled, support
 from .terms import Lifts, Routines, Setting, Targets, Term
 
@@ -110,9 +110,8 @@ def cell_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
     dim = len(D) // vectors
     size = basis * dim
     count = size * (size + 1) // 2
-    matrices = work[: count * cells].reshape(count, cells)
-    DB = work[count * cells : count * cells + vectors * cells].reshape(vectors, cells)
-    clear(work[: count * cells])
+    matrices, DB = view(work, 0, (count, cells)), view(work, count * cells, (vectors, cells))
+    clear_rows(matrices)
     for p in range(points):
         for m in range(size):
             b, c = m // dim, m % dim
@@ -189,7 +188,7 @@ def tangent(table: Any, record: Any) -> int:
     D = view(work[1], 0, (rows, rows, u.shape[1], u.shape[2]))
     laws.call_modulus(C.calls, u, E.space.gh[0] * C.beta, C.section, D)
     cell_matrices(C.table, D, work[2])
-    put(C.targets, work[2], E.space.W.reshape(-1))
+    put(C.targets, work[2], view(E.space.W, 0, (E.space.W.size,)))
     return 0
 
 

@@ -64,6 +64,14 @@ def clear(x: np.ndarray) -> None:
 
 
 @jit
+def clear_rows(A: np.ndarray) -> None:
+    """A = 0, of two dimensions."""
+    for i in range(A.shape[0]):
+        for j in range(A.shape[1]):
+            A[i, j] = 0.0
+
+
+@jit
 def copy(x: np.ndarray, y: np.ndarray) -> None:
     """y = x, without the check of lengths whose message would be compiled, too."""
     for i in range(len(x)):
@@ -237,21 +245,13 @@ def remainder(value: float, period: float) -> float:
 def constrain(A: Terms, y: np.ndarray, signals: np.ndarray, gap: np.ndarray, jacobian: np.ndarray) -> None:
     """gap (m,) = Phi and jacobian (m, j) = dPhi/dy."""
     clear(gap)
-    clear(jacobian.reshape(-1))
+    clear_rows(jacobian)
     for k in range(len(A.row)):
         a, b = add_term(A, k, y, signals, gap)
         if A.i[k] >= 0:
             jacobian[A.row[k], A.i[k]] += a
         if A.j[k] >= 0:
             jacobian[A.row[k], A.j[k]] += b
-
-
-@jit
-def constrain_sparse(A: Terms, y: np.ndarray, signals: np.ndarray, gap: np.ndarray, slopes: np.ndarray) -> None:
-    """gap (m,) = Phi and slopes (k, 2), the derivatives of every term by y_i and y_j."""
-    clear(gap)
-    for k in range(len(A.row)):
-        slopes[k] = add_term(A, k, y, signals, gap)
 
 
 @jit
@@ -272,7 +272,10 @@ def add_term(A: Terms, k: int, y: np.ndarray, signals: np.ndarray, gap: np.ndarr
 @jit
 def steady(A: Terms) -> bool:
     """Whether the constraints are linear in the unknowns and independent of time: their directions stay as they are."""
-    return bool(np.all(A.j < 0) and np.all(A.signal == -1))
+    found = True
+    for k in range(len(A.row)):
+        found = found and A.j[k] < 0 and A.signal[k] == -1
+    return found
 
 
 @jit
