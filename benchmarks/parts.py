@@ -1,67 +1,85 @@
-"""Reduced parts against full models of the same scenes: example 2 from one beam trained alone, and long chains of it.
+"""Reduced parts against full models of the same scenes, each by its name; without names all of them.
 
-    python benchmarks/parts.py [--cells 100] [--duration 3] [--arms 10 30] [--chain 0.5]
+    python benchmarks/parts.py [example_2 invariant other_end chain four_bar corner machine example_3 assembly] [--scale 0.25]
 
-Errors are the largest distance of the free end [m]; times are ratios by the least CPU time of alternating runs.
+Errors are the largest distance of an output from that of the full model, over the length that is named; times are ratios by the
+least CPU time of alternating runs. `--scale` shortens all motions.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fmbs_skfem import reduction
+from fmbs_skfem import reduction, scenes
 from fmbs_skfem.bodies import Body, Circular, Material, cable
+from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
-from fmbs_skfem.reduction import excitation, part_files, parts
-from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.reduction import cases, excitation, part_files, parts, reduced_models, runs, snapshots
+from fmbs_skfem.reduction.excitation import Excitation
+from fmbs_skfem.reduction.part_files import Part
+from fmbs_skfem.scenes import build
+from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, loads, probes
 from fmbs_skfem.verification.beams import straight
+from fmbs_skfem.verification.plates import rectangle
 
+EXAMPLE_3 = Path(__file__).resolve().parents[1] / "examples" / "crank_slider_coarse.yaml"
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 DOWN, ASKEW = (0.0, 0.0, -9.81), (0.0, -9.81 / np.sqrt(2.0), 9.81 / np.sqrt(2.0))
 SHARP, USUAL = Newton(tolerance=1e-12), Newton(tolerance=2e-11)
 SCHEME = GeneralizedAlpha(5e-4)
+Figures = dict[str, float]
 
 
-def beam(cells: int) -> Body:
-    """A beam of example 2."""
-    return cable("arm", straight(cells), Circular(0.01), Material(1e9, 1800.0))
+def beam(cells: int = 100, length: float = 1.0, name: str = "arm") -> Body:
+    """A beam of example 2, or of another length."""
+    return cable(name, straight(cells, end=(length, 0.0, 0.0)), Circular(0.01), Material(1e9, 1800.0))
 
 
-def double_pendulum(body: Body, weight: tuple[float, ...] = DOWN, other: bool = False, all_multipliers: bool = False) -> System:
-    """Example 2, hung at A, or at C; one output, the free end."""
+def link(n1: int = 10, n2: int = 2, length: float = 1.0, width: float = 0.1) -> Body:
+    """A link of 10 mm of a soft plastic, its corners `a` to `d`."""
+    return plate("link", rectangle("bfs", n1, n2, length, width), 1e-2, Material(2e9, 1200.0, 0.3), dim=3)
+
+
+def alone(body: Body, share: float = 1.0, eps: float = part_files.USUAL, **excited: float) -> tuple[Part, float]:
+    """The part of a body that is trained alone by forces of a share of its weight, and the CPU time of it."""
+    begun = time.process_time()
+    force = share * 9.81 * float(body.constant @ (body.mass @ body.constant))
+    part = part_files.train(body, excitation.excite(body, Excitation(force=force, **excited)), eps)  # type: ignore[arg-type]
+    return part, time.process_time() - begun
+
+
+def hung(body: Body, weight: tuple[float, ...] = DOWN, other: bool = False) -> System:
+    """Example 2 with all multipliers, hung at A, or at C; one output, the free end."""
     bodies = [parts.placed(body, "I"), parts.placed(body, "II", np.array([1.0, 0.0, 0.0]), QUARTER)]
-    hung, free = (At("II", "right"), At("I", "left")) if other else (At("I", "left"), At("II", "right"))
-    held = [joints.Pin("A", hung), joints.Pin("B", At("I", "right"), At("II", "left"))]
-    found = assemble(bodies, held, [loads.Gravity(weight)], outputs={"free": probes.Position(free)})
-    return found if all_multipliers else eliminate(found)
+    held, free = (At("II", "right"), At("I", "left")) if other else (At("I", "left"), At("II", "right"))
+    pins = [joints.Pin("A", held), joints.Pin("B", At("I", "right"), At("II", "left"))]
+    return assemble(bodies, pins, [loads.Gravity(weight)], outputs={"free": probes.Position(free)})
 
 
-def chain(body: Body, arms: int) -> System:
+def chain_of(body: Body, arms: int) -> System:
     """Arms one behind the other along x, hung at the first; one output, the free end."""
     bodies = [parts.placed(body, f"arm{k}", np.array([float(k), 0.0, 0.0])) for k in range(arms)]
     held = [joints.Pin("root", At("arm0", "left"))]
     held += [joints.Pin(f"joint{k}", At(f"arm{k - 1}", "right"), At(f"arm{k}", "left")) for k in range(1, arms)]
     free = {"free": probes.Position(At(f"arm{arms - 1}", "right"))}
-    return eliminate(assemble(bodies, held, [loads.Gravity(DOWN)], outputs=free))
-
-
-def free_end(motion: Trajectory) -> np.ndarray:
-    """(s, 3) [m]."""
-    found = outputs(motion)
-    return np.stack([found[f"free_{axis}"] for axis in "xyz"], axis=1)
+    return assemble(bodies, held, [loads.Gravity(DOWN)], outputs=free)
 
 
 def distance(one: Trajectory, other: Trajectory) -> float:
-    """Largest distance of the free ends [m]."""
-    return float(np.linalg.norm(free_end(one) - free_end(other), axis=1).max())
+    """Largest distance of any output [m], positions by their components."""
+    first, second = outputs(one), outputs(other)
+    apart = {name: first[name] - second[name] for name in first if "_" in name}
+    groups = {name.rsplit("_", 1)[0] for name in apart}
+    return max(float(np.linalg.norm([apart[k] for k in apart if k.startswith(f"{g}_")], axis=0).max()) for g in groups)
 
 
-def least(runs: dict[str, Callable[[], Trajectory]], rounds: int) -> dict[str, float]:
+def least(runs: dict[str, Callable[[], Trajectory]], rounds: int) -> Figures:
     """Least CPU seconds of alternating runs."""
     spent = dict.fromkeys(runs, np.inf)
     for _ in range(rounds):
@@ -70,72 +88,229 @@ def least(runs: dict[str, Callable[[], Trajectory]], rounds: int) -> dict[str, f
     return spent
 
 
-def example_2(cells: int, duration: float, rounds: int = 3) -> dict[str, float]:
-    """Errors in the three mechanisms, the time over those of the full and of today's reduced model, and the training [CPU s]."""
-    full = beam(cells)
-    begun = time.process_time()
-    states = excitation.excite(full, excitation.Excitation())
-    part = part_files.train(full, states)
-    spent = time.process_time() - begun
-    cases = {"training_like": (DOWN, False), "askew": (ASKEW, False), "hung_at_the_other_end": (DOWN, True)}
-    found = {"training_s": spent, "functions": float(part.notes["functions"]), "points": float(part.notes["points"])}
-    for name, case in cases.items():
-        wanted, reduced = (
-            integrate(double_pendulum(body, *case), SCHEME, duration, newton, 10)
-            for body, newton in ((full, SHARP), (part.body, USUAL))
-        )
-        found[f"error_{name}"] = distance(wanted, reduced)
-    raw = double_pendulum(full, all_multipliers=True)
-    sharp = integrate(eliminate(raw), SCHEME, duration, SHARP, 10)
-    plan = reduction.Plan(reduction.body_level(raw), 1e-12, hyper=reduction.Points(1e-3))
+def runner(system: System, scheme: GeneralizedAlpha, duration: float, newton: Newton = USUAL) -> Callable[[], Trajectory]:
+    """A run of a system; of its form without linear constraints."""
+    form = system if system.full is not None or system.components else eliminate(system)
+    return lambda: integrate(form, scheme, duration, newton, 10)
+
+
+def against(
+    full: System,
+    models: dict[str, System],
+    duration: float,
+    size: float,
+    scheme: GeneralizedAlpha = SCHEME,
+    rounds: int = 2,
+) -> Figures:
+    """Errors of models over a length, and the time of the full model over theirs."""
+    wanted, found = runner(full, scheme, duration, SHARP)(), dict[str, float]()
+    for name, system in models.items():
+        found[f"error {name}"] = distance(wanted, runner(system, scheme, duration)()) / size
+        found[f"unknowns {name}"] = float(runner(system, scheme, scheme.step)().system.size)
+    spent = least({name: runner(one, scheme, duration) for name, one in {"full": full, **models}.items()}, rounds)
+    return found | {f"full over {name}": spent["full"] / spent[name] for name in models}
+
+
+def of_coordinates(raw: System, states: Trajectory, duration: float, invariant: bool = False, eps: float = 1e-12) -> System:
+    """Modes of a system from its own motion, sampled points at eta = 1e-3."""
+    plan = reduction.Plan(reduction.body_level(raw), eps, hyper=reduction.Points(1e-3), invariant=invariant, eliminate=invariant)
     task = reduction.task_of(reduction.Case(raw, SCHEME, duration), plan, interval=10 * SCHEME.step)
-    modes = reduction.train(task, motion=sharp).model.system
-    found["error_modes_of_coordinates"] = distance(sharp, integrate(modes, SCHEME, duration, USUAL, 10))
-    systems = {"full": double_pendulum(full), "modes": modes, "part": double_pendulum(part.body)}
-    spent_by = least({name: _run(system, duration) for name, system in systems.items()}, rounds)
-    found["time_over_full"] = spent_by["part"] / spent_by["full"]
-    found["time_over_modes_of_coordinates"] = spent_by["part"] / spent_by["modes"]
+    return reduction.train(task, motion=states).model.system
+
+
+def example_2(scale: float) -> Figures:
+    """One beam trained alone in the three mechanisms, beside modes of coordinates trained on the first of them."""
+    full, duration = beam(), 3.0 * scale
+    part, spent = alone(full)
+    found = {"training [CPU s]": spent, "functions": float(part.notes["functions"]), "points": float(part.notes["points"])}
+    for name, case in {"askew": (ASKEW, False), "hung at the other end": (DOWN, True)}.items():
+        wanted = runner(hung(full, *case), SCHEME, duration, SHARP)()
+        found[f"error part, {name} [m]"] = distance(wanted, runner(hung(part.body, *case), SCHEME, duration)())
+    raw = hung(full)
+    modes = of_coordinates(raw, runner(raw, SCHEME, duration, SHARP)(), duration)
+    return found | against(raw, {"part": hung(part.body), "modes of coordinates": modes}, duration, 1.0, rounds=3)
+
+
+def invariant(scale: float) -> Figures:
+    """Bases of example 2 from its own motion: modes of coordinates and of vectors, with sampled points."""
+    raw, duration = hung(beam()), 3.0 * scale
+    motion = runner(raw, SCHEME, duration, SHARP)()
+    names = {"coordinates 1e-12": (False, 1e-12), "vectors 1e-11": (True, 1e-11), "vectors 1e-12": (True, 1e-12)}
+    models = {name: of_coordinates(raw, motion, duration, *kind) for name, kind in names.items()}
+    return against(raw, models, duration, 1.0, rounds=3)
+
+
+def other_end(scale: float) -> Figures:
+    """A part trained on the motion of example 2, hung at the other end."""
+    full, duration = beam(), 3.0 * scale
+    states = snapshots(runner(hung(full), SCHEME, duration, SHARP)()).q.reshape(-1, len(full.reference), 3)
+    part = part_files.train(full, states)
+    return against(hung(full, DOWN, True), {"part": hung(part.body, DOWN, True)}, duration, 1.0)
+
+
+def chain(scale: float, arms: int = 10) -> Figures:
+    """A chain of arms released from the horizontal over 2 s, one part trained alone, or on the motion of two arms."""
+    full, duration = beam(), 2.0 * scale
+    part, spent = alone(full)
+    motion = runner(chain_of(full, 2), SCHEME, 3.0 * scale, SHARP)()
+    pair = part_files.train(full, snapshots(motion).q.reshape(-1, len(full.reference), 3))
+    models = {"part": chain_of(part.body, arms), "part of two arms": chain_of(pair.body, arms)}
+    return {"training [CPU s]": spent} | against(chain_of(full, arms), models, duration, float(arms), rounds=1)
+
+
+def links(crank: Body, coupler: Body, rocker: Body) -> System:
+    """A closed spatial four-bar: crank and rocker turn about skew edges, the coupler hangs between their free corners."""
+    lean = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    turn = np.array([[0.0, 0.3, 1.0], [0.0, 1.0, -0.3], [-1.0, 0.0, 0.0]])
+    turn[:, 1:] /= np.sqrt(1.09)
+    turn = turn @ np.diag([1.0, np.linalg.det(turn), 1.0])
+    first = parts.placed(crank, "crank", np.zeros(3), lean)
+    low = place_of(first, "b")
+    middle = parts.placed(coupler, "coupler", low, np.eye(3))
+    end = place_of(middle, "b")
+    last = parts.placed(rocker, "rocker", end - turn @ np.array([1.0, 0.0, 0.0]), turn)
+    pins = [joints.Pin(f"{body} {name}", At(body, name)) for body in ("crank", "rocker") for name in "ad"]
+    pins += [joints.Pin("low", At("crank", "b"), At("coupler", "a")), joints.Pin("high", At("coupler", "b"), At("rocker", "b"))]
+    push = loads.PointForce("push", At("crank", "b"), (1.0, 0.0, 0.0))
+    seen = {"low": probes.Position(At("crank", "b")), "high": probes.Position(At("rocker", "b"))}
+    return assemble([first, middle, last], pins, [loads.Gravity(DOWN), push], outputs=seen)
+
+
+def place_of(body: Body, name: str) -> np.ndarray:
+    """Reference position of a place (c,)."""
+    from fmbs_skfem.bodies.body import locate, probe
+
+    return np.asarray(probe(body, locate(body, name)) @ body.reference)[0]
+
+
+def four_bar(scale: float) -> Figures:
+    """A closed spatial four-bar of plate links, one part trained alone, used three times."""
+    full = link()
+    part, spent = alone(full, 0.3, step=1e-3, samples=300, duration=1.5)
+    found = against(links(full, full, full), {"part": links(part.body, part.body, part.body)}, 1.0 * scale, 1.0, rounds=1)
+    return {"training [CPU s]": spent, "functions": float(part.notes["functions"])} | found
+
+
+def corner(scale: float) -> Figures:
+    """A thin plate hung at a corner and thrown round, more than a turn; modes of coordinates of this motion beside the part."""
+    full = plate("sheet", rectangle("bfs", 6, 6, 0.5, 0.5), 3e-3, Material(2e9, 1200.0, 0.3), dim=3)
+    part, spent = alone(full, 0.3, 1e-8, step=1e-3, samples=300, duration=1.0)
+
+    def thrown(body: Body) -> System:
+        start = {"sheet": Motion(angular_velocity=(0.0, 9.0, 2.0))}
+        pin = joints.Pin("corner", At("sheet", "a"))
+        return assemble([body], [pin], [loads.Gravity(DOWN)], outputs={"c": probes.Position(At("sheet", "c"))}, initial=start)
+
+    raw, duration = thrown(full), 1.0 * scale
+    modes = of_coordinates(raw, runner(raw, SCHEME, duration, SHARP)(), duration)
+    models = {"part": thrown(part.body), "modes of coordinates": modes}
+    found = against(raw, models, duration, 0.5 * np.sqrt(2.0), rounds=1)
+    return {"training [CPU s]": spent, "functions": float(part.notes["functions"])} | found
+
+
+def machine_of(post: Body, rail: Body, flag: Body, bays: int) -> System:
+    """Posts hang in a row, rails join their feet, flags hang from the rails by a corner."""
+    down = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    bodies, pins = [], []
+    for k in range(bays + 1):
+        bodies.append(parts.placed(post, f"post{k}", np.array([float(k), 0.0, 0.0]), down))
+        pins.append(joints.Pin(f"top{k}", At(f"post{k}", "left")))
+    for k in range(bays):
+        foot = np.array([float(k), 0.0, -0.5])
+        bodies += [parts.placed(rail, f"rail{k}", foot), parts.placed(flag, f"flag{k}", foot + np.array([0.5, 0.0, 0.0]), down)]
+        pins += [
+            joints.Pin(f"left{k}", At(f"rail{k}", "left"), At(f"post{k}", "right")),
+            joints.Pin(f"right{k}", At(f"rail{k}", "right"), At(f"post{k + 1}", "right")),
+            joints.Pin(f"flag{k}", At(f"flag{k}", "a"), At(f"rail{k}", "middle")),
+        ]
+    push = loads.PointForce("push", At("rail0", "left"), (2.0, 0.5, 0.0))
+    seen = {"first": probes.Position(At("flag0", "c")), "last": probes.Position(At(f"flag{bays - 1}", "c"))}
+    return assemble(bodies, pins, [loads.Gravity(DOWN), push], outputs=seen)
+
+
+def kinds() -> tuple[Body, Body, Body]:
+    """Post, rail and flag."""
+    rail = straight(20)
+    rail.point_groups["middle"] = np.array([10])
+    return (
+        beam(20, 0.5, "post"),
+        cable("rail", rail, Circular(0.012), Material(1e9, 1800.0)),
+        plate("flag", rectangle("bfs", 4, 2, 0.3, 0.1), 2e-3, Material(2e9, 1200.0, 0.3), dim=3),
+    )
+
+
+def machine(scale: float, bays: int = 33) -> Figures:
+    """A machine of 3 bays + 1 parts of three kinds, each trained alone."""
+    full = kinds()
+    trained = [alone(one, 0.5, 1e-9, step=1e-3, samples=300, duration=1.0) for one in full]
+    own = [part.body for part, _ in trained]
+    found = against(machine_of(*full, bays), {"part": machine_of(*own, bays)}, 0.5 * scale, 1.0, rounds=1)
+    return {"parts": 3.0 * bays + 1.0, "training [CPU s]": sum(spent for _, spent in trained)} | found
+
+
+def example_3(scale: float) -> Figures:
+    """Crank and linkage trained alone; x_C over 0.3 m, beside modes of coordinates with the exact polynomial."""
+    scene = scenes.read(EXAMPLE_3)
+    bodies, h, duration = build.parts(scene), 1e-5, round(20_000 * scale) * 1e-5
+    begun = time.process_time()
+    told = Excitation(force=3000.0, moment=15.0, duration=0.06, step=h, slowest=20.0, fastest=400.0, samples=300)
+    trained = {one.name: excitation.excite(one, told) for one in bodies if one.cells is not None}
+    small = [part_files.train(one, trained[one.name], 1e-14).body if one.name in trained else one for one in bodies]
+    found = {"training [CPU s]": time.process_time() - begun}
+    raw = build.of_parts(scene, bodies)
+    models = {"part": eliminate(build.of_parts(scene, small))}
+    scheme = GeneralizedAlpha(h, 0.8)
+    plan = reduction.Plan({"crank": ("crank",), "linkage": ("linkage", "slider")}, 1e-16, hyper=reduction.Exact())
+    case = cases.Case(raw, scheme, duration, Newton(tolerance=4e-10))
+    task = reduction.task_of(case, plan, interval=10 * h, form=lambda system: build.chosen_form(scene, system))
+    kept = runs.kept_steps(case, 10 * h)
+    sharp = cases.Case(build.chosen_form(scene, raw), scheme, duration, SHARP)
+    motion = cases.run(sharp, kept)
+    found["full [CPU s]"] = motion.statistics.cpu_s
+    models["modes of coordinates, exact"] = reduced_models.case_at(reduction.train(task, motion=motion).model, {}).system
+    tolerance = Newton(tolerance=1e-12)
+    solved = {name: cases.run(cases.Case(one, scheme, duration, tolerance), kept) for name, one in models.items()}
+    for name, one in solved.items():
+        found[f"error {name}"] = float(np.abs(outputs(one)["x_C"] - outputs(motion)["x_C"]).max()) / 0.3
+        found[f"unknowns {name}"] = float(one.system.size)
+        found[f"{name} [CPU s]"] = one.statistics.cpu_s
     return found
 
 
-def _run(system: System, duration: float) -> Callable[[], Trajectory]:
-    return lambda: integrate(system, SCHEME, duration, USUAL, 10)
-
-
-def chains(cells: int, duration: float, arms: int, rounds: int = 2) -> dict[str, float]:
-    """Error over the length of a chain of one part that was trained alone, the speed-up, and the assembly [CPU s]."""
-    full = beam(cells)
-    part = part_files.train(full, excitation.excite(full, excitation.Excitation()))
+def assembly(scale: float, count: int = 200) -> Figures:
+    """Assembling many parts, and leaving out the constraints of their joints [CPU s]."""
+    part = part_files.train(beam(), excitation.excite(beam(), Excitation(runs=2, duration=0.2 * scale, step=1e-3))).body
     begun = time.process_time()
-    reduced = chain(part.body, arms)
-    spent = time.process_time() - begun
-    systems = {"full": chain(full, arms), "part": reduced}
-    one, other = (integrate(system, SCHEME, duration, USUAL, 10) for system in systems.values())
-    spent_by = least({name: _run(system, duration) for name, system in systems.items()}, rounds)
-    return {
-        "arms": float(arms),
-        "unknowns_full": float(systems["full"].size),
-        "unknowns": float(reduced.size),
-        "error_over_length": distance(one, other) / arms,
-        "full_over_part": spent_by["full"] / spent_by["part"],
-        "assembly_s": spent,
-    }
+    system = chain_of(part, count)
+    middle = time.process_time()
+    eliminate(system)
+    return {"parts": float(count), "assembled [CPU s]": middle - begun, "eliminated [CPU s]": time.process_time() - middle}
 
 
-def main() -> None:
-    """Print all figures."""
+ALL: tuple[Callable[[float], Figures], ...] = (
+    example_2,
+    invariant,
+    other_end,
+    chain,
+    four_bar,
+    corner,
+    machine,
+    example_3,
+    assembly,
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the figures of all that are named."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--cells", type=int, default=100)
-    parser.add_argument("--duration", type=float, default=3.0)
-    parser.add_argument("--arms", type=int, nargs="*", default=[10, 30])
-    parser.add_argument("--chain", type=float, default=0.5, help="duration of chains [s]")
-    options = parser.parse_args()
+    parser.add_argument("names", nargs="*", default=[one.__name__ for one in ALL])
+    parser.add_argument("--scale", type=float, default=1.0)
+    options = parser.parse_args(arguments)
     with threadpool_limits(limits=1, user_api="blas"):
-        for name, value in example_2(options.cells, options.duration).items():
-            print(f"example 2, {name}: {value:.3g}", flush=True)
-        for arms in options.arms:
-            for name, value in chains(options.cells, options.chain, arms).items():
-                print(f"chain, {name}: {value:.4g}", flush=True)
+        for one in ALL:
+            if one.__name__ in options.names:
+                for name, value in one(options.scale).items():
+                    print(f"{one.__name__}, {name}: {value:.4g}", flush=True)
 
 
 if __name__ == "__main__":

@@ -34,7 +34,7 @@ SLOW, FAST = 0.1, 1.6  #: usual frequencies, in units of sqrt(g/L)
 STEPS = 6000  #: usual number of steps
 RISE = 0.05  #: part of the run over which sweeps rise
 SHARP = Newton(tolerance=1e-12)
-TRIED = "take smaller forces (--force), another duration or frequencies that its motion can follow, or a smaller step"
+TRIED = "take smaller forces (--push), another duration or frequencies that its motion can follow, or a smaller step"
 
 
 @storable

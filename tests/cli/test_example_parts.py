@@ -1,0 +1,62 @@
+"""The mechanisms of `examples/parts`: each stands of parts that were trained alone, runs, and moves as with the full bodies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmbs_skfem import scenes
+from fmbs_skfem.bodies import Body
+from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs
+from fmbs_skfem.reduction import parts
+from fmbs_skfem.scenes import Scene, build
+from fmbs_skfem.scenes.bodies import PlacedPart
+
+from .calls import EXAMPLES, fmbs
+
+FOLDER = EXAMPLES / "parts"
+MECHANISMS = sorted(path.stem for path in FOLDER.glob("*.yaml") if path.stem != "library")
+DURATION = 0.3  #: of the comparison [s]
+
+
+def with_full_bodies(scene: Scene) -> list[Body]:
+    """The bodies of a mechanism, parts replaced by what they were made of."""
+    library = scenes.read(FOLDER / "library.yaml")
+    found = []
+    for name, model in scene.bodies.items():
+        if isinstance(model, PlacedPart):
+            own = library.bodies[model.file.removesuffix(".part.h5")]
+            moved = own.model_copy(update={"origin": model.origin, "rotation": model.rotation})
+            found.append(moved.build(library, name, None, False))
+        else:
+            found.append(model.build(scene, name, None, False))
+    return found
+
+
+def test_there_are_five() -> None:
+    assert MECHANISMS == ["four_bar", "mobile", "pendulum", "rotor", "swing"]
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_a_mechanism_of_parts_moves_as_that_of_full_bodies(name: str) -> None:
+    """Largest distance of any output from the full model, of some metres: 1e-3 m; no strain leaves the training."""
+    scene = scenes.read(FOLDER / f"{name}.yaml")
+    scheme = GeneralizedAlpha(1e-3, 0.8)
+    systems = [build.of_parts(scene, made) for made in (with_full_bodies(scene), build.parts(scene))]
+    full, reduced = (integrate(build.chosen_form(scene, one), scheme, DURATION) for one in systems)
+    assert reduced.system.size < 0.5 * full.system.size
+    wanted, found = outputs(full), outputs(reduced)
+    ranges = [float(np.ptp(column)) for column in wanted.values()]
+    assert max(ranges) > 0.05
+    assert max(float(np.abs(found[key] - column).max()) for key, column in wanted.items()) < 1e-3
+    assert parts.departures(reduced) == []
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_a_scene_of_parts_runs(name: str, tmp_path: Path) -> None:
+    path = FOLDER / f"{name}.yaml"
+    found = fmbs("run", path, "--duration", "0.02", "--no-plots", "--json", "--out", tmp_path / "out")
+    assert found.code == 0, found.err
+    assert found.json["notices"] == []
