@@ -178,7 +178,7 @@ def test_parameters_of_a_sweep() -> None:
         ("two: [mass]", "two: [beam]", r"scene:30: reduction.components.two\[0\]: expected every body in one component"),
         ("two: [mass]", "two: []", "scene:30: reduction.components: expected every body in a component, got none for mass"),
         ("modes: {one: 5}", "modes: {three: 5}", "scene:30: reduction.modes.three"),
-        ("modes: {one: 5}", "modes: {one: 0}", "scene:30: reduction.modes: expected a whole number >= 1"),
+        ("modes: {one: 5}", "modes: {one: 0}", "scene:30: reduction.modes.one: expected a number >= 1, got 0"),
         ("step: 1 ms, rho", "step: 9 s, rho", "scene:26: analysis.step: expected a step of at most the duration 3 s, got 9 s"),
         ("  mass: {type", "  ground: {type", "scene:14: bodies.ground: .* it stands for the fixed frame"),
         ("  tip: {", "  tip x: {", "scene:28: outputs.tip x: expected a name of letters"),

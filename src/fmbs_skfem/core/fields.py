@@ -10,7 +10,7 @@ know of the scene, its dimension and its parameters, is the `Context`.
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, TypeAlias
 
@@ -154,7 +154,7 @@ def mapping_schema(required: tuple[str, ...] = (), **keys: Schema) -> Schema:
     return found | ({"required": list(required)} if required else {})
 
 
-def word(known: Mapping[str, Any]) -> Takes:
+def word(known: Collection[str]) -> Takes:
     """One of the words that are known when a scene is read."""
 
     def read(value: object, context: Context) -> str:
@@ -183,9 +183,9 @@ def whole(least: int | None = None, most: int | None = None) -> Takes:
         if isinstance(value, bool) or not isinstance(value, int):
             raise Problem("a whole number", shown(value))
         if least is not None and value < least:
-            raise Problem(f"a number >= {least}", shown(value))
+            raise Problem(f"a number >= {least:g}", shown(value))
         if most is not None and value > most:
-            raise Problem(f"a number <= {most}", shown(value))
+            raise Problem(f"a number <= {most:g}", shown(value))
         return value
 
     limits = {"minimum": least, "maximum": most}

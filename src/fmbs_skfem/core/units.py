@@ -144,6 +144,15 @@ def read(value: object, parameters: Mapping[str, Quantity] | None = None) -> Qua
     return Quantity(_finite(_scaled(float(match[1]), scale), value), exponents, cycles)
 
 
+def read_as(value: object, exponents: Exponents, name: str, parameters: Mapping[str, Quantity] | None = None) -> float:
+    """The SI value of a plain number, or of a quantity of the dimension of `name`."""
+    found = read(value, parameters)
+    if found.exponents not in (exponents, NUMBER.exponents):
+        got = f"{shown(value)} ({describe(found.exponents)})"
+        raise Problem(f"a value of the dimension of {name} ({describe(exponents)})", got)
+    return found.value
+
+
 def describe(exponents: Exponents) -> str:
     """The name of a dimension, or its SI unit where it has no name."""
     names = [dimension.name for dimension in DIMENSIONS if dimension.exponents == exponents]

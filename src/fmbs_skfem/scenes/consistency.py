@@ -48,7 +48,7 @@ def notices(scene: Scene) -> Iterator[Told]:
             yield ("parameters", name), f"{text} is outside the range of {limits}, where reduced models are trained"
     yield from ((finding.keys, str(finding)) for finding in plausibility.materials(scene))
     yield from _idle(scene)
-    yield from _degrees(() if scene.source.node is None else yamlfile.plain(scene.source.node), ())
+    yield from _degrees(() if scene.node is None else yamlfile.plain(scene.node), ())
     for keys, angle in _angles(scene):
         if abs(angle) > 2 * math.pi * (1 + 1e-12):
             yield keys, f"an angle of {angle:g} rad is more than one turn: write '{angle:g} deg' if degrees are meant"

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from . import reading, schema
 
 if TYPE_CHECKING:
+    from ..core.fields import Range
     from ..reduction.cases import Case, Family
     from ..reduction.parameters import Parameter
 
@@ -31,19 +32,16 @@ def family(
 
 
 def parameters(scene: schema.Scene) -> tuple[Parameter, ...]:
-    """The parameters of a scene that have a range, in the order of the file.
+    """The parameters of a scene that have a range, in the order of the file."""
+    return tuple(parameter(name, limits, scene.parameters[name]) for name, limits in scene.ranges.items())
 
-    Their nominal values are the scene's, or the middle of the range where the scene's value is outside.
-    """
+
+def parameter(name: str, limits: Range, value: float | None) -> Parameter:
+    """A parameter with a range; nominal is its value, or the middle of the range where that is outside."""
     from ..reduction.parameters import Parameter, Scale
 
-    found = []
-    for name, limits in scene.ranges.items():
-        value = scene.parameters[name]
-        nominal = value if limits.low <= value <= limits.high else None
-        scale = Scale.LOG if limits.log else Scale.LINEAR
-        found.append(Parameter(name, limits.low, limits.high, scale, limits.unit, nominal))
-    return tuple(found)
+    nominal = value if value is not None and limits.low <= value <= limits.high else None
+    return Parameter(name, limits.low, limits.high, Scale.LOG if limits.log else Scale.LINEAR, limits.unit, nominal)
 
 
 def member(

@@ -11,6 +11,7 @@ from ..core import units
 from ..core.fields import (
     NAMES,
     Context,
+    Length,
     Takes,
     Time,
     Vector,
@@ -22,6 +23,7 @@ from ..core.fields import (
     read_names,
     read_quantity,
     read_vector,
+    whole,
 )
 from ..core.mappings import inline, list_of, names
 from ..core.problems import Problem, shown
@@ -57,34 +59,6 @@ def turn(value: object, context: Context) -> Turn:
     return Turn(read_quantity(value["angle"], units.ANGLE, context), read_axis(value["axis"], context))
 
 
-def counts(value: object, context: Context) -> int | dict[str, int]:
-    """A number of modes, for all components or by their names."""
-    if isinstance(value, dict) and value:
-        return {str(name): _count(count) for name, count in value.items()}
-    return _count(value)
-
-
-def _count(value: object) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= COUNT:
-        raise Problem("a whole number >= 1, or a mapping of names and such numbers", shown(value))
-    return value
-
-
-def thickness(value: object, context: Context) -> float | dict[str, float]:
-    """One thickness [m], or one for each named face."""
-    if isinstance(value, dict) and value:
-        return {str(name): read_quantity(part, units.LENGTH, context, "> 0") for name, part in value.items()}
-    if isinstance(value, dict | list):
-        raise Problem("a thickness, or a mapping of faces and thicknesses", shown(value))
-    return read_quantity(value, units.LENGTH, context, "> 0")
-
-
-def rim(value: object, context: Context) -> Rim:
-    """An edge, a list of edges, or {edges: ..., center: [...]}."""
-    found: Rim = RIM_KEYS.read(value, context) if isinstance(value, dict) else Rim(read_names(value, context))
-    return found
-
-
 def inertia(value: object, context: Context) -> float | Vector | tuple[Vector, ...]:
     """Moment of inertia about z in the plane; 3 principal moments or a 3 x 3 tensor in space."""
     if context.dimension == 2:
@@ -98,9 +72,9 @@ def inertia(value: object, context: Context) -> float | Vector | tuple[Vector, .
 
 def spans(value: object, context: Context) -> Spans:
     """A list of {until: ..., every: ...} with times that increase; the last one may leave `until` out."""
-    if not isinstance(value, list | tuple) or not value or not all(isinstance(part, dict) for part in value):
+    if not isinstance(value, list) or not value or not all(isinstance(part, dict) for part in value):
         raise Problem("a list such as [{until: 0.1 s, every: 1 ms}, {every: 5 ms}]", shown(value))
-    found: Spans = SPANS.read(value, context)
+    found: Spans = SPAN_LIST.read(value, context)
     ends = [part.until for part in found]
     if None in ends[:-1]:
         raise Problem("the key 'until' in every span but the last", "no such key")
@@ -110,48 +84,35 @@ def spans(value: object, context: Context) -> Spans:
     return found
 
 
-def every(value: object, context: Context) -> int | Spans:
-    """A number of steps, or spans."""
-    if isinstance(value, list | tuple):
-        return spans(value, context)
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= COUNT:
-        raise Problem("a number of steps >= 1, or a list of {until: ..., every: ...}", shown(value))
-    return value
+def parts_or(told: str, single: Takes, parts: Takes, kind: type) -> Takes:
+    """One value for everything, or parts in a mapping or a list."""
 
+    def read(value: object, context: Context) -> Any:
+        if isinstance(value, kind):
+            return parts.read(value, context)
+        try:
+            return single.read(value, context)
+        except Problem as problem:
+            raise Problem(f"{problem.expected} ({told})", problem.got, problem.remedy) from problem
 
-def snapshots(value: object, context: Context) -> float | Spans:
-    """A time [s], or spans."""
-    return spans(value, context) if isinstance(value, list | tuple) else read_quantity(value, units.TIME, context, "> 0")
-
-
-_LENGTH = number_schema(units.LENGTH, "> 0")
-_INERTIA = number_schema(units.INERTIA)
-_ROW = array_schema(_INERTIA, 3, 3)
-_TIME = number_schema(units.TIME, "> 0")
-SPANS, RIM_KEYS = list_of(inline(Span), tuple), inline(Rim)
-_SPANS = SPANS.told | {"minItems": 1}
-_AXIS = {"type": "array", "items": {"type": "number"}}
-_TURNS = [number_schema(units.ANGLE), mapping_schema(("axis", "angle"), axis=_AXIS, angle=number_schema(units.ANGLE))]
-_WHOLE = {"type": "integer", "minimum": 1}
+    return Takes(read, _options(told, single.told, parts.told))
 
 
 def _options(told: str, *options: dict[str, Any]) -> dict[str, Any]:
     return {"anyOf": list(options), "description": told}
 
 
-def _each(value: dict[str, Any]) -> dict[str, Any]:
-    return {"type": "object", "additionalProperties": value}
+EDGES = Takes(lambda value, context: Rim(read_names(value, context)), NAMES)
+SPAN_LIST = list_of(inline(Span), tuple)
+SPANS = Takes(spans, SPAN_LIST.told | {"minItems": 1})
+NUMBER_OF = whole(1, COUNT)
+_INERTIA = number_schema(units.INERTIA)
+_ROW = array_schema(_INERTIA, 3, 3)
+_AXIS = {"type": "array", "items": {"type": "number"}}
+_TURNS = [number_schema(units.ANGLE), mapping_schema(("axis", "angle"), axis=_AXIS, angle=number_schema(units.ANGLE))]
 
-
-THICKNESS = Takes(thickness, _options("a thickness, or one a face", _LENGTH, _each(_LENGTH)))
-RIM = Takes(
-    rim,
-    _options(
-        "an edge, a list of edges, or {edges: ..., center: [...]}",
-        *NAMES["anyOf"],
-        RIM_KEYS.told,
-    ),
-)
+THICKNESS = parts_or("a thickness, or one a face", quantity("m", "> 0"), names(Length, 1), dict)
+RIM = parts_or("an edge, a list of edges, or {edges: ..., center: [...]}", EDGES, inline(Rim), dict)
 INERTIA = Takes(
     inertia,
     _options("a moment of inertia [kg m^2], in space 3 principal ones or a tensor", _INERTIA, _ROW, array_schema(_ROW, 3, 3)),
@@ -161,9 +122,9 @@ ROTATION = Takes(
     _options("an angle [rad], in space {axis: [x, y, z], angle: an angle [rad]}", *_TURNS),
     angle=lambda value: None if value is None else float(value.angle),
 )
-COUNTS = Takes(counts, _options("a number of modes, for all components or by their names", _WHOLE, _each(_WHOLE)))
-EVERY = Takes(every, _options("a number of steps, or spans of time", _WHOLE, _SPANS))
-SNAPSHOTS = Takes(snapshots, _options("a time between snapshots, or spans of time", _TIME, _SPANS))
+COUNTS = parts_or("a number of modes, for all components or by their names", NUMBER_OF, names(Annotated[int, NUMBER_OF], 1), dict)
+EVERY = parts_or("a number of steps, or spans of time", NUMBER_OF, SPANS, list)
+SNAPSHOTS = parts_or("a time between snapshots, or spans of time", quantity("s", "> 0"), SPANS, list)
 
 Thickness = Annotated[float | dict[str, float], THICKNESS]
 Rims = Annotated[dict[str, Rim], names(Annotated[Rim, RIM], words=True)]

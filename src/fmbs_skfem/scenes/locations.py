@@ -15,7 +15,7 @@ Told: TypeAlias = tuple[Keys, str]  #: path of keys and a notice
 
 def where(scene: Scene, *keys: str | int) -> str:
     """`file:line: key.key` of the value at a path of keys and indices of the scene, for messages."""
-    return location(str(scene.path or "scene"), scene.source.node, keys)
+    return location(str(scene.path or "scene"), scene.node, keys)
 
 
 def location(name: str, node: yamlfile.Node | None, keys: Keys) -> str:

@@ -11,34 +11,51 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeAlias
+from functools import partial
+from typing import Annotated, Any, NamedTuple, TypeAlias
 
 from ..core import expressions, units
-from ..core.errors import closest, listed
-from ..core.fields import Range
-from ..core.problems import Found, Problem, shown
+from ..core.errors import InputError, closest, listed
+from ..core.fields import Context, Range, Schema, Takes, array_schema, word
+from ..core.mappings import inline
+from ..core.problems import Found, Problem, Problems, located, read_all, shown
 from ..core.units import Quantity
 
 Changes: TypeAlias = Mapping[str, float | str]
+LOG = "log"
+_QUANTITY: Schema = {"anyOf": [{"type": "number"}, {"type": "string"}], "description": "a quantity"}
 
-KEYS = ("range", "scale", "value")
-SCALES = ("linear", "log")
 
-_QUANTITY = {"anyOf": [{"type": "number"}, {"type": "string"}], "description": "a quantity"}
-SCHEMA: dict[str, Any] = {
-    "anyOf": [
-        *_QUANTITY["anyOf"],
-        {
-            "type": "object",
-            "properties": {
-                "value": _QUANTITY,
-                "range": {"type": "array", "items": _QUANTITY, "minItems": 2, "maxItems": 2},
-                "scale": {"enum": list(SCALES), "default": SCALES[0]},
-            },
-            "required": ["range"],
-            "additionalProperties": False,
-        },
-    ],
+class Written(NamedTuple):
+    """A quantity and how it is written."""
+
+    quantity: Quantity
+    text: object
+
+
+def read_quantity(value: object, context: Context) -> Written:
+    return Written(units.read(value, context.parameters), value)
+
+
+def read_ends(value: object, context: Context) -> list[Written]:
+    """The ends of a range."""
+    if not isinstance(value, list) or len(value) != 2:
+        raise Problem("a list of two quantities, the smaller first", shown(value))
+    return read_all((k, partial(read_quantity, one, context)) for k, one in enumerate(value))
+
+
+@dataclass(frozen=True)
+class Ranged:
+    """A range with its scale, and the value."""
+
+    range: Annotated[list[Written], Takes(read_ends, array_schema(_QUANTITY, 2, 2)), "its ends, or write the value alone"]
+    scale: Annotated[str, word({"linear": False, LOG: True})] = "linear"
+    value: Annotated[Written, Takes(read_quantity, _QUANTITY)] | None = None
+
+
+RANGED = inline(Ranged)
+SCHEMA: Schema = {
+    "anyOf": [*_QUANTITY["anyOf"], RANGED.told],
     "description": "a quantity, or {value: ..., range: [low, high], scale: linear or log}",
 }  #: JSON schema of a parameter
 
@@ -82,16 +99,12 @@ def resolve(raw: Any, changed: Changes) -> Resolved:
         key = ("parameters", name)
         try:
             _check_name(name)
-            own, limits, wrong = (
-                _read_range(key, entry, known.values) if isinstance(entry, dict) else _read_value(entry, known.values)
-            )
-            known.found.extend(wrong)
-            if own is not None:
-                known.values[name] = _change(own, changed[name], known.values) if name in changed else own
+            own, limits = read_range(entry, known.values) if isinstance(entry, dict) else (units.read(entry, known.values), None)
+            known.values[name] = _change(own, changed[name], known.values) if name in changed else own
             if limits is not None:
                 known.ranges[name] = limits
-        except Problem as problem:
-            known.found.append((key, problem))
+        except InputError as error:
+            known.found.extend(((*key, *keys), problem) for keys, problem in located(error))
         known.parts[name] = frozenset(known.values.read)
         known.values.read.clear()
     for name in changed:
@@ -107,81 +120,37 @@ def _check_name(name: str) -> None:
         raise Problem(f"a name of letters, digits and _ that is not taken ({taken})", shown(name))
 
 
-def _read_value(entry: Any, values: Mapping[str, Quantity]) -> tuple[Quantity, None, list[Found]]:
-    return units.read(entry, values), None, []
-
-
-def _read_range(
-    key: tuple[str, str], entry: dict[str, Any], values: Mapping[str, Quantity]
-) -> tuple[Quantity | None, Range | None, list[Found]]:
-    """Value and range of a mapping, or what is wrong with it."""
-    found: list[Found] = [
-        ((*key, word), Problem(f"one of the keys {', '.join(KEYS)}", f"{shown(word)}{closest(word, KEYS)}"))
-        for word in entry
-        if word not in KEYS
-    ]
-    scale = entry.get("scale", SCALES[0])
-    if scale not in SCALES:
-        hint = closest(scale, SCALES) if isinstance(scale, str) else ""
-        found.append(((*key, "scale"), Problem(f"one of {', '.join(SCALES)}", shown(scale) + hint)))
-    ends = entry.get("range")
-    if "range" not in entry:
-        remedy = "write 'range: [low, high]', or the value alone for a parameter without range"
-        found.append((key, Problem("the key 'range'", "no such key", remedy)))
-    elif not isinstance(ends, list) or len(ends) != 2:
-        found.append(((*key, "range"), Problem("a list of two quantities, the smaller first", shown(ends))))
-    if found:
-        return None, None, found
-    return _read_limits(key, entry, values, scale == "log")
-
-
-def _read_limits(
-    key: tuple[str, str], entry: dict[str, Any], values: Mapping[str, Quantity], log: bool
-) -> tuple[Quantity | None, Range | None, list[Found]]:
+def read_range(entry: dict[str, Any], values: Mapping[str, Quantity]) -> tuple[Quantity, Range]:
     """Value and range, all of one dimension."""
-    low, high = entry["range"]
-    texts: list[tuple[tuple[str | int, ...], Any]] = [((*key, "range", 0), low), ((*key, "range", 1), high)]
-    texts += [((*key, "value"), entry["value"])] if "value" in entry else []
-    found: list[Found] = []
-    read: list[Quantity] = []
-    for place, text in texts:
-        try:
-            read.append(_alike(units.read(text, values), read, text))
-        except Problem as problem:
-            found.append((place, problem))
-    if found:
-        return None, None, found
-    exponents = next((quantity.exponents for quantity in read if quantity.exponents != units.NUMBER.exponents), read[0].exponents)
-    try:
-        _same_form(read[0], read[1], f"[{low}, {high}]")
-        limits = _range(read[0].value, read[1].value, log, units.unit(exponents), f"[{low}, {high}]")
-    except Problem as problem:
-        return None, None, [((*key, "range"), problem)]
-    value = read[2].value if len(read) > 2 else middle(limits)
-    return Quantity(value, exponents, max(quantity.cycles for quantity in read)), limits, []
+    given: Ranged = RANGED.read(entry, Context(parameters=values))
+    written = [*given.range, *([given.value] if given.value else [])]
+    exponents = next((one.quantity.exponents for one in written if has_unit(one)), units.NUMBER.exponents)
+    for place, one in zip((("range", 0), ("range", 1), ("value",)), written, strict=False):
+        if has_unit(one) and one.quantity.exponents != exponents:
+            got = f"{shown(one.text)} ({units.describe(one.quantity.exponents)})"
+            raise Problems([(place, Problem(f"value and range of one dimension ({units.describe(exponents)})", got))])
+    low, high = given.range
+    if problem := wrong_ends(low, high, given.scale == LOG):
+        raise Problems([(("range",), problem)])
+    limits = Range(low.quantity.value, high.quantity.value, given.scale == LOG, units.unit(exponents))
+    value = given.value.quantity.value if given.value else middle(limits)
+    return Quantity(value, exponents, max(one.quantity.cycles for one in written)), limits
 
 
-def _alike(quantity: Quantity, others: list[Quantity], text: Any) -> Quantity:
-    """A quantity of the dimension of those before it, where both have one."""
-    known = next((other.exponents for other in others if other.exponents != units.NUMBER.exponents), units.NUMBER.exponents)
-    if units.NUMBER.exponents not in (known, quantity.exponents) and known != quantity.exponents:
-        got = f"{shown(text)} ({units.describe(quantity.exponents)})"
-        raise Problem(f"value and range of one dimension ({units.describe(known)})", got)
-    return quantity
+def has_unit(one: Written) -> bool:
+    return one.quantity.exponents != units.NUMBER.exponents
 
 
-def _same_form(low: Quantity, high: Quantity, text: str) -> None:
-    """Both ends with a unit, or both plain: [40, 70 GPa] would begin at 40 Pa. Zero needs no unit."""
-    if low.exponents != high.exponents and low.value and high.value:
-        raise Problem("both ends of a range with a unit, or both without", text, "write the unit at both")
-
-
-def _range(low: float, high: float, log: bool, unit: str, text: str) -> Range:
+def wrong_ends(first: Written, last: Written, log: bool) -> Problem | None:
+    """What is wrong with two ends; [40, 70 GPa] would begin at 40 Pa, where zero needs no unit."""
+    low, high, text = first.quantity.value, last.quantity.value, f"[{first.text}, {last.text}]"
+    if has_unit(first) != has_unit(last) and low and high:
+        return Problem("both ends of a range with a unit, or both without", text, "write the unit at both")
     if not low < high:
-        raise Problem("a range whose first value is smaller than its second", text)
+        return Problem("a range whose first value is smaller than its second", text)
     if log and low <= 0.0:
-        raise Problem("a range above zero for the scale log", text, "write 'scale: linear', or a larger first value")
-    return Range(low, high, log, unit)
+        return Problem("a range above zero for the scale log", text, "write 'scale: linear', or a larger first value")
+    return None
 
 
 def middle(limits: Range) -> float:

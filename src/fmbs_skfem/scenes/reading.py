@@ -38,10 +38,10 @@ def loads(text: str, folder: Path | str = ".", parameters: Changes | None = None
 
 def again(scene: schema.Scene, changed: Changes) -> schema.Scene:
     """The same scene with other values of parameters, on top of those it was read with; warnings are not repeated."""
-    if scene.source.node is None:
+    if scene.node is None:
         raise InputError(say("scene", "one that was read from a file or a text", "one made in Python"))
     known = {**scene.changed, **changed}
-    return _scene(scene.source.node, str(scene.path or "scene"), scene.path, scene.folder, known, scene.repair)
+    return _scene(scene.node, str(scene.path or "scene"), scene.path, scene.folder, known, scene.repair)
 
 
 def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, changed: Changes, repair: bool = False) -> schema.Scene:
@@ -57,8 +57,8 @@ def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, chan
     except InputError as error:
         _stop(name, node, located(error))
         raise
-    source = schema.Source(path, folder, node, known.ranges, dict(changed), known.used(), repair)
-    scene: schema.Scene = replace(found, source=source)
+    read = {"path": path, "folder": folder, "node": node, "repair": repair}
+    scene: schema.Scene = replace(found, **read, ranges=known.ranges, changed=dict(changed), used=known.used())
     _stop(name, node, consistency.problems(scene))
     return scene
 

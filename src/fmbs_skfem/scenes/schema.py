@@ -107,19 +107,6 @@ class Pictures:
     color: Literal["curvature", "strain", "velocity", "von_mises", "error"] = "curvature"
 
 
-@dataclass(frozen=True)
-class Source:
-    """Where a scene was read from, and with which parameters."""
-
-    path: Path | None = None  #: its file
-    folder: Path = Path()  #: that paths of its files are relative to
-    node: yamlfile.Node | None = None
-    ranges: dict[str, Range] = field(default_factory=dict)  #: of the parameters that have one, in the order of the file
-    changed: dict[str, float | str] = field(default_factory=dict)  #: parameters that were replaced
-    used: frozenset[str] = frozenset()  #: parameters that some value depends on
-    repair: bool = False  #: whether nodes of meshes that are at one place are merged
-
-
 @dataclass(frozen=True, kw_only=True)
 class Scene:
     """A scene file, all quantities in SI units."""
@@ -142,37 +129,15 @@ class Scene:
     training: Training | None = None
     compare: Compare | None = None
     pictures: Pictures | None = None
-    source: Source = field(default_factory=Source, metadata=HIDDEN, compare=False, repr=False)
-
-    @property
-    def path(self) -> Path | None:
-        """The file the scene was read from."""
-        return self.source.path
-
-    @property
-    def folder(self) -> Path:
-        """The folder that mesh paths are relative to."""
-        return self.source.folder
-
-    @property
-    def repair(self) -> bool:
-        """Whether nodes of meshes that are at one place are merged."""
-        return self.source.repair
-
-    @property
-    def ranges(self) -> dict[str, Range]:
-        """The parameters that have a range, in the order of the file."""
-        return self.source.ranges
-
-    @property
-    def changed(self) -> dict[str, float | str]:
-        """The parameters that were replaced when the scene was read."""
-        return self.source.changed
-
-    @property
-    def used(self) -> frozenset[str]:
-        """The parameters that some value of the scene depends on."""
-        return self.source.used
+    #: the file it was read from, the folder that paths of its files are relative to, and the tree of the file
+    path: Path | None = field(default=None, metadata=HIDDEN)
+    folder: Path = field(default=Path(), metadata=HIDDEN)
+    node: yamlfile.Node | None = field(default=None, metadata=HIDDEN, repr=False)
+    #: parameters that have a range, in the order of the file, that were replaced when it was read, and that some value depends on
+    ranges: dict[str, Range] = field(default_factory=dict, metadata=HIDDEN)
+    changed: dict[str, float | str] = field(default_factory=dict, metadata=HIDDEN)
+    used: frozenset[str] = field(default=frozenset(), metadata=HIDDEN)
+    repair: bool = field(default=False, metadata=HIDDEN)  #: whether nodes of meshes that are at one place are merged
 
 
 def json_schema() -> dict[str, Any]:

@@ -14,7 +14,8 @@ from typing import Annotated, Any, TypeAlias
 
 from ..core import units
 from ..core.errors import closest
-from ..core.fields import Context, Count, Takes, array_schema, mapping_schema, read_quantity, whole
+from ..core.fields import Context, Count, Takes, array_schema, read_quantity, whole, word
+from ..core.mappings import inline
 from ..core.problems import Problem, shown
 
 Row: TypeAlias = tuple[float, ...]
@@ -23,12 +24,21 @@ DESIGNS = ("sobol", "latin_hypercube")
 LARGEST = 1_000_000  #: most points of a design
 
 
+def _points(value: object, context: Context) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= LARGEST:
+        raise Problem(f"a number of points from 1 to {LARGEST}", shown(value))
+    return value
+
+
+POINTS = Takes(_points, whole(1, LARGEST).told)
+
+
 @dataclass(frozen=True)
 class Spread:
     """So many points: evenly spaced with one parameter, by `design` with several, a default where that is empty."""
 
-    count: int
-    design: str = ""
+    count: Annotated[int, POINTS]
+    design: Annotated[str, word(DESIGNS)] = ""
 
 
 @dataclass(frozen=True)
@@ -62,8 +72,8 @@ def design(value: object, context: Context) -> Design:
     if isinstance(value, list):
         return Listed(tuple(point(entry, context) for entry in value)) if value else _refuse(value)
     if isinstance(value, dict):
-        return _read_design(value, context) if "design" in value and "design" not in context.ranges else _grid(value, context)
-    return Spread(_count(value))
+        return DESIGN.read(value, context) if "design" in value and "design" not in context.ranges else _grid(value, context)
+    return Spread(POINTS.read(value, context))
 
 
 def point(value: object, context: Context) -> Row:
@@ -75,21 +85,13 @@ def point(value: object, context: Context) -> Row:
             raise Problem(f"a mapping of {', '.join(names)} and their values", shown(value))
         value = {names[0]: value}
     _same_names(value, names)
-    row = tuple(_value(name, value[name], context) for name in names)
+    own, read = context.parameters, units.read_as
+    row = tuple(read(value[name], own[name].exponents, name, own) for name in names)
     for name, entry in zip(names, row, strict=True):
         limits = context.ranges[name]
         if not limits.low <= entry <= limits.high:
             raise Problem(f"{name} within its range of {limits}", shown(value[name]))
     return row
-
-
-def _value(name: str, value: object, context: Context) -> float:
-    """A value of a parameter, of its dimension."""
-    quantity, own = units.read(value, context.parameters), context.parameters[name].exponents
-    if quantity.exponents not in (own, units.NUMBER.exponents):
-        got = f"{shown(value)} ({units.describe(quantity.exponents)})"
-        raise Problem(f"a value of the dimension of {name} ({units.describe(own)})", got)
-    return quantity.value
 
 
 def _need_ranges(context: Context) -> None:
@@ -114,22 +116,7 @@ def _same_names(value: Mapping[Any, Any], names: list[str]) -> None:
 
 def _grid(value: dict[str, Any], context: Context) -> Grid:
     _same_names(value, list(context.ranges))
-    return Grid(tuple(_count(value[name]) for name in context.ranges))
-
-
-def _read_design(value: dict[str, Any], context: Context) -> Spread:
-    if set(value) != {"design", "count"}:
-        raise Problem("the keys design and count", ", ".join(map(str, value)))
-    if value["design"] not in DESIGNS:
-        got = f"{shown(value['design'])}{closest(str(value['design']), DESIGNS)}"
-        raise Problem(f"one of the designs {', '.join(DESIGNS)}", got)
-    return Spread(_count(value["count"]), value["design"])
-
-
-def _count(value: object) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= LARGEST:
-        raise Problem(f"a number of points from 1 to {LARGEST}", shown(value))
-    return value
+    return Grid(tuple(POINTS.read(value[name], context) for name in context.ranges))
 
 
 def tolerance(value: object, context: Context) -> float | Allowed:
@@ -155,14 +142,15 @@ def _refuse(value: object) -> Listed:
     raise Problem("a number of points, a grid, a design or a list of points", shown(value))
 
 
-_COUNT = whole(1, LARGEST).told
+DESIGN = inline(Spread)
+_COUNT = POINTS.told
 _VALUE = {"anyOf": [{"type": "number"}, {"type": "string"}]}
 _POINT: dict[str, Any] = {"anyOf": [*_VALUE["anyOf"], {"type": "object", "additionalProperties": _VALUE}]}
 _DESIGN: dict[str, Any] = {
     "anyOf": [
         _COUNT,
         array_schema(_POINT, 1),
-        mapping_schema(("design", "count"), design={"enum": list(DESIGNS)}, count=_COUNT),
+        DESIGN.told,
         {"type": "object", "additionalProperties": _COUNT},
     ],
     "description": "a number of points, counts by parameter, {design: ..., count: ...}, or a list of points",

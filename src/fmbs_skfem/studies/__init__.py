@@ -17,25 +17,21 @@ from typing import TYPE_CHECKING, Any
 from .commands import (
     cases,
     check,
-    check_part,
     checksums,
     compare,
     demo,
-    describe_part,
     describe_scenes,
     export,
-    info,
     reduce,
     render,
     resume,
     run,
-    run_model,
     sweep,
     train,
-    train_part,
     verify,
 )
 from .job import Job, Listener
+from .model_commands import check_part, describe_part, info, run_model, train_part
 from .options import Shared
 from .result import Figures, Result, Table
 

@@ -18,10 +18,10 @@ from .options import (
     Picture,
     Plots,
     Ranges,
+    SceneSource,
     Shared,
     Step,
     TimeLimit,
-    ValueOptions,
     hyper_reductions,
     ranges,
 )
@@ -30,18 +30,12 @@ from .result import Result
 if TYPE_CHECKING:
     from .checking import Check
     from .comparison import ComparisonResult
-    from .job import Source
-    from .parts import PartResult
     from .reducing import ReductionResult
     from .runs import Run
     from .sweeping import SweepResult
     from .training import TrainingResult
     from .verifying import Verification
 
-SceneSource = Annotated["Source", Argument("SCENE")]
-ModelFile = Annotated[str | Path, Argument("FILE")]
-PlacedIn = Annotated[str | Path, Argument("SCENE")]
-BodyName = Annotated[str, Option("Name of the body in the scene.", "NAME")]
 Folder = Annotated[str | Path, Argument("DIR")]
 
 
@@ -154,7 +148,7 @@ def reduce(
 
     with jobs.begin(source, **shared) as job:
         scene = jobs.read_scene(job, duration)
-        path = reducing.target(job, scene)
+        path = jobs.settle_file(job, f"{job.path.stem}.h5")
         plan = plans.plan_with(scene, level, tolerance, modes, hyper, sample, basis)
         return reducing.reduce_scene(job, scene, path, plan)
 
@@ -186,94 +180,6 @@ def train(
         scene = jobs.read_scene(job, duration)
         order = training.prepare(job, scene, duration, tolerance, iterations, holdout, compare)
         return training.train_order(job, order, training.folder(job, scene, resume), compare, plots)
-
-
-def info(path: ModelFile, **shared: Unpack[OutputOptions]) -> Result:
-    """Say what a saved reduced model is.
-
-    The tables show parameters with their ranges, sizes, training and errors of the model in FILE; `out` gets info.json.
-    """
-    from . import models
-
-    with jobs.begin(path, **shared) as job:
-        return models.describe(job)
-
-
-def train_part(
-    source: SceneSource,
-    *,
-    body: BodyName = "",
-    alone: Annotated[bool, Option("Move the body by itself, by what it meets at its places; no mechanism is run.")] = False,
-    tolerance: Annotated[float, Option("Truncation eps of the shape functions.", "EPS")] = 1e-12,
-    modes: Annotated[
-        int | None, Option("Number of shape functions beside rigid motions, instead of a tolerance.", "R", least=1)
-    ] = None,
-    hyper: Annotated[float, Option("Tolerance eta of the weighted points; 0 for all points.", "ETA", least=0.0)] = 1e-5,
-    runs: Annotated[int, Option("Motions of the body alone, pinned at its places in turn.", "N", least=1)] = 4,
-    push: Annotated[float | None, Option("Forces at its places, by default its weight.", "NEWTON", least=0.0)] = None,
-    moment: Annotated[float, Option("Moments at its rims, and at places of planar lines.", "NEWTON-METRE", least=0.0)] = 0.0,
-    gravity: Annotated[float, Option("Its acceleration, in random directions.", "M/S2", least=0.0)] = 9.81,
-    duration: Annotated[
-        float | None, Option("Of a motion of the body alone, by default 10 sqrt(L/g).", "SECONDS", least=0.0, above=True)
-    ] = None,
-    step: Annotated[float | None, Option("Its step, by default a part in 6000.", "SECONDS", least=0.0, above=True)] = None,
-    slowest: Annotated[float | None, Option("First frequency of sweeps, by default 0.1 sqrt(g/L).", "HZ", least=0.0)] = None,
-    fastest: Annotated[float | None, Option("Last frequency of sweeps, by default 1.6 sqrt(g/L).", "HZ", least=0.0)] = None,
-    seed: Annotated[int, Option("Of random directions, phases and frequencies.", "N")] = 0,
-    **shared: Unpack[Shared],
-) -> "PartResult":
-    """Reduce one body of a scene as a part, which stands in any mechanism.
-
-    The part of `body` is saved into `out`, a file ending in .h5 or a folder for NAME.part.h5. With `alone` the body is moved by
-    itself, by its weight, forces and moments; else it is trained on the motion of the scene.
-    """
-    from ..reduction.excitation import Excitation
-    from . import parts
-
-    with jobs.begin(source, **shared) as job:
-        told = Excitation(runs, push, moment, gravity, duration, slowest, fastest, step, seed=seed)
-        return parts.train(job, jobs.read_scene(job), body, told if alone else None, tolerance, modes, hyper or None)
-
-
-def describe_part(path: ModelFile, **shared: Unpack[OutputOptions]) -> "PartResult":
-    """Say what a part is.
-
-    The table shows sizes, training, the range of strains and the places of the part in FILE; `out` gets info.json.
-    """
-    from . import parts
-
-    with jobs.begin(path, **shared) as job:
-        return parts.describe(job)
-
-
-def check_part(path: ModelFile, scene: PlacedIn, *, body: BodyName = "", **shared: Unpack[Shared]) -> "PartResult":
-    """Check a part against the full body of a scene.
-
-    SCENE is run with its full `body` and with the part in FILE in its place; the table shows the errors of the outputs.
-    """
-    from . import parts
-
-    with jobs.begin(scene, **shared) as job:
-        return parts.check(job, jobs.read_scene(job), Path(path), body)
-
-
-def run_model(
-    path: ModelFile,
-    *,
-    duration: Duration = None,
-    step: Step = None,
-    plots: Plots = True,
-    picture: Picture = False,
-    **shared: Unpack[ValueOptions],
-) -> "Run":
-    """Run a saved reduced model at values of its parameters, and predict its error there.
-
-    Neither meshes nor the full model are needed. `out` gets outputs.csv (time in column t), report.json and outputs.png.
-    """
-    from . import models
-
-    with jobs.begin(path, **shared) as job:
-        return models.run_saved(job, duration, step, plots, picture)
 
 
 def compare(

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     Source = str | Path | Scene  #: a scene, or the file of a scene or of a saved reduced model
 
 
+MODELS = (".h5", ".hdf5")  #: endings of files of reduced models
+
+
 def ignore(*_: object) -> None:
     """Nobody listens."""
 
@@ -152,6 +155,17 @@ def fit_step(scene: Scene) -> Scene:
 def title(scene: Scene) -> str:
     """The name of a scene, or that of its file."""
     return scene.name or (scene.path.stem if scene.path else "")
+
+
+def settle_file(job: Job, name: str) -> Path | None:
+    """The file to write: `name` in a folder, or the output itself where it ends in .h5; one that exists is kept without --force."""
+    if job.out is None:
+        return None
+    path = job.out if job.out.suffix in MODELS else job.out / name
+    if path.exists() and not job.force:
+        raise InputError(say(f"--out {path}", "a new file", "one that exists", "choose another name, or --force"))
+    job.made = reports.make_folder(path.parent)
+    return path
 
 
 def settle_folder(job: Job, names: Iterable[str], mark: str, record: str = reports.REPORT) -> Path | None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from .. import dynamics
 from ..core import durable, units
 from ..core.errors import InputError, say
-from ..core.problems import Problem, shown
+from ..core.problems import Problem
 from ..reduction import cases, files, parametric_model, prediction
 from ..reduction import parameters as boxes
 from ..results import sweep_files
@@ -30,13 +30,12 @@ if TYPE_CHECKING:
     from ..reduction.parametric_model import ParametricModel
 
 INFO = "info.json"
-SUFFIXES = (".h5", ".hdf5")
 SHORT = 12  #: entries of a list that a table shows
 
 
 def is_model(job: Job) -> bool:
     """Whether a job is about a saved reduced model."""
-    return job.scene is None and job.path.suffix in SUFFIXES
+    return job.scene is None and job.path.suffix in jobs.MODELS
 
 
 def task(job: Job, duration: float | None = None, step: float | None = None) -> runs.RunTask:
@@ -103,11 +102,16 @@ def alone(job: Job, duration: float | None, step: float | None) -> tuple[Case, M
 
 def describe(job: Job) -> Result:
     """What a saved reduced model is: parameters with their ranges, sizes, training, errors; in a folder also as info.json."""
-    report = {"status": "ok", "model": job.path, **(describe_box if parametric(job.path) else describe_point)(job.path)}
-    origin = {"fingerprint": mark(job.path), "provenance": reports.provenance(files=[job.path]), "notices": job.notices}
+    facts = {"model": job.path, **(describe_box if parametric(job.path) else describe_point)(job.path)}
+    return Result(about=f"{job.path}: {facts['kind']}", report=write_info(job, facts), view=views(facts))
+
+
+def write_info(job: Job, facts: Mapping[str, Any]) -> dict[str, Any]:
+    """The report of what a file holds; in a folder also, with its provenance, as info.json."""
+    report = {"status": "ok", **facts, "notices": job.notices}
     out = jobs.settle_folder(job, [INFO], mark(job.path), INFO)
-    reports.write_report(out, {**report, **origin}, INFO)
-    return Result(about=f"{job.path}: {report['kind']}", report={**report, "notices": job.notices}, view=views(report))
+    reports.write_report(out, {**report, "fingerprint": mark(job.path), "provenance": reports.provenance(files=[job.path])}, INFO)
+    return report
 
 
 def describe_box(path: Path) -> dict[str, Any]:
@@ -187,14 +191,10 @@ def predict_error(rom: ParametricModel, point: Mapping[str, float]) -> dict[str,
 def read_value(parameter: Parameter, given: str, option: str = "--set") -> float:
     """A number in SI units, or a quantity of the parameter's dimension, given by `option`."""
     try:
-        found = units.read(given)
         own = units.read(f"1 {parameter.unit}".strip()).exponents
-        if found.exponents not in (own, units.NUMBER.exponents):
-            got = f"{shown(given)} ({units.describe(found.exponents)})"
-            raise Problem(f"a value of the dimension of the parameter ({units.describe(own)})", got)
+        return units.read_as(given, own, "the parameter")
     except Problem as problem:
         raise InputError(problem.at(f"{option} {parameter.name}")) from problem
-    return found.value
 
 
 def remarks(facts: Mapping[str, Any]) -> Sequence[str]:

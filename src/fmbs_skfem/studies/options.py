@@ -12,9 +12,12 @@ import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypedDict
 
 from .job import Listener
+
+if TYPE_CHECKING:
+    from .job import Source
 
 Quantity: TypeAlias = str | float
 Ranges: TypeAlias = Mapping[str, tuple[Quantity, Quantity] | tuple[Quantity, Quantity, str]]  #: low, high, and "log"
@@ -97,6 +100,8 @@ class Shared(ValueOptions, total=False):
     repair: Annotated[bool, Option("Merge nodes of meshes that are at one place.")]
 
 
+SceneSource = Annotated["Source", Argument("SCENE")]
+ModelFile = Annotated[str | Path, Argument("FILE")]
 Duration = Annotated[float | None, Option("Duration of the motion, instead of that of the scene or of the training.", "SECONDS")]
 Step = Annotated[float | None, Option("Step of a saved reduced model, instead of that of its training.", "SECONDS")]
 Plots = Annotated[bool, Option("Draw the figures.")]

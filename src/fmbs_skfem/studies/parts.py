@@ -40,7 +40,7 @@ def train(
     job: Job, scene: Scene, body: str, alone: Excitation | None, tolerance: float, modes: int | None, hyper: float | None
 ) -> PartResult:
     """The part of a body of a scene, moved alone by an excitation or by the motion of the scene, saved in a file."""
-    path = target(job, body)
+    path = jobs.settle_file(job, f"{body}.part.h5")
     part, others = body_of(job, scene, body)
     compiling.announce(job)
     told = None if alone is None else excitation.settle(alone, part)
@@ -60,17 +60,6 @@ def train(
     report = {"status": "ok", "file": path, **facts(found), "provenance": origin, "notices": job.notices}
     about = f"{body}: {found.notes['functions']} shape functions for {found.notes['functions_full']}"
     return PartResult(about=about, report=report, view=view, part=found)
-
-
-def target(job: Job, body: str) -> Path | None:
-    """The file to write; one that exists is kept unless --force is given."""
-    if job.out is None:
-        return None
-    path = job.out if job.out.suffix in models.SUFFIXES else job.out / f"{body}.part.h5"
-    if path.exists() and not job.force:
-        raise InputError(say(f"--out {path}", "a new file", "one that exists", "choose another name, or --force"))
-    job.made = reports.make_folder(path.parent)
-    return path
 
 
 def body_of(job: Job, scene: Scene, name: str) -> tuple[Body, list[Body]]:
@@ -121,10 +110,7 @@ def described(title: str, part: Part) -> Table:
 def describe(job: Job) -> PartResult:
     """What the part in a file is: sizes, training, strains of its training, places; in a folder also as info.json."""
     found = part_files.load(job.path)
-    report = {"status": "ok", "part": job.path, "dimension": found.body.dim, **facts(found), "notices": job.notices}
-    out = jobs.settle_folder(job, [models.INFO], models.mark(job.path), models.INFO)
-    origin = {"fingerprint": models.mark(job.path), "provenance": reports.provenance(files=[job.path])}
-    reports.write_report(out, {**report, **origin}, models.INFO)
+    report = models.write_info(job, {"part": job.path, "dimension": found.body.dim, **facts(found)})
     return PartResult(about=f"{job.path}: a part", report=report, view=[described(str(job.path), found)], part=found)
 
 

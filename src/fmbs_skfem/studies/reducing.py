@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import reduction
-from ..core.errors import InputError, say
 from ..reduction import cases, costs, files, output_errors, reduced_models
 from ..reduction.plan import newton_for
 from ..reduction.runs import kept_steps
@@ -15,7 +14,6 @@ from ..scenes import build
 from . import compiling, plans, reports, tables
 from . import job as jobs
 from .job import Job
-from .models import SUFFIXES
 from .result import Result, Table, format_value
 
 if TYPE_CHECKING:
@@ -49,17 +47,6 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan) -> Reduc
         view.append(f"written: {path}")
     more = {"file": path, "provenance": origin, "notices": job.notices}
     return replace(found, report={**report, **more}, view=view)
-
-
-def target(job: Job, scene: Scene) -> Path | None:
-    """The file to write; one that exists is kept unless --force is given."""
-    if job.out is None:
-        return None
-    path = job.out if job.out.suffix in SUFFIXES else job.out / f"{job.path.stem}.h5"
-    if path.exists() and not job.force:
-        raise InputError(say(f"--out {path}", "a new file", "one that exists", "choose another name, or --force"))
-    job.made = reports.make_folder(path.parent)
-    return path
 
 
 def train(job: Job, scene: Scene, plan: Plan) -> ReductionResult:

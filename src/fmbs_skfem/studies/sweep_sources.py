@@ -24,6 +24,7 @@ from ..reduction.parameters import Parameter, Scale
 from ..results import sweep_files
 from ..scenes import build, yamlfile
 from ..scenes import parameters as texts
+from ..scenes.family import parameter
 from . import job as jobs
 from . import models, reports
 from .job import Job
@@ -57,14 +58,14 @@ def of_scene(job: Job, ranges: Ranges, duration: float | None, instants: int) ->
     """Full models of a scene."""
     job.path = job.path.resolve()
     read = jobs.read_scene(job, duration)
-    known, family = scenes.family(read, allow_outside=job.allow_outside, duration=duration)
+    known, cases = scenes.family(read, allow_outside=job.allow_outside, duration=duration)
     given = {own.name: own for own in from_texts(job, ranges, read.parameters)}
     for name in given.keys() - read.used:
         raise InputError(say(f"--range {name}", "a parameter that the scene uses", "one that nothing uses"))
     kept = tuple(own for own in known if own.name not in given and own.name not in job.changes)
     parameters = check_ranges(f"{job.path}", (*kept, *given.values()))
     nominal = boxes.completed(parameters, {})
-    task = FamilyTask(family, nominal, functools.partial(build.chosen_form, read), instants)
+    task = FamilyTask(cases, nominal, functools.partial(build.chosen_form, read), instants)
     title = read.name or job.path.stem
     return Members(title, parameters, task, f"{reports.fingerprint(read)} {instants}", scene=read)
 
@@ -84,13 +85,7 @@ def from_texts(job: Job, ranges: Ranges, values: Mapping[str, float]) -> list[Pa
     known = texts.resolve({**raw, **entries}, {})
     for keys, problem in known.found:
         raise InputError(problem.at(f"--range {keys[1]}" if len(keys) > 1 and keys[1] in ranges else "parameters"))
-    found = []
-    for name in ranges:
-        own, nominal = known.ranges[name], values.get(name)
-        inside = nominal is not None and own.low <= nominal <= own.high
-        scale = Scale.LOG if own.log else Scale.LINEAR
-        found.append(Parameter(name, own.low, own.high, scale, own.unit, nominal if inside else None))
-    return found
+    return [parameter(name, known.ranges[name], values.get(name)) for name in ranges]
 
 
 def check_ranges(place: str, parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
