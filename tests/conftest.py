@@ -18,11 +18,13 @@ import threadpoolctl
 from fmbs_skfem.core.errors import MissingFeature
 from fmbs_skfem.results import pictures
 
+LONG = ("test_project.py", "test_benchmarks.py", "test_registry.py")  #: files with tests of half a minute
 FAST = ("core", "shapes", "bodies", "systems", "dynamics")  #: folders whose tests are marked `fast`
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """`pytest -m fast` takes the tests of the floors that most changes touch."""
+    """`pytest -m fast` takes the tests of the floors that most changes touch; long tests begin, so that no process ends alone."""
+    items.sort(key=lambda item: item.path.name not in LONG)
     for item in items:
         if item.path.parent.name in FAST:
             item.add_marker(pytest.mark.fast)

@@ -150,9 +150,9 @@ def _(space: BSpline, xi: ArrayLike, derivative: int = 0) -> sparse.csr_array:
         raise InputError(say("sample.derivative", "0, 1, 2 or 3", derivative, "fit another line to the third derivative"))
     ends = breaks(space)
     where = inside("sample", xi, ends[0], ends[-1])
-    plain = [_derivative(space, where, d) for d in range(derivative + 1)]
     if space.weights is None:
-        return plain[derivative]
+        return _derivative(space, where, derivative)
+    plain = [_derivative(space, where, d) for d in range(derivative + 1)]
     weighted = sparse.diags_array(space.weights)
     return sparse.csr_array(_quotient([rows @ weighted for rows in plain], [rows @ space.weights for rows in plain]))
 
