@@ -67,3 +67,15 @@ def test_every_scene_is_sound(path: Path) -> None:
     system = build.chosen_form(scene, build.system(scene))
     assert system.size > 0
     assert [column for output in system.outputs.values() for column in output.columns]
+
+
+def test_a_controlled_arm_reduced(tmp_path: Path) -> None:
+    """Reduced and hyper-reduced arms follow the full one to 1e-3 of the stroke; all of them reach their goal."""
+    run = fmbs("run", EXAMPLES / "controlled_arm.yaml", "--json", "--out", tmp_path / "run", "--no-plots").json
+    assert run["outputs"]["hinge"]["final"] == pytest.approx(0.9, abs=2e-3)
+    done = fmbs("compare", EXAMPLES / "controlled_arm.yaml", "--json", "--out", tmp_path / "out").json
+    assert len(done["models"]) > 2
+    for model in done["models"]:
+        assert model["status"] == "done"
+        for name in ("hinge", "tip_x", "tip_y", "drive_angle"):
+            assert model["outputs"][name]["relative"] <= 1e-3

@@ -269,7 +269,7 @@ def test_scenes_in_millimetres() -> None:
         (
             "load: spring}",
             "load: sprin}",
-            "output 'spring': expected one of the springs, ropes and stops spring, net, cord.*did you mean 'spring'",
+            "output 'spring': expected one of the loads that measure spring, net, cord.*did you mean 'spring'",
         ),
         ("to: [0, 250 mm]", "to: ground", "loads.cord.to: expected a place or the coordinates of a fixed point, got ground"),
         (", direction: [0, 1]", "", "loads.net.gap: expected a length > 0 without a direction"),

@@ -3,12 +3,15 @@
     comparison: sum [(< | <= | > | >=) sum]    sum: product {(+ | -) product}    product: unary {(* | /) unary}
     unary: (+ | -) unary | power               power: atom [** unary]            atom: number | name | function(...) | (comparison)
 
+In expressions of the state a number may have a unit, `0.3 m`, and a name a part, `tip.x`.
+
 A text becomes a program in postfix order, numbers and symbols, which a stack evaluates in any algebra: floats, arrays, quantities
 with units. Nothing of Python is reachable from a text.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 import operator
 import re
@@ -32,19 +35,24 @@ LENGTH = 2000  #: longest expression [characters]
 LEVELS = 64  #: deepest nesting of parentheses, signs and powers
 
 FUNCTIONS = {
-    "sin": 1, "cos": 1, "tan": 1, "tanh": 1, "sqrt": 1, "exp": 1, "log": 1, "abs": 1, "min": 2, "max": 2, "where": 3,
+    "sin": 1, "cos": 1, "tan": 1, "asin": 1, "acos": 1, "atan2": 2, "sinh": 1, "cosh": 1, "tanh": 1, "sqrt": 1, "exp": 1, "log": 1,
+    "abs": 1, "sign": 1, "floor": 1, "mod": 2, "min": 2, "max": 2, "where": 3,
 }  # fmt: skip
+REPEATED = ("min", "max")  #: functions of two or more arguments
+TABLE = "interp"  #: interp(x, x0, y0, x1, y1, ...): straight lines between points, constant beyond them
+STEPS = 20_000  #: longest program
 BINARY = {"<": 1, "<=": 1, ">": 1, ">=": 1, "+": 2, "-": 2, "*": 3, "/": 3, "**": 5}  #: precedence
 UNARY = 4  #: precedence of a sign: below a power, above a product
 ARITY = FUNCTIONS | dict.fromkeys(BINARY, 2) | {"neg": 1}
-RESERVED = frozenset(FUNCTIONS) | {"t", "pi"}
+RESERVED = frozenset(FUNCTIONS) | {TABLE, "t", "pi"}
 GRAMMAR = (
     "allowed are numbers, pi, the scene's parameters, t in functions of time, + - * / **, < <= > >=, parentheses and the functions "
-    "abs, cos, exp, log, max, min, sin, sqrt, tan, tanh, where(condition, then, else)"
+    f"{', '.join(sorted(set(FUNCTIONS) - {'where'}))}, where(condition, then, else), interp(x, x0, y0, x1, y1, ...)"
 )
 
 _TOKEN = re.compile(
-    r"[ \t\n]*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)|(?P<sign>\*\*|<=|>=|[-+*/<>(),]))",
+    r"[ \t\n]*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)?)|"
+    r"(?P<sign>\*\*|<=|>=|[-+*/<>(),]))",
     re.ASCII,
 )
 
@@ -59,6 +67,8 @@ SCALAR: Algebra = {
     "<": lambda a, b: float(a < b), "<=": lambda a, b: float(a <= b),
     ">": lambda a, b: float(a > b), ">=": lambda a, b: float(a >= b),
     "sin": math.sin, "cos": math.cos, "tan": math.tan, "tanh": math.tanh, "sqrt": math.sqrt, "exp": math.exp, "log": math.log,
+    "asin": math.asin, "acos": math.acos, "atan2": math.atan2, "sinh": math.sinh, "cosh": math.cosh,
+    "sign": lambda a: (a > 0.0) - (a < 0.0) + 0.0 * a, "floor": lambda a: float(math.floor(a)), "mod": operator.mod,
     "abs": abs, "min": _extreme(min), "max": _extreme(max), "where": lambda c, a, b: a if c != 0.0 else b,
 }  # fmt: skip
 ARRAY: Algebra = {
@@ -66,6 +76,8 @@ ARRAY: Algebra = {
     "<": lambda a, b: np.less(a, b) * 1.0, "<=": lambda a, b: np.less_equal(a, b) * 1.0,
     ">": lambda a, b: np.greater(a, b) * 1.0, ">=": lambda a, b: np.greater_equal(a, b) * 1.0,
     "sin": np.sin, "cos": np.cos, "tan": np.tan, "tanh": np.tanh, "sqrt": np.sqrt, "exp": np.exp, "log": np.log,
+    "asin": np.arcsin, "acos": np.arccos, "atan2": np.arctan2, "sinh": np.sinh, "cosh": np.cosh,
+    "sign": np.sign, "floor": np.floor, "mod": np.mod,
     "abs": np.abs, "min": np.minimum, "max": np.maximum, "where": lambda c, a, b: np.where(np.not_equal(c, 0.0), a, b),
 }  # fmt: skip
 
@@ -209,7 +221,8 @@ def _operand(tokens: deque[Token], names: Collection[str], level: int) -> Progra
     token = tokens.popleft()
     kind, text, _ = token
     if kind == "number":
-        return (float(text),)
+        unit = _unit(tokens, names)
+        return (f"{text} {unit}",) if unit else (float(text),)
     if kind == "name":
         return _call(tokens, names, level, text) if tokens[0][1] == "(" else (_known(text, names),)
     if text in ("+", "-"):
@@ -222,8 +235,24 @@ def _operand(tokens: deque[Token], names: Collection[str], level: int) -> Progra
     raise _unexpected("a number, a name or '('", token)
 
 
+def _unit(tokens: deque[Token], names: Collection[str]) -> str:
+    """The unit behind a number, whose parts are known as `1 N`; empty where there is none."""
+    text = ""
+    while tokens[0][0] == "name" and f"1 {tokens[0][1]}" in names:
+        text += tokens.popleft()[1]
+        if tokens[0][1] == "**" and tokens[1][0] == "number":
+            text += f"^{tokens[1][1]}"
+            tokens.popleft()
+            tokens.popleft()
+        if tokens[0][1] in ("*", "/") and f"1 {tokens[1][1]}" in names and tokens[1][1] not in names:
+            text += tokens.popleft()[1]
+        elif tokens[0][0] == "name":
+            text += " "
+    return text.rstrip()
+
+
 def _known(name: str, names: Collection[str]) -> str:
-    if name in FUNCTIONS:
+    if name in FUNCTIONS or name == TABLE:
         raise Problem(f"the arguments of {name} in parentheses", f"'{name}' alone", GRAMMAR)
     if name not in names and name != "pi":
         known = sorted({*names, "pi"})
@@ -233,21 +262,40 @@ def _known(name: str, names: Collection[str]) -> str:
 
 
 def _call(tokens: deque[Token], names: Collection[str], level: int, name: str) -> Program:
-    if name not in FUNCTIONS:
-        hint = closest(name, FUNCTIONS).removeprefix("; ")
-        raise Problem(f"one of the functions {', '.join(sorted(FUNCTIONS))}", shown(name), f"{hint} {GRAMMAR}".strip())
+    known = {*FUNCTIONS, TABLE}
+    if name not in known:
+        hint = closest(name, known).removeprefix("; ")
+        raise Problem(f"one of the functions {', '.join(sorted(known))}", shown(name), f"{hint} {GRAMMAR}".strip())
     tokens.popleft()
     arguments = [_comparison(tokens, names, level + 1)]
     while tokens[0][1] == ",":
         tokens.popleft()
         arguments.append(_comparison(tokens, names, level + 1))
     _close(tokens)
+    if name == TABLE:
+        return _table(arguments)
     count = FUNCTIONS[name]
-    if len(arguments) != count and not (count == 2 and len(arguments) > 2):
+    if len(arguments) != count and not (name in REPEATED and len(arguments) > 2):
         raise Problem(f"{count} argument{'s' if count > 1 else ''} of {name}", str(len(arguments)), GRAMMAR)
-    if count == 2:
+    if name in REPEATED:
         return (*arguments[0], *(step for argument in arguments[1:] for step in (*argument, name)))
     return (*(step for argument in arguments for step in argument), name)
+
+
+def _table(arguments: list[Program]) -> Program:
+    """y0 + sum_i (y_i+1 - y_i) min(max((x - x_i) / (x_i+1 - x_i), 0), 1)."""
+    x, points = arguments[0], arguments[1:]
+    if len(points) < 4 or len(points) % 2:
+        raise Problem(f"{TABLE}(x, x0, y0, x1, y1, ...) with two points at least", f"{len(arguments)} arguments", GRAMMAR)
+    places, found = points[::2], points[1]
+    numbers = [place[0] for place in places if len(place) == 1 and not isinstance(place[0], str)]
+    if any(b <= a for a, b in itertools.pairwise(numbers)):
+        raise Problem(f"places x0 < x1 < ... of {TABLE}", ", ".join(f"{number:g}" for number in numbers), GRAMMAR)
+    for (a, b), (low, high) in zip(itertools.pairwise(places), itertools.pairwise(points[1::2]), strict=True):
+        found = (*found, *high, *low, "-", *x, *a, "-", *b, *a, "-", "/", 0.0, "max", 1.0, "min", "*", "+")
+        if len(found) > STEPS:
+            raise Problem(f"an expression of at most {STEPS} steps", "a longer one", GRAMMAR)
+    return found
 
 
 def _close(tokens: deque[Token]) -> None:

@@ -18,6 +18,7 @@ from . import expressions, functions, units
 from .errors import closest
 from .expressions import Expression
 from .problems import Problem, shown
+from .responses import OfState, of_state
 
 Vector: TypeAlias = tuple[float, ...]
 Schema: TypeAlias = dict[str, Any]
@@ -126,6 +127,11 @@ def of_time(value: object, context: Context, dimension: units.Dimension = units.
     return found
 
 
+def read_response(value: object, unit: str, context: Context) -> OfState:
+    """An expression of the state of a dimension; whoever knows the outputs checks it (`responses.require`)."""
+    return value if isinstance(value, OfState) else of_state(value, unit, context.parameters)  # type: ignore[arg-type]
+
+
 def angle_of_time(value: object, context: Context) -> Expression:
     """An angle [rad] as an expression of t, or as a constant quantity such as '90 deg'."""
     try:
@@ -211,6 +217,12 @@ def either(unit: str, read: Callable[[object, units.Dimension, Context], Any]) -
     return Takes(
         lambda value, context: read(value, dimension, context), {"anyOf": options, "description": f"{dimension} per coordinate"}
     )
+
+
+def response(unit: str) -> Takes:
+    """An expression of outputs, of t and parameters."""
+    told = f"{units.find_dimension(unit)}, expression of outputs, t and parameters"
+    return Takes(lambda value, context: read_response(value, unit, context), _EXPRESSION | {"description": told})
 
 
 def spin(unit: str) -> Takes:

@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from . import expressions, units
+from .expressions import Program
 from .problems import Problem, shown
 from .units import NUMBER, PI, TIME, Dimension, Quantity
 
@@ -46,12 +47,19 @@ class Term:
 def check(text: str, dimension: Dimension, parameters: Mapping[str, Quantity], clock: bool = True) -> None:
     """Raises a Problem where the function of time `text` cannot have a dimension; without `clock` t is a number, not a time."""
     program = expressions.parse(text, parameters.keys() | {"t"})
-    fixed = {"pi": Term(PI, bare=True), "t": Term(Quantity(math.nan, TIME.exponents), number=not clock, bare=True)}
-    names = fixed | {name: _constant(parameters[name]) for name in program if isinstance(name, str) and name in parameters}
+    names = {name: _constant(parameters[name]) for name in program if isinstance(name, str) and name in parameters}
+    check_program(program, text, dimension, names, clock)
+
+
+def check_program(
+    program: Program, text: str, dimension: Dimension, known: Mapping[str, Term], clock: bool = True, of: str = "t"
+) -> None:
+    """The same of a program with its names, a function `of` what messages say."""
+    names = {"pi": Term(PI, bare=True), "t": Term(Quantity(math.nan, TIME.exponents), number=not clock, bare=True)} | dict(known)
     found: Term = expressions.evaluate(program, names, _ALGEBRA, lambda number: _constant(Quantity(number, NUMBER.exponents)))
     if not found.fits(dimension.exponents):
         got = f"{shown(text)} ({units.describe(found.quantity.exponents)})"
-        raise Problem(f"{dimension} as a function of t", got, REMEDY)
+        raise Problem(f"{dimension} as a function of {of}", got, REMEDY)
     units.refuse_cycles(found.quantity, dimension, text)
 
 
@@ -96,6 +104,19 @@ def _pure(symbol: str) -> Rule:
     return apply
 
 
+def _arc(symbol: str) -> Rule:
+    """Angles of a number, or of two of one dimension."""
+
+    def apply(*parts: Term) -> Term:
+        if len(parts) > 1:
+            _sum(symbol)(*parts)
+        elif not parts[0].fits(NUMBER.exponents):
+            raise Problem(f"a number in {symbol}(...)", units.describe(parts[0].quantity.exponents), REMEDY)
+        return _PURE
+
+    return apply
+
+
 def _product(law: Callable[[Quantity, Quantity], Quantity]) -> Rule:
     def apply(a: Term, b: Term) -> Term:
         number = (a.number and b.quantity != PI) or (b.number and a.quantity != PI)
@@ -119,14 +140,16 @@ def _same(a: Term) -> Term:
 
 _PURE = Term(Quantity(math.nan, NUMBER.exponents), bare=True)
 _ALGEBRA: expressions.Algebra = {
-    **{symbol: _sum(symbol) for symbol in ("+", "-", "min", "max")},
+    **{symbol: _sum(symbol) for symbol in ("+", "-", "min", "max", "mod")},
     **{symbol: _compared(symbol) for symbol in ("<", "<=", ">", ">=")},
-    **{symbol: _pure(symbol) for symbol in ("sin", "cos", "tan", "tanh", "exp", "log")},
+    **{symbol: _pure(symbol) for symbol in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "floor")},
+    **{symbol: _arc(symbol) for symbol in ("asin", "acos", "atan2")},
     "*": _product(units.product),
     "/": _product(units.quotient),
     "**": _power,
     "sqrt": lambda a: _power(a, _constant(Quantity(0.5, NUMBER.exponents))),
     "abs": lambda a: a,
+    "sign": lambda a: _PURE,
     "neg": _same,
     "where": lambda condition, a, b: _sum("where")(a, b),
 }

@@ -24,6 +24,7 @@ from .errors import InputError, closest, say
 from .expressions import Expression
 from .fields import Context, Schema, Takes, mapping_schema, quantity, read_text, whole
 from .problems import Problem, Problems, read_all, shown
+from .responses import OfState
 
 NAME = "name"  #: the field that is the key of a scene before a declaration
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
@@ -320,5 +321,5 @@ def plain(value: Any) -> Any:
 
 
 @plain.register
-def _(value: Expression) -> str:
+def _(value: Expression | OfState) -> str:
     return value.text

@@ -19,6 +19,7 @@ from typing import Any, TypeAlias
 import sympy
 from sympy.printing.pycode import PythonCodePrinter
 
+from .expressions import Algebra
 from .jit import cache_folder
 
 Expression: TypeAlias = Any
@@ -43,6 +44,54 @@ class Printer(PythonCodePrinter):
         return f"{type(call).__name__}({', '.join(self._print(one) for one in call.args)})"
 
     _print_Integer = _print_Half = _print_Rational
+
+
+class Step(sympy.Function):
+    """A function of `choices` that is constant but for jumps."""
+
+    def _eval_derivative(self, symbol: Expression) -> Expression:
+        return sympy.Integer(0)
+
+
+class less(Step):
+    """a < b."""
+
+
+class not_more(Step):
+    """a <= b."""
+
+
+class sign_of(Step):
+    """-1, 0 or 1."""
+
+
+class floor_of(Step):
+    """The largest whole number that is not above it."""
+
+
+class chosen(sympy.Function):
+    """A choice, whose derivative is that of what is chosen."""
+
+    def _eval_derivative(self, symbol: Expression) -> Expression:
+        condition, *branches = self.args
+        changes = [sympy.diff(branch, symbol) for branch in branches]
+        return chosen(condition, *changes) if any(changes) else sympy.Integer(0)
+
+
+def number(value: float) -> Expression:
+    """Whole numbers as such, since powers of them are products."""
+    return sympy.Integer(int(value)) if value == int(value) and abs(value) < 2**31 else sympy.Float(value)
+
+
+#: of programs (`expressions.evaluate`)
+ALGEBRA: Algebra = {
+    "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a / b, "**": lambda a, b: a**b,
+    "neg": lambda a: -a, "<": less, "<=": not_more, ">": lambda a, b: less(b, a), ">=": lambda a, b: not_more(b, a),
+    "sin": sympy.sin, "cos": sympy.cos, "tan": sympy.tan, "asin": sympy.asin, "acos": sympy.acos, "atan2": sympy.atan2,
+    "sinh": sympy.sinh, "cosh": sympy.cosh, "tanh": sympy.tanh, "sqrt": sympy.sqrt, "exp": sympy.exp, "log": sympy.log,
+    "abs": lambda a: chosen(less(a, 0), -a, a), "sign": sign_of, "floor": floor_of, "mod": lambda a, b: a - b * floor_of(a / b),
+    "min": lambda a, b: chosen(less(a, b), a, b), "max": lambda a, b: chosen(less(a, b), b, a), "where": chosen,
+}  # fmt: skip
 
 
 def statements(results: Sequence[Expression], places: Mapping[Any, str]) -> tuple[list[str], list[str]]:

@@ -243,6 +243,20 @@ def _pure(symbol: str) -> Callable[[Quantity], Quantity]:
     return apply
 
 
+def _arc(symbol: str) -> Callable[..., Quantity]:
+    """Angles of a number, or of two of one dimension."""
+    law = expressions.SCALAR[symbol]
+
+    def apply(*parts: Quantity) -> Quantity:
+        if len(parts) > 1:
+            _same("-")(*parts)
+        elif any(parts[0].exponents):
+            raise Problem(f"a number in {symbol}(...)", describe(parts[0].exponents))
+        return Quantity(law(*(part.value for part in parts)), ANGLE.exponents)
+
+    return apply
+
+
 def product(a: Quantity, b: Quantity) -> Quantity:
     """a b."""
     cycles = max(-1, min(1, a.cycles + b.cycles))
@@ -270,13 +284,15 @@ def _where(condition: Quantity, a: Quantity, b: Quantity) -> Quantity:
 
 
 _ALGEBRA: expressions.Algebra = {
-    **{symbol: _same(symbol) for symbol in ("+", "-", "min", "max", "<", "<=", ">", ">=")},
-    **{symbol: _pure(symbol) for symbol in ("sin", "cos", "tan", "tanh", "exp", "log")},
+    **{symbol: _same(symbol) for symbol in ("+", "-", "min", "max", "mod", "<", "<=", ">", ">=")},
+    **{symbol: _pure(symbol) for symbol in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "floor")},
+    **{symbol: _arc(symbol) for symbol in ("asin", "acos", "atan2")},
     "*": product,
     "/": quotient,
     "**": power,
     "sqrt": lambda a: power(a, Quantity(0.5, NUMBER.exponents)),
     "abs": lambda a: replace(a, value=abs(a.value)),
+    "sign": lambda a: Quantity(expressions.SCALAR["sign"](a.value), NUMBER.exponents),
     "neg": lambda a: replace(a, value=-a.value),
     "where": _where,
 }

@@ -14,6 +14,8 @@ from ..core import units
 from ..core.errors import listed
 from ..core.mappings import rules
 from ..core.problems import Found, Problem, unknown
+from ..core.responses import OfState, require
+from ..systems import responses
 from ..systems.places import At
 from . import plausibility, yamlfile
 from .locations import Told
@@ -34,6 +36,7 @@ def problems(scene: Scene) -> Iterator[Found]:
     yield from _places(scene)
     yield from _declared(scene)
     yield from _references(scene)
+    yield from _responses(scene)
     yield from scene.analysis.problems_in(scene)
     yield from _components(scene)
     yield from _training(scene)
@@ -139,6 +142,18 @@ def _surface(scene: Scene, key: tuple[str, ...], value: str | At, known: list[st
         yield key, Problem(expected, f"'{name}', a {scene.bodies[name].word}")
     elif name not in known and not isinstance(value, At):
         yield key, unknown("body", "plates and shells", name, known)
+
+
+def _responses(scene: Scene) -> Iterator[Found]:
+    """Expressions of the state name outputs of the scene, or what their load measures, and have the dimension that is wanted."""
+    known = responses.variables(scene.outputs, scene.dimension)
+    for name, load in scene.loads.items():
+        for key, value in vars(load).items():
+            if isinstance(value, OfState):
+                try:
+                    require(value, known | getattr(load, "own", {}))
+                except Problem as problem:
+                    yield ("loads", name, key), problem
 
 
 def _components(scene: Scene) -> Iterator[Found]:

@@ -88,6 +88,7 @@ def assemble(
         joint.constrain(draft)
     for part in parts:
         orthonormal(part, draft)
+    draft.outputs = dict(outputs or {})
     for load in loads:
         require_sound("load", getattr(load, "name", ""), load, Load, layout.dim)
         load.push(draft)

@@ -21,6 +21,7 @@ from ..core.fields import (
     quantity,
     read_quantity,
     read_vector,
+    response,
     spin,
     vector,
 )
@@ -32,6 +33,7 @@ __all__ = [
     "quantity",
     "vector",
     "spin",
+    "response",
     "Takes",
     "Place",
     "End",

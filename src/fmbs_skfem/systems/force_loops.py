@@ -6,6 +6,7 @@
 from __future__ import annotations
 import math
 from typing import Any
+from fmbs_skfem.core.choices import chosen, floor_of, less, not_more, sign_of
 from fmbs_skfem.core.structs import routine
 from fmbs_skfem.systems.evaluation import evaluation
 from fmbs_skfem.systems.force_laws import ForceLaw, continued, opened

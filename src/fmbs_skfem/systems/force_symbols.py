@@ -32,6 +32,7 @@ HEADS = {  #: of the routines of a law
     "energy": "    s, F = evaluation(table).space, opened(record)",
 }
 IMPORTS = (
+    "from fmbs_skfem.core.choices import chosen, floor_of, less, not_more, sign_of",
     "from fmbs_skfem.core.structs import routine",
     "from fmbs_skfem.systems.evaluation import evaluation",
     "from fmbs_skfem.systems.force_laws import ForceLaw, continued, opened",

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, TypeAlias
 
 import numpy as np
@@ -24,10 +24,12 @@ from ..bodies.plate import edge
 from ..core.declared import Declared
 from ..core.errors import InputError, say
 from ..core.problems import Problem
-from . import edges, fields, pressure
-from .constraint_functions import arm, needs_axis
+from ..core.responses import of_state
+from . import edges, fields, pressure, responses
+from .constraint_functions import needs_axis
 from .places import Draft, Ground, directions, vector
 
+TORSION = {"torque": "torsion_spring", "relative torque": "relative_torsion_spring"}  #: laws for what turns in the plane
 Spin: TypeAlias = Annotated[float | Ground, fields.spin("N m")]
 
 
@@ -147,6 +149,7 @@ def push_moment(load: Moment | Torque, draft: Draft, size: float | Ground) -> No
 class TorsionSpring(Load):
     """Torque - stiffness (theta - rest_angle) - damping dtheta/dt about z, in space about `axis`, against `to` or the ground.
 
+    In space `to` carries the axis, which is that of the reference.
     theta is the angle turned since the reference, its turns counted: of less than half a turn a step.
     """
 
@@ -165,8 +168,6 @@ class TorsionSpring(Load):
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         yield from needs_axis(self.axis, dim)
-        if self.to is not None and dim == 3:
-            yield "to", Problem("the ground in space", f"'{self.to.body}'")
 
     def idle(self, undamped: str) -> Iterator[tuple[str, str]]:
         if not (self.stiffness or self.damping):
@@ -178,10 +179,13 @@ class TorsionSpring(Load):
         for name, value in (("stiffness", self.stiffness), ("damping", self.damping)):
             if not (np.isfinite(value) and value >= 0):
                 raise InputError(say(f"{where(self)}.{name}", "a number that is not negative", value))
-        ends = [self.at] if self.to is None else [self.at, self.to]
-        arms = [draft.probes.add(arm(where(self), draft.layout, end, self.axis)[0]) for end in ends]
-        law, rows = ("torsion_spring", "relative_torsion_spring")[len(arms) - 1], [first + c for first in arms for c in range(2)]
-        draft.forces.act(law, rows, (self.stiffness, self.damping, self.rest_angle))
+        gauge, coordinate = responses.turning(draft, where(self), self.at, self.to, self.axis)
+        gauge = draft.gauges[self.name] = replace(gauge, free=self.rest_angle)
+        if coordinate in TORSION:
+            return draft.forces.act(TORSION[coordinate], gauge.rows, (self.stiffness, self.damping, self.rest_angle))
+        numbers = {"k": self.stiffness, "d": self.damping}
+        torque, energy = (of_state(text, parameters=numbers) for text in ("-k * angle - d * rate", "k * angle**2 / 2"))
+        responses.act(draft, where(self), gauge, coordinate, torque, energy)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -215,6 +215,7 @@ class Draft:
     signals: list[Signal] = field(default_factory=list)
     markers: list[tuple[str, str, tuple[int, ...]]] = field(default_factory=list)
     gauges: dict[str, Gauge] = field(default_factory=dict)  #: of loads by name
+    outputs: Mapping[str, Any] = field(default_factory=dict)  #: by name, for expressions of the state
 
     def signal(self, function: Signal | None) -> int:
         """The number of a function of time; -1 for None, the constant 1."""

@@ -26,6 +26,7 @@ from ..shapes import surface
 from . import edges, fields
 from .angles import continuous, turning
 from .constraint_functions import AXES, arm, needs_axis, unit
+from .own_symbols import norm, turned
 from .places import Draft
 from .system import Matrix, Output
 
@@ -67,6 +68,15 @@ class Probe(Declared, ABC):
     @abstractmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
         """Values (s,) of its columns on a motion."""
+
+    def variables(self, dim: int) -> Mapping[str, str]:
+        """What expressions of the state read of it, `output.x` or by "" the output itself: parts with their SI units."""
+        return {}
+
+    @staticmethod
+    def write(y: Any, v: Any, numbers: Any) -> Sequence[Any]:
+        """The same in symbols of its rows (i,), their rates and its parameters."""
+        return ()
 
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
@@ -149,6 +159,16 @@ class PointProbe(Probe, ABC):
             raise InputError(say(f"output '{name}'", f"one of the components {', '.join(axes)}", self.component))
         return self.output(draft, (name,), [rows[[axes.index(self.component)]]])
 
+    def variables(self, dim: int) -> Mapping[str, str]:
+        rate = f"{self.unit}/s" if self.unit else "1/s"
+        if self.component is not None:
+            return {"": self.unit, "rate": rate}
+        return dict.fromkeys(AXES[:dim], self.unit) | {f"v{axis}": rate for axis in AXES[:dim]}
+
+    @staticmethod
+    def write(y: Any, v: Any, numbers: Any) -> Sequence[Any]:
+        return [*y, *v]
+
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
         return columns_of(sensed.values)
@@ -170,6 +190,13 @@ class Velocity(PointProbe):
     """Velocity of a point [m/s], one column a coordinate; one `component` has the output's own name."""
 
     unit: ClassVar[str] = "m/s"
+
+    def variables(self, dim: int) -> Mapping[str, str]:
+        return dict.fromkeys(AXES[:dim] if self.component is None else [""], self.unit)
+
+    @staticmethod
+    def write(y: Any, v: Any, numbers: Any) -> Sequence[Any]:
+        return list(v)
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
@@ -196,6 +223,16 @@ class Angle(Probe):
 
     def sense(self, name: str, draft: Draft) -> Output:
         return self.output(draft, (name,), [arm(f"output '{name}'", draft.layout, self.at, self.axis)[0]])
+
+    def variables(self, dim: int) -> Mapping[str, str]:
+        return {"": "rad", "angle": "rad", "rate": "rad/s"}
+
+    @staticmethod
+    def write(y: Any, v: Any, numbers: Any) -> Sequence[Any]:
+        from sympy import atan2
+
+        angle = turned(atan2(y[1], y[0]))
+        return [angle, angle, (y[0] * v[1] - y[1] * v[0]) / y.dot(y)]
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
@@ -230,6 +267,22 @@ class AngularVelocity(Probe):
             return self.output(draft, (name,), [rows])
         axis = unit(f"{where}, axis", self.axis, 3)
         return self.output(draft, (name,), layout.vectors(where, self.at), parameters=tuple(float(a) for a in axis))
+
+    def variables(self, dim: int) -> Mapping[str, str]:
+        return {"": self.unit}
+
+    @staticmethod
+    def write(y: Any, v: Any, numbers: Any) -> Sequence[Any]:
+        if len(y) == 2:
+            return [(y[0] * v[1] - y[1] * v[0]) / y.dot(y)]
+        from sympy import eye, zeros
+
+        e = [(y[k : k + 3, :], v[k : k + 3, :]) for k in range(0, len(y), 3)]
+        A = sum((one.dot(one) * eye(3) - one * one.T for one, _ in e), zeros(3, 3))
+        moment = sum((one.cross(change) for one, change in e), zeros(3, 1))
+        if len(e) == 1:  # nothing is known of its rate about itself
+            return [(moment / e[0][0].dot(e[0][0])).dot(numbers)]
+        return [(moment / 2 if len(e) == 3 else A.adjugate() * moment / A.det()).dot(numbers)]
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
@@ -301,6 +354,15 @@ class Deflection(Probe):
     def sense(self, name: str, draft: Draft) -> Output:
         places = ((self.tip, 0), (self.root, 0), (self.root, 1))
         return self.output(draft, (name,), [draft.layout.read(f"output '{name}'", at, k) for at, k in places])
+
+    def variables(self, dim: int) -> Mapping[str, str]:
+        return {"": self.unit}
+
+    @staticmethod
+    def write(y: Any, v: Any, numbers: Any) -> Sequence[Any]:
+        tip, root, slope = (y[k * len(y) // 3 : (k + 1) * len(y) // 3, :] for k in range(3))
+        unit, apart = slope / norm(slope), tip - root
+        return [unit[0] * apart[1] - unit[1] * apart[0] if len(unit) == 2 else norm(unit.cross(apart))]
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:

@@ -1,0 +1,111 @@
+"""Expressions of the state: what a force is as a text in outputs, t and parameters, with its dimension checked.
+
+-k * (tip.x - 0.3 m) - c * tip.vx            an output and its parts, numbers with a unit, parameters
+Kp * (goal - hinge.angle) - Kd * hinge.rate
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TypeGuard
+
+from . import expressions, functions, units
+from .errors import closest, listed
+from .expressions import Program
+from .functions import Term
+from .problems import Problem, shown
+from .units import NUMBER, Dimension, Quantity
+
+UNIT = "1 "  #: of names that are units
+
+
+class Names(Collection[str]):
+    """All units, and every name that is none, beside those of known parameters and t."""
+
+    def __init__(self, known: Collection[str]) -> None:
+        self.known = known
+
+    def __contains__(self, name: object) -> bool:
+        text = str(name)
+        return (
+            text.removeprefix(UNIT) in units.UNITS
+            if text.startswith(UNIT)
+            else text not in units.UNITS or text in self.known or text == "t"
+        )
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.known)
+
+    def __len__(self) -> int:
+        return len(self.known)
+
+
+@dataclass(frozen=True)
+class OfState:
+    """A function of the state: a program whose names are parameters, units, t, pi and outputs."""
+
+    text: str
+    program: Program
+    parameters: tuple[tuple[str, Quantity], ...] = ()
+    known: tuple[str, ...] = ()  #: names of all parameters, for messages
+    dimension: Dimension | None = None  #: that it has to have; None where plain numbers stand for quantities in SI units
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """The names that it reads of a scene, each once."""
+        known = {name for name, _ in self.parameters} | {"t", "pi"}
+        names = (step for step in self.program if isinstance(step, str) and step not in expressions.ARITY)
+        return tuple(dict.fromkeys(name for name in names if name not in known and not is_quantity(name)))
+
+    @property
+    def clocked(self) -> bool:
+        """Whether it reads t."""
+        return "t" in self.program
+
+
+def of_state(value: str | float, unit: str = "", parameters: Mapping[str, Quantity | float] | None = None) -> OfState:
+    """The function of the state written as a text, with parameters by name.
+
+    Its dimension is checked where a unit is given and parameters are quantities: plain numbers may have any unit.
+    """
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        raise Problem("an expression of outputs, t and parameters", shown(value), expressions.GRAMMAR)
+    known = parameters or {}
+    text = value if isinstance(value, str) else repr(float(value))
+    program = expressions.parse(text, Names(known))
+    given = {name: known[name] for name in dict.fromkeys(program) if isinstance(name, str) and name in known}
+    strict = bool(unit) and all(isinstance(one, Quantity) for one in given.values())
+    values = tuple(
+        (name, one if isinstance(one, Quantity) else Quantity(float(one), NUMBER.exponents)) for name, one in given.items()
+    )
+    return OfState(text, program, values, tuple(known), units.find_dimension(unit) if strict else None)
+
+
+def require(found: OfState, variables: Mapping[str, str]) -> None:
+    """Raises a Problem for a name that is none of the variables, which have units, and for a dimension that does not fit."""
+    for name in found.outputs:
+        if name not in variables:
+            known = [*variables, *found.known, "t", "pi"]
+            near = closest(name, known).removeprefix("; ")
+            raise Problem(f"one of {listed(known, name)}", shown(name), near)
+    if found.dimension is None:
+        return
+    names = {name: term(units.find_dimension(unit) if unit else NUMBER) for name, unit in variables.items()}
+    names |= {name: Term(value, number=plain(value), bare=plain(value)) for name, value in found.parameters}
+    names |= {step: Term(units.read(step)) for step in found.program if is_quantity(step)}
+    functions.check_program(found.program, found.text, found.dimension, names, of="the state")
+
+
+def is_quantity(step: float | str) -> TypeGuard[str]:
+    """Whether a step of a program is a number with a unit."""
+    return isinstance(step, str) and step[0] in "0123456789."
+
+
+def term(dimension: Dimension) -> Term:
+    return Term(Quantity(math.nan, dimension.exponents))
+
+
+def plain(value: Quantity) -> bool:
+    return not any(value.exponents)

@@ -1,0 +1,171 @@
+r"""Forces by an expression of the state: f(outputs, t, parameters) along a coordinate of probe rows.
+
+    F = f dc/dy,      c = - |y|,  y,  angle(y)        a pull between places, a push along a row, a torque about an axis
+
+f is a text whose names are parts of outputs (`tip.x`), the coordinate's own (`stretch`, `rate`, `angle`), t and parameters; its
+derivatives by all of them are those of symbols. With a potential, an expression of the coordinate, it stores energy.
+A law is known by its texts, so that files hold it: `response|coordinate|f|potential|parameters|outputs`, an output being
+`name:word:rows:numbers:parts...`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from typing import Any, NamedTuple
+
+from scipy.sparse import csr_array
+
+from ..core import expressions, responses, units
+from ..core.errors import InputError
+from ..core.expressions import of_time
+from ..core.problems import Problem
+from ..core.responses import OfState
+from . import force_laws
+from .constraint_functions import arm, rows_of
+from .force_laws import ForceLaw
+from .own_symbols import norm, turned
+from .places import At, Draft, Gauge, Rows
+from .probes import Probe
+
+WORD = "response"  #: of the names of these laws
+
+
+class Coordinate(NamedTuple):
+    """What a force acts along."""
+
+    rows: int
+    own: Mapping[str, str]  #: names in expressions, with their units
+    write: Callable[..., tuple[Any, Sequence[Any]]]  #: y, v, free length or angle -> c, values of its own names
+
+
+def pull(y: Any, v: Any, free: Any) -> tuple[Any, Sequence[Any]]:
+    d = norm(y)
+    return -d, [d - free, y.dot(v) / d]
+
+
+def push(y: Any, v: Any, free: Any) -> tuple[Any, Sequence[Any]]:
+    return y[0], [y[0] - free, v[0]]
+
+
+def torque(y: Any, v: Any, free: Any) -> tuple[Any, Sequence[Any]]:
+    """Of an arm (2,), the difference of two, or that of a vector u from another one p and q normal to it, (9,)."""
+    import sympy
+
+    if len(y) == 9:
+        u, p, q = (y[k : k + 3, :] for k in (0, 3, 6))
+        theta = sympy.atan2(u.dot(q), u.dot(p))
+    else:
+        theta = sum((1 - k) * sympy.atan2(y[k + 1], y[k]) for k in range(0, len(y), 2))
+    return theta, [turned(theta) - free, sum(sympy.diff(theta, a) * b for a, b in zip(y, v, strict=True))]
+
+
+LENGTHS = {"stretch": "m", "rate": "m/s"}
+ANGLES = {"angle": "rad", "rate": "rad/s"}
+COORDINATES = {
+    "pull": Coordinate(3, LENGTHS, pull),
+    "push": Coordinate(1, LENGTHS, push),
+    "torque": Coordinate(2, ANGLES, torque),
+    "relative torque": Coordinate(4, ANGLES, torque),
+    "torque in space": Coordinate(9, ANGLES, torque),
+}
+
+
+def act(draft: Draft, where: str, gauge: Gauge, coordinate: str, value: OfState, energy: OfState | None = None) -> None:
+    """Add the force of an expression along a coordinate of the rows of a gauge, which count from its free length or angle."""
+    known = variables(draft.outputs, draft.layout.dim) | dict(COORDINATES[coordinate].own)
+    try:
+        responses.require(value, known)
+    except Problem as problem:
+        raise InputError(problem.at(where)) from problem
+    potential = energy or responses.of_state(0.0)
+    given = dict((*value.parameters, *potential.parameters))
+    rows, numbers, told = list(gauge.rows), [gauge.free, *(one.value for one in given.values())], []
+    for name in dict.fromkeys(one.partition(".")[0] for one in value.outputs if one not in COORDINATES[coordinate].own):
+        word, own, parameters = sense(draft, name)
+        rows += own
+        numbers += parameters
+        told.append(":".join([name, word, str(len(own)), str(len(parameters)), *draft.outputs[name].variables(draft.layout.dim)]))
+    text = "|".join([WORD, coordinate, value.text, potential.text, ",".join(given), ",".join(told)])
+    law, used = made(text)
+    signals = [draft.signal(of_time("t"))] if value.clocked else []
+    draft.forces.act(law, [rows[k] for k in used], numbers, signals)
+
+
+def variables(outputs: Mapping[str, Probe], dim: int) -> dict[str, str]:
+    """Names that expressions of the state may use, with their units."""
+    return {named(name, part): unit for name, one in outputs.items() for part, unit in one.variables(dim).items()}
+
+
+def named(output: str, part: str) -> str:
+    return f"{output}.{part}" if part else output
+
+
+def sense(draft: Draft, name: str) -> tuple[str, list[int], list[float]]:
+    """Word, probe rows and numbers of an output."""
+    alone = replace(draft, sensors=Rows(draft.layout.size))
+    output, rows = draft.outputs[name].sense(name, alone), alone.sensors.affine()
+    chosen = csr_array(csr_array(rows.matrix)[list(output.rows)])
+    first = draft.probes.add(chosen, rows.offset[list(output.rows)] + chosen @ draft.layout.shift)
+    return draft.outputs[name].word, list(range(first, first + len(output.rows))), list(output.parameters)
+
+
+def law_of(name: str) -> ForceLaw:
+    """The law of this name."""
+    return made(name)[0]
+
+
+@cache
+def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
+    """The same, and which of the rows that it is given it reads or pushes."""
+    import sympy
+
+    from ..core import symbols
+    from . import force_symbols as written
+
+    _, kind, text, potential, given, told = name.split("|")
+    coordinate, outputs = COORDINATES[kind], [part.split(":") for part in told.split(",") if part]
+    parameters = [part for part in given.split(",") if part]
+    total = coordinate.rows + sum(int(one[2]) for one in outputs)
+    count = 1 + len(parameters) + sum(int(one[3]) for one in outputs)
+    y, v, p = written.rows(total), written.rates(total), written.numbers(count)
+    along, own = coordinate.write(y[: coordinate.rows, :], v[: coordinate.rows, :], p[0])
+    names = {"t": written.history(), "pi": sympy.pi} | {parameter: p[1 + k] for k, parameter in enumerate(parameters)}
+    row, first = coordinate.rows, 1 + len(parameters)
+    for output, word, rows, numbers, *parts in outputs:
+        last, final = row + int(rows), first + int(numbers)
+        values = Probe.known[word].write(y[row:last, :], v[row:last, :], p[first:final, :])
+        names |= {named(output, part): value for part, value in zip(parts, values, strict=True)}
+        row, first = last, final
+    names |= zip(coordinate.own, own, strict=True)
+    known = responses.Names(parameters)
+
+    def value(text: str) -> Any:
+        program = expressions.parse(text, known)
+        scales = {step: symbols.number(units.read(step).value) for step in program if responses.is_quantity(step)}
+        return expressions.evaluate(program, names | scales, symbols.ALGEBRA, symbols.number)
+
+    force, stored = value(text), value(potential)
+    F = [force * sympy.diff(along, one) for one in y]
+    law, used = written.pruned(written.Symbols(F, count, int("t" in expressions.parse(text, known)), stored))
+    found: ForceLaw = symbols.import_text(written.source({"own": law}, "A force by an expression of the state.")).LAWS["own"]
+    return force_laws.named(found, name, law_of), used
+
+
+force_laws.MAKERS[WORD] = law_of
+
+
+def turning(draft: Draft, where: str, at: At, to: At | None, axis: Sequence[float] | None) -> tuple[Gauge, str]:
+    """The angle that a place has turned about an axis since the reference, or has against another place, which carries the axis."""
+    layout = draft.layout
+    if to is None or layout.dim == 2:
+        ends = [at] if to is None else [at, to]
+        arms = [draft.probes.add(arm(where, layout, end, axis)[0]) for end in ends]
+        return Gauge("angle", tuple(first + c for first in arms for c in range(2)), 0.0), ("torque", "relative torque")[
+            len(ends) - 1
+        ]
+    _, u, normal = arm(where, layout, at, axis)
+    vectors = [rows_of(where, layout, end, vector) for end, vector in ((at, u), (to, u), (to, normal))]
+    first = [draft.probes.add(rows) for rows in vectors]
+    return Gauge("angle", tuple(row + c for row in first for c in range(3)), 0.0), "torque in space"
