@@ -1,6 +1,6 @@
 """Systems of bodies, joints, loads and probes."""
 
-from . import controls, fields, gauges, joints, loads, probes, springs
+from . import bushing, controls, fields, gauges, joints, loads, probes, springs
 from .assembly import Motion, Rayleigh, assemble, eliminate
 from .checks import check_force, check_joint, check_system
 from .compiled import Compiled, compile_system
@@ -14,6 +14,7 @@ __all__ = [
     "loads",
     "springs",
     "controls",
+    "bushing",
     "probes",
     "gauges",
     "Rayleigh",

@@ -1,6 +1,6 @@
 r"""Forces by an expression of the state: f(outputs, t, parameters) along a coordinate of probe rows.
 
-    F = f dc/dy,      c = - |y|,  y,  angle(y)        a pull between places, a push along a row, a torque about an axis
+    F = f dc/dy,      c = - |y|,  y,  p . d,  angle(y)        a pull, a push along a row or a carried vector p, a torque
 
 f is a text whose names are parts of outputs (`tip.x`), the coordinate's own (`stretch`, `rate`, `angle`), t and parameters; its
 derivatives by all of them are those of symbols. With a potential, an expression of the coordinate, it stores energy.
@@ -49,6 +49,13 @@ def push(y: Any, v: Any, free: Any) -> tuple[Any, Sequence[Any]]:
     return y[0], [y[0] - free, v[0]]
 
 
+def slide(y: Any, v: Any, free: Any) -> tuple[Any, Sequence[Any]]:
+    """Along a vector p that is carried, of a distance d: rows p, then d."""
+    half = len(y) // 2
+    along = y[:half, :].dot(y[half:, :])
+    return along, [along - free, v[:half, :].dot(y[half:, :]) + y[:half, :].dot(v[half:, :])]
+
+
 def torque(y: Any, v: Any, free: Any) -> tuple[Any, Sequence[Any]]:
     """Of an arm (2,), the difference of two, or that of a vector u from another one p and q normal to it, (9,)."""
     import sympy
@@ -66,6 +73,8 @@ ANGLES = {"angle": "rad", "rate": "rad/s"}
 COORDINATES = {
     "pull": Coordinate(3, LENGTHS, pull),
     "push": Coordinate(1, LENGTHS, push),
+    "slide in the plane": Coordinate(4, LENGTHS, slide),
+    "slide in space": Coordinate(6, LENGTHS, slide),
     "torque": Coordinate(2, ANGLES, torque),
     "relative torque": Coordinate(4, ANGLES, torque),
     "torque in space": Coordinate(9, ANGLES, torque),

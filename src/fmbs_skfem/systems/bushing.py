@@ -1,0 +1,112 @@
+r"""Bushings: springs and dampers along and about the axes of a frame that a body carries, whatever it has turned.
+
+    f_i = - k_i (p_i . d - u_i) - c_i (p_i . d)',        d = r_at - r_to,    u_i = p_i . d in the reference
+    m_i = - kappa_i theta_i - gamma_i theta_i'
+
+p_i are the axes as `to` carries them, theta_i the angle turned about p_i: arg(u . p_j, u . p_k) of a vector u of `at` that was p_j.
+Rotations of `to` may have any size; of the angles between the two bodies one may, beside small others. Forces act at `at`, and
+the forces and moments on both bodies are in balance, as those of a potential are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..core.errors import InputError, say
+from ..core.problems import Problem
+from ..core.responses import of_state
+from . import fields, responses
+from .constraint_functions import mark, rows_of, unit
+from .loads import Load, where
+from .places import Draft, Gauge, Ground, vector
+
+LAW, ENERGY = "-k * {0} - c * rate", "k * {0}**2 / 2"
+
+
+@dataclass(frozen=True)
+class Bushing(Load):
+    """Stiffness and damping along and about axes that `to`, a frame or the ground, carries: by default those of the scene.
+
+    It rests in the reference. `x_axis` and, in space, a direction in the plane of x and y say other axes.
+    """
+
+    name: str
+    at: fields.Place
+    to: fields.Carrier = None
+    stiffness: Annotated[Ground | None, fields.vector("N/m"), "along the axes"] = None
+    damping: Annotated[Ground | None, fields.vector("N s/m"), "along the axes"] = None
+    torsional_stiffness: Annotated[float | Ground | None, fields.spin("N m/rad"), "about the axes"] = None
+    torsional_damping: Annotated[float | Ground | None, fields.spin("N m s/rad"), "about the axes"] = None
+    x_axis: fields.Direction | None = None
+    y_axis: fields.Direction | None = None
+    resists: ClassVar[bool] = True
+
+    @property
+    def rests(self) -> bool:
+        return True
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        for key in ("stiffness", "damping", "torsional_stiffness", "torsional_damping"):
+            if min(np.ravel(getattr(self, key)).tolist() if getattr(self, key) is not None else [0.0]) < 0.0:
+                yield key, Problem("numbers >= 0", str(getattr(self, key)))
+        if self.y_axis is not None and (dim == 2 or self.x_axis is None):
+            yield "y_axis", Problem("a y_axis beside an x_axis in space", "another scene")
+
+    def push(self, draft: Draft) -> None:
+        mark(self, draft, "clamp", self.at)
+        dim, axes = draft.layout.dim, frame(self, draft.layout.dim)
+        for axis, k, c in zip(axes, *(given(self, key, dim) for key in ("stiffness", "damping")), strict=True):
+            if k or c:
+                slide(self, draft, axis, k, c)
+        turned = [np.array([0.0, 0.0, 1.0])] if dim == 2 else list(axes)
+        numbers = (given(self, key, len(turned)) for key in ("torsional_stiffness", "torsional_damping"))
+        for axis, k, c in zip(turned, *numbers, strict=True):
+            if k or c:
+                gauge, coordinate = responses.turning(draft, where(self), self.at, self.to, None if dim == 2 else tuple(axis))
+                resist(self, draft, gauge, coordinate, "angle", k, c)
+
+
+def given(load: Bushing, key: str, size: int) -> np.ndarray:
+    """Numbers (size,) of a field, zeros where there are none."""
+    value = getattr(load, key)
+    return np.zeros(size) if value is None else vector(f"{where(load)}.{key}", np.atleast_1d(value), size)
+
+
+def frame(load: Bushing, dim: int) -> np.ndarray:
+    """The axes (dim, c) in the reference."""
+    x = unit(f"{where(load)}.x_axis", np.eye(dim)[0] if load.x_axis is None else load.x_axis, dim)
+    if dim == 2:
+        return np.array([x, [-x[1], x[0]]])
+    given = vector(
+        f"{where(load)}.y_axis", np.eye(3)[int(load.x_axis is None or abs(x[1]) < 0.9)] if load.y_axis is None else load.y_axis, 3
+    )
+    y = unit(f"{where(load)}.y_axis", given - x * float(x @ given), 3)
+    return np.array([x, y, np.cross(x, y)])
+
+
+def slide(load: Bushing, draft: Draft, axis: np.ndarray, k: float, c: float) -> None:
+    """The spring and damper along an axis."""
+    layout, name = draft.layout, where(load)
+    rows, apart = layout.read(name, load.at), layout.reference(name, load.at)
+    if load.to is None:
+        carried, offset = csr_array(rows.shape), axis
+        away = -apart
+    else:
+        if len(layout.vectors(name, load.to)) < layout.dim:
+            raise InputError(say(name, "a frame that carries the axes", f"{load.to}", "name a rigid frame, or the ground"))
+        carried, offset = rows_of(name, layout, load.to, axis), np.zeros(layout.dim)
+        rows, apart, away = rows - layout.read(name, load.to), apart - layout.reference(name, load.to), np.zeros(layout.dim)
+    first = [draft.probes.add(carried, offset), draft.probes.add(csr_array(rows), away)]
+    free = 0.0 if load.to is None else float(axis @ apart)
+    gauge = Gauge("along", tuple(row + i for row in first for i in range(layout.dim)), free)
+    resist(load, draft, gauge, ("slide in the plane", "slide in space")[layout.dim - 2], "stretch", k, c)
+
+
+def resist(load: Bushing, draft: Draft, gauge: Gauge, coordinate: str, measure: str, k: float, c: float) -> None:
+    law, energy = (of_state(text.format(measure), parameters={"k": k, "c": c}) for text in (LAW, ENERGY))
+    responses.act(draft, where(load), gauge, coordinate, law, energy)
