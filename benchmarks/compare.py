@@ -69,7 +69,7 @@ def error_of(scene: Scene, study: Comparison, model: reduced_models.ReducedModel
     plan = replace(plans.plan(scene), components=model.components, modes=dict(counts), hyper=Exact())
     task = plans.task(scene, build.system(scene), plan)
     made = reduced_models.make_model(task, [full_runs.run_of_motion(task, study.full)])
-    motion = cases.run(reduced_models.case_at(made, {}), kept_steps(task.family({}), task.interval))
+    motion = cases.run(made.cases({}), kept_steps(task.family({}), task.interval))
     return errors.compare(study.full, motion).maximum
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from fmbs_skfem.reduction import calibration, comparators, full_runs, parameters, reduced_models
 from fmbs_skfem.reduction.comparators import Comparator
+from fmbs_skfem.reduction.full_runs import Full, TrainingTask
 from fmbs_skfem.reduction.reduced_models import ReducedModel
 from fmbs_skfem.reduction.training import Training
 
@@ -24,13 +25,19 @@ class HeldOut(NamedTuple):
 def hold_out(found: Training, points: np.ndarray, model: ReducedModel | None = None) -> HeldOut:
     """The last model of a training, or another one of it, at points (k, d) with full runs."""
     task, used = reduced_models.with_polynomials(found.task), model or found.model
-    one = Comparator("model", functools.partial(reduced_models.case_at, used), len(found.runs), 0.0)
+    one = Comparator("model", used.cases, len(found.runs), 0.0)
     (row,) = comparators.compare(task, [one], functools.partial(full_runs.full_run, found.task), points)
     indicators, inside = [], []
     assert found.calibration is not None
     for values, trial in zip((parameters.named(task.parameters, point) for point in points), row.trials, strict=True):
-        motion = reduced_models.run_reduced(task, reduced_models.case_at(used, values))
+        motion = reduced_models.run_reduced(task, used.cases(values))
         indicators.append(reduced_models.indicator(task, motion, values))
         _, low, high = calibration.predict(found.calibration, indicators[-1])
         inside.append(low <= trial.error <= high)
     return HeldOut(row.max_error, np.array(indicators), float(np.mean(inside)))
+
+
+def share_runs(task: TrainingTask) -> Full:
+    """Full runs that are made once however often they are asked for."""
+    cached = functools.cache(lambda row: full_runs.full_run(task, parameters.named(task.parameters, row)))
+    return lambda values: cached(tuple(parameters.row_of(task.parameters, values).tolist()))

@@ -106,7 +106,7 @@ def constant_parts(case: Case, of: Case) -> System:
 @pytest.mark.parametrize("values", [(7.3e8, 0.0123, 11.0), (5e8, 5e-3, 5.0), (2e9, 0.02, 15.0), (1.9e9, 5.1e-3, 9.81)])
 def test_a_reduced_model_is_the_one_assembled_anew(family: Family, model: ParametricCase, values: tuple[float, ...]) -> None:
     point = dict(zip(("E", "d", "g"), values, strict=True))
-    fast, anew = affine.at(model, point), family(point)
+    fast, anew = model(point), family(point)
     assert wrong(fast.system.mass, anew.system.mass) < 1e-14
     assert wrong(fast.system.loads.constant, anew.system.loads.constant) < 1e-14
     for one, two in zip(fast.system.elastic, anew.system.elastic, strict=True):
@@ -137,14 +137,12 @@ def test_degrees_and_samples(model: ParametricCase) -> None:
 
 def test_nominal_values_give_the_nominal_case(family: Family, model: ParametricCase) -> None:
     point = {"E": 1e9, "d": 1e-2, "g": 9.81}
-    assert same(affine.at(model, point), family(point))
+    assert same(model(point), family(point))
 
 
 def test_motions_agree(family: Family, model: ParametricCase) -> None:
     point = {"E": 7.3e8, "d": 0.0123, "g": 11.0}
-    one, two = (
-        integrate(case.system, case.scheme, case.duration, Newton(1e-12)) for case in (affine.at(model, point), family(point))
-    )
+    one, two = (integrate(case.system, case.scheme, case.duration, Newton(1e-12)) for case in (model(point), family(point)))
     assert np.abs(two.x - two.x[0]).max() > 0.1
     assert np.abs(one.x - two.x).max() < 1e-10
 
@@ -158,7 +156,7 @@ def test_nothing_is_assembled(family: Family) -> None:
 
     found = affine.fit(counted, (E, Parameter("rho", 900.0, 2700.0)))
     assert len(calls) == found.evaluations
-    affine.at(found, {"E": 6e8, "rho": 1000.0})
+    found({"E": 6e8, "rho": 1000.0})
     assert len(calls) == found.evaluations
 
 
@@ -174,7 +172,7 @@ def test_a_parameter_without_influence_costs_nothing(family: Family) -> None:
     none = affine.fit(lambda values: family({}), (E,))
     assert none.varying == ()
     assert none.evaluations == 1 + affine.CHECKS + 2  # nominal, two on the axis, two random points; the corners are on the axis
-    assert affine.at(none, {"E": 6e8}) == none.nominal
+    assert none({"E": 6e8}) == none.nominal
 
 
 def test_small_numbers_of_a_wide_range_keep_their_digits(family: Family) -> None:
@@ -185,7 +183,7 @@ def test_small_numbers_of_a_wide_range_keep_their_digits(family: Family) -> None
     unit = np.concatenate([parameters.grid(wide, 2), parameters.grid(wide, 5), parameters.latin_hypercube(wide, 30, 7)])
     worst = 0.0
     for young, diameter in unit:
-        case = affine.at(found, {"E": young, "d": diameter})
+        case = found({"E": young, "d": diameter})
         exact = np.array([young * math.pi * diameter**2 / 4, young * math.pi * diameter**4 / 64])
         got = np.array([e.gather.section[:2, 0] for e in case.system.elastic])  # type: ignore[union-attr]
         worst = max(worst, float(np.abs(got / exact[None, :, None] - 1.0).max()))
@@ -203,7 +201,7 @@ def test_driven_angles_are_numbers() -> None:
     assert affine.degrees(found)["ws"] == 1
     assert affine.degrees(found)["Ts"] > 2
     point = {"ws": 5.5, "Ts": 1.71}
-    fast, anew = affine.at(found, point), spun(point)
+    fast, anew = found(point), spun(point)
     times = np.linspace(0.0, 3.0, 301)
     assert len(anew.system.signals) > 0
     for one, two in zip(fast.system.signals, anew.system.signals, strict=True):
@@ -224,7 +222,7 @@ def test_times_may_depend_on_a_parameter() -> None:
     assert orders["section"] == affine.Order((1,), (False,))
     assert orders["step"].logarithmic == (True,)
     for young in (1e8, 3.3e8, 6e9, 1e10):
-        case = affine.at(found, {"E": young})
+        case = found({"E": young})
         assert case.scheme.step == pytest.approx(1e-3 / math.sqrt(young / 1e9), rel=1e-10)
         assert round(case.duration / case.scheme.step) == 3000
 
@@ -251,14 +249,14 @@ def test_full_models_with_sparse_arrays() -> None:
     assert affine.degrees(found) == {"E": 0, "rho": 1, "alpha": 1, "beta": 1}
     for row in parameters.latin_hypercube(box, 4, seed=9):
         point = parameters.named(box, row)
-        fast, anew = affine.at(found, point).system, member(point).system
+        fast, anew = found(point).system, member(point).system
         assert wrong(fast.mass, anew.mass) < 1e-14
         assert wrong(fast.damping, anew.damping) < 1e-14
         assert [e.beta for e in fast.elastic] == pytest.approx([e.beta for e in anew.elastic], rel=1e-14)
         elastic = anew.elastic
         assert same(replace(fast, mass=anew.mass, damping=anew.damping, elastic=elastic), anew)
     # at the nominal values every place of the damping matrix is there, and holds zero
-    nominal = affine.at(found, {parameter.name: parameter.nominal for parameter in box}).system.damping
+    nominal = found({parameter.name: parameter.nominal for parameter in box}).system.damping
     assert nominal.nnz > 0
     assert not nominal.data.any()
 
@@ -286,12 +284,12 @@ def test_exact_polynomials(plate: Family) -> None:
     found = affine.fit(plate, (Parameter("E", 4e10, 7e10), Parameter("torque", 5.0, 15.0)))
     assert affine.degrees(found) == {"E": 1, "torque": 1}
     point = {"E": 5.1e10, "torque": 7.7}
-    check_quartics(affine.at(found, point), plate(point), 1e-14)
+    check_quartics(found(point), plate(point), 1e-14)
     smooth = affine.fit(plate, (Parameter("nu", 0.25, 0.35),))
     assert 4 <= affine.degrees(smooth)["nu"] <= 10
     energies = [part for part in smooth.varying if part.place[-1] == "coefficients"]
     assert [len(part.values) for part in energies] == [2]
-    check_quartics(affine.at(smooth, {"nu": 0.271}), plate({"nu": 0.271}), 1e-11)
+    check_quartics(smooth({"nu": 0.271}), plate({"nu": 0.271}), 1e-11)
 
 
 def check_quartics(fast: Case, anew: Case, tolerance: float) -> None:
@@ -319,7 +317,7 @@ def test_a_dependence_that_vanishes_at_the_nominal_values_is_found() -> None:
     box = Parameter("F", -1.0, 1.0), Parameter("s", 0.5, 2.0)
     found = affine.fit(lambda values: loaded(values["F"] * values["s"] ** 3), box)
     assert affine.degrees(found) == {"F": 1, "s": 3}
-    coefficients = affine.at(found, {"F": 0.7, "s": 1.3}).system.loads.forces[0].coefficient
+    coefficients = found({"F": 0.7, "s": 1.3}).system.loads.forces[0].coefficient
     assert coefficients == pytest.approx(loaded(0.7 * 1.3**3).system.loads.forces[0].coefficient, rel=1e-14)
 
 
@@ -338,7 +336,7 @@ def test_a_parameter_that_turns_the_geometry_is_a_polynomial() -> None:
     found = affine.fit(leaning, (Parameter("a", -1.4, 1.0, value=0.0),))
     assert 8 <= affine.degrees(found)["a"] <= 24
     for a in (-1.3, 0.0, 0.9):
-        fast, anew = affine.at(found, {"a": a}).system, leaning({"a": a}).system
+        fast, anew = found({"a": a}).system, leaning({"a": a}).system
         assert np.abs(fast.x0 - anew.x0).max() < 1e-11
         assert wrong(fast.elastic[0].gather.table, anew.elastic[0].gather.table) < 1e-11  # type: ignore[union-attr]
         one, two = (integrate(eliminate(system), SCHEME, 0.1, Newton(1e-12)) for system in (fast, anew))

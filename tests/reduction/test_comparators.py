@@ -23,6 +23,7 @@ from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.systems import At, Motion, assemble, joints, loads
 from tests import models
+from tests.reduction.hold_out import share_runs
 
 from ..bodies.test_plate import rectangle
 
@@ -67,7 +68,7 @@ def task() -> TrainingTask:
 
 @pytest.fixture(scope="module")
 def full(task: TrainingTask) -> Full:
-    return comparators.share_runs(task)
+    return share_runs(task)
 
 
 @pytest.fixture(scope="module")
@@ -143,7 +144,7 @@ def test_interpolated_spaces_converge_with_the_order_of_their_nodes(task: Traini
     apart = []
     for half in (2e-2, 1e-2):
         narrow = replace(task, parameters=(Parameter("E", 1e9 * (1 - half), 1e9 * (1 + half)),), plan=Plan(BEAM, modes=4))
-        runs, place = comparators.share_runs(narrow), {"E": 1e9 * (1 + 0.4 * half)}
+        runs, place = share_runs(narrow), {"E": 1e9 * (1 + 0.4 * half)}
         here = space(comparators.interpolated(narrow, runs, [count]).family(place))
         apart.append(grassmann.distance(here, at_node(narrow, runs, place, 4)))
     assert np.log2(apart[0] / apart[1]) == pytest.approx(count, abs=0.15)
@@ -152,7 +153,7 @@ def test_interpolated_spaces_converge_with_the_order_of_their_nodes(task: Traini
 def test_initial_state_and_linear_constraints_are_exact_everywhere(task: TrainingTask) -> None:
     """With a hinge that moves with a parameter: no comparator interpolates the start or loosens the hinge."""
     wide = replace(task, parameters=(YOUNG, Parameter("x", 0.0, 2.0)))
-    runs = comparators.share_runs(wide)
+    runs = share_runs(wide)
     several = [
         comparators.fast_to_slow(wide, runs, {"E": 1.3e9, "x": 0.0}),
         comparators.uniform(wide, runs, [1, 2]),
@@ -174,7 +175,7 @@ def test_two_parameters_and_two_components() -> None:
     """The nodes of a tensor grid belong to the runs that were made there; the joint between the components is kept."""
     both = (Parameter("E", 0.7e9, 1.3e9), Parameter("g", 5.0, 12.0))
     task = TrainingTask(pendulum, both, Plan({"I": ("I",), "II": ("II",)}, 1e-10), 5e-3)
-    runs = comparators.share_runs(task)
+    runs = share_runs(task)
     for make in (comparators.interpolated, comparators.nearest):
         family = make(task, runs, [1, 3]).family
         for g in (5.0, 8.5, 12.0):
@@ -190,7 +191,7 @@ def test_two_parameters_and_two_components() -> None:
     coarse = comparators.at_system_level(task)
     assert coarse.plan.components == {"system": ("I", "II")}
     (row,) = comparators.compare(
-        coarse, [comparators.uniform(coarse, comparators.share_runs(coarse), [2, 2])], comparators.share_runs(coarse), [[1e9, 9.0]]
+        coarse, [comparators.uniform(coarse, share_runs(coarse), [2, 2])], share_runs(coarse), [[1e9, 9.0]]
     )
     assert (row.name, row.full_runs, list(row.modes), row.elements) == ("uniform grid 2 x 2", 4, ["system"], 12)
     assert row.max_error == row.mean_error < 2e-4
@@ -210,7 +211,7 @@ def test_hyper_reduction_of_fixed_bases_only(task: TrainingTask, full: Full, row
 def test_exact_polynomials_of_interpolated_bases() -> None:
     """A planar plate without a single point in use moves as with all of them."""
     task = TrainingTask(thrown, (Parameter("E", 1e6, 2e6),), Plan({"plate": ("plate",)}, 1e-10), 5e-3)
-    exact, runs = replace(task, plan=replace(task.plan, hyper=Exact())), comparators.share_runs(task)
+    exact, runs = replace(task, plan=replace(task.plan, hyper=Exact())), share_runs(task)
     (all_points,) = comparators.compare(task, [comparators.interpolated(task, runs, [2])], runs, [[1e6], [1.3e6]])
     (none,) = comparators.compare(exact, [comparators.interpolated(exact, runs, [2])], runs, [[1e6], [1.3e6]])
     assert (all_points.elements, none.elements, none.points) == (8, 0, 0)
@@ -225,7 +226,7 @@ def test_full_runs_are_shared_and_counted(task: TrainingTask, full: Full) -> Non
         made.append(values["E"])
         return spin_up(values)
 
-    runs = comparators.share_runs(replace(task, family=counted))
+    runs = share_runs(replace(task, family=counted))
     assert runs(SOFT) is runs(dict(SOFT))
     several = [comparators.uniform(task, runs, [2]), comparators.nearest(task, runs, [2])]
     assert made == [0.7e9, 1.3e9]

@@ -105,4 +105,4 @@ def test_a_training() -> None:
     assert store.notes_of(folder, 1) == notes
     assert list(store.read_checks(folder)) == [7]
     with pytest.raises(SolverError, match="no"):
-        store.read_or_make(store.check_file(folder, 8), lambda: run)
+        store.read_or_make(folder / "check-00008.h5", lambda: run)

@@ -309,15 +309,6 @@ def test_iterations_of_other_candidates_are_refused() -> None:
         other.run((0, 30, 59), 30, outcome.iterations)
 
 
-def test_batches_add_several_samples_at_once() -> None:
-    def formula(mu: np.ndarray, full: np.ndarray) -> float:
-        return 10.0 ** (-5.0 + math.sin(9.0 * float(mu[0])) + float(mu[0]))
-
-    outcome = Model(LINE, formula).run(FIVE, 50, iterations=1, batch=3, max_samples=10)
-    assert len(outcome.iterations[0].samples) >= 8
-    assert outcome.iterations[0].largest > 0.9 * max(formula(mu, LINE[:1]) for mu in LINE)
-
-
 @pytest.mark.parametrize(
     "samples,first,candidates",
     [((), 0, LINE), ((0, 101), 0, LINE), ((0,), -1, LINE), ((0,), 0, 2.0 * LINE), ((0,), 0, LINE[:0]), ((0,), 0, LINE * np.nan)],
@@ -328,7 +319,7 @@ def test_bad_problems_are_refused(samples: tuple[int, ...], first: int, candidat
 
 
 def test_bad_options_and_indicators_are_refused() -> None:
-    for bad in ({"iterations": 0}, {"max_samples": 0}, {"batch": 0}, {"tolerance": 0.0}):
+    for bad in ({"iterations": 0}, {"max_samples": 0}, {"tolerance": 0.0}):
         with pytest.raises(InputError, match=next(iter(bad))):
             Options(**bad)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="not negative"):

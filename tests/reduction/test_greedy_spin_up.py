@@ -57,7 +57,7 @@ def checked(trained: Training) -> tuple[HeldOut, HeldOut]:
 def test_two_full_runs_are_enough(trained: Training, checked: tuple[HeldOut, HeldOut]) -> None:
     assert len(trained.runs) == 2
     assert trained.reduced_runs <= 12
-    assert [model.problems for model in trained.models] == [1, 1]
+    assert [len(model.selections) for model in trained.models] == [1, 1]
     assert checked[1].largest < 1e-4
 
 

@@ -106,7 +106,7 @@ def test_it_serves_a_weight_in_another_direction_and_modes_of_coordinates_do_not
     """The second row of the table: largest error of a motion of two metres."""
     wanted = full(ASKEW)
     mine, others = (integrate(reduced(ASKEW, invariant=kind), SCHEME, DURATION, SHARP, 2) for kind in (True, False))
-    errors = [reduction.compare(wanted, one).position_maximum for one in (mine, others)]
+    errors = [reduction.compare(wanted, one).summary["position_error"] for one in (mine, others)]
     assert errors[0] < 1e-4
     assert errors[1] > 100.0 * errors[0]
 
@@ -116,7 +116,7 @@ def test_it_is_sampled(hyper: HyperReduction, most: int) -> None:
     system = reduced(hyper=hyper)
     assert all(isinstance(one.gather, ShapePoints) for one in system.elastic)
     assert sum(len(one.gather.cell) for one in system.elastic) <= most
-    assert reduction.compare(full(), integrate(system, SCHEME, DURATION, SHARP, 2)).position_maximum < 1e-3
+    assert reduction.compare(full(), integrate(system, SCHEME, DURATION, SHARP, 2)).summary["position_error"] < 1e-3
 
 
 def test_a_number_of_modes_is_the_largest() -> None:

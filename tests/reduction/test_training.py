@@ -176,10 +176,10 @@ def test_a_reduced_family_is_the_reduction_of_every_member(
     runs = [full_runs.full_run(task, {parameter.name: value}) for value in (parameter.low, parameter.high)]
     model = reduced_models.make_model(reduced_models.with_polynomials(task), runs)
     reduction = reduced_models.train_reduction(task, runs)
-    assert model.problems == (0 if plan.hyper is NONE else 1)
+    assert len(model.selections) == (0 if plan.hyper is NONE else 1)
     for value in np.linspace(parameter.low, parameter.high, 4):
         values = {parameter.name: float(value)}
-        here, there = reduced_models.case_at(model, values), reduced_models.reduced_case(task, reduction, values)
+        here, there = model.cases(values), reduced_models.reduced_case(task, reduction, values)
         assert here.system.constraints.names == there.system.constraints.names
         one, other = (lifted(reduced_models.run_reduced(task, case))[0] for case in (here, there))
         assert np.abs(one - other).max() < 1e-7
@@ -204,7 +204,7 @@ def test_the_reduced_model_is_good_between_its_runs(spin: TrainingTask, two: tup
     model = reduced_models.make_model(spin, two)
     middle = full_runs.full_run(spin, {"E": 1e9})
     for run in (*two, middle):
-        motion = reduced_models.run_reduced(spin, reduced_models.case_at(model, run.values))
+        motion = reduced_models.run_reduced(spin, model.cases(run.values))
         raw = spun(run.values).system
         found = full_runs.error(spin, raw, run, motion)
         assert found < 5e-4
@@ -279,7 +279,7 @@ def scaled_modulus(elastic: sampling.Elastic, factor: float) -> sampling.Elastic
 
 def test_the_indicator_is_that_of_the_residual_by_mass(spin: TrainingTask, two: tuple[FullRun, ...]) -> None:
     model, values = reduced_models.make_model(spin, two[:1]), two[0].values
-    motion = reduced_models.run_reduced(spin, reduced_models.case_at(model, values))
+    motion = reduced_models.run_reduced(spin, model.cases(values))
     case = spun(values)
     residual = errors.full_residual(compile_system(case.system), motion) * errors.mask(case.system, motion.system)
     accelerations = residual / (case.system.metric.diagonal() * case.system.weight) ** 0.5
@@ -289,7 +289,7 @@ def test_the_indicator_is_that_of_the_residual_by_mass(spin: TrainingTask, two: 
 
 def test_residuals_in_blocks_are_the_same(spin: TrainingTask, two: tuple[FullRun, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     model = reduced_models.make_model(spin, two)
-    motion = reduced_models.run_reduced(spin, reduced_models.case_at(model, {"E": 1e9}))
+    motion = reduced_models.run_reduced(spin, model.cases({"E": 1e9}))
     whole = reduced_models.indicator(spin, motion, {"E": 1e9})
     apart = full_runs.error(spin, spun(two[0].values).system, two[0], motion)
     for module in (errors, full_runs):
@@ -357,12 +357,12 @@ def test_one_system_is_the_task_without_parameters() -> None:
     assert (len(found.runs), found.outcome.stop, found.reduced_runs) == (1, greedy.Stop.ALONE, 0)
     assert np.isnan(found.predicted).all()
     given = training.train(task, motion=full_runs.run_case(task, case))
-    one, other = (lifted(reduced_models.run_reduced(task, reduced_models.case_at(made.model, {})))[0] for made in (found, given))
+    one, other = (lifted(reduced_models.run_reduced(task, made.model.cases({})))[0] for made in (found, given))
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-12)
     wanted = training.train(task, tolerance=1e-3)
     assert wanted.choice is not None
-    assert wanted.model_plan.hyper == Elements(wanted.choice.eta)
-    motion = reduced_models.run_reduced(task, reduced_models.case_at(wanted.model, {}))
+    assert wanted.task.plan.hyper == Elements(wanted.choice.eta)
+    motion = reduced_models.run_reduced(task, wanted.model.cases({}))
     assert full_runs.error(task, case.system, wanted.runs[0], motion) < 1e-3
     with pytest.raises(InputError, match="train: expected candidates of the parameters, got none"):
         training.train(counted()[0])
@@ -376,7 +376,7 @@ def test_two_full_runs_are_enough_for_a_tolerance(tmp_path: Path) -> None:
     assert found.choice is not None
     assert found.choice.truncation <= error_budget.TRUNCATION * 1e-3
     assert found.choice.hyper_reduction <= error_budget.HYPER * 1e-3
-    assert found.model_plan.tolerance == found.choice.eps
+    assert found.task.plan.tolerance == found.choice.eps
     assert "eps = " in found.choice.statement
     assert "time step" in found.choice.statement
     checked = hold_out(found, boxes.grid((YOUNG,), 7))
@@ -448,7 +448,7 @@ def test_a_training_with_a_tolerance_goes_on(tmp_path: Path) -> None:
     assert count.full == made
     assert other.choice == one.choice
     assert other.outcome.stop is one.outcome.stop is greedy.Stop.TOLERANCE
-    assert other.model_plan == one.model_plan
+    assert other.task.plan == one.task.plan
 
 
 @pytest.mark.parametrize("tolerance", [None, 1e-3])
@@ -468,7 +468,7 @@ def test_checks_calibrate_the_last_model_without_being_in_it(tolerance: float | 
     assert set(found.last.samples) >= set(found.outcome.iterations[-1].samples)
     for run, pair in zip(found.checks, found.pairs[-2:], strict=True):
         seen = reduced_models.with_polynomials(found.task)
-        motion = reduced_models.run_reduced(seen, reduced_models.case_at(found.model, run.values))
+        motion = reduced_models.run_reduced(seen, found.model.cases(run.values))
         measured = (
             reduced_models.indicator(seen, motion, run.values),
             full_runs.wanted_error(seen, seen.family(run.values).system, run, motion),
@@ -542,14 +542,14 @@ def test_eps_is_lowered_where_it_is_the_limit(tmp_path: Path, monkeypatch: pytes
     task, count = counted()
     found = training.train(task, places(task), OPTIONS, tmp_path, tolerance=wanted)
     assert 1 <= found.lowered <= training_work.LOWERINGS
-    assert found.model_plan.tolerance == pytest.approx(rough * training_work.LOWER_EPS**found.lowered, rel=1e-12)
-    assert found.model_plan.hyper.tolerance == pytest.approx(1e-3 * training_work.LOWER_ETA**found.lowered, rel=1e-12)
+    assert found.task.plan.tolerance == pytest.approx(rough * training_work.LOWER_EPS**found.lowered, rel=1e-12)
+    assert found.task.plan.hyper.tolerance == pytest.approx(1e-3 * training_work.LOWER_ETA**found.lowered, rel=1e-12)
     assert found.reduced_runs == found.outcome.evaluations + found.discarded
     assert found.discarded >= 3
     assert len({run.values["E"] for run in found.runs}) == len(found.runs)
     before, after = (
         reduced_models.make_model(reduced_models.with_polynomials(dataclasses.replace(found.task, plan=plan)), found.runs)
-        for plan in (dataclasses.replace(found.model_plan, tolerance=rough, hyper=Elements(1e-3)), found.model_plan)
+        for plan in (dataclasses.replace(found.task.plan, tolerance=rough, hyper=Elements(1e-3)), found.task.plan)
     )
     points = boxes.grid((YOUNG,), 5)
     assert hold_out(found, points, after).largest < 0.3 * hold_out(found, points, before).largest
@@ -569,7 +569,7 @@ def test_a_family_of_lengths_is_a_polynomial_of_them() -> None:
     model = reduced_models.make_model(task, [full_runs.full_run(task, {"L": 1.0})])
     assert model.obstacle == ""
     raw = spun({"L": 0.9}).system
-    motion = reduced_models.run_reduced(task, reduced_models.case_at(model, {"L": 0.9}))
+    motion = reduced_models.run_reduced(task, model.cases({"L": 0.9}))
     assert full_runs.error(task, raw, full_runs.full_run(task, {"L": 0.9}), motion) < 2e-3
 
 

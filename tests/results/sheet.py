@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fmbs_skfem.results.frames import Array, Frames, Skins
+from fmbs_skfem.results.frames import Array, Frames, Shown
 
 from . import rollup
 
@@ -45,7 +45,7 @@ def turning() -> Frames:
     turn = np.exp(0.5j * np.pi * times)[:, None] * (points[:, 0] + 1j * points[:, 1])
     moved = np.stack([turn.real, turn.imag, 0 * turn.real], axis=-1)
     stress = 1e8 * times[:, None] * points[None, :, 0]
-    body = Skins(moved, {"von_mises": stress}, np.full(len(points), 0.01), points, quads)
+    body = Shown(moved, {"von_mises": stress}, np.full(len(points), 0.01), points, quads)
     return Frames(times, {"plate": body}, {"A": ("revolute joint", np.zeros((5, 3)))})
 
 
@@ -56,5 +56,5 @@ def mixed() -> Frames:
     points = points + np.array([0.0, -2.0, 0.0])
     count, instants = len(points), beam.times.size
     still = np.repeat(points[None], instants, axis=0)
-    shell = Skins(still, {"von_mises": np.full((instants, count), 5e7)}, np.full(count, 0.02), points, quads)
+    shell = Shown(still, {"von_mises": np.full((instants, count), 5e7)}, np.full(count, 0.02), points, quads)
     return Frames(beam.times, {"beam": beam.bodies["beam"], "roof": shell})

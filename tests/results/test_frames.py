@@ -28,15 +28,15 @@ def test_planar_and_spatial() -> None:
 
 def test_instants() -> None:
     some = rollup.planar()
-    assert frames.nearest(some, [0.99, 0.0, 0.51]).tolist() == [0, 3, 6]
-    assert frames.spread(some, 3).tolist() == [0, 3, 6]
-    assert frames.spread(some, 100).tolist() == list(range(7))
+    assert frames.choose(some.times, [0.99, 0.0, 0.51]).tolist() == [0, 3, 6]
+    assert frames.spread(some.times, 3).tolist() == [0, 3, 6]
+    assert frames.spread(some.times, 100).tolist() == list(range(7))
     chosen = frames.select(some, np.array([0, 6]))
     np.testing.assert_array_equal(chosen.times, [0.0, 1.0])
     np.testing.assert_array_equal(chosen.bodies["beam"].fields["curvature"][:, 0], [0.0, np.pi])
     assert chosen.joints["root"][1].shape == (2, 3)
     with pytest.raises(InputError, match=r"between 0 and 1 s"):
-        frames.nearest(some, [1.5])
+        frames.choose(some.times, [1.5])
 
 
 def test_error_against_the_full_model() -> None:
@@ -55,7 +55,7 @@ def test_bad_frames_are_refused_by_name() -> None:
     lines = good.bodies["beam"]
     broken = lines.points.copy()
     broken[3, 5, 0] = np.nan
-    with pytest.raises(InputError, match=r"body 'beam', points: expected finite numbers"):
+    with pytest.raises(InputError, match=r"body 'beam'\.points: expected finite numbers"):
         replace(good, bodies={"beam": replace(lines, points=broken)})
     with pytest.raises(InputError, match="field 'strain'"):
         replace(good, bodies={"beam": replace(lines, fields={"strain": np.zeros(3)})})

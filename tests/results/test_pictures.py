@@ -16,7 +16,7 @@ from PIL import Image
 
 from fmbs_skfem.core.errors import FmbsError, InputError, MissingFeature
 from fmbs_skfem.results import camera, frames, pictures, render_child
-from fmbs_skfem.results.frames import Frames, Lines
+from fmbs_skfem.results.frames import Frames, line
 from fmbs_skfem.results.pictures import Layout, Look
 
 from . import rollup
@@ -105,7 +105,7 @@ def test_the_sheet_of_small_scenes_ends_where_they_end(tmp_path: Path) -> None:
     """A scene four times as wide as high fills its sheet: nothing below the numbers of the lowest axes."""
     times, x = np.linspace(0.0, 1.0, 6), np.linspace(0.0, 4.0, 9)
     points = np.stack([np.column_stack([x, 0.3 * t * np.sin(x), 0 * x]) for t in times])
-    frames = Frames(times, {"wave": Lines(points, {}, 0.02, points[0])})
+    frames = Frames(times, {"wave": line(points, {}, 0.02, points[0])})
     image = pixels(pictures.render(frames, tmp_path / "a.png", look=Look(size=(1120, 800)), layout=Layout.MULTIPLES))
     ink = (image < 200).any(axis=(1, 2))
     assert len(image) < 800

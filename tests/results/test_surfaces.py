@@ -11,16 +11,16 @@ import pytest
 
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.results import camera, frames, pictures, render_child, series, surfaces
-from fmbs_skfem.results.frames import Skins
+from fmbs_skfem.results.frames import Shown
 from fmbs_skfem.results.pictures import Look
 
 from . import sheet
 from .test_pictures import pixels, saturated
 
 
-def plate() -> Skins:
+def plate() -> Shown:
     body = sheet.turning().bodies["plate"]
-    assert isinstance(body, Skins)
+    assert body.is_surface
     return body
 
 
@@ -60,10 +60,10 @@ def test_normals_of_a_cylinder_and_of_collapsed_quadrilaterals() -> None:
 
 def test_bad_surfaces_are_refused() -> None:
     good = sheet.turning()
-    with pytest.raises(InputError, match=r"body 'plate', quads: expected point numbers 0 to 31"):
-        replace(good, bodies={"plate": replace(plate(), quads=np.array([[0, 1, 2, 32]]))})
-    with pytest.raises(InputError, match="body 'plate', thickness"):
-        replace(good, bodies={"plate": replace(plate(), thickness=np.ones(3))})
+    with pytest.raises(InputError, match=r"body 'plate'\.cells: expected indices from 0 to 31, got 0 to 32"):
+        replace(good, bodies={"plate": replace(plate(), cells=np.array([[0, 1, 2, 32]]))})
+    with pytest.raises(InputError, match="body 'plate'"):
+        replace(good, bodies={"plate": replace(plate(), size=np.ones(3))})
 
 
 def test_stresses_start_at_zero() -> None:
@@ -85,9 +85,9 @@ def test_lines_and_surfaces_in_one_vtk_series(whole: bool, tmp_path: Path) -> No
         series.write_each((frames.select(given, np.array([s])) for s in range(7)), tmp_path, "run")
     mesh = meshio.read(tmp_path / "run" / "00006.vtu")
     beam, roof = given.bodies["beam"], given.bodies["roof"]
-    assert isinstance(roof, Skins)
+    assert roof.is_surface
     assert [block.type for block in mesh.cells] == ["line", "quad"]
-    np.testing.assert_array_equal(mesh.cells[1].data, roof.quads + 41)
+    np.testing.assert_array_equal(mesh.cells[1].data, roof.cells + 41)
     np.testing.assert_array_equal(mesh.points, np.concatenate([beam.points[6], roof.points[6]]))
     np.testing.assert_array_equal(np.concatenate(mesh.cell_data["body"]), np.repeat([0, 1], [40, 96]))
     np.testing.assert_array_equal(mesh.point_data["von_mises"][41:], 5e7)

@@ -116,7 +116,7 @@ def error(found: Training, values: Mapping[str, float]) -> float:
     except SolverError:
         return math.nan
     try:
-        motion = reduced_models.run_reduced(task, reduced_models.case_at(found.model, values))
+        motion = reduced_models.run_reduced(task, found.model.cases(values))
     except SolverError:
         return math.inf
     return full_runs.wanted_error(task, task.family(values).system, run, motion)

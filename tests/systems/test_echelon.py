@@ -65,3 +65,14 @@ def test_a_long_clamped_edge(kind: str) -> None:
     _, A, a = linear_part(system)
     x = free.lift(np.random.default_rng(0).normal(size=free.size))
     assert_allclose(A @ x + a, 0.0, atol=1e-12)
+
+
+def test_unknowns_of_falling_weight_are_solved_for_the_leading_ones() -> None:
+    """Two bases of falling weight at a joint: the dependent unknowns are among the first modes, and well conditioned."""
+    rng = np.random.default_rng(6)
+    D = np.hstack([rng.standard_normal((3, 20)) * 0.4 ** np.arange(20.0), rng.standard_normal((3, 20)) * 0.4 ** np.arange(20.0)])
+    x = rng.standard_normal(40)
+    found = echelon.solve(csr_array(D), -D @ x)
+    assert np.all(found.dependent % 20 < 5)
+    assert np.linalg.cond(D[:, np.sort(found.dependent)]) < 20.0
+    assert_allclose(found.solution @ x + found.fixed, x[found.dependent], atol=1e-9)

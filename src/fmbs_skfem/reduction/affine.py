@@ -65,7 +65,7 @@ class Varying:
 @storable
 @dataclass(frozen=True)
 class ParametricCase:
-    """A case as a function of parameters."""
+    """A family whose cases are polynomials of the parameters: nothing is assembled for another value."""
 
     parameters: tuple[Parameter, ...]
     nominal: Case  #: sparse arrays with all places that any sample fills
@@ -74,22 +74,21 @@ class ParametricCase:
     evaluations: int  #: cases that were made
     error: float  #: at the hold-out points, the largest of a number relative to the largest in its row
 
+    def __call__(self, values: Mapping[str, float]) -> Case:
+        """The case sum_t P_t(mu) a(mu_t) at a value [SI] for every parameter; outside of the ranges the polynomials go on.
 
-def at(model: ParametricCase, values: Mapping[str, float]) -> Case:
-    """The case sum_t P_t(mu) a(mu_t) at a value [SI] for every parameter; outside of the ranges the polynomials go on.
-
-    InputError where a name is no parameter, a parameter has no value, or a value is no finite number.
-    """
-    row = boxes.row_of(model.parameters, values)
-    weights: dict[Order, np.ndarray] = {}
-    tree: dict[str | int, Any] = {}
-    for part in model.varying:
-        if part.order not in weights:
-            weights[part.order] = lagrange(model.nodes, part.order, row)
-        numbers = weights[part.order] @ part.mixture @ part.values
-        cases.insert(tree, part.place, cases.fill(cases.leaf_at(model.nominal, part.place), part.positions, numbers))
-    case: Case = cases.rebuild(model.nominal, tree)
-    return case
+        InputError where a name is no parameter, a parameter has no value, or a value is no finite number.
+        """
+        row = boxes.row_of(self.parameters, values)
+        weights: dict[Order, np.ndarray] = {}
+        tree: dict[str | int, Any] = {}
+        for part in self.varying:
+            if part.order not in weights:
+                weights[part.order] = lagrange(self.nodes, part.order, row)
+            numbers = weights[part.order] @ part.mixture @ part.values
+            cases.insert(tree, part.place, cases.fill(cases.leaf_at(self.nominal, part.place), part.positions, numbers))
+        case: Case = cases.rebuild(self.nominal, tree)
+        return case
 
 
 def degrees(model: ParametricCase) -> dict[str, int]:

@@ -30,7 +30,7 @@ import numpy as np
 
 from ..core.errors import FmbsError, InputError, say
 from ..systems.system import System
-from . import affine, costs, full_runs, galerkin, grassmann, parameters, reduced_models, training
+from . import affine, full_runs, galerkin, grassmann, parameters, reduced_models, sampling, training
 from .cases import Case, Family
 from .full_runs import Full, FullRun, TrainingTask
 from .greedy import Options
@@ -87,12 +87,6 @@ class Row:
     trials: tuple[Trial, ...]
 
 
-def share_runs(task: TrainingTask) -> Full:
-    """Full runs that are made once however often they are asked for; a comparator is charged for all that it uses."""
-    cached = functools.cache(lambda row: full_runs.full_run(task, parameters.named(task.parameters, row)))
-    return lambda values: cached(tuple(parameters.row_of(task.parameters, values).tolist()))
-
-
 def compile_training(task: TrainingTask) -> None:
     """Compile what training and runs call, so that no comparator is charged for it."""
     values = parameters.completed(task.parameters, {})
@@ -101,7 +95,7 @@ def compile_training(task: TrainingTask) -> None:
     few = replace(task, family=lambda _: short, interval=case.scheme.step)
     with contextlib.suppress(FmbsError):  # the comparators themselves say what fails
         model = reduced_models.make_model(few, [full_runs.full_run(few, values)])
-        motion = reduced_models.run_reduced(few, reduced_models.case_at(model, values))
+        motion = reduced_models.run_reduced(few, model.cases(values))
         reduced_models.indicator(few, motion, values)
 
 
@@ -120,7 +114,7 @@ def fixed(task: TrainingTask, name: str, given: Sequence[FullRun]) -> Comparator
     begun = clock.process_time()
     family: Family = functools.partial(reduced_models.reduced_case, task, reduced_models.train_reduction(task, given))
     with contextlib.suppress(InputError):  # what is no polynomial of the parameters is projected anew for each of them
-        family = functools.partial(affine.at, affine.fit(family, task.parameters))
+        family = affine.fit(family, task.parameters)
     return Comparator(name, family, len(given), clock.process_time() - begun + sum(run.cpu_s for run in given))
 
 
@@ -152,7 +146,8 @@ def interpolated(task: TrainingTask, full: Full, counts: Sequence[int]) -> Compa
 
     def family(values: Mapping[str, float]) -> Case:
         here = in_box(task, values)
-        found = {name: basis_about_start(grassmann.interpolate(chart, here)) for name, chart in charts.items()}
+        modes = {name: np.ascontiguousarray(grassmann.interpolate(chart, here)) for name, chart in charts.items()}
+        found = {name: Basis(one, np.zeros(len(one)), np.zeros(0)) for name, one in modes.items()}  # about the initial state
         return reduced_models.reduced_case(task, TrainedReduction(found, rows[find_closest(places, here)], hyper.train([])), values)
 
     return Comparator(f"Grassmann {shape(counts)}", family, len(given), offline)
@@ -166,16 +161,11 @@ def local_bases(task: TrainingTask, systems: Sequence[System], given: Sequence[F
     return [reduced_models.bases(equal, system, [run]) for system, run in zip(systems, given, strict=True)]
 
 
-def basis_about_start(modes: np.ndarray) -> Basis:
-    """Modes whose origin is the initial state of the sample."""
-    return Basis(np.ascontiguousarray(modes), np.zeros(len(modes)), np.zeros(0))
-
-
 def greedy(task: TrainingTask, search: Search, options: Options | None = None, name: str = "greedy") -> Comparator:
     """Algorithm 1, by component or, with the task `at_system_level`, for the system as a whole; it makes its own full runs."""
     begun = clock.process_time()
     found = training.train(task, search, options)
-    family = functools.partial(reduced_models.case_at, found.model)
+    family = found.model.cases
     return Comparator(name, family, len(found.runs), clock.process_time() - begun, found.reduced_runs)
 
 
@@ -184,7 +174,7 @@ def stages(found: Training) -> Iterator[Comparator]:
     for k, model in enumerate(found.models, start=1):
         offline = sum(run.cpu_s for run in found.runs[:k]) + sum(one.training_s for one in found.models[:k])
         evaluated = sum(len(iteration.samples) for iteration in found.outcome.iterations[:k])
-        yield Comparator(f"greedy {k}", functools.partial(reduced_models.case_at, model), k, offline, evaluated)
+        yield Comparator(f"greedy {k}", model.cases, k, offline, evaluated)
 
 
 def at_system_level(task: TrainingTask) -> TrainingTask:
@@ -244,8 +234,8 @@ def measure_sizes(system: System) -> Trial:
     """Modes, cells and points of a reduced system."""
     return Trial(
         modes={name: last - first for name, first, last in system.components},
-        elements=sum(len(cells) for cells in costs.kept_cells(system).values()),
-        points=sum(costs.kept_points(system).values()),
+        elements=sum(cells for cells, _ in sampling.kept(system).values()),
+        points=sum(points for _, points in sampling.kept(system).values()),
     )
 
 

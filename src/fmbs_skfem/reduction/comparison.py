@@ -29,7 +29,7 @@ from .errors import Errors, compare
 from .ffrf import reduce_floating
 from .full_runs import FullRun, TrainingTask
 from .galerkin import system_level
-from .hyper_reduction import NONE, USUAL, HyperReduction, TrainingRun
+from .hyper_reduction import NONE, USUAL, HyperReduction
 from .output_errors import OutputError
 from .plan import newton_for, newton_of_reduced, with_components
 from .polynomial import Exact
@@ -208,7 +208,7 @@ def reduced_jobs(task: TrainingTask, options: ComparisonOptions, data: FullRun) 
     def model(level: str, eps: float, hyper: HyperReduction) -> Model:
         mine, reduction = base(level, eps)
         made = reduced_models.finish(mine, reduced_models.hyper_reduce(reduction, hyper))
-        return Model(reduced_models.case_at(made, {}), made)
+        return Model(made.cases({}), made)
 
     def job(level: str, eps: float, hyper: HyperReduction, main: bool) -> ModelJob:
         family, eta = (f"{level}+{hyper.label}" if hyper.label else level), hyper.tolerance
@@ -240,15 +240,10 @@ def reduced_jobs(task: TrainingTask, options: ComparisonOptions, data: FullRun) 
 
 def compile_training(task: TrainingTask, reduction: TrainedReduction) -> None:
     """Compile the training on two snapshots, and the steps."""
-    few = tuple(replace(run, motion=functools.partial(first_states, run)) for run in reduction.runs)
+    few = tuple(replace(run, motion=lambda run=run: run.motion()[:2]) for run in reduction.runs)  # type: ignore[misc]
     rough = reduced_models.hyper_reduce(replace(reduction, runs=few), Elements(0.5))
-    case = reduced_models.case_at(reduced_models.finish(task, rough), {})
+    case = reduced_models.finish(task, rough).cases({})
     cases.run(replace(case, duration=2 * case.scheme.step))
-
-
-def first_states(run: TrainingRun) -> np.ndarray:
-    """Two training states (2, q)."""
-    return run.motion()[:2]
 
 
 def competitors(
@@ -256,17 +251,12 @@ def competitors(
 ) -> Iterator[ModelJob]:
     """Full models on coarser meshes and with other steps."""
     for cells, other in coarse.items():
-        make = functools.partial(form_model, task, replace(own, system=other))
+        make = lambda other=other: Model(replace(own, system=task.form(other)))  # noqa: E731
         yield ModelJob(ModelRecord(f"coarse-{cells}", "coarse", step=own.scheme.step), make)
     for step in options.steps:
         ready = next((motion for known, motion in fine.items() if math.isclose(known, step)), None)
         make = functools.partial(Model, cases.with_step(own, step))
         yield ModelJob(ModelRecord(f"step-{short(step)}", "step", step=step), make, ready)
-
-
-def form_model(task: TrainingTask, raw: Case) -> Model:
-    """A full model as it is run."""
-    return Model(replace(raw, system=task.form(raw.system)))
 
 
 def evaluate(job: ModelJob, reference: Reference) -> tuple[ModelRecord, Model | None, Trajectory | None, Errors | None]:
@@ -293,14 +283,8 @@ def evaluate(job: ModelJob, reference: Reference) -> tuple[ModelRecord, Model | 
         solve_s=parts.solve_s,
         product_s=parts.product_s,
         kr_us=1e6 * costs.tangent_seconds(case.system),
-        max_error=errors.maximum,
-        mean_error=errors.mean,
-        median_error=errors.median,
-        position_error=errors.position_maximum,
         outputs=outputs,
-        distance_error=errors.distance_maximum,
-        coordinates_error=errors.coordinates_maximum,
-        coordinates_mean=errors.coordinates_mean,
+        **errors.summary,
         iterations=cost.iterations,
         factorisations=cost.factorisations,
     )
@@ -318,8 +302,7 @@ def add_sizes(record: ModelRecord, model: Model, raw: System) -> ModelRecord:
         record,
         dofs=system.size,
         modes=dict(made.modes),
-        elements=costs.by_component({name: len(numbers) for name, numbers in cells.items()}, made.components),
-        points=costs.by_component(costs.kept_points(system), made.components),
+        **costs.kept_by_component(system, made.components),
         dofs_kept=dofs,
         bandwidth=width,
         multiplications=costs.multiplications(dofs, made.modes, width),

@@ -28,6 +28,7 @@ from ..dynamics.trajectory import Trajectory
 from ..systems import evaluation, terms
 from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.system import Elastic, System
+from . import sampling
 
 BURST = 0.001  #: CPU time of one measurement [s]
 STEP = 1e-3  #: of measurements that do not depend on it [s]
@@ -36,13 +37,9 @@ FORCE, TANGENT, FACTOR, SOLUTION = range(10, 14)  #: other pieces
 
 
 def bandwidth(full: System) -> int:
-    """w: most non-zeros in a row of the elastic tangent of a body."""
-    return max((_row_width(_reads(full, elastic)) for elastic in full.elastic), default=0) * full.dim
-
-
-def _row_width(reads: csr_array) -> int:
-    """Most functions that are coupled with one, where cells read functions (e, b)."""
-    return int(np.diff(csr_array(reads.T @ reads).indptr).max(initial=0))
+    """w: most non-zeros in a row of the elastic tangent of a body: functions that its cells couple with one."""
+    reads = (_reads(full, elastic) for elastic in full.elastic)
+    return max((int(np.diff(csr_array(one.T @ one).indptr).max(initial=0)) for one in reads), default=0) * full.dim
 
 
 def _reads(full: System, elastic: Elastic) -> csr_array:
@@ -62,9 +59,12 @@ def kept_cells(reduced: System) -> dict[str, np.ndarray]:
     return {name: cells for name, cells in found.items() if len(cells)}
 
 
-def kept_points(reduced: System) -> dict[str, int]:
-    """Points in use, by body."""
-    return {elastic.name: len(terms.cells_of_points(elastic.gather)) for elastic in reduced.elastic}
+def kept_by_component(reduced: System, components: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    """`elements`, cells with points in use, and `points` in use, by component."""
+    known = sampling.kept(reduced).items()
+    return {
+        key: by_component({name: counts[k] for name, counts in known}, components) for k, key in enumerate(("elements", "points"))
+    }
 
 
 def by_component(values: Mapping[str, int], components: Mapping[str, Sequence[str]]) -> dict[str, int]:

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.linalg import qr
@@ -67,19 +68,17 @@ class Errors:
         return mean_error(self.times, self.distance, self.motion)
 
     @property
-    def distance_maximum(self) -> float:
-        """Largest distance [m]."""
-        return float(self.distance.max())
-
-    @property
-    def position_maximum(self) -> float:
-        """Largest distance of centre lines and middle surfaces [m]."""
-        return float(self.position.max())
-
-    @property
-    def coordinates_maximum(self) -> float:
-        """Largest of eq. (53)."""
-        return float(self.relative.max())
+    def summary(self) -> dict[str, Any]:
+        """All that is reported of them by name; lengths in metres, `coordinates_error` the largest of eq. (53)."""
+        return {
+            "max_error": self.maximum,
+            "median_error": self.median,
+            "mean_error": self.mean,
+            "position_error": float(self.position.max()),
+            "distance_error": float(self.distance.max()),
+            "coordinates_error": float(self.relative.max()),
+            "coordinates_mean": self.coordinates_mean,
+        }
 
 
 def mean_error(times: np.ndarray, distance: np.ndarray, motion: np.ndarray) -> float:

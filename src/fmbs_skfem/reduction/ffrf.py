@@ -21,8 +21,9 @@ from scipy.sparse import csr_array
 from ..bodies.body import Cells
 from ..core import ranks
 from ..core.errors import InputError, say
+from ..systems.assembly import constraints, terms_of
 from ..systems.places import Terms
-from ..systems.system import Affine, Constraints, System, change_coordinates
+from ..systems.system import Affine, System, change_coordinates
 
 
 def reduce_floating(system: System, modes: int = 10) -> System:
@@ -32,7 +33,7 @@ def reduce_floating(system: System, modes: int = 10) -> System:
     diag(omega_i^2), its constraints those of the system and |e|^2 = 1, m_i . e = 0. InputError for a beam that is not straight.
     """
     dim, cells = system.dim, {e.name: e.gather for e in system.elastic}
-    blocks, springs, spans, terms = [], [], [], Terms()
+    blocks, springs, spans, terms = [], [], [], terms_of(system.constraints)
     at, before = 0, len(system.probes.offset)
     for name, first, last in system.coordinates:
         part = cells.get(name)
@@ -53,7 +54,7 @@ def reduce_floating(system: System, modes: int = 10) -> System:
         elastic=(),
         stiffness=np.diag(np.concatenate(springs)),
         probes=probes,
-        constraints=append(system.constraints, terms),
+        constraints=constraints(terms),
         components=tuple(spans),
         full=None,
     )
@@ -98,18 +99,3 @@ def frame_rows(terms: Terms, name: str, e: int, dim: int, modes: int) -> None:
     for i in range(modes):
         m = e + (i + 1) * dim
         terms.row(name, f"mode {i + 1}", *[(1.0, -1, m + c, e + c) for c in range(dim)])
-
-
-def append(constraints: Constraints, terms: Terms) -> Constraints:
-    """Constraints with further rows behind them."""
-    shift = len(constraints.names)
-    row, value, signal, i, j = (np.array(column) for column in zip(*terms.terms, strict=True))
-    return Constraints(
-        constraints.names + tuple(terms.names),
-        np.concatenate([constraints.row, row + shift]).astype(np.int64),
-        np.concatenate([constraints.coefficient, value]),
-        np.concatenate([constraints.signal, signal]).astype(np.int64),
-        np.concatenate([constraints.i, i]).astype(np.int64),
-        np.concatenate([constraints.j, j]).astype(np.int64),
-        constraints.laws,
-    )

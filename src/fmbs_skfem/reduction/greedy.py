@@ -3,7 +3,7 @@ r"""Greedy choice of full runs over candidate parameters, with a Kriging surroga
     mu* = argmax I(mu) over the samples;   full run at mu*, the basis grows;   again, until mu* is known or I(mu*) is small
 
 One iteration is: a full run at `point` and a larger basis (`extend`), then the reduced run and its indicator (`evaluate`) at the
-samples given, then at candidates that Kriging adds one by one (or `batch` by `batch`) until those most likely to hold the maximum
+samples given, then at candidates that Kriging adds one by one until those most likely to hold the maximum
 are samples already, or add nothing worth a run, or there are `max_samples`. Indicators belong to one basis: every iteration starts
 from the given samples again, and from others where most of those have full runs. An iteration has one full run and, a component,
 one sparse least-squares problem.
@@ -52,10 +52,9 @@ class Options:
     max_samples: int = 15  #: reduced runs of one iteration; given samples and full runs come on top
     tolerance: float | None = None  #: indicator below which the reduced model is good enough
     seed: int = 0  #: of the surrogate's search for the greatest likelihood
-    batch: int = 1  #: candidates that Kriging adds at once
 
     def __post_init__(self) -> None:
-        for name in ("iterations", "max_samples", "batch"):
+        for name in ("iterations", "max_samples"):
             if getattr(self, name) < 1:
                 raise InputError(say(f"greedy.Options: {name}", "at least 1", getattr(self, name)))
         if self.tolerance is not None and not self.tolerance > 0.0:
@@ -223,11 +222,12 @@ def _iteration(problem: Problem, history: Sequence[Iteration], point: int, faile
     closed = {*used, *dict(failed)}
     found = {k: _indicator(problem, k) for k in _samples(problem, closed)}
     surrogate = _surrogate(problem, found, closed)
+    choices = _open(problem, closed)
     while len(found) < options.max_samples and not _unstable(found, closed):
-        wanted = _wanted(problem, surrogate, found, closed)[: options.max_samples - len(found)]
-        if not wanted:
+        best = kriging.likely_maximum(surrogate, problem.candidates[choices], WORTH) if choices else None
+        if best is None or choices[best] in found:
             break
-        found |= {k: _indicator(problem, k) for k in wanted}
+        found[choices[best]] = _indicator(problem, choices[best])
         surrogate = _surrogate(problem, found, closed)
     if history and not _unstable(found, closed) and max(found, key=lambda k: found[k]) not in used:
         found |= {k: _indicator(problem, k) for k in used if k not in found}  # the floor: what more full runs can reach
@@ -253,15 +253,6 @@ def _samples(problem: Problem, closed: set[int]) -> list[int]:
 def _open(problem: Problem, closed: set[int]) -> list[int]:
     """Candidates, different from each other, where a full run may follow."""
     return [k for k, original in enumerate(problem.same) if k == original and k not in closed]
-
-
-def _wanted(problem: Problem, surrogate: kriging.Surrogate, found: dict[int, float], closed: set[int]) -> list[int]:
-    """Candidates most likely to hold the maximum, those that are samples left out."""
-    choices = _open(problem, closed)
-    if not choices:
-        return []
-    likely = kriging.likely_maxima(surrogate, problem.candidates[choices], problem.options.batch, WORTH)
-    return [choices[k] for k in likely if choices[k] not in found]
 
 
 def _surrogate(problem: Problem, found: dict[int, float], closed: set[int]) -> kriging.Surrogate:

@@ -16,7 +16,7 @@ W. J. Welch, J. Global Optim. 13 (1998) 455-492, doi 10.1023/A:1008306431147. Us
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,6 @@ from ..core.arrays import finite
 from ..core.errors import InputError, say
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 LENGTHS = (0.1, 20.0)  #: bounds of the correlation lengths, in sides of the box
 AMPLITUDE = (1e-2, 1e2)  #: bounds of the variance of z over that of the samples
@@ -114,31 +113,11 @@ def gain(surrogate: Surrogate, points: ArrayLike) -> Array:
     return np.where(deviation > 0.0, expected, np.maximum(above, 0.0))
 
 
-def likely_maxima(surrogate: Surrogate, candidates: ArrayLike, count: int = 1, least: float = 0.0) -> Indices:
-    """Indices of up to `count` candidates (c,d) with the largest expected gain, not below `least`; the most likely maximum first.
-
-    After each one its predicted mean is taken for its value, so that several are not neighbours of one maximum.
-    """
-    x = _points(candidates, "kriging.likely_maxima", surrogate.points.shape[1])
-    found: list[int] = []
-    while len(found) < min(count, len(x)):
-        expected = gain(surrogate, x)
-        expected[found] = -1.0
-        best = int(np.argmax(expected))
-        if not expected[best] >= least:
-            break
-        found.append(best)
-        surrogate = _believed(surrogate, x[best : best + 1])
-    return np.array(found, dtype=np.intp)
-
-
-def _believed(surrogate: Surrogate, point: Array) -> Surrogate:
-    """The surrogate as if its mean had been found at the point (1,d); a point that is a sample changes nothing."""
-    if np.any(np.all(surrogate.points == point, axis=1)):
-        return surrogate
-    x, y = np.vstack([surrogate.points, point]), np.append(surrogate.values, predict(surrogate, point)[0])
-    process = _regress(x, (y - surrogate.shift) / surrogate.scale, surrogate.process.kernel_, 0, None)
-    return replace(surrogate, points=x, values=y, process=process)
+def likely_maximum(surrogate: Surrogate, candidates: ArrayLike, least: float = 0.0) -> int | None:
+    """Number of the candidate (c,d) with the largest expected gain; None where that is below `least`."""
+    expected = gain(surrogate, candidates)
+    best = int(np.argmax(expected))
+    return best if expected[best] >= least else None
 
 
 def _process(x: Array, y: Array, scale: float, seed: int) -> Any:

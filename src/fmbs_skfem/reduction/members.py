@@ -115,12 +115,12 @@ def run_member(function: Work, member: Member, timeout: float | None) -> Record:
     with limit_time(timeout), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", Notice)
         try:
-            result: Result | BaseException = function(member.values)
+            found = Record(member.number, member.values, Status.OK, result=function(member.values))
         except (Exception, SystemExit) as error:
-            result = error
+            found = Record(member.number, member.values, Status.FAILED, name_error(error), str(error))
     cpu, wall = clock.process_time() - cpu, clock.perf_counter() - wall
     notices = tuple(dict.fromkeys(str(item.message) for item in caught if issubclass(item.category, Notice)))
-    return replace(make_record(member, result), cpu_s=cpu, wall_s=wall, notices=notices)
+    return replace(found, cpu_s=cpu, wall_s=wall, notices=notices)
 
 
 @contextlib.contextmanager
@@ -135,13 +135,6 @@ def limit_time(timeout: float | None) -> Iterator[None]:
             yield
         finally:
             faulthandler.cancel_dump_traceback_later()
-
-
-def make_record(member: Member, result: Result | BaseException) -> Record:
-    """The record of a member that ran or raised."""
-    if isinstance(result, Result):
-        return Record(member.number, member.values, Status.OK, result=result)
-    return Record(member.number, member.values, Status.FAILED, name_error(result), str(result))
 
 
 def name_error(error: BaseException) -> str:
@@ -180,13 +173,13 @@ class ModelTask:
     instants: int = INSTANTS
 
     def prepare(self) -> Work:
-        from . import affine, parametric_model
         from . import parameters as boxes
+        from . import parametric_model
 
         model = parametric_model.load(self.path).model
 
         def family(values: Mapping[str, float]) -> Case:
-            return affine.at(model, boxes.completed(model.parameters, {**self.fixed, **values}))
+            return model(boxes.completed(model.parameters, {**self.fixed, **values}))
 
         return FamilyTask(family, {}, instants=self.instants).prepare()
 

@@ -56,7 +56,7 @@ def load(path: str | Path) -> ParametricModel:
     """The parametric model of a file, made once at nominal values; CorruptFile where it is not as it was written."""
     rom = ParametricModel(**container.read(path, KIND, model=ParametricCase, notes=dict))
     with container.reading(Path(path), KIND):
-        affine.at(rom.model, boxes.completed(rom.model.parameters, {}))
+        rom.model(boxes.completed(rom.model.parameters, {}))
     return rom
 
 
@@ -80,7 +80,7 @@ def case_of(
     point = boxes.completed(model.parameters, values)
     far = boxes.outside(model.parameters, point)
     beyond = [f"{p.name} = {point[p.name]:g}, {describe_distance(p, point[p.name])}" for p in model.parameters if p.name in far]
-    return cases.at_times(affine.at(model, point), duration, step, "reduced model", beyond)
+    return cases.at_times(model(point), duration, step, "reduced model", beyond)
 
 
 def describe_distance(parameter: Parameter, value: float) -> str:

@@ -60,15 +60,11 @@ class Polynomials:
         for elastic, made in self.known:
             factors = {ratio(old, new) for old, new in zip(elastic, system.elastic, strict=True)}
             if len(factors) == 1 and (factor := factors.pop()) is not None:
-                return replace(system, elastic=tuple(rescale(part, factor) for part in made.elastic))
+                scaled = (part if factor == 1.0 else replace(part, gather=scale(part.gather, factor)) for part in made.elastic)
+                return replace(system, elastic=tuple(scaled))
         made = exact(system)
         self.known.append((system.elastic, made))
         return made
-
-
-def rescale(elastic: Elastic, factor: float) -> Elastic:
-    """A polynomial body with its energy times a factor."""
-    return elastic if factor == 1.0 else replace(elastic, gather=scale(elastic.gather, factor))
 
 
 def ratio(old: Elastic, new: Elastic) -> float | None:

@@ -12,6 +12,7 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, section 4, doi 10.1016/j.cma.2019
 
 from __future__ import annotations
 
+import contextlib
 import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -45,7 +46,7 @@ KEEPS = 1e-10  #: modes that violate a linear constraint by less keep it to roun
 class ReducedModel:
     """A reduced model for all parameters, or of one system, and what it took to make it."""
 
-    cases: ParametricCase | Family  #: reduced cases: polynomials of the parameters, or made from the full ones
+    cases: Family  #: reduced cases: polynomials of the parameters, in milliseconds, or made from the full ones
     modes: Mapping[str, int]  #: by component
     selections: tuple[Selection, ...] = ()
     training_s: float = 0.0  #: CPU time of bases, projection, hyper-reduction and polynomials [s]
@@ -66,11 +67,6 @@ class ReducedModel:
         """The reduced system, at the nominal values of parameters."""
         return self.cases.nominal.system if isinstance(self.cases, ParametricCase) else self.cases({}).system
 
-    @property
-    def problems(self) -> int:
-        """Sparse least-squares problems that were solved, one a component."""
-        return len(self.selections)
-
 
 @dataclass(frozen=True)
 class TrainedReduction:
@@ -85,11 +81,9 @@ class TrainedReduction:
 
 def with_polynomials(task: TrainingTask) -> TrainingTask:
     """The task with a family that assembles nothing, where its full systems are polynomials of the parameters."""
-    try:
-        fitted = affine.fit(task.family, task.parameters)
-    except InputError:
-        return task
-    return replace(task, family=partial(affine.at, fitted))
+    with contextlib.suppress(InputError):
+        return replace(task, family=affine.fit(task.family, task.parameters))
+    return task
 
 
 def make_model(task: TrainingTask, runs: Sequence[FullRun]) -> ReducedModel:
@@ -127,7 +121,7 @@ def finish(task: TrainingTask, reduction: TrainedReduction) -> ReducedModel:
     """The model of a reduction: polynomials of the parameters, or one reduced system."""
     begun, obstacle = clock.process_time(), ""
     sizes = {name: basis.modes.shape[1] for name, basis in reduction.bases.items()}
-    found: ParametricCase | Family
+    found: Family
     if task.parameters:
         found, obstacle = fit_polynomials(partial(reduced_case, task, replace(reduction, runs=())), task.parameters)
     else:
@@ -137,7 +131,7 @@ def finish(task: TrainingTask, reduction: TrainedReduction) -> ReducedModel:
     return ReducedModel(found, sizes, reduction.rule.selections, spent, reduction.bases, task.plan.components, obstacle)
 
 
-def fit_polynomials(family: Family, parameters: Sequence[Parameter]) -> tuple[ParametricCase | Family, str]:
+def fit_polynomials(family: Family, parameters: Sequence[Parameter]) -> tuple[Family, str]:
     """The polynomials of a family; or the family where it has none, with a notice, and the reason."""
     try:
         return affine.fit(family, parameters), ""
@@ -215,11 +209,6 @@ def reduced_case(task: TrainingTask, reduction: TrainedReduction, values: Mappin
 def with_system(task: TrainingTask, case: Case, system: System) -> Case:
     """The case of a reduced system in place of the full one."""
     return replace(case, system=system, newton=newton_of_reduced(case.newton, task.plan.tolerance))
-
-
-def case_at(model: ReducedModel, values: Mapping[str, float]) -> Case:
-    """The reduced case at some parameters, in milliseconds where it is a polynomial of them."""
-    return affine.at(model.cases, values) if isinstance(model.cases, ParametricCase) else model.cases(values)
 
 
 def run_reduced(task: TrainingTask, case: Case) -> Trajectory:

@@ -80,12 +80,12 @@ def step_error(full: Trajectory, others: Mapping[float, Trajectory], step: float
         return None
     near, *further = others
     first, factor = compare(full, others[near]), 4 / 3 if near < step else 1 / 3
-    order = None
+    apart, order = first.summary["position_error"], None
     if further and further[0] < near:
-        second = compare(others[near], others[further[0]]).position_maximum
-        order = math.log2(first.position_maximum / second) if first.position_maximum * second > 0.0 else None
-    position, distance, relative = (factor * one for one in (first.position_maximum, first.distance_maximum, first.maximum))
-    return TimeError(step, first.position_maximum, position, distance, relative, order)
+        second = compare(others[near], others[further[0]]).summary["position_error"]
+        order = math.log2(apart / second) if apart * second > 0.0 else None
+    distance = first.summary["distance_error"]
+    return TimeError(step, apart, factor * apart, factor * distance, factor * first.maximum, order)
 
 
 def common_steps(step: float, h: float, kept: np.ndarray) -> np.ndarray:

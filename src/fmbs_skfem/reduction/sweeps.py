@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.errors import FmbsError, InputError, Reason, SolverError, say
+from ..core.errors import InputError, SolverError, say
 from ..core.notices import notify
 from . import members
 from .members import Member, Record, Result, Status, Task, Work
@@ -317,12 +317,8 @@ def settle(desk: Desk, future: Future, sent: Sent) -> None:
         desk.ready.add(sent.worker)
         desk.unprepared = 0
     else:
-        raise make_error(*found)
-
-
-def make_error(kind: type[FmbsError], message: str, reason: Reason | None) -> FmbsError:
-    """The error with which a task could not be prepared."""
-    return kind(message) if reason is None else SolverError(message, reason)
+        kind, message, reason = found  # of a task that cannot be prepared
+        raise kind(message) if reason is None else SolverError(message, reason)
 
 
 def enter(desk: Desk, record: Record) -> None:

@@ -32,7 +32,6 @@ from .error_budget import Choice
 from .full_runs import FullRun, TrainingTask
 from .greedy import Iteration, Options, Outcome, Problem, Stop
 from .parameters import Search, search
-from .plan import Plan
 from .reduced_models import ReducedModel, make_model, with_polynomials
 from .training_store import Pair
 from .training_work import (
@@ -82,11 +81,6 @@ class Training:
     @property
     def model(self) -> ReducedModel:
         return self.models[-1]
-
-    @property
-    def model_plan(self) -> Plan:
-        """How the model was made: components, eps, eta."""
-        return self.task.plan
 
     @property
     def reduced_runs(self) -> int:

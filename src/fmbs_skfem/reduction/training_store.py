@@ -207,11 +207,6 @@ def read_checks(folder: Path) -> dict[int, FullRun]:
     return {point: run for point, run in found.items() if isinstance(run, FullRun)}
 
 
-def check_file(folder: Path, point: int) -> Path:
-    """Where the check at a candidate is kept."""
-    return folder / f"check-{point:05d}.h5"
-
-
 def fingerprint(task: TrainingTask, *others: Any) -> str:
     """What a training is, as a text: the family at both corners of the box, parameters, plan and snapshots, and `others`."""
     corners = [{p.name: end(p) for p in task.parameters} for end in (lambda p: p.low, lambda p: p.high)]

@@ -30,7 +30,7 @@ from .calibration import Calibration
 from .error_budget import Choice
 from .full_runs import FullRun, TrainingTask, full_run
 from .parameters import Search
-from .reduced_models import ReducedModel, case_at, indicator, make_model, run_reduced
+from .reduced_models import ReducedModel, indicator, make_model, run_reduced
 from .training_store import Pair
 
 LOWER_EPS, LOWER_ETA = 1e-2, 0.3  #: factors where truncation and hyper-reduction are the limit
@@ -107,7 +107,7 @@ def measure(work: TrainingState, point: int) -> Trajectory | None:
     """Reduced run and indicator at a candidate with the present model; None where the run fails."""
     values = values_at(work, point)
     try:
-        motion = run_reduced(work.fast, case_at(work.models[-1], values))
+        motion = run_reduced(work.fast, work.models[-1].cases(values))
     except SolverError:
         work.indicators[point] = math.inf
         return None
@@ -240,4 +240,4 @@ def pairs_at_checks(work: TrainingState) -> list[Pair]:
 def run_check(work: TrainingState, point: int, values: Mapping[str, float]) -> FullRun:
     """The full run of a check, kept in the folder."""
     make = functools.partial(full_run, work.task, values)
-    return make() if work.folder is None else store.read_or_make(store.check_file(work.folder, point), make)
+    return make() if work.folder is None else store.read_or_make(work.folder / f"check-{point:05d}.h5", make)

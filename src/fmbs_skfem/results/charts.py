@@ -55,6 +55,22 @@ def rule(axes: Axes, **chosen: Any) -> None:
     axes.set_axisbelow(True)
 
 
+def style(number: int, **chosen: Any) -> dict[str, Any]:
+    """Colour, mark and width of the curve `number` among several; what is chosen replaces it."""
+    return {"color": palette.colour(number), "marker": MARKERS[number % len(MARKERS)], "ms": 4, "lw": 1.2} | chosen
+
+
+def stagger(samples: int, number: int, many: int, marks: int) -> tuple[int, int]:
+    """First sample and distance of some `marks` on the curve `number` of `many`, beside those of the others."""
+    pace = max(samples // marks, 1)
+    return pace * number // max(many, 1), pace
+
+
+def mark_chosen(axes: Axes, x: float, y: float, size: float) -> None:
+    """A star at the next full run of a training."""
+    axes.plot([x], [y], "*", color=palette.VERMILLION, ms=size, mec="white", label="next full run")
+
+
 def level(axes: Axes, value: float | None, label: str, tint: str = palette.GREY) -> None:
     """A dotted line at a value, inside of the axes; none for None."""
     if value is None:

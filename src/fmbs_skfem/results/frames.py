@@ -11,12 +11,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import TypeAlias
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core import validation
+from ..core.arrays import finite
 from ..core.errors import InputError, closest, say
+from ..core.validation import Misfit, Reals, require
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -37,27 +40,28 @@ class Kind(StrEnum):
 
 
 @dataclass(frozen=True)
-class Lines:
-    """One body as a polyline at every instant."""
+class Shown:
+    """One body as segments or facets between sampled points: a line, or the middle surface of a plate or shell.
 
-    points: Array  #: (s,x,3) positions [m]
+    Cells need not share points; triangles repeat one.
+    """
+
+    points: Annotated[Array, Reals("s x 3")]  #: positions at every instant [m]
     fields: Mapping[str, Array]  #: name -> (s,x) or (s,x,3), SI units
-    radius: float  #: of the section [m]
-    reference: Array  #: (x,3) undeformed positions [m]
+    size: Annotated[Array, Reals("x")]  #: radius of a line, thickness of a surface [m]
+    reference: Annotated[Array, Reals("x 3")]  #: undeformed positions [m]
+    cells: Annotated[Indices, validation.Indices("f i", end="x")]  #: numbers of the two points of a segment, or the four of a facet
+
+    @property
+    def is_surface(self) -> bool:
+        """Whether its cells are facets."""
+        return self.cells.shape[1] == 4
 
 
-@dataclass(frozen=True)
-class Skins:
-    """One plate or shell as quadrilaterals of its middle surface at every instant; cells need not share points."""
-
-    points: Array  #: (s,x,3) positions [m]
-    fields: Mapping[str, Array]  #: name -> (s,x) or (s,x,3), SI units
-    thickness: Array  #: (x,) [m]
-    reference: Array  #: (x,3) undeformed positions [m]
-    quads: Indices  #: (f,4) numbers of points; triangles repeat one
-
-
-Shown: TypeAlias = Lines | Skins
+def line(points: Array, fields: Mapping[str, Array], radius: float, reference: Array) -> Shown:
+    """One body as a polyline (s,x,3) of a section with this radius [m]."""
+    along = np.arange(len(reference))
+    return Shown(points, fields, np.full(len(reference), float(radius)), reference, np.column_stack([along[:-1], along[1:]]))
 
 
 @dataclass(frozen=True)
@@ -74,45 +78,28 @@ class Frames:
             raise InputError(say("frames: times", "finite, increasing instants (s,)", f"shape {times.shape}"))
         if not self.bodies and not self.joints:
             raise InputError(say("frames: bodies", "at least one body or joint", "none"))
-        for name, body in self.bodies.items():
-            _check_body(f"frames: body '{name}'", body, times.size)
+        try:
+            for name, body in self.bodies.items():
+                check(f"frames: body '{name}'", body, times.size)
+        except Misfit as problem:
+            raise InputError(str(problem)) from problem
         for name, (kind, points) in self.joints.items():
+            where = f"frames: joint '{name}'"
             if kind not in list(Kind):
-                got = f"'{kind}'{closest(kind, Kind)}"
-                raise InputError(say(f"frames: joint '{name}'", "one of " + ", ".join(Kind), got))
-            _check_array(f"frames: joint '{name}'", points, (times.size, 3))
+                raise InputError(say(where, "one of " + ", ".join(Kind), f"'{kind}'{closest(kind, Kind)}"))
+            finite(points, where, "finite positions at all instants", times.size, 3)
 
 
-def _check_array(where: str, array: Array, *shapes: tuple[int, ...], finite: bool = True) -> None:
-    if np.shape(array) not in shapes:
-        raise InputError(say(where, "shape " + " or ".join(map(str, shapes)), f"shape {np.shape(array)}"))
-    if finite and not np.isfinite(array).all():
-        remedy = "leave out the instants after the solver failed"
-        raise InputError(say(where, "finite numbers", "NaN or infinity", remedy))
-
-
-def _check_body(where: str, body: Shown, instants: int) -> None:
-    count = np.shape(body.reference)[0] if np.ndim(body.reference) == 2 else 0
-    if count < 2:
-        got = f"reference of shape {np.shape(body.reference)}"
-        raise InputError(say(where, "at least two reference points (x,3)", got))
-    if isinstance(body, Lines):
-        if not 0 <= body.radius < np.inf:
-            raise InputError(say(where, "a radius >= 0 [m]", body.radius))
-    else:
-        _check_surface(where, body, count)
-    _check_array(f"{where}, reference", body.reference, (count, 3))
-    _check_array(f"{where}, points", body.points, (instants, count, 3))
+def check(where: str, body: Shown, instants: int) -> None:
+    """Misfit for a body whose arrays do not fit."""
+    require(len(body.reference) > 1, where, "at least two reference points (x,3)", f"{len(body.reference)}")
+    validation.fit(body, where, {"s": instants})
+    require(bool((body.size >= 0.0).all()), f"{where}.size", "a radius or thickness >= 0 [m]", body.size.min())
+    shape = body.points.shape
     for name, values in body.fields.items():
-        _check_array(f"{where}, field '{name}'", values, (instants, count), (instants, count, 3), finite=False)
-
-
-def _check_surface(where: str, skins: Skins, count: int) -> None:
-    quads = np.asarray(skins.quads)
-    if quads.ndim != 2 or quads.shape[1] != 4 or quads.size == 0 or quads.min() < 0 or quads.max() >= count:
-        got = f"shape {quads.shape}" + (f" with numbers {quads.min()} to {quads.max()}" if quads.size else "")
-        raise InputError(say(f"{where}, quads", f"point numbers 0 to {count - 1} of shape (f,4)", got))
-    _check_array(f"{where}, thickness", skins.thickness, (count,))
+        require(
+            np.shape(values) in (shape[:2], shape), f"{where}, field '{name}'", f"shape {shape[:2]} or {shape}", np.shape(values)
+        )
 
 
 def displacement(body: Shown) -> Array:
@@ -146,21 +133,26 @@ def planar(frames: Frames, tolerance: float = 1e-9) -> bool:
     return bool(extent[2] <= tolerance * extent.max())
 
 
-def nearest(frames: Frames, times: Sequence[float]) -> Indices:
-    """Indices of the samples nearest to `times` [s], sorted, each once."""
-    wanted = np.asarray(times, float)
-    first, last = float(frames.times[0]), float(frames.times[-1])
-    slack = 1e-9 * max(abs(first), abs(last))
-    if wanted.size == 0 or not ((wanted >= first - slack) & (wanted <= last + slack)).all():
-        raise InputError(say("frames: instants", f"times between {first:g} and {last:g} s", list(times)))
-    return np.unique(np.abs(frames.times[None, :] - wanted[:, None]).argmin(axis=1)).astype(np.int64)
+def nearest(times: Array, wanted: Sequence[float]) -> Indices:
+    """Indices of the instants (s,) [s] nearest to the `wanted` ones, sorted, each once."""
+    apart = np.abs(times[None, :] - np.asarray(wanted, float)[:, None])
+    return np.unique(apart.argmin(axis=1)).astype(np.int64)
 
 
-def spread(frames: Frames, count: int) -> Indices:
-    """Indices of `count` samples evenly spread in time (fewer where there are fewer)."""
+def spread(times: Array, count: int) -> Indices:
+    """Indices of `count` of the instants (s,), evenly spread (fewer where there are fewer)."""
     if count < 1:
         raise InputError(say("frames: number of instants", "at least 1", count))
-    return nearest(frames, np.linspace(frames.times[0], frames.times[-1], count).tolist())
+    return nearest(times, np.linspace(times[0], times[-1], count).tolist())
+
+
+def choose(times: Array, wanted: Sequence[float]) -> Indices:
+    """As `nearest`; InputError for no instant, and for one before the first of `times` or after the last."""
+    first, last = float(times[0]), float(times[-1])
+    slack = 1e-9 * max(abs(first), abs(last))
+    if not len(wanted) or not all(first - slack <= one <= last + slack for one in wanted):
+        raise InputError(say("frames: instants", f"times between {first:g} and {last:g} s", list(wanted)))
+    return nearest(times, wanted)
 
 
 def select(frames: Frames, indices: Indices) -> Frames:

@@ -1,19 +1,23 @@
-"""The order for a picture: a folder with job.json (`PictureJob`) and arrays.npz, written by `pictures`, read by `render_child`.
+"""The order for a picture: a folder with a file of a `PictureJob` and of arrays, written by `pictures`, read by `render_child`.
 
-arrays.npz: times (s,); points_i (s,x,3) and values_i (s,x) of body i; joint_j (s,3) of joint j. A body that is a surface also has
+Arrays: times (s,); points_i (s,x,3) and values_i (s,x) of body i; joint_j (s,3) of joint j. A body that is a surface also has
 quads_i (f,4), edges_i (i,2), the pairs of points between which its outline is drawn, and place_i (x,), see `surfaces`.
 """
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
+from ..core import container
+
 Arrays: TypeAlias = dict[str, np.ndarray]
+
+ORDER = "order.h5"
+KIND = container.Kind("fmbs_skfem picture", "the order of a picture", 1, "draw it again")
 
 
 @dataclass(frozen=True)
@@ -43,14 +47,10 @@ class PictureJob:
 
 def save(folder: Path, job: PictureJob, arrays: Arrays) -> None:
     """Write the order into `folder`."""
-    np.savez(folder / "arrays.npz", allow_pickle=False, **arrays)
-    (folder / "job.json").write_text(json.dumps(asdict(job)), encoding="utf-8")
+    container.write(folder / ORDER, KIND, job=asdict(job), arrays=arrays)
 
 
 def load(folder: Path) -> tuple[PictureJob, Arrays]:
     """Read the order from `folder`."""
-    raw: dict[str, Any] = json.loads((folder / "job.json").read_text(encoding="utf-8"))
-    plain: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in raw.items()}
-    job = PictureJob(**plain)
-    with np.load(folder / "arrays.npz") as arrays:
-        return job, dict(arrays)
+    found = container.read(folder / ORDER, KIND, job=dict, arrays=dict)
+    return PictureJob(**found["job"]), found["arrays"]

@@ -23,7 +23,7 @@ from ..systems import System
 from ..systems.constraint_functions import LINKS
 from ..systems.system import Skin, in_scene
 from . import frames as frames_
-from .frames import Frames, Kind, Lines, Skins
+from .frames import Frames, Kind, Shown
 
 WINDINGS, WIDTH = 5, 0.05  #: of springs in pictures, and half their width over the length
 #: kind of a marker of the system -> what is drawn
@@ -45,7 +45,7 @@ def frames(trajectory: Trajectory, rows: np.ndarray | None = None, wanted: Colle
     rows = np.arange(len(trajectory.times)) if rows is None else rows
     system, x = trajectory.system, trajectory.x[rows]
     shown, masses = line_bodies(trajectory, rows, wanted)
-    bodies: dict[str, Lines | Skins] = {**shown, **skin_bodies(trajectory, rows, wanted)}
+    bodies = {**shown, **skin_bodies(trajectory, rows, wanted)}
     order = [name for name, _, _ in system.coordinates if name in bodies]
     found = {name: bodies[name] for name in order} | links(system, x, {name for name, _, _ in system.coordinates})
     return Frames(trajectory.times[rows], found, {**joints(system, x), **masses})
@@ -59,7 +59,7 @@ def expand(system: System, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np
 
 def line_bodies(
     trajectory: Trajectory, rows: np.ndarray, wanted: Collection[str] | None
-) -> tuple[dict[str, Lines], dict[str, tuple[str, np.ndarray]]]:
+) -> tuple[dict[str, Shown], dict[str, tuple[str, np.ndarray]]]:
     """Cables and rigid bodies as lines, these without strain and curvature; bodies of one point as joints."""
     system = trajectory.system
     if not system.lines:
@@ -88,7 +88,7 @@ def choose(fields: Mapping[str, np.ndarray], wanted: Collection[str] | None) -> 
     return {name: values for name, values in fields.items() if wanted is None or name in wanted}
 
 
-def skin_bodies(trajectory: Trajectory, rows: np.ndarray, wanted: Collection[str] | None) -> dict[str, Skins]:
+def skin_bodies(trajectory: Trajectory, rows: np.ndarray, wanted: Collection[str] | None) -> dict[str, Shown]:
     """Plates and shells as surfaces."""
     system = trajectory.system
     if not system.skins:
@@ -106,7 +106,7 @@ def skin_bodies(trajectory: Trajectory, rows: np.ndarray, wanted: Collection[str
     for skin in system.skins:
         name, each = skin.name, found[skin.name]
         stacked = {key: np.stack([one[key] for one in each]) for key in each[0]}
-        bodies[name] = Skins(np.stack(points[name]), stacked, skin.thickness, spatial(start[name][0]), skin.cells)
+        bodies[name] = Shown(np.stack(points[name]), stacked, skin.thickness, spatial(start[name][0]), skin.cells)
     return bodies
 
 
@@ -134,7 +134,7 @@ def principal(tensor: np.ndarray) -> np.ndarray:
     return np.asarray(middle + np.where(middle < 0, -1.0, 1.0) * np.hypot(0.5 * (tensor[0] - tensor[1]), tensor[2]))
 
 
-def lines(gradients: np.ndarray, rates: np.ndarray, start: np.ndarray, radius: float) -> Lines:
+def lines(gradients: np.ndarray, rates: np.ndarray, start: np.ndarray, radius: float) -> Shown:
     """One cable from its gradients (s, 3, x, c): positions, slopes, curvature vectors."""
     position, slope, bend = (spatial(gradients[:, k]) for k in range(3))
     square = np.einsum("sxc,sxc->sx", slope, slope)
@@ -143,7 +143,7 @@ def lines(gradients: np.ndarray, rates: np.ndarray, start: np.ndarray, radius: f
         "curvature": np.linalg.norm(np.cross(slope, bend), axis=2) / square**1.5,
         "velocity": spatial(rates[:, 0]),
     }
-    return Lines(position, fields, radius, spatial(start[0, 0]))
+    return frames_.line(position, fields, radius, spatial(start[0, 0]))
 
 
 def spatial(vectors: np.ndarray) -> np.ndarray:
@@ -165,7 +165,7 @@ def joints(system: System, x: np.ndarray) -> dict[str, tuple[str, np.ndarray]]:
     return found
 
 
-def links(system: System, x: np.ndarray, taken: Collection[str]) -> dict[str, Lines]:
+def links(system: System, x: np.ndarray, taken: Collection[str]) -> dict[str, Shown]:
     """Springs as zigzags, ropes and stops as straight lines between their places; `load NAME` where a body has that name."""
     y = np.asarray(system.sensors.matrix @ np.vstack([x, system.x0]).T).T + system.sensors.offset
     found = {}
@@ -173,7 +173,7 @@ def links(system: System, x: np.ndarray, taken: Collection[str]) -> dict[str, Li
         if kind in LINKS:
             a, b = np.split(spatial(y[:, list(rows)].reshape(len(y), 2, -1)), 2, axis=1)
             points = zigzag(a, b, kind == "spring")
-            found[f"load {name}" if name in taken else name] = Lines(points[:-1], {}, 0.0, points[-1])
+            found[f"load {name}" if name in taken else name] = frames_.line(points[:-1], {}, 0.0, points[-1])
     return found
 
 
@@ -196,11 +196,6 @@ def shown(system: System, name: str, kind: str) -> str:
     return (Kind.DRIVEN_ANGLE if kind == "driven" and turned else KINDS.get(kind, Kind.PIN)).value
 
 
-def spread(trajectory: Trajectory, count: int) -> np.ndarray:
-    """Indices of `count` stored times evenly spread in time, each once."""
-    return nearest(trajectory, np.linspace(trajectory.times[0], trajectory.times[-1], count).tolist())
-
-
 def usual_color(system: System) -> str | None:
     """The field that colours a system without a scene: von Mises stress of plates and shells, curvature; None for rigid bodies."""
     if system.skins:
@@ -215,11 +210,6 @@ def pieces(trajectory: Trajectory, rows: np.ndarray) -> Iterator[Frames]:
 
 def errors(full: Trajectory, other: Trajectory, wanted: list[float] | None = None, count: int = 6) -> Frames:
     """A reduced model at the instants `wanted` (or `count` evenly spread ones) with the field error, its distance from `full`."""
-    rows = spread(full, count) if wanted is None else nearest(full, wanted)
-    mine = nearest(other, full.times[rows].tolist())
+    rows = frames_.spread(full.times, count) if wanted is None else frames_.nearest(full.times, wanted)
+    mine = frames_.nearest(other.times, full.times[rows].tolist())
     return frames_.with_error(frames(other, mine, ()), frames(full, rows, ()))
-
-
-def nearest(trajectory: Trajectory, wanted: list[float]) -> np.ndarray:
-    """Indices of the stored times nearest to the wanted ones, each once."""
-    return np.unique(np.abs(trajectory.times[None, :] - np.asarray(wanted)[:, None]).argmin(axis=1))

@@ -21,7 +21,7 @@ import numpy as np
 from ..core.errors import FmbsError, InputError, MissingFeature, closest, say
 from . import frames as frames_
 from . import surfaces
-from .frames import Frames, Skins
+from .frames import Frames
 from .job import Arrays, PictureJob, save
 
 #: text beside the colour scale of well-known fields
@@ -90,9 +90,9 @@ def render(
 
     Without a `layout`, lines share one scene and surfaces, which would hide each other, get one scene an instant.
     """
-    flat = any(isinstance(body, Skins) for body in frames.bodies.values())
+    flat = any(body.is_surface for body in frames.bodies.values())
     layout = layout or (Layout.MULTIPLES if flat else Layout.OVERLAY)
-    indices = frames_.spread(frames, 6) if times is None else frames_.nearest(frames, times)
+    indices = frames_.spread(frames.times, 6) if times is None else frames_.choose(frames.times, times)
     return _draw(frames_.select(frames, indices), _check_suffix(path, ".png"), look or Look(), Layout(layout).value, 1.0, command)
 
 
@@ -107,7 +107,7 @@ def animate(
     """Draw `count` instants evenly spread in time into the animated GIF file `path`, `rate` of them a second."""
     if not 0.5 <= rate <= 50:
         raise InputError(say("pictures: rate", "0.5 to 50 frames a second", rate))
-    chosen = frames_.select(frames, frames_.spread(frames, count))
+    chosen = frames_.select(frames, frames_.spread(frames.times, count))
     return _draw(chosen, _check_suffix(path, ".gif"), look or Look(size=(800, 600)), "animation", rate, command)
 
 
@@ -164,7 +164,7 @@ def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) ->
         layout,
         frames_.planar(frames),
         tuple(frames.bodies),
-        tuple(_radius(body) for body in frames.bodies.values()),
+        tuple(float(np.mean(body.size)) * (0.5 if body.is_surface else 1.0) for body in frames.bodies.values()),
         tuple(str(frames_.Kind(kind)) for kind, _ in frames.joints.values()),
         label,
         (low / unit, high / unit),
@@ -180,17 +180,12 @@ def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) ->
     for i, body in enumerate(frames.bodies.values()):
         arrays[f"points_{i}"] = body.points
         arrays[f"values_{i}"] = frames_.magnitude(body, look.field) / unit if look.field else np.zeros(body.points.shape[:2])
-        if isinstance(body, Skins):
+        if body.is_surface:
             place = surfaces.places(body.reference)
-            edges = surfaces.outline(body.reference, body.quads, place)
-            arrays |= {f"quads_{i}": body.quads, f"edges_{i}": edges, f"place_{i}": place}
+            edges = surfaces.outline(body.reference, body.cells, place)
+            arrays |= {f"quads_{i}": body.cells, f"edges_{i}": edges, f"place_{i}": place}
     arrays |= {f"joint_{j}": points for j, (_, points) in enumerate(frames.joints.values())}
     return job, arrays
-
-
-def _radius(body: frames_.Shown) -> float:
-    """Radius of a line, half the mean thickness of a surface [m]."""
-    return 0.5 * float(np.mean(body.thickness)) if isinstance(body, Skins) else float(body.radius)
 
 
 def _run(folder: Path, command: Sequence[str] | None, *options: str) -> None:

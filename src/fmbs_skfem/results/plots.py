@@ -10,7 +10,7 @@ import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -115,15 +115,11 @@ def singular_values(values: Mapping[str, Array], modes: Mapping[str, int] | None
         if spectrum.ndim != 1 or spectrum.size == 0 or not spectrum[0] > 0:
             got = f"shape {spectrum.shape}"
             raise InputError(say(f"plots: singular values of '{name}'", "a falling sequence (i,) above 0", got))
-        tint, scaled = palette.colour(number), charts.positive(spectrum / spectrum[0])
-        kept = (modes or {}).get(name)
-        name = plain(name)
-        text = name if kept is None else f"{name}: {kept} modes kept"
-        axes.semilogy(
-            np.arange(1, spectrum.size + 1), scaled, color=tint, marker=charts.MARKERS[number % 10], ms=3.5, lw=1, label=text
-        )
+        scaled, kept = charts.positive(spectrum / spectrum[0]), (modes or {}).get(name)
+        text = plain(name) if kept is None else f"{plain(name)}: {kept} modes kept"
+        axes.semilogy(np.arange(1, spectrum.size + 1), scaled, label=text, **charts.style(number, ms=3.5, lw=1))
         if kept is not None and 1 <= kept <= spectrum.size:
-            axes.axvline(kept + 0.5, color=tint, lw=1.1, ls=charts.DASHES[1 + number % 4])
+            axes.axvline(kept + 0.5, color=palette.colour(number), lw=1.1, ls=charts.DASHES[1 + number % 4])
     axes.set(xlabel="number of the mode", ylabel="singular value / largest")
     axes.legend(fontsize=9, frameon=True, framealpha=0.9, title=None if eps is None else f"truncated at eps = {eps:g}")
     charts.rule(axes)
@@ -177,28 +173,11 @@ def _staircase(axes: Axes, best: Sequence[Point], edge: float, top: float) -> No
     """The front as a staircase, its models numbered."""
     cpu = [point.cpu_s for point in best]
     error = [max(point.error, edge) for point in best]
-    axes.step(
-        [cpu[0], *cpu],
-        [max(top, error[0]) * 1.5, *error],
-        where="post",
-        color="#B0B0B0",
-        lw=5,
-        alpha=0.45,
-        label="Pareto front",
-        zorder=1,
-    )
+    broad: dict[str, Any] = {"color": "#B0B0B0", "lw": 5, "alpha": 0.45, "zorder": 1}
+    axes.step([cpu[0], *cpu], [max(top, error[0]) * 1.5, *error], where="post", label="Pareto front", **broad)
+    beside: dict[str, Any] = {"xytext": (-5, -5), "textcoords": "offset points", "ha": "right", "va": "top"}
     for number, place in enumerate(zip(cpu, error, strict=True), start=1):
-        axes.annotate(
-            str(number),
-            place,
-            xytext=(-5, -5),
-            textcoords="offset points",
-            ha="right",
-            va="top",
-            fontsize=9,
-            fontweight="bold",
-            zorder=4,
-        )
+        axes.annotate(str(number), place, **beside, fontsize=9, fontweight="bold", zorder=4)
 
 
 def _speed_key(key: Axes, axes: Axes, best: Sequence[Point], failed: int) -> None:
@@ -249,36 +228,23 @@ def _check_curves(where: str, times: Array, models: Mapping[str, Array]) -> None
 def _curves(axes: Axes, times: Array, models: Mapping[str, Array], order: Sequence[str], where: str) -> None:
     """The first of several in `order` as a broad pale line, the others over it in colours, dashes and staggered marks."""
     _check_curves(where, times, models)
-    pace = max(len(times) // 12, 1)
     for name, values in models.items():
         number = order.index(name)
         if number == 0 and len(order) > 1:
             axes.plot(times, values, color="#9A9A9A", lw=4.0, alpha=0.75, label=name, zorder=1, solid_capstyle="round")
             continue
-        start = pace * number // max(len(order), 1)
-        axes.plot(
-            times,
-            values,
-            color=palette.colour(max(number - 1, 0)),
-            ls=charts.DASHES[max(number - 1, 0) % len(charts.DASHES)],
-            lw=1.3,
-            marker=charts.MARKERS[number % 10],
-            ms=4,
-            markevery=(start, pace),
-            label=name,
-            zorder=2,
-        )
+        other, every = max(number - 1, 0), charts.stagger(len(times), number, len(order), 12)
+        own = charts.style(number, color=palette.colour(other), ls=charts.DASHES[other % len(charts.DASHES)], lw=1.3)
+        axes.plot(times, values, markevery=every, label=name, zorder=2, **own)
     charts.rule(axes)
     axes.margins(x=0.01)
 
 
 def _decades(axes: Axes, times: Array, models: Mapping[str, Array], label: str) -> None:
     _check_curves(f"plots: {label}", times, models)
-    pace = max(len(times) // 10, 1)
     for number, (name, values) in enumerate(models.items()):
-        start = pace * number // len(models)
-        tint, marker = palette.colour(number), charts.MARKERS[number % 10]
-        axes.plot(times, charts.positive(values), color=tint, lw=1.2, marker=marker, ms=4, markevery=(start, pace), label=name)
+        every = charts.stagger(len(times), number, len(models), 10)
+        axes.plot(times, charts.positive(values), markevery=every, label=name, **charts.style(number))
     if any((np.asarray(values) > 0).any() for values in models.values()):
         axes.set_yscale("log")
     axes.set(xlabel="time [s]", ylabel=label)

@@ -20,7 +20,7 @@ import numpy as np
 from ..core import durable
 from ..core.errors import InputError, say
 from . import frames as frames_
-from .frames import Array, Frames, Lines, Skins
+from .frames import Array, Frames
 
 if TYPE_CHECKING:
     import meshio
@@ -69,18 +69,14 @@ def _meshes(frames: Frames) -> Iterator[meshio.Mesh]:
 
 def _cells(frames: Frames) -> tuple[list[tuple[str, np.ndarray]], list[np.ndarray]]:
     """Blocks of cells (e,2) and (e,4) over the points of all bodies in a row, and the number of the body of each cell (e,)."""
-    cells: dict[str, list[np.ndarray]] = {"line": [], "quad": []}
-    bodies: dict[str, list[np.ndarray]] = {"line": [], "quad": []}
-    start = 0
-    for number, body in enumerate(frames.bodies.values()):
-        count = body.reference.shape[0]
-        along = np.arange(count - 1)
-        kind, own = ("quad", body.quads) if isinstance(body, Skins) else ("line", np.column_stack([along, along + 1]))
-        cells[kind].append(start + own)
-        bodies[kind].append(np.full(len(own), number, dtype=np.int64))
-        start += count
-    used = [kind for kind, blocks in cells.items() if blocks]
-    return [(kind, np.concatenate(cells[kind])) for kind in used], [np.concatenate(bodies[kind]) for kind in used]
+    starts = np.cumsum([0, *(len(body.reference) for body in frames.bodies.values())])
+    blocks, numbers = [], []
+    for kind, surface in (("line", False), ("quad", True)):
+        mine = [(k, starts[k] + body.cells) for k, body in enumerate(frames.bodies.values()) if body.is_surface == surface]
+        if mine:
+            blocks.append((kind, np.concatenate([cells for _, cells in mine])))
+            numbers.append(np.concatenate([np.full(len(cells), k, dtype=np.int64) for k, cells in mine]))
+    return blocks, numbers
 
 
 def _point_data(frames: Frames) -> dict[str, Array]:
@@ -102,13 +98,13 @@ def _point_data(frames: Frames) -> dict[str, Array]:
 
 def _sizes(frames: Frames) -> dict[str, Array]:
     """Radius of lines and thickness of surfaces, NaN on the others, as far as there are such bodies."""
-    found: dict[str, list[Array]] = {"radius": [], "thickness": []}
-    for body in frames.bodies.values():
-        shape = body.points.shape[:2]
-        found["radius"].append(np.full(shape, body.radius if isinstance(body, Lines) else np.nan))
-        found["thickness"].append(np.broadcast_to(body.thickness if isinstance(body, Skins) else np.nan, shape))
-    joined = {name: np.concatenate(values, axis=1) for name, values in found.items()}
-    return {name: values for name, values in joined.items() if np.isfinite(values).any()}
+    found = {}
+    for name, surface in (("radius", False), ("thickness", True)):
+        own = [body.size if body.is_surface == surface else np.full(len(body.size), np.nan) for body in frames.bodies.values()]
+        values = np.concatenate(own)
+        if np.isfinite(values).any():
+            found[name] = np.broadcast_to(values, (frames.times.size, len(values)))
+    return found
 
 
 def _write_part(mesh: meshio.Mesh, path: Path) -> None:

@@ -116,16 +116,8 @@ def errors_over(
     for number, (name, errors) in enumerate(models.items()):
         if np.shape(errors) != np.shape(values):
             raise InputError(say(f"plots: errors of '{name}'", f"{np.size(values)} values", f"shape {np.shape(errors)}"))
-        axes.plot(
-            np.asarray(values)[order],
-            charts.positive(np.asarray(errors)[order]),
-            color=palette.colour(number),
-            ls=charts.DASHES[number % len(charts.DASHES)],
-            lw=1.2,
-            marker=charts.MARKERS[number % len(charts.MARKERS)],
-            ms=4.5,
-            label=name,
-        )
+        own = charts.style(number, ls=charts.DASHES[number % len(charts.DASHES)], ms=4.5)
+        axes.plot(np.asarray(values)[order], charts.positive(np.asarray(errors)[order]), label=name, **own)
     axes.set(yscale="log", xlabel=parameter, ylabel=label)
     charts.level(axes, goal, "tolerance")
     charts.rule(axes)
@@ -222,7 +214,7 @@ def _surface(axes: Axes, values: Sequence[Array], panel: Panel, limits: tuple[fl
         axes.scatter(x[shown], y[shown], c=panel.mean, vmin=limits[0], vmax=limits[1], cmap="viridis", s=14)
     axes.plot(x[panel.samples], y[panel.samples], "o", mfc="white", mec=palette.BLACK, ms=5, label="reduced runs")
     if panel.chosen is not None:
-        axes.plot(x[[panel.chosen]], y[[panel.chosen]], "*", color=palette.VERMILLION, ms=15, mec="white", label="next full run")
+        charts.mark_chosen(axes, x[panel.chosen], y[panel.chosen], 15)
 
 
 def _spreads(x: Array, y: Array) -> bool:
@@ -247,9 +239,7 @@ def _pairs(candidates: Mapping[str, Array], panel: Panel, label: str) -> Figure:
         axes.scatter(x[order], y[order], c=panel.mean[order], vmin=limits[0], vmax=limits[1], cmap="viridis", s=12)
         axes.plot(x[panel.samples], y[panel.samples], "o", mfc="none", mec=palette.BLACK, ms=6, label="reduced runs")
         if panel.chosen is not None:
-            axes.plot(
-                x[[panel.chosen]], y[[panel.chosen]], "*", color=palette.VERMILLION, ms=13, mec="white", label="next full run"
-            )
+            charts.mark_chosen(axes, x[panel.chosen], y[panel.chosen], 13)
         if i == 0:
             axes.set_ylabel(second)
         if j == size - 1:

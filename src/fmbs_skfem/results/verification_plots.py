@@ -84,15 +84,7 @@ def _orders(axes: Axes, name: str, curves: Mapping[str, Curve]) -> None:
         sizes, errors = [size for size, _ in curve], [error for _, error in curve]
         observed = math.log(errors[-2] / errors[-1]) / math.log(sizes[-2] / sizes[-1])
         key = f"{label}: {observed:.2f}"
-        axes.loglog(
-            sizes,
-            errors,
-            color=palette.colour(number),
-            marker=charts.MARKERS[number % len(charts.MARKERS)],
-            ms=4,
-            lw=1.2,
-            label=key,
-        )
+        axes.loglog(sizes, errors, label=key, **charts.style(number))
     axes.set_title(name, fontsize=10)
     axes.set_xlabel("mesh size or step", fontsize=9)
     axes.set_ylabel("error", fontsize=9)

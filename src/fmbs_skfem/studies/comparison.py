@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import InputError, MissingFeature, say
 from ..reduction import comparison as comparisons
 from ..reduction.comparison import Comparison, ModelRecord
+from ..results import frames as frames_
 from ..results import motion, series, speed
 from ..scenes import Scene, build, read
 from . import compiling, figures, pictures, plans, reports, tables
@@ -71,7 +72,7 @@ def show_demo(job: Job) -> ComparisonResult:
 
     def draw(scene: Scene, study: Comparison, out: Path) -> list[pictures.Order]:
         found = pictures.scene(scene, study.full, out, FRAMES, (SHOWN[0], SHOWN[1]), RATE)
-        frames = motion.frames(study.full, motion.spread(study.full, FRAMES))
+        frames = motion.frames(study.full, frames_.spread(study.full.times, FRAMES))
         return [*found, *pictures.error(scene, study, out / SHOWN[2]), partial(series.write, frames, out, SERIES)]
 
     return conclude(comparison(job, jobs.read_scene(job), True, [*SHOWN, f"{SERIES}.pvd"], draw))

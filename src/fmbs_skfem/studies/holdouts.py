@@ -136,7 +136,7 @@ def fastest(found: Training) -> dict[str, float]:
     speeds: list[tuple[float, dict[str, float]]] = []
     for ends in itertools.product(*((p.low, p.high) for p in known)):
         values = parameters.named(known, ends)
-        motion = reduced_models.run_reduced(found.task, reduced_models.case_at(found.model, values))
+        motion = reduced_models.run_reduced(found.task, found.model.cases(values))
         speeds.append((float(np.linalg.norm(lifted(motion)[1], axis=1).max()), values))
     return max(speeds, key=lambda pair: pair[0])[1]
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..core.errors import FmbsError
 from ..core.notices import notify
+from ..results import frames as frames_
 from ..results import motion, pictures
 from ..results.pictures import Look
 
@@ -41,12 +42,12 @@ def scene(
 ) -> list[Order]:
     """The picture of a trajectory at the instants of its scene, and its animation with `count` frames (none for 0)."""
     shade = color(scene, trajectory.system)
-    rows = motion.spread(trajectory, max(count, INSTANTS))
+    rows = frames_.spread(trajectory.times, max(count, INSTANTS))
     fields = (shade,) if shade else ()
     moving = motion.frames(trajectory, rows, fields)
     limits = pictures.limits(moving, shade) if shade else None
     wanted = instants(scene, trajectory)
-    chosen = moving if wanted is None else motion.frames(trajectory, motion.nearest(trajectory, wanted), fields)
+    chosen = moving if wanted is None else motion.frames(trajectory, frames_.nearest(trajectory.times, wanted), fields)
     clock = "s" if scene.analysis.clock else "load factor"
     found: list[Order] = [partial(pictures.render, chosen, out / names[0], wanted, Look(shade, title=scene.name, clock=clock))]
     look = Look(shade, limits=limits, title=scene.name, clock=clock, size=(800, 600))
@@ -65,7 +66,7 @@ def error(scene: Scene, study: Comparison, path: Path) -> list[Order]:
 
 def model(title: str, trajectory: Trajectory, out: Path) -> list[Order]:
     """Configurations of a saved reduced model, coloured by stress or curvature."""
-    chosen = motion.frames(trajectory, motion.spread(trajectory, CONFIGURATIONS))
+    chosen = motion.frames(trajectory, frames_.spread(trajectory.times, CONFIGURATIONS))
     return [partial(pictures.render, chosen, out / PICTURE, None, Look(motion.usual_color(trajectory.system), title=title))]
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import reduction
-from ..reduction import cases, costs, files, output_errors, reduced_models
+from ..reduction import cases, costs, files, output_errors
 from ..reduction.plan import newton_for
 from ..reduction.runs import kept_steps
 from ..scenes import build
@@ -58,28 +58,20 @@ def train(job: Job, scene: Scene, plan: Plan) -> ReductionResult:
     sharp = replace(own, system=task.form(raw), newton=newton_for(own.newton, plan.tolerance))
     full = job.trajectory = cases.run(sharp, kept, job.progress("full model"))
     model = reduction.train(task, motion=full).model
-    motion = cases.run(reduced_models.case_at(model, {}), kept, job.progress("reduced model"))
+    motion = cases.run(model.cases({}), kept, job.progress("reduced model"))
     errors = reduction.compare(full, motion)
-    cells = {name: len(numbers) for name, numbers in costs.kept_cells(model.system).items()}
     report = {
         "status": "ok",
         "scene": jobs.title(scene),
         "dofs_full": raw.size,
         "dofs": model.system.size,
         "modes": dict(model.modes),
-        "elements": costs.by_component(cells, model.components),
-        "points": costs.by_component(costs.kept_points(model.system), model.components),
+        **costs.kept_by_component(model.system, model.components),
         "tolerance": plan.tolerance if plan.modes is None else None,
         "hyper_tolerance": plan.hyper.tolerance,
         "hyper_reduction": plan.hyper.name,
-        "max_error": errors.maximum,
-        "median_error": errors.median,
-        "mean_error": errors.mean,
-        "position_error": errors.position_maximum,
+        **errors.summary,
         "output_errors": {column: asdict(one) for column, one in output_errors.compare(full, motion).items()},
-        "distance_error": errors.distance_maximum,
-        "coordinates_error": errors.coordinates_maximum,
-        "coordinates_mean": errors.coordinates_mean,
         "cpu_s_full": full.statistics.cpu_s,
         "cpu_s": motion.statistics.cpu_s,
         "training_s": model.training_s,

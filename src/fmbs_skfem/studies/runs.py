@@ -22,6 +22,7 @@ from .. import dynamics
 from ..core.errors import FmbsError, InputError, MissingFeature, SolverError, say
 from ..dynamics import GeneralizedAlpha, Trajectory
 from ..reduction import parts
+from ..results import frames as frames_
 from ..results import motion, segments, series
 from ..results.plots import PANELS, history_grid
 from ..results.segments import Recorder
@@ -128,7 +129,7 @@ def export_scene(job: Job, duration: float | None, frames: int) -> Run:
     """A scene, with its VTK series."""
 
     def draw(trajectory: Trajectory, out: Path) -> Sequence[Callable[[], Path]]:
-        return [partial(series.write_each, motion.pieces(trajectory, motion.spread(trajectory, frames)), out, SERIES)]
+        return [partial(series.write_each, motion.pieces(trajectory, frames_.spread(trajectory.times, frames)), out, SERIES)]
 
     scene = jobs.read_scene(job, duration)
     make = partial(scene_task, job, scene, duration)

@@ -26,7 +26,7 @@ from . import probes as probe_rules
 from .constraint_functions import Joint
 from .forces import joined
 from .loads import Load
-from .places import At, Draft, Layout, Rows, vector
+from .places import At, Draft, Layout, Rows, Terms, vector
 from .system import (
     Affine,
     Constraints,
@@ -112,7 +112,7 @@ def assemble(
             *(Elastic(name, 0.0, gather(part, cells, layout)) for name, part, cells in forces.cells),
         ),
         probes=probes,
-        constraints=constraints(draft),
+        constraints=constraints(draft.constraints),
         loads=Loads(
             constant=mass @ uniform_field(layout, parts, forces.field),
             forces=joined(forces.terms),
@@ -190,11 +190,18 @@ def unique(where: str, names: list[str]) -> None:
         raise InputError(say(where, "different names", f"{twice[0]!r} more than once"))
 
 
-def constraints(draft: Draft) -> Constraints:
-    columns = list(zip(*draft.constraints.terms, strict=True)) or [(), (), (), (), ()]
+def constraints(terms: Terms) -> Constraints:
+    """The rows of collected terms as arrays."""
+    columns = list(zip(*terms.terms, strict=True)) or [(), (), (), (), ()]
     row, signal, i, j = (np.array(columns[k], dtype=np.int64) for k in (0, 2, 3, 4))
-    laws = constraint_laws.join(draft.constraints.laws)
-    return Constraints(tuple(draft.constraints.names), row, np.array(columns[1], dtype=float), signal, i, j, laws)
+    laws = constraint_laws.join(terms.laws)
+    return Constraints(tuple(terms.names), row, np.array(columns[1], dtype=float), signal, i, j, laws)
+
+
+def terms_of(known: Constraints) -> Terms:
+    """The terms of constraints, to which others can be added."""
+    columns = (part.tolist() for part in (known.row, known.coefficient, known.signal, known.i, known.j))
+    return Terms(list(known.names), list(zip(*columns, strict=True)), laws=list(known.laws))
 
 
 def uniform_field(layout: Layout, parts: list[Body], accelerations: list[np.ndarray]) -> np.ndarray:
