@@ -21,34 +21,32 @@ def test_elimination_solves_the_constraints_for_every_y(seed: int, m: int, more:
     scale = np.linalg.norm(D) * max(np.linalg.norm(T), 1.0)
     assert np.linalg.norm(D @ T) < 1e-13 * scale
     assert np.linalg.norm(D @ x0 + d) < 1e-13 * (np.linalg.norm(D) * np.linalg.norm(x0) + np.linalg.norm(d))
-    indices, condition = pivots.independent_columns(D)
-    free = np.setdiff1d(np.arange(m + more), indices)
+    free = np.setdiff1d(np.arange(m + more), pivots.independent_columns(D))
     assert np.array_equal(T[free], np.eye(more))
     assert np.array_equal(x0[free], np.zeros(more))
-    assert condition == pytest.approx(np.linalg.cond(D[:, indices]))
 
 
 def test_a_solution_is_recovered_from_its_kept_entries() -> None:
     rng = np.random.default_rng(4)
     D, x = rng.standard_normal((3, 8)), rng.standard_normal(8)
     T, x0 = pivots.eliminate(D, -D @ x)
-    free = np.setdiff1d(np.arange(8), pivots.independent_columns(D)[0])
+    free = np.setdiff1d(np.arange(8), pivots.independent_columns(D))
     assert np.allclose(T @ x[free] + x0, x, atol=1e-12)
 
 
 def test_columns_that_nearly_vanish_are_not_chosen() -> None:
     D = np.array([[1e-12, 1.0, 0.0, 0.5, 0.0], [1e-12, 0.0, 1e-9, 0.0, 2.0]])
-    indices, condition = pivots.independent_columns(D)
+    indices = pivots.independent_columns(D)
     assert indices.tolist() == [1, 4]
-    assert condition == pytest.approx(2.0)
+    assert np.linalg.cond(D[:, indices]) == pytest.approx(2.0)
 
 
 def test_a_large_coupled_system_stays_well_conditioned() -> None:
     # two bases of falling weight at a joint: the pivots must come from the leading modes
     rng = np.random.default_rng(6)
     D = np.hstack([rng.standard_normal((3, 20)) * 0.4 ** np.arange(20.0), rng.standard_normal((3, 20)) * 0.4 ** np.arange(20.0)])
-    indices, condition = pivots.independent_columns(D)
-    assert condition < 20.0
+    indices = pivots.independent_columns(D)
+    assert np.linalg.cond(D[:, indices]) < 20.0
     assert np.all(indices % 20 < 5)
 
 

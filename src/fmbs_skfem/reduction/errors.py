@@ -91,10 +91,12 @@ def over(error: float, size: float) -> float:
     return error / size if size > 0.0 else math.inf if error > 0.0 else 0.0
 
 
-def common_times(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of the times that two trajectories share."""
+def common_times(where: str, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of the times that two trajectories share; InputError where these are fewer than two."""
     near = np.clip(np.searchsorted(b, a - 1e-9), 0, len(b) - 1)
     same = np.abs(b[near] - a) < 1e-9 * max(1.0, float(b[-1]))
+    if same.sum() < 2:
+        raise InputError(say(where, "two trajectories with common times", f"{same.sum()} common times"))
     return np.flatnonzero(same), near[same]
 
 
@@ -103,9 +105,7 @@ def compare(full: Trajectory, other: Trajectory) -> Errors:
 
     InputError where they share fewer than two times.
     """
-    i, j = common_times(full.times, other.times)
-    if len(i) < 2:
-        raise InputError(say("errors.compare", "two trajectories with common times", f"{len(i)} common times"))
+    i, j = common_times("errors.compare", full.times, other.times)
     q, p, system = body_coordinates(full)[i], body_coordinates(other)[j], full.system
     position, times = distances(system, q, other.system, p), full.times[i]
     start = system.lift(system.x0)

@@ -23,6 +23,7 @@ import scipy.linalg
 from ..core import ranks
 from ..core.arrays import finite
 from ..core.errors import InputError, say
+from . import affine
 
 RIGHT = 1e-7  #: cosine below which an angle counts as a right one
 
@@ -103,14 +104,5 @@ def interpolate(subspaces: Chart, point: Sequence[float] | np.ndarray) -> np.nda
     """Orthonormal columns (n, r) of the subspace at a point (d,), exact at the nodes."""
     weights = np.ones(1)
     for nodes, value in zip(subspaces.axes, np.asarray(point, dtype=np.float64), strict=True):
-        weights = np.outer(weights, lagrange(nodes, float(value))).ravel()
+        weights = np.kron(weights, affine.basis(nodes, float(value), logarithmic=False))
     return exp(subspaces.base, np.einsum("j,jnr->nr", weights, subspaces.tangents))
-
-
-def lagrange(nodes: np.ndarray, value: float) -> np.ndarray:
-    """Lagrange polynomials (k,) of the nodes (k,) at a value."""
-    from scipy.interpolate import BarycentricInterpolator
-
-    if len(nodes) == 1:
-        return np.ones(1)
-    return np.asarray(BarycentricInterpolator(nodes, np.eye(len(nodes)))(value), dtype=np.float64)

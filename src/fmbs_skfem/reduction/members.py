@@ -25,7 +25,6 @@ from ..core.errors import FmbsError, InputError, SolverError, say
 from ..core.notices import Notice
 
 if TYPE_CHECKING:
-    from ..dynamics import Trajectory
     from ..systems.system import System
     from .cases import Case, Family
 
@@ -194,9 +193,12 @@ def warm_up() -> Iterator[None]:
 
 def run_case(case: Case, instants: int) -> Result:
     """What a case gives; other threads of the worker get their turn now and then."""
+    from ..dynamics import outputs
+    from ..systems import probes
     from . import cases
 
-    return evaluate_outputs(cases.run(case, choose_steps(case, instants), lambda fraction: None))
+    motion = cases.run(case, choose_steps(case, instants), lambda fraction: None)
+    return Result(motion.times, outputs(motion), probes.column_units(motion.system.outputs))
 
 
 def choose_steps(case: Case, instants: int) -> np.ndarray:
@@ -205,13 +207,3 @@ def choose_steps(case: Case, instants: int) -> np.ndarray:
         raise InputError(say("sweep: instants", "at least 2", instants))
     steps = round(case.duration / case.scheme.step)
     return np.unique(np.round(np.linspace(0, steps, min(instants, steps + 1))).astype(np.int64))
-
-
-def evaluate_outputs(motion: Trajectory) -> Result:
-    """The outputs of a motion."""
-    from ..dynamics import outputs
-    from ..systems import probes
-
-    known = motion.system.outputs.items()
-    units = {column: unit for name, one in known for column, unit in zip(one.columns, probes.units(name, one), strict=True)}
-    return Result(motion.times, outputs(motion), units)

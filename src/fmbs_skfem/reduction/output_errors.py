@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.errors import InputError, say
 from ..core.notices import Notice
 from ..dynamics.outputs import outputs as histories
 from ..dynamics.trajectory import Trajectory
@@ -46,9 +45,7 @@ def compare(reference: Trajectory, other: Trajectory, known: Mapping[str, np.nda
 
     `known` are the columns (s,) of the reference, where they are at hand.
     """
-    i, j = common_times(reference.times, other.times)
-    if len(i) < 2:
-        raise InputError(say("output_errors.compare", "two trajectories with common times", f"{len(i)} common times"))
+    i, j = common_times("output_errors.compare", reference.times, other.times)
     mine, others = columns(reference) if known is None else known, columns(other)
     mine, others = ({name: values[k] for name, values in found.items()} for found, k in ((mine, i), (others, j)))
     return between(mine, others, reference.system.outputs)

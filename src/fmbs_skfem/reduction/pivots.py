@@ -23,8 +23,8 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 
-def independent_columns(D: ArrayLike) -> tuple[Indices, float]:
-    """Indices (m,), rising, of m well-conditioned columns of D (m,r), and the condition number of D[:, indices].
+def independent_columns(D: ArrayLike) -> Indices:
+    """Indices (m,), rising, of m well-conditioned columns of D (m,r).
 
     InputError where D has fewer columns than rows, or dependent rows.
     """
@@ -38,8 +38,7 @@ def independent_columns(D: ArrayLike) -> tuple[Indices, float]:
     if rank < m:
         remedy = "drop repeated constraints and those that hold for every mode, or keep more modes"
         raise InputError(say(where, f"{m} independent constraints", f"rank {rank}", remedy))
-    indices = np.sort(order[:m]).astype(np.intp)
-    return indices, float(np.linalg.cond(d[:, indices])) if m else 1.0
+    return np.sort(order[:m]).astype(np.intp)
 
 
 def eliminate(D: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
@@ -53,7 +52,7 @@ def eliminate(D: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
     if r <= m:
         remedy = "the basis is too small for the interface constraints: keep more modes (a smaller eps) or keep the multipliers"
         raise InputError(say(where, f"more than {m} modes for {m} constraints", f"{r} modes", remedy))
-    dependent, _ = independent_columns(matrix)
+    dependent = independent_columns(matrix)
     free = np.setdiff1d(np.arange(r), dependent)
     T, x0 = np.zeros((r, r - m)), np.zeros(r)
     T[free, np.arange(r - m)] = 1.0

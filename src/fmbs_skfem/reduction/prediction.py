@@ -132,7 +132,7 @@ def doubts(
     worst = max([value for value in (predicted[0], *e[known]) if not math.isnan(value)], default=math.nan)
     if tolerance is not None:
         if not predicted[2] <= tolerance:
-            found.append(f"the predicted error, with its spread, reaches {predicted[2]:.2g}, the wanted one is {tolerance:.2g}")
+            found.append(f"the predicted error reaches {predicted[2]:.2g} with its band, the wanted one is {tolerance:.2g}")
         missed = int(np.sum(e[known] > tolerance))
         if missed:
             found.append(f"{missed} of {int(known.sum())} hold-out points are above the wanted error {tolerance:.2g}")

@@ -5,7 +5,7 @@ r"""Training of a reduced model: of one system, or of a box of parameters by gre
 Before the checks a survey fills the samples of the last iteration up to `max_samples`, each as far as possible from the others:
 greedy looks for the maximum of I, and a surrogate of what it has seen there is too sure elsewhere. Where a wanted error is not
 reached after all, greedy goes on. A wanted error chooses eps and eta at the first full run (`error_budget`); training then ends
-when the predicted error, with its spread, is below it. Where truncation is the limit before that, eps is lowered and the runs that
+when the predicted error, with its band, is below it. Where truncation is the limit before that, eps is lowered and the runs that
 exist serve once more. One system is the task without parameters: one full run, and nothing to choose.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, section 4, doi 10.1016/j.cma.2019.112690.
@@ -228,7 +228,7 @@ def run_greedy(
 
 
 def small_enough(work: TrainingState, largest: float) -> bool:
-    """Whether the error predicted from the largest indicator, with its spread, is below the wanted one."""
+    """Whether the error predicted from the largest indicator, with its band, is below the wanted one."""
     if work.tolerance is None or not math.isfinite(largest):
         return False
     return calibration.predict(calibrate(known_pairs(work)), largest).high <= work.tolerance

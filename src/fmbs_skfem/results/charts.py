@@ -66,11 +66,6 @@ def stagger(samples: int, number: int, many: int, marks: int) -> tuple[int, int]
     return pace * number // max(many, 1), pace
 
 
-def mark_chosen(axes: Axes, x: float, y: float, size: float) -> None:
-    """A star at the next full run of a training."""
-    axes.plot([x], [y], "*", color=palette.VERMILLION, ms=size, mec="white", label="next full run")
-
-
 def level(axes: Axes, value: float | None, label: str, tint: str = palette.GREY) -> None:
     """A dotted line at a value, inside of the axes; none for None."""
     if value is None:

@@ -204,17 +204,18 @@ def _curve(axes: Axes, values: Sequence[Array], panel: Panel, limits: tuple[floa
     charts.rule(axes)
 
 
-def _surface(axes: Axes, values: Sequence[Array], panel: Panel, limits: tuple[float, float]) -> None:
+def _surface(axes: Axes, values: Sequence[Array], panel: Panel, limits: tuple[float, float], joined: bool = True) -> None:
+    """The mean over two parameters: a surface where points can be joined, otherwise dots, the largest in front."""
     x, y = values
     shown = slice(len(panel.mean))
-    levels = np.linspace(*limits, LEVELS + 1)
-    if _spreads(x, y):
-        axes.tricontourf(x[shown], y[shown], panel.mean, levels=levels, cmap="viridis", extend="both")
+    if joined and _spreads(x, y):
+        axes.tricontourf(x[shown], y[shown], panel.mean, levels=np.linspace(*limits, LEVELS + 1), cmap="viridis", extend="both")
     else:
-        axes.scatter(x[shown], y[shown], c=panel.mean, vmin=limits[0], vmax=limits[1], cmap="viridis", s=14)
+        order = np.argsort(panel.mean, kind="stable")
+        axes.scatter(x[order], y[order], c=panel.mean[order], vmin=limits[0], vmax=limits[1], cmap="viridis", s=14)
     axes.plot(x[panel.samples], y[panel.samples], "o", mfc="white", mec=palette.BLACK, ms=5, label="reduced runs")
     if panel.chosen is not None:
-        charts.mark_chosen(axes, x[panel.chosen], y[panel.chosen], 15)
+        axes.plot(x[[panel.chosen]], y[[panel.chosen]], "*", color=palette.VERMILLION, ms=15, mec="white", label="next full run")
 
 
 def _spreads(x: Array, y: Array) -> bool:
@@ -229,17 +230,13 @@ def _pairs(candidates: Mapping[str, Array], panel: Panel, label: str) -> Figure:
     figure = charts.figure(3.0 * size + 1.2, 2.7 * size + 0.6, panel.title)
     grid = figure.subplots(size, size, squeeze=False, sharex="col", sharey="row")
     limits = _limits([panel])
-    order = np.argsort(panel.mean, kind="stable")
     for (i, first), (j, second) in itertools.product(enumerate(names[:-1]), enumerate(names[1:])):
         axes = grid[j, i]
         if j < i:
             axes.set_axis_off()
             continue
         x, y = candidates[first], candidates[second]
-        axes.scatter(x[order], y[order], c=panel.mean[order], vmin=limits[0], vmax=limits[1], cmap="viridis", s=12)
-        axes.plot(x[panel.samples], y[panel.samples], "o", mfc="none", mec=palette.BLACK, ms=6, label="reduced runs")
-        if panel.chosen is not None:
-            charts.mark_chosen(axes, x[panel.chosen], y[panel.chosen], 13)
+        _surface(axes, (x, y), panel, limits, joined=False)
         if i == 0:
             axes.set_ylabel(second)
         if j == size - 1:
