@@ -20,7 +20,7 @@ from fmbs_skfem import reduction, scenes
 from fmbs_skfem.bodies import Body, Circular, Material, cable
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
-from fmbs_skfem.reduction import cases, excitation, part_files, parts, reduced_models, runs, snapshots
+from fmbs_skfem.reduction import cases, excitation, part_files, parts, runs, snapshots
 from fmbs_skfem.reduction.excitation import Excitation
 from fmbs_skfem.reduction.part_files import Part
 from fmbs_skfem.scenes import build
@@ -267,7 +267,7 @@ def example_3(scale: float) -> Figures:
     sharp = cases.Case(build.chosen_form(scene, raw), scheme, duration, SHARP)
     motion = cases.run(sharp, kept)
     found["full [CPU s]"] = motion.statistics.cpu_s
-    models["modes of coordinates, exact"] = reduced_models.case_at(reduction.train(task, motion=motion).model, {}).system
+    models["modes of coordinates, exact"] = reduction.train(task, motion=motion).model.cases({}).system
     tolerance = Newton(tolerance=1e-12)
     solved = {name: cases.run(cases.Case(one, scheme, duration, tolerance), kept) for name, one in models.items()}
     for name, one in solved.items():

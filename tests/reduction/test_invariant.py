@@ -27,6 +27,7 @@ from fmbs_skfem.systems import At, System, assemble, change_coordinates, check_s
 from fmbs_skfem.systems.system import linear_part
 from fmbs_skfem.verification.vibration import ring
 from tests import models
+from tests.reduction.hold_out import share_runs
 
 SCHEME, SHARP, DURATION = GeneralizedAlpha(1e-3), Newton(tolerance=1e-12), 0.6
 COMPONENTS = {"I": ("I",), "II": ("II",)}
@@ -155,7 +156,7 @@ def young(values: Mapping[str, float]) -> Case:
 def test_families_and_comparators_take_it() -> None:
     """One basis of two full runs, as a polynomial of Young's modulus and at the corner of it; Grassmann interpolation as well."""
     task = TrainingTask(young, (Parameter("E", 0.7e9, 1.3e9, unit="Pa"),), Plan(COMPONENTS, 1e-11, invariant=True), 3e-3)
-    runs = comparators.share_runs(task)
+    runs = share_runs(task)
     given = [comparators.uniform(task, runs, (2,)), comparators.interpolated(task, runs, (2,))]
     rows = comparators.compare(task, given, runs, np.array([[1.0e9]]))
     assert all(not row.trials[0].reason for row in rows), [row.trials[0].reason for row in rows]
