@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,10 +29,10 @@ def with_full_bodies(scene: Scene) -> list[Body]:
     for name, model in scene.bodies.items():
         if isinstance(model, PlacedPart):
             own = library.bodies[model.file.removesuffix(".part.h5")]
-            moved = own.model_copy(update={"origin": model.origin, "rotation": model.rotation})
-            found.append(moved.build(library, name, None, False))
+            moved = replace(own, name=name, origin=model.origin, rotation=model.rotation)  # type: ignore[call-arg]
+            found.append(moved.build(library, None, False))
         else:
-            found.append(model.build(scene, name, None, False))
+            found.append(model.build(scene, None, False))
     return found
 
 

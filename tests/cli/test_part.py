@@ -83,3 +83,13 @@ def test_refused(folder: Path, options: tuple[str, ...], told: str, monkeypatch:
     done = fmbs("part", *options)
     assert done.code in (3, 8)
     assert told in done.err.replace("\n", " ")
+
+
+def test_strains_beyond_the_training_are_told_and_strict_stops(folder: Path, tmp_path: Path) -> None:
+    (folder / "pushed.yaml").write_text(CHAIN.replace("[1 mN, 0]", "[2000 N, 0]"), encoding="utf-8")
+    found = fmbs("run", folder / "pushed.yaml", "--json", "--no-plots", "--out", tmp_path / "out")
+    assert found.code == 0, found.err
+    assert {one["body"] for one in found.json["beyond_training"]} <= {"upper", "lower"}
+    assert "near (" in found.err
+    assert "trained from" in found.err
+    assert fmbs("run", folder / "pushed.yaml", "--strict", "--no-plots", "--out", tmp_path / "strict").code != 0

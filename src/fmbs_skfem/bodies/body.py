@@ -91,7 +91,6 @@ class Cells:
         return cells
 
 
-@storable
 @dataclass(frozen=True)
 class ShapePoints:
     """A law at points of a reduced body, u[(k, c), p] = sum_b table[k, p, b] z[b, c]: shape functions over all of it.
@@ -109,11 +108,23 @@ class ShapePoints:
     trained: Annotated[np.ndarray, Reals("2 *")] = field(default_factory=lambda: np.zeros((2, 0)))
     matrix: csr_array | None = None  #: (b c, n) of the coordinates z in the unknowns
     offset: np.ndarray = field(default_factory=lambda: np.zeros(0))  #: (b c,) of the coordinates z, where there is a matrix
+    positions: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))  #: (p, c) in the reference, where they are known [m]
+
+
+storable(
+    ShapePoints,
+    matrix=lambda values: None,
+    offset=lambda values: np.zeros(0),
+    positions=lambda values: np.zeros((0, 0)),
+)
 
 
 @also.register(ShapePoints)
 def check_points(points: ShapePoints, name: str, sizes: Sizes) -> None:
-    """The matrix of points that have one gives all coordinates of the body from the unknowns."""
+    """The matrix of points that have one gives all coordinates of the body from the unknowns; positions are those of all points."""
+    if points.positions.size:
+        wanted = (points.table.shape[1], points.dim)
+        require(points.positions.shape == wanted, f"{name}.positions", f"an array {wanted}", points.positions.shape)
     if points.matrix is not None:
         wanted = (points.table.shape[2] * points.dim, sizes.get("n", points.matrix.shape[1]))
         require(points.matrix.shape == wanted, f"{name}.matrix", f"an array {wanted}", points.matrix.shape)

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse import csr_array, vstack
 
-from ..bodies.body import Body, Cells, ShapePoints, locate, probe
+from ..bodies.body import Body, Cells, ShapePoints, locate, own, probe
 from ..bodies.cable_law import curvatures
 from ..bodies.fields import COMPONENTS
 from ..bodies.laws import Law
@@ -28,6 +28,8 @@ from ..core.notices import notify
 from ..dynamics.measurements import point_strains
 from ..dynamics.outputs import lifted
 from ..dynamics.trajectory import Trajectory
+from ..shapes import line, surface
+from ..shapes.surface import Parent, Surface
 from ..systems import lengths, shape_points, terms
 from ..systems.system import Elastic
 from . import invariant, pod, sampling
@@ -87,6 +89,7 @@ def reduced_body(part: Body, S: np.ndarray) -> Body:
     first = sorted(part.frames.items(), key=lambda one: one[1])
     rows = [np.arange(at, at + 1 + part.dim) for _, at in first]
     points = shape_points.of_cells(part.cells, spread.toarray())
+    points = replace(points, positions=cell_centres(part)[points.cell])
     return replace(
         part,
         reference=found[:, 1:],
@@ -99,6 +102,18 @@ def reduced_body(part: Body, S: np.ndarray) -> Body:
         axes=csr_array(S[np.concatenate(rows)]) if rows else None,
         shapes=points,
     )
+
+
+def cell_centres(part: Body) -> np.ndarray:
+    """Positions of the centres of the cells of a line or surface in the reference (e, c) [m]."""
+    if isinstance(part.space, Surface):
+        xi = (0.5, 0.5) if part.space.parent is Parent.SQUARE else (1.0 / 3.0, 1.0 / 3.0)
+        rows = surface.sample(part.space, np.arange(len(part.space.nodes)), np.tile(xi, (len(part.space.nodes), 1)))
+    else:
+        assert part.space is not None
+        breaks = line.breaks(part.space)
+        rows = line.sample(part.space, 0.5 * (breaks[1:] + breaks[:-1]))
+    return np.asarray(own(part, rows) @ part.reference)
 
 
 def symmetric(A: csr_array, S: np.ndarray) -> csr_array:
@@ -168,7 +183,10 @@ def placed(part: Body, name: str, origin: np.ndarray | None = None, rotation: np
         remedy = "a mirrored part is another part: train it from a mirrored mesh"
         raise InputError(say(f"part '{name}'", f"a rotation ({part.dim}, {part.dim}) that mirrors nothing", R.tolist(), remedy))
     shift = np.zeros(part.dim) if origin is None else np.asarray(origin, dtype=float)
-    return replace(part, name=name, reference=part.reference @ R.T + np.outer(part.constant, shift))
+    points = part.shapes
+    if points is not None and points.positions.size:
+        points = replace(points, positions=points.positions @ R.T + shift)
+    return replace(part, name=name, shapes=points, reference=part.reference @ R.T + np.outer(part.constant, shift))
 
 
 @dataclass(frozen=True)
@@ -180,10 +198,12 @@ class Departure:
     value: float
     trained: tuple[float, float]
     time: float  #: of the first state outside [s]
+    place: tuple[float, ...] = ()  #: where the value is, in the reference [m]; nothing in files that do not know it
 
     def __str__(self) -> str:
-        low, high = self.trained
-        return f"part '{self.body}': {self.kind} {self.value:.3g} at {self.time:.4g} s, trained from {low:.3g} to {high:.3g}"
+        (low, high), place = self.trained, ", ".join(f"{x:.3g}" for x in self.place)
+        found = f"{self.kind} {self.value:.3g} near ({place}) m of the reference" if place else f"{self.kind} {self.value:.3g}"
+        return f"part '{self.body}': {found}, outside since {self.time:.4g} s, trained from {low:.3g} to {high:.3g}"
 
 
 def departures(trajectory: Trajectory) -> list[Departure]:
@@ -203,7 +223,8 @@ def departures(trajectory: Trajectory) -> list[Departure]:
                 s, p = np.unravel_index(int(over.argmax()), over.shape)
                 first = trajectory.times[int(np.flatnonzero((over > 0.0).any(axis=1))[0])]
                 limits = float(low[j]), float(high[j])
-                found.append(Departure(elastic.name, kind, float(values[s, p, j]), limits, float(first)))
+                place = tuple(points.positions[p].tolist()) if points.positions.size else ()
+                found.append(Departure(elastic.name, kind, float(values[s, p, j]), limits, float(first), place))
     return found
 
 

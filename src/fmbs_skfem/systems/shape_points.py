@@ -200,7 +200,8 @@ def unknowns(points: ShapePoints) -> slice:
 def choose_points(points: ShapePoints, kept: np.ndarray, factors: np.ndarray) -> ShapePoints:
     """Table and section of these points."""
     table, section = np.ascontiguousarray(points.table[:, kept]), weigh(points.section, kept, factors)
-    return replace(points, table=table, section=section, cell=points.cell[kept])
+    positions = points.positions[kept] if points.positions.size else points.positions
+    return replace(points, table=table, section=section, cell=points.cell[kept], positions=positions)
 
 
 def of_cells(cells: Cells, functions: np.ndarray) -> ShapePoints:

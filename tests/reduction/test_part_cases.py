@@ -1,0 +1,165 @@
+"""Parts in hard cases: turned half round, of different sizes, held everywhere, beside their full twins, two hundred of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from fmbs_skfem.bodies import Body, Circular, Material, cable
+from fmbs_skfem.bodies.body import point_mass
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
+from fmbs_skfem.dynamics.outputs import lifted
+from fmbs_skfem.reduction import part_files, parts, snapshots
+from fmbs_skfem.reduction.excitation import Excitation, excite
+from fmbs_skfem.scenes import build, reading
+from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.systems.system import linear_part
+from tests import models
+
+from .test_part_files import SCENE, alone, arm
+
+SCHEME, SHARP = GeneralizedAlpha(1e-3), Newton(tolerance=1e-12)
+HALF = np.diag([-1.0, -1.0, 1.0])
+DOWN = loads.Gravity((0.0, 0.0, -9.81))
+
+
+def run(system: System, duration: float = 0.4) -> Trajectory:
+    return integrate(eliminate(system), SCHEME, duration, SHARP)
+
+
+def apart(one: Trajectory, other: Trajectory) -> float:
+    """Largest distance of the free ends [m]."""
+    first, second = (np.stack([outputs(motion)[f"free_{axis}"] for axis in "xyz"]) for motion in (one, other))
+    return float(np.linalg.norm(first - second, axis=0).max())
+
+
+def folded(body: Body) -> System:
+    """Two arms that point away from each other along x: the second is the first turned half round."""
+    bodies = [parts.placed(body, "I"), parts.placed(body, "II", rotation=HALF)]
+    held = [joints.Pin("A", At("I", "right")), joints.Pin("B", At("I", "left"), At("II", "left"))]
+    return assemble(bodies, held, [DOWN], outputs={"free": probes.Position(At("II", "right"))})
+
+
+def test_a_part_turned_half_round() -> None:
+    assert apart(run(folded(arm())), run(folded(alone().body))) < 1.5e-4
+
+
+@cache
+def needle() -> Body:
+    """A body of two centimetres."""
+    return cable("needle", models.straight(8, end=(0.02, 0.0, 0.0)), Circular(2e-4), Material(1e9, 1800.0))
+
+
+def test_two_parts_of_different_scale() -> None:
+    small = part_files.train(needle(), excite(needle(), Excitation(runs=2, step=2e-4, duration=0.2))).body
+
+    def hung(large: Body, tiny: Body) -> System:
+        bodies = [parts.placed(large, "I"), parts.placed(tiny, "II", np.array([1.0, 0.0, 0.0]))]
+        held = [joints.Pin("A", At("I", "left")), joints.Pin("B", At("I", "right"), At("II", "left"))]
+        return assemble(bodies, held, [DOWN], outputs={"free": probes.Position(At("II", "right"))})
+
+    assert apart(run(hung(arm(), needle()), 0.2), run(hung(alone().body, small), 0.2)) < 1e-4
+
+
+def test_a_part_beside_its_full_twin() -> None:
+    """Both are welded into one beam, part first or last: it moves as two full ones.
+
+    Trained on the motion of two full ones: pinned bodies do not bend at their ends.
+    """
+
+    def beam(first: Body, second: Body) -> System:
+        bodies = [parts.placed(first, "I"), parts.placed(second, "II", np.array([1.0, 0.0, 0.0]))]
+        held = [joints.Pin("A", At("I", "left")), joints.Weld("W", At("I", "right"), At("II", "left"))]
+        return assemble(bodies, held, [DOWN], outputs={"free": probes.Position(At("II", "right"))})
+
+    wanted = run(beam(arm(), arm()))
+    part = part_files.train(arm(), snapshots(wanted).q.reshape(-1, len(arm().reference), 3)).body
+    for pair in ((part, arm()), (arm(), part), (part, part)):
+        assert apart(wanted, run(beam(*pair))) < 1e-4
+
+
+def test_joints_at_places_that_a_part_does_not_have() -> None:
+    with pytest.raises(InputError, match=r"one of its points \(left, right\), got 'middle'"):
+        assemble([alone().body], [joints.Pin("A", At("arm", "middle"))])
+
+
+def test_a_part_that_its_joints_hold_everywhere() -> None:
+    """Two functions, held at both ends, are at rest; two clamps ask for more directions than there are, and leave none."""
+    states = alone().body.spread @ np.ones(alone().body.spread.shape[1])  # type: ignore[union-attr]
+    assert len(states) == len(arm().reference)
+    S = parts.with_places(arm(), np.column_stack([arm().constant, arm().reference[:, 0]]))
+    stiff = parts.reduced_body(arm(), S)
+    held = [joints.Pin("A", At("arm", "left")), joints.Pin("B", At("arm", "right"))]
+    system = eliminate(assemble([stiff], held, [DOWN]))
+    assert system.size == 0 or np.abs(integrate(system, SCHEME, 0.01, SHARP).x).max() < 1e-9
+
+
+def test_strains_outside_are_told_with_time_place_and_remedy() -> None:
+    bob, spin = point_mass("bob", 5.0, np.array([3.0, 0.0, 0.0])), Motion(angular_velocity=(0.0, 0.0, 30.0))
+    shift = np.array([2.0, 0.0, 0.0])
+    held = [joints.Pin("A", At("arm", "left")), joints.Pin("B", At("arm", "right"), At("bob"))]
+    start = Motion((0.0, -60.0, 0.0), spin.angular_velocity)
+    system = assemble([parts.placed(alone().body, "arm", shift), bob], held, initial={"arm": start, "bob": start})
+    with pytest.warns(UserWarning, match=r"axial strain .* near \(.*, 0, 0\) m .* since .* s, .*\(fmbs part train --alone\)"):
+        (one, *_) = parts.warn(run(system, 0.05))
+    assert 2.0 < one.place[0] < 3.0
+    old = replace(alone().body, shapes=replace(alone().body.shapes, positions=np.zeros((0, 0))))  # type: ignore[type-var]
+    assert parts.placed(old, "arm", shift).shapes.positions.size == 0  # type: ignore[union-attr]
+
+
+def test_scenes_of_another_dimension_are_refused(tmp_path: Path) -> None:
+    part_files.save(alone(), tmp_path / "arm.part.h5")
+    text = SCENE.format(dimension=2, place="left").replace("[1 m, 0, 0], rotation: {axis: [0, 0, 1], angle: 90 deg}", "[1 m, 0]")
+    text = text.replace("[0, 0, -9.81 m/s^2]", "[0, -9.81 m/s^2]").replace("spherical", "pin")
+    with pytest.raises(InputError, match="a part of dimension 2, got 3; train it in a scene of dimension 2"):
+        build.system(reading.loads(text, tmp_path))
+
+
+def test_many_parts_cost_no_more_each_than_few() -> None:
+    """Rows of joints at places are entries of an identity: what is left out leaves one entry a coordinate."""
+
+    def chain(count: int) -> System:
+        bodies = [parts.placed(alone().body, f"arm{k}", np.array([float(k), 0.0, 0.0])) for k in range(count)]
+        held = [joints.Pin("root", At("arm0", "left"))]
+        held += [joints.Pin(f"j{k}", At(f"arm{k - 1}", "right"), At(f"arm{k}", "left")) for k in range(1, count)]
+        return assemble(bodies, held, [DOWN], pictures=False)
+
+    full = chain(200)
+    free = eliminate(full)
+    assert linear_part(full)[1].nnz <= 2.0 * 3 * 200
+    assert free.lift.matrix.nnz <= full.size
+    assert free.size == full.size - 600
+    assert free.mass.nnz <= 200 * full.mass.nnz / 100
+
+
+def test_energy_and_angular_momentum_drift_as_those_of_the_full_body() -> None:
+    """Second order in the step, and within a fifth of the full body's own drift."""
+
+    def drift(body: Body, h: float) -> tuple[float, float]:
+        start = {"arm": Motion((0.3, 0.0, 0.1), (0.5, 4.0, 2.0))}
+        system = assemble([body], outputs={"energy": probes.Energy()}, initial=start)
+        motion = integrate(system, GeneralizedAlpha(h, rho_inf=1.0), 0.4, SHARP)
+        q, rate, _ = lifted(motion)
+        angular = np.cross(q.reshape(len(q), -1, 3), (rate @ system.mass).reshape(len(q), -1, 3)).sum(axis=1)
+        energy = outputs(motion)["energy_balance"]
+        return float(np.abs(angular - angular[0]).max() / np.linalg.norm(angular[0])), float(np.ptp(energy) / energy[0])
+
+    found = {h: (drift(arm(), h), drift(alone().body, h)) for h in (2e-3, 1e-3)}
+    for k in range(2):
+        full, part = found[2e-3][0][k], found[2e-3][1][k]
+        assert part == pytest.approx(full, rel=0.2)
+        assert part / found[1e-3][1][k] == pytest.approx(4.0, abs=0.8)
+
+
+def test_a_file_of_the_first_parts_is_read() -> None:
+    """Before points knew their positions."""
+    found = part_files.load(Path(__file__).parent / "data" / "arm_1.part.h5").body
+    assert found.shapes is not None
+    assert found.shapes.positions.size == 0
+    assert_allclose(found.reference[:2, 0], [0.0, 1.0], atol=1e-12)
