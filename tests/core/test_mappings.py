@@ -42,7 +42,7 @@ class Whole:
 
     shapes: dict[str, Shape]
     kind: Literal["fine", "coarse"] = "fine"
-    count: Annotated[int, whole(1, 9)] = 3
+    count: Annotated[int, whole(1, 9)] = field(default=3, metadata={"note": "of its own"})
     points: tuple[Point, ...] = ()
     flag: bool | None = None
     hidden: int = field(default=7, metadata=mappings.HIDDEN)

@@ -13,7 +13,7 @@ from fmbs_skfem.bodies import Circular, Material
 from fmbs_skfem.bodies import body as bodies
 from fmbs_skfem.core.errors import InputError, SolverError
 from fmbs_skfem.scenes import build, fields, schema
-from fmbs_skfem.scenes.bodies import remesh
+from fmbs_skfem.scenes.remeshing import remesh
 from fmbs_skfem.shapes import meshes
 from fmbs_skfem.systems import assembly, joints, loads
 

@@ -48,7 +48,7 @@ def entries(kind: Any) -> dict[str, Entry]:
         raise InputError(say(f"class {kind.__qualname__}", "a dataclass", "none", "write @dataclass(frozen=True) above it"))
     hints, found = get_type_hints(kind, include_extras=True), dict[str, Entry]()
     for field in dataclasses.fields(kind):
-        if not field.metadata and not (field.name == NAME and issubclass(kind, Declared)):
+        if "hidden" not in field.metadata and not (field.name == NAME and issubclass(kind, Declared)):
             made: Any = field.default_factory
             default = made() if isinstance(made, type) and dataclasses.is_dataclass(made) else field.default
             needed = default is dataclasses.MISSING and made is dataclasses.MISSING
@@ -312,7 +312,7 @@ def plain(value: Any) -> Any:
         parts = {
             field.name: getattr(value, field.name)
             for field in dataclasses.fields(value)
-            if not field.metadata and not (tag and field.name == NAME)
+            if "hidden" not in field.metadata and not (tag and field.name == NAME)
         }
         return tag | {key: plain(part) for key, part in parts.items() if part is not None}
     if isinstance(value, Mapping):
