@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 from fmbs_skfem.bodies import cable, point_mass, rigid, sections
 from fmbs_skfem.core import expressions, units
-from fmbs_skfem.core.errors import InputError, SolverError
+from fmbs_skfem.core.errors import CorruptFile, InputError, SolverError
 from fmbs_skfem.core.responses import is_quantity, of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs
 from fmbs_skfem.reduction import files, galerkin, pod, sampling
@@ -28,6 +28,7 @@ from fmbs_skfem.systems import (
     joints,
     loads,
     probes,
+    responses,
 )
 from fmbs_skfem.systems.controls import Actuator, ControlForce, ControlTorque, Motor
 
@@ -246,6 +247,23 @@ def test_scenes() -> None:
 def test_what_does_not_fit_is_named(text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         reading.loads(SCENE.replace("-k*(tip.x - far) - c*tip.vx", text))
+
+
+def test_names_of_parameters_come_first() -> None:
+    """A parameter may have the name of what the load measures, or of an output."""
+    names = {"rate": 3.0, "ball": 2.0}
+    system = ball(ControlForce("f", BALL, (1.0, 0.0), of_state("rate * ball - stretch", "", names)), at=0.0)
+    motion = integrate(system, GeneralizedAlpha(1e-2), 0.1, TIGHT)
+    assert motion.a[0, 0] == pytest.approx(3.0, rel=1e-9)
+
+
+def test_files_name_the_output_that_they_need(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    load = ControlForce("f", BALL, (1.0, 0.0), of_state("-ball.x", "", {}))
+    path = files.save(eliminate(ball(load)), tmp_path / "model.h5")
+    monkeypatch.setattr(probes.Probe, "known", {"energy": probes.Energy})
+    responses.made.cache_clear()
+    with pytest.raises(CorruptFile, match="'position'; import the file that declares it first"):
+        files.load(path)
 
 
 def test_numbers_with_units() -> None:

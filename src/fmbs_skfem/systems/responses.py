@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from scipy.sparse import csr_array
 
 from ..core import expressions, responses, units
-from ..core.errors import InputError
+from ..core.errors import InputError, listed, say
 from ..core.expressions import of_time
 from ..core.problems import Problem
 from ..core.responses import OfState
@@ -140,14 +140,15 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     count = 1 + len(parameters) + sum(int(one[3]) for one in outputs)
     y, v, p = written.rows(total), written.rates(total), written.numbers(count)
     along, own = coordinate.write(y[: coordinate.rows, :], v[: coordinate.rows, :], p[0])
-    names = {"t": written.history(), "pi": sympy.pi} | {parameter: p[1 + k] for k, parameter in enumerate(parameters)}
+    names = {"t": written.history(), "pi": sympy.pi}
     row, first = coordinate.rows, 1 + len(parameters)
     for output, word, rows, numbers, *parts in outputs:
         last, final = row + int(rows), first + int(numbers)
-        values = Probe.known[word].write(y[row:last, :], v[row:last, :], p[first:final, :])
+        values = probe_of(name, word).write(y[row:last, :], v[row:last, :], p[first:final, :])
         names |= {named(output, part): value for part, value in zip(parts, values, strict=True)}
         row, first = last, final
-    names |= zip(coordinate.own, own, strict=True)
+    names |= zip(coordinate.own, own, strict=True)  # before outputs, and parameters before both
+    names |= {parameter: p[1 + k] for k, parameter in enumerate(parameters)}
     known = responses.Names(parameters)
 
     def value(text: str) -> Any:
@@ -162,6 +163,14 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     return force_laws.named(found, name, law_of), used
 
 
+def probe_of(law: str, word: str) -> type[Probe]:
+    """The class of an output."""
+    if word not in Probe.known:
+        expected = f"outputs of known types {listed(Probe.known, word)}"
+        raise InputError(say(f"force law '{law}'", expected, f"'{word}'", "import the file that declares it first"))
+    return Probe.known[word]
+
+
 force_laws.MAKERS[WORD] = law_of
 
 
@@ -171,9 +180,8 @@ def turning(draft: Draft, where: str, at: At, to: At | None, axis: Sequence[floa
     if to is None or layout.dim == 2:
         ends = [at] if to is None else [at, to]
         arms = [draft.probes.add(arm(where, layout, end, axis)[0]) for end in ends]
-        return Gauge("angle", tuple(first + c for first in arms for c in range(2)), 0.0), ("torque", "relative torque")[
-            len(ends) - 1
-        ]
+        gauge = Gauge("angle", tuple(first + c for first in arms for c in range(2)), 0.0)
+        return gauge, "torque" if to is None else "relative torque"
     _, u, normal = arm(where, layout, at, axis)
     vectors = [rows_of(where, layout, end, vector) for end, vector in ((at, u), (to, u), (to, normal))]
     first = [draft.probes.add(rows) for rows in vectors]
