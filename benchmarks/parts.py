@@ -118,9 +118,9 @@ def of_coordinates(raw: System, states: Trajectory, duration: float, invariant: 
     return reduction.train(task, motion=states).model.system
 
 
-def example_2(scale: float) -> Figures:
+def example_2(scale: float, cells: int = 100, rounds: int = 3) -> Figures:
     """One beam trained alone in the three mechanisms, beside modes of coordinates trained on the first of them."""
-    full, duration = beam(), 3.0 * scale
+    full, duration = beam(cells), 3.0 * scale
     part, spent = alone(full)
     found = {"training [CPU s]": spent, "functions": float(part.notes["functions"]), "points": float(part.notes["points"])}
     for name, case in {"askew": (ASKEW, False), "hung at the other end": (DOWN, True)}.items():
@@ -128,7 +128,7 @@ def example_2(scale: float) -> Figures:
         found[f"error part, {name} [m]"] = distance(wanted, runner(hung(part.body, *case), SCHEME, duration)())
     raw = hung(full)
     modes = of_coordinates(raw, runner(raw, SCHEME, duration, SHARP)(), duration)
-    return found | against(raw, {"part": hung(part.body), "modes of coordinates": modes}, duration, 1.0, rounds=3)
+    return found | against(raw, {"part": hung(part.body), "modes of coordinates": modes}, duration, 1.0, rounds=rounds)
 
 
 def invariant(scale: float) -> Figures:
@@ -148,9 +148,9 @@ def other_end(scale: float) -> Figures:
     return against(hung(full, DOWN, True), {"part": hung(part.body, DOWN, True)}, duration, 1.0)
 
 
-def chain(scale: float, arms: int = 10) -> Figures:
+def chain(scale: float, arms: int = 10, cells: int = 100) -> Figures:
     """A chain of arms released from the horizontal over 2 s, one part trained alone, or on the motion of two arms."""
-    full, duration = beam(), 2.0 * scale
+    full, duration = beam(cells), 2.0 * scale
     part, spent = alone(full)
     motion = runner(chain_of(full, 2), SCHEME, 3.0 * scale, SHARP)()
     pair = part_files.train(full, snapshots(motion).q.reshape(-1, len(full.reference), 3))

@@ -90,6 +90,6 @@ def test_sweep(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     module = script("parts", tmp_path, monkeypatch)
-    found = module.example_2(8, 0.1, 1)
-    assert found["error_hung_at_the_other_end"] < 1e-4
-    assert module.chains(8, 0.05, 3, 1)["error_over_length"] < 1e-4
+    found = module.example_2(0.1 / 3.0, 8, 1)
+    assert found["error part, hung at the other end [m]"] < 1e-4
+    assert module.chain(0.025, 3, 8)["error part"] < 1e-4
