@@ -151,7 +151,7 @@ def test_constant_operators_of_sparse_systems_act(monkeypatch: pytest.MonkeyPatc
 def test_errors_behind_the_doors_come_through(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     """What goes wrong in Python inside the compiled step is raised as it is; only without factors the step is halved."""
 
-    def fail(self: large.Large, step: object) -> None:
+    def fail(self: large.Large, step: object, table: int = 0) -> None:
         raise error
 
     monkeypatch.setattr(large.Large, name, fail)

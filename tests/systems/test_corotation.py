@@ -11,8 +11,9 @@ from fmbs_skfem.bodies import body
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
 from fmbs_skfem.reduction import galerkin
 from fmbs_skfem.reduction.pod import Basis
-from fmbs_skfem.systems import At, Rayleigh, System, assemble, compile_system, compiled, joints, loads, points
+from fmbs_skfem.systems import At, Rayleigh, System, assemble, cells, compile_system, compiled, joints, loads, points
 from fmbs_skfem.systems.corotation import add_rotated_tangent
+from fmbs_skfem.systems.system import multiply_out
 
 from .. import models
 
@@ -27,9 +28,9 @@ def complete(raw: System) -> System:
     return galerkin.reduce_system(raw, components, found)
 
 
-def spun(dim: int = 2, beta: float = 0.0, torque: float = 0.2) -> System:
+def spun(dim: int = 2, beta: float = 0.0, torque: float = 0.2, cells: int = 4) -> System:
     """Two beams hinged to each other and to the ground, driven by a moment."""
-    one = body.cable("one", models.straight(4), models.SECTION, models.MATERIAL, dim=dim)
+    one = body.cable("one", models.straight(cells), models.SECTION, models.MATERIAL, dim=dim)
     two = body.cable("two", models.straight(3, (1, 0, 0), (1.7, 0, 0)), models.SECTION, models.MATERIAL, dim=dim)
     held = [joints.Pin("A", At("one", "left")), joints.Pin("B", At("one", "right"), At("two", "left"))]
     pushes = [loads.Moment("motor", At("one", "left"), torque)] if dim == 2 else [loads.Gravity((0.0, 0.0, -9.81))]
@@ -107,13 +108,15 @@ def test_a_space_without_the_turned_shapes_assembles() -> None:
     assert len(compile_system(system).arrays.corotation.table) == 0
 
 
-def test_points_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Points that are handled in blocks have the energy, forces, tangents and turned tangents of all points at once."""
-    system = spun(beta=0.02)
+@pytest.mark.parametrize("sampled", [True, False])
+def test_points_and_cells_in_blocks(sampled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those that are handled in blocks have the energy, forces, tangents and turned tangents of all at once."""
+    system = multiply_out(spun(beta=0.02)) if sampled else spun(beta=0.02, cells=9)
     x, v = np.random.default_rng(1).standard_normal((2, system.size))
     whole = compile_system(system)
     monkeypatch.setattr(points, "ROOM", 500)
-    parts = compile_system(system)
+    monkeypatch.setattr(cells, "BLOCK", 2)
+    parts = compile_system(replace(system))
     assert len(parts.terms) > len(whole.terms) == 2
     found = [
         (

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from scipy.linalg import block_diag
 from scipy.sparse import csr_array, random_array
 
-from fmbs_skfem.bodies import Body, Law, point_mass
+from fmbs_skfem.bodies import Body, Cells, Law, point_mass
 from fmbs_skfem.bodies.laws import CABLES
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.linalg import as_dense
@@ -32,6 +32,7 @@ from fmbs_skfem.systems import (
     probes,
 )
 from fmbs_skfem.systems.points import Sampled
+from fmbs_skfem.systems.system import multiply_out
 
 from .parts import A0, A1, B0, B1, BOB, C0, C1, beams, every_load
 
@@ -144,9 +145,16 @@ def test_the_order_of_the_band_does_not_show(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def transformed(system: System, V: Any, d: np.ndarray, seed: int = 0) -> System:
-    """System in z, x = V z + d, compared with the original: forces, gap, tangent, energy, mass, sensors."""
-    rng = np.random.default_rng(seed)
+    """System in z, x = V z + d, compared with the original, also with its cells multiplied out."""
     new = change_coordinates(system, V, d)
+    compare(system, new, V, d, seed)
+    compare(system, multiply_out(new), V, d, seed)
+    return new
+
+
+def compare(system: System, new: System, V: Any, d: np.ndarray, seed: int) -> None:
+    """Forces, gap, tangent, energy, mass, sensors of a system in z, x = V z + d, and of the original."""
+    rng = np.random.default_rng(seed)
     z, w = new.x0 + 1e-3 * rng.normal(size=new.size), rng.normal(size=new.size)
     x, v, multipliers = V @ z + d, V @ w, rng.normal(size=len(system.constraints.names))
     dense = as_dense(V)
@@ -163,7 +171,6 @@ def transformed(system: System, V: Any, d: np.ndarray, seed: int = 0) -> System:
     assert_allclose(as_dense(new.mass), M, atol=1e-14)
     assert_allclose(new.sensors(z), system.sensors(x), atol=1e-12)
     assert_allclose(new.lift(z), system.lift(x), atol=1e-12)
-    return new
 
 
 def basis(system: System, r: int, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
@@ -182,8 +189,10 @@ def sparse_map(n: int, r: int, seed: int = 1) -> csr_array:
 def test_dense_change_of_coordinates(dim: int) -> None:
     system = everything(dim)
     new = transformed(system, *basis(system, 17))
-    assert all(isinstance(part.gather, Sampled) for part in new.elastic)
+    assert all(isinstance(part.gather, Cells) for part in new.elastic)
+    assert all(isinstance(part.gather, Sampled) for part in multiply_out(new).elastic)
     check_system(new)
+    check_system(multiply_out(new))
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -205,15 +214,16 @@ def test_a_full_orthogonal_basis_keeps_everything(dim: int) -> None:
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_changes_of_coordinates_follow_each_other(dim: int) -> None:
-    """Sparse then dense, dense then sparse, dense then dense: the last two act on points that are sampled already."""
+    """Sparse then dense, dense then sparse, dense then dense: the last two act on a lift, or on points, that are dense already."""
     system = everything(dim)
     sparse, shift = sparse_map(system.size, system.size - 9), 1e-2 * np.random.default_rng(8).normal(size=system.size)
     first = change_coordinates(system, sparse, shift)
     transformed(first, *basis(first, 15))
     V, d = basis(system, 19)
     reduced = change_coordinates(system, V, d)
-    transformed(reduced, sparse_map(19, 16), np.zeros(19))
-    transformed(reduced, *basis(reduced, 12, seed=5))
+    for known in (reduced, multiply_out(reduced)):
+        transformed(known, sparse_map(19, 16), np.zeros(19))
+        transformed(known, *basis(known, 12, seed=5))
 
 
 def test_components_touch_only_their_own_columns() -> None:
@@ -221,7 +231,7 @@ def test_components_touch_only_their_own_columns() -> None:
     system = assemble(beams(3), [joints.Weld("weld", A1, B0)])
     rng, sizes = np.random.default_rng(3), [last - first for _, first, last in system.coordinates]
     V = block_diag(*(np.linalg.qr(rng.normal(size=(size, min(size, 4))))[0] for size in sizes))
-    new = transformed(system, V, system.x0)
+    new = multiply_out(transformed(system, V, system.x0))
     assert [(part.gather.columns.start, part.gather.columns.stop) for part in new.elastic if isinstance(part.gather, Sampled)] == [
         (0, 4),
         (4, 8),

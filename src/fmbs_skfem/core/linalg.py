@@ -30,6 +30,12 @@ def as_sparse(a: Any) -> csr_array:
     return sparse
 
 
+def support(A: np.ndarray) -> slice:
+    """Smallest range of columns that holds all non-zeros."""
+    used = np.flatnonzero(np.abs(A).max(axis=0) > 0)
+    return slice(int(used[0]), int(used[-1]) + 1) if len(used) else slice(0, 0)
+
+
 def is_identity(a: Any) -> bool:
     """Whether a sparse matrix is the identity to the bit."""
     return a.shape[0] == a.shape[1] and a.nnz == a.shape[0] and bool((a.diagonal() == 1.0).all())

@@ -72,6 +72,11 @@ def packed(value: Any) -> np.ndarray:
     return np.array(found, dtype=np.int64)
 
 
+def address_of(table: np.ndarray) -> int:
+    """Where the integers of a packed struct are."""
+    return int(table.__array_interface__["data"][0])
+
+
 def write(value: Any, found: list[int]) -> None:
     """Append the integers of a struct."""
     struct: Any = type(value)
@@ -206,13 +211,15 @@ class Routine:
         return FUNCTION(self.address)
 
     def __call__(self, struct: Any, more: int = 0) -> int:
-        """Call it on a struct, or on one that was packed and is still there."""
+        """Call it on a struct, or on one that was packed and is still there, given by its integers or by their address."""
+        if isinstance(struct, int):
+            return int(self.call(struct, more))
         table = struct if isinstance(struct, np.ndarray) else packed(struct)
         if table.dtype != np.int64:
             raise TypeError(
                 say(f"routine {self.__name__}", "a struct, or the integers of a packed one", f"an array of {table.dtype}")
             )
-        return int(self.call(table.__array_interface__["data"][0], more))
+        return int(self.call(address_of(table), more))
 
 
 def routine(function: Callable[[Any, Any], int]) -> Routine:

@@ -28,7 +28,7 @@ FACTORS = {
     2: ("general", "pivots", "schur", "schur_pivots", "spread", "J"),
     3: ("kkt", "pivots", "updates", "shares", "secants"),
 }  #: what `solve` reads, by the kind of the factors
-ADDRESSES = ("elastic", "laws", "forces", "calls")  #: arrays of a model that differ from process to process
+ADDRESSES = ("elastic", "lift", "laws", "forces", "calls")  #: arrays of a model that differ from process to process
 INSTANTS = 65  #: at which the signals of two models are compared
 
 
@@ -92,9 +92,7 @@ def facts(model: Compiled, method: Method, steps: int, kept: np.ndarray) -> dict
         "contraction for new factors": repr(method.slow),
         "steps": str(steps),
         "states to keep": f"{len(kept)}, {digest(kept)[:16]}",
-        "arrays of the model": digest(
-            np.array([digest(model.arrays), *(digest(term.record) for term in (*model.terms, *model.laws, *model.forces))])
-        )[:16],
+        "arrays of the model": digest(np.array([digest(model.arrays), *(digest(piece.record) for piece in model.pieces)]))[:16],
         "signals of joints and loads": digest(signal_table(model.system, times))[:16],
     }
 

@@ -22,7 +22,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -34,7 +33,7 @@ from ..bodies.body import ShapePoints
 from ..bodies.laws import Law
 from ..core import direct, krylov, pardiso
 from ..core.linalg import is_identity
-from ..core.structs import Callback, packed
+from ..core.structs import Callback
 from ..systems import compiled, evaluation
 from ..systems.compiled import Compiled
 from ..systems.evaluation import Space
@@ -59,7 +58,7 @@ class Standing(NamedTuple):
 
 
 class Large:
-    """Factors of one model in the course of a run."""
+    """Factors of one model in the course of a run; `table` is where the step is packed, which takes longer than a routine."""
 
     def __init__(self, model: Compiled, solver: Solver = "own") -> None:
         self.model, system = model, model.system
@@ -78,10 +77,11 @@ class Large:
 
     def doors(self, step: Callable[[], Step]) -> tuple[Callback, Callback, Callback]:
         """`factorise`, `solve` and `settle` of `stepping.Doors` for what `step` is at the call."""
-
-        pieces = self.factorise, self.solve, self.settle
-        factorise, solve, settle = (Callback(partial(call, step, one)) for one in pieces)
-        return factorise, solve, settle
+        return (
+            Callback(lambda table, more: self.factorise(step())),
+            Callback(lambda table, more: self.solve(step(), table)),
+            Callback(lambda table, more: self.settle(step(), table)),
+        )
 
     def factorise(self, step: Step) -> None:
         """Factors of W at the trial state, and columns of its inverse that belong to the interface, or SolverError."""
@@ -103,22 +103,21 @@ class Large:
         self.spread = spread.astype(np.float32)
         work.kind[0] = work.kind[2] = factors.CHOLESKY
 
-    def solve(self, step: Step) -> None:
+    def solve(self, step: Step, table: int) -> None:
         """rhs <- KKT^-1 rhs."""
-        now = self.now = self.standing(step)
+        now = self.now = self.standing(step, table)
         r = step.space.f.copy()
         turned(self, r, [R.T for R in now.turns])
         self.close(step.space, now, self.inverse.solve(r[None, :])[0])
 
-    def settle(self, step: Step) -> None:
+    def settle(self, step: Step, table: int) -> None:
         """As `stepping.settle`, with the interface of the last correction."""
-        table = packed(step)
         stepping.drift(table)
         self.close(step.space, self.now, np.zeros(self.size))
         if not stepping.shift(table):
             step.work.kind[0] = 0
 
-    def standing(self, step: Step) -> Standing:
+    def standing(self, step: Step, table: int) -> Standing:
         """The interface in the trial state."""
         space = step.space
         turns = [now @ then.T for now, then in zip(fitted_turns(self, space.x), self.factored, strict=True)]
@@ -127,7 +126,7 @@ class Large:
             return Standing(turns)
         small = block_turns(self, turns)
         F, J = small @ self.flexible @ small.T, space.Jy @ self.probes
-        H = self.slopes(step)
+        H = self.slopes(step, table)
         A = np.block([[np.eye(nb) + F @ H, F @ J.T], [J, np.zeros((m, m))]])
         return Standing(turns, small, H, J, lu_factor(A, check_finite=False))
 
@@ -142,19 +141,14 @@ class Large:
         turned(self, r, now.turns)
         space.f[:] = r
 
-    def slopes(self, step: Step) -> np.ndarray:
+    def slopes(self, step: Step, table: int) -> np.ndarray:
         """Second derivatives of joints and loads on the interface, less the shift."""
         space = step.space
         space.gh[0] = step.method.gh
-        evaluation.probe_slopes(step)
+        evaluation.probe_slopes(table)
         y = np.zeros((len(space.y), len(space.y)))
         np.add.at(y, tuple(self.model.pairs.T), space.H)
         return np.asarray(self.probes.T @ y @ self.probes - np.diag(self.shift))
-
-
-def call(step: Callable[[], Step], function: Callable[[Step], None], table: int, more: int) -> None:
-    """A function of a step behind an address."""
-    function(step())
 
 
 def whole_vectors(model: Compiled) -> bool:

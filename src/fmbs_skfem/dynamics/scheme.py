@@ -13,7 +13,9 @@ import numpy as np
 from ..core import pardiso
 from ..core.container import storable
 from ..core.errors import InputError, say
+from ..core.linalg import is_sparse
 from ..core.notices import notify
+from ..systems import terms
 from ..systems.compiled import Compiled
 from ..systems.lengths import DIGITS
 from ..systems.system import System
@@ -81,9 +83,12 @@ def steps_in(scheme: GeneralizedAlpha, duration: float) -> int:
 
 
 def has_dear_factors(model: Compiled) -> bool:
-    """Whether factors cost ten corrections or more: of reduced models with more than FEW unknowns, and of large ones."""
-    reduced = len(model.arrays.lift.indptr) <= 1  # no cells to gather from
-    return model.pattern is not None or (reduced and model.system.size > FEW)
+    """Whether factors cost ten corrections or more: of reduced models with more than FEW unknowns, and of large ones.
+
+    Velocities settle on the joints along directions that follow from the factors: full models take those of newer ones.
+    """
+    full = is_sparse(model.system.lift.matrix) and any(terms.numbers_read(one.gather) > 0.0 for one in model.system.elastic)
+    return model.pattern is not None or (model.arrays.dense and not full and model.system.size > FEW)
 
 
 def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, model: Compiled) -> Method:

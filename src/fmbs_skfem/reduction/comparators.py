@@ -30,7 +30,7 @@ import numpy as np
 
 from ..core.errors import FmbsError, InputError, say
 from ..systems.system import System
-from . import affine, full_runs, galerkin, grassmann, parameters, reduced_models, sampling, training
+from . import affine, full_runs, galerkin, grassmann, hyper_reduction, parameters, reduced_models, sampling, training
 from .cases import Case, Family
 from .full_runs import Full, FullRun, TrainingTask
 from .greedy import Options
@@ -148,7 +148,8 @@ def interpolated(task: TrainingTask, full: Full, counts: Sequence[int]) -> Compa
         here = in_box(task, values)
         modes = {name: np.ascontiguousarray(grassmann.interpolate(chart, here)) for name, chart in charts.items()}
         found = {name: Basis(one, np.zeros(len(one)), np.zeros(0)) for name, one in modes.items()}  # about the initial state
-        return reduced_models.reduced_case(task, TrainedReduction(found, rows[find_closest(places, here)], hyper.train([])), values)
+        rule = hyper_reduction.train(hyper, [])
+        return reduced_models.reduced_case(task, TrainedReduction(found, rows[find_closest(places, here)], rule), values)
 
     return Comparator(f"Grassmann {shape(counts)}", family, len(given), offline)
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..core.structs import Callback, Routine, invoke, opener, packed, routine
+from ..core.structs import Callback, Routine, address_of, invoke, opener, packed, routine
 from ..dynamics import factors
 from ..dynamics.large import Large
 from ..dynamics.scheme import GeneralizedAlpha, Newton, method_of
@@ -32,8 +32,7 @@ from . import sampling
 
 BURST = 0.001  #: CPU time of one measurement [s]
 STEP = 1e-3  #: of measurements that do not depend on it [s]
-GATHER, PRODUCT = 3, 4  #: pieces of the time step: places in `terms.Routines`
-FORCE, TANGENT, FACTOR, SOLUTION = range(10, 14)  #: other pieces
+GATHER, PRODUCT, FORCE, TANGENT, FACTOR, SOLUTION = range(6)  #: pieces of the time step
 
 
 def bandwidth(full: System) -> int:
@@ -117,11 +116,12 @@ def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 9) -> Sha
 def sparse_seconds(model: Compiled, scheme: GeneralizedAlpha, times: int = 5) -> tuple[float, float]:
     """CPU time [s] of a factorisation and of a solution of a large model."""
     step, solver = prepare_step(model, scheme), Large(model)
+    table = packed(step)
     start = clock.process_time()
     solver.factorise(step)
     middle = clock.process_time()
     for _ in range(times):
-        solver.solve(step)
+        solver.solve(step, address_of(table))
     return middle - start, (clock.process_time() - middle) / times
 
 
@@ -178,7 +178,8 @@ def bench(model: Compiled, scheme: GeneralizedAlpha | None = None, repeat: int =
     def seconds(what: int) -> float:
         if what in whole:
             return measured(whole[what], 0)
-        pairs = [(term.routines[what], term.address) for term in model.terms]
+        pieces = [piece for piece in (*model.terms, model.lift) if piece]
+        pairs = [(getattr(piece.routines, "gather" if what == GATHER else "product"), piece.address) for piece in pieces]
         return float(sum(measured(one, address) for one, address in pairs if one is not None))
 
     if model.pattern is None:

@@ -12,12 +12,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 import numpy as np
 
 from ..core.errors import InputError, closest, say
-from ..systems.system import System
+from ..systems.system import System, multiply_out
 from .galerkin import projected
 
 if TYPE_CHECKING:
@@ -53,11 +54,25 @@ class HyperReduction(ABC):
 
     name: ClassVar[str]  #: in scenes, on the command line, in files
     label: ClassVar[str]  #: behind the level in the names of a comparison, "system+label"; empty for the plain reduced model
+    chooses: ClassVar[bool] = True  #: among points: systems that it meets have the cells of their bodies multiplied out
     tolerance: float | None = None  #: eta, relative; None where nothing is approximated
 
     @abstractmethod
     def train(self, runs: Sequence[TrainingRun]) -> Rule:
         """The rule for the reduced systems of all parameters, from one run or several."""
+
+
+def train(hyper: HyperReduction, runs: Sequence[TrainingRun]) -> Rule:
+    """The rule of a hyper-reduction for reduced systems as they are."""
+    if not hyper.chooses:
+        return hyper.train(runs)
+    rule = hyper.train([replace(run, system=multiply_out(run.system)) for run in runs])
+    return replace(rule, apply=partial(apply_to_points, rule))
+
+
+def apply_to_points(rule: Rule, system: System) -> System:
+    """The hyper-reduced system of one whose cells are multiplied out first."""
+    return rule.apply(multiply_out(system))
 
 
 Kind = TypeVar("Kind", bound=type[HyperReduction])
@@ -85,6 +100,7 @@ class Whole(HyperReduction):
 
     name: ClassVar[str] = "none"
     label: ClassVar[str] = ""
+    chooses: ClassVar[bool] = False
 
     def train(self, runs: Sequence[TrainingRun]) -> Rule:
         return Rule(lambda system: system)

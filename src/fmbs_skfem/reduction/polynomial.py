@@ -30,7 +30,7 @@ from ..core.errors import InputError, say
 from ..systems import quartic
 from ..systems.points import Sampled
 from ..systems.quartic import Quartic
-from ..systems.system import Elastic, System
+from ..systems.system import Elastic, System, multiply_out
 from .hyper_reduction import HyperReduction, Rule, TrainingRun, register
 from .sampling import sampled_gather
 
@@ -57,6 +57,7 @@ class Polynomials:
 
     def of(self, system: System) -> System:
         """The reduced system with polynomials in place of its points."""
+        system = multiply_out(system)
         for elastic, made in self.known:
             factors = {ratio(old, new) for old, new in zip(elastic, system.elastic, strict=True)}
             if len(factors) == 1 and (factor := factors.pop()) is not None:
@@ -84,7 +85,7 @@ def exact(system: System) -> System:
     polynomial: another law, damping in proportion to stiffness, or three coordinates.
     """
     found: dict[tuple[int, int], Elastic] = {}
-    for elastic in system.elastic:
+    for elastic in multiply_out(system).elastic:
         energy = build(sampled_gather(elastic), elastic.beta, elastic.name)
         span = (energy.columns.start, energy.columns.stop)
         if span in found:

@@ -24,7 +24,7 @@ from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System, keep_constraints
-from . import affine, cases, errors, galerkin, invariant, pod
+from . import affine, cases, errors, galerkin, hyper_reduction, invariant, pod
 from .affine import ParametricCase
 from .cases import Case, Family
 from .full_runs import FullRun, TrainingTask, snapshot_steps, states
@@ -113,7 +113,7 @@ def project_runs(task: TrainingTask, runs: Sequence[FullRun]) -> TrainedReductio
 def hyper_reduce(reduction: TrainedReduction, hyper: HyperReduction) -> TrainedReduction:
     """The reduction with another hyper-reduction, trained on its runs."""
     begun = clock.process_time()
-    rule = hyper.train(reduction.runs)
+    rule = hyper_reduction.train(hyper, reduction.runs)
     return replace(reduction, rule=rule, training_s=reduction.training_s + clock.process_time() - begun)
 
 

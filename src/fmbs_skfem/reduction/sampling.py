@@ -26,7 +26,7 @@ from ..core.container import storable
 from ..core.errors import InputError, say
 from ..systems import terms
 from ..systems.points import Sampled
-from ..systems.system import Elastic, System
+from ..systems.system import Elastic, System, multiply_out
 from . import ecsw
 from .ecsw import Gram, Sample
 from .hyper_reduction import USUAL, HyperReduction, Rule, TrainingRun, register
@@ -101,7 +101,7 @@ def train(
     """
     if not runs or not all(system.components for system, _ in runs):
         raise InputError(say("sampling.train", "a reduced system", "a full one" if runs else "none", "reduce it first"))
-    found = []
+    found, runs = [], [(multiply_out(system), states) for system, states in runs]
     for name, first, last in runs[0][0].components:
         mine = [(members_of(system, first, last), states[:, first:last]) for system, states in runs]
         members = mine[0][0]
@@ -259,7 +259,7 @@ def apply(system: System, selections: tuple[Selection, ...]) -> System:
 
     `system` may be the reduced system of any parameters, with the components on which the selections were trained.
     """
-    spans = {name: (first, last) for name, first, last in system.components}
+    spans, system = {name: (first, last) for name, first, last in system.components}, multiply_out(system)
     elastic = list(system.elastic)
     for selection in selections:
         start = 0

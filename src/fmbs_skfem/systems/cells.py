@@ -18,17 +18,18 @@ from ..bodies import laws
 from ..bodies.body import Cells
 from ..core.entries import view
 from ..core.jit import jit
-from ..core.linalg import is_sparse
+from ..core.linalg import is_sparse, support
 from ..core.structs import Cube, IntegerMatrix, Integers, Tensor, opener, routine
 from . import terms
 from .evaluation import evaluation
 from .kernels import clear, clear_rows
-from .points import Sampled, support
+from .points import Sampled
 from .terms import Lifts, Routines, Setting, Targets, Term
 
 if TYPE_CHECKING:
     from .system import Affine, Matrix
 
+FEW = 2  #: modes per function of a cell below which gradients are multiplied out, the cost of tangents with it
 BLOCK = 64  #: cells that a kernel handles at once, so that their gradients stay in the cache
 
 
@@ -188,7 +189,7 @@ def tangent(table: Any, record: Any) -> int:
     D = view(work[1], 0, (rows, rows, u.shape[1], u.shape[2]))
     laws.call_modulus(C.calls, u, E.space.gh[0] * C.beta, C.section, D)
     cell_matrices(C.table, D, work[2])
-    put(C.targets, work[2], view(E.space.W, 0, (E.space.W.size,)))
+    put(C.targets, work[2], E.space.entries)
     return 0
 
 
@@ -209,15 +210,31 @@ ROUTINES = Routines(force, tangent, energy)
 
 @terms.carry.register(Cells)
 def carry(cells: Cells, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Cells | Sampled:
-    """Sparse V leaves cells in body coordinates; dense V multiplies them out to rows (derivative, component, point) by modes."""
-    if is_sparse(V):
+    """Cells stay in body coordinates; where few modes move them, multiplied out they cost less.
+
+    A force costs r g numbers multiplied out to g gradients, and r p + b g by way of p coordinates and b functions a cell.
+    """
+    if is_sparse(lift.matrix):
+        return cells
+    vectors, points, functions, count = cells.shape
+    used = np.unique(cells.nodes) if cells.spread is None else np.unique(csr_array(cells.spread[np.unique(cells.nodes)]).indices)
+    modes, gradients = support(lift.matrix[used]), vectors * cells.dim * points * count
+    few = (modes.stop - modes.start) * (gradients - cells.dim * len(used)) < FEW * functions * gradients
+    return multiply_out(cells, lift) if few else cells
+
+
+@terms.multiply_out.register(Cells)
+def multiply_out(cells: Cells, lift: Affine) -> Cells | Sampled:
+    """Points with rows (derivative, component, point) by modes, of a reduced body; a full one keeps its cells."""
+    if is_sparse(lift.matrix):
         return cells
     rows = gradient_rows(cells, len(lift.offset))
     gradients = np.asarray(rows @ lift.matrix)
     columns = support(gradients)
     section = cells.section.reshape(len(cells.section), 1, -1)
-    cell = np.tile(np.arange(cells.section.shape[2]), cells.section.shape[1])
-    return Sampled(cells.law, np.ascontiguousarray(gradients[:, columns]), rows @ lift.offset, section, columns, cell)
+    return Sampled(
+        cells.law, np.ascontiguousarray(gradients[:, columns]), rows @ lift.offset, section, columns, cells_of_points(cells)
+    )
 
 
 @terms.split.register(Cells)
@@ -262,6 +279,12 @@ def functions_read(cells: Cells, size: int) -> csr_array:
     indptr, width = np.arange(len(functions) + 1) * functions.shape[1], size if spread is None else spread.shape[0] // dim
     reads = csr_array((np.ones(functions.size, np.float32), functions.ravel(), indptr), shape=(len(functions), width))
     return reads if spread is None else csr_array(reads @ abs(csr_array(spread)[::dim, ::dim].astype(np.float32)))
+
+
+@terms.cells_of_points.register(Cells)
+def cells_of_points(cells: Cells) -> np.ndarray:
+    """Of all points."""
+    return np.tile(np.arange(cells.section.shape[2]), cells.section.shape[1])
 
 
 @terms.numbers_read.register(Cells)

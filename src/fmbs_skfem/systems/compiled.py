@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property, partial
+from threading import get_ident
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from scipy.sparse.linalg import splu
 
 from ..core.linalg import as_dense, is_sparse, mirrored
 from ..core.structs import packed
-from . import cells, constraint_laws, corotation, evaluation, sparse
+from . import cells, constraint_laws, corotation, evaluation, lifts, sparse
 from . import forces as attachments
 from . import terms as storages
 from .angles import continuous
@@ -24,8 +25,8 @@ from .evaluation import Arrays, ConstraintTerms, ElasticTerms, Evaluation, Sampl
 from .forces import Force, Place
 from .kernels import Csr, Operator, Pairs, Terms
 from .lengths import LIGHT
-from .system import System
-from .terms import Lifts, Setting, Targets, Term
+from .system import COMPILED, System
+from .terms import Lifts, Piece, Setting, Targets, Term
 
 DENSE = 48  #: systems of at most this size are always treated as dense
 WIDE = 20_000  #: systems from this size on are sparse without looking for a band
@@ -45,7 +46,7 @@ class Storage(Enum):
 class Pieces:
     """Elastic storages of a system in pieces, in the coordinates p of all cells."""
 
-    matrix: csr_array  #: p from the unknowns (p, n)
+    matrix: csr_array | np.ndarray  #: p from the unknowns (p, n)
     offset: np.ndarray  #: (p,)
     storages: tuple[Any, ...]
     owners: np.ndarray  #: (t,) number of the elastic part of every piece
@@ -59,6 +60,7 @@ class Compiled:
     arrays: Arrays
     terms: tuple[Term, ...]  #: what the addresses in `arrays.elastic` belong to
     owners: np.ndarray  #: (t,) number of the elastic part of every term
+    lift: Piece | None  #: what the addresses in `arrays.lift` belong to
     laws: tuple[Constraint, ...]  #: what the addresses in `arrays.laws` belong to
     forces: tuple[Force, ...]  #: what the addresses in `arrays.forces` belong to
     pairs: np.ndarray  #: (h, 2) probe rows with second derivatives
@@ -68,6 +70,11 @@ class Compiled:
     @property
     def constraints(self) -> int:
         return len(self.system.constraints.names)
+
+    @property
+    def pieces(self) -> tuple[Piece, ...]:
+        """All that is called by address."""
+        return (*self.terms, *((self.lift,) if self.lift else ()), *self.laws, *self.forces)
 
     def check(self) -> None:
         """Raise what went wrong in terms that are functions of Python."""
@@ -89,24 +96,36 @@ class Compiled:
 def space(model: Compiled) -> Space:
     """Space of an evaluation at rest, with a signal table of one instant and no factor of forces."""
     A, n, m, j = model.arrays, model.system.size, model.constraints, len(model.arrays.probes_offset)
-    rhs, shape = np.zeros((1, n + m)), (1, len(model.pattern.indices)) if model.pattern else A.mass.store.shape
+    rhs, W = np.zeros((1, n + m)), np.zeros((1, len(model.pattern.indices)) if model.pattern else A.mass.store.shape)
+    places, entries, room = lifts.needs(model.lift)
+    work = max([1, room, *(term.work for term in model.terms)])
     return Space(
         *(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(m)),
         *(np.zeros(4 * len(model.system.signals)), model.memory),
         *(np.ones(1), np.zeros(1), np.zeros(1)),
-        *(rhs[0, :n], rhs, np.zeros(shape)),
+        *(rhs[0, :n], rhs, W, W.reshape(-1) if entries is None else np.zeros(entries)),
         *(np.zeros(j), np.zeros(j), np.zeros(j), np.zeros(A.pairs.size), np.zeros((4, j)), np.zeros(2), np.zeros((m, j))),
-        *(np.zeros((3, len(A.lift_offset))), np.zeros((3, max((term.work for term in model.terms), default=1)))),
+        *(np.zeros((3, places)), np.zeros((3, work))),
     )
 
 
 def compile_system(system: System) -> Compiled:
-    """Choose order and storage, and flatten a system."""
+    """A system for compiled code, which it remembers, one for every thread: each has its own space."""
+    known: dict[tuple[int, ...], Compiled] = system.__dict__.setdefault(COMPILED, {})
+    key = get_ident(), DENSE, WIDE, BAND
+    if key not in known:
+        known[key] = flatten(system)
+    return known[key]
+
+
+def flatten(system: System) -> Compiled:
+    """Choose order and storage, and write a system as arrays."""
     parts = split(system)
     form, order, width = chosen_storage(system, parts)
     dense, large, place = form is Storage.DENSE, form is Storage.SPARSE, np.argsort(order)
-    pattern = sparse.pattern(parts.matrix, parts.offset, [storages.couplings(one) for one in parts.storages]) if large else None
-    matrix = permuted(parts.matrix, order)
+    local, reduced = [storages.couplings(one) for one in parts.storages], isinstance(parts.matrix, np.ndarray)
+    pattern = sparse.pattern(len(parts.offset), local, parts.matrix if large else None) if large or (reduced and local) else None
+    lift = lifts.piece(parts.matrix if reduced else triple(permuted(parts.matrix, order)), parts.offset, local, pattern)
 
     def targets(local: np.ndarray) -> Targets:
         return pattern.targets(local) if pattern else cells.targets(local, parts.matrix, place, dense, width)
@@ -123,8 +142,7 @@ def compile_system(system: System) -> Compiled:
 
     arrays = Arrays(
         elastic=sum_of(found),
-        lift=triple(matrix),
-        lift_offset=parts.offset,
+        lift=lifts.addressed(lift),
         mass=operator(system.mass),
         damping=operator(system.damping),
         stiffness=operator(system.stiffness),
@@ -139,8 +157,8 @@ def compile_system(system: System) -> Compiled:
         corotation=corotation.nothing(system.size),
         norm=np.ascontiguousarray(system.metric.diagonal()[order] / system.weight),
     )
-    model = Compiled(system, arrays, tuple(found), parts.owners, laws, pushing, pairs, order, pattern)
-    if dense and not len(parts.offset):
+    model = Compiled(system, arrays, tuple(found), parts.owners, lift, laws, pushing, pairs, order, pattern if large else None)
+    if not is_sparse(system.lift.matrix):
         turned = corotation.corotational_tangent(system, partial(part_tangent, model))
         model = replace(model, arrays=arrays._replace(corotation=turned))
     return model
@@ -148,12 +166,12 @@ def compile_system(system: System) -> Compiled:
 
 def split(system: System) -> Pieces:
     """All elastic storages of a system in pieces."""
-    lifts, found, owners = Lifts(system.lift), list[Any](), list[int]()
+    places, found, owners = Lifts(system.lift), list[Any](), list[int]()
     for number, elastic in enumerate(system.elastic):
-        pieces = storages.split(elastic.gather, lifts)
+        pieces = storages.split(elastic.gather, places)
         found += pieces
         owners += [number] * len(pieces)
-    return Pieces(*lifts.whole(), tuple(found), np.array(owners, dtype=np.int64))
+    return Pieces(*places.whole(), tuple(found), np.array(owners, dtype=np.int64))
 
 
 def sum_of(found: Sequence[Term]) -> ElasticTerms:
@@ -243,8 +261,9 @@ def constant(A: csr_array, store: np.ndarray, dense: bool, large: bool, dim: int
     none = triple(csr_array((0, A.shape[1])))
     alone = bool((entries.row[used] == entries.col[used]).all())
     if large or (dense and not alone) or not used.any():
-        rows, components = vectorwise(A, dim) if large and used.any() else (none, 1)
-        return Operator(np.zeros(0, np.int64), np.zeros((0, len(store))), rows, components, store, bool(dense and used.any()))
+        rows, components = vectorwise(A, dim) if used.any() else (none, 1)
+        full = bool(dense and used.any() and components == 1)
+        return Operator(np.zeros(0, np.int64), np.zeros((0, len(store))), none if full else rows, components, store, full)
     i, j = entries.row[used], entries.col[used]
     offsets, k = np.unique(j.astype(np.int64) - i, return_inverse=True)
     data = np.zeros((len(offsets), A.shape[0]))

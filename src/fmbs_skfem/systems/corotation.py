@@ -19,6 +19,7 @@ import numpy as np
 
 from ..core.entries import view
 from ..core.jit import jit
+from ..core.linalg import as_dense, support
 from ..core.structs import Cube, IntegerMatrix, Matrix, Vector
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def corotational_tangent(system: System, tangent: Callable[[int], Callable[[np.n
         Kc, c, s = 2.0 * half - Ka - Kb, np.cos(PROOF), np.sin(PROOF)
         if np.linalg.norm(c * c * Ka + s * s * Kb + c * s * Kc - proof) > ALIKE * np.linalg.norm(proof):
             return none
-        on = getattr(elastic.gather, "columns", slice(0, system.size))
+        on = support(as_dense(system.lift.matrix[spans[elastic.name]]))
         count = on.stop - on.start
         table.append((on.start, count, first))
         numbers += [K[on, on].ravel() for K in (Ka, Kb, Kc)]

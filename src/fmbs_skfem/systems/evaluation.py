@@ -32,6 +32,15 @@ class ElasticTerms(NamedTuple):
     damped: bool  #: whether one of them reads velocities
 
 
+class LiftTerm(NamedTuple):
+    """What turns unknowns into coordinates of the cells, by address, see `lifts`; no record where there are no cells."""
+
+    place: int
+    scatter: int
+    tangent: int
+    record: int
+
+
 class ConstraintTerms(NamedTuple):
     """Constraint rows by laws, by address, see `constraint_laws`."""
 
@@ -59,8 +68,7 @@ class Arrays(NamedTuple):
     """A system as plain arrays, unknowns in the order of the band."""
 
     elastic: ElasticTerms
-    lift: Csr  #: coordinates of the cells from the unknowns; empty when no term has cells
-    lift_offset: Vector
+    lift: LiftTerm
     mass: Operator
     damping: Operator
     stiffness: Operator
@@ -91,6 +99,7 @@ class Space(NamedTuple):
     f: Vector  #: (n,) forces, the front of `rhs`
     rhs: Matrix  #: (1, n + m) residual
     W: Matrix
+    entries: Vector  #: (z,) where tangents of cells go: all of W, or the lower triangle of K in `lifts`, zeros before and after
     y: Vector  #: (j,) probe rows
     rates: Vector  #: (j,) their rates, current where a force reads them
     g: Vector  #: (j,) forces on them
@@ -115,14 +124,9 @@ evaluation = opener(Evaluation)
 @jit
 def place_cells(table: Any) -> None:
     """Coordinates of the cells and, where a term reads them, their rates; no forces yet."""
-    E = evaluation(table)
-    A, s = E.arrays, E.space
-    if len(A.lift.indptr) > 1:
-        kernels.affine(A.lift, A.lift_offset, s.x, s.body[0])
-        kernels.clear(s.body[2])
-        if A.elastic.damped:
-            kernels.clear(s.body[1])
-            kernels.add_product(A.lift, 1.0, s.v, s.body[1])
+    lift = evaluation(table).arrays.lift
+    if lift.record != 0:
+        invoke(lift.place, table, lift.record)
 
 
 @jit
@@ -135,8 +139,8 @@ def elastic_forces(table: Any) -> int:
     failed = 0
     for k in range(len(A.elastic.records)):
         failed += invoke(A.elastic.force[k], table, A.elastic.records[k])
-    if len(A.lift.indptr) > 1:
-        kernels.add_transposed(A.lift, 1.0, s.body[2], s.f)
+    if A.lift.record != 0:
+        invoke(A.lift.scatter, table, A.lift.record)
     return failed
 
 
@@ -254,13 +258,13 @@ def accept(table: Any, _: Any) -> int:
 @jit
 def sum_tangents(table: Any) -> int:
     """W += sum L^T phi' L, with damping times gh; 0, or the number of terms that failed."""
-    E = evaluation(table)
-    A, s = E.arrays, E.space
-    if len(A.lift.indptr) > 1:
-        kernels.affine(A.lift, A.lift_offset, s.x, s.body[0])
+    A = evaluation(table).arrays
+    place_cells(table)
     failed = 0
     for k in range(len(A.elastic.records)):
         failed += invoke(A.elastic.tangent[k], table, A.elastic.records[k])
+    if A.lift.record != 0:
+        invoke(A.lift.tangent, table, A.lift.record)
     return failed
 
 
@@ -276,8 +280,7 @@ def sum_energies(table: Any) -> None:
     E = evaluation(table)
     A, s = E.arrays, E.space
     s.energy[0] = 0.0
-    if len(A.lift.indptr) > 1:
-        kernels.affine(A.lift, A.lift_offset, s.x, s.body[0])
+    place_cells(table)
     for k in range(len(A.elastic.records)):
         invoke(A.elastic.energy[k], table, A.elastic.records[k])
 

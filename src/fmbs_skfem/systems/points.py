@@ -15,7 +15,7 @@ from ..bodies.laws import Law
 from ..core.container import storable
 from ..core.entries import view
 from ..core.jit import jit
-from ..core.linalg import as_dense
+from ..core.linalg import as_dense, support
 from ..core.structs import Cube, Integers, Vector, opener, routine
 from ..core.structs import Matrix as Rows
 from ..core.validation import Attributes, Indices, Range, Reals
@@ -164,12 +164,6 @@ def carry(points: Sampled, name: str, lift: Affine, V: Matrix, d: np.ndarray) ->
     columns = support(part)
     offset = points.offset + points.rows @ d[points.columns]
     return replace(points, rows=points.rows @ part[:, columns], offset=offset, columns=columns)
-
-
-def support(A: np.ndarray) -> slice:
-    """Smallest range of columns that holds all non-zeros."""
-    used = np.flatnonzero(np.abs(A).max(axis=0) > 0)
-    return slice(int(used[0]), int(used[-1]) + 1) if len(used) else slice(0, 0)
 
 
 @terms.split.register(Sampled)

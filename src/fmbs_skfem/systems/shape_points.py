@@ -19,14 +19,14 @@ from ..bodies import laws
 from ..bodies.body import Cells, ShapePoints
 from ..core.entries import view
 from ..core.jit import jit
-from ..core.linalg import as_dense, is_sparse
+from ..core.linalg import as_dense, is_sparse, support
 from ..core.structs import Cube, Integers, opener, routine
 from ..core.structs import Matrix as Rows
 from . import terms
 from .cells import put
 from .evaluation import evaluation
 from .kernels import add_combination, add_sums, clear
-from .points import Sampled, support, weigh
+from .points import Sampled, weigh
 from .terms import Lifts, Routines, Setting, Targets, Term
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def tangent(table: Any, record: Any) -> int:
     DN = view(work[2], 0, (size, dim * (dim + 1) // 2, functions))
     modulus_times_functions(view(work[1], 0, (rows, rows, points)), P.table.reshape(size // points, points, functions), dim, DN)
     product = np.dot(P.turned, view(work[2], 0, (size, DN.shape[1] * functions)))
-    put(P.targets, packed(product, functions, dim, work[0]), E.space.W.reshape(-1))
+    put(P.targets, packed(product, functions, dim, work[0]), E.space.entries)
     return 0
 
 

@@ -27,8 +27,7 @@ class Pattern:
     keys: np.ndarray  #: (z,) row * n + column of every entry
     indices: np.ndarray
     indptr: np.ndarray
-    lift: csr_array  #: T
-    plain: bool  #: T is the identity
+    lift: csr_array | None  #: T, none for the identity
 
     def targets(self, local: np.ndarray) -> Targets:
         """The places of all entries of the cells with coordinates (l, e)."""
@@ -39,14 +38,13 @@ class Pattern:
         """K (n, n), symmetric, from the entries (z,) of K_p."""
         n = len(self.indptr) - 1
         K = mirrored(csr_array((data, self.indices, self.indptr), shape=(n, n)))
-        return K if self.plain else csr_array(self.lift.T @ K @ self.lift)
+        return K if self.lift is None else csr_array(self.lift.T @ K @ self.lift)
 
 
-def pattern(T: csr_array, offset: np.ndarray, locals_: Sequence[np.ndarray]) -> Pattern:
-    """Pattern of cells with the coordinates (l, e), several of them."""
-    n = len(offset)
+def pattern(n: int, locals_: Sequence[np.ndarray], T: csr_array | None = None) -> Pattern:
+    """Pattern of cells with the coordinates (l, e) of n, several of them."""
     keys = np.unique(np.concatenate([np.zeros(0, np.int64), *(np.unique(entries(local, n)) for local in locals_)]))
-    return Pattern(keys, keys % n, np.searchsorted(keys, np.arange(n + 1) * n), T, is_identity(T))
+    return Pattern(keys, keys % n, np.searchsorted(keys, np.arange(n + 1) * n), None if T is None or is_identity(T) else T)
 
 
 def entries(local: np.ndarray, n: int) -> np.ndarray:

@@ -117,6 +117,9 @@ class Output:
 storable(Output, labels=lambda values: ())
 
 
+COMPILED = "compiled"  #: where a system remembers what was compiled of it, see `compiled.compile_system`
+
+
 @dataclass(frozen=True)
 class System:
     """A mechanical system in unknowns x (n,), with body coordinates q = lift(x)."""
@@ -150,6 +153,10 @@ class System:
     @property
     def size(self) -> int:
         return len(self.x0)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Copies and pickles are made of the fields alone."""
+        return {key: value for key, value in self.__dict__.items() if key != COMPILED}
 
 
 #: in files of version 1 the tolerance refers to the norm of all coordinates, from the origin of the scene
@@ -237,8 +244,8 @@ def keep_constraints(system: System, rows: np.ndarray) -> System:
 def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
     """The same system in unknowns z with x = V z + d, equations projected by V^T.
 
-    Sparse V leaves cells in body coordinates; dense V (n, r) multiplies them out to sampled points. Points sampled before are
-    multiplied by any V. x0 and v0 are projected orthogonally; they are exact when they lie in the range of V.
+    Cells stay in body coordinates, points in the unknowns are multiplied by V. x0 and v0 are projected orthogonally; they are
+    exact when they lie in the range of V.
     """
 
     kept = chosen(V)
@@ -280,6 +287,11 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
         x0=project(system.x0 - d),
         v0=project(system.v0),
     )
+
+
+def multiply_out(system: System) -> System:
+    """The same reduced system with the cells of its bodies as points in the unknowns, to choose among; a full one stays."""
+    return replace(system, elastic=tuple(replace(e, gather=terms.multiply_out(e.gather, system.lift)) for e in system.elastic))
 
 
 def chosen(V: Matrix) -> np.ndarray | None:

@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 from scipy.sparse import csr_array, vstack
 
-from ..core.structs import Callback, Routine, Shorts, Vector, packed, unpacked
+from ..core.linalg import as_dense, is_sparse
+from ..core.structs import Callback, Routine, Shorts, Vector, address_of, packed, unpacked
 from .evaluation import Space
 
 if TYPE_CHECKING:
@@ -58,8 +59,7 @@ class Piece:
     @property
     def address(self) -> int:
         """Of the record for compiled code."""
-        table: np.ndarray = self.__dict__["table"]
-        return int(table.__array_interface__["data"][0])
+        return address_of(self.__dict__["table"])
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Lifts:
     """Coordinates p of the cells, while pieces of bodies say which ones they read: those of the bodies, or images of them."""
 
     lift: Affine  #: all body coordinates from the unknowns
-    rows: list[csr_array] = field(default_factory=list)
+    rows: list[Matrix] = field(default_factory=list)
     offsets: list[np.ndarray] = field(default_factory=lambda: [np.zeros(0)])
     shared: int = -1  #: place of the body coordinates themselves
     count: int = 0
@@ -114,14 +114,15 @@ class Lifts:
     def add(self, matrix: Matrix, offset: np.ndarray) -> int:
         """The first of the coordinates matrix @ x + offset of the unknowns."""
         start = self.count
-        self.rows.append(csr_array(matrix))
+        self.rows.append(matrix)
         self.offsets.append(offset)
         self.count += len(offset)
         return start
 
-    def whole(self) -> tuple[csr_array, np.ndarray]:
-        """Matrix (p, n) and offset (p,) of p from the unknowns."""
-        matrix = csr_array(vstack(self.rows)) if self.rows else csr_array((0, self.lift.matrix.shape[1]))
+    def whole(self) -> tuple[Matrix, np.ndarray]:
+        """Matrix (p, n) and offset (p,) of p from the unknowns, sparse where all parts of it are."""
+        rows = self.rows or [self.lift.matrix[:0]]
+        matrix = csr_array(vstack(rows)) if all(map(is_sparse, rows)) else np.concatenate([as_dense(row) for row in rows])
         return matrix, np.ascontiguousarray(np.concatenate(self.offsets))
 
 
@@ -129,6 +130,12 @@ class Lifts:
 def carry(storage: Any, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Any:
     """The storage of a body in unknowns z with x = V z + d; `lift` gives the body coordinates from z."""
     raise TypeError(type(storage))
+
+
+@singledispatch
+def multiply_out(storage: Any, lift: Affine) -> Any:
+    """The storage of a reduced body as points in the unknowns, for those who choose among points; most are as they stand."""
+    return storage
 
 
 @singledispatch
