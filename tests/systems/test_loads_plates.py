@@ -188,7 +188,7 @@ def test_the_rows_of_an_edge_are_independent() -> None:
         (3, loads.Follower("gradient", B2, (1.0,)), "load 'gradient': expected 3 finite numbers"),
         (2, loads.TorsionSpring("spring", A1, None, -1.0), r"'spring'\.stiffness: expected a number that is not negative"),
         (3, loads.TorsionSpring("spring", A1, None, 1.0), r"'spring'.axis: expected the axis of rotation in space"),
-        (3, loads.TorsionSpring("spring", A1, B1, 1.0, axis=(0, 0, 1)), r"'spring'\.to: expected the ground in space"),
+        (3, loads.TorsionSpring("spring", A1, B1, -1.0, axis=(0, 0, 1)), r"'spring'\.stiffness: expected a number that is not"),
         (2, loads.EdgeLoad("line", "plate", ("lft",), (1.0, 0.0)), "one of its edges .*did you mean 'left'"),
     ],
 )
