@@ -260,7 +260,7 @@ def add_secants(table: Any, repeated: bool) -> None:
     if kept == 0:
         return
     for k in range(max(0, w.secants[0] - kept), w.secants[0]):
-        add_update(w.updates[k % kept], dot(w.shares[k % kept], d[:n]), d)
+        add_update(w.updates[k % kept], kernels.dot(w.shares[k % kept], d[:n]), d)
     if repeated:
         square, part = 0.0, 0.0
         for i in range(n):
@@ -276,15 +276,6 @@ def add_secants(table: Any, repeated: bool) -> None:
             w.secants[0] += 1
     for i in range(n):
         w.moved[i] = d[i]
-
-
-@summing
-def dot(a: np.ndarray, b: np.ndarray) -> float:
-    """a b."""
-    total = 0.0
-    for i in range(len(a)):
-        total += a[i] * b[i]
-    return total
 
 
 @jit

@@ -30,7 +30,7 @@ from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.system import Elastic, System
 from . import sampling
 
-BURST = 0.001  #: CPU time of one measurement [s]
+BURST = 0.003  #: CPU time of one measurement [s]
 STEP = 1e-3  #: of measurements that do not depend on it [s]
 GATHER, PRODUCT, FORCE, TANGENT, FACTOR, SOLUTION = range(6)  #: pieces of the time step
 

@@ -110,7 +110,9 @@ def space(model: Compiled) -> Space:
 
 
 def compile_system(system: System) -> Compiled:
-    """A system for compiled code, which it remembers, one for every thread: each has its own space."""
+    """A system for compiled code, which it remembers, one for every thread: each has its own space. Wide ones are too large."""
+    if system.size >= WIDE:
+        return flatten(system)
     known: dict[tuple[int, ...], Compiled] = system.__dict__.setdefault(COMPILED, {})
     key = get_ident(), DENSE, WIDE, BAND
     if key not in known:
