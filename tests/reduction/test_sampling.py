@@ -8,12 +8,13 @@ import pytest
 from fmbs_skfem import reduction
 from fmbs_skfem.bodies import sections
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.dynamics import integrate
+from fmbs_skfem.dynamics import Newton, integrate
 from fmbs_skfem.dynamics.outputs import energies
 from fmbs_skfem.reduction import Level, galerkin, pod, sampling
 from fmbs_skfem.reduction.galerkin import projected
-from fmbs_skfem.systems import System, compiled
+from fmbs_skfem.systems import System, compiled, terms
 from fmbs_skfem.systems.compiled import compile_system
+from fmbs_skfem.systems.system import multiply_out, sizes
 from tests import models
 from tests.reduction.conftest import SCHEME, Full, Reduced, error, full_of, hyper_reduced, reduced, strain_energy
 
@@ -24,15 +25,17 @@ def elastic_force(system: System, x: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("level", list(Level))
 def test_weights_of_one_change_nothing(small: Reduced, level: Level) -> None:
+    """To the bit where bodies are points in the unknowns; cells and modes agree with them to the iteration's tolerance."""
     selections = tuple(
         sampling.Selection(name, level, sampling.Sample(np.arange(n), np.ones(n), 0.0, n), n, 0.0, 0.0)
         for name, n in ((e.name, sampling.count(e, level)) for e in small.system.elastic)
     )
     same = sampling.apply(small.system, selections)
     assert sampling.kept(same) == sampling.kept(small.system)
-    one, two = (integrate(s, SCHEME, 0.05) for s in (small.system, same))
+    one, two, cells = (integrate(s, SCHEME, 0.05) for s in (multiply_out(small.system), same, small.system))
     assert np.array_equal(one.x, two.x)
     assert np.array_equal(one.multipliers, two.multipliers)
+    assert sizes(small.system, cells.x - two.x).max() < 10.0 * Newton().tolerance * small.system.scale
 
 
 @pytest.mark.parametrize("level", list(Level))
@@ -40,7 +43,7 @@ def test_contributions_add_up_to_the_force(small: Reduced, level: Level) -> None
     x = small.states[300]
     total = elastic_force(small.system, x)
     for name, first, last in small.system.components:
-        member = next(e for e in small.system.elastic if e.name == name)
+        member = next(e for e in multiply_out(small.system).elastic if e.name == name)
         parts = sampling.forces(member, x[None, first:last], level)
         assert parts.shape == (1, last - first, sampling.count(member, level))
         assert np.allclose(parts.sum(axis=2)[0], total[first:last], rtol=1e-9, atol=1e-9 * np.abs(total).max())
@@ -156,7 +159,7 @@ def test_of_very_many_points_those_in_chosen_cells_are_searched(small: Reduced, 
         assert two.sample.residual <= 1e-4
         assert two.total == one.total
         assert len(two.sample.indices) < 1.5 * len(one.sample.indices)
-        assert set(sampling.sampled_gather(elastic).cell[two.sample.indices]) <= set(whole.sample.indices)
+        assert set(terms.cells_of_points(elastic.gather)[two.sample.indices]) <= set(whole.sample.indices)
 
 
 def test_states_are_thinned_evenly_after_the_start() -> None:
