@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import spsolve
 
@@ -127,14 +127,15 @@ class Large:
         small = block_turns(self, turns)
         F, J = small @ self.flexible @ small.T, space.Jy @ self.probes
         H = self.slopes(step, table)
-        A = np.block([[np.eye(nb) + F @ H, F @ J.T], [J, np.zeros((m, m))]])
-        return Standing(turns, small, H, J, lu_factor(A, check_finite=False))
+        A = np.zeros((nb + m, nb + m))
+        A[:nb, :nb], A[:nb, nb:], A[nb:, :nb] = np.eye(nb) + F @ H, F @ J.T, J
+        return Standing(turns, small, H, J, dgetrf(A)[:2])
 
     def close(self, space: Space, now: Standing, r: np.ndarray) -> None:
         """rhs <- KKT^-1 (., g) from rhs = (., g) and W^-1 of what stands for the point, as the bodies stood when W was factored."""
         n, nb = self.size, len(self.interface)
         if nb:
-            found = lu_solve(now.factors, np.concatenate([now.small @ r[self.interface], space.rhs[0, n:]]), check_finite=False)
+            found = dgetrs(*now.factors, np.concatenate([now.small @ r[self.interface], space.rhs[0, n:]]))[0]
             push = now.H @ found[:nb] + now.J.T @ found[nb:]
             r -= (now.small.T @ push).astype(np.float32) @ self.spread
             space.rhs[0, n:] = found[nb:]
