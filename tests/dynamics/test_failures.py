@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 
 import numpy as np
@@ -123,6 +124,15 @@ def test_a_load_that_is_no_number_within_a_halved_step_ends_the_run() -> None:
     assert caught.value.reason is Reason.NOT_FINITE
     np.testing.assert_allclose(caught.value.partial.times, 1e-3 * np.arange(21))
     np.testing.assert_array_equal(caught.value.partial.x, integrate(held, STEP, 0.02).x)
+
+
+def test_a_motion_whose_steps_often_fail_is_doubted() -> None:
+    """Example 2 with 80 times its step; nothing is said with ten times."""
+    with pytest.warns(Notice, match=r"iteration failed \d+ times in 50 steps, which were divided: .* take a smaller step"):
+        integrate(models.double_pendulum(8), GeneralizedAlpha(0.04), 2.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", Notice)
+        integrate(models.double_pendulum(8), GeneralizedAlpha(5e-3), 0.5)
 
 
 def test_a_step_that_fails_is_halved() -> None:
