@@ -30,7 +30,7 @@ from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.system import Elastic, System
 from . import sampling
 
-BURST = 0.003  #: CPU time of one measurement [s]
+BURST = 0.005  #: CPU time of one measurement [s]
 STEP = 1e-3  #: of measurements that do not depend on it [s]
 GATHER, PRODUCT, FORCE, TANGENT, FACTOR, SOLUTION = range(6)  #: pieces of the time step
 
@@ -90,7 +90,7 @@ class Shares:
     product_s: float  #: products with the modes: gradients = U x, U^T S, U^T D U
 
 
-def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 9) -> Shares:
+def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 15) -> Shares:
     """What the calls of a run cost: the time of one call at x0, measured apart, times the calls that the run counted.
 
     Every iteration has one force, one solution and the products of gather and scatter, every factorisation one tangent with its
