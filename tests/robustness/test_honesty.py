@@ -42,6 +42,7 @@ FEW = (
     "driven crank, three parameters",
     "small beam on a large machine",
     "pendulum",
+    "sudden load",
 )
 NAMES = tuple(FAMILIES)[: int(os.environ["HONESTY"])] if "HONESTY" in os.environ else FEW
 
@@ -97,8 +98,8 @@ def tried(name: str) -> Trial:
         found = trained(name)
     except NoModel as refused:
         return Trial([str(refused)], np.empty(0))
-    runs = len(found.runs) + len(found.checks)
-    doubts = prediction.doubts(runs, found.predicted, [], [], family.tolerance)
+    runs = len(found.full_runs)
+    doubts = prediction.doubts(runs, found.predicted, [], [], family.tolerance, sum(run.unresolved for run in found.full_runs))
     predict = prediction.predictor(ParametricModel(found.model.parametric, {prediction.KEY: prediction.record(found)}))
     assert predict is not None
     box = np.random.default_rng(zlib.crc32(name.encode())).random((POINTS, len(family.parameters)))

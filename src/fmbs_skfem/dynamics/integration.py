@@ -32,8 +32,6 @@ REASONS = {
     stepping.NOT_FINITE: Reason.NOT_FINITE,
     stepping.SINGULAR: Reason.SINGULAR_TANGENT,
 }
-OFTEN = 0.1  #: failures of the iteration over steps, from which a motion is doubted
-ONE_STEP = 6  #: failures of a single step that is divided by 64
 BEHIND = ("factorise", "solve", "settle")  #: doors of `stepping` behind which large models keep their factors
 HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
 WHOLE = stepping.REMEASURE  #: steps are taken in multiples of this number, so that a stop between them changes nothing
@@ -111,14 +109,15 @@ def integrate(
             progress(run.done / steps)
         if record:
             record(moment(run))
-    warn_of_division(int(run.step.job.counters[stepping.HALVED]), steps)
-    return trajectory(run)
+    motion = trajectory(run)
+    warn_of_division(motion.statistics)
+    return motion
 
 
-def warn_of_division(divided: int, steps: int) -> None:
+def warn_of_division(cost: Statistics) -> None:
     """A notice where the iteration failed so often that the motion is hardly resolved."""
-    if divided > max(ONE_STEP, OFTEN * steps):
-        failed = f"Newton's iteration failed {divided} times in {steps} steps, which were divided"
+    if cost.unresolved:
+        failed = f"Newton's iteration failed {cost.halved} times in {cost.steps} steps, which were divided"
         notify(f"{failed}: the motion is hardly resolved and may have left its path; take a smaller step")
 
 

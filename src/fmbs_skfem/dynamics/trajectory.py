@@ -8,6 +8,9 @@ import numpy as np
 
 from ..systems.system import System
 
+OFTEN = 0.1  #: failures of the iteration over steps, from which a motion is doubted
+ONE_STEP = 6  #: failures of a single step that is divided by 64
+
 
 @dataclass(frozen=True)
 class Statistics:
@@ -20,6 +23,11 @@ class Statistics:
     cpu_s: float
     wall_s: float
     solver: str = ""  #: of the linear systems
+
+    @property
+    def unresolved(self) -> bool:
+        """Whether the iteration failed so often that the motion is hardly resolved and may have left its path."""
+        return self.halved > max(ONE_STEP, OFTEN * self.steps)
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,7 @@ class FullRun:
     cpu_s: float
     outputs: Mapping[str, np.ndarray] = field(default_factory=dict)  #: columns (s,); none where they were not kept
     q: np.ndarray | None = None  #: (s, q) the snapshots, in place of factors, of a task without parameters
+    unresolved: bool = False  #: its time step is too large for the motion
 
 
 Full: TypeAlias = Callable[[Mapping[str, float]], FullRun]
@@ -93,7 +94,7 @@ def full_run(task: TrainingTask, values: Mapping[str, float], sharp: bool = True
 def run_of_motion(task: TrainingTask, motion: Trajectory) -> FullRun:
     """The run of a task without parameters from a motion of its full system, with the snapshots among its stored states."""
     data = snapshots(motion, task.interval)
-    return FullRun({}, data.times, {}, motion.statistics.cpu_s, q=data.q)
+    return FullRun({}, data.times, {}, motion.statistics.cpu_s, q=data.q, unresolved=motion.statistics.unresolved)
 
 
 def run_case(task: TrainingTask, case: Case, sharp: bool = True) -> Trajectory:
@@ -104,11 +105,11 @@ def run_case(task: TrainingTask, case: Case, sharp: bool = True) -> Trajectory:
 
 def keep_factors(task: TrainingTask, values: Mapping[str, float], raw: System, motion: Trajectory) -> FullRun:
     """What is kept of a motion of the full system `raw`, stored at the snapshots."""
-    q = body_coordinates(motion)
+    q, unresolved = body_coordinates(motion), motion.statistics.unresolved
     if not task.parameters:
-        return FullRun(dict(values), motion.times, {}, motion.statistics.cpu_s, output_errors.columns(motion), q)
+        return FullRun(dict(values), motion.times, {}, motion.statistics.cpu_s, output_errors.columns(motion), q, unresolved)
     found = {name: factorise(task.plan, raw, q, members) for name, members in task.plan.components.items()}
-    return FullRun(dict(values), motion.times, found, motion.statistics.cpu_s, output_errors.columns(motion))
+    return FullRun(dict(values), motion.times, found, motion.statistics.cpu_s, output_errors.columns(motion), unresolved=unresolved)
 
 
 def factorise(plan: Plan, raw: System, q: np.ndarray, members: Sequence[str]) -> Factor:

@@ -10,6 +10,7 @@ against promising it, in words (`doubts`):
     high > WIDE low                indicator and error do not go together, or nothing tells how they do
     hold-out e(mu) > high(mu)      the band has been seen to fail
     high > tolerance, e > tolerance, e >= 1,  no full motion
+    a step too large for a full motion    what the models follow depends on the numbers of Newton's iteration
 
 A band of 95 % is left by one hold-out point in twenty: it is held to have failed where more than LEFT of them lie above it.
 
@@ -112,16 +113,20 @@ def doubts(
     true: Sequence[float] | np.ndarray,
     high: Sequence[float] | np.ndarray,
     tolerance: float | None = None,
+    unresolved: int = 0,
 ) -> list[str]:
     """Why the predicted error of a training cannot be promised; empty where it can.
 
-    `full_runs` counts checks, too. `predicted` is the largest error over the candidates with its band, `true` (k,) are errors at
-    hold-out points, NaN where the full model has no motion, `high` (k,) the upper ends of their bands.
+    `full_runs` counts checks, too, and `unresolved` those of them in which the iteration often failed. `predicted` is the largest
+    error over the candidates with its band, `true` (k,) are errors at hold-out points, NaN where the full model has no motion,
+    `high` (k,) the upper ends of their bands.
     """
     e, top = np.asarray(true, dtype=float), np.asarray(high, dtype=float)
     known, found = ~np.isnan(e), list[str]()
     if full_runs == 1:
         found.append("there is one full run only, which does not show how the error depends on the parameters")
+    if unresolved:
+        found.append(f"{unresolved} of {full_runs} full motions are hardly resolved: take a smaller time step")
     if math.isfinite(predicted[2]) and predicted[2] > 10.0**WIDE * predicted[1] > 0.0:
         found.append(f"the predicted band spans a factor of {predicted[2] / predicted[1]:.2g}, too wide to tell anything")
     above = int(np.sum(e[known] > top[known])) if len(top) else 0

@@ -88,6 +88,11 @@ class Training:
         return self.outcome.evaluations + self.discarded
 
     @property
+    def full_runs(self) -> tuple[FullRun, ...]:
+        """Those of the model, and those that calibrate it."""
+        return (*self.runs, *self.checks)
+
+    @property
     def predicted(self) -> Prediction:
         """Predicted largest error over the candidates, with its band; NaN where there are no parameters."""
         return NOTHING if self.calibration is None else calibration.predict(self.calibration, self.last.largest)

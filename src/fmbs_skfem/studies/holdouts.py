@@ -89,7 +89,7 @@ def read_or_run(found: Training, out: Path | None, sharp: bool = True) -> Full:
 
     `sharp`: iterated as snapshots need it; otherwise as the scene says, which is less work where nothing is trained on them.
     """
-    known = [*found.runs, *found.checks]
+    known = list(found.full_runs)
 
     def full(values: Mapping[str, float]) -> FullRun:
         for run in known:

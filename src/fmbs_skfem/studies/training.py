@@ -172,7 +172,8 @@ def find_doubts(order: TrainingOrder, found: Training, checked: Checked | None) 
     """Why the predicted error cannot be promised; nothing where it can."""
     true = [] if checked is None else checked.true.tolist()
     high = [] if checked is None else [one.high for one in checked.predictions]
-    return prediction.doubts(len(found.runs) + len(found.checks), found.predicted, true, high, order.tolerance)
+    unresolved = sum(run.unresolved for run in found.full_runs)
+    return prediction.doubts(len(found.full_runs), found.predicted, true, high, order.tolerance, unresolved)
 
 
 def record(order: TrainingOrder, found: Training) -> dict[str, Any]:
@@ -199,7 +200,7 @@ def record(order: TrainingOrder, found: Training) -> dict[str, Any]:
         "budget": None if found.choice is None else {**asdict(found.choice), "statement": found.choice.statement},
         "largest_indicator": found.last.largest,
         "predicted_error": found.predicted._asdict(),
-        "cpu_s_full_runs": sum(run.cpu_s for run in (*found.runs, *found.checks)),
+        "cpu_s_full_runs": sum(run.cpu_s for run in found.full_runs),
         "cpu_s_models": sum(model.training_s for model in found.models),
     }
 
