@@ -16,9 +16,11 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from enum import EnumType
 from functools import singledispatch
-from typing import Any, ClassVar, TypeAlias, TypeVar, cast, get_type_hints
+from types import UnionType
+from typing import Any, ClassVar, Literal, TypeAlias, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -88,35 +90,73 @@ def rule_of(hint: Any) -> Rule:
 
 
 # ------------------------------------------------------------------------------------------------------------------------ types
-@functools.cache
-def find_rule(kind: Any, strict: bool) -> Any:
-    """The fields of a type, and of all types in them, as a validator of {name: value}."""
-    from pydantic import ConfigDict, TypeAdapter
-
-    config = ConfigDict(arbitrary_types_allowed=True, strict=strict, revalidate_instances="always")
-    return TypeAdapter(dict[str, kind], config=config)
+WORDS: dict[Any, str] = {float: "a number", int: "an integer", str: "a text", bool: "true or false", type(None): "nothing"}
 
 
 def types(value: Any, name: str) -> None:
     """Every field holds what it is declared to hold."""
-    build(type(value), value, name, strict=True)
+    conform(type(value), value, name, False)
 
 
-def build(kind: type[T], value: Any, name: str, strict: bool = False) -> T:
+def build(kind: type[T], value: Any, name: str) -> T:
     """A dataclass of this type from dicts of its fields, lists for its tuples and values for its enumerations."""
-    from pydantic import ValidationError
-
-    try:
-        found: T = find_rule(cast(Any, kind), strict).validate_python({name: value})[name]
-    except ValidationError as problem:
-        first = problem.errors(include_url=False)[0]
-        raise Misfit(label(tuple(first["loc"])), first["msg"].removeprefix("Input should be "), describe(first["input"])) from None
+    found: T = conform(kind, value, name, True)
     return found
 
 
-def label(place: Sequence[str | int]) -> str:
-    """A place as a text, `system.elastic[0].gather.section`."""
-    return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in place).lstrip(".")
+def conform(kind: Any, value: Any, name: str, plain: bool) -> Any:
+    """A value of an annotation, made from plain data where that is allowed; raises Misfit with the place of what is none."""
+    origin, parts = get_origin(kind) or kind, get_args(kind)
+    if origin is Any:
+        return value
+    if origin in (Union, UnionType):
+        return conform_one(parts, value, name, plain)
+    if origin is Literal:
+        require(value in parts, name, " or ".join(map(repr, parts)), describe(value))
+        return value
+    if plain and isinstance(value, Mapping) and is_dataclass(origin):
+        return cast(Any, origin)(**conform_fields(cast(Any, origin), value, name, plain))
+    if plain and isinstance(origin, EnumType) and value in {one.value for one in cast(Any, origin)}:
+        return origin(value)
+    known = (float, int) if origin is float else (tuple, list) if plain and origin is tuple else origin
+    fits = isinstance(value, known) and not (isinstance(value, bool) and origin in (int, float))
+    require(fits, name, WORDS.get(origin, f"a {origin.__name__}"), describe(value))
+    if is_dataclass(value):
+        conform_fields(type(value), vars(value), name, plain)
+    elif parts and issubclass(origin, Mapping):
+        return {conform(parts[0], key, name, plain): conform(parts[1], item, f"{name}.{key}", plain) for key, item in value.items()}
+    elif parts and issubclass(origin, tuple | list):
+        each = parts[:1] * len(value) if origin is list or parts[-1] is ... else parts
+        require(len(value) == len(each), name, f"{len(each)} values", describe(value))
+        return origin(conform(part, item, f"{name}[{k}]", plain) for k, (part, item) in enumerate(zip(each, value, strict=True)))
+    return float(value) if origin is float else value
+
+
+def conform_one(kinds: Sequence[Any], value: Any, name: str, plain: bool) -> Any:
+    """A value of one of several annotations; of those that it is none of, the problem that lies deepest is told."""
+    problems = []
+    for kind in kinds:
+        try:
+            return conform(kind, value, name, plain)
+        except Misfit as problem:
+            problems.append(problem)
+    raise max(problems, key=lambda problem: len(problem.name))
+
+
+def conform_fields(kind: type, values: Mapping[str, Any], name: str, plain: bool) -> dict[str, Any]:
+    """The fields of a dataclass by name; those with a default may be left out."""
+    for field in fields(kind):
+        needed = field.default is MISSING and field.default_factory is MISSING
+        require(field.name in values or not needed, f"{name}.{field.name}", "a value", "none")
+    hints = hints_of(kind)
+    return {key: conform(hints[key], values[key], f"{name}.{key}", plain) for key in hints if key in values}
+
+
+@functools.cache
+def hints_of(kind: type) -> dict[str, Any]:
+    """What the fields of a dataclass are declared to hold."""
+    hints = get_type_hints(kind)
+    return {field.name: hints[field.name] for field in fields(kind)}
 
 
 # ------------------------------------------------------------------------------------------------------------------------ rules
