@@ -24,18 +24,6 @@ def test_dense_arrays_are_not_copied() -> None:
     assert [linalg.is_sparse(b) for b in (a, csr_array(a), csr_matrix(a))] == [False, True, True]
 
 
-def test_block_diag() -> None:
-    a, b = np.array([[1.0, 2.0]]), np.array([[3.0], [4.0]])
-    expected = np.array([[1.0, 2.0, 0.0], [0.0, 0.0, 3.0], [0.0, 0.0, 4.0]])
-    dense, mixed = linalg.block_diag([a, b]), linalg.block_diag([a, csr_array(b)])
-    assert isinstance(dense, np.ndarray)
-    assert isinstance(mixed, csr_array)
-    np.testing.assert_array_equal(dense, expected)
-    np.testing.assert_array_equal(mixed.toarray(), expected)
-    for empty in (np.zeros((0, 2)), csr_array((0, 2))):
-        assert linalg.block_diag([empty, a]).shape == (1, 4)
-
-
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_alike_is_the_product_with_the_identity(count: int) -> None:
     a = csr_array(np.array([[0.0, 2.0, 0.0], [0.0, 0.0, 0.0], [3.0, -1.0, 4.0], [0.0, 0.0, 5.0]]))

@@ -19,6 +19,13 @@ LENGTH, HEIGHT, A = 0.2, 0.07, 7.7e8  #: sides of the plate [m], E t / (1 - nu^2
 CELLS = (24, 8)
 
 
+def floor(model: Quartic, x: np.ndarray) -> np.ndarray:
+    """Eight roundings (three in z z z, five in a coefficient) of the sum of all magnitudes in the force at x (r,), (r,) [N]."""
+    out, work = np.zeros(model.modes), np.zeros(quartic.work_length(model.modes))
+    quartic.add_force(np.abs(model.coefficients), np.abs(x), work, out)
+    return 4.0 * np.finfo(float).eps * out
+
+
 def gradients(field: np.ndarray) -> np.ndarray:
     """d/dX1 and d/dX2 at 2 x 2 Gauss points of bilinear cells (2, p), of nodal values (24 + 1, 8 + 1)."""
     (nx, ny), g = CELLS, 0.5 + np.array([-1.0, 1.0]) / np.sqrt(12.0)
@@ -93,7 +100,7 @@ def test_force_of_small_strains_agrees_to_the_floor() -> None:
     model = polynomial.build(sampled)
     for x in states[::10]:
         difference = np.linalg.norm(evaluate(model, x)[1] - all_points(sampled, x)[1])
-        assert difference < np.linalg.norm(polynomial.floor(model, x))
+        assert difference < np.linalg.norm(floor(model, x))
         assert difference < 1e-11 * np.linalg.norm(all_points(sampled, x)[1])
 
 
@@ -109,9 +116,9 @@ def test_rigid_positions_are_as_stiff_as_all_points() -> None:
     sampled, _, rigid = turning_plate(strain=0.3)
     model = polynomial.build(sampled)
     (W, f, K), (energy, force, tangent) = evaluate(model, rigid), all_points(sampled, rigid)
-    floor = polynomial.floor(model, rigid)
-    assert abs(W - energy) < np.abs(rigid) @ floor
-    assert np.linalg.norm(f - force) < np.linalg.norm(floor)
+    least = floor(model, rigid)
+    assert abs(W - energy) < np.abs(rigid) @ least
+    assert np.linalg.norm(f - force) < np.linalg.norm(least)
     assert np.linalg.norm(K - tangent) < 1e-13 * np.linalg.norm(tangent)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -244,7 +243,7 @@ def test_refinement_refuses_other_arguments() -> None:
         line.elevate(space, np.zeros((space.count + 1, 3)))
 
 
-# ------------------------------------------------------------------------------------------------- C1 cubic <-> ANCF cable
+# ------------------------------------------------------------------------------------------------- ANCF cable -> C1 cubic
 BREAKS = np.array([0.0, 0.2, 0.25, 1.0, 1.9])
 
 
@@ -253,38 +252,13 @@ def _mass(basis: table.Table) -> np.ndarray:
     return (rows.T @ (basis.weights.reshape(-1, 1) * rows.toarray())).astype(float)
 
 
-def test_maps_are_inverse_to_each_other() -> None:
-    there, back = line.hermite_to_bspline(line.Hermite(BREAKS)), line.bspline_to_hermite(line.uniform(BREAKS))
-    assert_allclose((there @ back).toarray(), np.eye(10), atol=1e-14)
-    assert_allclose((back @ there).toarray(), np.eye(10), atol=1e-14)
-
-
-def test_maps_keep_functions_and_mass() -> None:
+def test_the_map_takes_positions_and_slopes_and_mass() -> None:
     spline, cable = line.uniform(BREAKS), line.Hermite(BREAKS)
-    to_cable, to_spline = line.bspline_to_hermite(spline), line.hermite_to_bspline(cable)
-    xi = np.linspace(0.0, 1.9, 33)
-    for d in range(4):
-        rows = line.sample(spline, xi, d).toarray()
-        assert_allclose((line.sample(cable, xi, d) @ to_cable).toarray(), rows, atol=1e-13 * np.max(np.abs(rows)))
+    to_spline = line.hermite_to_bspline(cable)
+    for d in range(2):
+        assert_allclose((line.sample(spline, BREAKS, d) @ to_spline).toarray(), np.eye(10)[d::2], atol=1e-13)
     assert_allclose(to_spline.T @ _mass(line.tabulate(spline)) @ to_spline, _mass(line.tabulate(cable)), atol=1e-15)
     assert_allclose(line.fit(spline, _helix), to_spline @ line.fit(cable, _helix), atol=1e-13)
-
-
-def test_map_gives_positions_and_slopes_at_the_breaks() -> None:
-    spline = line.uniform(BREAKS)
-    coefficients = np.random.default_rng(7).standard_normal((spline.count, 3))
-    nodal = line.bspline_to_hermite(spline) @ coefficients
-    assert_allclose(nodal[::2], line.sample(spline, BREAKS) @ coefficients, atol=1e-13)
-    assert_allclose(nodal[1::2], line.sample(spline, BREAKS, 1) @ coefficients, atol=1e-11)
-
-
-@pytest.mark.parametrize(
-    "spline",
-    [line.uniform(4, 3, 2), line.uniform(4, 2, 1), replace(line.uniform(2), weights=np.array([1, 1, 2, 1, 1, 1.0])), CLAMPED[-3]],
-)
-def test_map_needs_a_c1_cubic(spline: line.BSpline) -> None:
-    with pytest.raises(InputError, match="bspline_to_hermite: expected an open cubic B-spline"):
-        line.bspline_to_hermite(spline)
 
 
 # --------------------------------------------------------------------------------------------------------- refused spaces

@@ -8,7 +8,6 @@ import pytest
 from fmbs_skfem import bodies
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs
-from fmbs_skfem.reduction.errors import deformation
 from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, lengths, loads, probes
 from fmbs_skfem.systems.compiled import compile_system, size
 from fmbs_skfem.systems.system import in_scene, sizes
@@ -64,22 +63,6 @@ def test_the_size_of_a_mechanism() -> None:
     assert beams(10).scale == pytest.approx(np.hypot(0.75, 0.25), rel=1e-2)
     assert conical((0.0, 0.0, 0.0), 0.25).scale == pytest.approx(0.25, rel=0.5)
     assert lengths.extent([bodies.point_mass("m", 1.0, np.zeros(3))]) == 1.0
-
-
-def test_deformation_is_what_a_rigid_motion_leaves() -> None:
-    """A bent beam that is turned and carried away deforms as the bent one; a rigid motion is no deformation."""
-    beam = bodies.cable("beam", models.straight(10), models.SECTION, models.MATERIAL)
-    system = assemble([beam])
-    bent = beam.reference.copy()
-    bent[:, 2] += 0.01 * np.sin(np.pi * beam.reference[:, 0])
-    c, s = np.cos(2.0), np.sin(2.0)
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    states = np.stack([(one @ turn.T + np.outer(beam.constant, [5.0, 6.0, 7.0])).ravel() for one in (beam.reference, bent)])
-    found = deformation(system, np.concatenate([states, bent.reshape(1, -1)]), system.coordinates[0])
-    assert found[0] < 1e-14
-    assert found[1] == pytest.approx(found[2], rel=1e-9)
-    expected = 0.01 * np.sqrt(0.5 - (2.0 / np.pi) ** 2)
-    assert found[2] == pytest.approx(expected, rel=0.02)
 
 
 def conical(place: tuple[float, float, float], length: float = 1.0, angle: float = np.pi / 6) -> System:

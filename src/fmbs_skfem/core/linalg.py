@@ -63,13 +63,6 @@ def mirrored(low: csr_array) -> csr_array:
     return csr_array(low + above)
 
 
-def block_diag(blocks: Sequence[Array]) -> Array:
-    """Blocks along the diagonal: dense where all are dense, sparse otherwise; blocks without rows or without columns count too."""
-    if any(is_sparse(block) for block in blocks):
-        return diagonal([as_sparse(block) for block in blocks])
-    return np.asarray(scipy.linalg.block_diag(*blocks))
-
-
 def diagonal(blocks: Sequence[csr_array]) -> csr_array:
     """Sparse blocks along the diagonal, row by row, without a list of all rows and columns; a single one as it is."""
     if len(blocks) == 1:

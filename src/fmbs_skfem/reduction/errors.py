@@ -142,32 +142,6 @@ def line_sizes(displacements: np.ndarray, dim: int) -> np.ndarray:
     return np.sqrt(dim * np.mean(displacements**2, axis=1))
 
 
-def deformation(system: System, q: np.ndarray, span: tuple[str, int, int]) -> np.ndarray:
-    """Deformation (s,) [m] of a body of a full system over states q (s, q): what its best rigid motion leaves of its displacement.
-
-    min_{R, t} |q - (R q0 + 1 t)|_M,      R the rotation nearest to  sum (q - mean)^T M (q0 - mean)
-
-    `span` is the entry of the body in `system.coordinates`.
-    """
-    _, first, last = span
-    d = system.dim
-    M = csr_array(csr_array(system.metric)[first:last:d, first:last:d])
-    unit = system.unit[first // d : last // d]
-    mass = float(unit @ (M @ unit))
-    if not mass > 0.0:
-        return np.zeros(len(q))
-    weights = (M @ unit) / mass
-    states = np.concatenate([system.lift(system.x0)[None, first:last], q[:, first:last]]).reshape(len(q) + 1, -1, d)
-    states = states - unit[None, :, None] * np.einsum("b,sbc->sc", weights, states)[:, None, :]
-    moved, start = states[1:], states[0]
-    U, _, V = np.linalg.svd(np.einsum("sbc,bd->scd", moved, M @ start))
-    signs = np.ones((len(q), d))
-    signs[:, -1] = np.sign(np.linalg.det(U @ V))
-    apart = moved - np.einsum("scd,sd,sde,be->sbc", U, signs, V, start)
-    square = np.array([np.sum(one * (M @ one)) for one in apart]) / mass
-    return np.sqrt(np.maximum(square, 0.0))
-
-
 @dataclass(frozen=True)
 class Norms:
     """Norms of the full residual on a reduced motion over time, (s,) each."""

@@ -195,10 +195,3 @@ def scale(polynomial: Quartic, factor: float) -> Quartic:
     out = quartic.aligned(len(polynomial.coefficients))
     out[:] = factor * polynomial.coefficients
     return replace(polynomial, coefficients=out)
-
-
-def floor(polynomial: Quartic, x: np.ndarray) -> np.ndarray:
-    """Eight roundings (three in z z z, five in a coefficient) of the sum of all magnitudes in the force at x (r,), (r,) [N]."""
-    out, work = np.zeros(polynomial.modes), np.zeros(quartic.work_length(polynomial.modes))
-    quartic.add_force(np.abs(polynomial.coefficients), np.abs(x), work, out)
-    return 4.0 * np.finfo(float).eps * out

@@ -86,9 +86,9 @@ def with_polynomials(task: TrainingTask) -> TrainingTask:
     return task
 
 
-def make_model(task: TrainingTask, runs: Sequence[FullRun]) -> ReducedModel:
-    """The reduced model of all runs, as the task's plan says."""
-    return finish(task, train_reduction(task, runs))
+def make_model(task: TrainingTask, runs: Sequence[FullRun], obstacle: str = "") -> ReducedModel:
+    """The reduced model of all runs, as the task's plan says; with the obstacle of an earlier one no polynomials are sought."""
+    return finish(task, train_reduction(task, runs), obstacle)
 
 
 def train_reduction(task: TrainingTask, runs: Sequence[FullRun]) -> TrainedReduction:
@@ -117,13 +117,14 @@ def hyper_reduce(reduction: TrainedReduction, hyper: HyperReduction) -> TrainedR
     return replace(reduction, rule=rule, training_s=reduction.training_s + clock.process_time() - begun)
 
 
-def finish(task: TrainingTask, reduction: TrainedReduction) -> ReducedModel:
-    """The model of a reduction: polynomials of the parameters, or one reduced system."""
-    begun, obstacle = clock.process_time(), ""
+def finish(task: TrainingTask, reduction: TrainedReduction, obstacle: str = "") -> ReducedModel:
+    """The model of a reduction: polynomials of the parameters, unless an obstacle to them is known, or one reduced system."""
+    begun = clock.process_time()
     sizes = {name: basis.modes.shape[1] for name, basis in reduction.bases.items()}
     found: Family
     if task.parameters:
-        found, obstacle = fit_polynomials(partial(reduced_case, task, replace(reduction, runs=())), task.parameters)
+        found = partial(reduced_case, task, replace(reduction, runs=()))
+        found, obstacle = (found, obstacle) if obstacle else fit_polynomials(found, task.parameters)
     else:
         only = with_system(task, task.family({}), reduction.rule.apply(reduction.runs[0].system))
         found = lambda values: only  # noqa: E731

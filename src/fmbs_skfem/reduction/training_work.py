@@ -147,7 +147,7 @@ def extend(work: TrainingState, point: int) -> None:
 
 def make_savable(work: TrainingState, runs: Sequence[FullRun]) -> ReducedModel:
     """The model of some runs."""
-    model = make_model(work.fast, runs)
+    model = make_model(work.fast, runs, work.models[-1].obstacle if work.models else "")
     if work.savable and model.obstacle:
         raise NoModel(f"no file can hold the reduced model, it is no polynomial of its parameters: {model.obstacle}")
     return model

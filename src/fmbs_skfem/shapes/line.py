@@ -37,7 +37,6 @@ __all__ = [
     "insert_knots",
     "elevate",
     "hermite_to_bspline",
-    "bspline_to_hermite",
     "REGISTRY",
 ]
 
@@ -293,7 +292,7 @@ def _coefficients(space: BSpline, coefficients: ArrayLike) -> Floats:
     return array
 
 
-# --------------------------------------------------------------------------------------------- C1 cubic <-> ANCF cable
+# --------------------------------------------------------------------------------------------- ANCF cable -> C1 cubic
 def hermite_to_bspline(hermite: Hermite) -> sparse.csr_array:
     """Map (b, b) from positions and slopes to the coefficients in `uniform(hermite.breaks, 3, 1)`.
 
@@ -302,21 +301,6 @@ def hermite_to_bspline(hermite: Hermite) -> sparse.csr_array:
     left, right = _sides(hermite.breaks)
     one = np.ones_like(left)
     return _blocks(one, -left / 3.0, one, right / 3.0)
-
-
-def bspline_to_hermite(bspline: BSpline) -> sparse.csr_array:
-    """Map (b, b) from the coefficients of an open C1 cubic B-spline to positions and slopes; inverse of `hermite_to_bspline`.
-
-    r_i = (h_+ d_2i + h_- d_2i+1) / (h_- + h_+),  r'_i = 3 (d_2i+1 - d_2i) / (h_- + h_+).
-    """
-    ends, target = breaks(bspline), "an open cubic B-spline without weights and with double inner knots"
-    same = bspline.degree == 3 and np.array_equal(bspline.knots, uniform(ends).knots)
-    if not same or (bspline.weights is not None and np.ptp(bspline.weights) > 0.0):
-        got = f"degree {bspline.degree}, {len(bspline.knots)} knots, weights {'none' if bspline.weights is None else 'given'}"
-        raise InputError(say("bspline_to_hermite", target, got, "build the line with uniform(breaks, degree=3, continuity=1)"))
-    left, right = _sides(ends)
-    both = left + right
-    return _blocks(right / both, left / both, -3.0 / both, 3.0 / both)
 
 
 def _sides(ends: Floats) -> tuple[Floats, Floats]:

@@ -148,22 +148,6 @@ def group(mesh: PlateMesh, name: str, kind: Kind) -> Ints:
     return meshes.member(mesh.path, name, kind, _groups(mesh))
 
 
-def border(mesh: PlateMesh) -> Ints:
-    """Node pairs (i,2) of all sides at the border, each along its cell."""
-    return plate_audit.border(mesh.cells, len(mesh.points))[0]
-
-
-def quality(mesh: PlateMesh) -> Floats:
-    """Least corner sine (e,) of each cell, the scaled Jacobian: 1 for a rectangle, 0.87 for an equilateral triangle."""
-    return np.asarray(plate_audit.corner_sines(mesh.points, mesh.cells)[0].min(axis=1))
-
-
-def area(mesh: PlateMesh) -> Floats:
-    """Areas (e,) [m^2] of the cells: half the length of the sum of x_i x x_{i+1} about the first vertex."""
-    x = mesh.points[mesh.cells] - mesh.points[mesh.cells[:, :1]]
-    return np.asarray(0.5 * np.linalg.norm(np.cross(x[:, 1:-1], x[:, 2:]).sum(axis=1), axis=1))
-
-
 def _audited(raw: Raw, where: str, path: Path | None, planar: bool, face: str | None) -> PlateMesh:
     """Check what the file says; keep each cell once, and the points that cells use."""
     part = _faces(raw, where)
