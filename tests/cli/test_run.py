@@ -162,7 +162,7 @@ def test_frequencies_of_a_cantilever(tmp_path: Path) -> None:
     expected = np.array([1.8751040687, 4.6940911330]) ** 2 * scale / (2 * np.pi)
     assert done.json["frequencies_hz"] == pytest.approx(expected, rel=1e-5)
     head, numbers = table(tmp_path / "out" / "modes.csv")
-    assert head == ["mode", "frequency_hz", "omega_rad_per_s"]
+    assert head[:3] == ["mode", "frequency_hz", "omega_rad_per_s"]
     assert numbers[:, 2] == pytest.approx(2 * np.pi * numbers[:, 1])
 
 

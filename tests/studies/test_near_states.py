@@ -58,7 +58,7 @@ def test_a_follower_force_flutters_and_says_so(tmp_path: Path) -> None:
         found = studies.run(path, out=tmp_path / "out")
     assert max(found.report["growth_per_s"]) > 0.1
     head = (tmp_path / "out" / "modes.csv").read_text().splitlines()[0]
-    assert head == "mode,frequency_hz,omega_rad_per_s,damping_ratio,growth_per_s"
+    assert head == "mode,frequency_hz,omega_rad_per_s,damping_ratio,growth_per_s,share_beam"
 
 
 def test_a_column_beyond_its_buckling_load_is_unstable(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from .many import integrate_many
 from .modes import ComplexModes, Modes, complex_modes, real_modes, vibration_modes
 from .outputs import energies, energy_drift, energy_errors, outputs, reactions
 from .scheme import GeneralizedAlpha, Newton, acceleration_noise
+from .shapes import Shapes, find_free, shares
 from .stability import unstable
 from .statics import solve_equilibria, solve_statics
 from .trajectory import Statistics, Trajectory
@@ -36,6 +37,9 @@ __all__ = [
     "is_symmetric",
     "ComplexModes",
     "complex_modes",
+    "Shapes",
+    "shares",
+    "find_free",
     "Buckling",
     "buckling",
     "outputs",

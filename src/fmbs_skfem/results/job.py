@@ -38,6 +38,8 @@ class PictureJob:
     clock: str  #: unit of the times, or "load factor"
     rate: float  #: frames a second
     target: str  #: file name of the picture in the folder
+    captions: tuple[str, ...] = ()  #: of the drawn instants, in place of their times
+    behind: bool = False  #: the first instant is drawn pale behind each of the others
 
     @property
     def diverging(self) -> bool:

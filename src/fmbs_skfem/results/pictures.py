@@ -62,6 +62,8 @@ class Look:
     title: str = ""
     clock: str = "s"  #: unit of the times; "load factor" of equilibria
     size: tuple[int, int] = (1120, 800)  #: width, height [pixel]
+    captions: tuple[str, ...] = ()  #: of the drawn instants, in place of their times
+    behind: bool = False  #: the first instant is drawn pale behind each of the others
 
     def __post_init__(self) -> None:
         if min(self.size) < 200 or max(self.size) > 8000:
@@ -175,6 +177,8 @@ def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) ->
         look.clock,
         rate,
         target,
+        look.captions,
+        look.behind,
     )
     arrays: Arrays = {"times": frames.times}
     for i, body in enumerate(frames.bodies.values()):

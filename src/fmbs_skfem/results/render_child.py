@@ -16,7 +16,7 @@ from . import camera as camera_
 from . import decor, drawing
 from .camera import Box, Camera
 from .decor import Pixels, Text
-from .frames import Array
+from .frames import Array, Indices
 from .job import Arrays, PictureJob, load
 
 SHORTEST = 0.45  #: height of a sheet of small scenes over that which was asked for, at least, for the key
@@ -51,10 +51,10 @@ def _probe() -> None:
         raise RuntimeError("an empty picture")
 
 
-def view(job: PictureJob, arrays: Arrays, size: tuple[int, int], height: int) -> tuple[Camera, Box]:
-    """Camera and box that serve all instants."""
+def view(job: PictureJob, arrays: Arrays, size: tuple[int, int], height: int, room: int = 0) -> tuple[Camera, Box]:
+    """Camera and box that serve all instants; `room` is the width there was for the scene, its own by default [pixel]."""
     parts = [values.reshape(-1, 3) for key, values in arrays.items() if key.startswith(("points_", "joint_"))]
-    box = camera_.box(np.concatenate(parts), job.planar, cells=4 if size[0] > 35 * height else 2)
+    box = camera_.box(np.concatenate(parts), job.planar, cells=4 if (room or size[0]) > 35 * height else 2)
     return camera_.fit(box.corners, job.planar, size, _margins(job, height)), box
 
 
@@ -91,7 +91,9 @@ def marks(job: PictureJob, times: Array) -> list[str]:
 
 
 def stamps(job: PictureJob, times: Array) -> list[str]:
-    """Instants (s,) at the head of a picture: `t = 0.25 s`, `load factor 0.25`."""
+    """Instants (s,) at the head of a picture: `t = 0.25 s`, `load factor 0.25`, or captions of their own."""
+    if job.captions:
+        return list(job.captions)
     return [f"t = {number} s" if job.clock == "s" else f"{job.clock} {number}" for number in _numbers(times)]
 
 
@@ -100,6 +102,11 @@ def _numbers(times: Array) -> list[str]:
     gap = float(np.diff(times).min()) if times.size > 1 else float(abs(times[0])) or 1.0
     decimals = min(max(2 - math.floor(math.log10(gap)) - 1, 2), 7)
     return [f"{time:.{decimals}f}" for time in times]
+
+
+def drawn(job: PictureJob, arrays: Arrays) -> Indices:
+    """Numbers of the instants that are drawn one by one."""
+    return np.arange(int(job.behind), arrays["times"].size, dtype=np.int64)
 
 
 def letters(job: PictureJob) -> int:
@@ -147,7 +154,7 @@ def _ends(camera: Camera, arrays: Arrays, body: int) -> list[tuple[Array, Array]
 
 def _columns(job: PictureJob, arrays: Arrays, size: tuple[int, int]) -> int:
     """Columns of small scenes that show them largest; among equals the squarest grid."""
-    count = arrays["times"].size
+    count = len(drawn(job, arrays))
 
     def metres(columns: int) -> tuple[float, int]:
         rows = math.ceil(count / columns)
@@ -167,7 +174,7 @@ def _small(job: PictureJob, size: tuple[int, int]) -> int:
 
 def multiples(job: PictureJob, arrays: Arrays) -> list[Pixels]:
     """One scene an instant, side by side, all with the same camera and colours; the sheet ends where they end."""
-    count, width = arrays["times"].size, strip_width(job)
+    count, width = len(drawn(job, arrays)), strip_width(job)
     title = round(2.2 * letters(job)) if job.title else 0
     room = (job.size[0] - width, job.size[1] - title)
     columns = _columns(job, arrays, room)
@@ -176,7 +183,7 @@ def multiples(job: PictureJob, arrays: Arrays) -> list[Pixels]:
     height = _small(job, (room[0] // columns, room[1] // rows))
     tall = max(title + rows * size[1], round(SHORTEST * job.size[1]))
     canvas = np.full((tall, columns * size[0], 3), 255, dtype=np.uint8)
-    for sample, image in enumerate(_instants(job, arrays, size, height)):
+    for sample, image in enumerate(_instants(job, arrays, size, height, room=room[0] // columns)):
         top, left = title + sample // columns * size[1], sample % columns * size[0]
         canvas[top : top + size[1], left : left + size[0]] = image
     if job.title:
@@ -191,12 +198,15 @@ def animation(job: PictureJob, arrays: Arrays) -> list[Pixels]:
     return _beside(images, job, width)
 
 
-def _instants(job: PictureJob, arrays: Arrays, size: tuple[int, int], height: int, title: str = "") -> list[Pixels]:
-    camera, box = view(job, arrays, size, height)
+def _instants(job: PictureJob, arrays: Arrays, size: tuple[int, int], height: int, title: str = "", room: int = 0) -> list[Pixels]:
+    camera, box = view(job, arrays, size, height, room)
     plotter = drawing.stage(camera, box, job.planar)
     axes, images = decor.axis_texts(camera, box, job.planar, height), []
-    for sample, stamp in enumerate(stamps(job, arrays["times"])):
-        drawing.configuration(plotter, job, arrays, sample, _thinnest(camera, box))
+    thinnest, samples = _thinnest(camera, box), drawn(job, arrays)
+    if job.behind:
+        drawing.configuration(plotter, job, arrays, 0, thinnest, PALEST)
+    for sample, stamp in zip(samples, stamps(job, arrays["times"][samples]), strict=True):
+        drawing.configuration(plotter, job, arrays, int(sample), thinnest, slot=int(job.behind))
         head = Text(stamp + (f"   {title}" if title else ""), (height, height), "la", round(1.15 * height), "#000000")
         images.append(decor.letter(drawing.shot(plotter), [head, *axes]))
     plotter.close()

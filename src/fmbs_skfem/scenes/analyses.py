@@ -24,6 +24,7 @@ from .locations import Told, where
 if TYPE_CHECKING:
     from ..dynamics import GeneralizedAlpha, Trajectory
     from ..dynamics.checkpoint import Moment, Resumed
+    from ..dynamics.shapes import Shapes
     from ..systems import System
     from .schema import Scene
 
@@ -111,6 +112,8 @@ class StateTable:
     columns: Mapping[str, np.ndarray]  #: column -> (i,)
     facts: Mapping[str, Any]  #: the same in the report
     frequencies: np.ndarray = field(default_factory=lambda: np.empty(0))  #: (i,) [Hz]
+    shapes: Shapes | None = None  #: what moves in every row, for pictures
+    moves: Sequence[str] = ()  #: the same in words, the last column for people
 
 
 class States(Analysis, ABC):

@@ -38,9 +38,13 @@ class Buckling(States):
     def find(self, scene: Scene, allow_outside: bool = False) -> StateTable:
         raw = build.system(scene, allow_outside=allow_outside)
         reduced = build.chosen_form(scene, raw)
-        factors = dynamics.buckling(reduced, self.count, self.time).factors
+        found = dynamics.buckling(reduced, self.count, self.time)
+        factors = found.factors
         columns, heads = {"mode": np.arange(1, len(factors) + 1), "load_factor": factors}, ("mode", "load factor")
-        return StateTable(raw, reduced, f"{len(factors)} load factors", "buckling", heads, columns, {"load_factors": factors})
+        captions = tuple(f"load factor {value:.4g}" for value in factors)
+        shapes = dynamics.Shapes(reduced, reduced.x0, found.shapes, captions)
+        about, facts = f"{len(factors)} load factors", {"load_factors": factors}
+        return StateTable(raw, reduced, about, "buckling", heads, columns, facts, shapes=shapes)
 
     def idle(self, scene: Scene) -> Iterator[Told]:
         return motion_only(scene, "a buckling load")

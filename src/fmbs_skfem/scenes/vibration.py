@@ -12,8 +12,9 @@ import numpy as np
 from .. import dynamics
 from ..core.fields import Count, Time
 from ..core.notices import notify
-from ..dynamics import Linear, Newton
+from ..dynamics import Linear, Newton, shapes
 from ..dynamics.linear import Spin
+from ..dynamics.shapes import Free
 from ..systems import compile_system, compiled, free_motions
 from . import build, fields
 from .analyses import Form, States, StateTable, Work, motion_only, refuse_free
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from .schema import Scene
 
 LANCZOS = 60.0  #: solutions of an eigenproblem, usually
+STILL = 1e-6  #: eigenvalue of a free motion, over the largest frequency that the matrices allow, that is round-off
 GROWS = 1e-6  #: real part of an eigenvalue, over the largest one listed, from which a motion grows
 
 
@@ -34,6 +36,8 @@ class Motions:
     omega: np.ndarray  #: (i,) angular frequencies [rad/s]
     growth: np.ndarray  #: (i,) real parts of the eigenvalues [1/s]
     damping: np.ndarray | None  #: (i,) damping ratios, None of undamped modes
+    vectors: np.ndarray  #: (n, i)
+    free: tuple[str, ...] = ()  #: (i,) which rigid motion it is that nothing resists, empty for others
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,7 +70,8 @@ class Modes(States):
     def find(self, scene: Scene, allow_outside: bool = False) -> StateTable:
         """Frequencies, and where they are complex damping ratios and growth."""
         raw, reduced, about = self.model(scene, allow_outside)
-        found = self.modes(scene, self.equations(reduced, about), about)
+        linear = self.equations(reduced, about)
+        found = self.modes(scene, reduced, linear, about)
         hertz = found.omega / (2 * np.pi)
         columns = {"mode": np.arange(1, len(hertz) + 1), "frequency_hz": hertz, "omega_rad_per_s": found.omega}
         facts, heads = {"about": about, "frequencies_hz": hertz}, ["mode", "frequency [Hz]", "omega [rad/s]"]
@@ -75,7 +80,10 @@ class Modes(States):
             columns |= {"damping_ratio": found.damping, "growth_per_s": found.growth}
             heads += ["damping ratio", "growth [1/s]"]
         title = f"vibration modes about the {about}"
-        return StateTable(raw, reduced, f"{len(hertz)} vibration modes", title, heads, columns, facts, hertz)
+        captions = tuple(f"mode {k + 1}: {value:.4g} Hz" for k, value in enumerate(hertz))
+        moving = dynamics.Shapes(reduced, linear.x, found.vectors, captions)
+        about = f"{len(hertz)} vibration modes"
+        return StateTable(raw, reduced, about, title, heads, columns, facts, hertz, moving, found.free)
 
     def model(self, scene: Scene, allow_outside: bool) -> tuple[System, System, str]:
         """The system with all coordinates, the one that is solved, and what its modes are about: the equilibrium or the reference.
@@ -103,14 +111,13 @@ class Modes(States):
         kept = compiled.memories(compile_system(path.system), path.times, path.x, path.v, path.a)[-1]
         return dynamics.linearise(path.system, path.x[-1], path.multipliers[-1], 1.0, kept)
 
-    def modes(self, scene: Scene, linear: Linear, about: str) -> Motions:
-        """Modes of linear equations, with a warning of those that grow."""
+    def modes(self, scene: Scene, system: System, linear: Linear, about: str) -> Motions:
+        """Modes of linear equations, those that nothing resists by name, with a warning of those that grow."""
+        free = dynamics.find_free(system, linear)
         if self.damped or self.spin is not None or not dynamics.is_symmetric(linear):
-            modes = dynamics.complex_modes(linear, self.count)
-            found = Motions(modes.frequencies, modes.eigenvalues.real, modes.damping_ratios)
+            found = complex_motions(linear, free, self.count, system)
         else:
-            squares = dynamics.real_modes(linear, self.count).squares
-            found = Motions(np.sqrt(np.maximum(squares, 0.0)), np.sqrt(np.maximum(-squares, 0.0)), None)
+            found = real_motions(linear, free, self.count)
         size = float(np.hypot(found.omega, found.growth).max())
         if growing := np.flatnonzero(found.growth > GROWS * size).tolist():
             listed = ", ".join(f"mode {k + 1} by {found.growth[k]:.3g} 1/s" for k in growing[:3])
@@ -129,3 +136,30 @@ class Modes(States):
             yield ("loads",), f"modes are those of the unloaded reference, in which these do nothing: {', '.join(unread)}"
         if self.about == "reference" and self.spin is not None:
             yield ("analysis", "about"), "the reference is no equilibrium in a turning frame, whose pull stretches the bodies"
+
+
+def real_motions(linear: Linear, free: Free, count: int) -> Motions:
+    """Undamped modes: the free motions, and those orthogonal to them."""
+    idle = min(len(free.names), count)
+    rest = dynamics.real_modes(shapes.apart_from(linear, free), count - idle) if count > idle else None
+    squares = np.concatenate([np.zeros(idle), *([rest.squares] if rest else [])])
+    vectors = np.concatenate([free.vectors[:, :idle], *([rest.shapes] if rest else [])], axis=1)
+    order = np.argsort(squares, kind="stable")
+    squares, names = squares[order], [*free.names[:idle], *[""] * (count - idle)]
+    omega, growth = np.sqrt(np.maximum(squares, 0.0)), np.sqrt(np.maximum(-squares, 0.0))
+    return Motions(omega, growth, None, vectors[:, order], tuple(names[k] for k in order))
+
+
+def complex_motions(linear: Linear, free: Free, count: int, system: System) -> Motions:
+    """Complex modes; zeros of free motions, which come twice, each once."""
+    idle = len(free.names)
+    modes = dynamics.complex_modes(linear, min(count + 2 * idle, len(linear.x) - len(linear.rows)))
+    slow = np.abs(modes.eigenvalues) <= STILL * np.sqrt(abs(linear.stiffness).max() / abs(linear.mass).max())
+    kept = np.flatnonzero(~(slow & shapes.are_free(modes.shapes, free, system.metric)))[: max(count - idle, 0)]
+    idle = min(idle, count)
+    vectors = np.concatenate([free.vectors[:, :idle], shapes.in_phase(modes.shapes[:, kept], system.metric)], axis=1)
+    none = np.zeros(idle)
+    omega, growth, damping = (
+        np.concatenate([none, part[kept]]) for part in (modes.frequencies, modes.eigenvalues.real, modes.damping_ratios)
+    )
+    return Motions(omega, growth, damping, vectors, (*free.names[:idle], *[""] * len(kept)))

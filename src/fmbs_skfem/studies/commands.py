@@ -249,8 +249,9 @@ def render(
 ) -> "Run":
     """Solve a scene and draw pictures (PNG) and an animation (GIF).
 
-    `out` gets picture.png, at the instants of the scene's section `pictures`, and animation.gif beside what `run` writes. Without
-    OpenGL these numbers are kept, and MissingFeature is raised (exit code 7).
+    `out` gets picture.png, at the instants of the scene's section `pictures`, and animation.gif beside what `run` writes; of modes
+    and buckling modes.png with all shapes, and mode_1.gif, ... with a period of each. Without OpenGL these numbers are kept, and
+    MissingFeature is raised (exit code 7).
     """
     from . import runs
 
@@ -268,7 +269,7 @@ def export(
     """Solve a scene and write a VTK series.
 
     `out` gets motion.pvd with one .vtu for each instant, beside what `run` writes: displacement, velocity, strain and curvature,
-    of plates also stress.
+    of plates also stress. Modes and buckling become fields of modes.pvd.
     """
     from . import runs
 

@@ -1,25 +1,37 @@
-"""What is found about one state of a scene, such as vibration modes and buckling loads, as a table and a report."""
+"""What is found about one state of a scene, such as vibration modes and buckling loads, as a table, a report and pictures."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..results import segments
+from ..core.errors import InputError, MissingFeature, say
+from ..dynamics.shapes import say_shares, shares
+from ..results import mode_shapes, segments, series
 from . import recording, reports
 from .job import Job
-from .result import Table, list_files
+from .result import Table, conclude, describe_error, list_files
 from .runs import Run, heading, sizes
 
 if TYPE_CHECKING:
+    from ..dynamics import Shapes
     from ..scenes import Scene
-    from ..scenes.analyses import States
+    from ..scenes.analyses import States, StateTable
+
+PICTURE, ANIMATION, SERIES = "modes.png", "mode_{}.gif", "modes"
+
+Draw = Callable[["Shapes", Path], Sequence[Callable[[], Path]]]  #: as in `runs`
 
 
-def solve_states(job: Job, scene: Scene, analysis: States) -> Run:
-    """What the analysis of a scene finds, also in its file of columns."""
+def solve_states(job: Job, scene: Scene, analysis: States, draw: Draw | None = None, names: Sequence[str] = ()) -> Run:
+    """What the analysis of a scene finds, also in its file of columns, and what is drawn of its shapes."""
     mark = reports.fingerprint(scene)
-    with recording.place(job, (analysis.table, reports.REPORT), mark) as out:
+    with recording.place(job, (analysis.table, reports.REPORT, *names), mark) as out:
         found = analysis.find(scene, job.allow_outside)
+        if draw and found.shapes is None:
+            raise InputError(say("analysis.type", "one that finds shapes, such as modes", analysis.word, "use fmbs run"))
         report: dict[str, Any] = {
             "status": "ok",
             **heading(scene),
@@ -27,14 +39,52 @@ def solve_states(job: Job, scene: Scene, analysis: States) -> Run:
             "fingerprint": mark,
             "provenance": reports.provenance(scene),
             **found.facts,
+            **motions(found),
             "notices": job.notices,
         }
+        missing = None
         if out is not None:
             with segments.room(out):
-                reports.write_csv(out / analysis.table, found.columns, ["%d", *["%.15g"] * (len(found.columns) - 1)])
-            report["files"] = [out / analysis.table, out / reports.REPORT]
-            reports.write_report(out, report)
-    rows = list(zip(*(values.tolist() for values in found.columns.values()), strict=True))
-    table = Table(f"{report['scene']}: {found.title}", tuple(found.heads), rows)
+                reports.write_csv(out / analysis.table, columns(found), ["%d", *["%.15g"] * (len(columns(found)) - 1)])
+                report["files"] = [out / analysis.table, out / reports.REPORT]
+                reports.write_report(out, report)
+                try:
+                    orders = draw(found.shapes, out) if draw and found.shapes else ()
+                    report["files"] = [*report["files"], *(order() for order in orders)]
+                except MissingFeature as problem:
+                    missing, report = problem, report | describe_error(problem)
+                reports.write_report(out, report)
+    heads, rows = [*found.heads], [[*row] for row in zip(*(values.tolist() for values in found.columns.values()), strict=True)]
+    if found.shapes is not None:
+        heads, rows = [*heads, "what moves"], [[*row, text] for row, text in zip(rows, report["moves"], strict=True)]
+    table = Table(f"{report['scene']}: {found.title}", tuple(heads), rows)
     view: list[Table | str] = [table, *list_files(report)]
-    return Run(about=f"{report['scene']}: {found.about}", report=report, view=view, frequencies=found.frequencies)
+    about = f"{report['scene']}: {found.about}"
+    return conclude(Run(about=about, report=report, view=view, frequencies=found.frequencies, shapes=found.shapes, error=missing))
+
+
+def columns(found: StateTable) -> dict[str, Any]:
+    """The columns of a table, then the share of every body in what moves."""
+    parts = shares(found.shapes) if found.shapes else {}
+    return {**found.columns, **{f"share_{name}": values for name, values in parts.items()}}
+
+
+def motions(found: StateTable) -> dict[str, Any]:
+    """What moves in every row: shares of bodies, and a sentence."""
+    if found.shapes is None:
+        return {}
+    parts = shares(found.shapes)
+    free = found.moves or [""] * len(found.shapes.captions)
+    return {"shares": parts, "moves": [name or say_shares(parts, k) for k, name in enumerate(free)]}
+
+
+def pictures(title: str, frames: int, shapes: Shapes, out: Path) -> list[Callable[[], Path]]:
+    """All motions in one picture, and an animation of each with at most `frames` instants of a period (none for 0)."""
+    found: list[Callable[[], Path]] = [partial(mode_shapes.picture, shapes, out / PICTURE, title)]
+    numbers = range(len(shapes.captions)) if frames else ()
+    return [*found, *(partial(mode_shapes.animate, shapes, k, out / ANIMATION.format(k + 1), title, frames) for k in numbers)]
+
+
+def write_series(shapes: Shapes, out: Path) -> list[Callable[[], Path]]:
+    """The state with every motion as a field."""
+    return [partial(series.write, mode_shapes.fields(shapes), out, SERIES)]

@@ -36,6 +36,7 @@ from .job import Job
 from .result import Figures, Result, Table, conclude, describe_error, list_files
 
 if TYPE_CHECKING:
+    from ..dynamics import Shapes
     from ..dynamics.checkpoint import Resumed
     from ..scenes import Scene
     from ..systems import System
@@ -71,6 +72,7 @@ class Run(Result):
     motion: Trajectory | None = None  #: None of vibration modes
     outputs: Mapping[str, np.ndarray] = field(default_factory=dict)  #: column -> (s,) in SI units
     frequencies: np.ndarray = field(default_factory=lambda: np.empty(0))  #: (r,) [Hz]
+    shapes: Shapes | None = None  #: of vibration modes and buckling
 
     @property
     def trajectory(self) -> Trajectory:
@@ -119,9 +121,14 @@ def render_scene(job: Job, duration: float | None, frames: int, gif: bool) -> Ru
     from . import pictures
 
     scene = jobs.read_scene(job, duration)
+    if isinstance(scene.analysis, States):
+        from . import near_states
+
+        draw = partial(near_states.pictures, scene.name, frames if gif else 0)
+        return near_states.solve_states(job, scene, scene.analysis, draw, [near_states.PICTURE])
     names = [pictures.PICTURE, *([pictures.ANIMATION] if gif else [])]
-    draw = partial(pictures.scene, scene, count=frames if gif else 0)
     make = partial(scene_task, job, scene, duration)
+    draw = partial(pictures.scene, scene, count=frames if gif else 0)
     return conclude(solve(job, reports.fingerprint(scene), make, True, draw, names))
 
 
@@ -132,6 +139,10 @@ def export_scene(job: Job, duration: float | None, frames: int) -> Run:
         return [partial(series.write_each, motion.pieces(trajectory, frames_.spread(trajectory.times, frames)), out, SERIES)]
 
     scene = jobs.read_scene(job, duration)
+    if isinstance(scene.analysis, States):
+        from . import near_states
+
+        return near_states.solve_states(job, scene, scene.analysis, near_states.write_series, [f"{near_states.SERIES}.pvd"])
     make = partial(scene_task, job, scene, duration)
     return conclude(solve(job, reports.fingerprint(scene), make, True, draw, [f"{SERIES}.pvd"]))
 

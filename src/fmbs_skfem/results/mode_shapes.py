@@ -1,0 +1,107 @@
+"""Small motions about a state as frames, pictures, animations and VTK fields.
+
+r(x, phase) = r_state(x) + a Re(v(x) exp(i phase)),   a: the largest displacement is REACH of the size of what is drawn
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ..dynamics import Shapes, Statistics, Trajectory
+from . import frames as frames_
+from . import motion, pictures
+from .frames import Frames
+from .pictures import Look
+
+REACH = 0.12
+PHASES = 24  #: instants of a period in an animation, at most
+RATE = 12.0  #: of them a second
+SHAPE = "mode shape"  #: field of pictures: the displacement over the largest of all points, 0 to 1
+
+
+def moved(shapes: Shapes, displacements: np.ndarray) -> Frames:
+    """The state, then the state with displacements of the unknowns (s, n)."""
+    x = shapes.x + np.concatenate([np.zeros((1, len(shapes.x))), displacements])
+    still, times = np.zeros_like(x), np.arange(len(x), dtype=float)
+    none = np.zeros((len(x), len(shapes.system.constraints.names)))
+    return motion.frames(Trajectory(shapes.system, times, x, still, still, none, Statistics(0, 0, 0, 0, 0.0, 0.0)), wanted=())
+
+
+def longest(real: Frames, imaginary: Frames) -> np.ndarray:
+    """Largest displacements (i,) [m] over a period of bodies and joints, from the state and its displacements by Re v and Im v.
+
+    |Re (a - i b) exp(i phase)|^2 is at most ((a.a + b.b) + sqrt((a.a - b.b)^2 + 4 (a.b)^2)) / 2.
+    """
+    found = []
+    for a, b in zip(places(real), places(imaginary), strict=True):
+        a, b = a[1:] - a[:1], b[1:] - b[:1]
+        aa, bb, ab = (np.einsum("ixc,ixc->ix", one, other) for one, other in ((a, a), (b, b), (a, b)))
+        found.append(np.sqrt(0.5 * (aa + bb + np.hypot(aa - bb, 2.0 * ab))).max(axis=1))
+    return np.asarray(np.max(found, axis=0))
+
+
+def places(frames: Frames) -> list[np.ndarray]:
+    """Points (s, x, 3) of all bodies and joints."""
+    return [body.points for body in frames.bodies.values()] + [points[:, None] for _, points in frames.joints.values()]
+
+
+def size(frames: Frames) -> float:
+    """Largest extent of the first instant [m], 1 of a single point."""
+    return float(np.ptp(np.concatenate([points[0] for points in places(frames)]), axis=0).max()) or 1.0
+
+
+def unit_vectors(shapes: Shapes) -> tuple[np.ndarray, float]:
+    """The motions (n, i) with the largest displacement 1 m, and the size of what is drawn [m]."""
+    v = shapes.vectors.T
+    real, imaginary = moved(shapes, v.real), moved(shapes, v.imag)
+    far = longest(real, imaginary)
+    return shapes.vectors / np.where(far > 0.0, far, 1.0), size(real)
+
+
+def coloured(frames: Frames, largest: float) -> Frames:
+    """Frames with the displacement from the first instant over the largest one as a field; none in the first."""
+    bodies = {}
+    for name, body in frames.bodies.items():
+        values = np.linalg.norm(body.points - body.points[:1], axis=2) / largest
+        values[0] = np.nan
+        bodies[name] = replace(body, fields={SHAPE: values})
+    return replace(frames, bodies=bodies)
+
+
+def picture(shapes: Shapes, path: Path, title: str = "") -> Path:
+    """Every motion at its largest over the pale state, side by side in a PNG."""
+    vectors, extent = unit_vectors(shapes)
+    frames = coloured(moved(shapes, REACH * extent * vectors.real.T), REACH * extent)
+    look = Look(SHAPE, f"{SHAPE} [-]", (0.0, 1.0), title=title, captions=shapes.captions, behind=True)
+    return pictures.render(frames, path, frames.times.tolist(), look, pictures.Layout.MULTIPLES)
+
+
+def animate(shapes: Shapes, number: int, path: Path, title: str = "", count: int = PHASES) -> Path:
+    """A period of one motion over the pale state as a GIF; growth and damping are left out."""
+    vectors, extent = unit_vectors(replace(shapes, vectors=shapes.vectors[:, [number]]))
+    count = min(count, PHASES)
+    phases = np.exp(2j * np.pi * np.arange(count) / count)
+    frames = coloured(moved(shapes, REACH * extent * np.real(phases[:, None] * vectors[:, 0])), REACH * extent)
+    head = f"{title}, {shapes.captions[number]}" if title else shapes.captions[number]
+    captions = (head,) * count
+    look = Look(SHAPE, f"{SHAPE} [-]", (0.0, 1.0), captions=captions, behind=True, size=(800, 600))
+    return pictures.animate(frames, path, count + 1, RATE, look)
+
+
+def fields(shapes: Shapes) -> Frames:
+    """The state with every motion as a field, of largest displacement 1: `mode_1`, of complex ones `mode_1_imaginary` too."""
+    vectors, _ = unit_vectors(shapes)
+    real, imaginary = moved(shapes, vectors.real.T), moved(shapes, vectors.imag.T)
+    parts = {"": real, "_imaginary": imaginary} if np.iscomplexobj(vectors) else {"": real}
+    bodies = {}
+    for name, body in real.bodies.items():
+        found = {
+            f"mode_{k + 1}{word}": (part.bodies[name].points[[k + 1]] - body.points[:1])
+            for k in range(vectors.shape[1])
+            for word, part in parts.items()
+        }
+        bodies[name] = replace(body, points=body.points[:1], fields=found)
+    return frames_.Frames(real.times[:1], bodies, {name: (kind, points[:1]) for name, (kind, points) in real.joints.items()})

@@ -1,0 +1,113 @@
+"""What moves in modes: shares of bodies, motions that nothing resists, pictures and fields of real and complex shapes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from PIL import Image
+from scipy.sparse import csr_array
+
+from fmbs_skfem import dynamics, studies
+from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.results import mode_shapes
+from fmbs_skfem.systems import At, System, assemble, eliminate, joints
+
+from ..models import straight
+
+ROOT = Path(__file__).parents[2]
+BARS = """\
+schema: 1
+name: bars
+dimension: 2
+bodies:
+  crank: &bar {type: cable, mesh: ../crank.msh, section: {shape: given, EA: 1e5, EI: 1, rhoA: 1}}
+  coupler: {<<: *bar, mesh: ../coupler.msh, origin: [0.2, 0], rotation: 53.13010235415598 deg}
+  rocker: {<<: *bar, mesh: ../rocker.msh, origin: [0.5, 0], rotation: 90 deg}
+joints:
+  O: {type: pin, at: crank.left}
+  A: {type: pin, at: crank.right, to: coupler.left}
+  C: {type: pin, at: coupler.right, to: rocker.right}
+  D: {type: pin, at: rocker.left}
+damping: {stiffness: 1e-6}
+analysis: {type: modes, count: 4, damped: DAMPED}
+"""
+
+
+def bars(folder: Path, damped: str = "false") -> Path:
+    (folder / "scenes").mkdir(exist_ok=True)
+    for name in ("crank", "coupler", "rocker"):
+        (folder / f"{name}.msh").write_bytes((ROOT / "meshes" / f"{name}.msh").read_bytes())
+    path = folder / "scenes" / "bars.yaml"
+    path.write_text(BARS.replace("DAMPED", damped))
+    return path
+
+
+@pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")
+def test_a_mechanism_has_its_motion_and_shares_of_bodies(tmp_path: Path) -> None:
+    """The coupler of a four-bar linkage turns about the point where crank and rocker meet, (0.5, 0)."""
+    found = studies.run(bars(tmp_path), out=tmp_path / "out")
+    assert found.frequencies[0] == 0.0
+    assert found.frequencies[1] > 1.0
+    moves = found.report["moves"]
+    assert moves[0] == "crank turns about (0, 0); coupler turns about (0.5, 0); rocker turns about (0.5, 0)"
+    assert moves[1].startswith("coupler 9")
+    parts = np.array(list(found.report["shares"].values()))
+    np.testing.assert_allclose(parts.sum(axis=0), 1.0, rtol=1e-9)
+    table = np.genfromtxt(tmp_path / "out" / "modes.csv", delimiter=",", names=True)
+    np.testing.assert_allclose(table["share_coupler"], found.report["shares"]["coupler"])
+    damped = studies.run(bars(tmp_path, "true"))
+    assert damped.report["moves"][0] == moves[0]
+    assert damped.report["damping_ratios"][1] > 1e-6
+    np.testing.assert_allclose(damped.frequencies, found.frequencies, rtol=1e-4)
+    assert damped.report["shares"]["coupler"][1] == pytest.approx(found.report["shares"]["coupler"][1], rel=1e-3)
+
+
+@pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")
+def test_modes_are_drawn_and_exported(tmp_path: Path) -> None:
+    done = studies.render(bars(tmp_path), gif=False, out=tmp_path / "out")
+    assert [path.name for path in done.files] == ["modes.csv", "report.json", "modes.png"]
+    image = np.asarray(Image.open(tmp_path / "out" / "modes.png").convert("RGB")).astype(int)
+    assert (np.ptp(image, axis=2) > 60).sum() > 2000  # coloured bodies, not only the pale state
+    studies.export(bars(tmp_path), out=tmp_path / "vtk")
+    mesh = meshio.read(tmp_path / "vtk" / "modes" / "00000.vtu")
+    sizes = [np.linalg.norm(mesh.point_data[f"mode_{k}"], axis=1).max() for k in (1, 2, 3, 4)]
+    np.testing.assert_allclose(sizes, 1.0, rtol=1e-9)
+    first = mesh.point_data["mode_1"]
+    tip = np.linalg.norm(mesh.points - [0.5, 0.4, 0.0], axis=1).argmin()  # on coupler and rocker, it moves across the rocker
+    np.testing.assert_allclose(np.abs(first[tip]), [1.0, 0.0, 0.0], atol=1e-9)
+
+
+def shaft(spin: float) -> System:
+    part = body.cable("shaft", straight(8), sections.Given(EA=1e4, EI=1.0, rhoA=1.0), dim=3, degree=5)
+    ends = [joints.Spherical("a", At("shaft", "left")), joints.Spherical("b", At("shaft", "right"))]
+    raw = assemble([part], ends, [])
+    return eliminate(dynamics.in_turning_frame(raw, dynamics.Spin(spin, (1.0, 0.0, 0.0))))
+
+
+def test_a_whirling_shaft_goes_round_in_a_circle() -> None:
+    """Its largest displacement is REACH of its length at every phase, and an animation closes."""
+    system = shaft(3.0)
+    linear = dynamics.linearise(system)
+    modes = dynamics.complex_modes(linear, 2)
+    shapes = dynamics.Shapes(system, linear.x, modes.shapes, ("backward", "forward"))
+    unit, size = mode_shapes.unit_vectors(shapes)
+    assert size == pytest.approx(1.0)
+    phases = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 7))[:, None]
+    frames = mode_shapes.moved(shapes, np.real(phases * unit[:, 1]))
+    apart = np.linalg.norm(frames.bodies["shaft"].points[1:] - frames.bodies["shaft"].points[:1], axis=2)
+    np.testing.assert_allclose(apart.max(axis=1), 1.0, rtol=1e-6)
+    assert dynamics.shares(shapes)["shaft"] == pytest.approx([1.0, 1.0])
+
+
+def test_a_soft_spring_holds_a_stiff_rod() -> None:
+    """A rod turns freely about its pin; a spring with a thousand-millionth of its stiffness holds it."""
+    part = body.cable("rod", straight(2), sections.Given(EA=1e9, EI=1e3, rhoA=1.0), dim=2, degree=3)
+    system = eliminate(assemble([part], [joints.Pin("top", At("rod", "left"))], []))
+    linear = dynamics.linearise(system)
+    assert dynamics.find_free(system, linear).names == ("rod turns about (0, 0)",)
+    tip = csr_array(system.lift.matrix)[[2 * np.flatnonzero(system.unit > 0.5)[-1] + 1]]
+    held = dynamics.Linear(linear.x, linear.mass, linear.damping, linear.stiffness + 1.0 * (tip.T @ tip), linear.rows)
+    assert dynamics.find_free(system, held).names == ()
