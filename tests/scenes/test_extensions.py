@@ -118,7 +118,7 @@ def test_a_body_and_an_analysis(project: Path, tmp_path: Path) -> None:
     for command in ("render", "export"):
         done = fmbs(command, path, "--out", tmp_path / command)
         assert done.code == 3
-        assert "expected dynamic or static, got periods; use fmbs run for periods" in done.err
+        assert "expected one that finds shapes, such as modes, got periods; use fmbs run" in done.err
     path.write_text(OWN.replace("mass: 3 kg", "mass: 3 m"))
     with pytest.raises(InputError, match=r"whole.yaml:6: bodies.rod.mass: expected a mass \[kg\], got '3 m'"):
         quiet(path)
