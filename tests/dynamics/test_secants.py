@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, start
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, initial, integrate
 from fmbs_skfem.systems import System
 from fmbs_skfem.systems.system import change_coordinates, sizes
 
@@ -26,7 +26,7 @@ def test_secants_save_corrections(dense: System, monkeypatch: pytest.MonkeyPatch
     """At one tolerance fewer, for about as many factors; positions within Newton's error of a run that iterates to round-off."""
     sharp = integrate(dense, SCHEME, DURATION, Newton(1e-15))
     own = integrate(dense, SCHEME, DURATION)
-    monkeypatch.setattr(start, "SECANTS", 0)
+    monkeypatch.setattr(initial, "SECANTS", 0)
     plain = integrate(dense, SCHEME, DURATION)
     assert own.statistics.iterations < 0.97 * plain.statistics.iterations
     assert own.statistics.factorisations <= 1.1 * plain.statistics.factorisations

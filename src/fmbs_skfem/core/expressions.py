@@ -25,6 +25,7 @@ import numpy.typing as npt
 
 from .container import storable
 from .errors import Reason, SolverError, closest, listed, say
+from .inputs import Input
 from .problems import Problem, shown
 
 Program: TypeAlias = tuple[float | str, ...]
@@ -82,13 +83,16 @@ ARRAY: Algebra = {
 }  # fmt: skip
 
 
-@storable
 @dataclass(frozen=True)
 class Expression:
-    """A function of time f(t) with its parameters bound: floats in, floats out; arrays in, arrays out."""
+    """A function of time f(t) with its parameters bound: floats in, floats out; arrays in, arrays out.
+
+    Inputs stand at their start, where `at` gives no values (s,) of theirs by name.
+    """
 
     text: str
     program: Program
+    inputs: tuple[Input, ...] = ()  #: that it reads
 
     @overload
     def __call__(self, t: float) -> float: ...
@@ -96,16 +100,26 @@ class Expression:
     def __call__(self, t: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]: ...
     def __call__(self, t: float | npt.NDArray[np.float64]) -> float | npt.NDArray[np.float64]:
         if isinstance(t, np.ndarray):
-            with np.errstate(all="ignore"):
-                return np.zeros(t.shape) + evaluate(self.program, {"t": t}, ARRAY)
-        return _scalar(self.program, float(t))
+            return self.at(t, {one.name: one(t) for one in self.inputs})
+        return _scalar(self.program, {one.name: one.start for one in self.inputs} | {"t": float(t)})
+
+    def at(self, t: npt.NDArray[np.float64], inputs: Mapping[str, npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
+        """Its values at times (s,) with inputs of these values (s,)."""
+        with np.errstate(all="ignore"):
+            return np.zeros(t.shape) + evaluate(self.program, {"t": t, **inputs}, ARRAY)
 
 
-def of_time(text: str | float, parameters: Mapping[str, float] | None = None) -> Expression:
-    """The function of time written as `text`; `parameters` are the names it may use beside t and pi, with their values."""
-    values = {"pi": math.pi} | dict(parameters or {})
-    program = parse(text, values.keys() | {"t"}) if isinstance(text, str) else (float(text),)
-    return Expression(str(text), _fold(program, values, str(text)))
+storable(Expression, inputs=lambda values: ())
+
+
+def of_time(
+    text: str | float, parameters: Mapping[str, float] | None = None, inputs: Mapping[str, Input] | None = None
+) -> Expression:
+    """The function of time written as `text`; `parameters` are names it may use beside t and pi, with their values, and inputs."""
+    values, told = {"pi": math.pi} | dict(parameters or {}), dict(inputs or {})
+    program = parse(text, values.keys() | told.keys() | {"t"}) if isinstance(text, str) else (float(text),)
+    read = tuple(one for name, one in told.items() if name in program)
+    return Expression(str(text), _fold(program, values, str(text)), read)
 
 
 def check(expression: Expression, times: npt.ArrayLike, name: str) -> None:
@@ -145,13 +159,13 @@ def parse(text: str, names: Collection[str]) -> Program:
     return program
 
 
-def _scalar(program: Program, t: float) -> float:
+def _scalar(program: Program, names: Mapping[str, float]) -> float:
     """One value in Python floats; through numpy where those raise (division by zero, overflow, domain)."""
     try:
-        return float(evaluate(program, {"t": t}, SCALAR))
+        return float(evaluate(program, names, SCALAR))
     except (ValueError, ArithmeticError):
         with np.errstate(all="ignore"):
-            return float(evaluate(program, {"t": np.float64(t)}, ARRAY, np.float64))
+            return float(evaluate(program, {name: np.float64(value) for name, value in names.items()}, ARRAY, np.float64))
 
 
 def _fold(program: Program, values: Mapping[str, float], text: str) -> Program:
@@ -162,7 +176,7 @@ def _fold(program: Program, values: Mapping[str, float], text: str) -> Program:
             first = len(stack) - ARITY[step]
             parts, constant = stack[first:], not any(isinstance(piece, str) for part in stack[first:] for piece in part)
             joined: Program = (*(piece for part in parts for piece in part), step)
-            stack[first:] = [(_finite(_scalar(joined, 0.0), text),) if constant else joined]
+            stack[first:] = [(_finite(_scalar(joined, {}), text),) if constant else joined]
         elif isinstance(step, str):
             stack.append((step,) if step not in values else (_finite(values[step], text),))
         else:

@@ -17,6 +17,7 @@ from typing import Annotated, Any, TypeAlias
 from . import expressions, functions, units
 from .errors import closest
 from .expressions import Expression
+from .inputs import Input
 from .problems import Problem, shown
 from .responses import OfState, of_state
 
@@ -46,6 +47,7 @@ class Context:
     parameters: Mapping[str, units.Quantity] = field(default_factory=dict)
     ranges: Mapping[str, Range] = field(default_factory=dict)
     clock: bool = True  #: whether t is a time; in statics it stands for the load factor
+    inputs: Mapping[str, Input] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,9 +123,9 @@ def of_time(value: object, context: Context, dimension: units.Dimension = units.
         return value
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise Problem("an expression of t", shown(value), expressions.GRAMMAR)
-    found = expressions.of_time(value, {name: quantity.value for name, quantity in context.parameters.items()})
+    found = expressions.of_time(value, {name: quantity.value for name, quantity in context.parameters.items()}, context.inputs)
     if isinstance(value, str):
-        functions.check(value, dimension, context.parameters, context.clock)
+        functions.check(value, dimension, context.parameters, context.clock, {one.name: one.unit for one in found.inputs})
     return found
 
 

@@ -44,10 +44,21 @@ class Term:
         return (self.number and own[:2] in (its[:2], (0, 0))) or (other.number and its[:2] in (own[:2], (0, 0)))
 
 
-def check(text: str, dimension: Dimension, parameters: Mapping[str, Quantity], clock: bool = True) -> None:
-    """Raises a Problem where the function of time `text` cannot have a dimension; without `clock` t is a number, not a time."""
-    program = expressions.parse(text, parameters.keys() | {"t"})
+def check(
+    text: str,
+    dimension: Dimension,
+    parameters: Mapping[str, Quantity],
+    clock: bool = True,
+    inputs: Mapping[str, str] | None = None,
+) -> None:
+    """Raises a Problem where the function of time `text` cannot have a dimension; without `clock` t is a number, not a time.
+
+    Beside parameters it may read inputs, which have units.
+    """
+    told = inputs or {}
+    program = expressions.parse(text, parameters.keys() | told.keys() | {"t"})
     names = {name: _constant(parameters[name]) for name in program if isinstance(name, str) and name in parameters}
+    names |= {name: variable(unit) for name, unit in told.items()}
     check_program(program, text, dimension, names, clock)
 
 
@@ -61,6 +72,11 @@ def check_program(
         got = f"{shown(text)} ({units.describe(found.quantity.exponents)})"
         raise Problem(f"{dimension} as a function of {of}", got, REMEDY)
     units.refuse_cycles(found.quantity, dimension, text)
+
+
+def variable(unit: str) -> Term:
+    """What changes with time or the state and has a unit."""
+    return Term(Quantity(math.nan, units.find_dimension(unit).exponents if unit else NUMBER.exponents))
 
 
 def _constant(quantity: Quantity) -> Term:

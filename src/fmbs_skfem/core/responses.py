@@ -6,7 +6,6 @@ Kp * (goal - hinge.angle) - Kd * hinge.rate
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeGuard
@@ -92,7 +91,7 @@ def require(found: OfState, variables: Mapping[str, str]) -> None:
             raise Problem(f"one of {listed(known, name)}", shown(name), near)
     if found.dimension is None:
         return
-    names = {name: term(units.find_dimension(unit) if unit else NUMBER) for name, unit in variables.items()}
+    names = {name: functions.variable(unit) for name, unit in variables.items()}
     names |= {name: Term(value, number=plain(value), bare=plain(value)) for name, value in found.parameters}
     names |= {step: Term(units.read(step)) for step in found.program if is_quantity(step)}
     functions.check_program(found.program, found.text, found.dimension, names, of="the state")
@@ -101,10 +100,6 @@ def require(found: OfState, variables: Mapping[str, str]) -> None:
 def is_quantity(step: float | str) -> TypeGuard[str]:
     """Whether a step of a program is a number with a unit."""
     return isinstance(step, str) and step[0] in "0123456789."
-
-
-def term(dimension: Dimension) -> Term:
-    return Term(Quantity(math.nan, dimension.exponents))
 
 
 def plain(value: Quantity) -> bool:

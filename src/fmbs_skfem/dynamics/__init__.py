@@ -5,6 +5,7 @@ from .buckling import Buckling, buckling
 from .diagnosis import Diagnosis, explain
 from .integration import integrate
 from .linear import Linear, Spin, in_turning_frame, is_symmetric, linearise
+from .live import LiveRun, start
 from .many import integrate_many
 from .modes import ComplexModes, Modes, complex_modes, real_modes, vibration_modes
 from .outputs import energies, energy_drift, energy_errors, outputs, reactions
@@ -21,6 +22,8 @@ __all__ = [
     "Trajectory",
     "integrate",
     "integrate_many",
+    "start",
+    "LiveRun",
     "solve_statics",
     "solve_equilibria",
     "ArcLength",

@@ -19,10 +19,10 @@ from . import checkpoint as checkpoints
 from . import stepping
 from .checkpoint import Checkpoint, Moment, Record, Resumed, Rows
 from .histories import leading_signals, leading_values
+from .initial import Start, consistent_start, first_step, startable
 from .large import Large
 from .names import row_names, told, worst
 from .scheme import GeneralizedAlpha, Newton, method_of, steps_in
-from .start import Start, consistent_start, first_step, startable
 from .step import Method, State, Step, Work
 from .trajectory import Statistics, Trajectory
 
@@ -57,6 +57,10 @@ class Run:
     @property
     def steps(self) -> int:
         return len(self.rows) - 1
+
+    def row(self, number: int) -> int:
+        """Where the state after so many steps is stored, -1 for nowhere."""
+        return int(self.rows[number]) if number < len(self.rows) else -1
 
     def take(self, method: Method, signals: np.ndarray, rows: np.ndarray) -> tuple[int, int]:
         """Take a step for every row of `signals`, to be stored in `rows` of the trajectory: the status and the steps done."""
@@ -178,8 +182,12 @@ def march(run: Run, many: int) -> None:
     if status == stepping.DONE and broken is not None:
         broken.partial = trajectory(run)
         raise broken
-    if status == stepping.DONE:
-        return
+    if status != stepping.DONE:
+        divide(run)
+
+
+def divide(run: Run) -> None:
+    """Take the next step, which failed, in parts; SolverError where it cannot be taken."""
     status, reached = halved_step(run)
     if status != stepping.DONE:
         raise failure(run, status, reached)
@@ -244,7 +252,7 @@ def solver_of(run: Run) -> str:
 def halved_step(run: Run) -> tuple[int, float]:
     """The next step in 2, 4, ... parts; status and time of the last failure."""
     scheme, done, state, counters = run.scheme, run.done, run.step.state, run.step.job.counters
-    full, row = run.step.method, run.rows[run.done + 1]
+    full, row = run.step.method, run.row(run.done + 1)
     saved = [array.copy() for array in state]
     status, reached = stepping.NOT_CONVERGED, scheme.step * done
     for halving in range(1, HALVINGS + 1):

@@ -399,7 +399,7 @@ def advance(table: Any, _: Any) -> int:
         for i in range(job.signals.shape[1]):
             S.space.signals[i] = job.signals[k, i]
         predict(table)
-        status = iterate(table, k)
+        status = iterate(table, job.counters[STEPS])
         if status != DONE:
             S.work.kind[:] = 0
             job.done[0] = k

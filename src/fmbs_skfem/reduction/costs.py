@@ -20,9 +20,9 @@ from scipy.sparse import csr_array
 
 from ..core.structs import Callback, Routine, address_of, invoke, opener, packed, routine
 from ..dynamics import factors
+from ..dynamics.initial import Start, first_step
 from ..dynamics.large import Large
 from ..dynamics.scheme import GeneralizedAlpha, Newton, method_of
-from ..dynamics.start import Start, first_step
 from ..dynamics.step import Step
 from ..dynamics.trajectory import Trajectory
 from ..systems import evaluation, terms

@@ -18,7 +18,7 @@ import numpy as np
 from ..core.declared import Declared
 from ..core.errors import InputError, say
 from ..core.problems import Found
-from ..dynamics import start
+from ..dynamics import initial
 from .locations import Told, where
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class Analysis(Declared, ABC):
 
     def hold(self, system: System) -> None:
         """Refuse joints that no state fulfils at its begin."""
-        start.hold(system)
+        initial.hold(system)
 
 
 class History(Analysis, ABC):

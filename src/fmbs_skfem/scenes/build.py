@@ -67,7 +67,7 @@ def of_parts(scene: Scene, parts: list[Body], pictures: bool = True) -> System:
     initial = scene.initial.bodies if scene.analysis.moves else {}
     joints, loads = scene.joints.values(), scene.loads.values()
     try:
-        return assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures)
+        return assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures, scene.inputs.values())
     except InputError as error:
         raise InputError(locate_message(scene, str(error))) from error
 

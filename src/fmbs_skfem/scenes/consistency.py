@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
 
 from ..core import units
 from ..core.errors import listed
+from ..core.expressions import Expression
 from ..core.mappings import rules
 from ..core.problems import Found, Problem, unknown
 from ..core.responses import OfState, require
@@ -75,9 +76,22 @@ def _idle(scene: Scene) -> Iterator[Told]:
     yield from scene.analysis.idle(scene)
     for name, load in scene.loads.items():
         yield from ((("loads", name), text) for key, text in load.idle("") if not key)
+    read = {name for part in (scene.joints, scene.loads) for item in part.values() for name in inputs_in(vars(item).values())}
+    yield from ((("inputs", name), "nothing in the scene reads this input") for name in scene.inputs if name not in read)
     for name in scene.parameters:
         if name not in scene.used and (name in scene.ranges or name in scene.changed):
             yield ("parameters", name), "nothing in the scene uses this parameter, so that its value changes nothing"
+
+
+def inputs_in(values: Iterable[Any]) -> Iterator[str]:
+    """Names that expressions among values read beside t and parameters: inputs, and outputs."""
+    for value in values:
+        if isinstance(value, tuple):
+            yield from inputs_in(value)
+        elif isinstance(value, OfState):
+            yield from value.outputs
+        elif isinstance(value, Expression):
+            yield from (one.name for one in value.inputs)
 
 
 def _degrees(value: object, keys: tuple[str | int, ...]) -> Iterator[Told]:
@@ -146,7 +160,9 @@ def _surface(scene: Scene, key: tuple[str, ...], value: str | At, known: list[st
 
 def _responses(scene: Scene) -> Iterator[Found]:
     """Expressions of the state name outputs of the scene, or what their load measures, and have the dimension that is wanted."""
-    known = responses.variables(scene.outputs, scene.dimension)
+    for name in scene.inputs.keys() & scene.outputs.keys():
+        yield ("inputs", name), Problem("another name than those of outputs", f"'{name}'")
+    known = responses.variables(scene.outputs, scene.dimension) | {name: one.unit for name, one in scene.inputs.items()}
     for name, load in scene.loads.items():
         for key, value in vars(load).items():
             if isinstance(value, OfState):

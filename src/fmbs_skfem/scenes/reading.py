@@ -12,7 +12,7 @@ from ..core.fields import Context
 from ..core.mappings import read_struct
 from ..core.notices import notify
 from ..core.problems import Found, Problem, located, printable, shown
-from . import consistency, extensions, parameters, schema, yamlfile
+from . import consistency, extensions, inputs, parameters, schema, yamlfile
 from .analyses import Analysis
 from .locations import location, where
 from .parameters import Changes
@@ -52,8 +52,12 @@ def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, chan
     _stop(name, node, known.found)
     values = {key: value.value for key, value in known.values.items()}
     context = Context(2 if data.get("dimension") == 2 else 3, known.values, known.ranges, _clock(data.get("analysis")))
+    told, wrong = inputs.resolve(data.get("inputs"), context)
+    _stop(name, node, wrong)
+    context = replace(context, inputs=told)
+    ready = ({"parameters": values} if values else {}) | ({"inputs": told} if told else {})
     try:
-        found = read_struct(schema.Scene, data | ({"parameters": values} if values else {}), context)
+        found = read_struct(schema.Scene, data | ready, context)
     except InputError as error:
         _stop(name, node, located(error))
         raise

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal
 
 from ..core import mappings
 from ..core.fields import Count, Range, Takes, Time, Tolerance, word
+from ..core.inputs import Input
 from ..core.mappings import HIDDEN, names
 from ..reduction import hyper_reduction
 from ..systems.assembly import Motion, Rayleigh
@@ -25,6 +26,7 @@ from .analyses import Analysis
 from .bodies import Cable, PlacedPart, Plate, PointMass, Rigid, RigidPlate, SceneBody, Shell
 from .buckling import Buckling
 from .dynamic import Dynamic
+from .inputs import INPUT
 from .parameters import SCHEMA
 from .statics import Static
 from .training import Training
@@ -118,6 +120,7 @@ class Scene:
     dimension: Literal[2, 3] = 3
     extensions: Annotated[list[str] | None, "a list of Python files with more types; they are run"] = None
     parameters: dict[str, Annotated[float, PARAMETER]] = field(default_factory=dict)
+    inputs: dict[str, Annotated[Input, INPUT]] = field(default_factory=dict)
     bodies: Annotated[dict[str, SceneBody], names(SceneBody, 1)]
     joints: dict[str, Joint] = field(default_factory=dict)
     loads: dict[str, Load] = field(default_factory=dict)

@@ -11,7 +11,7 @@ import numpy as np
 from .. import dynamics
 from ..core.fields import Count, Time
 from ..core.notices import notify
-from ..dynamics import Newton, Trajectory, loading, start
+from ..dynamics import Newton, Trajectory, initial, loading
 from ..systems import free_motions
 from . import fields
 from .analyses import Form, History, Work, motion_only, refuse_free
@@ -58,7 +58,7 @@ class Static(History):
         return dynamics.solve_statics(system, self.load_steps, newton, self.time, advance)
 
     def hold(self, system: System) -> None:
-        start.hold(loading.ramp(system, self.time))
+        initial.hold(loading.ramp(system, self.time))
 
     def examine(self, scene: Scene, raw: System) -> None:
         """Rigid motions that nothing resists, and those that weight alone holds, which are a warning."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import notify
-from ..dynamics import start
+from ..dynamics import initial
 from ..dynamics.scheme import GeneralizedAlpha
 from ..results import segments
 from ..scenes import build, consistency, plausibility, where
@@ -144,7 +144,7 @@ def solved_form(scene: Scene, raw: System) -> tuple[System, dict[str, Any]]:
         scene.analysis.hold(reduced)
         return reduced, {"position_change": float(np.abs(reduced.lift(reduced.x0) - raw.x0).max(initial=0.0))}
     gaps = velocity_gaps(raw)
-    x, v = start.admissible(reduced, GeneralizedAlpha(build.dynamic(scene).step))
+    x, v = initial.admissible(reduced, GeneralizedAlpha(build.dynamic(scene).step))
     taken = np.asarray(reduced.lift.matrix @ v)
     given, left = (float(u @ (raw.mass @ u)) for u in (raw.v0, taken))
     lost = max(0.0, 1.0 - left / given) if given > 0.0 else 0.0

@@ -17,6 +17,7 @@ from ..bodies.plate import local_table
 from ..core import fields, ranks
 from ..core.declared import require_sound
 from ..core.errors import InputError, listed, say
+from ..core.inputs import Input
 from ..core.linalg import alike, diagonal
 from ..core.notices import notify
 from ..shapes import line, surface
@@ -75,8 +76,12 @@ def assemble(
     outputs: Mapping[str, probe_rules.Probe] | None = None,
     initial: Mapping[str, Motion] | None = None,
     pictures: bool = True,
+    inputs: Iterable[Input] = (),
 ) -> System:
-    """System in body coordinates with every constraint kept as a multiplier row; without `pictures` it has no lines and skins."""
+    """System in body coordinates with every constraint kept as a multiplier row; without `pictures` it has no lines and skins.
+
+    Expressions of the state read outputs and `inputs` by their names.
+    """
     joints, loads, damping = list(joints), list(loads), damping or Rayleigh()
     draft, layout = empty_draft(list(bodies))
     parts = list(layout.bodies.values())
@@ -88,7 +93,8 @@ def assemble(
         joint.constrain(draft)
     for part in parts:
         orthonormal(part, draft)
-    draft.outputs = dict(outputs or {})
+    draft.outputs, draft.inputs = dict(outputs or {}), {one.name: one for one in inputs}
+    unique("outputs and inputs", [*draft.outputs, *draft.inputs])
     for load in loads:
         require_sound("load", getattr(load, "name", ""), load, Load, layout.dim)
         load.push(draft)

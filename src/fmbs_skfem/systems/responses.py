@@ -4,8 +4,8 @@ r"""Forces by an expression of the state: f(outputs, t, parameters) along a coor
 
 f is a text whose names are parts of outputs (`tip.x`), the coordinate's own (`stretch`, `rate`, `angle`), t and parameters; its
 derivatives by all of them are those of symbols. With a potential, an expression of the coordinate, it stores energy.
-A law is known by its texts, so that files hold it: `response|coordinate|f|potential|parameters|outputs`, an output being
-`name:word:rows:numbers:parts...`.
+A law is known by its texts, so that files hold it: `response|coordinate|f|potential|parameters|outputs|inputs`, an output being
+`name:word:rows:numbers:parts...`. Inputs, and t, are its histories.
 """
 
 from __future__ import annotations
@@ -83,7 +83,9 @@ COORDINATES = {
 
 def act(draft: Draft, where: str, gauge: Gauge, coordinate: str, value: OfState, energy: OfState | None = None) -> None:
     """Add the force of an expression along a coordinate of the rows of a gauge, which count from its free length or angle."""
-    known = variables(draft.outputs, draft.layout.dim) | dict(COORDINATES[coordinate].own)
+    own = COORDINATES[coordinate].own
+    inputs = [draft.inputs[name] for name in value.outputs if name in draft.inputs and name not in own]
+    known = variables(draft.outputs, draft.layout.dim) | {name: one.unit for name, one in draft.inputs.items()} | dict(own)
     try:
         responses.require(value, known)
     except Problem as problem:
@@ -91,14 +93,14 @@ def act(draft: Draft, where: str, gauge: Gauge, coordinate: str, value: OfState,
     potential = energy or responses.of_state(0.0)
     given = dict((*value.parameters, *potential.parameters))
     rows, numbers, told = list(gauge.rows), [gauge.free, *(one.value for one in given.values())], []
-    for name in dict.fromkeys(one.partition(".")[0] for one in value.outputs if one not in COORDINATES[coordinate].own):
-        word, own, parameters = sense(draft, name)
-        rows += own
+    for name in dict.fromkeys(one.partition(".")[0] for one in value.outputs if one not in {*own, *draft.inputs}):
+        word, read, parameters = sense(draft, name)
+        rows += read
         numbers += parameters
-        told.append(":".join([name, word, str(len(own)), str(len(parameters)), *draft.outputs[name].variables(draft.layout.dim)]))
-    text = "|".join([WORD, coordinate, value.text, potential.text, ",".join(given), ",".join(told)])
+        told.append(":".join([name, word, str(len(read)), str(len(parameters)), *draft.outputs[name].variables(draft.layout.dim)]))
+    text = "|".join([WORD, coordinate, value.text, potential.text, ",".join(given), ",".join(told), *(one.name for one in inputs)])
     law, used = made(text)
-    signals = [draft.signal(of_time("t"))] if value.clocked else []
+    signals = [*([draft.signal(of_time("t"))] if value.clocked else []), *(draft.signal(one) for one in inputs)]
     draft.forces.act(law, [rows[k] for k in used], numbers, signals)
 
 
@@ -133,9 +135,11 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     from ..core import symbols
     from . import force_symbols as written
 
-    _, kind, text, potential, given, told = name.split("|")
+    _, kind, text, potential, given, told, *inputs = name.split("|")
     coordinate, outputs = COORDINATES[kind], [part.split(":") for part in told.split(",") if part]
     parameters = [part for part in given.split(",") if part]
+    known = responses.Names(parameters)
+    clocked = int("t" in expressions.parse(text, known))
     total = coordinate.rows + sum(int(one[2]) for one in outputs)
     count = 1 + len(parameters) + sum(int(one[3]) for one in outputs)
     y, v, p = written.rows(total), written.rates(total), written.numbers(count)
@@ -148,8 +152,8 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
         names |= {named(output, part): value for part, value in zip(parts, values, strict=True)}
         row, first = last, final
     names |= zip(coordinate.own, own, strict=True)  # before outputs, and parameters before both
+    names |= {one: written.history(clocked + k) for k, one in enumerate(inputs)}
     names |= {parameter: p[1 + k] for k, parameter in enumerate(parameters)}
-    known = responses.Names(parameters)
 
     def value(text: str) -> Any:
         program = expressions.parse(text, known)
@@ -158,7 +162,7 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
 
     force, stored = value(text), value(potential)
     F = [force * sympy.diff(along, one) for one in y]
-    law, used = written.pruned(written.Symbols(F, count, int("t" in expressions.parse(text, known)), stored))
+    law, used = written.pruned(written.Symbols(F, count, clocked + len(inputs), stored))
     found: ForceLaw = symbols.import_text(written.source({"own": law}, "A force by an expression of the state.")).LAWS["own"]
     return force_laws.named(found, name, law_of), used
 

@@ -1,19 +1,28 @@
-"""Signals c(t) = cos(angle(t)) and s(t) = sin(angle(t)) of driven angles [rad]; files can hold them where `angle` is data."""
+"""Functions of time of a system: cosines and sines of driven angles [rad], and what reads inputs.
+
+s(t) = f(t, u(t))           `bound` gives the function of time that it is with the inputs u as functions of time
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import singledispatch
+from typing import Any
 
 import numpy as np
 
 from ..core.container import storable
+from ..core.errors import InputError, closest, listed, say
+from ..core.expressions import Expression
+from ..core.inputs import Input
+from .system import Signal, System
 
 
 @storable
 @dataclass(frozen=True)
 class Cosine:
-    """cos(angle(t))."""
+    """cos(angle(t)); files can hold it where `angle` is data."""
 
     angle: Callable[[np.ndarray], np.ndarray]
 
@@ -30,3 +39,70 @@ class Sine:
 
     def __call__(self, t: np.ndarray) -> np.ndarray:
         return np.asarray(np.sin(self.angle(t)))
+
+
+@singledispatch
+def read_inputs(signal: Any) -> Sequence[Input]:
+    """The inputs that a function of time reads."""
+    return ()
+
+
+@singledispatch
+def bound(signal: Any, told: Mapping[str, Signal]) -> Signal:
+    """The function of time with inputs as functions of time."""
+    return signal
+
+
+@read_inputs.register
+def _(signal: Input) -> Sequence[Input]:
+    return (signal,)
+
+
+@bound.register
+def _(signal: Input, told: Mapping[str, Signal]) -> Signal:
+    return told.get(signal.name, signal)
+
+
+@read_inputs.register
+def _(signal: Expression) -> Sequence[Input]:
+    return signal.inputs
+
+
+@bound.register
+def _(signal: Expression, told: Mapping[str, Signal]) -> Signal:
+    if not signal.inputs:
+        return signal
+    functions = {one.name: bound(one, told) for one in signal.inputs}
+    return lambda t: signal.at(t, {name: function(t) for name, function in functions.items()})
+
+
+@read_inputs.register
+def _(signal: Cosine | Sine) -> Sequence[Input]:
+    return read_inputs(signal.angle)
+
+
+@bound.register
+def _(signal: Cosine | Sine, told: Mapping[str, Signal]) -> Signal:
+    return replace(signal, angle=bound(signal.angle, told))
+
+
+def inputs_of(system: System) -> dict[str, Input]:
+    """The inputs of a system by name."""
+    return {one.name: one for signal in system.signals for one in read_inputs(signal)}
+
+
+def with_inputs(system: System, told: Mapping[str, Signal]) -> System:
+    """The system with functions of time in place of inputs; InputError for one that it does not have."""
+    known = inputs_of(system)
+    for name in told:
+        if name not in known:
+            expected = f"one of the inputs {listed(known, name, 'of which there are none')}"
+            raise InputError(say("inputs", expected, f"'{name}'") + closest(name, known))
+    return replace(system, signals=tuple(bound(signal, told) for signal in system.signals), full=full_with(system, told))
+
+
+def full_with(system: System, told: Mapping[str, Signal]) -> System | None:
+    """The same of the form with all multipliers."""
+    if system.full is None or system.full is system:
+        return system.full
+    return replace(system.full, signals=tuple(bound(signal, told) for signal in system.full.signals))

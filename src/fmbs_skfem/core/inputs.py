@@ -1,0 +1,52 @@
+"""Inputs: numbers by name that a run is told from step to step, held at their start where nobody tells it any.
+
+torque: "u - 0.1 N m s * hinge.rate"            u(t) = u_n+1 in the step from t_n to t_n+1
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .container import storable
+
+ROUND = 1e-9  #: part of a step by which its end may be missed
+
+
+@storable
+@dataclass(frozen=True)
+class Input:
+    """A number that a run is told; as a function of time it is its start."""
+
+    name: str
+    unit: str = ""  #: SI unit
+    start: float = 0.0
+
+    def __call__(self, t: np.ndarray) -> np.ndarray:
+        return np.full(np.shape(t), self.start)
+
+
+PAST = 4  #: values through which a smooth input goes
+KEPT = PAST + 1  #: that are read of steps that are taken one by one: those of its begin are values of the step before
+
+
+@dataclass(eq=False)
+class Told:
+    """What an input was told at the end of every step; before the first value it was that one."""
+
+    step: float  #: h [s]
+    values: list[float]  #: (s,) after `first` steps, and after one more each
+    first: int = 0
+    smooth: bool = False  #: whether it is the cubic through the last four values, for drives, and not the last one alone
+
+    def __call__(self, t: np.ndarray) -> np.ndarray:
+        values, place = np.asarray(self.values), np.asarray(t) / self.step
+        n = np.ceil(place - ROUND).astype(np.int64)
+        if not self.smooth:
+            return np.asarray(values[np.clip(n - self.first, 0, len(values) - 1)])
+        s, found = place - n, np.zeros(np.shape(t))
+        for k in range(PAST):
+            weight = np.prod([(s + j) / (j - k) for j in range(PAST) if j != k], axis=0)
+            found = found + weight * values[np.clip(n - k - self.first, 0, len(values) - 1)]
+        return found

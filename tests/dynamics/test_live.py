@@ -1,0 +1,155 @@
+"""Runs that are taken step by step: the bits of `integrate`, states that are put back, inputs in scenes and files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmbs_skfem.core import expressions
+from fmbs_skfem.core.errors import CorruptFile, InputError
+from fmbs_skfem.core.inputs import Input, Told
+from fmbs_skfem.core.responses import of_state
+from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs, start
+from fmbs_skfem.reduction import files
+from fmbs_skfem.scenes import build, reading
+from fmbs_skfem.systems import System, assemble, compiled, eliminate, joints, loads, probes
+from fmbs_skfem.systems.controls import ControlForce
+from fmbs_skfem.systems.signals import inputs_of, with_inputs
+from fmbs_skfem.systems.system import change_coordinates
+
+from ..systems.parts import A0, A1, B1, beams
+from .test_large import hanging
+
+H, COUNT = 1e-3, 120
+U, W = Input("u", "N", 0.5), Input("w", "rad", 0.0)
+
+
+def fed(dim: int = 2) -> System:
+    """Beams with an input in an expression of the state, beside functions of time."""
+    push = ControlForce("f", A1, (0.0, 1.0, 0.0)[:dim], of_state("u - k*stretch + sin(9 * t)", "", {"k": 3.0}))
+    return assemble(beams(dim), [joints.Clamp("clamp", A0)], [push], outputs={"tip": probes.Position(A1)}, inputs=[U])
+
+
+def driven() -> System:
+    """A hinge driven by an input and a function of time, and a force that both scale."""
+    turn = expressions.of_time("w + 0.1 * t**3", inputs={"w": W})
+    force = loads.PointForce("p", B1, (0.0, 1.0), expressions.of_time("u * cos(t)", inputs={"u": U}))
+    parts = [joints.Pin("pin", A0), joints.DrivenAngle("drive", A0, turn)]
+    return assemble(beams(2), parts, [force], outputs={"root": probes.Angle(A0)}, inputs=[U, W])
+
+
+def values(count: int = COUNT) -> dict[str, np.ndarray]:
+    """What starts a run reads of the first step: an input that drives a joint stands still in it."""
+    t = H * np.arange(count + 1)
+    return {"u": np.append(0.5, np.sin(30 * t[1:])), "w": 0.2 * np.maximum(t - H, 0.0) ** 2}
+
+
+MODELS = {
+    "full": lambda: eliminate(fed()),
+    "space": lambda: eliminate(fed(3)),
+    "reduced": lambda: change_coordinates(one := eliminate(fed()), np.eye(one.size), np.zeros(one.size)),
+    "driven": lambda: eliminate(driven()),
+}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_bits_of_integrate(name: str) -> None:
+    """With the same histories; and a state that is put back gives the same bits again."""
+    system, scheme = MODELS[name](), GeneralizedAlpha(H)
+    told, known = values(), inputs_of(system)
+    smooth = {"w"}
+    histories = {key: Told(H, told[key].tolist(), smooth=key in smooth) for key in known}
+    expected = integrate(with_inputs(system, histories), scheme, COUNT * H)
+    run = start(system, scheme)
+    for k in range(1, COUNT + 1):
+        run.step({key: told[key][k] for key in known})
+        if k == COUNT - 30:
+            held = run.state
+    np.testing.assert_array_equal(run.motion().x[0], expected.x[-1])
+    np.testing.assert_array_equal(run.motion().a[0], expected.a[-1])
+    column, found = next(iter(outputs(expected).items()))
+    assert run.outputs()[column] == pytest.approx(found[-1], abs=1e-13)
+    for other in (run, start(system, scheme)):
+        other.state = held
+        assert other.time == pytest.approx((COUNT - 30) * H)
+        for k in range(COUNT - 29, COUNT + 1):
+            other.step({key: told[key][k] for key in known})
+        np.testing.assert_array_equal(other.motion().x[0], expected.x[-1])
+
+
+def test_large_models(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compiled, "BAND", 20)
+    system, scheme = hanging(4), GeneralizedAlpha(H)
+    expected = integrate(system, scheme, 24 * H)
+    assert expected.statistics.solver.startswith("sparse")
+    run = start(system, scheme)
+    for _ in range(24):
+        run.step()
+    np.testing.assert_array_equal(run.motion().x[0], expected.x[-1])
+
+
+def test_angles_count_their_turns() -> None:
+    run = start(eliminate(driven()), GeneralizedAlpha(H))
+    for k in range(1, 301):
+        run.step({"w": 40.0 * (k * H) ** 2 * 3.0})
+        run.outputs()
+    assert run.outputs()["root"] == pytest.approx(120.0 * 0.3**2 + 0.1 * 0.3**3, abs=1e-9)
+
+
+SCENE = """
+schema: 1
+dimension: 2
+parameters: {k: 18 N/m}
+inputs: {u: {unit: kN, start: 10 N}, w: {start: 1}}
+bodies: {ball: {type: point_mass, mass: 2 kg, position: [0, 0]}}
+loads:
+  f: {type: control_force, at: ball, direction: [1, 0], force: "u - k * tip.x"}
+  p: {type: point_force, at: ball, force: [0 N, 3 N], history: "w * 2"}
+analysis: {type: dynamic, duration: 1 s, step: 1 ms}
+outputs: {tip: {type: position, at: ball}}
+"""
+
+
+def test_scenes_and_files(tmp_path: Path) -> None:
+    """A scene holds its inputs at their start; saved models have them."""
+    system = build.system(reading.loads(SCENE))
+    assert inputs_of(system) == {"u": Input("u", "N", 10.0), "w": Input("w", "", 1.0)}
+    scheme = GeneralizedAlpha(1e-3)
+    motion = integrate(system, scheme, 1.0)
+    np.testing.assert_allclose(outputs(motion)["tip_x"], 10 / 18 * (1 - np.cos(3 * motion.times)), atol=1e-5)
+    np.testing.assert_allclose(outputs(motion)["tip_y"], 1.5 * motion.times**2, atol=1e-6)
+    one, other = start(system, scheme), start(files.load(files.save(eliminate(system), tmp_path / "model.h5")), scheme)
+    for run in (one, other):
+        for k in range(50):
+            run.step({"u": 0.1 * k, "w": -1.0})
+    assert one.outputs() == other.outputs()
+    assert one.outputs()["tip_y"] < 0
+
+
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ("u - k", "v - k", r"force: expected one of .* got 'v'"),
+        ("unit: kN", "unit: kg", r"inputs.u: expected a mass .* got '10 N'"),
+        ("unit: kN, start: 10 N", "unit: m", r"loads.f.force: expected all parts of '-' of one dimension, got length and force"),
+        ("w * 2", "u * 2", r"loads.p.history: expected a number as a function of t, got .*force"),
+        ("w: {", "k: {", r"inputs.k: expected a name"),
+        ("w: {", "tip: {}, w: {", r"inputs.tip: expected another name"),
+        ("{start: 1}", "{begin: 1}", r"inputs.w.begin: expected one of the keys"),
+    ],
+)
+def test_what_does_not_fit_is_named(old: str, new: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        reading.loads(SCENE.replace(old, new))
+
+
+def test_errors() -> None:
+    run = start(eliminate(fed()), GeneralizedAlpha(H))
+    with pytest.raises(InputError, match=r"run.step: expected one of the inputs u, got 'v'"):
+        run.step({"v": 1.0})
+    with pytest.raises(InputError, match=r"input 'u': expected a finite number, got 'nan'|got nan"):
+        run.step({"u": np.nan})
+    with pytest.raises(CorruptFile, match="unknowns: "):
+        run.state = start(eliminate(fed(3)), GeneralizedAlpha(H)).state
