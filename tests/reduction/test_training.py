@@ -46,7 +46,8 @@ from fmbs_skfem.reduction.full_runs import FullRun, TrainingTask
 from fmbs_skfem.reduction.parameters import Parameter, Search
 from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.scenes import build
-from fmbs_skfem.systems import At, System, assemble, compile_system, force_laws, joints, loads
+from fmbs_skfem.systems import At, System, assemble, compile_system, joints, loads
+from fmbs_skfem.systems.force_laws import ForceLaw
 from fmbs_skfem.systems.quartic import Quartic
 from fmbs_skfem.systems.system import sizes
 from tests import models
@@ -675,7 +676,7 @@ def test_the_fingerprint_takes_laws_by_their_names() -> None:
     digests = []
     for name in ("torsion_spring", "torsion_spring", "moment_2"):
         digest = hashlib.sha256()
-        law = dataclasses.replace(force_laws.find(name), maker=partial(force_laws.find))
+        law = dataclasses.replace(ForceLaw.find(name), maker=partial(ForceLaw.find))
         store.add_to_digest(law, digest)
         digests.append(digest.hexdigest())
     assert digests[0] == digests[1] != digests[2]

@@ -22,7 +22,9 @@ from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, extensions, reading, schema
 from fmbs_skfem.scenes.analyses import Analysis
 from fmbs_skfem.scenes.bodies import SceneBody
-from fmbs_skfem.systems import constraint_laws, force_laws, probes
+from fmbs_skfem.systems import probes
+from fmbs_skfem.systems.constraint_laws import ConstraintLaw
+from fmbs_skfem.systems.force_laws import ForceLaw
 
 from ..cli.calls import ROOT, fmbs
 
@@ -39,8 +41,8 @@ def _apart(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     for family in (systems.joints.Joint, systems.loads.Load, probes.Probe, SceneBody, Analysis):
         monkeypatch.setattr(family, "known", dict(family.known))
     monkeypatch.setattr(laws, "KNOWN", dict(laws.KNOWN))
-    for module in (constraint_laws, force_laws):
-        monkeypatch.setattr(module, "MAKERS", dict(module.MAKERS))
+    for kind in (ConstraintLaw, ForceLaw):
+        monkeypatch.setattr(kind, "makers", dict(kind.makers))
     monkeypatch.setattr(extensions, "RUN", {})
     before = set(sys.modules)
     yield

@@ -26,12 +26,12 @@ from fmbs_skfem.systems import (
     compiled,
     eliminate,
     fields,
-    force_laws,
     force_symbols,
     joints,
     loads,
     probes,
 )
+from fmbs_skfem.systems.force_laws import ForceLaw
 from fmbs_skfem.systems.forces import OfPython
 from fmbs_skfem.systems.own_forces import OwnForce, norm, turned
 from fmbs_skfem.systems.places import Draft
@@ -251,12 +251,12 @@ def test_reduced_hyper_reduced_and_saved_models(dim: int, tmp_path: Path) -> Non
         found = outputs(integrate(system, scheme, 0.3, TIGHT))
         for name in expected:
             assert_allclose(found[name], expected[name], atol=2e-4)
-    maker = force_laws.MAKERS.pop("test_drag")
+    maker = ForceLaw.makers.pop("test_drag")
     try:
         with pytest.raises(CorruptFile, match="'test_drag'; import the file that declares it first"):
             files.load(path)
     finally:
-        force_laws.MAKERS["test_drag"] = maker
+        ForceLaw.makers["test_drag"] = maker
 
 
 def test_large_models(monkeypatch: pytest.MonkeyPatch) -> None:

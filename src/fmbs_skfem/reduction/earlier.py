@@ -14,7 +14,7 @@ from enum import IntEnum
 import numpy as np
 
 from ..core.container import MENDS, Tree, storable
-from ..systems import constraint_laws, force_laws
+from ..systems import constraint_laws, force_laws, row_laws
 from ..systems.dead_loads import DeadLoads
 from ..systems.system import Loads, System
 from .affine import Varying
@@ -67,7 +67,7 @@ def mend_constraints(values: Tree) -> None:
         arms = i >= 0
         rows, ratios = np.stack([i[arms], j[arms]], axis=1).ravel(), [*coefficient[arms], *coefficient[~arms]]
         found.append(constraint_laws.one(f"gear_{int(arms.sum())}", int(row), rows.tolist(), ratios))
-    values["laws"] = constraint_laws.join(found)
+    values["laws"] = row_laws.join(found)
     for name, none in (("signal", -1), ("i", -1), ("j", -1), ("coefficient", 0.0)):
         values[name] = np.where(angles, none, values[name])
 

@@ -29,11 +29,13 @@ from typing import Any
 
 import numpy as np
 
+from ..bodies.laws import Law
 from ..core import container, durable, validation
 from ..core.container import Kind
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.linalg import is_sparse
 from ..core.structs import Routine
+from ..systems.row_laws import RowLaw
 from ..systems.system import Signal, System
 from . import greedy, parametric_model
 from .error_budget import Choice
@@ -230,8 +232,8 @@ def add_to_digest(value: Any, digest: Any) -> None:
         value = value.__name__
     if isinstance(value, functools.partial):
         value = [value.func, value.args, value.keywords]
-    if "__reduce__" in vars(type(value)):  # laws, which are known by their names
-        value = [type(value).__name__, *value.__reduce__()[1]]
+    if isinstance(value, Law | RowLaw):
+        value = [type(value).__name__, value.name]
     if isinstance(value, float | np.floating):
         return digest.update(f"{value:.{DIGITS}g};".encode())
     if is_dataclass(value):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
 from functools import cache
 from importlib import resources
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .result import Table
 
@@ -31,14 +31,56 @@ def tables(scene: Scene, study: Comparison) -> list[Any]:
     paper = read_published().get(scene.name.removesuffix("-coarse"), {})
     known = paper.get("models", {})
     if any(record.hyper == "exact" for record in study.records):
-        shown: list[Any] = [sizes(study, known), shares(study, known), accuracy(study)]
+        shown: list[Any] = [below("Table 4: sizes", table_4(study), SIZES, known)]
+        done = [record for record in table_4(study) if record.status == "done"]
+        shown += [below("Table 4: CPU time [s]", done, SHARES, known), accuracy(study)]
     else:
-        shown = [overview(study), products(study, known), tangents(study, known)]
-        if any(record.snnls_s for record in main(study)):
-            shown.append(searches(study, known))
+        counted = beside("Table 1: scalar multiplications for the reduced tangent K_r", main(study), PRODUCTS, known)
+        shown = [overview(study), counted, tangents(study, known)]
+        if trained := [record for record in main(study) if record.snnls_s]:
+            shown.append(searches(trained, known))
     shown += errors_of_outputs(study)
     shown += [f"{record.name}: {record.status}" for record in study.records if record.status != "done"]
     return [*shown, f"paper: {paper['source']}"] if paper else shown
+
+
+class Column(NamedTuple):
+    """A column of a table of models."""
+
+    head: str
+    ours: Callable[[ModelRecord], object]
+    paper: Callable[[Mapping[str, Any]], str] | None = None  #: the same of the published figures of a model
+
+
+def figure(key: str, form: str = "", scale: float = 1) -> Callable[[Mapping[str, Any]], str]:
+    """What reads a published figure, one or a list; nothing where there is none."""
+
+    def read(paper: Mapping[str, Any]) -> str:
+        found = paper.get(key, ())
+        return join((scale * value for value in (found if isinstance(found, list | tuple) else [found])), form)
+
+    return read
+
+
+def beside(title: str, records: Sequence[ModelRecord], columns: Sequence[Column], known: Mapping[str, Any]) -> Table:
+    """A row a model; published figures, where there are any, in a column beside ours."""
+    heads, rows = ["model"], [[record.name] for record in records]
+    for column in columns:
+        heads += [column.head, *(["paper"] if known and column.paper else [])]
+        for row, record in zip(rows, records, strict=True):
+            row.append(str(column.ours(record)))
+            row += [column.paper(known.get(record.name, {}))] if known and column.paper else []
+    return Table(title, heads, rows, names=True)
+
+
+def below(title: str, records: Sequence[ModelRecord], columns: Sequence[Column], known: Mapping[str, Any]) -> Table:
+    """A row a model, below it the published figures."""
+    rows = []
+    for record in records:
+        rows.append([record.name, *(column.ours(record) for column in columns)])
+        if paper := known.get(record.name):
+            rows.append([PAPER, *(column.paper(paper) if column.paper else "" for column in columns)])
+    return Table(title, ["model", *(column.head for column in columns)], rows, names=True)
 
 
 def table_4(study: Comparison) -> list[ModelRecord]:
@@ -46,32 +88,30 @@ def table_4(study: Comparison) -> list[ModelRecord]:
     return [record for record in study.records if record.main or record.family in ("full", "step")]
 
 
-def sizes(study: Comparison, known: Mapping[str, Any]) -> Table:
-    """Table 4, sizes: unknowns, modes, what is left of cells, points and coordinates; below every model the paper's figures."""
-    rows = []
-    for record in table_4(study):
-        kept = (counts(record.elements), counts(record.points), counts(record.dofs_kept))
-        rows.append((record.name, str(record.dofs or "none"), join(record.modes.values()), *kept))
-        if paper := known.get(record.name):
-            kept = (join(paper.get("elements", ())), "", join(paper.get("kept", ())))
-            rows.append((PAPER, join(paper["dofs"]), join(paper.get("r", ())), *kept))
-    heads = ("model", "dofs", "modes", "cells", "cubature points", "dofs kept")
-    return Table("Table 4: sizes", heads, rows, names=True)
-
-
-def shares(study: Comparison, known: Mapping[str, Any]) -> Table:
-    """Table 4, CPU seconds by kind of work, training and largest error; below every model the paper's figures."""
-    rows = []
-    for record in [record for record in table_4(study) if record.status == "done"]:
-        seconds = (record.force_s, record.solve_s, record.product_s, record.cpu_s)
-        found, trained = join(record.snnls_s.values(), ".2g"), clock(record.training_s)
-        rows.append((record.name, *map(clock, seconds), found, trained, tell(record.coordinates_error)))
-        if paper := known.get(record.name):
-            published_seconds = (str(paper.get(key, "")) for key in ("force_s", "solve_s", "product_s", "total_s"))
-            error = f"{paper['max_error']:.2e}" if "max_error" in paper else ""
-            rows.append((PAPER, *published_seconds, join(paper.get("snnls_s", ())), "", error))
-    heads = ("model", "force+tangent", "solves", "products", "total", "sNNLS", "training", "max error (53)")
-    return Table("Table 4: CPU time [s]", heads, rows, names=True)
+SIZES = (
+    Column("dofs", lambda record: record.dofs or "none", figure("dofs")),
+    Column("modes", lambda record: join(record.modes.values()), figure("r")),
+    Column("cells", lambda record: counts(record.elements), figure("elements")),
+    Column("cubature points", lambda record: counts(record.points)),
+    Column("dofs kept", lambda record: counts(record.dofs_kept), figure("kept")),
+)
+SHARES = (
+    Column("force+tangent", lambda record: clock(record.force_s), figure("force_s")),
+    Column("solves", lambda record: clock(record.solve_s), figure("solve_s")),
+    Column("products", lambda record: clock(record.product_s), figure("product_s")),
+    Column("total", lambda record: clock(record.cpu_s), figure("total_s")),
+    Column("sNNLS", lambda record: join(record.snnls_s.values(), ".2g"), figure("snnls_s")),
+    Column("training", lambda record: clock(record.training_s)),
+    Column("max error (53)", lambda record: tell(record.coordinates_error), figure("max_error", ".2e")),
+)
+PRODUCTS = (
+    Column("r modes", lambda record: join(record.modes.values()), figure("r")),
+    Column("kept", lambda record: join((record.kept or record.elements).values()), figure("elements")),
+    Column("dofs", lambda record: join(record.dofs_kept.values()), figure("dofs")),
+    Column("w", lambda record: record.bandwidth, figure("w")),
+    Column("p [1e6]", lambda record: f"{1e-6 * record.multiplications:.3f}", figure("p", ".3f", 1e-6)),
+    Column("s", lambda record: f"{record.speed_up:.2f}", figure("s", ".2f")),
+)
 
 
 def accuracy(study: Comparison) -> Table:
@@ -79,16 +119,9 @@ def accuracy(study: Comparison) -> Table:
     rows = []
     for record in [record for record in study.records if record.status == "done" and record.family != "full"]:
         published = (record.coordinates_error, record.coordinates_mean)
-        errors = (
-            record.max_error,
-            record.median_error,
-            record.mean_error,
-            record.distance_error,
-            record.position_error,
-            *published,
-        )
+        errors = (record.max_error, record.median_error, record.mean_error, record.distance_error, record.position_error)
         sizes = (str(record.constraints), f"{record.newton:.0e}", str(record.iterations), str(record.factorisations))
-        rows.append((record.name, *map(tell, errors), *sizes))
+        rows.append((record.name, *map(tell, (*errors, *published)), *sizes))
     if study.time_error:
         times = study.time_error
         rows.append((f"step {times.step:g} s", tell(times.relative), "", "", tell(times.distance), tell(times.position), *[""] * 6))
@@ -172,64 +205,35 @@ def tell(error: float) -> str:
     return f"{error:.2e}" if error else "reference"
 
 
-def products(study: Comparison, known: Mapping[str, Any]) -> Table:
-    """Table 1: scalar multiplications in the reduced tangent."""
-    rows = []
-    for record in main(study):
-        paper = known.get(record.name, {})
-        pairs = (
-            (join(record.modes.values()), join(paper.get("r", ()))),
-            (join((record.kept or record.elements).values()), join(paper.get("elements", ()))),
-            (join(record.dofs_kept.values()), join(paper.get("dofs", ()))),
-            (str(record.bandwidth), str(paper.get("w", ""))),
-            (f"{1e-6 * record.multiplications:.3f}", f"{1e-6 * paper['p']:.3f}" if paper else ""),
-            (f"{record.speed_up:.2f}", f"{paper['s']:.2f}" if paper else ""),
-        )
-        rows.append((record.name, *pick(pairs, known)))
-    heads = head_columns(("r modes", "kept", "dofs", "w", "p [1e6]", "s"), known)
-    return Table("Table 1: scalar multiplications for the reduced tangent K_r", ("model", *heads), rows, names=True)
-
-
 def tangents(study: Comparison, known: Mapping[str, Any]) -> Table:
     """Table 2: CPU time of the reduced tangent."""
-    first, rows = study["system"].kr_us, []
-    for record in main(study):
-        paper = known.get(record.name, {})
-        pairs = (
-            (f"{1e-6 * record.kr_us:.3e}", f"{paper['kr_s']:.3e}" if paper else ""),
-            (f"{first / record.kr_us:.2f}" if record.kr_us else "", f"{paper['kr_ratio']:.2f}" if paper else ""),
-        )
-        rows.append((record.name, *pick(pairs, known)))
-    return Table("Table 2: time of one reduced tangent", ("model", *head_columns(("K_r [s]", "ratio"), known)), rows, names=True)
-
-
-def searches(study: Comparison, known: Mapping[str, Any]) -> Table:
-    """Table 3: CPU time of the sparse non-negative least squares, and of the whole training."""
-    trained = [record for record in main(study) if record.snnls_s]
-    first, rows = sum(trained[0].snnls_s.values()), []
-    for record in trained:
-        paper, own = known.get(record.name, {}), list(record.snnls_s.values())
-        total = f"={sum(own):.3g}" if len(own) > 1 else ""
-        published_total = f"={sum(paper['snnls_s']):.4g}" if len(paper.get("snnls_s", ())) > 1 else ""
-        pairs = (
-            (join(own, ".2g") + total, join(paper.get("snnls_s", ())) + published_total),
-            (f"{first / sum(own):.2f}", f"{paper['snnls_ratio']:.2f}" if paper else ""),
-        )
-        rows.append((record.name, *pick(pairs, known), f"{record.training_s:.3g}"))
-    heads = head_columns(("sNNLS [s]", "ratio"), known)
-    return Table(
-        "Table 3: time of the sparse non-negative least squares", ("model", *heads, "whole training [s]"), rows, names=True
+    first = study["system"].kr_us
+    columns = (
+        Column("K_r [s]", lambda record: f"{1e-6 * record.kr_us:.3e}", figure("kr_s", ".3e")),
+        Column("ratio", lambda record: f"{first / record.kr_us:.2f}" if record.kr_us else "", figure("kr_ratio", ".2f")),
     )
+    return beside("Table 2: time of one reduced tangent", main(study), columns, known)
 
 
-def join(values: Any, form: str = "") -> str:
+def searches(trained: Sequence[ModelRecord], known: Mapping[str, Any]) -> Table:
+    """Table 3: CPU time of the sparse non-negative least squares, and of the whole training."""
+    first = sum(trained[0].snnls_s.values())
+
+    def spent(record: ModelRecord) -> str:
+        own = list(record.snnls_s.values())
+        return join(own, ".2g") + (f"={sum(own):.3g}" if len(own) > 1 else "")
+
+    def published(paper: Mapping[str, Any]) -> str:
+        own = paper.get("snnls_s", ())
+        return join(own) + (f"={sum(own):.4g}" if len(own) > 1 else "")
+
+    columns = (
+        Column("sNNLS [s]", spent, published),
+        Column("ratio", lambda record: f"{first / sum(record.snnls_s.values()):.2f}", figure("snnls_ratio", ".2f")),
+        Column("whole training [s]", lambda record: f"{record.training_s:.3g}"),
+    )
+    return beside("Table 3: time of the sparse non-negative least squares", trained, columns, known)
+
+
+def join(values: Iterable[Any], form: str = "") -> str:
     return "+".join(format(value, form) for value in values)
-
-
-def head_columns(names: Sequence[str], known: Mapping[str, Any]) -> list[str]:
-    """Every heading, followed by that of the paper's column where there is one."""
-    return [text for name in names for text in ((name, "paper") if known else (name,))]
-
-
-def pick(pairs: Sequence[tuple[str, str]], known: Mapping[str, Any]) -> list[str]:
-    return [text for pair in pairs for text in (pair if known else pair[:1])]

@@ -22,7 +22,7 @@ from ..core.linalg import alike, diagonal
 from ..core.notices import notify
 from ..shapes import line, surface
 from ..shapes.surface import Surface
-from . import constraint_laws, echelon, lengths, redundancy
+from . import echelon, lengths, redundancy, row_laws
 from . import probes as probe_rules
 from .constraint_functions import Joint
 from .forces import joined
@@ -200,7 +200,7 @@ def constraints(terms: Terms) -> Constraints:
     """The rows of collected terms as arrays."""
     columns = list(zip(*terms.terms, strict=True)) or [(), (), (), (), ()]
     row, signal, i, j = (np.array(columns[k], dtype=np.int64) for k in (0, 2, 3, 4))
-    laws = constraint_laws.join(terms.laws)
+    laws = row_laws.join(terms.laws)
     return Constraints(tuple(terms.names), row, np.array(columns[1], dtype=float), signal, i, j, laws)
 
 

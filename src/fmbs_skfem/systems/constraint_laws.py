@@ -1,27 +1,24 @@
 """Constraint functions by a law: phi(y, numbers, histories) of a few probe rows, written in symbols.
 
 Their value, Jacobian, second derivatives, and what velocities are settled with (`kernels.drift`) follow. Laws of this package are
-in `constraint_loops`, which `constraint_symbols` writes; a user's own are made by `own_joints`. A law is known by its name; its
-routines are compiled when a model uses it.
+in `constraint_loops`, which `constraint_symbols` writes; a user's own are made by `own_joints`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.container import ENUMS, Arrays, encode, storable
-from ..core.errors import InputError, closest, listed, say
+from ..core.container import storable
 from ..core.structs import IntegerMatrix, Integers, Matrix, Routine, opener
-from ..core.validation import Attributes, Indices, Reals
+from ..core.validation import Attributes, Indices
 from .evaluation import Space
+from .row_laws import Groups, RowLaw, group
 from .terms import Piece
-
-MAKERS: dict[str, Callable[[str], ConstraintLaw]] = {}  #: of laws of one's own, by the first word of their names
 
 
 class Routines(NamedTuple):
@@ -33,80 +30,31 @@ class Routines(NamedTuple):
 
 
 @dataclass(frozen=True)
-class ConstraintLaw:
-    """A law, known by its name; `find` gives it back."""
+class ConstraintLaw(RowLaw):
+    """A constraint function."""
 
-    name: str
-    rows: int  #: probe rows that it reads
-    numbers: int
-    histories: int  #: functions of time
-    pairs: tuple[tuple[int, int], ...]  #: of its rows, in which it has second derivatives
     routines: Routines
-    maker: Any = None  #: makes one of one's own of its name
-
-    def __reduce__(self) -> Any:
-        return self.maker or find, (self.name,)
-
-
-def find(name: str) -> ConstraintLaw:
-    """The law of this name; those of one's own from the classes that have been declared."""
-    from .constraint_loops import LAWS
-
-    if name in LAWS:
-        return LAWS[name]
-    word = name.split("|")[0]
-    if word not in MAKERS:
-        expected, remedy = f"one of {listed([*LAWS, *MAKERS], word)}", "import the file that declares it first"
-        raise InputError(say("constraint law", expected, f"'{word}'", remedy) + closest(word, MAKERS))
-    return MAKERS[word](name)
-
-
-@encode.register
-def _(law: ConstraintLaw, arrays: Arrays, where: str) -> Any:
-    return {"enum": "ConstraintLaw", "value": law.name}
-
-
-ENUMS["ConstraintLaw"] = find
+    kind: ClassVar[str] = "constraint law"
+    loops: ClassVar[str] = ".constraint_loops"
 
 
 @storable
 @dataclass(frozen=True)
-class LawRows:
+class LawRows(Groups):
     """t constraint rows by one law, each of its own probe rows."""
 
     law: Annotated[ConstraintLaw, Attributes("r=rows p=numbers h=histories")]
     row: Annotated[np.ndarray, Indices("t", end="m")]
-    rows: Annotated[np.ndarray, Indices("t r", end="y")]
-    numbers: Annotated[np.ndarray, Reals("t p")]
-    signals: Annotated[np.ndarray, Indices("t h", end="k", low=-1)]  #: histories, -1 for the constant 1
-
-    def __len__(self) -> int:
-        return len(self.row)
 
     def kept(self, place: np.ndarray) -> LawRows:
         """Those whose numbers of rows have new ones (m,) that are not -1."""
         mine = place[self.row] >= 0
-        return LawRows(self.law, place[self.row[mine]], self.rows[mine], self.numbers[mine], self.signals[mine])
+        return LawRows(self.law, self.rows[mine], self.numbers[mine], self.signals[mine], place[self.row[mine]])
 
 
 def one(law: str | ConstraintLaw, row: int, rows: Sequence[int], numbers: ArrayLike = (), signals: Sequence[int] = ()) -> LawRows:
     """One constraint row by a law or its name, of probe rows (r,), numbers (p,) and histories (h,)."""
-    known = find(law) if isinstance(law, str) else law
-    integers = (np.array([part], np.int64).reshape(1, -1) for part in (rows, signals))
-    return LawRows(known, np.array([row]), next(integers), np.asarray(numbers, float).reshape(1, -1), next(integers))
-
-
-def join(found: Sequence[LawRows]) -> tuple[LawRows, ...]:
-    """One for every law."""
-
-    def column(same: Sequence[LawRows], name: str) -> np.ndarray:
-        return np.concatenate([getattr(one, name) for one in same])
-
-    laws: dict[str, list[LawRows]] = {}
-    for item in found:
-        laws.setdefault(item.law.name, []).append(item)
-    names = ("row", "rows", "numbers", "signals")
-    return tuple(LawRows(same[0].law, *(column(same, name) for name in names)) for same in laws.values())
+    return LawRows(*group(ConstraintLaw, law, rows, numbers, signals), np.array([row]))
 
 
 class Record(NamedTuple):
@@ -141,7 +89,7 @@ def compile_rows(found: LawRows, pair: int) -> Constraint:
 def evaluate(found: LawRows, y: np.ndarray, signals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """phi (t,) and its derivatives by the rows of each (t, r) at probe rows y (j,)."""
     count, size = found.rows.shape
-    own = LawRows(found.law, np.arange(count), np.arange(count * size).reshape(count, size), found.numbers, found.signals)
+    own = LawRows(found.law, np.arange(count * size).reshape(count, size), found.numbers, found.signals, np.arange(count))
     piece, none, empty = compile_rows(own, 0), np.zeros(0), np.zeros((0, 0))
     rhs, Jy = np.zeros((1, count)), np.zeros((count, count * size))
     parts: dict[str, Any] = dict.fromkeys(Space._fields, none) | dict.fromkeys(("W", "body", "work", "paths"), empty)

@@ -24,7 +24,7 @@ from functools import cache, partial
 from typing import Any, ClassVar
 
 from ..core.errors import InputError, say
-from . import force_laws, own_symbols
+from . import own_symbols
 from .force_laws import ForceLaw
 from .loads import Load, where
 from .own_symbols import norm, turned
@@ -41,7 +41,7 @@ class OwnForce(Load, ABC, word=None):
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
         if cls.word:
-            force_laws.MAKERS[cls.word] = partial(law_of, cls)
+            ForceLaw.makers[cls.word] = partial(law_of, cls)
 
     @staticmethod
     def act(*known: Any) -> Sequence[tuple[Any, Any]]:
@@ -93,4 +93,4 @@ def made(kind: type[OwnForce], name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     if unknown := law.unknown():
         raise InputError(say(place, "expressions of its arguments", f"{', '.join(sorted(map(str, unknown)))} in them"))
     found: ForceLaw = symbols.import_text(written.source({"own": law}, f"The force '{name}'.")).LAWS["own"]
-    return force_laws.named(found, name, partial(law_of, kind)), used
+    return found.named(name, partial(law_of, kind)), used

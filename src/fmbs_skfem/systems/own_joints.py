@@ -20,12 +20,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cache, partial
 from typing import Any
 
 from ..core.errors import InputError, say
-from . import constraint_laws, own_symbols
+from . import own_symbols
 from .constraint_functions import Joint, mark, where
 from .constraint_laws import ConstraintLaw
 from .own_symbols import norm
@@ -40,7 +39,7 @@ class OwnJoint(Joint, ABC, word=None):
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
         if cls.word:
-            constraint_laws.MAKERS[cls.word] = partial(law_of, cls)
+            ConstraintLaw.makers[cls.word] = partial(law_of, cls)
 
     @staticmethod
     @abstractmethod
@@ -88,4 +87,4 @@ def law_for(kind: type[OwnJoint], name: str) -> tuple[ConstraintLaw, tuple[int, 
     sizes, _, row = name.partition("|")[2].rpartition("|")
     law, used = functions_of(kind, sizes)[row]
     found: ConstraintLaw = symbols.import_text(written.source({"own": law}, f"The row '{name}'.")).LAWS["own"]
-    return replace(found, name=name, maker=partial(law_of, kind)), used
+    return found.named(name, partial(law_of, kind)), used

@@ -22,7 +22,6 @@ from ..core.errors import InputError, listed, say
 from ..core.expressions import of_time
 from ..core.problems import Problem
 from ..core.responses import OfState
-from . import force_laws
 from .constraint_functions import arm, rows_of
 from .force_laws import ForceLaw
 from .own_symbols import norm, turned
@@ -164,7 +163,7 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     F = [force * sympy.diff(along, one) for one in y]
     law, used = written.pruned(written.Symbols(F, count, clocked + len(inputs), stored))
     found: ForceLaw = symbols.import_text(written.source({"own": law}, "A force by an expression of the state.")).LAWS["own"]
-    return force_laws.named(found, name, law_of), used
+    return found.named(name, law_of), used
 
 
 def probe_of(law: str, word: str) -> type[Probe]:
@@ -175,7 +174,7 @@ def probe_of(law: str, word: str) -> type[Probe]:
     return Probe.known[word]
 
 
-force_laws.MAKERS[WORD] = law_of
+ForceLaw.makers[WORD] = law_of
 
 
 def turning(draft: Draft, where: str, at: At, to: At | None, axis: Sequence[float] | None) -> tuple[Gauge, str]:
