@@ -12,6 +12,7 @@ from .outputs import energies, energy_drift, energy_errors, outputs, reactions
 from .scheme import GeneralizedAlpha, Newton, acceleration_noise
 from .shapes import Shapes, find_free, shares
 from .stability import unstable
+from .statespace import StateSpace, state_space
 from .statics import solve_equilibria, solve_statics
 from .trajectory import Statistics, Trajectory
 
@@ -38,6 +39,8 @@ __all__ = [
     "Linear",
     "linearise",
     "is_symmetric",
+    "StateSpace",
+    "state_space",
     "ComplexModes",
     "complex_modes",
     "Shapes",

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from ..core import saddle
 from ..core.errors import InputError, Reason, SolverError, say
@@ -27,6 +28,7 @@ from .trajectory import Statistics, Trajectory
 SHORTER = 0.55  #: factor of a load step that failed; not 1/2, which would come back to the same load factor
 NEAR, FAR = 0.02, 0.2  #: longest corrections over the size of the mechanism, at first and at most
 FLOOR = 50.0  #: corrections up to this times the round-off of positions are round-off: thin bodies amplify it
+LITTLE, SOLVES = 1e-9, 1e-3  #: of the metric beside a singular tangent, and the rest of the residual that it may leave
 SHORTEST = 0.02  #: part of the load step asked for below which the solution is given up
 
 
@@ -141,7 +143,7 @@ def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: fl
     for iteration in range(4 * newton.iterations):
         phi, J = compiled.gap(model, x, time)
         R = np.concatenate([compiled.forces(model, x, still, time, memory) + J.T @ multipliers, phi])
-        step = saddle.regular_solution(saddle.matrix(compiled.tangent(model, x, multipliers, time, 0.0, memory), J), R)
+        step = correction(model, compiled.tangent(model, x, multipliers, time, 0.0, memory), J, R)
         if step is None:
             raise static_failure(model, Reason.SINGULAR_TANGENT, place, R)
         last, norm = norm, compiled.size(model, step[:n])
@@ -154,6 +156,21 @@ def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: fl
         if norm <= max(enough, FLOOR * round_off(model.system)):
             return Equilibrium(time, x, multipliers, iteration + 1, compiled.accepted(model, x, memory=memory))
     raise static_failure(model, Reason.NOT_CONVERGED, place, R)
+
+
+def correction(model: Compiled, K: csr_array, J: np.ndarray, R: np.ndarray) -> np.ndarray | None:
+    """The correction (n + m,) of a state with the tangent K and constraint rows J; None where there is none.
+
+    Where K is singular but its equations have solutions, as of a chain that hangs straight and is not yet under tension, it is that
+    of least size, by a little of the metric beside K.
+    """
+    A = saddle.matrix(K, J)
+    step = saddle.regular_solution(A, R)
+    if step is not None:
+        return step
+    W = csr_array(model.system.metric)
+    step = saddle.regular_solution(saddle.matrix(csr_array(K + LITTLE * abs(K).max() / abs(W).max() * W), J), R)
+    return step if step is not None and np.linalg.norm(A @ step - R) <= SOLVES * np.linalg.norm(R) else None
 
 
 def static_failure(model: Compiled, reason: Reason, place: tuple[str, float], R: np.ndarray) -> SolverError:

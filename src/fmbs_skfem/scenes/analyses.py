@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ..dynamics import GeneralizedAlpha, Trajectory
     from ..dynamics.checkpoint import Moment, Resumed
     from ..dynamics.shapes import Shapes
+    from ..dynamics.statespace import StateSpace
     from ..systems import System
     from .schema import Scene
 
@@ -114,12 +115,14 @@ class StateTable:
     frequencies: np.ndarray = field(default_factory=lambda: np.empty(0))  #: (i,) [Hz]
     shapes: Shapes | None = None  #: what moves in every row, for pictures
     moves: Sequence[str] = ()  #: the same in words, the last column for people
+    linear: StateSpace | None = None  #: from inputs to outputs
 
 
 class States(Analysis, ABC):
     """A table of what is found about one state; there are no outputs."""
 
     table: ClassVar[str]  #: name of its file
+    files: ClassVar[tuple[str, ...]] = ()  #: of a linear system
     has_outputs: ClassVar[bool] = False
 
     @abstractmethod

@@ -27,6 +27,7 @@ from .bodies import Cable, PlacedPart, Plate, PointMass, Rigid, RigidPlate, Scen
 from .buckling import Buckling
 from .dynamic import Dynamic
 from .inputs import INPUT
+from .linearisation import Linearise
 from .parameters import SCHEMA
 from .statics import Static
 from .training import Training
@@ -47,6 +48,7 @@ __all__ = [
     "Static",
     "Modes",
     "Buckling",
+    "Linearise",
     "HyperReduction",
     "Reduction",
     "Training",

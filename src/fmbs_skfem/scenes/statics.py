@@ -10,12 +10,11 @@ import numpy as np
 
 from .. import dynamics
 from ..core.fields import Count, Time
-from ..core.notices import notify
 from ..dynamics import Newton, Trajectory, initial, loading
 from ..systems import free_motions
 from . import fields
 from .analyses import Form, History, Work, motion_only, refuse_free
-from .locations import Told, where
+from .locations import Told
 
 if TYPE_CHECKING:
     from ..systems import System
@@ -61,11 +60,8 @@ class Static(History):
         initial.hold(loading.ramp(system, self.time))
 
     def examine(self, scene: Scene, raw: System) -> None:
-        """Rigid motions that nothing resists, and those that weight alone holds, which are a warning."""
-        free, hung = free_motions.unsupported(raw)
-        for motion in hung:
-            text = "weight alone holds this motion, so that the first iteration is singular"
-            notify(f"{where(scene, 'analysis')}: {text}: {motion}")
+        """Rigid motions that nothing resists; weight may hold one, as of a chain."""
+        free = free_motions.unsupported(raw)[0]
         if free:
             listed = "".join(f"\n  {number}. {motion}" for number, motion in enumerate(free, start=1))
             got = f"{len(free)} rigid motion{'s' if len(free) > 1 else ''} that nothing resists:{listed}"

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from .. import dynamics
-from ..core.fields import Count, Time
+from ..core.fields import Count
 from ..core.notices import notify
-from ..dynamics import Linear, Newton, shapes
-from ..dynamics.linear import Spin
+from ..dynamics import Linear, shapes
 from ..dynamics.shapes import Free
-from ..systems import compile_system, compiled, free_motions
-from . import build, fields
-from .analyses import Form, States, StateTable, Work, motion_only, refuse_free
+from .analyses import StateTable, Work, motion_only
 from .locations import Told, where
+from .near_state import NearState
 
 if TYPE_CHECKING:
     from ..systems import System
@@ -41,31 +38,19 @@ class Motions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Modes(States):
+class Modes(NearState):
     """Vibration modes about the equilibrium of the loads, which is found as in statics, or about the unloaded reference.
 
     About the reference, of the loads only springs act. `damped` modes have a damping ratio each; follower forces and
     `spin`, with which joints and loads turn, need complex modes, too. A motion that grows is named: flutter or divergence.
     """
 
-    constraints: Form = None
     count: Count = 10
-    about: Literal["equilibrium", "reference"] = "equilibrium"
     damped: bool = False
-    spin: Spin | None = None
-    load_steps: Count = 10
-    time: Time = 1.0
-    tolerance: fields.NewtonTolerance = 1e-10
     table: ClassVar[str] = "modes.csv"
-
-    def instants(self) -> np.ndarray:
-        return np.array([self.time])
 
     def work(self) -> Work:
         return Work(4.0, 1.0, LANCZOS, counts={"modes": self.count})
-
-    def examine(self, scene: Scene, raw: System) -> None:
-        free_motions.refuse_limp(where(scene, "analysis"), raw)
 
     def find(self, scene: Scene, allow_outside: bool = False) -> StateTable:
         """Frequencies, and where they are complex damping ratios and growth."""
@@ -84,32 +69,6 @@ class Modes(States):
         moving = dynamics.Shapes(reduced, linear.x, found.vectors, captions)
         about = f"{len(hertz)} vibration modes"
         return StateTable(raw, reduced, about, title, heads, columns, facts, hertz, moving, found.free)
-
-    def model(self, scene: Scene, allow_outside: bool) -> tuple[System, System, str]:
-        """The system with all coordinates, the one that is solved, and what its modes are about: the equilibrium or the reference.
-
-        The equilibrium of a scene without loads and spin is the reference.
-        """
-        loaded = self.spin is not None or not all(load.rests for load in scene.loads.values())
-        about = self.about if loaded else "reference"
-        if about == "reference":
-            scene = dataclasses.replace(scene, loads={name: load for name, load in scene.loads.items() if load.resists})
-        raw = build.system(scene, allow_outside=allow_outside)
-        if about == "reference":
-            self.examine(scene, raw)
-        elif free := free_motions.unsupported(raw)[0]:
-            got = f"free motions: {'; '.join(map(str, free))}"
-            refuse_free(scene, got, "hold them by joints, or take the modes about the reference")
-        turned = raw if self.spin is None else dynamics.in_turning_frame(raw, self.spin)
-        return raw, build.chosen_form(scene, turned), about
-
-    def equations(self, system: System, about: str) -> Linear:
-        """The equations about the equilibrium or the reference."""
-        if about == "reference":
-            return dynamics.linearise(system)
-        path = dynamics.solve_statics(system, self.load_steps, Newton(self.tolerance), self.time)
-        kept = compiled.memories(compile_system(path.system), path.times, path.x, path.v, path.a)[-1]
-        return dynamics.linearise(path.system, path.x[-1], path.multipliers[-1], 1.0, kept)
 
     def modes(self, scene: Scene, system: System, linear: Linear, about: str) -> Motions:
         """Modes of linear equations, those that nothing resists by name, with a warning of those that grow."""

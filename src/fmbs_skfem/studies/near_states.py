@@ -3,32 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..core.errors import InputError, MissingFeature, say
 from ..dynamics.shapes import say_shares, shares
-from ..results import mode_shapes, segments, series
+from ..results import mode_shapes, response_plots, segments, series
+from ..results.plots import PANELS
+from ..results.sweep_files import add_unit
 from . import recording, reports
 from .job import Job
-from .result import Table, conclude, describe_error, list_files
+from .result import Figures, Table, conclude, describe_error, list_files
 from .runs import Run, heading, sizes
 
 if TYPE_CHECKING:
-    from ..dynamics import Shapes
+    from ..dynamics import Shapes, StateSpace
     from ..scenes import Scene
     from ..scenes.analyses import States, StateTable
 
+SLOW, DRAWN, SAMPLES = 1e-7, 16, 600  #: least rate drawn over the largest, states up to whose rate is drawn, frequencies
 PICTURE, ANIMATION, SERIES = "modes.png", "mode_{}.gif", "modes"
 
 Draw = Callable[["Shapes", Path], Sequence[Callable[[], Path]]]  #: as in `runs`
 
 
-def solve_states(job: Job, scene: Scene, analysis: States, draw: Draw | None = None, names: Sequence[str] = ()) -> Run:
+def solve_states(
+    job: Job, scene: Scene, analysis: States, draw: Draw | None = None, names: Sequence[str] = (), plots: bool = True
+) -> Run:
     """What the analysis of a scene finds, also in its file of columns, and what is drawn of its shapes."""
     mark = reports.fingerprint(scene)
-    with recording.place(job, (analysis.table, reports.REPORT, *names), mark) as out:
+    with recording.place(job, (analysis.table, *analysis.files, reports.REPORT, *names), mark) as out:
         found = analysis.find(scene, job.allow_outside)
         if draw and found.shapes is None:
             raise InputError(say("analysis.type", "one that finds shapes, such as modes", analysis.word, "use fmbs run"))
@@ -42,11 +50,12 @@ def solve_states(job: Job, scene: Scene, analysis: States, draw: Draw | None = N
             **motions(found),
             "notices": job.notices,
         }
-        missing = None
+        missing, figures = None, transfer(found.linear, scene.name)
         if out is not None:
             with segments.room(out):
                 reports.write_csv(out / analysis.table, columns(found), ["%d", *["%.15g"] * (len(columns(found)) - 1)])
-                report["files"] = [out / analysis.table, out / reports.REPORT]
+                spaces = [found.linear.save(out / name) for name in analysis.files] if found.linear else []
+                report["files"] = [out / analysis.table, *spaces, out / reports.REPORT, *(figures.save(out) if plots else [])]
                 reports.write_report(out, report)
                 try:
                     orders = draw(found.shapes, out) if draw and found.shapes else ()
@@ -60,7 +69,8 @@ def solve_states(job: Job, scene: Scene, analysis: States, draw: Draw | None = N
     table = Table(f"{report['scene']}: {found.title}", tuple(heads), rows)
     view: list[Table | str] = [table, *list_files(report)]
     about = f"{report['scene']}: {found.about}"
-    return conclude(Run(about=about, report=report, view=view, frequencies=found.frequencies, shapes=found.shapes, error=missing))
+    made = Run(about=about, report=report, view=view, figures=figures, error=missing)
+    return conclude(replace(made, frequencies=found.frequencies, shapes=found.shapes, linear=found.linear))
 
 
 def columns(found: StateTable) -> dict[str, Any]:
@@ -76,6 +86,23 @@ def motions(found: StateTable) -> dict[str, Any]:
     parts = shares(found.shapes)
     free = found.moves or [""] * len(found.shapes.captions)
     return {"shares": parts, "moves": [name or say_shares(parts, k) for k, name in enumerate(free)]}
+
+
+def transfer(linear: StateSpace | None, title: str) -> Figures:
+    """Magnitudes of the transfer functions of a linear system, of at most PANELS outputs, over the frequencies of its motions."""
+    if linear is None:
+        return Figures()
+    rates = np.sort(np.abs(np.linalg.eigvals(linear.A)))
+    rates = rates[rates > SLOW * rates[-1]]
+    omega = np.geomspace(rates[0] / 5.0, 2.0 * rates[min(len(rates), DRAWN) - 1], SAMPLES)
+    found = linear.transfer(omega)
+    curves = {
+        add_unit(name, linear.units.get(name, "")): {
+            f"per {add_unit(one, linear.units[one])}": found[:, i, j] for j, one in enumerate(linear.inputs)
+        }
+        for i, name in enumerate(linear.outputs[:PANELS])
+    }
+    return Figures({"transfer": partial(response_plots.magnitudes, omega / (2.0 * np.pi), curves, title)})
 
 
 def pictures(title: str, frames: int, shapes: Shapes, out: Path) -> list[Callable[[], Path]]:

@@ -36,7 +36,7 @@ from .job import Job
 from .result import Figures, Result, Table, conclude, describe_error, list_files
 
 if TYPE_CHECKING:
-    from ..dynamics import Shapes
+    from ..dynamics import Shapes, StateSpace
     from ..dynamics.checkpoint import Resumed
     from ..scenes import Scene
     from ..systems import System
@@ -73,6 +73,7 @@ class Run(Result):
     outputs: Mapping[str, np.ndarray] = field(default_factory=dict)  #: column -> (s,) in SI units
     frequencies: np.ndarray = field(default_factory=lambda: np.empty(0))  #: (r,) [Hz]
     shapes: Shapes | None = None  #: of vibration modes and buckling
+    linear: StateSpace | None = None  #: of linear equations
 
     @property
     def trajectory(self) -> Trajectory:
@@ -111,7 +112,7 @@ def run_source(
     if isinstance(scene.analysis, States):
         from . import near_states
 
-        return near_states.solve_states(job, scene, scene.analysis)
+        return near_states.solve_states(job, scene, scene.analysis, plots=plots)
     make = partial(scene_task, job, scene, duration, checkpoint)
     return conclude(solve(job, reports.fingerprint(scene), make, plots, limit=time_limit))
 

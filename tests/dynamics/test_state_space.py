@@ -1,0 +1,151 @@
+"""Linear systems from inputs to outputs: closed forms, a motion with a small chirp, reduced systems, files."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+from fmbs_skfem import dynamics, scenes, studies
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.dynamics import GeneralizedAlpha, StateSpace, integrate
+from fmbs_skfem.scenes.analyses import StateTable
+from fmbs_skfem.systems.signals import with_inputs
+from fmbs_skfem.systems.system import change_coordinates
+
+MESHES = Path(__file__).parents[2] / "meshes"
+HANGING = """\
+schema: 1
+name: hanging
+dimension: 3
+inputs: {u: {unit: N}, angle: {unit: rad}}
+bodies:
+  I: &beam
+    type: cable
+    mesh: beam_5.msh
+    section: {shape: circular, diameter: 10 mm}
+    material: {young_modulus: 1 GPa, density: 1800 kg/m^3}
+    rotation: {axis: [0, 1, 0], angle: 90 deg}
+  II: {<<: *beam, origin: [0, 0, -1]}
+joints:
+  A: {type: spherical, at: I.left}
+  B: {type: spherical, at: I.right, to: II.left}
+loads:
+  weight: {type: gravity, acceleration: [0, 0, -9.81 m/s^2]}
+  push: {type: control_force, at: I.right, direction: [1, 0, 0], force: u}
+damping: {mass: 2.5}
+analysis: {type: linearise}
+outputs:
+  C: {type: position, at: II.right, component: x}
+  R: {type: reaction, joint: A}
+"""
+MASS = """\
+schema: 1
+name: mass
+dimension: 2
+parameters: {one: 1 N}
+inputs: {u: {unit: N, start: 2}}
+bodies: {block: {type: point_mass, mass: 3 kg, position: [1, 0]}}
+joints: {rail: {type: slider, at: block, direction: [1, 0]}}
+loads:
+  spring: {type: spring_damper, at: block, to: [0, 0], stiffness: 50 N/m, damping: 1.5 N s/m}
+  push: {type: control_force, at: block, direction: [1, 0], force: "u + 0.1 * u**2 / one"}
+analysis: {type: linearise, about: reference}
+outputs:
+  x: {type: position, at: block, component: x}
+  v: {type: velocity, at: block, component: x}
+  push: {type: load, load: push}
+"""
+
+
+def found(text: str) -> StateTable:
+    scene = scenes.loads(text, MESHES)
+    analysis = scene.analysis
+    assert isinstance(analysis, scenes.linearisation.Linearise)
+    return analysis.find(scene)
+
+
+@pytest.fixture(scope="module")
+def hanging() -> StateTable:
+    return found(HANGING.replace(", angle: {unit: rad}", ""))
+
+
+def space_of(table: StateTable) -> StateSpace:
+    assert table.linear is not None
+    return table.linear
+
+
+def chirp(t: np.ndarray) -> np.ndarray:
+    """0.1 mN that sweeps from 0.1 to 4 Hz in 6 s, and rests after that [N]."""
+    s = np.clip(np.asarray(t, dtype=float) / 6.0, 0.0, 1.0)
+    return 1e-4 * np.sin(2.0 * np.pi * 6.0 * (0.1 * s + 0.5 * 3.9 * s * s)) * np.sin(np.pi * s) ** 2
+
+
+def test_a_double_pendulum_that_hangs_answers_a_small_chirp(hanging: StateTable) -> None:
+    """Example 2 under its weight: transfer functions of the nonlinear motion, within 1 % of the largest."""
+    space, h = space_of(hanging), 4e-3
+    system = replace(with_inputs(hanging.reduced, {"u": chirp}), x0=space.x, v0=np.zeros_like(space.x))
+    motion = integrate(system, GeneralizedAlpha(h, rho_inf=0.95), 12.0)
+    columns = dynamics.outputs(motion)
+    omega = 2.0 * np.pi * np.linspace(0.3, 3.0, 40)
+    waves = np.exp(-1j * np.outer(omega, motion.times))
+    exact = space.transfer(omega)[:, :, 0]
+    for name, number in (("C", 0), ("R_x", 1)):
+        answer = waves @ (columns[name] - columns[name][0]) / (waves @ chirp(motion.times))
+        assert np.abs(answer - exact[:, number]).max() < 1e-2 * np.abs(exact[:, number]).max()
+
+
+def test_a_mass_on_a_spring_has_its_closed_form() -> None:
+    """x / u = (1 + 0.2 u0) / (m s^2 + c s + k) with a force u + 0.1 u^2 about u0 = 2."""
+    space = space_of(found(MASS))
+    omega = np.array([0.0, 1.0, 4.0, 30.0])
+    exact = 1.4 / (3.0 * (1j * omega) ** 2 + 1.5j * omega + 50.0)
+    np.testing.assert_allclose(space.transfer(omega)[:, 0, 0], exact, rtol=1e-7)
+    np.testing.assert_allclose(space.transfer(omega)[:, 1, 0], 1j * omega * exact, rtol=1e-7, atol=1e-12)
+    assert space.outputs[2] == "push_force"
+    assert space.D[2, 0] == pytest.approx(1.4, rel=1e-9)
+    assert space.scipy().to_tf().den[-1] == pytest.approx(50.0 / 3.0, rel=1e-9)
+    assert space.units == {"u": "N", "x": "m", "v": "m/s", "push_force": "N", "push_stretch": "m", "push_rate": "m/s"}
+
+
+def test_reduced_systems_and_few_modes_keep_slow_answers(hanging: StateTable) -> None:
+    full, omega = space_of(hanging), 2.0 * np.pi * np.linspace(0.3, 3.0, 7)
+    V = full.basis[:, :24]
+    small = change_coordinates(hanging.reduced, V, full.x)
+    reduced = dynamics.state_space(small, dynamics.linearise(small, np.zeros(24)), time=1.0, outputs=["C"])
+    exact = full.transfer(omega)[:, 0, 0]
+    np.testing.assert_allclose(reduced.transfer(omega)[:, 0, 0], exact, rtol=2e-3)
+    few = found(
+        HANGING.replace(", angle: {unit: rad}", "").replace("{type: linearise}", "{type: linearise, modes: 16, outputs: C}")
+    )
+    assert space_of(few).A.shape == (32, 32)
+    np.testing.assert_allclose(space_of(few).transfer(omega)[:, 0, 0], exact, rtol=1e-2)
+
+
+def test_files_hold_the_system(tmp_path: Path) -> None:
+    (tmp_path / "mass.yaml").write_text(MASS)
+    run = studies.run(tmp_path / "mass.yaml", out=tmp_path / "out")
+    assert [path.name for path in run.files] == ["eigenvalues.csv", "linear.npz", "linear.mat", "report.json", "transfer.png"]
+    assert run.linear is not None
+    npz, mat = np.load(tmp_path / "out" / "linear.npz"), loadmat(tmp_path / "out" / "linear.mat", simplify_cells=True)
+    for key in ("A", "B", "C", "D"):
+        np.testing.assert_array_equal(npz[key], getattr(run.linear, key))
+        np.testing.assert_array_equal(np.reshape(mat[key], npz[key].shape), npz[key])
+    assert npz["outputs"].tolist() == list(mat["outputs"]) == list(run.linear.outputs)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message"),
+    [
+        ("{type: linearise}", "{type: linearise, inputs: push}", r"linearise, inputs: expected one of .*u.*'push'"),
+        ("{type: linearise}", "{type: linearise, outputs: [C, D]}", r"linearise, outputs: expected one of .*'D'"),
+        ("loads:\n", "  drive: {type: driven_angle, at: I.left, angle: angle, axis: [0, 1, 0]}\nloads:\n", "drives a joint"),
+    ],
+)
+def test_what_is_no_input_or_output_is_named(before: str, after: str, message: str) -> None:
+    text = HANGING if "drive" in after else HANGING.replace(", angle: {unit: rad}", "")
+    with pytest.raises(InputError, match=message):
+        found(text.replace(before, after))
