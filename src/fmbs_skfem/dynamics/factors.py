@@ -46,7 +46,7 @@ def assemble(table: Any) -> int:
     elif evaluation.sum_tangents(table) != 0:
         return 1
     scale(S.method.c, s.W)
-    kernels.add_pairs(A.pairs, s.H, A.dense, s.W)
+    kernels.add_pairs(A.pairs, A.probes, s.H, A.dense, s.W)
     return 0
 
 

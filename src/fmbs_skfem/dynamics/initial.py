@@ -89,6 +89,9 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha) -> Start:
     if any(part.gather.law in PLATES for part in system.elastic):
         method = method_of(scheme, Newton(), h, model)
         M = M + (compilation.tangent(model, x, np.zeros(len(phi)), 0.0, method.gh)) / method.bh
+    if len(model.arrays.forces.judged):  # what touches at the start is held by it
+        method = method_of(scheme, Newton(), h, model)
+        M = M + compilation.probe_tangent(model, x, np.zeros(len(phi)), 0.0, method.gh, v=v) / method.bh
     solve = kkt_solver(model, csr_array(M), J)
     still, k = np.zeros(len(x)), np.arange(5.0)[:, None]
 
@@ -180,7 +183,8 @@ def first_state(model: Compiled, start: Start, c: float) -> State:
     xc, vc, ac, early = (np.ascontiguousarray(part[model.order]) for part in (start.x, *moved, start.a))
     history, past = (np.zeros((stepping.HISTORY, len(part))) for part in (xc, start.multipliers))
     history[0], past[0] = early, start.multipliers * c
-    known = np.array([1]), np.array([0]), compilation.accepted(model, start.x, start.v), np.array([np.inf])
+    speed = np.array([compilation.size(model, start.v)])
+    known = np.array([1]), np.array([0]), compilation.accepted(model, start.x, start.v), speed, np.array([0]), np.array([np.inf])
     return State(xc, vc, ac, early, start.multipliers * c, history, past, *known)
 
 
@@ -190,7 +194,15 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int) -> St
     routines = evaluation.residual, *factors.doors(model.arrays.dense), stepping.settle
     doors = Doors(*(one.address for one in routines))
     counters, none = np.zeros(4, np.int64), np.zeros(0, np.int64)
-    job = Job(np.zeros((0, 0)), none, np.zeros((3, stored, n)), np.zeros((stored, m)), counters, np.zeros(1, np.int64))
+    job = Job(
+        np.zeros((0, 0)),
+        none,
+        np.zeros((3, stored, n)),
+        np.zeros((stored, m)),
+        np.zeros((stored, len(model.memory))),
+        counters,
+        np.zeros(1, np.int64),
+    )
     return Step(compilation.space(model), model.arrays, doors, first_state(model, start, method.c), workspace(model), method, job)
 
 

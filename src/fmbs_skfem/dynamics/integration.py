@@ -52,6 +52,7 @@ class Run:
     cpu: float  #: process time at the start, less what the run took before it was resumed [s]
     wall: float
     done: int = 0  #: steps
+    resumed: bool = False  #: from a checkpoint, with states whose memory was not kept
     facts: dict[str, str] = field(default_factory=dict)  #: of model and method, found when they are needed
 
     @property
@@ -147,7 +148,7 @@ def begun(
     rows[kept] = np.arange(len(kept))
     step = first_step(model, start, method_of(scheme, newton, scheme.step, model), len(kept))
     step.job.out[:, 0] = step.state.x, start.v[model.order], start.a[model.order]
-    step.job.multipliers[0] = start.multipliers
+    step.job.multipliers[0], step.job.memory[0] = start.multipliers, step.state.memory
     clocks = clock.process_time(), clock.perf_counter()
     run = Run(model, scheme, newton, kept, rows, step, Large(model, newton.solver) if model.pattern else None, *clocks)
     if resume is not None:
@@ -163,6 +164,7 @@ def take_up(run: Run, resume: Resumed) -> None:
     for k, part in enumerate((resume.rows.x, resume.rows.v, resume.rows.a)):
         run.step.job.out[k, : held.kept] = part[: held.kept, model.order]
     run.step.job.multipliers[: held.kept] = resume.rows.multipliers[: held.kept]
+    run.resumed = True
     run.done, run.cpu, run.wall = held.done, run.cpu - held.cpu_s, run.wall - held.wall_s
 
 
@@ -175,20 +177,28 @@ def choose_chunk(chunk: int, seconds: float) -> int:
 
 def march(run: Run, many: int) -> None:
     """Take some steps, the last one possibly halved; SolverError where it cannot be taken."""
-    model, scheme = run.model, run.scheme
-    signals, broken = leading_signals(model.system, scheme.step * (run.done + 1 + np.arange(many)), scheme.step)
+    status = stepping.TOO_LONG
+    if run.step.state.parts[0] == 0:
+        status = whole_steps(run, many)
+    if status != stepping.DONE:
+        divide(run, status)
+
+
+def whole_steps(run: Run, many: int) -> int:
+    """Take some steps as long as they need not be halved; the status."""
+    scheme = run.scheme
+    signals, broken = leading_signals(run.model.system, scheme.step * (run.done + 1 + np.arange(many)), scheme.step)
     status, taken = run.take(run.step.method, signals, run.rows[run.done + 1 :])
     run.done += taken
     if status == stepping.DONE and broken is not None:
         broken.partial = trajectory(run)
         raise broken
-    if status != stepping.DONE:
-        divide(run)
+    return status
 
 
-def divide(run: Run) -> None:
-    """Take the next step, which failed, in parts; SolverError where it cannot be taken."""
-    status, reached = halved_step(run)
+def divide(run: Run, status: int) -> None:
+    """Take the next step in parts, with a status that says why; SolverError where it cannot be taken."""
+    status, reached = halved_step(run, status)
     if status != stepping.DONE:
         raise failure(run, status, reached)
     run.done += 1
@@ -213,7 +223,8 @@ def trajectory(run: Run) -> Trajectory:
     taken, iterations, factorisations, halved = (int(k) for k in run.step.job.counters)
     seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
     totals = Statistics(taken, iterations, factorisations, halved, *seconds, solver_of(run))
-    return Trajectory(run.model.system, found.times, found.x, found.v, found.a, found.multipliers, totals)
+    memory = None if run.resumed else run.step.job.memory[: len(found.times)]
+    return Trajectory(run.model.system, found.times, found.x, found.v, found.a, found.multipliers, totals, memory)
 
 
 def moment(run: Run) -> Moment:
@@ -249,19 +260,22 @@ def solver_of(run: Run) -> str:
     return "dense LU" if A.dense else f"band Cholesky or LU, half width {A.mass.store.shape[1] - 1}"
 
 
-def halved_step(run: Run) -> tuple[int, float]:
-    """The next step in 2, 4, ... parts; status and time of the last failure."""
+def halved_step(run: Run, status: int) -> tuple[int, float]:
+    """The next step in 2, 4, ... parts, with a status that says why; status and time of the last failure.
+
+    Where forces began or ended too fast for longer steps, the next one is tried in half as many parts, and the shortest stand.
+    """
     scheme, done, state, counters = run.scheme, run.done, run.step.state, run.step.job.counters
     full, row = run.step.method, run.row(run.done + 1)
     saved = [array.copy() for array in state]
-    status, reached = stepping.NOT_CONVERGED, scheme.step * done
-    for halving in range(1, HALVINGS + 1):
+    touching, reached = status == stepping.TOO_LONG, scheme.step * done
+    for halving in range(max(1, int(state.parts[0])), HALVINGS + 1):
         parts = 2**halving
-        method = method_of(scheme, run.newton, scheme.step / parts, run.model)
+        method = method_of(scheme, run.newton, scheme.step / parts, run.model)._replace(judging=halving < HALVINGS)
         for kept in (state.multipliers, state.past):
             kept *= method.c / full.c
         restart(state, run.step.work)
-        counters[stepping.HALVED] += 1
+        counters[stepping.HALVED] += status != stepping.TOO_LONG
         signals, broken = leading_signals(run.model.system, scheme.step * (done + (np.arange(parts) + 1) / parts), method.h)
         status, taken = run.take(method, signals, np.append(np.full(parts - 1, -1), row))
         counters[stepping.STEPS] -= taken
@@ -270,10 +284,12 @@ def halved_step(run: Run) -> tuple[int, float]:
                 kept *= full.c / method.c
             restart(state, run.step.work)
             counters[stepping.STEPS] += 1
+            state.parts[0] = halving - 1 if touching else 0
             return status, scheme.step * (done + 1)
         reached = scheme.step * (done + taken / parts)
         if status == stepping.DONE and broken is not None:
             status, reached = stepping.NOT_FINITE, broken.time
+        touching = touching or status == stepping.TOO_LONG
         for array, old in zip(state, saved, strict=True):
             array[:] = old
     return status, reached

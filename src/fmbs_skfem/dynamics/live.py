@@ -82,7 +82,9 @@ class LiveRun:
             self.row[0] = self.tabulated(run.done)
             for column, one in self.columns:
                 self.row[0, column] = one.values[-1]
-        if run.large:
+        if run.step.state.parts[0] > 0:
+            status = stepping.TOO_LONG
+        elif run.large:
             status = run.take(run.step.method, self.row, run.step.job.rows)[0]
         else:
             status = stepping.advance.call(self.address, 0)
@@ -90,7 +92,7 @@ class LiveRun:
             run.done += 1
         else:
             run.model.check()
-            divide(run)
+            divide(run, status)
 
     def tell(self, inputs: Mapping[str, float]) -> None:
         """New values of all inputs."""
@@ -163,10 +165,11 @@ class LiveRun:
         held = state.multipliers[None] / run.step.method.c
         steps, iterations, factorisations, halved = (int(k) for k in run.step.job.counters)
         cost = Statistics(steps, iterations, factorisations, halved, 0.0, 0.0)
-        return Trajectory(run.model.system, np.array([self.time]), x, v, a, held, cost)
+        return Trajectory(run.model.system, np.array([self.time]), x, v, a, held, cost, state.memory[None].copy())
 
 
 def joined(one: Trajectory, other: Trajectory) -> Trajectory:
     """A motion and its continuation."""
     times, x, v, a, held = (np.concatenate([getattr(part, key) for part in (one, other)]) for key in MOTION)
-    return Trajectory(other.system, times, x, v, a, held, other.statistics)
+    memory = None if one.memory is None or other.memory is None else np.concatenate([one.memory, other.memory])
+    return Trajectory(other.system, times, x, v, a, held, other.statistics, memory)

@@ -47,7 +47,7 @@ def survey_of(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
     delta = DELTA * max(float(times[-1]), 1e-12)
     span = np.maximum(times - delta, 0.0), times + delta
     motion = times, trajectory.x, trajectory.v, trajectory.a
-    found = on_samples(evaluation.survey, compile_system(system), 3, *motion, trajectory.multipliers, span)
+    found = on_samples(evaluation.survey, compile_system(system), 3, *motion, trajectory.multipliers, span, trajectory.memory)
     potential = -(trajectory.x - trajectory.x[0]) @ system.loads.constant
     return np.column_stack([found[:, :2], potential]), found[:, 2]
 
@@ -62,13 +62,19 @@ def on_samples(
     a: np.ndarray,
     multipliers: np.ndarray | None = None,
     span: tuple[np.ndarray, np.ndarray] | None = None,
+    memory: np.ndarray | None = None,
 ) -> np.ndarray:
-    """What a routine of `evaluation` makes of all states of a motion, (s, width); `span` are instants before and after them."""
+    """What a routine of `evaluation` makes of all states of a motion, (s, width); `span` are instants before and after them.
+
+    Without `memory` (s, l), what forces kept of the states follows from them.
+    """
     xc, vc, ac = (np.ascontiguousarray(part[:, model.order]) for part in (x, v, a))
     held = np.zeros((len(times), model.constraints)) if multipliers is None else np.ascontiguousarray(multipliers)
     before, after = span or (times, times)
     now, early, late = (signal_table(model.system, t) for t in (times, before, after))
-    memory, out = memories(model, times, x, v, a), np.zeros((len(times), width))
+    if memory is None or memory.shape != (len(times), len(model.memory)):
+        memory = memories(model, times, x, v, a)
+    out = np.zeros((len(times), width))
     space = model.evaluation[0].space
     routine(Samples(space, model.arrays, xc, vc, ac, held, now, early, late, after - before, memory, out))
     return out
@@ -110,10 +116,16 @@ def energy_errors(trajectory: Trajectory) -> tuple[float, float]:
 
 
 def residual_samples(
-    model: Compiled, times: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray, multipliers: np.ndarray | None = None
+    model: Compiled,
+    times: np.ndarray,
+    x: np.ndarray,
+    v: np.ndarray,
+    a: np.ndarray,
+    multipliers: np.ndarray | None = None,
+    memory: np.ndarray | None = None,
 ) -> np.ndarray:
     """M q'' + f - Q + Phi_q^T lambda of a system on any motion, (s, n); without multipliers (s, m) the last part is left out."""
-    found = on_samples(evaluation.residuals, model, model.system.size, times, x, v, a, multipliers)
+    found = on_samples(evaluation.residuals, model, model.system.size, times, x, v, a, multipliers, memory=memory)
     return found[:, np.argsort(model.order)]
 
 
@@ -134,7 +146,7 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     held = np.zeros((len(q), len(full.constraints.names)))
     for k, name in enumerate(full.constraints.names):
         held[:, k] = -known.get(name, 0.0)
-    r = residual_samples(model, trajectory.times, q, v, a, held)
+    r = residual_samples(model, trajectory.times, q, v, a, held, trajectory.memory)
     lost = np.array([k for k, row in enumerate(rows) if full.constraints.names[row] not in known], dtype=np.int64)
     rows, A = rows[lost], csr_array(A[lost])
     used = np.unique(A.indices)
@@ -147,7 +159,13 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
 def pushes(trajectory: Trajectory) -> np.ndarray:
     """Forces (s, j) on the probe rows y of the system, those of loads alone: power F . y'."""
     motion = trajectory.times, trajectory.x, trajectory.v, trajectory.a
-    return on_samples(evaluation.pushes, compile_system(trajectory.system), len(trajectory.system.probes.offset), *motion)
+    return on_samples(
+        evaluation.pushes,
+        compile_system(trajectory.system),
+        len(trajectory.system.probes.offset),
+        *motion,
+        memory=trajectory.memory,
+    )
 
 
 def lifted(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -172,7 +190,8 @@ def outputs(trajectory: Trajectory) -> dict[str, np.ndarray]:
     for name, output in trajectory.system.outputs.items():
         rows = list(output.rows)
         whole = partial(energies, trajectory), partial(reactions, trajectory), partial(pushes, trajectory)
-        sensed = Sensed(name, trajectory.system.dim, trajectory.times, y[:, rows], rate[:, rows], change[:, rows], *whole)
+        forces = trajectory.system.loads.forces
+        sensed = Sensed(name, trajectory.system.dim, trajectory.times, y[:, rows], rate[:, rows], change[:, rows], *whole, forces)
         values = list(kind_of(output).evaluate(output, sensed))
         if len(values) != len(output.columns):
             expected = f"as many values as columns ({', '.join(output.columns)})"

@@ -103,7 +103,7 @@ def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, model: Compile
     bh, gh = (1 - am) / (h**2 * beta * (1 - af)), gamma / (h * beta)
     c = h**2 * beta
     control = newton.tolerance * system.scale, newton.iterations, slow, round_off(system)
-    return Method(h, am, af, gamma, beta, bh, gh, c, *control, SHARP * c, model.pattern is not None)
+    return Method(h, am, af, gamma, beta, bh, gh, c, *control, SHARP * c, True, model.pattern is not None)
 
 
 def round_off(system: System) -> float:

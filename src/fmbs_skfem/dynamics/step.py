@@ -24,6 +24,7 @@ class Method(NamedTuple):
     slow: float  #: contraction above which the matrix is factored anew for the next step
     floor: float  #: round-off of q [m]
     sharp: float  #: remaining error of q over the second difference of q'' [s2]
+    judging: bool  #: whether steps are refused in which forces begin or end too fast
     trusting: bool  #: whether a contraction of steps before may be relied on
 
 
@@ -40,6 +41,8 @@ class State(NamedTuple):
     known: Integers  #: (1,) number of valid rows of history and past
     order: Integers  #: (1,) order of the predictor
     memory: Vector  #: (l,) what forces keep of it
+    speed: Vector  #: (1,) largest speed so far, root mean square [m/s]
+    parts: Integers  #: (1,) halvings of the next step
     change: Vector  #: (1,) size of the second difference of q'' [m/s2], infinite where it is not known
 
 
@@ -79,6 +82,7 @@ class Job(NamedTuple):
     rows: Integers  #: (k,) rows of the trajectory, -1 for none
     out: Cube  #: (3, s, n) x, v, q''
     multipliers: Matrix  #: (s, m) physical
+    memory: Matrix  #: (s, l)
     counters: Integers
     done: Integers  #: (1,) steps that were taken
 

@@ -44,7 +44,7 @@ from ..core.structs import invoke, routine
 from ..systems import evaluation, kernels
 from .step import Method, State, Step, opened
 
-DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED = range(6)
+DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED, TOO_LONG = range(7)
 STEPS, ITERATIONS, FACTORISATIONS, HALVED = range(4)  #: counters
 FLOOR = 1e-4  #: a correction below this part of the tolerance needs no second one
 PATIENT = 6  #: corrections after which the tolerance alone decides
@@ -136,6 +136,19 @@ def accept(table: Any) -> None:
     evaluation.take_over(table)
     for k in range(len(s.memory)):
         s.memory[k] = t.memory[k]
+
+
+@jit
+def too_long(table: Any) -> bool:
+    """Whether forces that begin or end would change speeds too much, beside the largest so far, in the step that has converged."""
+    S = opened(table)
+    if not S.method.judging or len(S.arrays.forces.judged) == 0:
+        return False
+    square = 0.0
+    for i in range(len(S.state.v)):
+        square += S.arrays.norm[i] * S.state.v[i] * S.state.v[i]
+    S.state.speed[0] = max(S.state.speed[0], np.sqrt(square))
+    return S.method.h * evaluation.find_jolt(table) > S.state.speed[0]
 
 
 @jit
@@ -400,6 +413,8 @@ def advance(table: Any, _: Any) -> int:
             S.space.signals[i] = job.signals[k, i]
         predict(table)
         status = iterate(table, job.counters[STEPS])
+        if status == DONE and too_long(table):
+            status = TOO_LONG
         if status != DONE:
             S.work.kind[:] = 0
             job.done[0] = k
@@ -410,18 +425,19 @@ def advance(table: Any, _: Any) -> int:
             return STOPPED
         job.counters[STEPS] += 1
         if job.rows[k] >= 0:
-            store(S.state, S.method.c, job.rows[k], job.out, job.multipliers)
+            store(S.state, S.method.c, job.rows[k], job.out, job.multipliers, job.memory)
     job.done[0] = len(job.signals)
     return DONE
 
 
 @jit
-def store(s: State, c: float, row: int, out: np.ndarray, multipliers: np.ndarray) -> None:
+def store(s: State, c: float, row: int, out: np.ndarray, multipliers: np.ndarray, memory: np.ndarray) -> None:
     """Row of the trajectory; multipliers become physical."""
     for i in range(len(s.x)):
         out[0, row, i], out[1, row, i], out[2, row, i] = s.x[i], s.v[i], s.acceleration[i]
     for m in range(len(s.multipliers)):
         multipliers[row, m] = s.multipliers[m] / c
+    kernels.copy(s.memory, memory[row])
 
 
 def take(step: Step) -> tuple[int, int]:

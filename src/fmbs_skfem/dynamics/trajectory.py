@@ -41,3 +41,4 @@ class Trajectory:
     a: np.ndarray  #: (s, n), accelerations q''
     multipliers: np.ndarray  #: (s, m), physical
     statistics: Statistics
+    memory: np.ndarray | None = None  #: (s, l) what forces keep of the states, where it was stored

@@ -141,6 +141,8 @@ def _references(scene: Scene) -> Iterator[Found]:
             for key, rule, value in rules(item):
                 if rule.names == "joints" and value not in scene.joints:
                     yield (part, name, key), unknown("joint", "joints", value, scene.joints)
+                if rule.names == "bodies" and value is not None and value not in scene.bodies:
+                    yield (part, name, key), unknown("body", "bodies", value, scene.bodies)
                 if rule.names == "surfaces":
                     yield from _surface(scene, (part, name, key), value, surfaces)
     for name in scene.initial.bodies:

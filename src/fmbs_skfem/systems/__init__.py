@@ -1,6 +1,6 @@
 """Systems of bodies, joints, loads and probes."""
 
-from . import bushing, controls, fields, gauges, joints, loads, probes, springs
+from . import bushing, contact_states, contacts, controls, fields, gauges, joints, loads, probes, springs
 from .assembly import Motion, Rayleigh, assemble, eliminate
 from .checks import check_force, check_joint, check_system
 from .compiled import Compiled, compile_system
@@ -13,6 +13,8 @@ __all__ = [
     "joints",
     "loads",
     "springs",
+    "contacts",
+    "contact_states",
     "controls",
     "bushing",
     "probes",

@@ -102,7 +102,7 @@ def space(model: Compiled) -> Space:
     return Space(
         *(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(m)),
         *(np.zeros(4 * len(model.system.signals)), model.memory),
-        *(np.ones(1), np.zeros(1), np.zeros(1)),
+        *(np.ones(1), np.zeros(1), np.zeros(1), np.zeros(1)),
         *(rhs[0, :n], rhs, W, W.reshape(-1) if entries is None else np.zeros(entries)),
         *(np.zeros(j), np.zeros(j), np.zeros(j), np.zeros(A.pairs.size), np.zeros((4, j)), np.zeros(2), np.zeros((m, j))),
         *(np.zeros((3, places)), np.zeros((3, work))),
@@ -136,7 +136,6 @@ def flatten(system: System) -> Compiled:
     found = [storages.compile_term(one, Setting(system.dim, b, targets)) for one, b in zip(parts.storages, beta, strict=True)]
     constraints, laws, pushing, pairs = attached(system)
     probes = permuted(system.probes.matrix, order)
-    target, factor = pair_targets(probes, pairs[:0] if large else pairs)
     store = no_store if large else dense_of if dense else lower_band
 
     def operator(A: csr_array | np.ndarray) -> Operator:
@@ -154,7 +153,7 @@ def flatten(system: System) -> Compiled:
         terms=constraints,
         laws=constraint_terms(laws),
         forces=attachments.addressed(pushing),
-        pairs=Pairs(target, factor, len(pairs)),
+        pairs=Pairs(np.ascontiguousarray(pairs[:0] if large else pairs), len(pairs)),
         load=np.ascontiguousarray(system.loads.constant[order]),
         corotation=corotation.nothing(system.size),
         norm=np.ascontiguousarray(system.metric.diagonal()[order] / system.weight),
@@ -353,16 +352,6 @@ def constraint_pairs(system: System) -> tuple[np.ndarray, np.ndarray]:
         i, j = int(terms.i[k]), int(terms.j[k])
         pairs += [(i, j), (j, i)]
     return first, np.array(pairs, dtype=np.int64).reshape(-1, 2)
-
-
-def pair_targets(probes: csr_array, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Entries of P^T H P: (h, 3) pair, row, column; factor (h,)."""
-    target, factor = [np.zeros((0, 3), np.int64)], [np.zeros(0)]
-    for number, (a, b) in enumerate(pairs):
-        product = coo_array(probes[[a]].T @ probes[[b]])
-        target.append(np.stack([np.full(product.nnz, number), product.row, product.col], axis=1).astype(np.int64))
-        factor.append(product.data)
-    return np.concatenate(target), np.concatenate(factor)
 
 
 def signal_table(system: System, times: np.ndarray) -> np.ndarray:

@@ -42,9 +42,11 @@ __all__ = [
     "Axis",
     "Direction",
     "Names",
+    "BodyName",
     "Body",
     "OnSurface",
     "JointName",
+    "Heights",
     "Letters",
     "Teeth",
     "History",
@@ -101,6 +103,13 @@ def read_teeth(value: object, context: Context) -> tuple[int, int]:
     return int(pair[0]), int(pair[1])
 
 
+def read_heights(value: object, context: Context) -> Any:
+    """Lengths in a list, or in a list of lists."""
+    if isinstance(value, list | tuple):
+        return tuple(read_heights(entry, context) for entry in value)
+    return read_quantity(value, units.LENGTH, context)
+
+
 _PLACES: list[dict[str, Any]] = [
     {"type": "string"},
     mapping_schema(("body", "s"), body={"type": "string"}, s=number_schema(units.LENGTH, ">= 0")),
@@ -113,6 +122,8 @@ PLACE = Takes(read_place, {"anyOf": _PLACES, "description": "body.frame or body.
 END = Takes(read_end, {"anyOf": [*_PLACES, _FIXED, _NULL], "description": "a place as in `at`, a fixed point [m], or ground"})
 CARRIER = Takes(read_carrier, {"anyOf": [*_PLACES, _NULL], "description": "a place as in `at`, or ground"})
 LETTERS = Takes(read_letters, _LETTERS)
+_ROW = array_schema(number_schema(units.LENGTH), 1)
+HEIGHTS = Takes(read_heights, {"anyOf": [_ROW, array_schema(_ROW, 1)], "description": "lengths in a list, or in lists"})
 TEETH = Takes(read_teeth, array_schema({"type": "integer"}, 2, 2) | {"description": "two whole numbers"})
 
 Place: TypeAlias = Annotated[At, PLACE]  #: a point of a body
@@ -122,9 +133,11 @@ Carrier: TypeAlias = Annotated[At | None, CARRIER]  #: a place with directions, 
 Axis: TypeAlias = Annotated[Ground, AXIS]  #: of rotation, in space
 Direction: TypeAlias = Annotated[Ground, vector("")]
 Names: TypeAlias = Annotated[tuple[str, ...], NAMED]  #: one or several
+BodyName: TypeAlias = Annotated[str, name_in("bodies", "a name of a body")]
 Body: TypeAlias = Annotated[str, name_in("surfaces", "a name of a body")]  #: a plate or shell
 OnSurface: TypeAlias = Annotated[At, replace(PLACE, names="surfaces")]
 JointName: TypeAlias = Annotated[str, name_in("joints", "a name of a joint")]
+Heights: TypeAlias = Annotated[Any, HEIGHTS]  #: heights in a list, or in lists of one length
 Letters: TypeAlias = Annotated[str, LETTERS]  #: components of a vector
 Teeth: TypeAlias = Annotated[tuple[int, int], TEETH]
 History: TypeAlias = Annotated[Signal, HISTORY]  #: factor over time

@@ -30,6 +30,7 @@ class Routines(NamedTuple):
     slopes: Routine | Callback | None = None  #: H += - c (dF/dy + gh dF/dy') on its pairs, from the place it was given on
     accept: Routine | Callback | None = None  #: its memory in the state of the space, which is accepted
     energy: Routine | Callback | None = None  #: energy += E and g += dE/dy, where a potential E makes F or a part of it
+    judge: Routine | Callback | None = None  #: jolt += how much too fast it changes in a step, before the state is accepted
 
 
 class Place(NamedTuple):
@@ -158,5 +159,4 @@ def addressed(found: Sequence[Force]) -> ForceTerms:
     for name in Routines._fields:
         having = [(getattr(one.routines, name), one.address) for one in found if getattr(one.routines, name) is not None]
         columns += [column([routine.address for routine, _ in having]), column([record for _, record in having])]
-    force, records, slopes, sloped, accept, held, energy, stored = columns
-    return ForceTerms(force, records, slopes, sloped, accept, held, energy, stored, any(one.damped for one in found))
+    return ForceTerms._make((*columns, any(one.damped for one in found)))

@@ -39,7 +39,7 @@ class LoadState(Probe, word="load"):
 
     def sense(self, name: str, draft: Draft) -> Output:
         gauge = draft.gauges.get(self.load)
-        if gauge is None:
+        if gauge is None or gauge.kind not in KINDS:
             expected = f"one of the loads that measure {listed(draft.gauges, self.load, 'of which there are none')}"
             raise InputError(say(f"output '{name}'", expected, f"'{self.load}'") + closest(self.load, draft.gauges))
         rows, offset = draft.probes.rows_of(gauge.rows)

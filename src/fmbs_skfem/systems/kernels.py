@@ -49,11 +49,10 @@ class Terms(NamedTuple):
 
 
 class Pairs(NamedTuple):
-    """Entries of P^T H P: target (h, 3) pair, row, column of W; factor (h,)."""
+    """Pairs of probe rows with second derivatives H."""
 
-    target: IntegerMatrix
-    factor: Vector
-    size: int
+    rows: IntegerMatrix  #: (h, 2), none where W is sparse
+    size: int  #: h
 
 
 @jit
@@ -333,12 +332,17 @@ def constraint_slopes(A: Terms, y: np.ndarray, signals: np.ndarray, multipliers:
 
 
 @jit
-def add_pairs(A: Pairs, H: np.ndarray, dense: bool, W: np.ndarray) -> None:
-    """W += P^T H P for the probe pairs; a lower band takes the symmetric part."""
-    for k in range(len(A.factor)):
-        i, j = A.target[k, 1], A.target[k, 2]
-        value = A.factor[k] * H[A.target[k, 0]]
-        if dense:
-            W[i, j] += value
-        else:
-            W[min(i, j), abs(i - j)] += value if i == j else 0.5 * value
+def add_pairs(A: Pairs, P: Csr, H: np.ndarray, dense: bool, W: np.ndarray) -> None:
+    """W += P^T H P for the probe pairs; a lower band takes the symmetric part. Most contacts are open: their H is zero."""
+    for k in range(len(A.rows)):
+        if H[k] == 0.0:
+            continue
+        a, b = A.rows[k, 0], A.rows[k, 1]
+        for p in range(P.indptr[a], P.indptr[a + 1]):
+            i, value = P.indices[p], H[k] * P.data[p]
+            for q in range(P.indptr[b], P.indptr[b + 1]):
+                j = P.indices[q]
+                if dense:
+                    W[i, j] += value * P.data[q]
+                else:
+                    W[min(i, j), abs(i - j)] += (1.0 if i == j else 0.5) * value * P.data[q]

@@ -50,6 +50,7 @@ class Sensed:
     energies: Callable[[], np.ndarray]  #: kinetic, strain, potential and balance (s, 4) [J]
     reactions: Callable[[], dict[tuple[str, str], np.ndarray]]  #: forces of constraint rows (s,) by joint and coordinate
     pushes: Callable[[], np.ndarray]  #: forces (s, j) on the probe rows of the system
+    forces: tuple[Any, ...]  #: what makes these, see `forces`
 
 
 class Probe(Declared, ABC):

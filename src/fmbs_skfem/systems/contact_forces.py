@@ -1,0 +1,333 @@
+r"""Contact as forces on probe rows: points with a radius against a shape, with a penalty, damping and Coulomb friction.
+
+    d = r - o,    z_k = d . E_k,    g = g(z) - R,    n = sum_k dg/dz_k E_k,    s = - g        o, E_k: place and axes of the shape
+    v = r' + sum_j s_j a_j' - o' - sum_k w_k E_k'     s_j = - R n . a_j / |a_j|^2,   w_k = z_k - R dg/dz_k     (material points)
+    N = k ramp(s) (1 + lambda s') + c touch(s) s',    s' = - n . v,    never negative        (`one_sided`; Hunt and Crossley)
+    T = - kt b - ct v_T,    |T| <= mu N,    b = (b0 + change of the material points since the last accepted state), across n
+
+on r: N n + T, on the axes a_j of the place that carries the point: s_j T, on o: - N n - T, on E_k: - w_k (N n + T). The bristle b
+is elastic and perfectly plastic: where kt |b| is more than mu N it is cut to that, without damping (a return mapping, as in
+plasticity). What sticks therefore never creeps, and the size of steps says nothing where a point sticks or slides on. The memory of
+a point is its last normal force, whether it was ever free, the bristle in the axes of the shape, and the rows that it read. Nothing
+is computed of points that are away. Derivatives are those of a complex step, exact to round-off.
+
+Sources: Hunt and Crossley, J. Appl. Mech. 42 (1975) 440-445, doi 10.1115/1.3423596; Giannakopoulos, Comput. Struct. 32 (1989)
+157-167, doi 10.1016/0045-7949(89)90080-4 (return mapping of friction); Squire and Trapp, SIAM Rev. 40 (1998) 110-112,
+doi 10.1137/S003614459631241X (complex step).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from ..core.container import storable
+from ..core.jit import jit
+from ..core.structs import IntegerMatrix, Integers, Matrix, Vector, opener, routine
+from ..core.validation import Indices, Number, Reals
+from . import forces
+from .contact_shapes import Scalar, measure
+from .evaluation import evaluation
+from .forces import Force, Place, Routines
+from .one_sided import closing, keeps, kept, lift, ramp, touch
+
+STEP = 1e-30  #: of complex derivatives
+BEFORE = 1.0  #: how long points that touch at the start are taken to have moved as they do [s]
+UNKNOWN = -1.0  #: normal force of a point whose last state is not known
+LAW = ("stiffness", "damping", "dissipation", "smoothing", "cut", "friction", "sticking", "sticking_damping")
+K, C, LAMBDA, E, CUT, MU, KT, CT = range(len(LAW))
+
+
+@storable
+@dataclass(frozen=True)
+class ContactForces:
+    """Contact of t points with one shape."""
+
+    shape: Annotated[int, Number(0.0)]  #: see `contact_shapes`
+    sizes: Annotated[np.ndarray, Reals("i")]
+    heights: Annotated[np.ndarray, Reals("a b")]
+    placed: Annotated[np.ndarray, Reals("d c")]  #: origin and axes of the shape where it stands still, (1 + c, c)
+    frame: Annotated[np.ndarray, Indices("f", end="y")]  #: rows of its origin, and of its axes, where a body carries them
+    rows: Annotated[np.ndarray, Indices("t r", end="y")]  #: rows of points, then of the axes that carry them
+    radius: Annotated[np.ndarray, Reals("t")]  #: [m]
+    law: Annotated[np.ndarray, Reals("l")]  #: numbers in the order of LAW
+    share: Annotated[float, Number(0.0)]  #: change of speed that a change of force makes in a second, over the one allowed a step
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+
+class Record(NamedTuple):
+    """The same for compiled code."""
+
+    shape: int
+    sizes: Vector
+    heights: Matrix
+    placed: Matrix
+    frame: Integers
+    rows: IntegerMatrix
+    radius: Vector
+    law: Vector
+    share: float
+    pair: int  #: first place in H
+    memory: int  #: first place in the memory
+
+
+opened = opener(Record)
+
+
+@jit
+def carried(x: Scalar, value: float, slope: float) -> Scalar:
+    """The function of x with a value and a slope at its real part."""
+    return value + slope * (x - x.real)
+
+
+@jit
+def component(F: Any, y: np.ndarray, i: int, c: int) -> Scalar:
+    """The component c of the axis i of the shape, or of its origin for i = -1."""
+    own, dim = F.rows.shape[1], F.placed.shape[1]
+    if (i + 1) * dim < len(F.frame):
+        return y[own + dim * (i + 1) + c]
+    return F.placed[i + 1, c] + 0.0 * y[0]
+
+
+@jit
+def place(F: Any, k: int, y: np.ndarray, w: np.ndarray) -> Scalar:
+    """The gap of a point with the rows y (r + f,); w[0] becomes its place and w[1] the normal, both in the axes of the shape."""
+    dim = F.placed.shape[1]
+    for i in range(dim):
+        w[0, i] = 0.0 * y[0]
+        for c in range(dim):
+            w[0, i] += (y[c] - component(F, y, -1, c)) * component(F, y, i, c)
+    return measure(F.shape, F.sizes, F.heights, dim, w[0], w[1]) - F.radius[k]
+
+
+@jit
+def normal_force(law: np.ndarray, s: Scalar, rate: Scalar) -> Scalar:
+    """N of an overlap s and its rate."""
+    soft = carried(s, ramp(s.real, law[E]), touch(s.real, law[E]))
+    hard = carried(s, touch(s.real, law[E]), closing(s.real, law[E]))
+    N = law[K] * soft * (1.0 + law[LAMBDA] * rate) + law[C] * hard * rate
+    return carried(N, kept(N.real, law[CUT]), keeps(N.real, law[CUT]))
+
+
+@jit
+def size(x: np.ndarray, dim: int) -> Scalar:
+    """|x|; 0 with a derivative of 0 at 0."""
+    square = 0.0 * x[0]
+    for c in range(dim):
+        square += x[c] * x[c]
+    return np.sqrt(square) if square.real > 0.0 else 0.0 * x[0]
+
+
+@jit
+def meet(F: Any, k: int, y: np.ndarray, v: np.ndarray, last: np.ndarray, w: np.ndarray) -> Scalar:
+    """The gap of the point k with the rows y and rates v.
+
+    w[2] becomes the normal, w[7] by how much each place and axis moves the point, w[3] the speed of the material points that meet,
+    w[6] their change since the last accepted state.
+    """
+    dim, arms, blocks = F.placed.shape[1], F.rows.shape[1] // F.placed.shape[1], len(y) // F.placed.shape[1]
+    gap, known = place(F, k, y, w), 1.0 if last[0] >= 0.0 else 0.0
+    for c in range(dim):
+        w[2, c] = w[3, c] = w[6, c] = 0.0 * y[0]
+        for i in range(dim):
+            w[2, c] += w[1, i] * component(F, y, i, c)
+    for b in range(blocks):
+        along, square = 0.0 * y[0], 0.0 * y[0]
+        for c in range(dim):
+            along += w[2, c] * y[dim * b + c]
+            square += y[dim * b + c] * y[dim * b + c]
+        w[7, b] = 0.0 * y[0] + (1.0 if b == 0 else -1.0)
+        if 0 < b < arms:
+            w[7, b] = -F.radius[k] * along / square
+        elif b > arms:
+            w[7, b] = F.radius[k] * w[1, b - arms - 1] - w[0, b - arms - 1]
+        for c in range(dim):
+            w[3, c] += w[7, b] * v[dim * b + c]
+            w[6, c] += known * w[7, b] * (y[dim * b + c] - last[2 + dim + dim * b + c])
+    return gap
+
+
+@jit
+def press(F: Any, k: int, y: np.ndarray, v: np.ndarray, last: np.ndarray, w: np.ndarray, out: np.ndarray) -> Scalar:
+    """out (r + f,) = forces of the point k on its rows y with the rates v; the normal force.
+
+    `last` is its memory. w (8, r + f) is room: w[5] becomes the bristle in the axes of the shape, w[3] the speed of sliding.
+    """
+    dim, arms = F.placed.shape[1], F.rows.shape[1] // F.placed.shape[1]
+    gap, rate = meet(F, k, y, v, last, w), 0.0 * y[0]
+    for c in range(dim):
+        rate -= w[2, c] * w[3, c]
+    N = normal_force(F.law, -gap, rate) if gap.real < 0.0 else 0.0 * gap
+    for c in range(dim):
+        w[3, c] += w[2, c] * rate
+        w[4, c] = w[5, c] = 0.0 * y[0]
+    if N.real > 0.0 and F.law[MU] > 0.0:
+        stick(F, y, N, last, w)
+    for b in range(len(y) // dim):
+        for c in range(dim):
+            out[dim * b + c] = w[7, b] * (w[4, c] if 0 < b < arms else w[4, c] + N * w[2, c])
+    return N
+
+
+@jit
+def stick(F: Any, y: np.ndarray, N: Scalar, last: np.ndarray, w: np.ndarray) -> None:
+    """w[4] = T of the normal force N, the change w[6] of material points and their speed w[3]; w[5] becomes the bristle."""
+    dim, law, along = F.placed.shape[1], F.law, 0.0 * y[0]
+    for c in range(dim):
+        for i in range(dim):
+            w[6, c] += last[2 + i] * component(F, y, i, c)
+        w[6, c] += BEFORE * w[3, c] if last[0] < 0.0 else 0.0 * y[0]
+        along += w[2, c] * w[6, c]
+    for c in range(dim):
+        w[6, c] -= along * w[2, c]
+    most, pull = law[MU] * N, law[KT] * size(w[6], dim)
+    slides = pull.real > most.real
+    for c in range(dim):
+        if slides:
+            w[6, c] *= most / pull
+        w[4, c] = -law[KT] * w[6, c] - (0.0 if slides else law[CT]) * w[3, c]
+        for i in range(dim):
+            w[5, i] += w[6, c] * component(F, y, i, c)
+    total = size(w[4], dim)
+    if total.real > most.real:
+        for c in range(dim):
+            w[4, c] *= most / total
+
+
+@jit
+def read(F: Any, k: int, rows: np.ndarray, y: np.ndarray) -> None:
+    """y (r + f,) = the rows of a point."""
+    own = F.rows.shape[1]
+    for j in range(len(y)):
+        y[j] = rows[F.rows[k, j]] if j < own else rows[F.frame[j - own]]
+
+
+@jit
+def near(F: Any, k: int, s: Any, y: np.ndarray, v: np.ndarray, w: np.ndarray) -> bool:
+    """Whether a point touches; y and v become its rows and their rates."""
+    read(F, k, s.y, y)
+    if place(F, k, y, w).real >= 0.0:
+        return False
+    read(F, k, s.rates, v)
+    return True
+
+
+@routine
+def push(table: Any, record: Any) -> int:
+    """g += F."""
+    s, F = evaluation(table).space, opened(record)
+    many, own, dim = F.rows.shape[1] + len(F.frame), F.rows.shape[1], F.placed.shape[1]
+    y, v, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty((8, many))
+    for k in range(len(F.rows)):
+        if near(F, k, s, y, v, w):
+            first = F.memory + k * (2 + dim + many)
+            press(F, k, y, v, s.memory[first : first + 2 + dim + many], w, out)
+            for j in range(many):
+                s.g[F.rows[k, j] if j < own else F.frame[j - own]] += out[j]
+    return 0
+
+
+@routine
+def slopes(table: Any, record: Any) -> int:
+    """H += - c (dF/dy + gh dF/dy') by complex steps along y_j + gh y_j'."""
+    s, F = evaluation(table).space, opened(record)
+    many, dim, c, gh = F.rows.shape[1] + len(F.frame), F.placed.shape[1], s.c[0], s.gh[0]
+    y, v, real = np.empty(many), np.empty(many), np.empty((8, many))
+    yc, vc, out = (np.empty(many, np.complex128), np.empty(many, np.complex128), np.empty(many, np.complex128))
+    w = np.empty((8, many), np.complex128)
+    for k in range(len(F.rows)):
+        if near(F, k, s, y, v, real):
+            first = F.memory + k * (2 + dim + many)
+            for j in range(many):
+                yc[j], vc[j] = y[j], v[j]
+            for j in range(many):
+                yc[j], vc[j] = complex(y[j], STEP), complex(v[j], STEP * gh)
+                press(F, k, yc, vc, s.memory[first : first + 2 + dim + many], w, out)
+                yc[j], vc[j] = y[j], v[j]
+                for i in range(many):
+                    s.H[F.pair + (k * many + i) * many + j] -= c * out[i].imag / STEP
+    return 0
+
+
+@routine
+def accept(table: Any, record: Any) -> int:
+    """The memory of all points."""
+    s, F = evaluation(table).space, opened(record)
+    many, dim = F.rows.shape[1] + len(F.frame), F.placed.shape[1]
+    y, v, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty((8, many))
+    for k in range(len(F.rows)):
+        first = F.memory + k * (2 + dim + many)
+        last, N = s.memory[first : first + 2 + dim + many], 0.0
+        if near(F, k, s, y, v, w):
+            N = press(F, k, y, v, last, w, out)
+            for i in range(dim):
+                last[2 + i] = w[5, i]
+        else:
+            for i in range(dim):
+                last[2 + i] = 0.0
+        last[0], last[1] = max(N, 0.0), 1.0 if N <= 0.0 else last[1]
+        for j in range(many):
+            last[2 + dim + j] = y[j]
+    return 0
+
+
+@routine
+def judge(table: Any, record: Any) -> int:
+    """jolt += how fast the change of normal forces since the last accepted state changes speeds, over the change that is allowed.
+
+    What has touched from the start on never came: its vibration is no impact.
+    """
+    s, F = evaluation(table).space, opened(record)
+    many, dim = F.rows.shape[1] + len(F.frame), F.placed.shape[1]
+    y, v, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty((8, many))
+    for k in range(len(F.rows)):
+        first = F.memory + k * (2 + dim + many)
+        last = s.memory[first : first + 2 + dim + many]
+        touches = near(F, k, s, y, v, w)
+        if last[1] > 0.0 and (touches or last[0] > 0.0):
+            N = press(F, k, y, v, last, w, out) if touches else 0.0
+            s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
+    return 0
+
+
+@routine
+def store(table: Any, record: Any) -> int:
+    """energy += k lift(s), and the elastic forces out of g."""
+    s, F = evaluation(table).space, opened(record)
+    many, own, dim = F.rows.shape[1] + len(F.frame), F.rows.shape[1], F.placed.shape[1]
+    y, w = np.empty(many), np.empty((8, many))
+    for k in range(len(F.rows)):
+        read(F, k, s.y, y)
+        overlap = -place(F, k, y, w)
+        if overlap > 0.0:
+            N = F.law[K] * ramp(overlap, F.law[E])
+            s.energy[0] += F.law[K] * lift(overlap, F.law[E])
+            for c in range(dim):
+                n = 0.0
+                for i in range(dim):
+                    n += w[1, i] * component(F, y, i, c)
+                s.g[F.rows[k, c]] -= N * n
+                if many > own:
+                    s.g[F.frame[c]] += N * n
+                if many - own > dim:
+                    for i in range(dim):
+                        s.g[F.frame[dim * (1 + i) + c]] += (w[0, i] - F.radius[k] * w[1, i]) * N * n
+    return 0
+
+
+@forces.compile_force.register
+def _(found: ContactForces, place: Place) -> Force:
+    count, many = len(found), found.rows.shape[1] + len(found.frame)
+    rows = np.concatenate([found.rows, np.tile(found.frame, (count, 1))], axis=1)
+    pairs = np.stack([np.repeat(rows, many, axis=1), np.tile(rows, (1, many))], axis=2).reshape(-1, 2)
+    memory = np.zeros((count, 2 + found.placed.shape[1] + many))
+    memory[:, 0] = UNKNOWN
+    numbers = (found.placed, found.frame, found.rows, found.radius, found.law)
+    arrays = [np.ascontiguousarray(part) for part in (found.sizes, found.heights, *numbers)]
+    record = Record._make((found.shape, *arrays, found.share, place.pair, place.memory))
+    routines = Routines(push, slopes, accept, store, judge)
+    return Force(record, routines, "contact", pairs, memory.ravel(), damped=True)

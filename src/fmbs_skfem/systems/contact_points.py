@@ -1,0 +1,111 @@
+"""What touches: places, nodes and points of bodies with their radii, as probe rows; and the rows of places that carry shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array, kron, vstack
+
+from ..bodies.body import Body, own
+from ..core.errors import InputError, say
+from ..shapes import line, surface
+from ..shapes.surface import Surface
+from .constraint_functions import basis
+from .contact_forces import ContactForces
+from .contact_shapes import measure
+from .places import QUARTER, At, Draft
+
+MOST = 101  #: points along a beam where none are asked for
+SIDE = 2  #: points along each side of a plate's cell
+
+
+@dataclass(frozen=True)
+class Touching:
+    """Points that may touch."""
+
+    body: str
+    rows: np.ndarray  #: (t, r) probe rows of the points, then of the axes that carry them
+    places: np.ndarray  #: (t, c) in the reference [m]
+    radius: np.ndarray  #: (t,) [m]
+    mass: float  #: of the body [kg]
+
+
+def find_points(name: str, draft: Draft, at: At | None, body: str | None, count: int | None, radius: float | None) -> Touching:
+    """One place, or points all over a body; their radius is that of its section or half its thickness, 0 for rigid bodies."""
+    layout = draft.layout
+    part = layout.body(name, At(str(body)) if at is None else at)
+    half = (0.0 if part.space is None else part.radius) if radius is None else radius
+    if at is not None or part.space is None:
+        places = [At(part.name, place) for place in part.places] if at is None else [at]
+        read = [vstack([layout.read(name, place), *(axes_of(name, draft, place) if half > 0.0 else ())]) for place in places]
+    else:
+        functions = surface_rows(part, count or SIDE) if isinstance(part.space, Surface) else line_rows(part, count, half > 0.0)
+        read = [layout.widen(name, part.name, csr_array(rows)) for rows in functions]
+    first = draft.probes.add(csr_array(vstack(read)))
+    rows = first + np.arange(len(read) * read[0].shape[0]).reshape(len(read), -1)
+    reference = np.concatenate([one.reference.ravel() for one in layout.bodies.values()])
+    places_there = np.array([one[: layout.dim] @ reference for one in map(csr_array, read)])
+    mass = float(part.constant @ (part.mass @ part.constant))
+    return Touching(part.name, rows.astype(np.int64), places_there, np.full(len(read), half), mass)
+
+
+def line_rows(part: Body, count: int | None, thick: bool) -> Iterator[csr_array]:
+    """Rows (x, b c) of points along a line, in the plane with slope and normal where it is `thick`."""
+    assert isinstance(part.space, line.BSpline | line.Hermite)
+    breaks = line.breaks(part.space)
+    xi = np.linspace(breaks[0], breaks[-1], min(2 * len(breaks) - 1, MOST) if count is None else max(count, 2))
+    positions, slopes = (own(part, line.sample(part.space, xi, k)) for k in range(2))
+    J = np.linalg.norm(slopes @ part.reference, axis=1)
+    for k in range(len(xi)):
+        found = [kron(positions[[k]], np.eye(part.dim))]
+        if thick and part.dim == 2:
+            slope = kron(slopes[[k]] / J[k], np.eye(2))
+            found += [slope, QUARTER @ slope]
+        yield csr_array(vstack(found))
+
+
+def surface_rows(part: Body, side: int) -> Iterator[csr_array]:
+    """Rows (c, b c) of side x side points in every cell of a surface."""
+    shape = part.space
+    assert isinstance(shape, Surface)
+    s = (np.arange(side) + 0.5) / side
+    a, b = (x.ravel() for x in np.meshgrid(s, s, indexing="ij"))
+    xi = np.column_stack([a, b if shape.parent is surface.Parent.SQUARE else b * (1.0 - a)])
+    count = len(shape.nodes)
+    rows = own(part, surface.sample(shape, np.repeat(np.arange(count), len(xi)), np.tile(xi, (count, 1)), 0))
+    return (csr_array(kron(rows[[k]], np.eye(part.dim))) for k in range(rows.shape[0]))
+
+
+def axes_of(name: str, draft: Draft, place: At) -> list[csr_array]:
+    """Rows (c, q) of the axes that turn with a place, none where fewer than there are dimensions do."""
+    found = draft.layout.vectors(name, place)
+    return found if len(found) == draft.layout.dim else []
+
+
+def carrier_rows(name: str, draft: Draft, on: At | None, placed: np.ndarray) -> np.ndarray:
+    """Probe rows of the origin and, where the place carries axes, of the axes of a shape that is `placed` (1 + c, c); or none."""
+    if on is None:
+        return np.zeros(0, np.int64)
+    layout = draft.layout
+    position, away = layout.read(name, on), placed[0] - layout.reference(name, on)
+    if not axes_of(name, draft, on):
+        first = draft.probes.add(position, away)
+        return np.arange(first, first + layout.dim)
+    rows, reference = basis(name, layout, on)
+    if np.abs(reference @ reference.T - np.eye(layout.dim)).max() > 1e-9:
+        raise InputError(say(name, "a place with unit axes at right angles to carry the shape", str(on)))
+    blocks = [
+        csr_array(sum((float(share) * row for share, row in zip(reference @ p, rows, strict=True)), 0.0 * rows[0]))
+        for p in (away, *placed[1:])
+    ]
+    first = draft.probes.add(csr_array(vstack([position + blocks[0], *blocks[1:]])))
+    return np.arange(first, first + layout.dim * (1 + layout.dim))
+
+
+def overlaps(term: ContactForces, places: np.ndarray, placed: np.ndarray) -> np.ndarray:
+    """Gaps (t,) of points at places (t, c) to a shape that is `placed`."""
+    z, n, dim = (places - placed[0]) @ placed[1:].T, np.zeros(3), placed.shape[1]
+    found = [float(measure(term.shape, term.sizes, term.heights, dim, one, n)) for one in z]
+    return np.array(found) - term.radius

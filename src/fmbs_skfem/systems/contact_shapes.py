@@ -1,0 +1,134 @@
+r"""Shapes that contact meets: signed distances g(z) with their normals n = dg/dz, in the axes of the shape.
+
+    plane          g = z_d                                     d the last axis, which is its normal
+    sphere         g = |z| - R,                                from inside R - |z|
+    cylinder       g = |z - z_d e_d| - R,                      about the last axis, between its ends
+    box            g = |max(|z| - h, 0)|, in it max(|z| - h),  h its half sides: edges and corners are round from outside
+    heights        g = (z_d - f) / sqrt(1 + |grad f|^2),       f a smooth cubic through heights on a grid
+
+In the plane a sphere is a circle, and so is a cylinder; a height field is a profile. Beyond the ends of a cylinder and the edges of
+a height field nothing is touched. All numbers may be complex, which is how contact finds its derivatives.
+
+Source of the cubic: Catmull and Rom, Computer Aided Geometric Design (1974) 317-326, doi 10.1016/B978-0-12-079050-0.50020-5.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ..core.jit import jit
+
+PLANE, SPHERE, CYLINDER, BOX, HEIGHTS = range(5)
+Scalar: TypeAlias = Any  #: a real or a complex number
+FAR = 1e300  #: distance where a shape has ended [m]
+
+
+@jit
+def measure(shape: int, sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.ndarray, n: np.ndarray) -> Scalar:
+    """The distance of z (c,) from a shape with its sizes (i,) and heights (i, j) [m]; n (c,) becomes the normal there."""
+    last = dim - 1
+    for c in range(dim):
+        n[c] = 0.0 * z[c]
+    if shape == PLANE:
+        n[last] += 1.0
+        return z[last]
+    if shape == BOX:
+        return box(sizes, dim, z, n)
+    if shape == HEIGHTS:
+        return field(sizes, heights, dim, z, n)
+    around = last if shape == CYLINDER and dim == 3 else dim
+    if around < dim and abs(z[last].real) > sizes[2]:
+        return FAR + 0.0 * z[last]
+    square = 0.0 * z[0]
+    for c in range(around):
+        square += z[c] * z[c]
+    distance, side = np.sqrt(square), sizes[1]
+    if distance.real == 0.0:
+        n[around - 1] += side
+        return -side * sizes[0] + distance
+    for c in range(around):
+        n[c] = side * z[c] / distance
+    return side * (distance - sizes[0])
+
+
+@jit
+def box(half: np.ndarray, dim: int, z: np.ndarray, n: np.ndarray) -> Scalar:
+    """Distance and normal of a box of half edges (c,)."""
+    deepest, outside, square = 0, 0, 0.0 * z[0]
+    for c in range(dim):
+        over = abs(z[c].real) - half[c]
+        deepest = c if over > abs(z[deepest].real) - half[deepest] else deepest
+        if over > 0.0:
+            sign = 1.0 if z[c].real > 0.0 else -1.0
+            n[c] = z[c] - sign * half[c]
+            square += n[c] * n[c]
+            outside += 1
+    if outside == 0:
+        sign = 1.0 if z[deepest].real >= 0.0 else -1.0
+        n[deepest] += sign
+        return sign * z[deepest] - half[deepest]
+    distance = np.sqrt(square)
+    for c in range(dim):
+        n[c] = n[c] / distance
+    return distance
+
+
+@jit
+def shares(u: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Of four heights in the cubic between the middle two, u from 0 to 1."""
+    return (
+        0.5 * u * (u * (2.0 - u) - 1.0),
+        0.5 * (u * u * (3.0 * u - 5.0) + 2.0),
+        0.5 * u * (u * (4.0 - 3.0 * u) + 1.0),
+        0.5 * u * u * (u - 1.0),
+    )
+
+
+@jit
+def slopes(u: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Derivatives of these by u."""
+    return (
+        0.5 * (u * (4.0 - 3.0 * u) - 1.0),
+        0.5 * u * (9.0 * u - 10.0),
+        0.5 * (u * (8.0 - 9.0 * u) + 1.0),
+        0.5 * u * (3.0 * u - 2.0),
+    )
+
+
+@jit
+def field(sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.ndarray, n: np.ndarray) -> Scalar:
+    """Distance and normal of heights (i, j) at steps of sizes[0] along the first and sizes[1] along the second axis, from z = 0."""
+    many, across = heights.shape
+    i = int(np.floor(z[0].real / sizes[0]))
+    if i < 0 or i >= many - 1:
+        return FAR + 0.0 * z[0]
+    u = z[0] / sizes[0] - i
+    a, da = shares(u), slopes(u)
+    f, fx, fy = 0.0 * u, 0.0 * u, 0.0 * u
+    if dim == 2:
+        for k in range(4):
+            height = heights[min(max(i + k - 1, 0), many - 1), 0]
+            f += a[k] * height
+            fx += da[k] * height
+    else:
+        j = int(np.floor(z[1].real / sizes[1]))
+        if j < 0 or j >= across - 1:
+            return FAR + 0.0 * z[0]
+        v = z[1] / sizes[1] - j
+        b, db = shares(v), slopes(v)
+        for k in range(4):
+            for l in range(4):
+                height = heights[min(max(i + k - 1, 0), many - 1), min(max(j + l - 1, 0), across - 1)]
+                f += a[k] * b[l] * height
+                fx += da[k] * b[l] * height
+                fy += a[k] * db[l] * height
+        n[1] = -fy / sizes[1]
+    n[0] = -fx / sizes[0]
+    long = np.sqrt(1.0 + n[0] * n[0] + (n[1] * n[1] if dim == 3 else 0.0 * u))
+    gap = (z[dim - 1] - f) / long
+    for c in range(dim - 1):
+        n[c] = n[c] / long
+    n[dim - 1] = 1.0 / long
+    return gap

@@ -1,0 +1,102 @@
+"""What a contact does, as an output: its normal and friction force, the smallest gap, and how fast it slides."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from ..core.errors import InputError, closest, listed, say
+from ..core.jit import jit
+from .contact_forces import ContactForces
+from .contact_shapes import measure
+from .contacts import ContactGauge
+from .places import Draft
+from .probes import Probe, Sensed, Sizes
+from .system import Output
+
+PARTS = {"force": "N", "friction": "N", "gap": "m", "slip": "m/s"}
+
+
+@dataclass(frozen=True)
+class ContactState(Probe, word="contact"):
+    """What a contact does: sums of its normal and its friction forces [N], its smallest gap [m], and how fast it slides [m/s].
+
+    Friction is that of all points together, sliding that of the point which is pressed most, 0 where none touches.
+    """
+
+    load: Annotated[str, "a name of a contact"]
+
+    def sense(self, name: str, draft: Draft) -> Output:
+        gauge = draft.gauges.get(self.load)
+        if not isinstance(gauge, ContactGauge):
+            known = [key for key, one in draft.gauges.items() if isinstance(one, ContactGauge)]
+            expected = f"one of the contacts {listed(known, self.load, 'of which there are none')}"
+            raise InputError(say(f"output '{name}'", expected, f"'{self.load}'") + closest(self.load, known))
+        rows, offset = draft.probes.rows_of([*gauge.term.rows.ravel(), *gauge.term.frame])
+        first = draft.sensors.add(rows, offset - rows @ draft.layout.shift)  # sensors count from the origin of the scene
+        columns = tuple(f"{name}_{part}" for part in PARTS)
+        number = float(gauge.term.rows[0, 0])
+        return Output(self.word, tuple(range(first, first + len(offset))), columns, parameters=(number,))
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        terms = (one for one in sensed.forces if isinstance(one, ContactForces))
+        term = next(one for one in terms if one.rows[0, 0] == int(output.parameters[0]))
+        return find_columns(term, sensed.values, sensed.rates, sensed.pushes())
+
+    @classmethod
+    def units(cls, name: str, output: Output) -> tuple[str, ...]:
+        return tuple(PARTS.values())
+
+    @classmethod
+    def sizes(cls, output: Output, dim: int) -> Sizes:
+        return None, len(PARTS), 1
+
+
+@jit
+def distances(shape: int, sizes: np.ndarray, heights: np.ndarray, z: np.ndarray, n: np.ndarray) -> np.ndarray:
+    """Distances (x,) of points z (x, c) in the axes of a shape; n (x, c) becomes their normals."""
+    found = np.empty(len(z))
+    for k in range(len(z)):
+        found[k] = measure(shape, sizes, heights, z.shape[1], z[k], n[k])
+    return found
+
+
+def find_columns(term: ContactForces, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) -> list[np.ndarray]:
+    """Columns (s,) from rows of the points, then of the shape (s, i), their rates, and the forces on all probe rows (s, j)."""
+    count, wide = term.rows.shape
+    dim, samples = term.placed.shape[1], len(y)
+    points, moves = (part[:, : count * wide].reshape(samples, count, -1, dim) for part in (y, rate))
+    frame, turns = (shape_of(term, part[:, count * wide :], still) for part, still in ((y, 1.0), (rate, 0.0)))
+    z = np.einsum("stc,sic->sti", points[:, :, 0] - frame[:, None, 0], frame[:, 1:])
+    flat, n = np.ascontiguousarray(z.reshape(-1, dim)), np.zeros((samples * count, dim))
+    away = distances(term.shape, term.sizes, term.heights, flat, n).reshape(samples, count)
+    local = n.reshape(z.shape)
+    normal = np.einsum("sti,sic->stc", local, frame[:, 1:])
+    force = pushes[:, term.rows[:, :dim]]
+    pressed = np.sum(force * normal, axis=2)
+    friction = np.sum(force - pressed[:, :, None] * normal, axis=1)
+    s, k = np.arange(samples), np.argmax(pressed, axis=1)
+    normal, radius, axes = normal[s, k], term.radius[k], points[s, k, 1:]
+    arms = -radius[:, None] * np.einsum("sjc,sc->sj", axes, normal) / np.sum(axes**2, axis=2)
+    places = z[s, k] - radius[:, None] * local[s, k]
+    speed = (
+        moves[s, k, 0]
+        - turns[:, 0]
+        + np.einsum("sj,sjc->sc", arms, moves[s, k, 1:])
+        - np.einsum("si,sic->sc", places, turns[:, 1:])
+    )
+    speed -= np.sum(speed * normal, axis=1)[:, None] * normal
+    slip = np.where(pressed[s, k] > 0.0, np.linalg.norm(speed, axis=1), 0.0)
+    return [pressed.sum(axis=1), np.linalg.norm(friction, axis=1), (away - term.radius).min(axis=1), slip]
+
+
+def shape_of(term: ContactForces, rows: np.ndarray, still: float) -> np.ndarray:
+    """Origin and axes (s, 1 + c, c) of the shape from its rows (s, f), those that stand still times `still`."""
+    found = np.tile(still * term.placed, (len(rows), 1, 1))
+    moving = rows.reshape(len(rows), -1, term.placed.shape[1])
+    found[:, : moving.shape[1]] = moving
+    return found

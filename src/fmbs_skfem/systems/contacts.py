@@ -1,0 +1,253 @@
+r"""Contact of places, nodes, beams and plates with shapes: planes, spheres, cylinders, boxes, height fields.
+
+    floor: {type: contact_plane, body: hoop, point: [0 m, 0 m], normal: [0, 1], friction: 0.4}
+
+What touches is one place (`at`) or a whole body (`body`): points along a beam with its radius, points of a plate with half its
+thickness, the places of a rigid body. The shape stands still, or is carried by a place (`on`), with whose axes it turns. Forces are
+those of `contact_forces`; where nothing is said of them,
+
+    k = PRESSED m g / L           the weight m g of what touches would press one point in by L / PRESSED, L the size of the bodies
+    kt = k,  ct = sqrt(kt m / t)  so that what sticks comes to rest, t the number of points
+
+In the plane a beam carries its thickness along: friction turns its sections. In space it acts on the centre line. Steps in which
+forces begin or end are divided, by up to 64, until the change of N in one changes no speed by more than resolution^2 times the
+largest so far: a mass that vibrates on the contact moves on by about `resolution` radians a step.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+
+from ..core.errors import InputError, say
+from ..core.fields import whole
+from ..core.notices import notify
+from ..core.problems import Problem
+from . import contact_shapes, fields
+from .constraint_functions import needs_axis, normals, size_of, unit
+from .contact_forces import LAW, ContactForces
+from .contact_points import Touching, carrier_rows, find_points, overlaps
+from .loads import Load, where
+from .places import At, Draft, Gauge, Ground, vector
+
+PRESSED = 1e4  #: size of the bodies over the depth to which their weight presses one point in, by default
+GRAVITY = 9.81  #: [m/s2]
+CLEAR = 1e-9  #: overlap at the start, over the size of the bodies, that is round-off
+
+Length = Annotated[float, fields.quantity("m", "> 0")]
+Stiffness = Annotated[float, fields.quantity("N/m", "> 0")]
+Damping = Annotated[float, fields.quantity("N s/m", ">= 0")]
+
+
+@dataclass(frozen=True)
+class ContactGauge(Gauge):
+    """What a contact measures."""
+
+    term: ContactForces
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A shape in the reference, see `contact_shapes`."""
+
+    kind: int
+    sizes: Sequence[float]
+    origin: np.ndarray | None  #: (c,) in the scene [m]; None for the place that carries it
+    axes: np.ndarray  #: (c, c)
+    heights: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+
+
+@dataclass(frozen=True)
+class Contact(Load, ABC):
+    """Contact with a shape: what touches, who carries the shape, and the law of the forces."""
+
+    name: str
+    at: fields.Carrier = None
+    body: fields.BodyName | None = None
+    on: fields.Carrier = None
+    points: Annotated[int | None, whole(1, 100_000), "along a beam, or along each side of a plate's cells"] = None
+    radius: Annotated[float | None, fields.quantity("m", ">= 0"), "of what touches, by default that of the section"] = None
+    stiffness: Stiffness | None = None
+    damping: Damping = 0.0
+    dissipation: Annotated[float, fields.quantity("s/m", ">= 0"), "of Hunt and Crossley"] = 0.0
+    smoothing: Annotated[float, fields.quantity("m", ">= 0"), "over which it begins, 0 for at once"] = 0.0
+    cut: Annotated[bool, "whether it never pulls"] = True
+    friction: Annotated[float, fields.quantity("", ">= 0"), "coefficient of Coulomb"] = 0.0
+    sticking: Annotated[Stiffness | None, "of what sticks"] = None
+    sticking_damping: Annotated[Damping | None, "of what sticks"] = None
+    resolution: Annotated[float, fields.quantity("", ">= 0"), "rad of a vibration on the contact a step; 0 divides none"] = 0.05
+    overlap: Annotated[Literal["push", "keep"], "at the start: pushed apart, or gaps count from there"] = "push"
+    resists: ClassVar[bool] = True
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        if (self.at is None) == (self.body is None):
+            yield "at", Problem("one place (at) or one body (body)", "both" if self.at else "neither")
+
+    @abstractmethod
+    def shape(self, name: str, dim: int) -> Shape:
+        """The shape in the reference, for messages about `name`."""
+
+    def push(self, draft: Draft) -> None:
+        name, dim = where(self), draft.layout.dim
+        shape, touching = self.shape(name, dim), find_points(name, draft, self.at, self.body, self.points, self.radius)
+        placed = np.vstack([self.center_of(draft, shape) - draft.layout.origin, shape.axes])
+        term = ContactForces(
+            shape.kind,
+            np.array(shape.sizes, dtype=float),
+            shape.heights,
+            placed,
+            carrier_rows(name, draft, self.on, placed),
+            touching.rows,
+            touching.radius,
+            self.law(draft, touching),
+            1.0 / (touching.mass * self.resolution**2) if self.resolution else 0.0,
+        )
+        gaps = overlaps(term, touching.places, placed)
+        if self.overlap == "keep":
+            term = replace(term, radius=term.radius + np.minimum(gaps, 0.0))
+        elif gaps.min() < -CLEAR * self.size(draft, touching):
+            deep, count = -gaps.min(), int(np.count_nonzero(gaps < 0.0))
+            remedy = "they are pushed apart; move the bodies, or write 'overlap: keep'"
+            notify(f"{name}: {count} of {len(gaps)} points overlap the shape at the start, by up to {deep:.3g} m: {remedy}")
+        draft.forces.terms.append(term)
+        draft.gauges[self.name] = ContactGauge("contact", (), 0.0, term)
+
+    def center_of(self, draft: Draft, shape: Shape) -> np.ndarray:
+        """The origin of the shape, by default the place that carries it."""
+        if shape.origin is not None:
+            return shape.origin
+        if self.on is None:
+            raise InputError(
+                say(where(self), "a point where the shape is", "none", "give it, or a place that carries the shape (on)")
+            )
+        return draft.layout.reference(where(self), self.on) + draft.layout.origin
+
+    def size(self, draft: Draft, touching: Touching) -> float:
+        """Size of the bodies [m]."""
+        carriers = {self.on.body} if isinstance(self.on, At) else set[str]()
+        return size_of(draft.layout, {touching.body, *carriers})
+
+    def law(self, draft: Draft, touching: Touching) -> np.ndarray:
+        """Numbers of the law, in the order of `contact_forces.LAW`."""
+        k, size = self.stiffness, self.size(draft, touching)
+        if k is None and not size > 0.0:
+            raise InputError(say(f"{where(self)}.stiffness", "a stiffness, as points have no size to choose it by", "none"))
+        k = PRESSED * touching.mass * GRAVITY / size if k is None else k
+        kt = k if self.sticking is None else self.sticking
+        ct = float(np.sqrt(kt * touching.mass / len(touching.rows))) if self.sticking_damping is None else self.sticking_damping
+        numbers = (k, self.damping, self.dissipation, self.smoothing, float(self.cut), self.friction, kt, ct)
+        for key, value in zip(LAW, numbers, strict=True):
+            if not (np.isfinite(value) and value >= 0.0):
+                raise InputError(say(f"{where(self)}.{key}", "a number that is not negative", value))
+        return np.array(numbers)
+
+
+@dataclass(frozen=True)
+class ContactPlane(Contact):
+    """Contact with a plane through a point; bodies are where its normal points to."""
+
+    point: Annotated[Ground, fields.vector("m")] = field(kw_only=True)
+    normal: fields.Direction = field(kw_only=True)
+
+    def shape(self, name: str, dim: int) -> Shape:
+        return Shape(contact_shapes.PLANE, (), vector(name, self.point, dim), upright(f"{name}.normal", self.normal, dim))
+
+
+@dataclass(frozen=True)
+class Round(Contact, ABC):
+    """Contact with what is round, from outside or inside; without a center it is around the place that carries it."""
+
+    diameter: Length = field(kw_only=True)
+    center: Annotated[Ground | None, fields.vector("m")] = None
+    inside: Annotated[bool, "whether bodies are in it"] = False
+
+    def sizes(self) -> tuple[float, float]:
+        """Radius [m], and the direction of its normal."""
+        return self.diameter / 2, -1.0 if self.inside else 1.0
+
+    def origin(self, name: str, dim: int) -> np.ndarray | None:
+        return None if self.center is None else vector(f"{name}.center", self.center, dim)
+
+
+@dataclass(frozen=True)
+class ContactSphere(Round):
+    """Contact with a sphere, in the plane a circle."""
+
+    def shape(self, name: str, dim: int) -> Shape:
+        return Shape(contact_shapes.SPHERE, self.sizes(), self.origin(name, dim), np.eye(dim))
+
+
+@dataclass(frozen=True)
+class ContactCylinder(Round):
+    """Contact with the side of a cylinder, without end if it has no length; in the plane a circle."""
+
+    axis: fields.Axis | None = None
+    length: Length | None = None
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from super().problems(dim)
+        yield from needs_axis(self.axis, dim)
+
+    def shape(self, name: str, dim: int) -> Shape:
+        half = contact_shapes.FAR if self.length is None else self.length / 2
+        axes = np.eye(2) if self.axis is None else upright(f"{name}.axis", self.axis, dim)
+        return Shape(contact_shapes.CYLINDER, (*self.sizes(), half), self.origin(name, dim), axes)
+
+
+@dataclass(frozen=True)
+class ContactBox(Contact):
+    """Contact with a box from outside: its full sides, the first one along a direction, by default x."""
+
+    sides: Annotated[Ground, fields.vector("m")] = field(kw_only=True)
+    center: Annotated[Ground | None, fields.vector("m")] = None
+    along: fields.Direction | None = None
+    across: Annotated[fields.Direction | None, "of the second side, in space"] = None
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from super().problems(dim)
+        if min(self.sides) <= 0.0:
+            yield "sides", Problem("lengths > 0", f"{min(self.sides):g}")
+        if dim == 3 and (self.along is None) != (self.across is None):
+            yield "across", Problem("directions of two sides, along and across", "one of them")
+
+    def shape(self, name: str, dim: int) -> Shape:
+        axes = np.eye(dim)
+        if self.along is not None:
+            axes[0] = unit(f"{name}.along", self.along, dim)
+            axes[1] = normals(axes[0])[0] if dim == 2 else unit(f"{name}.across", self.across, dim)
+            if dim == 3:
+                axes[1] = unit(f"{name}.across", axes[1] - (axes[1] @ axes[0]) * axes[0], dim)
+                axes[2] = np.cross(axes[0], axes[1])
+        origin = None if self.center is None else vector(f"{name}.center", self.center, dim)
+        return Shape(contact_shapes.BOX, tuple(0.5 * vector(f"{name}.sides", self.sides, dim)), origin, axes)
+
+
+@dataclass(frozen=True)
+class ContactHeights(Contact):
+    """Contact with heights over x and y, in the plane a profile over x, at steps from a corner on, smooth between them."""
+
+    corner: Annotated[Ground, fields.vector("m")] = field(kw_only=True)
+    step: fields.Heights = field(kw_only=True)
+    heights: fields.Heights = field(kw_only=True)
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from super().problems(dim)
+        expected = "a list of two heights or more" if dim == 2 else "two lists or more, each of as many heights, two or more"
+        if len({np.size(row) for row in self.heights}) != 1 or np.ndim(self.heights) != dim - 1 or min(np.shape(self.heights)) < 2:
+            yield "heights", Problem(expected, "others")
+        if np.shape(self.step) != (dim - 1,) or min(self.step) <= 0.0:
+            yield "step", Problem(f"a list of {dim - 1} lengths > 0", f"{self.step}")
+
+    def shape(self, name: str, dim: int) -> Shape:
+        heights = np.asarray(self.heights, dtype=float).reshape(len(self.heights), -1)
+        return Shape(contact_shapes.HEIGHTS, self.step, vector(f"{name}.corner", self.corner, dim), np.eye(dim), heights)
+
+
+def upright(name: str, direction: object, dim: int) -> np.ndarray:
+    """Axes (c, c), the last one along a direction."""
+    last = unit(name, direction, dim)
+    return np.vstack([normals(last), last[None, :]])

@@ -1,0 +1,321 @@
+"""Contact and friction against exact motions, and where they are hard."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.interpolate import CubicHermiteSpline
+from scipy.optimize import brentq
+
+from fmbs_skfem.bodies import Body, point_mass, rigid
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
+from fmbs_skfem.scenes import build
+from fmbs_skfem.scenes import reading as scenes
+from fmbs_skfem.systems import At, Motion, System, assemble, check_force, compiled, loads, probes
+from fmbs_skfem.systems.contact_shapes import measure
+from fmbs_skfem.systems.contact_states import ContactState
+from fmbs_skfem.systems.contacts import Contact, ContactBox, ContactCylinder, ContactHeights, ContactPlane, ContactSphere
+
+from .parts import A1, BOB, C1, beams
+
+TIGHT = Newton(tolerance=1e-12)
+BALL, DISC = At("ball", "center"), At("disc")
+G = 9.81
+LAW: dict[str, Any] = {"stiffness": 20.0, "damping": 0.4, "dissipation": 0.3, "smoothing": 0.05, "friction": 0.3}
+
+
+def every_contact(dim: int) -> list[Contact]:
+    """Of every shape, from outside and inside, with shapes that stand still and such as bodies carry."""
+    x, up, wave = (1.0, 0.1, 0.05)[:dim], (0.1, 1.0, 0.2)[:dim], [[0.3 * np.sin(i + 0.5 * j) for j in range(9)] for i in range(9)]
+    heights = [row[0] for row in wave] if dim == 2 else wave
+    corner = (-1.0, 0.0) if dim == 2 else (-1.0, -1.0, 0.0)
+    round_one: dict[str, Any] = {"diameter": 0.6, **LAW}
+    axis = {} if dim == 2 else {"axis": (0.1, 0.2, 1.0)}
+    return [
+        ContactPlane("plane", at=A1, point=x, normal=up, **LAW),
+        ContactPlane("plane under a beam", body="c", radius=0.1, points=5, point=(0.0, 0.3, 0.0)[:dim], normal=up, **LAW),
+        ContactPlane("carried plane", at=BOB, on=At("disc"), point=(2.0, 1.05, 0.0)[:dim], normal=up, **LAW),
+        ContactSphere("sphere", at=A1, center=(0.9, -0.1, 0.1)[:dim], **round_one),
+        ContactSphere("around a point", at=C1, on=BOB, diameter=1.2, **LAW),
+        ContactSphere("within", at=A1, radius=0.1, center=(0.85, -0.1, 0.1)[:dim], inside=True, **round_one),
+        ContactSphere("two discs", at=At("disc"), on=At("other"), radius=0.2, **round_one),
+        ContactCylinder("cylinder", body="a", points=3, center=(0.9, -0.1, 0.1)[:dim], length=3.0, **round_one, **axis),
+        ContactBox("box", at=A1, sides=(0.8, 0.4, 0.5)[:dim], center=(0.7, -0.1, 0.1)[:dim], **LAW),
+        ContactBox("corner", at=A1, radius=0.3, sides=(0.8, 0.4, 0.5)[:dim], center=(0.5, -0.3, 0.2)[:dim], **LAW),
+        ContactHeights("heights", at=A1, corner=corner, step=(0.37,) * (dim - 1), heights=heights, radius=0.2, **LAW),
+    ]
+
+
+def parts(dim: int) -> list[Body]:
+    """Beams, a mass point, and two rigid discs beside each other."""
+    inertia = np.array(0.02) if dim == 2 else 0.02 * np.eye(3)
+    discs = [
+        rigid.rigid(name, 1.0, inertia, (x, 0.9, 0.1)[:dim], dim=dim, places={"rim": (x, 1.1, 0.1)[:dim]})
+        for name, x in (("disc", 2.1), ("other", 2.5))
+    ]
+    return [*beams(dim), *discs]
+
+
+@pytest.mark.filterwarnings("ignore:load .* overlap")
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("number", range(11))
+def test_contract(dim: int, number: int) -> None:
+    check_force(parts(dim), every_contact(dim)[number])
+
+
+@pytest.mark.filterwarnings("ignore:load .* overlap")
+@pytest.mark.parametrize("dim", [2, 3])
+def test_tangents_of_what_sticks_and_slides(dim: int) -> None:
+    """With all of them at once, after an accepted state: derivatives by x and 0.3 times those by v."""
+    system = replace(assemble(parts(dim), loads=every_contact(dim)), elastic=())
+    model, random = compiled.compile_system(system), np.random.default_rng(1)
+    memory, none = compiled.accepted(model, system.x0), np.zeros(len(system.constraints.names))
+    for size in (1e-4, 1e-1):  # in which they stick, and slide
+        d, way, v = random.normal(size=(3, system.size))
+        x = system.x0 + size * way
+        K = compiled.tangent(model, x, none, 0.0, 0.3, memory, 0.1 * v)
+        ends = [compiled.forces(model, x + k * 1e-6 * d, 0.1 * v + 3e-7 * k * d, 0.0, memory) for k in (1, -1)]
+        assert_allclose(K @ d, (ends[0] - ends[1]) / 2e-6, atol=1e-5 * np.abs(K @ d).max())
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize(
+    "shape, sizes", [(0, ()), (1, (0.5, 1.0)), (1, (0.5, -1.0)), (2, (0.5, 1.0, 9.0)), (3, (0.4, 0.3, 0.2)), (4, (0.4, 0.4))]
+)
+def test_normals_are_gradients_of_the_distance(dim: int, shape: int, sizes: tuple[float, ...]) -> None:
+    random, n, unused = np.random.default_rng(0), np.zeros(3), np.zeros(3)
+    heights = random.normal(size=(9, 1 if dim == 2 else 9))
+    for z in random.uniform(0.2, 1.0, (20, 3)):
+        args = shape, np.array(sizes), heights, dim
+        distance = measure(*args, z, n)
+        slope = [(measure(*args, z + d, unused) - measure(*args, z - d, unused)) / 2e-6 for d in 1e-6 * np.eye(3)[:dim]]
+        if shape == 4:  # heights: a distance to first order
+            assert abs(distance) <= abs(z[dim - 1] - heights).max()
+            assert np.linalg.norm(n[:dim]) == pytest.approx(1.0)
+        else:
+            assert_allclose(n[:dim], slope, atol=1e-8)
+
+
+def test_heights_follow_a_parabola() -> None:
+    """The cubic holds parabolas: y = x^2 / 2 with steps of 0.1, its normal at 0.53."""
+    heights, n = 0.5 * np.linspace(0, 1, 11)[:, None] ** 2, np.zeros(2)
+    gap = measure(4, np.array([0.1]), heights, 2, np.array([0.53, 0.5 * 0.53**2 + 0.2]), n)
+    long = np.hypot(1.0, 0.53)
+    assert gap == pytest.approx(0.2 / long, rel=1e-12)
+    assert_allclose(n, [-0.53 / long, 1.0 / long], rtol=1e-12)
+
+
+def ball(*forces: loads.Load, at: Any = (0.0, 0.0, 0.0), speed: Any = (0.0, 0.0, 0.0), dim: int = 2) -> System:
+    """A mass point of 1 kg with contacts."""
+    known = {f.name: ContactState(f.name) for f in forces if isinstance(f, Contact)}
+    return assemble(
+        [point_mass("ball", 1.0, np.array(at[:dim], float))],
+        loads=forces,
+        outputs={"x": probes.Position(BALL), "E": probes.Energy(), **known},
+        initial={"ball": Motion(velocity=tuple(speed[:dim]))},
+    )
+
+
+def run(system: System, step: float, duration: float, rho_inf: float = 1.0) -> tuple[Trajectory, dict[str, np.ndarray]]:
+    motion = integrate(system, GeneralizedAlpha(step, rho_inf), duration, TIGHT)
+    return motion, outputs(motion)
+
+
+def floor(dim: int = 2, **more: Any) -> ContactPlane:
+    return ContactPlane("floor", at=BALL, point=(0.0,) * dim, normal=(0.0, 1.0, 0.0)[:dim], **more)
+
+
+@pytest.mark.parametrize("step", [2e-3, 5e-4])
+def test_a_mass_dropped_on_a_floor(step: float) -> None:
+    """As on a stop: sqrt(2 h / g), 2 (pi - atan(w v / g)) / w, period and depth to 1e-4, whose steps shorten and recover."""
+    system = ball(floor(stiffness=1e5, resolution=0.02), loads.Gravity((0.0, -G)), at=(0.0, 1.0))
+    motion, found = run(system, step, 1.4)
+    t, y, v = motion.times, found["x_y"], motion.v[:, 1]
+
+    def flight(time: float) -> tuple[float, float]:
+        """When the flight began and ends."""
+        k = round(time / step)
+        root = np.sqrt(v[k] ** 2 + 2 * G * y[k])
+        return t[k] + (v[k] - root) / G, t[k] + (v[k] + root) / G
+
+    touch, (leave, again) = flight(0.2)[1], flight(0.9)
+    assert touch == pytest.approx(0.4515236409857309, rel=1e-4)
+    assert leave - touch == pytest.approx(0.00997888201078354, rel=1e-4)
+    assert again - touch == pytest.approx(0.9130261639822453, rel=1e-4)
+    assert np.ptp(found["E_balance"]) < 2e-3
+    if step < 1e-3:
+        path = CubicHermiteSpline(t, y, v)
+        low = path(path.derivative().roots(extrapolate=False)).min()
+        assert -low == pytest.approx(0.014105584556836033, rel=1e-4)
+    assert found["floor_force"].max() == pytest.approx(-1e5 * y.min())
+    assert_allclose(found["floor_gap"], y, atol=1e-12)
+    assert motion.statistics.halved == 0  # Newton's iteration never failed
+
+
+@pytest.mark.parametrize("zeta", [0.05, 0.5])
+def test_restitution_of_kelvin_and_voigt(zeta: float) -> None:
+    """exp(-pi zeta / sqrt(1 - zeta^2)), its last phase pulling."""
+    law = floor(stiffness=1e5, damping=2 * zeta * np.sqrt(1e5), smoothing=1e-6, cut=False, resolution=0.02)
+    motion, _ = run(ball(law, at=(0.0, 1e-3), speed=(0.0, -1.0)), 1e-4, 0.016)
+    assert motion.v[-1, 1] == pytest.approx(np.exp(-np.pi * zeta / np.sqrt(1 - zeta**2)), rel=1e-3)
+
+
+def test_restitution_of_hunt_and_crossley() -> None:
+    """u du / (1 + lambda u) = - w^2 s ds: u - ln(1 + lambda u) / lambda is the same before and after, whatever the stiffness."""
+    rate = 0.5
+    motion, _ = run(ball(floor(stiffness=1e5, dissipation=rate, resolution=0.02), at=(0.0, 1e-3), speed=(0.0, -1.0)), 1e-4, 0.016)
+
+    def level(u: float) -> float:
+        return float(u - np.log(1 + rate * u) / rate)
+
+    exact = brentq(lambda e: level(-e) - level(1.0), 0.1, 1.0)
+    assert motion.v[-1, 1] == pytest.approx(exact, rel=1e-3)
+
+
+def block(slope: float, mu: float, speed: float, dim: int = 2, k: float = 1e6, **more: Any) -> System:
+    """A mass on an incline at rest in its normal direction, which slides down along x, in space askew."""
+    down = np.array([1.0, 0.0]) if dim == 2 else np.array([0.6, 0.0, 0.8])
+    up = np.eye(dim)[1]
+    law = floor(dim, stiffness=k, friction=mu, **more)
+    weight = loads.Gravity(tuple(G * (np.sin(slope) * down - np.cos(slope) * up)))
+    with pytest.warns(match="1 of 1 points overlap the shape at the start, by up to .* they are pushed apart"):
+        return ball(law, weight, at=tuple(-np.cos(slope) * G / k * up), speed=tuple(speed * down), dim=dim)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_sliding_block(dim: int) -> None:
+    """It stops after v^2 / (2 mu g), and stays there."""
+    motion, found = run(block(0.0, 0.3, 2.0, dim, sticking=1e7), 5e-3, 1.2, 0.8)
+    way = np.linalg.norm(motion.x[:, [0, dim - 1]] if dim == 3 else motion.x[:, :1], axis=1)
+    assert way[-1] == pytest.approx(4.0 / (2 * 0.3 * G), rel=1e-4)
+    assert_allclose(found["floor_friction"][:130], 0.3 * G, rtol=1e-9)
+    assert_allclose(found["floor_slip"][:130], 2.0 - 0.3 * G * motion.times[:130], atol=1e-4)
+    assert np.ptp(way[-20:]) < 1e-9
+    assert abs(found["floor_friction"][-1]) < 1e-3
+
+
+def test_an_incline_beyond_and_below_the_friction_angle() -> None:
+    """g (sin a - mu cos a); and rest for 100 s with steps of 0.1 s."""
+    motion, _ = run(block(0.5, 0.3, 0.0), 1e-3, 0.5, 0.8)
+    v = motion.v[:, 0]
+    assert (v[-1] - v[100]) / 0.4 == pytest.approx(G * (np.sin(0.5) - 0.3 * np.cos(0.5)), rel=1e-4)
+    motion, found = run(block(0.25, 0.3, 0.0), 0.1, 100.0, 0.8)
+    assert_allclose(motion.x[10:, 0], G * np.sin(0.25) / 1e6, atol=1e-9)
+    assert np.ptp(motion.x[100:, 0]) < 1e-15
+    assert_allclose(found["floor_friction"][10:], G * np.sin(0.25), rtol=2e-5)
+
+
+def test_friction_turns_round() -> None:
+    """A shaken block: amplitude and mean of a mass under F sin(w t) with friction from solve_ivp, in which it never sticks."""
+    from scipy.integrate import solve_ivp
+
+    shake = loads.PointForce("shake", BALL, (30.0, 0.0), lambda t: np.sin(10.0 * t))
+    law = floor(stiffness=1e6, friction=0.3, sticking=1e7)
+    with pytest.warns(match="overlap"):
+        system = ball(law, loads.Gravity((0.0, -G)), shake, at=(0.0, -G / 1e6), speed=(0.5, 0.0))
+    motion, _ = run(system, 2e-4, 1.0, 0.8)
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        return [y[1], 30.0 * np.sin(10.0 * t) - 0.3 * G * np.tanh(y[1] / 1e-5)]
+
+    exact = solve_ivp(rates, (0.0, 1.0), [0.0, 0.5], "Radau", rtol=1e-8, atol=1e-10, t_eval=motion.times).y
+    assert_allclose(motion.x[:, 0], exact[0], atol=3e-4)
+
+
+def test_a_disc_slides_until_it_rolls() -> None:
+    """v falls to 2/3 v0 after v0 / (3 mu g), and a disc that rolls goes on for ever: its friction is zero."""
+    disc = rigid.rigid("disc", 2.0, np.array(0.5 * 2.0 * 0.2**2), (0.0, 0.2 - 2.0 * G / 1e6), dim=2)
+    law = ContactPlane("floor", at=DISC, radius=0.2, point=(0.0, 0.0), normal=(0.0, 1.0), stiffness=1e6, friction=0.2)
+    measured = {"x": probes.Position(DISC), "turn": probes.Angle(DISC), "floor": ContactState("floor")}
+    with pytest.warns(match="overlap"):
+        system = assemble(
+            [disc], [], [law, loads.Gravity((0.0, -G))], outputs=measured, initial={"disc": Motion(velocity=(3.0, 0.0))}
+        )
+    motion, found = run(system, 1e-3, 1.0, 0.8)
+    rolling = motion.times > 3.0 / (3 * 0.2 * G) + 0.05
+    assert_allclose(motion.v[rolling, 0], 2.0, rtol=1e-3)
+    assert_allclose(np.gradient(found["turn"], motion.times)[rolling][5:-5], -10.0, rtol=2e-3)
+    assert_allclose(found["floor_slip"][~rolling][:300], 3.0 - 3 * 0.2 * G * motion.times[:300], atol=3e-3)
+    assert found["floor_slip"][rolling].max() < 1e-3
+
+
+def test_discs_that_meet_keep_their_momentum() -> None:
+    """A spinning disc meets another one askew, with friction: momentum and its moment stay; so does the energy without friction."""
+    for mu in (0.0, 0.4):
+        found = [
+            rigid.rigid(name, m, np.array(0.5 * m * 0.04), at, dim=2)
+            for name, m, at in (("disc", 1.0, (0.0, 0.0)), ("other", 2.0, (0.5, 0.1)))
+        ]
+        law = ContactSphere("touch", at=At("other"), on=DISC, radius=0.2, diameter=0.4, stiffness=1e5, friction=mu)
+        start = {"disc": Motion(velocity=(1.0, 0.0), angular_velocity=6.0)}
+        names = {f"{p}{n}": kind(At(n)) for p, kind in (("x", probes.Position), ("w", probes.Angle)) for n in ("disc", "other")}
+        motion, out = run(assemble(found, [], [law], outputs=names | {"E": probes.Energy()}, initial=start), 1e-3, 0.4)
+        rate = {name: np.gradient(values, motion.times) for name, values in out.items()}
+        for axis in "xy":
+            assert_allclose((rate[f"xdisc_{axis}"] + 2 * rate[f"xother_{axis}"])[[2, -3]], 1.0 if axis == "x" else 0.0, atol=1e-7)
+        moment = 0.02 * rate["wdisc"] + 0.04 * rate["wother"]
+        for m, n in ((1.0, "disc"), (2.0, "other")):
+            moment = moment + m * (out[f"x{n}_x"] * rate[f"x{n}_y"] - out[f"x{n}_y"] * rate[f"x{n}_x"])
+        assert moment[-3] == pytest.approx(moment[2], abs=2e-6)
+        turned = abs(rate["wother"][-3])
+        assert turned < 1e-9 if mu == 0.0 else turned > 0.1
+        lost = out["E_kinetic"][0] - out["E_kinetic"][-1]
+        assert abs(lost) < 1e-4 if mu == 0.0 else lost > 1e-3
+
+
+@pytest.mark.parametrize("height", [0.0, 1e-3])
+def test_rest_on_a_stiff_floor(height: float) -> None:
+    """Ten seconds under weight, and a ball that bounces to rest: m g / k below the floor."""
+    law = floor(stiffness=1e7, dissipation=1.0, damping=300.0, smoothing=1e-7)
+    _, found = run(ball(law, loads.Gravity((0.0, -G)), at=(0.0, height)), 1e-2, 10.0, 0.8)
+    assert_allclose(found["x_y"][-100:], -G / 1e7 - 0.5e-7, atol=1e-9)
+
+
+SCENE = """
+schema: 1
+dimension: 2
+bodies:
+  ball: {type: point_mass, mass: 500 g, position: [300 mm, 0 mm]}
+loads:
+  weight: {type: gravity, acceleration: [0, -9810 mm/s^2]}
+  floor: {type: contact_plane, at: ball, point: [0, -1 mm], normal: [0, 1], stiffness: 1 kN/mm, friction: 0.2}
+  wall: {type: contact_box, body: ball, center: [600 mm, 0], sides: [100 mm, 1 m], stiffness: 1 kN/mm}
+  bowl: {type: contact_sphere, at: ball, center: [300 mm, 0], diameter: 2 m, inside: true, stiffness: 1 kN/mm}
+  hill: {type: contact_heights, at: ball, corner: [0, -1 m], step: [200 mm], heights: [0, 10 mm, 0], stiffness: 1 kN/mm}
+analysis: {type: dynamic, duration: 50 ms, step: 1 ms}
+outputs:
+  x: {type: position, at: ball}
+  floor: {type: contact, load: floor}
+"""
+
+
+def test_scenes() -> None:
+    scene = scenes.loads(SCENE)
+    found = run(build.system(scene), scene.analysis.step, scene.analysis.duration)[1]
+    assert found["x_y"].min() == pytest.approx(-1e-3 - 0.1401 * np.sqrt(0.5 / 1e6) - 0.5 * G / 1e6, rel=1e-2)
+    assert found["floor_force"].max() > 50.0
+
+
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ("load: floor}", "load: flor}", "output 'floor': expected one of the contacts floor, wall, bowl, .*did you mean 'floor'"),
+        (
+            "at: ball, point",
+            "at: ball, body: ball, point",
+            r"loads.floor.at: expected one place \(at\) or one body \(body\), got both",
+        ),
+        ("body: ball", "body: bal", "loads.wall.body: expected .*did you mean 'ball'"),
+        ("center: [300 mm, 0], ", "", "load 'bowl': expected a point where the shape is, got none"),
+        ("heights: [0, 10 mm, 0]", "heights: [0]", "loads.hill.heights: expected a list of two heights or more"),
+        (", stiffness: 1 kN/mm, friction", ", friction", "load 'floor'.stiffness: expected a stiffness, as points have no size"),
+    ],
+)
+def test_wrong_scenes_are_named(old: str, new: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        build.system(scenes.loads(SCENE.replace(old, new)))
