@@ -83,12 +83,14 @@ def steps_in(scheme: GeneralizedAlpha, duration: float) -> int:
 
 
 def has_dear_factors(model: Compiled) -> bool:
-    """Whether factors cost ten corrections or more: of reduced models with more than FEW unknowns, and of large ones.
+    """Whether factors cost ten corrections or more: of reduced models and parts with more than FEW unknowns, and of large ones.
 
     Velocities settle on the joints along directions that follow from the factors: full models take those of newer ones.
     """
-    full = is_sparse(model.system.lift.matrix) and any(terms.numbers_read(one.gather) > 0.0 for one in model.system.elastic)
-    return model.pattern is not None or (model.arrays.dense and not full and model.system.size > FEW)
+    elastic = model.system.elastic
+    full = is_sparse(model.system.lift.matrix) and any(terms.numbers_read(one.gather) > 0.0 for one in elastic)
+    reduced = not full and (model.arrays.dense or len(elastic) > 0)
+    return model.pattern is not None or (reduced and model.system.size > FEW)
 
 
 def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, model: Compiled) -> Method:
