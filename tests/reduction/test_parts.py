@@ -144,6 +144,20 @@ def test_the_kronecker_form_equals_dense_rows() -> None:
     assert_allclose(compiled.strain_energy(one, x), compiled.strain_energy(other, x), rtol=1e-13)
 
 
+def test_forces_of_sampled_points_are_as_good_as_asked_for_in_the_energy_of_what_they_move() -> None:
+    """Measured by the compliance of every state, so that a beam's small bending forces count beside its large axial ones."""
+    full, few = part(), part(1e-3)
+    z = parts.coordinates(arm(), functions(), motion()).reshape(len(motion()), -1)
+    systems = [compile_system(assemble([one])) for one in (full, few)]
+    f, g = (np.array([compiled.forces(one, state, 0.0 * state) for state in z]) for one in systems)
+    measure = parts.compliance(full)(z)
+    error, whole = (np.einsum("sij,sj->si", measure, one) for one in (g - f, f))
+    assert np.linalg.norm(error) <= 1e-3 * np.linalg.norm(whole)
+    assert few.shapes is not None
+    assert full.shapes is not None
+    assert few.shapes.table.shape[1] < 0.5 * full.shapes.table.shape[1]
+
+
 @pytest.mark.parametrize("eta", [None, 1e-3])
 def test_rigid_motions_cost_nothing(eta: float | None) -> None:
     bent = replace(part(eta), reference=part(eta).reference + 0.02 * np.sin(np.arange(part(eta).reference.size)).reshape(-1, 3))

@@ -25,7 +25,7 @@ from . import parts
 
 KIND = Kind("fmbs_skfem part", "a part", 1, "copy the file again, or train the part anew", "train and save the part anew")
 USUAL = 1e-12  #: eps of the shape functions of a part
-ETA = 1e-5  #: tolerance of its weighted points
+ETA = 1e-4  #: tolerance of its weighted points
 
 
 @dataclass(frozen=True)

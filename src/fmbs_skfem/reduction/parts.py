@@ -16,25 +16,28 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import eigh
 from scipy.sparse import csr_array, vstack
 
 from ..bodies.body import Body, Cells, ShapePoints, locate, own, probe
 from ..bodies.cable_law import curvatures
 from ..bodies.fields import COMPONENTS
 from ..bodies.laws import Law
+from ..core import ranks
 from ..core.errors import InputError, say
-from ..core.linalg import alike
+from ..core.linalg import alike, as_dense
 from ..core.notices import notify
 from ..dynamics.measurements import point_strains
 from ..dynamics.outputs import lifted
 from ..dynamics.trajectory import Trajectory
 from ..shapes import line, surface
 from ..shapes.surface import Parent, Surface
-from ..systems import lengths, shape_points, terms
+from ..systems import assemble, lengths, shape_points, terms
+from ..systems.compiled import compile_system, elastic_tangent
 from ..systems.system import Elastic
 from . import invariant, pod, sampling
 from .hyper_reduction import USUAL
-from .sampling import Level
+from .sampling import Level, Measure
 
 BLOCK = 200  #: states whose strains are found at a time
 BEYOND = 0.1  #: part of the trained range that strains may leave it by
@@ -129,12 +132,39 @@ def one_point(cells: Cells) -> Cells:
 
 
 def sampled(part: Body, states: np.ndarray, tolerance: float = USUAL) -> Body:
-    """A reduced body whose energy is that of few weighted points (ECSW), to the relative tolerance eta at its states (s, m, c)."""
+    """A reduced body whose energy is that of few weighted points (ECSW), to the relative tolerance eta at its states (s, m, c).
+
+    Forces are measured by the energy of the displacements that they make, see `compliance`.
+    """
     if part.shapes is None:
         raise InputError(say(f"body '{part.name}'", "a reduced body", "a full one", "reduce it first: parts.reduced_body"))
     member = Elastic(part.name, 0.0, terms.dense_rows(part.shapes))
-    sample, _, _ = sampling.solve([([member], states.reshape(len(states), -1))], 0, tolerance, Level.POINTS)
+    sample, _, _ = sampling.solve([([member], states.reshape(len(states), -1))], 0, tolerance, Level.POINTS, compliance(part))
     return ranged(replace(part, shapes=terms.choose_points(part.shapes, sample.indices, sample.weights)), states)
+
+
+def compliance(part: Body) -> Measure:
+    r"""States (s, n) of a reduced body -> C^(1/2) (s, n, n),   C = sum_i v_i v_i^T / (|l_i| + w^2),   K v_i = l_i W v_i.
+
+    K is the elastic tangent in a state, W the mass, w [rad/s] the lowest elastic frequency of the free body: what changes slowly
+    moves the body by K^-1 f. A beam that is sampled by its forces alone keeps its axial ones, which are large and move it little.
+    """
+    model = compile_system(assemble([part], pictures=False))
+    W = as_dense(model.system.metric)
+    rigid = part.dim * (part.dim + 1) // 2
+
+    def modes(state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        found: tuple[np.ndarray, np.ndarray] = eigh(as_dense(elastic_tangent(model, state, 0.0)), W)
+        return found
+
+    square = np.sort(np.abs(modes(model.system.x0)[0]))
+    least = max(float(square[min(rigid, len(square) - 1)]), ranks.EXACT * float(square[-1]))
+
+    def measure(states: np.ndarray) -> np.ndarray:
+        pairs = [modes(state) for state in states]
+        return np.stack([(V / np.sqrt(np.abs(l) + least)).T for l, V in pairs])
+
+    return measure
 
 
 def ranged(part: Body, states: np.ndarray) -> Body:

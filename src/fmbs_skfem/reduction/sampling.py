@@ -3,6 +3,9 @@ r"""Hyper-reduction by energy-conserving sampling and weighting (ECSW), over cel
     F_r ~ sum_e w_e U_e^T F_e(U_e xi + qbar_e),   w_e > 0                                                               (44)
     G[(s, r), e] = (U_e^T F_e(q_s))_r,            ||G w - G 1|| <= eta ||G 1||                                          (45)
 
+Parts measure forces by the energy of the displacements that they make: the rows of a state are C(q_s)^(1/2) U_e^T F_e with a
+compliance C, so that small forces along soft directions count as much as large ones along stiff ones.
+
 A weight multiplies the quadrature weight of its points, points without weight are left out: the hyper-reduced system is a System
 with shorter arrays, and its force is still the gradient of an energy. `Elements` and `Points` are the hyper-reductions of a plan.
 
@@ -12,7 +15,7 @@ Source: Farhat, Avery, Chapman, Cortial, Int. J. Numer. Meth. Engng 98 (2014) 62
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
@@ -39,6 +42,7 @@ MANY = 6000  #: points above which the cells are searched first, and then the po
 
 
 Run: TypeAlias = tuple[list[Elastic], np.ndarray]  #: bodies of a component with their parameters, states (s, n)
+Measure: TypeAlias = Callable[[np.ndarray], np.ndarray]  #: states (s, n) -> C^(1/2) (s, n, n) of their forces
 
 
 @storable
@@ -143,10 +147,12 @@ def sampled_gather(elastic: Elastic) -> Sampled:
     return rows
 
 
-def solve(runs: Sequence[Run], start: int, tolerance: float, level: Level) -> tuple[Sample, float, float]:
+def solve(
+    runs: Sequence[Run], start: int, tolerance: float, level: Level, measure: Measure | None = None
+) -> tuple[Sample, float, float]:
     """Weights of one component, CPU seconds of training and search; a run is its bodies and states (s, n) of its own unknowns.
 
-    The unknowns of the component begin at `start`.
+    The unknowns of the component begin at `start`; without a `measure` its forces count as they are.
 
     Of very many points only those in the cells of the solution by cells are searched: it is a solution by points, too.
     """
@@ -154,14 +160,14 @@ def solve(runs: Sequence[Run], start: int, tolerance: float, level: Level) -> tu
     points = sum(count(e, Level.POINTS) for e in runs[0][0])
     runs = [(members, thin(states, len(runs) * points)) for members, states in runs]
     if level is Level.ELEMENTS or points <= MANY:
-        return search([(training_blocks(*run, start, level), None) for run in runs], tolerance)
+        return search([(training_blocks(*run, start, level, measure), None) for run in runs], tolerance)
     begun = clock.process_time()
-    by_cell = [list(training_blocks(*run, start, Level.ELEMENTS)) for run in runs]
+    by_cell = [list(training_blocks(*run, start, Level.ELEMENTS, measure)) for run in runs]
     totals = [np.concatenate([block.sum(axis=1) for block in blocks]) for blocks in by_cell]
     training = clock.process_time() - begun
     cells, *first = search([(blocks, None) for blocks in by_cell], tolerance)
     few = [(*points_in(members, cells.indices), states) for members, states in runs]
-    blocks_of_few = (training_blocks(members, states, start, level) for members, _, states in few)
+    blocks_of_few = (training_blocks(members, states, start, level, measure) for members, _, states in few)
     sample, *second = search(list(zip(blocks_of_few, totals, strict=True)), tolerance)
     return replace(sample, indices=few[0][1][sample.indices]), training + first[0] + second[0], first[1] + second[1]
 
@@ -219,7 +225,9 @@ def points_in(members: list[Elastic], cells: np.ndarray) -> tuple[list[Elastic],
     return few, np.concatenate(numbers)
 
 
-def training_blocks(members: list[Elastic], states: np.ndarray, start: int, level: Level) -> Iterator[np.ndarray]:
+def training_blocks(
+    members: list[Elastic], states: np.ndarray, start: int, level: Level, measure: Measure | None = None
+) -> Iterator[np.ndarray]:
     """Rows (s n) of G for blocks of states (s, n); columns are cells or points of all bodies of the component."""
     points = sum(len(sampled_gather(e).cell) for e in members)
     block = max(1, min(32, BLOCK // (points * states.shape[1])))
@@ -232,7 +240,7 @@ def training_blocks(members: list[Elastic], states: np.ndarray, start: int, leve
             mine = slice(columns.start - start, columns.stop - start)
             G[:, mine, at : at + size] = forces(elastic, part[:, mine], level)
             at += size
-        yield G.reshape(-1, at)
+        yield (G if measure is None else measure(part) @ G).reshape(-1, at)
 
 
 def forces(elastic: Elastic, states: np.ndarray, level: Level) -> np.ndarray:
