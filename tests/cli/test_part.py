@@ -27,7 +27,7 @@ analysis: {type: dynamic, duration: 0.02 s, step: 1 ms}
 outputs:
   tip: {type: position, at: lower.right}
 """
-SHORT = ("--duration", "0.5", "--step", "1e-3", "--runs", "2", "--tolerance", "1e-6")
+SHORT = ("--duration", "0.5", "--step", "1e-3", "--runs", "2", "--tolerance", "1e-6", "--moment", "0")
 
 
 @pytest.fixture(scope="module")

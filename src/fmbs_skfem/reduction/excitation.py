@@ -1,11 +1,12 @@
 r"""Motions of a single body under what it can meet at its places, to train it alone: no mechanism is needed.
 
-    run k:   place k (in turn) pinned, weight m g in a random direction, at every other place forces and moments
+    run k:   place k (in turn) pinned, weight m g in a random direction, forces at every other place, moments at all
              F_i(t) = F sin(phi_i(t)) w(t),   phi_i' = 2 pi (f_0 + (f_1 - f_0) t/T),   along every axis i
 
 The frequencies f_0 and f_1 [Hz] of every sweep are those of the excitation times a random factor, and so is its phase; w rises
 smoothly from 0 to 1 over the first twentieth, so that nothing jumps. Directions of loads, of weights and of the motions that follow
-are all there, and a basis of vectors holds them turned in any way.
+are all there, and a basis of vectors holds them turned in any way. Moments bend the ends, as welds and clamps do; points of
+surfaces take none.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from .galerkin import snapshots
 GRAVITY = 9.81  #: where the excitation says none [m/s2]
 LONG = 10.0  #: usual duration, in units of sqrt(L/g)
 SLOW, FAST = 0.1, 1.6  #: usual frequencies, in units of sqrt(g/L)
+BENDING = 0.1  #: usual moment, in units of F L
 STEPS = 6000  #: usual number of steps
 RISE = 0.05  #: part of the run over which sweeps rise
 SHARP = Newton(tolerance=1e-12)
@@ -44,7 +46,9 @@ class Excitation:
 
     runs: Annotated[int, "number of motions, which begin at the places in turn"] = 4
     force: Annotated[float, fields.quantity("N", ">= 0")] | None = None
-    moment: Annotated[float, fields.quantity("N m", ">= 0")] = 0.0  #: at frames, and about z at places of planar lines
+    moment: Annotated[float, fields.quantity("N m", ">= 0")] | None = (
+        None  #: at slopes of lines and at frames; None: a tenth of F L
+    )
     gravity: Annotated[float, fields.quantity("m/s^2", ">= 0")] = GRAVITY
     duration: Annotated[float, fields.quantity("s", "> 0")] | None = None
     slowest: Annotated[float, fields.quantity("Hz", ">= 0")] | None = None  #: first frequency of sweeps
@@ -59,10 +63,11 @@ def settle(excitation: Excitation, part: Body) -> Excitation:
     pace = np.sqrt((excitation.gravity or GRAVITY) / extent(part))
     duration = LONG / pace if excitation.duration is None else excitation.duration
     step = duration / STEPS if excitation.step is None else excitation.step
+    force = masses([part])[0] * GRAVITY if excitation.force is None else excitation.force
     return Excitation(
         runs=excitation.runs,
-        force=masses([part])[0] * GRAVITY if excitation.force is None else excitation.force,
-        moment=excitation.moment,
+        force=force,
+        moment=BENDING * force * extent(part) if excitation.moment is None else excitation.moment,
         gravity=excitation.gravity,
         duration=float(step * round(duration / step)),
         slowest=SLOW * float(pace) if excitation.slowest is None else excitation.slowest,
@@ -103,7 +108,7 @@ def advance(progress: Callable[[float], None], run: int, runs: int, done: float)
 
 
 def pushes(part: Body, told: Excitation, held: str, random: np.random.Generator) -> Iterator[loads.Load]:
-    """Weight in a random direction, sweeps of forces at all places but the one that is held, of moments at frames."""
+    """Weight in a random direction, sweeps of forces at all places but the one that is held, of moments at all that turn."""
     direction = random.normal(size=part.dim)
     yield loads.Gravity(tuple(told.gravity * direction / np.linalg.norm(direction)))
     for name in (*part.frames, *part.places):
@@ -111,11 +116,15 @@ def pushes(part: Body, told: Excitation, held: str, random: np.random.Generator)
         if name != held and told.force:
             for axis, unit in enumerate(np.eye(part.dim)):
                 yield loads.PointForce(f"force {name} {axis}", at, tuple(told.force * unit), sweep(told, random))
-        if told.moment and directions(part, name) and part.dim == 2:
-            yield loads.Moment(f"moment {name}", at, told.moment, sweep(told, random))
-        elif told.moment and name in part.frames:
-            for axis, unit in enumerate(np.eye(3)):
-                yield loads.Torque(f"moment {name} {axis}", at, tuple(told.moment * unit), sweep(told, random))
+        if told.moment and turns(part, name):
+            for axis, moment in enumerate(told.moment * np.eye(3) if part.dim == 3 else [told.moment]):
+                yield loads.Moment(f"moment {name} {axis}", at, moment, sweep(told, random))
+
+
+def turns(part: Body, place: str) -> bool:
+    """Whether a moment can act at a place: at slopes of lines and at frames."""
+    axes = directions(part, place)
+    return axes > 0 and not (axes == 2 and part.dim == 3)
 
 
 def sweep(told: Excitation, random: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:

@@ -54,10 +54,13 @@ def train_part(
     modes: Annotated[
         int | None, Option("Number of shape functions beside rigid motions, instead of a tolerance.", "R", least=1)
     ] = None,
-    hyper: Annotated[float, Option("Tolerance eta of the weighted points; 0 for all points.", "ETA", least=0.0)] = 1e-5,
+    hyper: Annotated[float, Option("Tolerance eta of the weighted points; 0 for all points.", "ETA", least=0.0)] = 1e-4,
     runs: Annotated[int, Option("Motions of the body alone, pinned at its places in turn.", "N", least=1)] = 4,
     push: Annotated[float | None, Option("Forces at its places, by default its weight.", "NEWTON", least=0.0)] = None,
-    moment: Annotated[float, Option("Moments at its rims, and at places of planar lines.", "NEWTON-METRE", least=0.0)] = 0.0,
+    moment: Annotated[
+        float | None,
+        Option("Moments at its rims and at ends of lines, by default force times size / 10.", "NEWTON-METRE", least=0.0),
+    ] = None,
     gravity: Annotated[float, Option("Its acceleration, in random directions.", "M/S2", least=0.0)] = 9.81,
     duration: Annotated[
         float | None, Option("Of a motion of the body alone, by default 10 sqrt(L/g).", "SECONDS", least=0.0, above=True)
