@@ -29,12 +29,11 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import spsolve
 
-from ..bodies.body import ShapePoints
 from ..bodies.laws import Law
 from ..core import direct, krylov, pardiso
 from ..core.linalg import is_identity
 from ..core.structs import Callback
-from ..systems import compiled, evaluation
+from ..systems import compiled, evaluation, terms
 from ..systems.compiled import Compiled
 from ..systems.evaluation import Space
 from ..systems.system import reads
@@ -175,22 +174,9 @@ def rotation_weights(model: Compiled) -> list[tuple[slice, np.ndarray]]:
     spans = {name: slice(first, last) for name, first, last in system.coordinates}
     q, dim = system.lift(system.x0), system.dim
     for elastic in system.elastic:
-        part = elastic.gather
-        if part.law not in (Law.MEMBRANE, Law.SHELL):
-            continue
-        if isinstance(part, ShapePoints):
-            local, weight = q[part.columns].reshape(-1, dim), part.section[-1, 0]
-            found.append((spans[elastic.name], sum(N.T @ (weight[:, None] * (N @ local)) for N in part.table[:2])))
-            continue
-        p = q if part.spread is None else part.spread @ q
-        nodes, G = part.nodes // dim, np.zeros((len(p) // dim, dim))
-        local = p.reshape(-1, dim)[nodes]
-        for N in part.table[:2]:
-            tangent = np.einsum("pbe,bec->cpe", N, local)
-            np.add.at(G, nodes, np.einsum("pbe,pe,cpe->bec", N, part.section[-1], tangent, optimize=True))
-        G = G if part.spread is None else csr_array(part.spread)[::dim, ::dim].T @ G
-        where = spans[elastic.name]
-        found.append((where, G[where.start // dim : where.stop // dim]))
+        if elastic.gather.law in (Law.MEMBRANE, Law.SHELL):
+            where = spans[elastic.name]
+            found.append((where, terms.rotation_weights(elastic.gather, q)[where.start // dim : where.stop // dim]))
     return found
 
 

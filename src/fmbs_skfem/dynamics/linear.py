@@ -24,7 +24,7 @@ from ..core import ranks
 from ..core.errors import InputError, say
 from ..core.fields import AXIS, quantity, vector
 from ..core.linalg import is_sparse
-from ..systems import compiled
+from ..systems import compiled, matrices
 from ..systems.compiled import compile_system
 from ..systems.redundancy import scale_of
 from ..systems.system import System
@@ -49,7 +49,7 @@ def in_turning_frame(system: System, spin: Spin) -> System:
     """
     d = system.dim
     whole = is_sparse(system.mass) and len(system.x0) == len(system.unit) * d
-    if not whole or compiled.vectorwise(csr_array(system.mass), d)[1] != d:
+    if not whole or matrices.vectorwise(csr_array(system.mass), d)[1] != d:
         got = f"{system.size} unknowns of {len(system.unit) * d} coordinates"
         raise InputError(say("in_turning_frame", "all coordinates of full bodies", got, "take the system before `eliminate`"))
     center = np.zeros(d) if spin.center is None else np.asarray(spin.center, dtype=float)

@@ -28,7 +28,7 @@ from ..shapes import meshes, nurbs_file, plate_meshes
 from ..shapes.surface import Surface
 from ..systems.places import At
 from . import fields, figures, surfaces
-from .fields import MeshFile, Turn
+from .fields import MeshFile
 from .remeshing import remesh
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ class Rigid(RigidBody):
             yield ("points", point), Problem(expected, shown(point))
 
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
-        inertia, turned = np.array(self.inertia), matrix(self.rotation)
+        inertia, turned = np.array(self.inertia), self.rotation.matrix if self.rotation else None
         return rigid.rigid(self.name, self.mass, inertia, self.center, dim=scene.dimension, rotation=turned, places=self.points)
 
 
@@ -335,17 +335,5 @@ class PlacedPart(SceneBody, word="part"):
 
 def placed(model: Cable | RigidPlate | ThinBody | PlacedPart) -> dict[str, Any]:
     """Where a body stands: its origin (c,) [m] and rotation (c, c)."""
-    return {"origin": None if model.origin is None else np.array(model.origin), "rotation": matrix(model.rotation)}
-
-
-def matrix(rotation: Turn | None) -> np.ndarray | None:
-    """Rotation matrix (c, c): about z in the plane, about the axis in space."""
-    from scipy.spatial.transform import Rotation
-
-    if rotation is None:
-        return None
-    if rotation.axis is None:
-        c, s = np.cos(rotation.angle), np.sin(rotation.angle)
-        return np.array([[c, -s], [s, c]])
-    axis = np.array(rotation.axis)
-    return np.asarray(Rotation.from_rotvec(rotation.angle * axis / np.linalg.norm(axis)).as_matrix())
+    origin, rotation = model.origin, model.rotation
+    return {"origin": None if origin is None else np.array(origin), "rotation": rotation.matrix if rotation else None}

@@ -6,6 +6,8 @@ import itertools
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
+import numpy as np
+
 from ..bodies.plate import Rim
 from ..core import units
 from ..core.fields import (
@@ -37,6 +39,16 @@ class Turn:
 
     angle: float
     axis: Vector | None = None
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """(c, c), about z in the plane."""
+        from scipy.spatial.transform import Rotation
+
+        if self.axis is None:
+            c, s = np.cos(self.angle), np.sin(self.angle)
+            return np.array([[c, -s], [s, c]])
+        return np.asarray(Rotation.from_rotvec(self.angle * np.array(self.axis) / np.linalg.norm(self.axis)).as_matrix())
 
 
 @dataclass(frozen=True)

@@ -272,6 +272,17 @@ def position_gradients(cells: Cells, x: np.ndarray, q: np.ndarray) -> np.ndarray
     return np.asarray(gradient_rows(cells, len(q)) @ q).reshape(-1, *cells.section.shape[1:])
 
 
+@terms.rotation_weights.register(Cells)
+def rotation_weights(cells: Cells, q: np.ndarray) -> np.ndarray:
+    """By tables of cells."""
+    dim, p = cells.dim, q if cells.spread is None else cells.spread @ q
+    nodes, G = cells.nodes // dim, np.zeros((len(p) // dim, dim))
+    for N in cells.table[:2]:
+        tangent = np.einsum("pbe,bec->cpe", N, p.reshape(-1, dim)[nodes])
+        np.add.at(G, nodes, np.einsum("pbe,pe,cpe->bec", N, cells.section[-1], tangent, optimize=True))
+    return G if cells.spread is None else np.asarray(csr_array(cells.spread)[::dim, ::dim].T @ G)
+
+
 @terms.functions_read.register(Cells)
 def functions_read(cells: Cells, size: int) -> csr_array:
     """The functions of every cell, or those that they are slaved to."""

@@ -54,7 +54,7 @@ class ControlForce(Load):
 
 
 @dataclass(frozen=True)
-class Turning(Load, ABC):
+class AngularLoad(Load, ABC):
     """A torque about z or, in space, about `axis`, and its opposite on `to`; `angle` and `rate` are between the two."""
 
     name: str
@@ -78,7 +78,7 @@ class Turning(Load, ABC):
 
 
 @dataclass(frozen=True)
-class ControlTorque(Turning):
+class ControlTorque(AngularLoad):
     """A torque about z or, in space, about `axis`, and its opposite on `to`.
 
     The torque is an expression, in which `angle` (since the reference, its turns counted) and `rate` are those between the places.
@@ -91,7 +91,7 @@ class ControlTorque(Turning):
 
 
 @dataclass(frozen=True)
-class Motor(Turning):
+class Motor(AngularLoad):
     """A torque that falls in a straight line from `stall_torque` at rest to zero at `no_load_speed`, and brakes beyond that."""
 
     stall_torque: Annotated[float, fields.quantity("N m")] = 0.0

@@ -246,6 +246,14 @@ def compile_term(points: ShapePoints, setting: Setting) -> Term:
     return Term(record, ROUTINES, work, setting.beta > 0.0)
 
 
+@terms.rotation_weights.register(ShapePoints)
+def rotation_weights(points: ShapePoints, q: np.ndarray) -> np.ndarray:
+    """By tables of the body; zeros for others."""
+    G, local, weight = np.zeros(len(q)), q[points.columns].reshape(-1, points.dim), points.section[-1, 0]
+    G[points.columns] = sum((N.T @ (weight[:, None] * (N @ local))).ravel() for N in points.table[:2])
+    return G.reshape(-1, points.dim)
+
+
 @terms.functions_read.register(ShapePoints)
 def functions_read(points: ShapePoints, size: int) -> csr_array:
     """All functions of the body, in one row; no rows where it reads the unknowns of a reduced model."""

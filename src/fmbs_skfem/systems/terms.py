@@ -168,6 +168,12 @@ def position_gradients(storage: Any, x: np.ndarray, q: np.ndarray) -> np.ndarray
 
 
 @singledispatch
+def rotation_weights(storage: Any, q: np.ndarray) -> np.ndarray:
+    """G (b, c) of a surface, for the vectors of all body coordinates q: sum over its points of w N,k r,k^T, k = 1, 2."""
+    raise TypeError(type(storage))
+
+
+@singledispatch
 def functions_read(storage: Any, size: int) -> csr_array:
     """Ones (e, b) where a cell of a full body reads one of the `size` functions of all bodies; no rows of other storages."""
     return csr_array((0, size), dtype=np.float32)

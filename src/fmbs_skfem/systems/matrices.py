@@ -1,0 +1,88 @@
+"""Matrices of a system in the storage that compiled code reads, in an order of the unknowns of small bandwidth."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array, kron
+from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+from ..core.linalg import as_dense, mirrored
+from .kernels import Csr, Operator
+
+
+def constant(A: csr_array, store: np.ndarray, dense: bool, large: bool, dim: int) -> Operator:
+    """A constant matrix in the storage of its product."""
+    entries = coo_array(A)
+    used = entries.data != 0.0
+    none = triple(csr_array((0, A.shape[1])))
+    alone = bool((entries.row[used] == entries.col[used]).all())
+    if large or (dense and not alone) or not used.any():
+        rows, components = vectorwise(A, dim) if used.any() else (none, 1)
+        full = bool(dense and used.any() and components == 1)
+        return Operator(np.zeros(0, np.int64), np.zeros((0, len(store))), none if full else rows, components, store, full)
+    i, j = entries.row[used], entries.col[used]
+    offsets, k = np.unique(j.astype(np.int64) - i, return_inverse=True)
+    data = np.zeros((len(offsets), A.shape[0]))
+    np.add.at(data, (k, i), entries.data[used])
+    return Operator(offsets, data, none, 1, store, False)
+
+
+def vectorwise(A: csr_array, dim: int) -> tuple[Csr, int]:
+    """A, or B with A = B (x) I over vectors of `dim` components where it has that form, and the number of components of a row."""
+    if A.shape[0] % dim == 0:
+        B = csr_array(A[::dim, ::dim])
+        if abs(A - csr_array(kron(B, np.eye(dim)))).max() == 0.0:
+            return triple(B), dim
+    return triple(A), 1
+
+
+def triple(A: csr_array) -> Csr:
+    A = csr_array(A)
+    A.sum_duplicates()
+    return Csr(A.indptr.astype(np.int64), A.indices.astype(np.int64), A.data.astype(float))
+
+
+def permuted(A: csr_array | np.ndarray, order: np.ndarray, rows: bool = False) -> csr_array:
+    """Columns (and rows) of A in the new order."""
+    if (np.diff(order) == 1).all():
+        return csr_array(A)
+    A = csr_array(A)[:, order]
+    return csr_array(A[order] if rows else A)
+
+
+def band_order(pattern: csr_array) -> tuple[np.ndarray, int]:
+    """The better of the natural and the reverse Cuthill-McKee order, and its half bandwidth."""
+
+    def width(order: np.ndarray) -> int:
+        place = np.argsort(order)
+        entries = pattern.tocoo()
+        return int(np.abs(place[entries.row] - place[entries.col]).max(initial=0))
+
+    natural, packed = np.arange(pattern.shape[0]), reverse_cuthill_mckee(pattern, symmetric_mode=True)
+    return (natural, width(natural)) if width(natural) <= width(packed) else (packed, width(packed))
+
+
+def lower_band(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.ndarray:
+    """band[j, i - j] = A[i, j] for i >= j."""
+    entries = coo_array(A)
+    i, j = place[entries.row], place[entries.col]
+    band, low = np.zeros((len(place), width + 1)), (i >= j) & (entries.data != 0.0)
+    np.add.at(band, (j[low], (i - j)[low]), entries.data[low])
+    return band
+
+
+def no_store(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.ndarray:
+    return np.zeros((0, 1))
+
+
+def dense_of(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.ndarray:
+    return np.ascontiguousarray(as_dense(A))
+
+
+def from_lower_band(band: np.ndarray) -> csr_array:
+    """The symmetric sparse array of a lower band."""
+    n, width = band.shape
+    j = np.repeat(np.arange(n), width)
+    i = j + np.tile(np.arange(width), n)
+    inside = i < n
+    return mirrored(csr_array((band.ravel()[inside], (i[inside], j[inside])), shape=(n, n)))
