@@ -12,7 +12,7 @@ import pytest
 from fmbs_skfem import scenes
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.scenes.parameters import Range
+from fmbs_skfem.core.ranges import Parameter, Scale
 
 SCENE = """\
 schema: 1
@@ -43,10 +43,10 @@ def refused(text: str) -> list[str]:
 def test_values_and_ranges_are_si() -> None:
     scene = scenes.loads(SCENE)
     assert scene.ranges == {
-        "E": Range(40e9, 70e9, unit="Pa"),
-        "d": Range(1e-3, 0.1, log=True, unit="m"),
-        "r": Range(-1.0, 3.0),
-        "m": Range(1.0, 8.0, unit="kg"),
+        "E": Parameter("E", 40e9, 70e9, unit="Pa"),
+        "d": Parameter("d", 1e-3, 0.1, Scale.LOG, "m"),
+        "r": Parameter("r", -1.0, 3.0),
+        "m": Parameter("m", 1.0, 8.0, unit="kg"),
     }
     assert list(scene.ranges) == ["E", "d", "r", "m"]
     assert scene.parameters["E"] == 60e9
@@ -58,9 +58,9 @@ def test_values_and_ranges_are_si() -> None:
 
 def test_a_range_without_unit_takes_the_unit_of_the_value() -> None:
     scene = scenes.loads(changed("{value: 60 GPa, range: [40 GPa, 70 GPa]}", "{value: 60 GPa, range: [4e10, 7e10]}"))
-    assert scene.ranges["E"] == Range(40e9, 70e9, unit="Pa")
+    assert scene.ranges["E"] == Parameter("E", 40e9, 70e9, unit="Pa")
     scene = scenes.loads(changed("{value: 60 GPa, range: [40 GPa, 70 GPa]}", "{value: 6e10, range: [0, 70 GPa]}"))
-    assert scene.ranges["E"] == Range(0.0, 70e9, unit="Pa")
+    assert scene.ranges["E"] == Parameter("E", 0.0, 70e9, unit="Pa")
 
 
 def test_other_values_keep_the_range() -> None:

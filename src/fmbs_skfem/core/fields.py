@@ -19,6 +19,7 @@ from .errors import closest
 from .expressions import Expression
 from .inputs import Input
 from .problems import Problem, shown
+from .ranges import Parameter
 from .responses import OfState, of_state
 
 Vector: TypeAlias = tuple[float, ...]
@@ -27,25 +28,12 @@ BOUNDS = {">": "exclusiveMinimum", ">=": "minimum", "<": "exclusiveMaximum", "<=
 
 
 @dataclass(frozen=True)
-class Range:
-    """The values a parameter may take, in SI units."""
-
-    low: float
-    high: float
-    log: bool = False
-    unit: str = ""  #: SI unit, for headers of tables
-
-    def __str__(self) -> str:
-        return f"{self.low:g} to {self.high:g} {self.unit}".strip()
-
-
-@dataclass(frozen=True)
 class Context:
     """What fields need of the scene around them."""
 
     dimension: int = 3
     parameters: Mapping[str, units.Quantity] = field(default_factory=dict)
-    ranges: Mapping[str, Range] = field(default_factory=dict)
+    ranges: Mapping[str, Parameter] = field(default_factory=dict)
     clock: bool = True  #: whether t is a time; in statics it stands for the load factor
     inputs: Mapping[str, Input] = field(default_factory=dict)
 

@@ -1,5 +1,6 @@
 """Model reduction: snapshots, bases, Galerkin projection, hyper-reduction, comparators, errors and indicators, files; families."""
 
+from ..core.ranges import Parameter, Scale
 from . import (
     affine,
     calibration,
@@ -26,7 +27,7 @@ from .ffrf import reduce_floating
 from .full_runs import TrainingTask, task_of
 from .galerkin import Snapshots, bases, body_level, reduce_system, snapshots, system_level
 from .hyper_reduction import NONE, HyperReduction
-from .parameters import Parameter, Scale, Search, search
+from .parameters import Search, search
 from .plan import Plan
 from .polynomial import Exact
 from .sampling import Elements, Level, Points

@@ -27,12 +27,12 @@ import scipy.linalg
 
 from ..core.container import storable
 from ..core.errors import InputError, say
+from ..core.ranges import Parameter, Scale
 from ..core.validation import Indices, Reals
 from . import cases, family_samples
 from . import parameters as boxes
 from .cases import Case, Family, Place
 from .family_samples import HARD, ROUND, Samples, sample, sizes_of, stack
-from .parameters import Parameter, Scale
 
 CHECKS = 2  #: nodes beyond those of a degree at which it is checked
 FINE = 2000  #: candidates for a Leja point

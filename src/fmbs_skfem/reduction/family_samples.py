@@ -16,11 +16,11 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
+from ..core.ranges import Parameter
 from ..systems.system import Constraints
 from . import cases
 from . import parameters as boxes
 from .cases import Case, Family, Leaf, Leaves, Place
-from .parameters import Parameter
 
 ROUND = 32 * np.finfo(float).eps  #: round-off of a sampled number, relative to the largest in its row
 NEIGHBOURS = (-7, -3, 4, 9)  #: changes of the parameters that measure noise [units of round-off of the range]

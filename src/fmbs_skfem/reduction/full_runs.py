@@ -20,6 +20,7 @@ import numpy as np
 
 from ..core.errors import InputError, SolverError, say
 from ..core.notices import notify
+from ..core.ranges import Parameter
 from ..dynamics.outputs import body_coordinates
 from ..dynamics.trajectory import Trajectory
 from ..systems.assembly import eliminate
@@ -30,7 +31,6 @@ from .cases import Case, Family
 from .errors import BLOCK, mean_error, part
 from .galerkin import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy, snapshots
 from .output_errors import OutputError
-from .parameters import Parameter
 from .plan import Plan, newton_for
 
 FINER = 1e-4  #: eps of the factors over that of the bases

@@ -14,52 +14,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import finite
-from ..core.container import storable
 from ..core.errors import InputError, closest, say
+from ..core.ranges import Parameter, Scale
 
 NEAR = 1e-9  #: part of the box that is round-off
-
-
-@storable
-class Scale(Enum):
-    """How a range is divided."""
-
-    LINEAR = "linear"
-    LOG = "log"
-
-
-@storable
-@dataclass(frozen=True)
-class Parameter:
-    """A number of a case with its range in SI units."""
-
-    name: str
-    low: float
-    high: float
-    scale: Scale = Scale.LINEAR
-    unit: str = ""  #: for the headers of tables, "Pa"
-    value: float | None = None  #: nominal; None for the middle of the range on its scale
-
-    def __post_init__(self) -> None:
-        where, ends = f"parameter '{self.name}'", f"{self.low:g} to {self.high:g}"
-        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
-            raise InputError(say(where, "a finite range, its lower end first", ends))
-        if self.scale is Scale.LOG and self.low <= 0.0:
-            raise InputError(say(where, "a positive range on a logarithmic scale", ends, "take a linear scale"))
-        if self.value is not None and not self.low <= self.value <= self.high:
-            raise InputError(say(where, f"a nominal value from {ends}", f"{self.value:g}"))
-
-    @property
-    def nominal(self) -> float:
-        """The value where no other is given."""
-        return float(from_box((self,), np.array([[0.5]]))[0, 0]) if self.value is None else float(self.value)
 
 
 def check(parameters: Sequence[Parameter]) -> None:

@@ -21,12 +21,12 @@ import numpy as np
 
 from ..core import container, durable
 from ..core.errors import InputError, say
+from ..core.ranges import Parameter
 from ..dynamics.trajectory import Trajectory
 from . import affine, cases, files
 from . import parameters as boxes
 from .affine import ParametricCase
 from .cases import Case
-from .parameters import Parameter
 
 KIND = replace(files.KIND, title="fmbs_skfem parametric model")
 LIBRARIES = ("fmbs_skfem", "numpy", "scipy", "numba")

@@ -22,6 +22,7 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from ..core.notices import notify
+from ..core.ranges import Parameter
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System, keep_constraints
 from . import affine, cases, errors, galerkin, hyper_reduction, invariant, pod
@@ -30,7 +31,6 @@ from .cases import Case, Family
 from .full_runs import FullRun, TrainingTask, snapshot_steps, states
 from .galerkin import FEW, Snapshots, all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy
 from .hyper_reduction import NONE, HyperReduction, Rule, TrainingRun
-from .parameters import Parameter
 from .plan import Components, modes_of, newton_of_reduced
 from .pod import Basis
 from .sampling import Selection

@@ -25,8 +25,8 @@ from ..core import container, durable, validation
 from ..core.container import Dataset, Kind
 from ..core.errors import CorruptFile, InputError, say
 from ..core.notices import notify
+from ..core.ranges import Parameter
 from ..reduction.members import Record, Result, Status
-from ..reduction.parameters import Parameter
 
 MEMBERS = "members"
 CSV, HDF5 = "sweep.csv", "sweep.h5"

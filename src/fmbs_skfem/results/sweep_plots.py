@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..core.errors import InputError, closest, say
+from ..core.ranges import Parameter, Scale
 from ..reduction.members import Status
-from ..reduction.parameters import Parameter, Scale
 from . import charts, palette
 from .frames import Array
 from .sweep_files import Sweep, add_unit, extremes

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from ..core import ranks
 from ..core.errors import InputError, say
+from ..core.ranges import Parameter, Scale
 from ..reduction import kriging
 from ..reduction import parameters as boxes
 from ..reduction.kriging import Surrogate
-from ..reduction.parameters import Parameter, Scale
 from . import charts, palette
 from .frames import Array
 from .sweep_files import add_unit

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from . import reading, schema
 
 if TYPE_CHECKING:
-    from ..core.fields import Range
+    from ..core.ranges import Parameter
     from ..reduction.cases import Case, Family
-    from ..reduction.parameters import Parameter
 
 
 def family(
@@ -33,15 +33,12 @@ def family(
 
 def parameters(scene: schema.Scene) -> tuple[Parameter, ...]:
     """The parameters of a scene that have a range, in the order of the file."""
-    return tuple(parameter(name, limits, scene.parameters[name]) for name, limits in scene.ranges.items())
+    return tuple(with_value(limits, scene.parameters[name]) for name, limits in scene.ranges.items())
 
 
-def parameter(name: str, limits: Range, value: float | None) -> Parameter:
-    """A parameter with a range; nominal is its value, or the middle of the range where that is outside."""
-    from ..reduction.parameters import Parameter, Scale
-
-    nominal = value if value is not None and limits.low <= value <= limits.high else None
-    return Parameter(name, limits.low, limits.high, Scale.LOG if limits.log else Scale.LINEAR, limits.unit, nominal)
+def with_value(limits: Parameter, value: float | None) -> Parameter:
+    """A parameter whose nominal value is this one, or the middle of the range where it is outside."""
+    return replace(limits, value=value if value is not None and limits.low <= value <= limits.high else None)
 
 
 def member(

@@ -8,7 +8,6 @@ Without a value it is the middle of the range on its scale, (low + high) / 2 or 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -16,13 +15,13 @@ from typing import Annotated, Any, NamedTuple, TypeAlias
 
 from ..core import expressions, units
 from ..core.errors import InputError, closest, listed
-from ..core.fields import Context, Range, Schema, Takes, array_schema, word
+from ..core.fields import Context, Schema, Takes, array_schema, word
 from ..core.mappings import inline
 from ..core.problems import Found, Problem, Problems, located, read_all, shown
+from ..core.ranges import Parameter, Scale
 from ..core.units import Quantity
 
 Changes: TypeAlias = Mapping[str, float | str]
-LOG = "log"
 _QUANTITY: Schema = {"anyOf": [{"type": "number"}, {"type": "string"}], "description": "a quantity"}
 
 
@@ -49,7 +48,7 @@ class Ranged:
     """A range with its scale, and the value."""
 
     range: Annotated[list[Written], Takes(read_ends, array_schema(_QUANTITY, 2, 2)), "its ends, or write the value alone"]
-    scale: Annotated[str, word({"linear": False, LOG: True})] = "linear"
+    scale: Annotated[str, word([one.value for one in Scale])] = Scale.LINEAR.value
     value: Annotated[Written, Takes(read_quantity, _QUANTITY)] | None = None
 
 
@@ -77,7 +76,7 @@ class Resolved:
     """The parameters of a scene in file order, those that have a range, what is wrong with them, and which ones each is made of."""
 
     values: ParameterValues
-    ranges: dict[str, Range]
+    ranges: dict[str, Parameter]
     found: list[Found]
     parts: dict[str, frozenset[str]] = field(default_factory=dict)
 
@@ -99,7 +98,9 @@ def resolve(raw: Any, changed: Changes) -> Resolved:
         key = ("parameters", name)
         try:
             _check_name(name)
-            own, limits = read_range(entry, known.values) if isinstance(entry, dict) else (units.read(entry, known.values), None)
+            own, limits = (
+                read_range(name, entry, known.values) if isinstance(entry, dict) else (units.read(entry, known.values), None)
+            )
             known.values[name] = _change(own, changed[name], known.values) if name in changed else own
             if limits is not None:
                 known.ranges[name] = limits
@@ -120,7 +121,7 @@ def _check_name(name: str) -> None:
         raise Problem(f"a name of letters, digits and _ that is not taken ({taken})", shown(name))
 
 
-def read_range(entry: dict[str, Any], values: Mapping[str, Quantity]) -> tuple[Quantity, Range]:
+def read_range(name: str, entry: dict[str, Any], values: Mapping[str, Quantity]) -> tuple[Quantity, Parameter]:
     """Value and range, all of one dimension."""
     given: Ranged = RANGED.read(entry, Context(parameters=values))
     written = [*given.range, *([given.value] if given.value else [])]
@@ -130,10 +131,10 @@ def read_range(entry: dict[str, Any], values: Mapping[str, Quantity]) -> tuple[Q
             got = f"{shown(one.text)} ({units.describe(one.quantity.exponents)})"
             raise Problems([(place, Problem(f"value and range of one dimension ({units.describe(exponents)})", got))])
     low, high = given.range
-    if problem := wrong_ends(low, high, given.scale == LOG):
+    if problem := wrong_ends(low, high, given.scale == Scale.LOG.value):
         raise Problems([(("range",), problem)])
-    limits = Range(low.quantity.value, high.quantity.value, given.scale == LOG, units.unit(exponents))
-    value = given.value.quantity.value if given.value else middle(limits)
+    limits = Parameter(name, low.quantity.value, high.quantity.value, Scale(given.scale), units.unit(exponents))
+    value = given.value.quantity.value if given.value else limits.nominal
     return Quantity(value, exponents, max(one.quantity.cycles for one in written)), limits
 
 
@@ -151,11 +152,6 @@ def wrong_ends(first: Written, last: Written, log: bool) -> Problem | None:
     if log and low <= 0.0:
         return Problem("a range above zero for the scale log", text, "write 'scale: linear', or a larger first value")
     return None
-
-
-def middle(limits: Range) -> float:
-    """The middle of a range on its scale."""
-    return math.sqrt(limits.low) * math.sqrt(limits.high) if limits.log else 0.5 * limits.low + 0.5 * limits.high
 
 
 def _change(own: Quantity, text: float | str, values: Mapping[str, Quantity]) -> Quantity:

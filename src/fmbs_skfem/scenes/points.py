@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.errors import InputError
+from ..core.ranges import Parameter
 from ..reduction import parameters as sets
-from ..reduction.parameters import Parameter
 from . import schema
 from .training import Design, Grid, Listed, Spread, Training, without_ranges
 

@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from ..core import mappings
-from ..core.fields import Count, Range, Takes, Time, Tolerance, word
+from ..core.fields import Count, Takes, Time, Tolerance, word
 from ..core.inputs import Input
 from ..core.mappings import HIDDEN, names
+from ..core.ranges import Parameter
 from ..reduction import hyper_reduction
 from ..systems.assembly import Motion, Rayleigh
 from ..systems.constraint_functions import Joint
@@ -139,7 +140,7 @@ class Scene:
     folder: Path = field(default=Path(), metadata=HIDDEN)
     node: yamlfile.Node | None = field(default=None, metadata=HIDDEN, repr=False)
     #: parameters that have a range, in the order of the file, that were replaced when it was read, and that some value depends on
-    ranges: dict[str, Range] = field(default_factory=dict, metadata=HIDDEN)
+    ranges: dict[str, Parameter] = field(default_factory=dict, metadata=HIDDEN)
     changed: dict[str, float | str] = field(default_factory=dict, metadata=HIDDEN)
     used: frozenset[str] = field(default=frozenset(), metadata=HIDDEN)
     repair: bool = field(default=False, metadata=HIDDEN)  #: whether nodes of meshes that are at one place are merged

@@ -25,8 +25,8 @@ from .result import Result, Table, conclude, format_value
 from .runs import Run
 
 if TYPE_CHECKING:
+    from ..core.ranges import Parameter
     from ..reduction.cases import Case
-    from ..reduction.parameters import Parameter
     from ..reduction.parametric_model import ParametricModel
 
 INFO = "info.json"

@@ -17,14 +17,14 @@ from ..core import units
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
 from ..core.problems import Problem
+from ..core.ranges import Parameter, Scale
 from ..reduction import parameters as boxes
 from ..reduction import parametric_model, prediction
 from ..reduction.members import FamilyTask, ModelTask
-from ..reduction.parameters import Parameter, Scale
 from ..results import sweep_files
 from ..scenes import build, yamlfile
 from ..scenes import parameters as texts
-from ..scenes.family import parameter
+from ..scenes.family import with_value
 from . import job as jobs
 from . import models, reports
 from .job import Job
@@ -85,7 +85,7 @@ def from_texts(job: Job, ranges: Ranges, values: Mapping[str, float]) -> list[Pa
     known = texts.resolve({**raw, **entries}, {})
     for keys, problem in known.found:
         raise InputError(problem.at(f"--range {keys[1]}" if len(keys) > 1 and keys[1] in ranges else "parameters"))
-    return [parameter(name, known.ranges[name], values.get(name)) for name in ranges]
+    return [with_value(known.ranges[name], values.get(name)) for name in ranges]
 
 
 def check_ranges(place: str, parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
