@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from threading import Lock
 from typing import Annotated, Any, TypeAlias
@@ -159,6 +160,11 @@ class Body:
     def dim(self) -> int:
         return int(self.reference.shape[1])
 
+    @property
+    def shape_reference(self) -> np.ndarray:
+        """Coordinates of the functions of its space in the reference (n, c) [m]."""
+        return self.reference if self.spread is None else np.asarray(self.spread @ self.reference)
+
 
 def cable(
     name: str,
@@ -232,7 +238,7 @@ def positions(part: Body) -> np.ndarray:
     if part.space is None and part.frames:
         return part.reference[0] + np.array(list(part.places.values())) @ part.reference[1:]
     if part.shapes is not None and part.spread is not None:
-        return np.asarray(part.spread @ part.reference)[part.spread @ part.constant > 0.5]
+        return part.shape_reference[part.spread @ part.constant > 0.5]
     return part.reference[part.constant > 0.5]
 
 
@@ -335,7 +341,7 @@ def locate(body: Body, place: str | float) -> Place:
     if not isinstance(body.space, line.BSpline | line.Hermite):
         names = ", ".join(sorted({**body.frames, **body.places})) or "none"
         raise InputError(say(f"body '{body.name}'", f"one of its points ({names})", place))
-    fine = np.concatenate([np.linspace(a, b, 9)[:-1] for a, b in zip(*adjacent(line.breaks(body.space)), strict=True)])
+    fine = np.concatenate([np.linspace(a, b, 9)[:-1] for a, b in pairwise(line.breaks(body.space))])
     fine = np.append(fine, line.breaks(body.space)[-1])
     speed, middle = (
         np.linalg.norm(own(body, line.sample(body.space, xi, 1)) @ body.reference, axis=1)
@@ -347,11 +353,6 @@ def locate(body: Body, place: str | float) -> Place:
         nearest = f"the nearest point is the end at {end:.6g} m, {abs(place - end):.6g} m away"
         raise InputError(say(f"body '{body.name}'", f"an arc length between 0 and {arc[-1]:.6g} m", f"{place} m", nearest))
     return float(np.interp(place, arc, fine))
-
-
-def adjacent(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Left and right ends of the intervals of a sorted array."""
-    return values[:-1], values[1:]
 
 
 def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:

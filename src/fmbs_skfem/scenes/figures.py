@@ -105,8 +105,7 @@ def plate_cells(part: Body) -> tuple[CellShapes, np.ndarray]:
     """Shape of the cells of a plate at Gauss points of its reference surface, and their areas (e,) [m2]."""
     shape = part.space
     assert isinstance(shape, Surface)
-    reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
-    found = [shapes_of(shape, reference, cells) for cells in surface.parts(shape)]
+    found = [shapes_of(shape, part.shape_reference, cells) for cells in surface.parts(shape)]
     aspect, angle, jacobian, area, middle = (np.concatenate(figure) for figure in zip(*found, strict=True))
     worst, ratio = int(np.argmax(aspect)), float(area.max() / area.min())
     place = tuple(middle[worst].tolist())

@@ -276,7 +276,7 @@ def picture_skin(part: Body, layout: Layout) -> Skin:
     xi = np.column_stack([a, b if shape.parent is surface.Parent.SQUARE else b * (1.0 - a)])
     count, points = len(shape.nodes), len(xi)
     values = surface.basis(shape.space, np.repeat(np.arange(count), points), np.tile(xi, (count, 1)))
-    reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
+    reference = part.shape_reference
     local, _, curved = local_table(values.reshape(count, points, 6, -1), np.ones((count, points)), reference[shape.nodes])
     vectors = cells.law.vectors
     tables = np.concatenate([values.reshape(count, points, 6, -1)[:, :, :1], local[:, :, :vectors]], axis=2)

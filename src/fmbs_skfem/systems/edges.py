@@ -120,7 +120,7 @@ def held(part: Body, shape: Surface, sides: np.ndarray, position: bool, slope: b
 
 def surface_weights(part: Body, shape: Surface, cells: np.ndarray, normal: bool) -> np.ndarray:
     """int N_b dA (b, 1), or int N_b n dA (b, 3) with the unit normal of the reference, over some cells [m2]."""
-    reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
+    reference = part.shape_reference
     table = surface.tabulate(shape)
     nodes, values = shape.nodes[cells], table.values[cells]
     area = local_first(values, table.weights[cells], reference[nodes])[1]
@@ -137,7 +137,7 @@ def edge_weights(part: Body, shape: Surface, sides: np.ndarray) -> np.ndarray:
     values = surface.basis(shape.space, cell, xi)
     corners = surface.VERTICES[shape.parent]
     along = corners[(side + 1) % int(shape.parent)] - corners[side]
-    reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
+    reference = part.shape_reference
     tangent = np.einsum("xa,xab,xbc->xc", along, values[:, 1:3], reference[shape.nodes[cell]])
     length = np.linalg.norm(tangent, axis=1) * np.tile(0.5 * w, len(sides))
     return gathered(part, shape, shape.nodes[cell], (values[:, 0] * length[:, None])[:, :, None])

@@ -157,11 +157,7 @@ class Distance(Joint):
         length = float(np.linalg.norm(apart)) if self.length is None else self.length
         if not length > 0:
             raise InputError(say(f"{name}.length", "a positive length [m]", length, "use a pin for points that coincide"))
-        rows = layout.read(name, self.at)
-        if isinstance(self.to, At):
-            first = draft.probes.add(rows - layout.read(name, self.to))
-        else:
-            first = draft.probes.add(rows, -layout.fixed(name, self.to))
+        first = draft.probes.add(*layout.apart(name, self.at, self.to))
         terms = [(0.5, -1, first + c, first + c) for c in range(layout.dim)]
         draft.constraints.row(self.name, "length", *terms, (-0.5 * length**2, -1, -1, -1))
 

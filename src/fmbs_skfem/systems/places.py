@@ -120,6 +120,13 @@ class Layout:
         """A fixed point (c,) from the origin of the coordinates."""
         return vector(where, point, self.dim) - self.origin
 
+    def apart(self, where: str, at: At, to: At | Ground) -> tuple[csr_array, np.ndarray]:
+        """Rows (c, q) and constants (c,) of r_at - r_to."""
+        rows = self.read(where, at)
+        if isinstance(to, At):
+            return csr_array(rows - self.read(where, to)), np.zeros(self.dim)
+        return rows, -self.fixed(where, to)
+
     def reference(self, where: str, at: At | Ground, derivative: int = 0) -> np.ndarray:
         """Reference position or slope (c,) of a place or fixed point."""
         if not isinstance(at, At):

@@ -21,11 +21,6 @@ from .system import System
 from .terms import Term
 
 
-def reference_of(part: Body, shape: Surface) -> np.ndarray:
-    """Coordinates of the functions of the surface in the reference (n, c)."""
-    return part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
-
-
 def finer(shape: Surface) -> int:
     """Gauss points a direction that integrate r . (r,1 x r,2) of splines exactly: degree 3 p - 1, where p points serve bending."""
     return -(-3 * shape.order // 2)
@@ -35,7 +30,7 @@ def surface_cells(part: Body, shape: Surface, chosen: np.ndarray, pressure: floa
     """Cells of a pressure [Pa] along r,1 x r,2 on some cells of a surface in space."""
     table, nodes = surface.tabulate(shape, finer(shape)), shape.nodes[chosen]
     values, weights = table.values[chosen][:, :, :3], table.weights[chosen]
-    gradients = np.einsum("epkb,ebc->epkc", values, reference_of(part, shape)[nodes])
+    gradients = np.einsum("epkb,ebc->epkc", values, part.shape_reference[nodes])
     volume = np.einsum("epc,epc->ep", gradients[:, :, 0], np.cross(gradients[:, :, 1], gradients[:, :, 2]))
     return loaded(Law.PRESSURE, 3, nodes, values, pressure, volume, weights)
 
@@ -48,11 +43,11 @@ def edge_cells(part: Body, shape: Surface, sides: np.ndarray, load: float) -> Ce
     basis = surface.basis(shape.space, cell, xi)
     corners = surface.VERTICES[shape.parent]
     along = corners[(side + 1) % int(shape.parent)] - corners[side]
-    gradients = np.einsum("xkb,xbc->xkc", basis[:, :3], reference_of(part, shape)[shape.nodes[cell]])
+    gradients = np.einsum("xkb,xbc->xkc", basis[:, :3], part.shape_reference[shape.nodes[cell]])
     turned = np.sign(np.linalg.det(gradients[:, 1:]))  # a cell may be numbered clockwise
     slope = turned[:, None] * np.einsum("xa,xab->xb", along, basis[:, 1:3])
     values = np.stack([basis[:, 0], slope], axis=1).reshape(len(sides), len(points), 2, -1)
-    ends = np.einsum("epkb,ebc->epkc", values, reference_of(part, shape)[shape.nodes[sides[:, 0]]])
+    ends = np.einsum("epkb,ebc->epkc", values, part.shape_reference[shape.nodes[sides[:, 0]]])
     area = ends[:, :, 0, 0] * ends[:, :, 1, 1] - ends[:, :, 0, 1] * ends[:, :, 1, 0]
     return loaded(Law.EDGE_PRESSURE, 2, shape.nodes[sides[:, 0]], values, load, area, np.tile(0.5 * weights, (len(sides), 1)))
 

@@ -314,7 +314,7 @@ class Stress(Probe):
             raise InputError(say(where, "a named point of a plate", at))
         cell = int(place[0])
         values = surface.basis(shape.space, np.array([cell]), np.array([place[1:]]))[None]
-        reference = part.reference if part.spread is None else np.asarray(part.spread @ part.reference)
+        reference = part.shape_reference
         local, _, curved = local_table(values, np.ones((1, 1)), reference[shape.nodes[[cell]]])
         vectors, dim = part.cells.law.vectors, part.dim
         indptr = np.arange(vectors + 1) * values.shape[3]

@@ -25,7 +25,7 @@ from ..core.problems import Problem
 from . import fields
 from .constraint_functions import mark, needs_other_side, unit
 from .loads import Load, where
-from .places import At, Draft, Gauge, vector
+from .places import Draft, Gauge, vector
 
 Stiffness = Annotated[float, fields.quantity("N/m", ">= 0")]
 Damping = Annotated[float, fields.quantity("N s/m", ">= 0")]
@@ -60,18 +60,9 @@ class Between(Load, ABC):
         """Add its law to the draft."""
 
 
-def apart(load: Between, draft: Draft) -> tuple[csr_array, np.ndarray]:
-    """Rows (c, q) and constants (c,) of r_at - r_to."""
-    layout, name = draft.layout, where(load)
-    rows = layout.read(name, load.at)
-    if isinstance(load.to, At):
-        return csr_array(rows - layout.read(name, load.to)), np.zeros(layout.dim)
-    return rows, -layout.fixed(name, load.to)
-
-
 def along(load: Between, draft: Draft, length: float | None) -> tuple[range, float]:
     """Probe rows of r_at - r_to, three ones, and a free length, by default that of the reference."""
-    matrix, offset = apart(load, draft)
+    matrix, offset = draft.layout.apart(where(load), load.at, load.to)
     missing = SPACE - len(offset)
     first = draft.probes.add(csr_array(vstack([matrix, csr_array((missing, matrix.shape[1]))])), np.pad(offset, (0, missing)))
     free = distance(load, draft) if length is None else length
@@ -160,7 +151,7 @@ class Stop(Between):
             return draft.forces.act("one_sided", rows, (-1.0, *law))
         name = f"{where(self)}.direction"
         normal = unit(name, vector(name, self.direction, draft.layout.dim), draft.layout.dim)
-        matrix, offset = apart(self, draft)
+        matrix, offset = draft.layout.apart(where(self), self.at, self.to)
         row = draft.probes.add(csr_array(normal[None, :] @ matrix), normal[None, :] @ offset)
         draft.gauges[self.name] = Gauge("along", (row,), self.gap)
         draft.forces.act("one_sided_plane", [row], law)
