@@ -2,6 +2,7 @@
 
 from .arclength import ArcLength, at_load_factor, follow_path, limit_points
 from .buckling import Buckling, buckling
+from .campbell import Campbell, campbell
 from .diagnosis import Diagnosis, explain
 from .integration import integrate
 from .linear import Linear, Spin, in_turning_frame, is_symmetric, linearise
@@ -46,6 +47,8 @@ __all__ = [
     "Shapes",
     "shares",
     "find_free",
+    "Campbell",
+    "campbell",
     "Buckling",
     "buckling",
     "outputs",

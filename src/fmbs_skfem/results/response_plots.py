@@ -1,4 +1,4 @@
-"""Figures of what a mechanism does near a state: magnitudes of transfer functions."""
+"""Figures of what a mechanism does near a state: magnitudes of transfer functions, Campbell diagrams."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..core.errors import InputError, say
-from . import charts
+from . import charts, palette
 from .decor import plain
 from .frames import Array
 from .plots import PANELS
+
+UNSTABLE = 1e-6  #: growth [1/s] over the largest frequency or growth from which a motion is marked
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,4 +39,28 @@ def magnitudes(frequencies: Array, curves: Mapping[str, Mapping[str, Array]], ti
         shown.set_xlabel("frequency [Hz]")
         shown.tick_params(labelbottom=True)
     charts.legend_below(figure, order, list(grid.flat[: len(curves)]))
+    return figure
+
+
+def campbell(values: Array, frequencies: Array, growth: Array, label: str, orders: int = 0, title: str = "") -> Figure:
+    """Frequencies (s, i) [Hz] over a parameter (s,), those of growing motions marked; lines of `orders` multiples of it [rad/s]."""
+    figure = charts.figure(7.2, 4.8, title)
+    axes = figure.subplots()
+    for k, column in enumerate(frequencies.T):
+        axes.plot(values, column, label=f"mode {k + 1}", **charts.style(k, marker=""))
+    largest = float(growth.max(initial=0.0))
+    if (unstable := growth > UNSTABLE * max(largest, float(frequencies.max()))).any():
+        across = np.broadcast_to(values[:, None], growth.shape)
+        axes.plot(across[unstable], frequencies[unstable], "x", color=palette.VERMILLION, ms=5, label="unstable", ls="")
+    top = 1.05 * float(frequencies.max())
+    for order in range(1, orders + 1):
+        axes.plot(values, order * values / (2.0 * np.pi), color=palette.GREY, lw=1.0, ls=(0, (4, 3)), zorder=1)
+        end = min(float(values[-1]), top * 2.0 * np.pi / order)
+        axes.annotate(f"{order} x", (end, order * end / (2.0 * np.pi)), color=palette.GREY, ha="right", va="bottom", fontsize=9)
+    axes.set_ylim(0.0, top)
+    axes.set_xlim(float(values[0]), float(values[-1]))
+    axes.set_xlabel(plain(label))
+    axes.set_ylabel("frequency [Hz]")
+    charts.rule(axes)
+    charts.legend_below(figure, list(axes.get_legend_handles_labels()[1]), [axes])
     return figure

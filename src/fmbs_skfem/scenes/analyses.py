@@ -22,7 +22,7 @@ from ..dynamics import initial
 from .locations import Told, where
 
 if TYPE_CHECKING:
-    from ..dynamics import GeneralizedAlpha, Trajectory
+    from ..dynamics import Campbell, GeneralizedAlpha, Trajectory
     from ..dynamics.checkpoint import Moment, Resumed
     from ..dynamics.shapes import Shapes
     from ..dynamics.statespace import StateSpace
@@ -116,6 +116,7 @@ class StateTable:
     shapes: Shapes | None = None  #: what moves in every row, for pictures
     moves: Sequence[str] = ()  #: the same in words, the last column for people
     linear: StateSpace | None = None  #: from inputs to outputs
+    diagram: Campbell | None = None  #: frequencies over a parameter
 
 
 class States(Analysis, ABC):

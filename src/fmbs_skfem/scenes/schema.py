@@ -26,6 +26,7 @@ from . import fields, yamlfile
 from .analyses import Analysis
 from .bodies import Cable, PlacedPart, Plate, PointMass, Rigid, RigidPlate, SceneBody, Shell
 from .buckling import Buckling
+from .campbell import Campbell
 from .dynamic import Dynamic
 from .inputs import INPUT
 from .linearisation import Linearise
@@ -49,6 +50,7 @@ __all__ = [
     "Static",
     "Modes",
     "Buckling",
+    "Campbell",
     "Linearise",
     "HyperReduction",
     "Reduction",

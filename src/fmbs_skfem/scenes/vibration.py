@@ -56,7 +56,8 @@ class Modes(NearState):
         """Frequencies, and where they are complex damping ratios and growth."""
         raw, reduced, about = self.model(scene, allow_outside)
         linear = self.equations(reduced, about)
-        found = self.modes(scene, reduced, linear, about)
+        found = self.motions(reduced, linear)
+        warn(scene, found, about)
         hertz = found.omega / (2 * np.pi)
         columns = {"mode": np.arange(1, len(hertz) + 1), "frequency_hz": hertz, "omega_rad_per_s": found.omega}
         facts, heads = {"about": about, "frequencies_hz": hertz}, ["mode", "frequency [Hz]", "omega [rad/s]"]
@@ -70,19 +71,12 @@ class Modes(NearState):
         about = f"{len(hertz)} vibration modes"
         return StateTable(raw, reduced, about, title, heads, columns, facts, hertz, moving, found.free)
 
-    def modes(self, scene: Scene, system: System, linear: Linear, about: str) -> Motions:
-        """Modes of linear equations, those that nothing resists by name, with a warning of those that grow."""
+    def motions(self, system: System, linear: Linear) -> Motions:
+        """Modes of linear equations, those that nothing resists by name."""
         free = dynamics.find_free(system, linear)
         if self.damped or self.spin is not None or not dynamics.is_symmetric(linear):
-            found = complex_motions(linear, free, self.count, system)
-        else:
-            found = real_motions(linear, free, self.count)
-        size = float(np.hypot(found.omega, found.growth).max())
-        if growing := np.flatnonzero(found.growth > GROWS * size).tolist():
-            listed = ", ".join(f"mode {k + 1} by {found.growth[k]:.3g} 1/s" for k in growing[:3])
-            kind = "flutter" if (found.omega[growing] > GROWS * size).any() else "divergence"
-            notify(f"{where(scene, 'analysis')}: the {about} is unstable ({kind}): {listed}{' ...' if len(growing) > 3 else ''}")
-        return found
+            return complex_motions(linear, free, self.count, system)
+        return real_motions(linear, free, self.count)
 
     def idle(self, scene: Scene) -> Iterator[Told]:
         """What modes do not read: undamped ones no damping, those about the reference no loads."""
@@ -95,6 +89,15 @@ class Modes(NearState):
             yield ("loads",), f"modes are those of the unloaded reference, in which these do nothing: {', '.join(unread)}"
         if self.about == "reference" and self.spin is not None:
             yield ("analysis", "about"), "the reference is no equilibrium in a turning frame, whose pull stretches the bodies"
+
+
+def warn(scene: Scene, found: Motions, about: str) -> None:
+    """Name motions that grow."""
+    size = float(np.hypot(found.omega, found.growth).max())
+    if growing := np.flatnonzero(found.growth > GROWS * size).tolist():
+        listed = ", ".join(f"mode {k + 1} by {found.growth[k]:.3g} 1/s" for k in growing[:3])
+        kind = "flutter" if (found.omega[growing] > GROWS * size).any() else "divergence"
+        notify(f"{where(scene, 'analysis')}: the {about} is unstable ({kind}): {listed}{' ...' if len(growing) > 3 else ''}")
 
 
 def real_motions(linear: Linear, free: Free, count: int) -> Motions:

@@ -21,6 +21,8 @@ from .result import Figures, Table, conclude, describe_error, list_files
 from .runs import Run, heading, sizes
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from ..dynamics import Shapes, StateSpace
     from ..scenes import Scene
     from ..scenes.analyses import States, StateTable
@@ -50,7 +52,7 @@ def solve_states(
             **motions(found),
             "notices": job.notices,
         }
-        missing, figures = None, transfer(found.linear, scene.name)
+        missing, figures = None, figures_of(found, scene.name)
         if out is not None:
             with segments.room(out):
                 reports.write_csv(out / analysis.table, columns(found), ["%d", *["%.15g"] * (len(columns(found)) - 1)])
@@ -88,10 +90,20 @@ def motions(found: StateTable) -> dict[str, Any]:
     return {"shares": parts, "moves": [name or say_shares(parts, k) for k, name in enumerate(free)]}
 
 
-def transfer(linear: StateSpace | None, title: str) -> Figures:
-    """Magnitudes of the transfer functions of a linear system, of at most PANELS outputs, over the frequencies of its motions."""
-    if linear is None:
+def figures_of(found: StateTable, title: str) -> Figures:
+    """The transfer functions of a linear system, or a Campbell diagram."""
+    if found.linear is not None:
+        return Figures({"transfer": transfer(found.linear, title)})
+    if found.diagram is None:
         return Figures()
+    one, label = found.diagram, add_unit(found.facts["parameter"], found.facts["unit"])
+    orders = max((crossing["order"] for crossing in found.facts["crossings"]), default=0)
+    hertz = one.omega / (2.0 * np.pi)
+    return Figures({"campbell": partial(response_plots.campbell, one.values, hertz, one.growth, label, orders, title)})
+
+
+def transfer(linear: StateSpace, title: str) -> Callable[[], Figure]:
+    """Magnitudes of the transfer functions of at most PANELS outputs, over the frequencies of the slowest motions."""
     rates = np.sort(np.abs(np.linalg.eigvals(linear.A)))
     rates = rates[rates > SLOW * rates[-1]]
     omega = np.geomspace(rates[0] / 5.0, 2.0 * rates[min(len(rates), DRAWN) - 1], SAMPLES)
@@ -102,7 +114,7 @@ def transfer(linear: StateSpace | None, title: str) -> Figures:
         }
         for i, name in enumerate(linear.outputs[:PANELS])
     }
-    return Figures({"transfer": partial(response_plots.magnitudes, omega / (2.0 * np.pi), curves, title)})
+    return partial(response_plots.magnitudes, omega / (2.0 * np.pi), curves, title)
 
 
 def pictures(title: str, frames: int, shapes: Shapes, out: Path) -> list[Callable[[], Path]]:
