@@ -17,6 +17,8 @@ from typing import Any
 import pytest
 from packaging.requirements import Requirement
 
+from fmbs_skfem.core.extras import PACKAGES
+
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 BIN = Path(sys.executable).parent
@@ -124,7 +126,8 @@ def test_gpl_is_recognised(licence: str, expected: bool) -> None:
 
 
 def test_no_dependency_is_under_the_gpl() -> None:
-    names = closure(PROJECT["dependencies"])
+    extras = PROJECT["optional-dependencies"]
+    names = closure([*PROJECT["dependencies"], *(each for name in PACKAGES for each in extras[name])])
     assert {"numpy", "vtk", "llvmlite"} <= {name.replace("_", "-") for name in names}
     stated = {name: licences(name) for name in names}
     assert [name for name, texts in stated.items() if not texts] == []

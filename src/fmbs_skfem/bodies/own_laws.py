@@ -18,6 +18,7 @@ from functools import cache
 from types import ModuleType
 from typing import Any
 
+from ..core import extras
 from ..core.errors import InputError, say
 from .laws import Law
 
@@ -41,6 +42,7 @@ def define(
 
     @cache
     def loops() -> ModuleType:
+        extras.need("symbols", f"law '{name}'")
         from ..core import symbols
         from . import symbolic
 

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_solve
 
+from ..core import extras
 from ..core.arrays import finite
 from ..core.errors import InputError, say
 
@@ -122,6 +123,7 @@ def likely_maximum(surrogate: Surrogate, candidates: ArrayLike, least: float = 0
 
 def _process(x: Array, y: Array, scale: float, seed: int) -> Any:
     """The Gaussian process of greatest likelihood; with one sample, one of the kernel's start values."""
+    extras.need("families", "Kriging surrogate")
     from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
     one_length = len(x) <= FEW * x.shape[1]

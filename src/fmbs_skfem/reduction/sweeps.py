@@ -32,6 +32,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core import extras
 from ..core.errors import InputError, SolverError, say
 from ..core.notices import notify
 from . import members
@@ -211,6 +212,7 @@ def serve(desk: Desk, total: int, asked: Sequence[int], progress: Callable[[floa
 @contextlib.contextmanager
 def cluster(options: SweepOptions, members: int) -> Iterator[Client]:
     """A client of the given cluster, or of processes of this machine."""
+    extras.need("cluster", "sweep")
     import logging
 
     import dask

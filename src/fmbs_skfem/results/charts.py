@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..core import extras
 from . import palette
 from .decor import plain
 from .frames import Array
@@ -31,6 +32,7 @@ MARKERS = "osD^vPX*<>"
 
 def figure(width: float, height: float, title: str = "") -> Figure:
     """An empty figure [inch]."""
+    extras.need("viz", "plots")
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..core import extras
 from ..core.errors import FmbsError, InputError, MissingFeature, closest, say
 from . import frames as frames_
 from . import surfaces
@@ -194,6 +195,7 @@ def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) ->
 
 def _run(folder: Path, command: Sequence[str] | None, *options: str) -> None:
     """Run the child on `folder`; its end by a signal or by exit code 7 means that there is no usable OpenGL."""
+    extras.need("viz", "pictures")
     root = str(Path(__file__).resolve().parents[2])
     paths = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH", "")]))
     call = [*(command or (sys.executable, "-m", f"{__package__}.render_child")), str(folder), *options]

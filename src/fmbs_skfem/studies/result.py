@@ -11,7 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from ..core import extras
 from ..core.errors import FmbsError, SolverError
+from ..core.notices import notify
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -98,8 +100,12 @@ class Figures(Mapping[str, "Figure"]):
         return f"<Figures {', '.join(self) or '(none)'}>"
 
     def save(self, out: Path) -> list[Path]:
-        """Write all of them into a folder, as NAME.png."""
+        """Write all of them into a folder, as NAME.png; none, with a notice, where nothing can be drawn."""
         from ..results import plots
+
+        if len(self) and not extras.there("viz"):
+            notify(f"no plots are drawn: they need {extras.install('viz')}")
+            return []
 
         return [plots.save(self[name], out / f"{name}.png") for name in self]
 

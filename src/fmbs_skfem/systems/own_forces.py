@@ -23,6 +23,7 @@ from collections.abc import Sequence
 from functools import cache, partial
 from typing import Any, ClassVar
 
+from ..core import extras
 from ..core.errors import InputError, say
 from . import own_symbols
 from .force_laws import ForceLaw
@@ -76,6 +77,7 @@ def law_of(kind: type[OwnForce], name: str) -> ForceLaw:
 @cache
 def made(kind: type[OwnForce], name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     """The same, and which of the rows of its places it reads or pushes."""
+    extras.need("symbols", f"force law '{name}'")
     import sympy
 
     from ..core import symbols

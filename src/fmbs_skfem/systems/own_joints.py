@@ -23,6 +23,7 @@ from collections.abc import Mapping
 from functools import cache, partial
 from typing import Any
 
+from ..core import extras
 from ..core.errors import InputError, say
 from . import own_symbols
 from .constraint_functions import Joint, mark, where
@@ -59,6 +60,7 @@ class OwnJoint(Joint, ABC, word=None):
 @cache
 def functions_of(kind: type[OwnJoint], sizes: str) -> dict[str, tuple[Any, tuple[int, ...]]]:
     """Functions in symbols by name, and which of the rows of its places they read."""
+    extras.need("symbols", f"class {kind.__qualname__}")
     import sympy
 
     from . import constraint_symbols as written

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from scipy.sparse import csr_array
 
-from ..core import expressions, responses, units
+from ..core import expressions, extras, responses, units
 from ..core.errors import InputError, listed, say
 from ..core.expressions import of_time
 from ..core.problems import Problem
@@ -129,6 +129,7 @@ def law_of(name: str) -> ForceLaw:
 @cache
 def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     """The same, and which of the rows that it is given it reads or pushes."""
+    extras.need("symbols", "expression of the state")
     import sympy
 
     from ..core import symbols
