@@ -10,8 +10,7 @@ import pytest
 
 from fmbs_skfem import scenes
 from fmbs_skfem.bodies import Body
-from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs
-from fmbs_skfem.reduction import parts
+from fmbs_skfem.dynamics import GeneralizedAlpha, departures, integrate, outputs
 from fmbs_skfem.scenes import Scene, build
 from fmbs_skfem.scenes.bodies import PlacedPart
 
@@ -52,7 +51,7 @@ def test_a_mechanism_of_parts_moves_as_that_of_full_bodies(name: str) -> None:
     ranges = [float(np.ptp(column)) for column in wanted.values()]
     assert max(ranges) > 0.05
     assert max(float(np.abs(found[key] - column).max()) for key, column in wanted.items()) < 1e-3
-    assert parts.departures(reduced) == []
+    assert departures.find(reduced) == []
 
 
 @pytest.mark.parametrize("name", MECHANISMS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -13,8 +14,10 @@ from numpy.testing import assert_allclose
 from fmbs_skfem.bodies import Body, Circular, Material, cable
 from fmbs_skfem.bodies.body import point_mass
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, departures, integrate, outputs
 from fmbs_skfem.dynamics.outputs import lifted
+from fmbs_skfem.dynamics.statics import solve_statics
 from fmbs_skfem.reduction import part_files, parts
 from fmbs_skfem.reduction.excitation import Excitation, excite
 from fmbs_skfem.scenes import build, reading
@@ -80,7 +83,7 @@ def test_a_part_beside_its_full_twin() -> None:
     for pair in ((part, arm()), (arm(), part), (part, part)):
         reduced = run(beam(*pair))
         assert apart(wanted, reduced) < 1e-4
-        assert parts.departures(reduced) == []
+        assert departures.find(reduced) == []
 
 
 def test_joints_at_places_that_a_part_does_not_have() -> None:
@@ -106,10 +109,28 @@ def test_strains_outside_are_told_with_time_place_and_remedy() -> None:
     start = Motion((0.0, -60.0, 0.0), spin.angular_velocity)
     system = assemble([parts.placed(alone().body, "arm", shift), bob], held, initial={"arm": start, "bob": start})
     with pytest.warns(UserWarning, match=r"axial strain .* near \(.*, 0, 0\) m .* since .* s, .*\(fmbs part train --alone\)"):
-        (one, *_) = parts.warn(run(system, 0.05))
+        motion = run(system, 0.05)
+    (one, *_) = departures.find(motion)
     assert 2.0 < one.place[0] < 3.0
     old = replace(alone().body, shapes=replace(alone().body.shapes, positions=np.zeros((0, 0))))  # type: ignore[type-var]
     assert parts.placed(old, "arm", shift).shapes.positions.size == 0  # type: ignore[union-attr]
+
+
+def test_a_caller_that_takes_warnings_for_errors_stops_the_run_when_strains_leave_the_training() -> None:
+    spin = Motion(angular_velocity=(0.0, 0.0, 60.0))
+    system = assemble([alone().body], [joints.Pin("A", At("arm", "left"))], initial={"arm": spin})
+    reached: list[float] = []
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", Notice)
+        with pytest.raises(UserWarning, match="outside since"):
+            integrate(eliminate(system), SCHEME, 10.0, SHARP, progress=reached.append)
+    assert reached[-1] < 0.1
+
+
+def test_equilibria_outside_of_the_training_are_told() -> None:
+    held, pull = [joints.Pin("A", At("arm", "left"))], loads.PointForce("pull", At("arm", "right"), (1000.0, 0.0, 0.0))
+    with pytest.warns(UserWarning, match="part 'arm': axial strain"):
+        solve_statics(eliminate(assemble([alone().body], held, [pull])), 2)
 
 
 def test_scenes_of_another_dimension_are_refused(tmp_path: Path) -> None:

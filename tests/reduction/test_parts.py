@@ -173,6 +173,7 @@ def test_a_turned_scene_moves_alike_to_round_off(eta: float | None) -> None:
     assert_allclose(path(turned) @ turn(), path(straight), atol=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore:part 'I.*outside since")
 @pytest.mark.parametrize("other", [False, True])
 @pytest.mark.parametrize("weight", [DOWN, (0.0, -6.9, 6.9)])
 def test_a_part_trained_as_a_pendulum_swings_in_a_double_pendulum(other: bool, weight: tuple[float, ...]) -> None:

@@ -16,7 +16,7 @@ from ..systems import compiled
 from ..systems.compiled import Compiled, compile_system
 from ..systems.system import System
 from . import checkpoint as checkpoints
-from . import stepping
+from . import departures, stepping
 from .checkpoint import Checkpoint, Moment, Record, Resumed, Rows
 from .histories import leading_signals, leading_values
 from .initial import Start, consistent_start, first_step, startable
@@ -97,12 +97,13 @@ def integrate(
     is halved; SolverError carries reason, time, worst residuals by name and the partial trajectory.
 
     `record` sees the run a few times a second and may keep its states and a checkpoint; `resume` goes on from those, and ends in
-    the same numbers as a run that was never stopped.
+    the same numbers as a run that was never stopped. Strains of parts that leave those of their training are told when they do.
     """
     steps = steps_in(scheme, duration)
     fitting(system, steps, len(every) if isinstance(every, np.ndarray) else steps // max(every, 1) + 1)
     run = begun(startable(system, scheme), scheme, newton or Newton(), kept_steps(every, steps), steps, resume)
-    watched = progress is not None or record is not None
+    looks = [one for one in (record, departures.watch(run.model.system)) if one is not None]
+    watched = progress is not None or len(looks) > 0
     chunk = WHOLE if watched else steps
     while run.done < steps:
         begin = clock.perf_counter()
@@ -112,8 +113,8 @@ def integrate(
             chunk = choose_chunk(chunk, clock.perf_counter() - begin)
         if progress:
             progress(run.done / steps)
-        if record:
-            record(moment(run))
+        for look in looks:
+            look(moment(run))
     motion = trajectory(run)
     warn_of_division(motion.statistics)
     return motion

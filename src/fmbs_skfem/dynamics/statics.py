@@ -19,6 +19,7 @@ from ..core.errors import InputError, Reason, SolverError, say
 from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
 from ..systems.system import System
+from . import departures
 from .histories import finite_signals
 from .loading import parts, ramp
 from .names import row_names, told, worst
@@ -124,11 +125,13 @@ def march(solve: Callable[[float, Equilibrium], Equilibrium], state: Equilibrium
 
 
 def path(system: System, found: list[Equilibrium]) -> Trajectory:
-    """Equilibria as a Trajectory over load factor or time."""
+    """Equilibria as a Trajectory over load factor or time; strains of parts that leave those of their training are told."""
     x, count = np.array([state.x for state in found]), sum(state.iterations for state in found)
     multipliers = np.array([state.multipliers for state in found]).reshape(len(found), -1)
     statistics = Statistics(len(found) - 1, count, count, 0, 0.0, 0.0)
-    return Trajectory(system, np.array([s.at for s in found]), x, np.zeros_like(x), np.zeros_like(x), multipliers, statistics)
+    states = Trajectory(system, np.array([s.at for s in found]), x, np.zeros_like(x), np.zeros_like(x), multipliers, statistics)
+    departures.warn(departures.find(states))
+    return states
 
 
 def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: float, unit: str) -> Equilibrium:

@@ -21,6 +21,7 @@ from ..bodies.body import Body
 from ..core import container, validation
 from ..core.container import Kind
 from ..core.validation import Misfit, require
+from ..dynamics import departures
 from . import parts
 
 KIND = Kind("fmbs_skfem part", "a part", 1, "copy the file again, or train the part anew", "train and save the part anew")
@@ -46,7 +47,7 @@ def train(
     found = parts.ranged(found, z) if eta is None else parts.sampled(found, z, eta)
     assert found.shapes is not None
     low, high = found.shapes.trained
-    names = parts.kinds_of(found.shapes)
+    names = departures.kinds_of(found.shapes)
     record = {
         "functions": S.shape[1],
         "functions_full": len(S),

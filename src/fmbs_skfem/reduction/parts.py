@@ -13,23 +13,17 @@ the rows B of the places): joints there leave out or share unknowns, and link no
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import eigh
 from scipy.sparse import csr_array, vstack
 
 from ..bodies.body import Body, Cells, ShapePoints, locate, own, probe
-from ..bodies.cable_law import curvatures
-from ..bodies.fields import COMPONENTS
-from ..bodies.laws import Law
 from ..core import ranks
 from ..core.errors import InputError, say
 from ..core.linalg import alike, as_dense
-from ..core.notices import notify
-from ..dynamics.measurements import point_strains
-from ..dynamics.outputs import lifted
-from ..dynamics.trajectory import Trajectory
+from ..dynamics import departures
 from ..shapes import line, surface
 from ..shapes.surface import Parent, Surface
 from ..systems import assemble, lengths, shape_points, terms
@@ -39,9 +33,6 @@ from . import invariant, pod, sampling
 from .hyper_reduction import USUAL
 from .sampling import Level, Measure
 
-BLOCK = 200  #: states whose strains are found at a time
-BEYOND = 0.1  #: part of the trained range that strains may leave it by
-KINDS = ("axial strain", "curvature [1/m]"), ("smallest strain", "largest strain")  #: of lines, of surfaces
 MISSES = 1e-9  #: distance of the reference from the shape functions, over the size of the body, from which it is refused
 
 
@@ -178,32 +169,10 @@ def count_points(part: Body) -> int:
     return 0 if part.cells is None else part.cells.shape[1] * part.cells.shape[3]
 
 
-def kinds_of(points: ShapePoints) -> tuple[str, str]:
-    """Names of the strains of a law."""
-    return KINDS[points.law in COMPONENTS]
-
-
 def extremes(points: ShapePoints, states: np.ndarray) -> np.ndarray:
     """Lowest and highest strains (2, j) of states (s, m, c)."""
-    blocks = [strains(points, states[k : k + BLOCK]) for k in range(0, len(states), BLOCK)]
-    low, high = np.min([one.min(axis=(0, 1)) for one in blocks], axis=0), np.max([one.max(axis=(0, 1)) for one in blocks], axis=0)
-    return np.stack([low, high])
-
-
-def strains(points: ShapePoints, states: np.ndarray) -> np.ndarray:
-    """Strains (s, p, j) at the points of a reduced body in the states (s, m, c).
-
-    Lines: axial strain (r'.r' - 1)/2 and curvature [1/m]; surfaces: smallest and largest strain of the middle surface.
-    """
-    u = np.einsum("kpb,sbc->kcsp", points.table, states, optimize=True)
-    flat = u.reshape(u.shape[0] * u.shape[1], -1)
-    shape = (*u.shape[2:], 2)
-    if points.law in COMPONENTS:
-        return point_strains(points, flat, points.dim).reshape(2, -1).T.reshape(shape)
-    axial = 0.5 * (np.sum(flat[: points.dim] ** 2, axis=0) - 1.0)
-    option = (points.law if points.law.bends else Law.EXACT).option
-    kappa = curvatures(option, points.dim, np.ascontiguousarray(flat.T)[None])[0]
-    return np.stack([axial, kappa], axis=1).reshape(shape)
+    found = departures.strains(points, states)
+    return np.stack([found.min(axis=(0, 1)), found.max(axis=(0, 1))])
 
 
 def placed(part: Body, name: str, origin: np.ndarray | None = None, rotation: np.ndarray | None = None) -> Body:
@@ -217,50 +186,3 @@ def placed(part: Body, name: str, origin: np.ndarray | None = None, rotation: np
     if points is not None and points.positions.size:
         points = replace(points, positions=points.positions @ R.T + shift)
     return replace(part, name=name, shapes=points, reference=part.reference @ R.T + np.outer(part.constant, shift))
-
-
-@dataclass(frozen=True)
-class Departure:
-    """Where strains of a reduced body leave those of its training."""
-
-    body: str
-    kind: str
-    value: float
-    trained: tuple[float, float]
-    time: float  #: of the first state outside [s]
-    place: tuple[float, ...] = ()  #: where the value is, in the reference [m]; nothing in files that do not know it
-
-    def __str__(self) -> str:
-        (low, high), place = self.trained, ", ".join(f"{x:.3g}" for x in self.place)
-        found = f"{self.kind} {self.value:.3g} near ({place}) m of the reference" if place else f"{self.kind} {self.value:.3g}"
-        return f"part '{self.body}': {found}, outside since {self.time:.4g} s, trained from {low:.3g} to {high:.3g}"
-
-
-def departures(trajectory: Trajectory) -> list[Departure]:
-    """Strains at the points of reduced bodies that leave the range of their training, by more than a tenth of it."""
-    found: list[Departure] = []
-    mine = [one for one in trajectory.system.elastic if isinstance(one.gather, ShapePoints) and one.gather.trained.size]
-    q = lifted(trajectory)[0] if mine else np.zeros((0, 0))
-    for elastic in mine:
-        points: ShapePoints = elastic.gather
-        states = q[:, points.columns].reshape(len(q), -1, points.dim)
-        low, high = points.trained
-        kinds, room = kinds_of(points), BEYOND * (high - low)
-        values = np.concatenate([strains(points, states[k : k + BLOCK]) for k in range(0, len(states), BLOCK)])
-        for j, kind in enumerate(kinds):
-            over = np.maximum(values[:, :, j] - high[j] - room[j], low[j] - room[j] - values[:, :, j])
-            if (over > 0.0).any():
-                s, p = np.unravel_index(int(over.argmax()), over.shape)
-                first = trajectory.times[int(np.flatnonzero((over > 0.0).any(axis=1))[0])]
-                limits = float(low[j]), float(high[j])
-                place = tuple(points.positions[p].tolist()) if points.positions.size else ()
-                found.append(Departure(elastic.name, kind, float(values[s, p, j]), limits, float(first), place))
-    return found
-
-
-def warn(trajectory: Trajectory) -> list[Departure]:
-    """The departures of a motion, each with a notice."""
-    found = departures(trajectory)
-    for one in found:
-        notify(f"{one}; its error is not known there: train it on such motions, or with larger forces (fmbs part train --alone)")
-    return found

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..bodies.body import Body, locate, probe
 from ..core.errors import InputError, closest, listed, say
-from ..dynamics import Newton, Trajectory, integrate
+from ..dynamics import Newton, Trajectory, departures, integrate
 from ..reduction import excitation, output_errors, part_files, parts, snapshots
 from ..reduction.excitation import Excitation
 from ..reduction.part_files import Part
@@ -124,7 +124,7 @@ def check(job: Job, scene: Scene, path: Path, body: str) -> PartResult:
     compiling.announce(job)
     wanted = solve(job, scene, bodies, "full model")
     reduced = solve(job, scene, [own if one.name == body else one for one in bodies], "with the part")
-    beyond = parts.warn(reduced)
+    beyond = departures.find(reduced)
     errors = {column: asdict(one) for column, one in output_errors.compare(wanted, reduced).items()}
     cpu = {"cpu_s_full": wanted.statistics.cpu_s, "cpu_s": reduced.statistics.cpu_s}
     report = {"status": "ok", "part": path, "body": body, **cpu, "output_errors": errors}

@@ -20,8 +20,7 @@ import numpy as np
 
 from .. import dynamics
 from ..core.errors import FmbsError, InputError, MissingFeature, SolverError, say
-from ..dynamics import GeneralizedAlpha, Trajectory
-from ..reduction import parts
+from ..dynamics import GeneralizedAlpha, Trajectory, departures
 from ..results import frames as frames_
 from ..results import motion, segments, series
 from ..results.plots import PANELS, history_grid
@@ -217,7 +216,9 @@ def finish(
     job.trajectory, error = attempt(job, task, record, resume, limit)
     cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
     trajectory, out = job.trajectory, job.made
-    beyond = parts.warn(trajectory)
+    beyond = departures.find(trajectory)
+    if error is not None:
+        departures.warn(beyond)  # what a run sees that ends early may be older
     outputs, cost = dynamics.outputs(trajectory), trajectory.statistics
     report: dict[str, Any] = {
         **describe_error(error),

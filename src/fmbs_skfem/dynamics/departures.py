@@ -1,0 +1,129 @@
+"""Where strains of reduced parts leave those of their training, whose errors nobody knows there.
+
+    e(s, p) < low - r  or  e(s, p) > high + r,    r = BEYOND (high - low)
+
+Strains of lines are axial, (r'.r' - 1)/2, and the curvature [1/m]; of surfaces the smallest and the largest one of the middle
+surface. Their range is that of the training at the sampled points, where stored states of a run are looked at while it goes on.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..bodies.body import ShapePoints
+from ..bodies.cable_law import curvatures
+from ..bodies.fields import COMPONENTS
+from ..bodies.laws import Law
+from ..core.notices import notify
+from ..systems.system import Elastic, System
+from .checkpoint import Moment, Record
+from .measurements import point_strains
+from .trajectory import Trajectory
+
+BLOCK = 200  #: states whose strains are found at a time
+BEYOND = 0.1  #: part of the trained range that strains may leave it by
+RARELY = 30.0  #: time between two looks at a run, over that of a look
+KINDS = ("axial strain", "curvature [1/m]"), ("smallest strain", "largest strain")  #: of lines, of surfaces
+REMEDY = "its error is not known there: train it on such motions, or with larger forces (fmbs part train --alone)"
+
+
+@dataclass(frozen=True)
+class Departure:
+    """Where strains of a reduced body leave those of its training."""
+
+    body: str
+    kind: str
+    value: float
+    trained: tuple[float, float]
+    time: float  #: of the first state outside [s]
+    place: tuple[float, ...] = ()  #: where the value is, in the reference [m]; nothing in files that do not know it
+
+    def __str__(self) -> str:
+        (low, high), place = self.trained, ", ".join(f"{x:.3g}" for x in self.place)
+        found = f"{self.kind} {self.value:.3g} near ({place}) m of the reference" if place else f"{self.kind} {self.value:.3g}"
+        return f"part '{self.body}': {found}, outside since {self.time:.4g} s, trained from {low:.3g} to {high:.3g}"
+
+
+def kinds_of(points: ShapePoints) -> tuple[str, str]:
+    """Names of the strains of a law."""
+    return KINDS[points.law in COMPONENTS]
+
+
+def strains(points: ShapePoints, states: np.ndarray) -> np.ndarray:
+    """Strains (s, p, j) at the points of a reduced body in the states (s, m, c)."""
+    return np.concatenate([strains_of_block(points, states[k : k + BLOCK]) for k in range(0, len(states), BLOCK)])
+
+
+def strains_of_block(points: ShapePoints, states: np.ndarray) -> np.ndarray:
+    """As `strains`, all at once."""
+    (K, P, B), s, dim = points.table.shape, len(states), points.dim
+    u = points.table.reshape(K * P, B) @ states.transpose(1, 2, 0).reshape(B, -1)
+    flat = np.ascontiguousarray(u.reshape(K, P, dim, s).transpose(0, 2, 3, 1)).reshape(K * dim, s * P)
+    if points.law in COMPONENTS:
+        return point_strains(points, flat, dim).reshape(2, -1).T.reshape(s, P, 2)
+    axial = 0.5 * (np.sum(flat[:dim] ** 2, axis=0) - 1.0)
+    option = (points.law if points.law.bends else Law.EXACT).option
+    kappa = curvatures(option, dim, flat.T[None])[0]
+    return np.stack([axial, kappa], axis=1).reshape(s, P, 2)
+
+
+def trained_parts(system: System) -> list[Elastic]:
+    """The reduced bodies that know the strains of their training."""
+    return [one for one in system.elastic if isinstance(one.gather, ShapePoints) and one.gather.trained.size]
+
+
+def find(trajectory: Trajectory) -> list[Departure]:
+    """What leaves the training in a motion, every body and kind of strain once, with the value that is farthest away."""
+    return find_in(trajectory.system, trajectory.times, trajectory.x)
+
+
+def find_in(system: System, times: np.ndarray, x: np.ndarray) -> list[Departure]:
+    """The same in states (s, n) at times (s,)."""
+    mine, found = trained_parts(system), list[Departure]()
+    if not mine or not len(x):
+        return found
+    q = np.asarray(system.lift.matrix @ x.T).T + system.lift.offset
+    for elastic in mine:
+        points: ShapePoints = elastic.gather
+        (low, high), kinds = points.trained, kinds_of(points)
+        values = strains(points, q[:, points.columns].reshape(len(q), -1, points.dim))
+        over = np.maximum(values - high, low - values) - BEYOND * (high - low)
+        for j in np.flatnonzero((over > 0.0).any(axis=(0, 1))):
+            s, p = np.unravel_index(int(over[:, :, j].argmax()), over.shape[:2])
+            first = float(times[int(np.flatnonzero((over[:, :, j] > 0.0).any(axis=1))[0])])
+            place = tuple(points.positions[p].tolist()) if points.positions.size else ()
+            limits = float(low[j]), float(high[j])
+            found.append(Departure(elastic.name, kinds[j], float(values[s, p, j]), limits, first, place))
+    return found
+
+
+def warn(found: list[Departure]) -> None:
+    """A notice of every one."""
+    for one in found:
+        notify(f"{one}; {REMEDY}")
+
+
+def watch(system: System) -> Record | None:
+    """A record of `integrate` that shows a notice when strains first leave the training; None where no part knows its own.
+
+    A caller that takes notices for errors stops the run with it. Looks are rare enough to cost little.
+    """
+    if not trained_parts(system):
+        return None
+    seen, due, told = 0, 0.0, set[tuple[str, str]]()
+
+    def look(moment: Moment) -> None:
+        nonlocal seen, due
+        begun = clock.perf_counter()
+        if moment.done < moment.steps and begun < due:
+            return
+        rows = moment.rows(seen, moment.kept)
+        found = [one for one in find_in(system, rows.times, rows.x) if (one.body, one.kind) not in told]
+        seen, due = moment.kept, clock.perf_counter() + RARELY * (clock.perf_counter() - begun)
+        told.update((one.body, one.kind) for one in found)
+        warn(found)
+
+    return look
