@@ -43,6 +43,12 @@ def twice(table: Any, address: Any) -> int:
     return invoke(address, table, 100) + invoke(address, table, 1000)
 
 
+@routine
+def by_name(table: Any, more: Any) -> int:
+    """Another routine by its name."""
+    return 2 * scale(table, more)
+
+
 def outer(on: bool = True) -> Outer:
     inner = Inner(np.arange(6.0).reshape(2, 3), 5, on)
     return Outer(np.arange(4.0), inner, 0.5, np.array([1, 2, 30]), np.array([7, 8], np.int32))
@@ -119,3 +125,10 @@ def test_other_arrays_are_refused(wrong: np.ndarray) -> None:
     """What compiled code would read as something else: the place, what was expected, and what came."""
     with pytest.raises(TypeError, match=r"Outer\.x: expected array.float64, 1d, C."):
         packed(outer()._replace(x=wrong))
+
+
+def test_compiled_code_calls_routines_by_name() -> None:
+    """What it calls becomes part of it."""
+    struct = outer()
+    assert by_name(struct, 10) == 2 * (10 + 5 + 30 + 8)
+    assert struct.x.tolist() == [3.0, 3.5, 4.0, 4.5]

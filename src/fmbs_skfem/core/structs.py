@@ -38,7 +38,7 @@ from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, mod
 from numba.np.arrayobj import populate_array
 
 from .errors import say
-from .jit import addressed
+from .jit import addressed, jit
 
 Vector: TypeAlias = Annotated[np.ndarray, types.Array(types.float64, 1, "C")]
 Matrix: TypeAlias = Annotated[np.ndarray, types.Array(types.float64, 2, "C")]
@@ -191,7 +191,10 @@ def invoke(typing: Any, address: Any, table: Any, more: Any) -> Any:
 
 
 class Routine:
-    """A compiled function of an address of integers and an integer, by default 0; it returns an integer."""
+    """A compiled function of an address of integers and an integer, by default 0; it returns an integer.
+
+    Compiled code may call it by name as well: then it becomes part of its caller, as what `jit` compiles does.
+    """
 
     def __init__(self, function: Callable[[Any, Any], int]) -> None:
         self.function = function
@@ -201,6 +204,15 @@ class Routine:
     def compiled(self) -> Any:
         """Compiled when it is first asked for, cached on disk."""
         return addressed(SIGNATURE, self.function)
+
+    @functools.cached_property
+    def part(self) -> Any:
+        """What compiled code calls by name."""
+        return jit(self.function)
+
+    @property
+    def _numba_type_(self) -> Any:
+        return self.part._numba_type_
 
     @functools.cached_property
     def address(self) -> int:

@@ -191,7 +191,7 @@ def first_state(model: Compiled, start: Start, c: float) -> State:
 def first_step(model: Compiled, start: Start, method: Method, stored: int) -> Step:
     """A step with its space and room for so many states."""
     n, m = model.system.size, model.constraints
-    routines = evaluation.residual, *factors.doors(model.arrays.dense), stepping.settle
+    routines = evaluation.evaluate, *factors.doors(model.arrays.dense), stepping.settle
     doors = Doors(*(one.address for one in routines))
     counters, none = np.zeros(4, np.int64), np.zeros(0, np.int64)
     job = Job(

@@ -111,9 +111,9 @@ class Large:
 
     def settle(self, step: Step, table: int) -> None:
         """As `stepping.settle`, with the interface of the last correction."""
-        stepping.drift(table)
+        stepping.find_drift(table)
         self.close(step.space, self.now, np.zeros(self.size))
-        if not stepping.shift(table):
+        if not stepping.move_velocities(table):
             step.work.kind[0] = 0
 
     def standing(self, step: Step, table: int) -> Standing:

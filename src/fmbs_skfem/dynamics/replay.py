@@ -68,7 +68,7 @@ def attempt(run: Run, parts: int) -> Attempt:
         if status == stepping.SINGULAR or status == stepping.DONE:
             break
         corrections.append(float(np.sqrt(model.arrays.norm @ space.f**2)) / system.scale)
-        evaluation.residual(run.step)
+        evaluation.evaluate(run.step)
         residuals.append(float(np.linalg.norm(space.f)) / method.c)
         if status != stepping.NOT_CONVERGED:
             break

@@ -151,8 +151,8 @@ def too_long(table: Any) -> bool:
     return S.method.h * evaluation.find_jolt(table) > S.state.speed[0]
 
 
-@jit
-def find_drift(table: Any) -> None:
+@routine
+def find_drift(table: Any, _: int = 0) -> int:
     """rhs = (0, r), r what the accepted state is off (4), and a copy of r in the trial multipliers; the trial v is overwritten."""
     S = opened(table)
     s, t, method, A = S.state, S.space, S.method, S.arrays
@@ -165,12 +165,6 @@ def find_drift(table: Any) -> None:
     evaluation.find_drift(table)
     for k in range(len(t.multipliers)):
         t.multipliers[k] = t.rhs[0, n + k]
-
-
-@routine
-def drift(table: Any, _: Any) -> int:
-    """As `find_drift`."""
-    find_drift(table)
     return 0
 
 
@@ -183,7 +177,7 @@ def settle(table: Any, _: Any) -> int:
         invoke(S.doors.solve, table, 1)
         turn(table)
         invoke(S.doors.solve, table, 0)
-        if move_velocities(table) or attempt == 1:
+        if move_velocities(table) == 1 or attempt == 1:
             return 0
         restore(table)
         S.job.counters[FACTORISATIONS] += 1
@@ -223,9 +217,9 @@ def turn(table: Any) -> None:
     kernels.add_transposed(probes, -1.0, t.g, t.f)
 
 
-@jit
-def move_velocities(table: Any) -> bool:
-    """v -= d, the front of rhs, where Phi_q d is r; else the factors are too old, as near a singular position. Whether it is.
+@routine
+def move_velocities(table: Any, _: int = 0) -> int:
+    """v -= d, the front of rhs, where Phi_q d is r; else the factors are too old, as near a singular position. 1 where it is.
 
     A change beyond v itself is left out as well: at a dead centre the joints do not determine it.
     """
@@ -244,17 +238,11 @@ def move_velocities(table: Any) -> bool:
             rest -= t.Jy[k, j] * t.g[j]
         missed += rest * rest
     if missed > OLD * OLD * wanted:
-        return False
+        return 0
     if change <= square:
         for i in range(len(s.x)):
             s.v[i] -= t.f[i]
-    return True
-
-
-@routine
-def shift(table: Any, _: Any) -> int:
-    """As `move_velocities`."""
-    return 1 if move_velocities(table) else 0
+    return 1
 
 
 @jit

@@ -137,7 +137,7 @@ def prepare_step(model: Compiled, scheme: GeneralizedAlpha) -> Step:
     step = first_step(model, start, method_of(scheme, Newton(), scheme.step, model), 1)
     step.space.x[:], step.space.c[0] = system.x0[model.order], step.method.c
     step.space.signals[: len(system.signals)] = signal_table(system, np.zeros(1))[0]
-    evaluation.residual(step)
+    evaluation.evaluate(step)
     return step
 
 
@@ -167,7 +167,7 @@ def bench(model: Compiled, scheme: GeneralizedAlpha | None = None, repeat: int =
     """Seconds of one call of a piece of the time step: CPU time, the best of several bursts."""
     step = prepare_step(model, scheme or GeneralizedAlpha(STEP))
     factorise, solve = factors.doors(model.arrays.dense)
-    whole = {FORCE: evaluation.forces, TANGENT: evaluation.add_tangents, FACTOR: factorise, SOLUTION: solve}
+    whole = {FORCE: evaluation.elastic_forces, TANGENT: evaluation.sum_tangents, FACTOR: factorise, SOLUTION: solve}
 
     def burst(one: Routine | Callback, more: int, times: int) -> float:
         table = packed(Burst(step, one.address, more, times))

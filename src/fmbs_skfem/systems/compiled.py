@@ -329,7 +329,7 @@ def evaluate(
 ) -> tuple[np.ndarray, np.ndarray]:
     """R (n,) of (1) in `evaluation` and Phi (m,) in a state as of `place`."""
     found, table = place(model, x, v, t, memory, multipliers, a)
-    evaluation.residual(table)
+    evaluation.evaluate(table)
     model.check()
     out = np.zeros(len(x))
     out[model.order] = found.space.f
@@ -344,7 +344,7 @@ def forces(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, memory
 def accepted(model: Compiled, x: np.ndarray, v: np.ndarray | None = None, memory: np.ndarray | None = None) -> np.ndarray:
     """What forces keep of a state that is accepted, (l,), after a memory or that of the start."""
     found, table = place(model, x, v, memory=memory)
-    evaluation.accept(table)
+    evaluation.take_over(table)
     model.check()
     return found.space.memory.copy()
 
@@ -376,7 +376,7 @@ def strain_energy(model: Compiled, x: np.ndarray) -> float:
     """Strain energy of all bodies [J], without linear springs."""
     found, table = model.evaluation
     found.space.x[:] = x[model.order]
-    evaluation.strain_energy(table)
+    evaluation.sum_energies(table)
     model.check()
     return float(found.space.energy[0])
 
@@ -459,7 +459,7 @@ def elastic_tangent(model: Compiled, x: np.ndarray, gh: float) -> csr_array | np
     found, table = model.evaluation
     W = found.space.W
     W[:], found.space.x[:], found.space.gh[0] = 0.0, x[model.order], gh
-    evaluation.add_tangents(table)
+    evaluation.sum_tangents(table)
     model.check()
     if model.pattern:
         return model.pattern.assembled(W[0])

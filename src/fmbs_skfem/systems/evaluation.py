@@ -132,8 +132,8 @@ def place_cells(table: Any) -> None:
         invoke(lift.place, table, lift.record)
 
 
-@jit
-def elastic_forces(table: Any) -> int:
+@routine
+def elastic_forces(table: Any, _: int = 0) -> int:
     """f = sum L^T phi(L x, L v); 0, or the number of terms that failed."""
     E = evaluation(table)
     A, s = E.arrays, E.space
@@ -148,19 +148,7 @@ def elastic_forces(table: Any) -> int:
 
 
 @routine
-def forces(table: Any, _: Any) -> int:
-    """As `elastic_forces`."""
-    return elastic_forces(table)
-
-
-@routine
-def residual(table: Any, _: Any) -> int:
-    """As `evaluate`."""
-    return evaluate(table)
-
-
-@jit
-def evaluate(table: Any) -> int:
+def evaluate(table: Any, _: int = 0) -> int:
     """rhs = (R, Phi) of (1); y, g and dPhi/dy become current; 0, or the number of terms that failed."""
     failed = elastic_forces(table)
     E = evaluation(table)
@@ -241,14 +229,15 @@ def store_energies(table: Any) -> None:
         invoke(E.arrays.forces.energy[k], table, E.arrays.forces.stored[k])
 
 
-@jit
-def take_over(table: Any) -> None:
+@routine
+def take_over(table: Any, _: int = 0) -> int:
     """What forces keep of the state of the space, which is accepted."""
     E = evaluation(table)
     if len(E.arrays.forces.accepted) > 0:
         read_probes(table)
         for k in range(len(E.arrays.forces.accepted)):
             invoke(E.arrays.forces.accept[k], table, E.arrays.forces.accepted[k])
+    return 0
 
 
 @jit
@@ -264,14 +253,7 @@ def find_jolt(table: Any) -> float:
 
 
 @routine
-def accept(table: Any, _: Any) -> int:
-    """As `take_over`."""
-    take_over(table)
-    return 0
-
-
-@jit
-def sum_tangents(table: Any) -> int:
+def sum_tangents(table: Any, _: int = 0) -> int:
     """W += sum L^T phi' L, with damping times gh; 0, or the number of terms that failed."""
     A = evaluation(table).arrays
     place_cells(table)
@@ -284,13 +266,7 @@ def sum_tangents(table: Any) -> int:
 
 
 @routine
-def add_tangents(table: Any, _: Any) -> int:
-    """As `sum_tangents`."""
-    return sum_tangents(table)
-
-
-@jit
-def sum_energies(table: Any) -> None:
+def sum_energies(table: Any, _: int = 0) -> int:
     """Energy of all terms, without constant springs."""
     E = evaluation(table)
     A, s = E.arrays, E.space
@@ -298,12 +274,6 @@ def sum_energies(table: Any) -> None:
     place_cells(table)
     for k in range(len(A.elastic.records)):
         invoke(A.elastic.energy[k], table, A.elastic.records[k])
-
-
-@routine
-def strain_energy(table: Any, _: Any) -> int:
-    """As `sum_energies`."""
-    sum_energies(table)
     return 0
 
 
