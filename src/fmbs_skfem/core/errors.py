@@ -63,6 +63,7 @@ class Reason(Enum):
     NOT_FINITE = "a residual or increment is not finite"
     SINGULAR_TANGENT = "the tangent is singular"
     UNSTABLE = "the energy comes from nowhere"
+    GROWING = "the closed loop is unstable"
     INCONSISTENT = "the joints contradict each other or the initial state"
 
 

@@ -25,6 +25,7 @@ from .expressions import Expression
 from .fields import Context, Schema, Takes, mapping_schema, quantity, read_text, whole
 from .problems import Problem, Problems, read_all, shown
 from .responses import OfState
+from .units import Quantity
 
 NAME = "name"  #: the field that is the key of a scene before a declaration
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
@@ -323,3 +324,8 @@ def plain(value: Any) -> Any:
 @plain.register
 def _(value: Expression | OfState) -> str:
     return value.text
+
+
+@plain.register
+def _(value: Quantity) -> float:
+    return value.value

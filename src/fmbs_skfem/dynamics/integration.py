@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import partial
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 
 import numpy as np
 
 from ..core import krylov
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import notify
-from ..systems import compiled
+from ..core.structs import Routine
+from ..systems import compiled, responses
 from ..systems.compiled import Compiled, compile_system
+from ..systems.controllers import Controlled
 from ..systems.system import System
 from . import checkpoint as checkpoints
 from . import departures, stepping
 from .checkpoint import Checkpoint, Moment, Record, Resumed, Rows
+from .feed import Feed
 from .histories import leading_signals, leading_values
 from .initial import Start, consistent_start, first_step, startable
 from .large import Large
 from .names import row_names, told, worst
+from .outputs import survey_of
 from .scheme import GeneralizedAlpha, Newton, method_of, steps_in
 from .step import Method, State, Step, Work
 from .trajectory import Statistics, Trajectory
@@ -51,6 +55,7 @@ class Run:
     large: Large | None  #: factors of a large model
     cpu: float  #: process time at the start, less what the run took before it was resumed [s]
     wall: float
+    feed: Feed | None = None  #: of what has inputs
     done: int = 0  #: steps
     resumed: bool = False  #: from a checkpoint, with states whose memory was not kept
     facts: dict[str, str] = field(default_factory=dict)  #: of model and method, found when they are needed
@@ -63,13 +68,22 @@ class Run:
         """Where the state after so many steps is stored, -1 for nowhere."""
         return int(self.rows[number]) if number < len(self.rows) else -1
 
+    @cached_property
+    def kept_values(self) -> list[int]:
+        """Places of kept values in the memory of forces."""
+        return [int(k) for k in responses.kept(self.model)]
+
     def take(self, method: Method, signals: np.ndarray, rows: np.ndarray) -> tuple[int, int]:
         """Take a step for every row of `signals`, to be stored in `rows` of the trajectory: the status and the steps done."""
-        job = self.step.job._replace(signals=signals, rows=np.ascontiguousarray(rows[: len(signals)]))
-        now = self.step._replace(method=method, job=job)
+        status = self.call(stepping.advance, method, signals, np.ascontiguousarray(rows[: len(signals)]))
+        return status, int(self.step.job.done[0])
+
+    def call(self, routine: Routine, method: Method, signals: np.ndarray, rows: np.ndarray) -> int:
+        """What a routine of `stepping` returns for rows of `signals`."""
+        now = self.step._replace(method=method, job=self.step.job._replace(signals=signals, rows=rows))
         doors = self.large.doors(lambda: now) if self.large else ()
         behind = {name: door.address for name, door in zip(BEHIND, doors, strict=False)}
-        found = stepping.take(now._replace(doors=now.doors._replace(**behind)))
+        found = routine(now._replace(doors=now.doors._replace(**behind)))
         self.model.check()
         for name, door in zip(BEHIND, doors, strict=False):
             try:
@@ -117,6 +131,8 @@ def integrate(
             look(moment(run))
     motion = trajectory(run)
     warn_of_division(motion.statistics)
+    if text := unstable_loop(run):
+        notify(text)
     return motion
 
 
@@ -138,9 +154,17 @@ def fitting(system: System, steps: int, stored: int) -> None:
 
 
 def begun(
-    system: System, scheme: GeneralizedAlpha, newton: Newton, kept: np.ndarray, steps: int, resume: Resumed | None = None
+    system: System,
+    scheme: GeneralizedAlpha,
+    newton: Newton,
+    kept: np.ndarray,
+    steps: int,
+    resume: Resumed | None = None,
+    live: bool = False,
 ) -> Run:
-    """A run at its start, or where it was left."""
+    """A run at its start, or where it was left; a live one is told its inputs."""
+    feed = Feed(system, scheme) if live or any(isinstance(one, Controlled) for one in system.signals) else None
+    system = feed.system if feed else system
     model = compile_system(system)
     n, m = system.size, model.constraints
     none = np.zeros(n)
@@ -151,22 +175,36 @@ def begun(
     step.job.out[:, 0] = step.state.x, start.v[model.order], start.a[model.order]
     step.job.multipliers[0], step.job.memory[0] = start.multipliers, step.state.memory
     clocks = clock.process_time(), clock.perf_counter()
-    run = Run(model, scheme, newton, kept, rows, step, Large(model, newton.solver) if model.pattern else None, *clocks)
+    run = Run(model, scheme, newton, kept, rows, step, Large(model, newton.solver) if model.pattern else None, *clocks, feed)
     if resume is not None:
         take_up(run, resume)
     return run
 
 
+def facts_of(run: Run) -> dict[str, str]:
+    """What model and method are; of inputs, their starts."""
+    model = replace(run.model, system=run.feed.plain) if run.feed else run.model
+    run.facts = run.facts or checkpoints.facts(model, run.step.method, run.steps, run.kept)
+    return run.facts
+
+
 def take_up(run: Run, resume: Resumed) -> None:
     """Put a run where it was left."""
     held, model = resume.checkpoint, run.model
-    run.facts = checkpoints.facts(model, run.step.method, run.steps, run.kept)
-    checkpoints.restore(held, run.facts, run.step, run.large)
+    restore(run, held)
     for k, part in enumerate((resume.rows.x, resume.rows.v, resume.rows.a)):
         run.step.job.out[k, : held.kept] = part[: held.kept, model.order]
     run.step.job.multipliers[: held.kept] = resume.rows.multipliers[: held.kept]
     run.resumed = True
-    run.done, run.cpu, run.wall = held.done, run.cpu - held.cpu_s, run.wall - held.wall_s
+    run.cpu, run.wall = run.cpu - held.cpu_s, run.wall - held.wall_s
+
+
+def restore(run: Run, held: Checkpoint) -> None:
+    """Put a run into the state of a checkpoint."""
+    checkpoints.restore(held, facts_of(run), run.step, run.large)
+    if run.feed:
+        run.feed.put(held)
+    run.done = held.done
 
 
 def choose_chunk(chunk: int, seconds: float) -> int:
@@ -179,6 +217,10 @@ def choose_chunk(chunk: int, seconds: float) -> int:
 def march(run: Run, many: int) -> None:
     """Take some steps, the last one possibly halved; SolverError where it cannot be taken."""
     status = stepping.TOO_LONG
+    if run.feed is not None:
+        for _ in range(many):
+            march_fed(run, run.feed, {})
+        return
     if run.step.state.parts[0] == 0:
         status = whole_steps(run, many)
     if status != stepping.DONE:
@@ -195,6 +237,38 @@ def whole_steps(run: Run, many: int) -> int:
         broken.partial = trajectory(run)
         raise broken
     return status
+
+
+def march_fed(run: Run, feed: Feed, values: Mapping[str, float]) -> None:
+    """Take one step with new values of inputs."""
+    feed.tell(values)
+    try:
+        feed.sample(run)
+        status = feed.take(run) if run.step.state.parts[0] == 0 else stepping.TOO_LONG
+    except SolverError as error:
+        error.partial = trajectory(run)
+        raise
+    if status == stepping.DONE:
+        run.done += 1
+        return
+    run.model.check()
+    try:
+        divide(run, status)
+    except FailedStep as error:
+        if text := unstable_loop(run):
+            raise SolverError(text, Reason.GROWING, error.time, error.worst, error.partial) from error
+        raise
+
+
+def unstable_loop(run: Run) -> str:
+    """What is said of a controller whose input grows with the energy of the motion; nothing where none does."""
+    told = run.feed.growing() if run.feed else ""
+    if not told:
+        return ""
+    motion = trajectory(run)
+    energy = survey_of(motion)[0][:, :2].sum(axis=1)
+    rise = f"{told}, and the energy of the motion to {energy.max():.3g} J up to t = {motion.times[-1]:.6g} s"
+    return f"{Reason.GROWING.value}: {rise}; lower its gains, take a shorter sample time, or limit it"
 
 
 def divide(run: Run, status: int) -> None:
@@ -224,18 +298,19 @@ def trajectory(run: Run) -> Trajectory:
     taken, iterations, factorisations, halved = (int(k) for k in run.step.job.counters)
     seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
     totals = Statistics(taken, iterations, factorisations, halved, *seconds, solver_of(run))
+    system = run.feed.recorded() if run.feed else run.model.system
     memory = None if run.resumed else run.step.job.memory[: len(found.times)]
-    return Trajectory(run.model.system, found.times, found.x, found.v, found.a, found.multipliers, totals, memory)
+    return Trajectory(system, found.times, found.x, found.v, found.a, found.multipliers, totals, memory)
 
 
 def moment(run: Run) -> Moment:
     """What `record` sees."""
 
     def checkpoint() -> Checkpoint:
-        run.facts = run.facts or checkpoints.facts(run.model, run.step.method, run.steps, run.kept)
-        arrays = checkpoints.arrays(run.step, run.large)
+        facts, arrays = facts_of(run), checkpoints.arrays(run.step, run.large)
+        arrays |= run.feed.arrays() if run.feed else {}
         seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
-        return Checkpoint(run.done, count_stored(run), run.facts, arrays, *seconds)
+        return Checkpoint(run.done, count_stored(run), facts, arrays, *seconds)
 
     size = 8 * (3 * run.model.system.size + run.model.constraints)
     return Moment(run.done, run.steps, run.scheme.step * run.done, count_stored(run), size, partial(states, run), checkpoint)

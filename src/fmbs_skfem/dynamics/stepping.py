@@ -42,7 +42,7 @@ import numpy as np
 from ..core.jit import jit, summing
 from ..core.structs import invoke, routine
 from ..systems import evaluation, kernels
-from .step import Method, State, Step, opened
+from .step import Method, State, opened
 
 DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED, TOO_LONG = range(7)
 STEPS, ITERATIONS, FACTORISATIONS, HALVED = range(4)  #: counters
@@ -418,6 +418,47 @@ def advance(table: Any, _: Any) -> int:
     return DONE
 
 
+@routine
+def jump(table: Any, _: Any) -> int:
+    """Put q'', the algorithmic acceleration and multipliers of the accepted state onto histories that jump there; the status.
+
+    (M + (gh C + K) / bh) dq'' + Phi_q^T dlambda = dQ,    Phi_q dq'' = 0:    as loads that begin with a step, see `initial`.
+    What predicts the next step jumps as well, so that steps on both sides are of second order.
+    """
+    S = opened(table)
+    s, t, w, n = S.state, S.space, S.work, len(S.state.x)
+    for i in range(S.job.signals.shape[1]):
+        t.signals[i] = S.job.signals[0, i]
+    kernels.copy(s.x, t.x)
+    kernels.copy(s.v, t.v)
+    kernels.copy(s.acceleration, t.acceleration)
+    kernels.copy(s.multipliers, t.multipliers)
+    kernels.copy(s.memory, t.memory)
+    t.c[0] = S.method.c
+    if invoke(S.doors.residual, table, 0) != 0:
+        return STOPPED
+    if w.kind[0] == 0:
+        S.job.counters[FACTORISATIONS] += 1
+        if invoke(S.doors.factorise, table, 0) != 0:
+            return SINGULAR
+    for k in range(len(s.multipliers)):
+        t.rhs[0, n + k] = 0.0
+    if invoke(S.doors.solve, table, 0) != 0:
+        return STOPPED
+    for i in range(n):
+        d = S.method.bh * t.f[i]
+        s.acceleration[i] -= d
+        s.a[i] -= d
+        for k in range(len(s.history)):
+            s.history[k, i] -= d
+    for m in range(len(s.multipliers)):
+        d = t.rhs[0, n + m]
+        s.multipliers[m] -= d
+        for k in range(len(s.past)):
+            s.past[k, m] -= d
+    return DONE
+
+
 @jit
 def store(s: State, c: float, row: int, out: np.ndarray, multipliers: np.ndarray, memory: np.ndarray) -> None:
     """Row of the trajectory; multipliers become physical."""
@@ -426,8 +467,3 @@ def store(s: State, c: float, row: int, out: np.ndarray, multipliers: np.ndarray
     for m in range(len(s.multipliers)):
         multipliers[row, m] = s.multipliers[m] / c
     kernels.copy(s.memory, memory[row])
-
-
-def take(step: Step) -> tuple[int, int]:
-    """Take the steps of a job: the status and the number of steps done."""
-    return advance(step), int(step.job.done[0])

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 LARGE = 500  #: functions of a plate above which sparse factors are used, which turn with it where constraints are multipliers
 MANY = 500  #: linear constraints, a dense column of the factors' inverse each, above which they are eliminated all the same
-SUBJECT = re.compile(r"(joint|load|output) '([^']*)'")
+SUBJECT = re.compile(r"(joint|load|output|controller) '([^']*)'")
 
 
 def system(scene: Scene, cells: int | None = None, allow_outside: bool = False) -> System:
@@ -65,9 +65,9 @@ def of_parts(scene: Scene, parts: list[Body], pictures: bool = True) -> System:
     """The system of a scene with its bodies made; without `pictures` for those who look at numbers only."""
     _check_places(scene, {part.name: part for part in parts})
     initial = scene.initial.bodies if scene.analysis.moves else {}
-    joints, loads = scene.joints.values(), scene.loads.values()
+    joints, loads, told = scene.joints.values(), scene.loads.values(), (scene.inputs.values(), scene.controllers.values())
     try:
-        return assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures, scene.inputs.values())
+        return assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures, *told)
     except InputError as error:
         raise InputError(locate_message(scene, str(error))) from error
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..core import units
@@ -76,8 +77,12 @@ def _idle(scene: Scene) -> Iterator[Told]:
     yield from scene.analysis.idle(scene)
     for name, load in scene.loads.items():
         yield from ((("loads", name), text) for key, text in load.idle("") if not key)
-    read = {name for part in (scene.joints, scene.loads) for item in part.values() for name in inputs_in(vars(item).values())}
-    yield from ((("inputs", name), "nothing in the scene reads this input") for name in scene.inputs if name not in read)
+    parts = scene.joints, scene.loads, scene.controllers
+    read = {name for part in parts for item in part.values() for name in inputs_in(vars(item).values())}
+    for section in ("inputs", "controllers"):
+        yield from (((section, name), "nothing in the scene reads it") for name in getattr(scene, section) if name not in read)
+    if scene.controllers and not scene.analysis.moves:
+        yield ("controllers",), f"hold their start in an analysis of {scene.analysis.word}"
     for name in scene.parameters:
         if name not in scene.used and (name in scene.ranges or name in scene.changed):
             yield ("parameters", name), "nothing in the scene uses this parameter, so that its value changes nothing"
@@ -123,7 +128,7 @@ def places(scene: Scene) -> Iterator[tuple[tuple[str, ...], At]]:
 
 def _declared(scene: Scene) -> Iterator[Found]:
     """What bodies, joints, loads and outputs say themselves, and joints between a point and itself."""
-    for part in ("bodies", *PARTS):
+    for part in ("bodies", *PARTS, "controllers"):
         for name, item in getattr(scene, part).items():
             for key, problem in item.problems(scene.dimension):
                 yield (part, name, *(key if isinstance(key, tuple) else (key,) if key else ())), problem
@@ -162,16 +167,29 @@ def _surface(scene: Scene, key: tuple[str, ...], value: str | At, known: list[st
 
 def _responses(scene: Scene) -> Iterator[Found]:
     """Expressions of the state name outputs of the scene, or what their load measures, and have the dimension that is wanted."""
-    for name in scene.inputs.keys() & scene.outputs.keys():
-        yield ("inputs", name), Problem("another name than those of outputs", f"'{name}'")
-    known = responses.variables(scene.outputs, scene.dimension) | {name: one.unit for name, one in scene.inputs.items()}
-    for name, load in scene.loads.items():
-        for key, value in vars(load).items():
-            if isinstance(value, OfState):
+    names = Counter([*scene.outputs, *scene.inputs, *scene.controllers])
+    for section in ("inputs", "controllers"):
+        for name in getattr(scene, section):
+            if names[name] > 1:
+                yield (section, name), Problem("another name than those of outputs, inputs and controllers", f"'{name}'")
+    known = responses.variables(scene.outputs, scene.dimension)
+    known |= {name: one.unit for group in (scene.inputs, scene.controllers) for name, one in group.items()}
+    for section in ("loads", "controllers"):
+        for name, item in getattr(scene, section).items():
+            for key, value in (*states_in(vars(item)), *(item.products() if section == "controllers" else ())):
                 try:
-                    require(value, known | getattr(load, "own", {}))
+                    require(value, known | getattr(item, "own", {}))
                 except Problem as problem:
-                    yield ("loads", name, key), problem
+                    yield (section, name, *((key,) if isinstance(key, str) else key)), problem
+
+
+def states_in(values: Mapping[str, Any]) -> Iterator[tuple[str | tuple[str, int], OfState]]:
+    """Expressions of the state in a declaration, with their keys."""
+    for key, value in values.items():
+        if isinstance(value, OfState):
+            yield key, value
+        elif isinstance(value, tuple):
+            yield from (((key, k), one) for k, one in enumerate(value) if isinstance(one, OfState))
 
 
 def _components(scene: Scene) -> Iterator[Found]:

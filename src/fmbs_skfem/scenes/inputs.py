@@ -17,22 +17,14 @@ from ..core.fields import ANY, Context, Takes
 from ..core.inputs import Input
 from ..core.mappings import inline
 from ..core.problems import Found, Problem, located, shown
-
-
-def read_unit(value: object, context: Context) -> str:
-    """A unit as `N m`, or an empty text."""
-    if not isinstance(value, str):
-        raise Problem("a unit such as 'N m'", shown(value))
-    if value:
-        units.find_dimension(value)
-    return value
+from ..systems.controllers import UNIT
 
 
 @dataclass(frozen=True)
 class InputModel:
     """A number that a run from Python is told from step to step; a run from the command holds it at its start."""
 
-    unit: Annotated[str, Takes(read_unit, {"type": "string", "description": "a unit such as N m, none for a number"})] = ""
+    unit: Annotated[str, UNIT] = ""
     start: Annotated[Any, Takes(lambda value, context: value, ANY.told)] = 0.0
 
 
@@ -57,7 +49,20 @@ def read_input(name: str, entry: object, context: Context) -> Input:
     """An input in SI units."""
     given: InputModel = MODEL.read(entry, context)
     dimension = units.find_dimension(given.unit) if given.unit else units.NUMBER
-    return Input(name, units.unit(dimension.exponents), units.convert(given.start, dimension, context.parameters))
+    return Input(name, given.unit, units.convert(given.start, dimension, context.parameters))
+
+
+def steered(raw: Any, context: Context) -> tuple[dict[str, Input], list[Found]]:
+    """What controllers will give, before they are read, and names that do not do."""
+    known, found = dict[str, Input](), list[Found]()
+    for name, entry in (raw if isinstance(raw, dict) else {}).items():
+        try:
+            check_name(name, context.parameters)
+            unit = UNIT.read(entry.get("unit", ""), context) if isinstance(entry, dict) else ""
+            known[name] = Input(name, unit)
+        except InputError as error:
+            found += [(("controllers", name), problem) for _, problem in located(error)]
+    return known, found
 
 
 def check_name(name: str, parameters: Mapping[str, Any]) -> None:

@@ -53,8 +53,9 @@ def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, chan
     values = {key: value.value for key, value in known.values.items()}
     context = Context(2 if data.get("dimension") == 2 else 3, known.values, known.ranges, _clock(data.get("analysis")))
     told, wrong = inputs.resolve(data.get("inputs"), context)
-    _stop(name, node, wrong)
-    context = replace(context, inputs=told)
+    given, more = inputs.steered(data.get("controllers"), context)
+    _stop(name, node, [*wrong, *more])
+    context = replace(context, inputs=told | given)
     ready = ({"parameters": values} if values else {}) | ({"inputs": told} if told else {})
     try:
         found = read_struct(schema.Scene, data | ready, context)

@@ -20,6 +20,7 @@ from ..core.ranges import Parameter
 from ..reduction import hyper_reduction
 from ..systems.assembly import Motion, Rayleigh
 from ..systems.constraint_functions import Joint
+from ..systems.controllers import Controller
 from ..systems.loads import Load
 from ..systems.probes import Probe
 from . import fields, yamlfile
@@ -129,6 +130,7 @@ class Scene:
     bodies: Annotated[dict[str, SceneBody], names(SceneBody, 1)]
     joints: dict[str, Joint] = field(default_factory=dict)
     loads: dict[str, Load] = field(default_factory=dict)
+    controllers: dict[str, Controller] = field(default_factory=dict)
     damping: Rayleigh = field(default_factory=Rayleigh)
     initial: Initial = field(default_factory=Initial)
     analysis: Analysis

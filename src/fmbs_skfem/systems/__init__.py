@@ -1,6 +1,6 @@
 """Systems of bodies, joints, loads and probes."""
 
-from . import bushing, contact_states, contacts, controls, fields, gauges, joints, loads, probes, springs
+from . import bushing, contact_states, contacts, controllers, controls, fields, gauges, joints, loads, probes, springs
 from .assembly import Motion, Rayleigh, assemble, eliminate
 from .checks import check_force, check_joint, check_system
 from .compiled import Compiled, compile_system
@@ -16,6 +16,7 @@ __all__ = [
     "contacts",
     "contact_states",
     "controls",
+    "controllers",
     "bushing",
     "probes",
     "gauges",

@@ -22,9 +22,10 @@ from ..core.linalg import alike, diagonal
 from ..core.notices import notify
 from ..shapes import line, surface
 from ..shapes.surface import Surface
-from . import echelon, lengths, redundancy, row_laws
+from . import echelon, lengths, redundancy, responses, row_laws
 from . import probes as probe_rules
 from .constraint_functions import Joint
+from .controllers import Controller, connect
 from .forces import joined
 from .loads import Load
 from .places import At, Draft, Layout, Rows, Terms, vector
@@ -77,12 +78,13 @@ def assemble(
     initial: Mapping[str, Motion] | None = None,
     pictures: bool = True,
     inputs: Iterable[Input] = (),
+    controllers: Iterable[Controller] = (),
 ) -> System:
     """System in body coordinates with every constraint kept as a multiplier row; without `pictures` it has no lines and skins.
 
-    Expressions of the state read outputs and `inputs` by their names.
+    Expressions of the state read outputs, `inputs` and controllers by their names.
     """
-    joints, loads, damping = list(joints), list(loads), damping or Rayleigh()
+    joints, loads, damping, inputs = list(joints), list(loads), damping or Rayleigh(), list(inputs)
     draft, layout = empty_draft(list(bodies))
     parts = list(layout.bodies.values())
     shown = parts if pictures else []
@@ -93,11 +95,17 @@ def assemble(
         joint.constrain(draft)
     for part in parts:
         orthonormal(part, draft)
-    draft.outputs, draft.inputs = dict(outputs or {}), {one.name: one for one in inputs}
-    unique("outputs and inputs", [*draft.outputs, *draft.inputs])
+    steered = list(controllers)
+    for one in steered:
+        require_sound("controller", getattr(one, "name", ""), one, Controller, layout.dim)
+    told = connect(steered)
+    draft.outputs, draft.inputs = dict(outputs or {}), {one.name: one for one in (*inputs, *told)}
+    unique("outputs, inputs and controllers", [*draft.outputs, *(one.name for one in (*inputs, *told))])
     for load in loads:
         require_sound("load", getattr(load, "name", ""), load, Load, layout.dim)
         load.push(draft)
+    responses.keep(draft, [(f"controller '{one.name}'", value) for one in steered for value in one.reads])
+    draft.signals += told
     forces, sensed = draft.forces, dict[str, Output]()
     for name, probe in (outputs or {}).items():
         require_sound("output", name, probe, probe_rules.Probe, layout.dim)

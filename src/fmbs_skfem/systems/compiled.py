@@ -365,7 +365,8 @@ def memories(model: Compiled, times: np.ndarray, x: np.ndarray, v: np.ndarray, a
     evaluation.turn(samples)
     model.check()
     now, later, before = out.reshape(len(times), 3, -1).transpose(1, 2, 0)
-    names = [force.name if force.turns else "" for force in model.forces for _ in force.memory]
+    turning = [(force, k) for force in model.forces for k in range(len(force.memory))]
+    names = [force.name if k < len(force.turns) and force.turns[k] else "" for force, k in turning]
     for k in np.flatnonzero(names):
         speed, change = (later[k] - before[k]) / (2 * span), (later[k] - 2 * now[k] + before[k]) / span**2
         found[:, k] = continuous(names[k], times, now[k], speed, change)

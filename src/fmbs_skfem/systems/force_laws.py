@@ -32,6 +32,7 @@ class ForceLaw(RowLaw):
     slopes: Routine
     accept: Routine | None = None
     energy: Routine | None = None
+    kept: int = 0  #: values of accepted states that it keeps behind these angles
     kind: ClassVar[str] = "force law"
     loops: ClassVar[str] = ".force_loops"
 
@@ -81,15 +82,17 @@ def _(found: LawForces, place: Place) -> Force:
         routines,
         name,
         pairs,
-        np.zeros(count * law.memory),
-        bool(law.memory),
+        np.zeros(count * (law.memory + law.kept)),
+        np.tile(np.arange(law.memory + law.kept) < law.memory, count),
         law.damped,
     )
 
 
 @forces.histories.register
 def _(found: LawForces) -> Sequence[tuple[int, int]]:
-    return [(int(k), int(rows[0])) for rows, own in zip(found.rows, found.signals, strict=True) for k in own if k >= 0]
+    return [
+        (int(k), int(rows[0])) for rows, own in zip(found.rows, found.signals, strict=True) for k in own if k >= 0 and len(rows)
+    ]
 
 
 @forces.grow.register

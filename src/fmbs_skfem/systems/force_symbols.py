@@ -109,6 +109,7 @@ class Symbols:
     numbers: int
     histories: int = 0
     energy: Expression = 0  #: potential [J] whose negative gradient is in the force
+    kept: Sequence[Expression] = ()  #: values of accepted states that are kept beside angles
 
     def unknown(self) -> set[Expression]:
         """Symbols in the forces that are none of the law's."""
@@ -120,12 +121,15 @@ class Symbols:
 def pruned(law: Symbols) -> tuple[Symbols, tuple[int, ...]]:
     """The same forces on those rows alone that they read or push, and the numbers of these."""
     count = len(law.force)
-    read = set().union(*(sympy.sympify(value).free_symbols for value in law.force))
+    read = set().union(*(sympy.sympify(value).free_symbols for value in (*law.force, *law.kept)))
     y, v = rows(count), rates(count)
     used = tuple(k for k in range(count) if law.force[k] != 0 or y[k] in read or v[k] in read)
     fewer = {old: new for full in (rows, rates) for old, new in zip([full(count)[k] for k in used], full(len(used)), strict=True)}
-    found = [sympy.sympify(law.force[k]).subs(fewer, simultaneous=True) for k in used]
-    return Symbols(found, law.numbers, law.histories, sympy.sympify(law.energy).subs(fewer, simultaneous=True)), used
+    found, kept = (
+        [sympy.sympify(value).subs(fewer, simultaneous=True) for value in values]
+        for values in ([law.force[k] for k in used], law.kept)
+    )
+    return Symbols(found, law.numbers, law.histories, sympy.sympify(law.energy).subs(fewer, simultaneous=True), kept), used
 
 
 def text(name: str, law: Symbols) -> str:
@@ -140,7 +144,9 @@ def text(name: str, law: Symbols) -> str:
                 pairs.append((i, j))
                 slopes.append(slope)
     potential = plain(law.energy)
-    angles = sorted(set().union(*(value.atoms(turned) for value in (*F, potential))), key=str)
+    kept = [plain(value) for value in law.kept]
+    angles = sorted(set().union(*(value.atoms(turned) for value in (*F, *kept, potential))), key=str)
+    size = len(angles) + len(kept)
     last = sympy.symbols(f"m0:{len(angles)}", real=True)
     known = {angle: continued(angle.args[0], m) for angle, m in zip(angles, last, strict=True)}
     places = {
@@ -148,12 +154,12 @@ def text(name: str, law: Symbols) -> str:
         **{v[k]: f"s.rates[F.rows[k, {k}]]" for k in range(count)},
         **{p: f"F.numbers[k, {k}]" for k, p in enumerate(numbers(law.numbers))},
         **{history(k): f"factor(s.signals, F.signals[k, {k}])" for k in range(law.histories)},
-        **{m: f"s.memory[F.memory + {len(angles)} * k + {n}]" for n, m in enumerate(last)},
+        **{m: f"s.memory[F.memory + {size} * k + {n}]" for n, m in enumerate(last)},
     }
     parts = {
         "force": (F, [f"s.g[F.rows[k, {k}]] += {{}}" for k in range(count)]),
         "slopes": (slopes, [f"s.H[F.pair + {len(pairs)} * k + {n}] += c * ({{}})" for n in range(len(pairs))]),
-        "accept": (angles, [f"{places[m]} = {{}}" for m in last]),
+        "accept": ([*angles, *kept], [f"s.memory[F.memory + {size} * k + {n}] = {{}}" for n in range(size)]),
         "energy": (
             [potential, *(plain(sympy.diff(potential, one)) for one in y)] if potential != 0 else [],
             ["s.energy[0] += {}", *(f"s.g[F.rows[k, {k}]] += {{}}" for k in range(count))],
@@ -164,9 +170,10 @@ def text(name: str, law: Symbols) -> str:
         for part, (values, targets) in parts.items()
         if values or part in ("force", "slopes")
     ]
-    damped = bool(set(v) & set().union(*(value.free_symbols for value in F)))
+    damped = bool(set(v) & set().union(*(value.free_symbols for value in (*F, *kept))))
     given = [part for part in ("accept", "energy") if parts[part][0]]
-    functions = ", ".join([f"{name}_force, {name}_slopes", *(f"{part}={name}_{part}" for part in given)])
+    more = [*(f"{part}={name}_{part}" for part in given), *([f"kept={len(kept)}"] if kept else [])]
+    functions = ", ".join([f"{name}_force, {name}_slopes", *more])
     facts = f"{count}, {law.numbers}, {law.histories}, {tuple(pairs)}, {len(angles)}, {damped}"
     return "\n\n\n".join([*routines, f'LAWS["{name}"] = ForceLaw("{name}", {facts}, {functions})'])
 

@@ -48,7 +48,8 @@ class Force(Piece):
     name: str = "force"  #: in messages
     pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))  #: (h, 2) probe rows of its derivatives
     memory: np.ndarray = field(default_factory=lambda: np.zeros(0))  #: (l,) at the start
-    turns: bool = False  #: whether its memory are angles, whose turns follow from their rates where states are far apart
+    #: (l,) which numbers of its memory are angles, whose turns follow from their rates where states are far apart
+    turns: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
     damped: bool = False  #: whether it reads the rates y'
 
 

@@ -3,7 +3,8 @@ r"""Forces by an expression of the state: f(outputs, t, parameters) along a coor
     F = f dc/dy,      c = - |y|,  y,  p . d,  angle(y)        a pull, a push along a row or a carried vector p, a torque
 
 f is a text whose names are parts of outputs (`tip.x`), the coordinate's own (`stretch`, `rate`, `angle`), t and parameters; its
-derivatives by all of them are those of symbols. With a potential, an expression of the coordinate, it stores energy.
+derivatives by all of them are those of symbols. With a potential, an expression of the coordinate, it stores energy. Along none,
+values of expressions are kept of every accepted state, for what acts on them between steps.
 A law is known by its texts, so that files hold it: `response|coordinate|f|potential|parameters|outputs|inputs`, an output being
 `name:word:rows:numbers:parts...`. Inputs, and t, are its histories.
 """
@@ -13,8 +14,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 from scipy.sparse import csr_array
 
 from ..core import expressions, extras, responses, units
@@ -23,12 +25,16 @@ from ..core.expressions import of_time
 from ..core.problems import Problem
 from ..core.responses import OfState
 from .constraint_functions import arm, rows_of
-from .force_laws import ForceLaw
+from .force_laws import ForceLaw, LawForces
 from .own_symbols import norm, turned
 from .places import At, Draft, Gauge, Rows
 from .probes import Probe
 
+if TYPE_CHECKING:
+    from .compiled import Compiled
+
 WORD = "response"  #: of the names of these laws
+READING = "reading"  #: in place of a coordinate where nothing is pushed, and values are kept
 
 
 class Coordinate(NamedTuple):
@@ -77,30 +83,69 @@ COORDINATES = {
     "torque": Coordinate(2, ANGLES, torque),
     "relative torque": Coordinate(4, ANGLES, torque),
     "torque in space": Coordinate(9, ANGLES, torque),
+    READING: Coordinate(0, {}, lambda y, v, free: (0, [])),
 }
 
 
 def act(draft: Draft, where: str, gauge: Gauge, coordinate: str, value: OfState, energy: OfState | None = None) -> None:
     """Add the force of an expression along a coordinate of the rows of a gauge, which count from its free length or angle."""
-    own = COORDINATES[coordinate].own
-    inputs = [draft.inputs[name] for name in value.outputs if name in draft.inputs and name not in own]
-    known = variables(draft.outputs, draft.layout.dim) | {name: one.unit for name, one in draft.inputs.items()} | dict(own)
+    add(draft, where, coordinate, (value,), energy or responses.of_state(0.0), gauge.rows, gauge.free)
+
+
+def keep(draft: Draft, wanted: Sequence[tuple[str, OfState]]) -> None:
+    """Keep the values of expressions, each with the place that messages name, of every accepted state: see `kept`."""
+    known = dict[str, Any]()
+    for where, value in wanted:
+        require(draft, where, value, {})
+        for name, one in value.parameters:
+            if known.setdefault(name, one.value) != one.value:
+                expected = f"one value of the parameter '{name}' in all that controllers and events read"
+                raise InputError(say(where, expected, f"{known[name]:g} and {one.value:g}", "give one of them another name"))
+    if wanted:
+        add(draft, "", READING, [value for _, value in wanted], responses.of_state(0.0), (), 0.0)
+
+
+def kept(model: Compiled) -> np.ndarray:
+    """Places (i,) of these values in the memory of forces, in the order of the expressions."""
+    found, first = list[int](), 0
+    for source, force in zip(model.system.loads.forces, model.forces, strict=True):
+        if isinstance(source, LawForces) and source.law.kept:
+            found += range(first + source.law.memory, first + source.law.memory + source.law.kept)
+        first += len(force.memory)
+    return np.array(found, dtype=np.int64)
+
+
+def add(
+    draft: Draft, where: str, coordinate: str, values: Sequence[OfState], potential: OfState, rows: Sequence[int], free: float
+) -> None:
+    """Add a law of expressions on rows of a coordinate and of outputs."""
+    own, told, numbers = COORDINATES[coordinate].own, list[str](), [free]
+    wanted = dict.fromkeys(name for value in values for name in value.outputs if name not in own)
+    inputs = [draft.inputs[name] for name in wanted if name in draft.inputs]
+    for value in values:
+        require(draft, where, value, own)
+    given = dict(one for value in (*values, potential) for one in value.parameters)
+    numbers += [one.value for one in given.values()]
+    read = list(rows)
+    for name in dict.fromkeys(one.partition(".")[0] for one in wanted if one not in draft.inputs):
+        word, found, parameters = sense(draft, name)
+        read += found
+        numbers += parameters
+        told.append(":".join([name, word, str(len(found)), str(len(parameters)), *draft.outputs[name].variables(draft.layout.dim)]))
+    texts = ";".join(value.text for value in values)
+    named = [WORD, coordinate, texts, potential.text, ",".join(given), ",".join(told), *(one.name for one in inputs)]
+    law, used = made("|".join(named))
+    signals = [draft.signal(of_time("t"))] if any(value.clocked for value in values) else []
+    draft.forces.act(law, [read[k] for k in used], numbers, [*signals, *map(draft.signal, inputs)])
+
+
+def require(draft: Draft, where: str, value: OfState, own: Mapping[str, str]) -> None:
+    """InputError where an expression does not fit the outputs and inputs there are."""
+    known = variables(draft.outputs, draft.layout.dim) | {name: one.unit for name, one in draft.inputs.items()}
     try:
-        responses.require(value, known)
+        responses.require(value, known | dict(own))
     except Problem as problem:
         raise InputError(problem.at(where)) from problem
-    potential = energy or responses.of_state(0.0)
-    given = dict((*value.parameters, *potential.parameters))
-    rows, numbers, told = list(gauge.rows), [gauge.free, *(one.value for one in given.values())], []
-    for name in dict.fromkeys(one.partition(".")[0] for one in value.outputs if one not in {*own, *draft.inputs}):
-        word, read, parameters = sense(draft, name)
-        rows += read
-        numbers += parameters
-        told.append(":".join([name, word, str(len(read)), str(len(parameters)), *draft.outputs[name].variables(draft.layout.dim)]))
-    text = "|".join([WORD, coordinate, value.text, potential.text, ",".join(given), ",".join(told), *(one.name for one in inputs)])
-    law, used = made(text)
-    signals = [*([draft.signal(of_time("t"))] if value.clocked else []), *(draft.signal(one) for one in inputs)]
-    draft.forces.act(law, [rows[k] for k in used], numbers, signals)
 
 
 def variables(outputs: Mapping[str, Probe], dim: int) -> dict[str, str]:
@@ -139,7 +184,7 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     coordinate, outputs = COORDINATES[kind], [part.split(":") for part in told.split(",") if part]
     parameters = [part for part in given.split(",") if part]
     known = responses.Names(parameters)
-    clocked = int("t" in expressions.parse(text, known))
+    clocked = int(any("t" in expressions.parse(one, known) for one in text.split(";")))
     total = coordinate.rows + sum(int(one[2]) for one in outputs)
     count = 1 + len(parameters) + sum(int(one[3]) for one in outputs)
     y, v, p = written.rows(total), written.rates(total), written.numbers(count)
@@ -160,9 +205,10 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
         scales = {step: symbols.number(units.read(step).value) for step in program if responses.is_quantity(step)}
         return expressions.evaluate(program, names | scales, symbols.ALGEBRA, symbols.number)
 
-    force, stored = value(text), value(potential)
-    F = [force * sympy.diff(along, one) for one in y]
-    law, used = written.pruned(written.Symbols(F, count, clocked + len(inputs), stored))
+    values, stored = [value(one) for one in text.split(";")], value(potential)
+    F = [values[0] * sympy.diff(along, one) for one in y]
+    read = tuple(values) if kind == READING else ()
+    law, used = written.pruned(written.Symbols(F, count, clocked + len(inputs), stored, read))
     found: ForceLaw = symbols.import_text(written.source({"own": law}, "A force by an expression of the state.")).LAWS["own"]
     return found.named(name, law_of), used
 

@@ -87,7 +87,7 @@ def _(signal: Cosine | Sine, told: Mapping[str, Signal]) -> Signal:
 
 
 def inputs_of(system: System) -> dict[str, Input]:
-    """The inputs of a system by name."""
+    """The inputs of a system by name; those of controllers stand as such at the end of its signals."""
     return {one.name: one for signal in system.signals for one in read_inputs(signal)}
 
 

@@ -1,0 +1,210 @@
+"""What tells a run its inputs: others, from step to step, and controllers at their sample instants.
+
+The steps of a run that is fed are taken one by one, over one packed struct, at a few microseconds beside the compiled step.
+Histories without inputs are tabulated ahead. An input that drives a joint is the cubic through its last four values, any other one
+is held in the step.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..core.errors import InputError, Reason, SolverError, closest, listed, say
+from ..core.inputs import KEPT, Input, Told
+from ..core.structs import Routine, address_of, packed
+from ..systems.controllers import Controlled
+from ..systems.signals import inputs_of, read_inputs, with_inputs
+from ..systems.system import System, driven_rows, driving
+from . import checkpoint as checkpoints
+from . import stepping
+from .checkpoint import Checkpoint
+from .histories import leading_signals
+from .scheme import GeneralizedAlpha
+
+if TYPE_CHECKING:
+    from .integration import Run
+
+AHEAD = 64  #: steps for which functions of time are tabulated at once
+FEW = 2  #: samples of a quarter
+TWICE, GROWN = (
+    2.0,
+    1e3,
+)  #: times as much from quarter to quarter, and from the first to the last, where inputs grow beyond all bounds
+LATE = 1e-6  #: part of a step after an instant where what is told for the step after it counts
+NEAR = 1e-6  #: part of a sample time by which whole steps may miss it: round-off
+
+
+@dataclass
+class Sampler:
+    """A controller in a run."""
+
+    of: Controlled
+    every: int  #: steps
+    memory: list[float]
+
+
+class Feed:
+    """Inputs of a run; `system` reads them."""
+
+    def __init__(self, plain: System, scheme: GeneralizedAlpha) -> None:
+        self.plain, self.scheme, self.inputs = plain, scheme, inputs_of(plain)
+        driven = {signal for _, signal in driving(plain.constraints)}
+        smooth = {one.name for k in driven for one in read_inputs(plain.signals[k])}
+        self.told = {name: Told(scheme.step, [one.start] * KEPT, 1 - KEPT, name in smooth) for name, one in self.inputs.items()}
+        self.system = with_inputs(plain, self.told)
+        self.samplers = [sampler(one, scheme) for one in self.inputs.values() if isinstance(one, Controlled)]
+        self.record = {one.of.name: [one.of.start] for one in self.samplers}  #: what controllers told
+        reading = [k for k, signal in enumerate(plain.signals) if read_inputs(signal)]
+        #: columns of inputs that are signals as they are; None where others read them, which are evaluated in every step
+        self.columns: list[tuple[int, Told]] | None = [
+            (k, self.told[one.name]) for k in reading if isinstance(one := plain.signals[k], Input) and k not in driven
+        ]
+        if len(self.columns) < len(reading):
+            self.columns = None
+        self.ahead, self.first = np.zeros((0, 0)), 0
+        self.row = np.zeros((1, len(plain.signals) * (4 if driven_rows(plain.constraints).any() else 1)))
+        self.stored = np.array([-1])
+        self.table = np.zeros(0, np.int64)  #: of the packed step, empty before the first one
+
+    def tell(self, values: Mapping[str, float]) -> None:
+        """New values of inputs for the next step; those that are not named keep theirs."""
+        for name, value in values.items():
+            if name not in self.told or name in self.record:
+                free = [one for one in self.told if one not in self.record]
+                got = f"'{name}', which its controller tells" if name in self.record else f"'{name}'"
+                expected = f"one of the inputs {listed(free, name, 'of which there are none')}"
+                raise InputError(say("run.step", expected, got) + closest(name, free))
+            if not math.isfinite(value):
+                raise InputError(say(f"run.step: input '{name}'", "a finite number", value))
+        for name, one in self.told.items():
+            kept = one.values
+            kept.append(float(values[name]) if name in values else kept[-1])
+            del kept[0]
+            one.first += 1
+
+    def sample(self, run: Run) -> None:
+        """Let controllers act whose instant it is; the state jumps with what they tell for the next step."""
+        changed = False
+        for one in self.samplers:
+            if run.done % one.every == 0:
+                told = self.told[one.of.name]
+                new = self.value(run, one)
+                changed = changed or new != told.values[-1]
+                told.values[-1] = new
+        for name, values in self.record.items():
+            values.append(self.told[name].values[-1])
+        if changed:
+            self.jump(run)
+
+    def value(self, run: Run, one: Sampler) -> float:
+        """What a controller tells."""
+        time, memory = self.scheme.step * run.done, run.step.state.memory
+        found = one.of.law(time, [float(memory[run.kept_values[k]]) for k in one.of.reads], one.memory)
+        if not math.isfinite(found):
+            text = f"controller '{one.of.name}' gives {found} at t = {time:.6g} s; look at what it reads, guard it with where(...)"
+            raise SolverError(text, Reason.NOT_FINITE, time, ((f"controller {one.of.name}", found),))
+        return found
+
+    def jump(self, run: Run) -> None:
+        """Accelerations and reactions of the present state with what is told now."""
+        if self.columns is None or not run.done:
+            self.row[0] = one_row(self.system, self.scheme, run.done + LATE)
+        else:
+            self.write()
+        status = self.call(run, stepping.jump)
+        if status != stepping.DONE:
+            run.model.check()
+            run.step.work.kind[0] = 0
+
+    def take(self, run: Run) -> int:
+        """Take a step; the status."""
+        if self.columns is None:
+            self.row[0] = one_row(self.system, self.scheme, run.done + 1)
+        else:
+            self.row[0] = self.tabulated(run.done)
+            self.write()
+        self.stored[0] = run.row(run.done + 1)
+        return self.call(run, stepping.advance)
+
+    def write(self) -> None:
+        """Columns of inputs that are signals as they are."""
+        for column, one in self.columns or ():
+            self.row[0, column] = one.values[-1]
+
+    def tabulated(self, number: int) -> np.ndarray:
+        """Signals at the end of a step; inputs are at their start."""
+        k = number - self.first
+        if not 0 <= k < len(self.ahead):
+            h = self.scheme.step
+            self.ahead, broken = leading_signals(self.plain, h * (number + 1 + np.arange(AHEAD)), h)
+            self.first, k = number, 0
+            if broken is not None and not len(self.ahead):
+                raise broken
+        return self.ahead[k]
+
+    def call(self, run: Run, routine: Routine) -> int:
+        """Call a routine of steps on the run."""
+        if run.large:
+            return run.call(routine, run.step.method, self.row, self.stored)
+        if not len(self.table):
+            job = run.step.job._replace(signals=self.row, rows=self.stored)
+            run.step = run.step._replace(job=job)
+            self.table = packed(run.step)
+        return int(routine.call(address_of(self.table), 0))
+
+    def recorded(self) -> System:
+        """The system with what controllers told so far as histories."""
+        told = {name: Told(self.scheme.step, values, smooth=self.told[name].smooth) for name, values in self.record.items()}
+        return with_inputs(self.plain, {**self.told, **told})
+
+    def growing(self) -> str:
+        """What is said of a controller that tells ever more, quarter by quarter of its samples; nothing of others."""
+        for one in self.samplers:
+            told = np.abs(self.record[one.of.name][1 :: one.every])
+            told = told[: int(np.argmax(told >= 0.5 * told.max(initial=0.0))) + 1]  # what has no more room to grow stays
+            if len(told) < 4 * FEW:
+                continue
+            most = np.array([part.max() for part in np.array_split(told, 4)])
+            if (most[1:] > TWICE * most[:-1]).all() and most[3] > GROWN * most[0]:
+                rose = f"what controller '{one.of.name}' tells rose from {most[0]:.3g} to {most[3]:.3g} {one.of.unit}".rstrip()
+                return f"{rose} in {len(told)} samples, quarter by quarter"
+        return ""
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What is to be kept of it, by name."""
+        found = {f"input {name}": np.array(one.values) for name, one in self.told.items()}
+        for one in self.samplers:
+            found |= {f"controller {one.of.name}": np.array(one.memory), f"told {one.of.name}": np.array(self.record[one.of.name])}
+        return found
+
+    def put(self, held: Checkpoint) -> None:
+        """Put back what was kept."""
+        for name, one in self.told.items():
+            one.values = checkpoints.fitting(held.arrays, f"input {name}", np.array(one.values)).tolist()
+            one.first = held.done + 1 - KEPT
+        for each in self.samplers:
+            each.memory = checkpoints.fitting(held.arrays, f"controller {each.of.name}", np.array(each.memory)).tolist()
+            told = np.zeros(held.done + 1)
+            self.record[each.of.name] = checkpoints.fitting(held.arrays, f"told {each.of.name}", told).tolist()
+
+
+def sampler(one: Controlled, scheme: GeneralizedAlpha) -> Sampler:
+    """A controller, sampled every so many steps."""
+    every = round(one.sample / scheme.step)
+    if every < 1 or abs(every * scheme.step - one.sample) > NEAR * one.sample:
+        expected = f"a whole number of steps of {scheme.step:g} s"
+        raise InputError(say(f"controller '{one.name}'.sample", expected, f"{one.sample:g} s"))
+    return Sampler(one, every, list(one.law.memory))
+
+
+def one_row(system: System, scheme: GeneralizedAlpha, number: float) -> np.ndarray:
+    """Signals after so many steps."""
+    table, broken = leading_signals(system, np.array([scheme.step * number]), scheme.step)
+    if broken is not None:
+        raise broken
+    return np.asarray(table[0])
