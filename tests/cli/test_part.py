@@ -68,6 +68,15 @@ def test_a_part_is_trained_on_the_motion_of_a_scene_as_well(folder: Path, tmp_pa
     assert found["points"] == found["points_full"]
 
 
+def test_a_training_goes_on(folder: Path, tmp_path: Path) -> None:
+    more = ("--body", "beam", "--alone", *SHORT[:-2], "--seed", "1", "--continue", folder / "beam.part.h5")
+    found = fmbs("part", "train", folder / "scene.yaml", *more, "--json", "--out", tmp_path).json
+    before = fmbs("part", "info", folder / "beam.part.h5", "--json").json
+    assert found["states"] == 2 * before["states"]
+    assert found["before"]["strains"] == before["strains"]
+    assert found["strains"]["curvature [1/m]"][1] >= before["strains"]["curvature [1/m]"][1]
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [

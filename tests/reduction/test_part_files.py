@@ -97,6 +97,43 @@ def test_a_file_holds_the_part_and_runs_without_the_mesh(tmp_path: Path) -> None
     assert file.stat().st_size < 200_000
 
 
+def left_out(part: part_files.Part, states: np.ndarray) -> float:
+    """Energy of states that the functions of a part leave out, over that of the deviations from the field 1."""
+    S, W, one = part.memory.functions, parts.metric(arm()), arm().constant  # type: ignore[union-attr]
+    Y = np.moveaxis(states, 0, 1).reshape(len(S), -1)
+    rest = Y - S @ np.linalg.solve(S.T @ (W @ S), S.T @ (W @ Y))
+    Y = Y - np.outer(one, one @ (W @ Y) / (one @ (W @ one)))
+    return float(np.sum(rest * (W @ rest)) / np.sum(Y * (W @ Y)))
+
+
+def test_a_training_goes_on_without_the_states_of_before(tmp_path: Path) -> None:
+    """Pinned first, then bent at the ends: the part of both is as good as one that was trained on both at once."""
+    pinned, bent = (excite(arm(), Excitation(runs=2, step=1e-3, duration=1.5, moment=m)) for m in (0.0, 0.14))
+    first = part_files.train(arm(), pinned, 1e-10)
+    file = part_files.save(first, tmp_path / "arm.part.h5")
+    both = part_files.train(arm(), bent, 1e-10, None, 1e-4, part_files.resume(file))
+    once = part_files.train(arm(), np.concatenate([pinned, bent]), 1e-10)
+    assert left_out(first, bent) > 1e-8
+    for states in (pinned, bent):
+        assert left_out(both, states) < 3e-10
+    assert abs(both.notes["functions"] - once.notes["functions"]) <= 1
+    assert both.notes["states"] == once.notes["states"]
+    for part in (first, once):
+        low, high = part.body.shapes.trained  # type: ignore[union-attr]
+        assert (both.body.shapes.trained[0] <= low + 0.05 * (high - low)).all()  # type: ignore[union-attr]
+        assert (both.body.shapes.trained[1] >= high - 0.05 * (high - low)).all()  # type: ignore[union-attr]
+
+
+def test_a_training_goes_on_with_the_same_mesh_and_a_file_that_knows_it(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="a part of an earlier release; train the part anew"):
+        part_files.resume(Path(__file__).parent / "data" / "arm_1.part.h5")
+    other = cable("arm", models.straight(8), models.SECTION, models.MATERIAL)
+    with pytest.raises(InputError, match="take the mesh of before"):
+        part_files.train(other, other.reference[None], 1e-10, None, None, alone())
+    with pytest.raises(InputError, match=r"read it with part_files\.resume"):
+        part_files.train(arm(), arm().reference[None], 1e-10, None, None, replace(alone(), memory=None))
+
+
 def test_a_plate_with_a_rim_is_a_part_as_well(tmp_path: Path) -> None:
     steel = Material(young_modulus=2e8, density=7800.0, poisson_ratio=0.3)
     rims = {"hub": Rim(("inner",)), "edge": Rim(("outer",))}

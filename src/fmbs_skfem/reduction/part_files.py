@@ -5,28 +5,44 @@
     arm = parts.placed(part_files.load("arm.part.h5").body, "left arm", origin, rotation)
 
 A file is a `core.container` of the body (shape functions at the weighted points and over the interpolation, places, mass, law,
-section) and of notes on its training.
+section), of notes on its training, and of factors and a few states of it, with which a training goes on:
+
+    S from the left singular vectors of [S_1 L_1, Y],    L_1 L_1^T = sum of all z z^T of before                         (50)
+
+Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equation (50), doi 10.1016/j.cma.2019.112690.
 """
 
 from __future__ import annotations
 
 import time as clock
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from ..bodies.body import Body
 from ..core import container, validation
-from ..core.container import Kind
-from ..core.validation import Misfit, require
+from ..core.container import Kind, storable
+from ..core.errors import InputError, say
+from ..core.validation import Misfit, Reals, require
 from ..dynamics import departures
 from . import parts
 
 KIND = Kind("fmbs_skfem part", "a part", 1, "copy the file again, or train the part anew", "train and save the part anew")
 USUAL = 1e-12  #: eps of the shape functions of a part
 ETA = 1e-4  #: tolerance of its weighted points
+KEPT = 120  #: states that a part keeps of its training, for the points of one that goes on
+
+
+@storable
+@dataclass(frozen=True)
+class Memory:
+    """What a part keeps of its training in place of the states."""
+
+    functions: Annotated[np.ndarray, Reals("b m")]  #: S
+    factor: Annotated[np.ndarray, Reals("m m")]  #: L
+    states: Annotated[np.ndarray, Reals("s m c")]  #: some z
 
 
 @dataclass(frozen=True)
@@ -35,17 +51,38 @@ class Part:
 
     body: Body
     notes: dict[str, Any] = field(default_factory=dict)
+    memory: Memory | None = None  #: None of parts that are read to be used
 
 
 def train(
-    body: Body, states: np.ndarray, tolerance: float = USUAL, modes: int | None = None, eta: float | None = ETA, /, **notes: Any
+    body: Body,
+    states: np.ndarray,
+    tolerance: float = USUAL,
+    modes: int | None = None,
+    eta: float | None = ETA,
+    before: Part | None = None,
+    /,
+    **notes: Any,
 ) -> Part:
-    """The part of a full body from states (s, b, c) of any of its motions; without `eta` its energy is that of all points."""
-    begun = clock.process_time()
-    S = parts.shape_functions(body, states, tolerance, modes)
+    """The part of a full body from states (s, b, c) of any of its motions; without `eta` its energy is that of all points.
+
+    What a part of `before` with its memory was trained on counts as well, and none of its states is needed.
+    """
+    begun, known = clock.process_time(), None if before is None else recall(before, body)
+    earlier = None if known is None else known.functions @ known.factor
+    S = parts.shape_functions(body, states, tolerance, modes, earlier)
     z, found = parts.coordinates(body, S, states), parts.reduced_body(body, S)
+    columns = np.moveaxis(z, 0, 1).reshape(len(z[0]), -1)
+    if known is not None and earlier is not None:
+        columns = np.hstack([parts.coordinates(body, S, earlier.T[..., None])[..., 0].T, columns])
+        z = np.concatenate([parts.coordinates(body, S, np.einsum("bm,smc->sbc", known.functions, known.states)), z])
     found = parts.ranged(found, z) if eta is None else parts.sampled(found, z, eta)
     assert found.shapes is not None
+    if before is not None and before.body.shapes is not None:
+        (a, b), (c, d) = found.shapes.trained, before.body.shapes.trained
+        found = replace(found, shapes=replace(found.shapes, trained=np.stack([np.minimum(a, c), np.maximum(b, d)])))
+    assert found.shapes is not None
+    kept = np.unique(np.linspace(0, len(z) - 1, KEPT).round().astype(np.int64))
     low, high = found.shapes.trained
     names = departures.kinds_of(found.shapes)
     record = {
@@ -55,16 +92,39 @@ def train(
         "points_full": parts.count_points(body),
         "tolerance": None if modes else tolerance,
         "hyper_tolerance": eta,
-        "states": len(states),
+        "states": len(states) + (0 if before is None else int(before.notes["states"])),
+        "states_kept": len(kept),
         "strains": {name: [float(a), float(b)] for name, a, b in zip(names, low, high, strict=True)},
         "training_s": clock.process_time() - begun,
     }
-    return Part(found, record | notes)
+    return Part(found, record | notes, Memory(S, np.asarray(np.linalg.qr(columns.T, mode="r")).T, z[kept]))
+
+
+def recall(before: Part, body: Body) -> Memory:
+    """The memory of a part that goes on with the training of a full body; InputError where it is of another one."""
+    known = before.memory
+    if known is None:
+        remedy = "read it with part_files.resume, or train the part anew"
+        raise InputError(say(f"part of '{body.name}'", "one that keeps factors of its training", "none", remedy))
+    if (len(known.functions), known.states.shape[2]) != body.reference.shape:
+        expected = f"a body of {len(known.functions)} functions in {known.states.shape[2]} dimensions, as that of the part"
+        raise InputError(say(f"body '{body.name}'", expected, f"{len(body.reference)} in {body.dim}", "take the mesh of before"))
+    return known
 
 
 def save(part: Part, path: str | Path) -> Path:
     """Write a part; the file appears under its name when it is complete."""
-    return container.write(path, KIND, bodies=(part.body,), notes=part.notes)
+    kept = {} if part.memory is None else {"memory": part.memory}
+    return container.write(path, KIND, bodies=(part.body,), notes=part.notes, **kept)
+
+
+def resume(path: str | Path) -> Part:
+    """As `load`, with what a training needs that goes on; InputError for a file that does not hold it."""
+    part = load(path)
+    if "states_kept" not in part.notes:
+        got = "a part of an earlier release"
+        raise InputError(say(f"{path}", "a part that keeps factors of its training", got, "train the part anew"))
+    return replace(part, memory=container.read(path, KIND, memory=Memory)["memory"])
 
 
 def load(path: str | Path) -> Part:

@@ -42,12 +42,20 @@ def metric(part: Body) -> csr_array:
     return csr_array(W[:: part.dim, :: part.dim])
 
 
-def shape_functions(part: Body, states: np.ndarray, tolerance: float | None = 1e-12, modes: int | None = None) -> np.ndarray:
+def shape_functions(
+    part: Body,
+    states: np.ndarray,
+    tolerance: float | None = 1e-12,
+    modes: int | None = None,
+    earlier: np.ndarray | None = None,
+) -> np.ndarray:
     """S (b, m) of (1) from states (s, b, c) of a full body; eps = `tolerance` refers to the deviations from the field 1, or m.
 
-    Coordinates at the places of the body come first, the others are orthonormal in the mass over that of the body.
+    Coordinates at the places of the body come first, the others are orthonormal in the mass over that of the body. Factors U_1 S_1
+    (b, k) of `earlier` states stand for them, by the left singular vectors of [U_1 S_1, Y].
     """
     columns = np.moveaxis(states, 0, 1).reshape(states.shape[1], -1)
+    columns = columns if earlier is None else np.hstack([earlier, columns])
     keep = np.column_stack([part.constant, part.reference])
     S = pod.of_vectors(columns, keep, None if modes else tolerance, modes, metric(part)).modes
     return with_places(part, S)

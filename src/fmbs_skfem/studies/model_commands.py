@@ -69,19 +69,23 @@ def train_part(
     slowest: Annotated[float | None, Option("First frequency of sweeps, by default 0.1 sqrt(g/L).", "HZ", least=0.0)] = None,
     fastest: Annotated[float | None, Option("Last frequency of sweeps, by default 1.6 sqrt(g/L).", "HZ", least=0.0)] = None,
     seed: Annotated[int, Option("Of random directions, phases and frequencies.", "N")] = 0,
+    before: Annotated[
+        str | Path | None, Option("Go on with the training of a part: nothing that it has seen is run again.", "FILE", "continue")
+    ] = None,
     **shared: Unpack[Shared],
 ) -> "PartResult":
     """Reduce one body of a scene as a part, which stands in any mechanism.
 
     The part of `body` is saved into `out`, a file ending in .h5 or a folder for NAME.part.h5. With `alone` the body is moved by
-    itself, by its weight, forces and moments; else it is trained on the motion of the scene.
+    itself, by its weight, forces and moments; else it is trained on the motion of the scene. With `before` the part knows both.
     """
     from ..reduction.excitation import Excitation
     from . import parts
 
     with jobs.begin(source, **shared) as job:
         told = Excitation(runs, push, moment, gravity, duration, slowest, fastest, step, seed=seed)
-        return parts.train(job, jobs.read_scene(job), body, told if alone else None, tolerance, modes, hyper or None)
+        known, excited = None if before is None else Path(before), told if alone else None
+        return parts.train(job, jobs.read_scene(job), body, excited, tolerance, modes, hyper or None, known)
 
 
 def describe_part(path: ModelFile, **shared: Unpack[OutputOptions]) -> "PartResult":

@@ -37,11 +37,24 @@ class PartResult(Result):
 
 
 def train(
-    job: Job, scene: Scene, body: str, alone: Excitation | None, tolerance: float, modes: int | None, hyper: float | None
+    job: Job,
+    scene: Scene,
+    body: str,
+    alone: Excitation | None,
+    tolerance: float,
+    modes: int | None,
+    hyper: float | None,
+    before: Path | None = None,
 ) -> PartResult:
-    """The part of a body of a scene, moved alone by an excitation or by the motion of the scene, saved in a file."""
+    """The part of a body of a scene, moved alone by an excitation or by the motion of the scene, saved in a file.
+
+    With the part in a file of `before` its training goes on.
+    """
     path = jobs.settle_file(job, f"{body}.part.h5")
     part, others = body_of(job, scene, body)
+    known = None if before is None else part_files.resume(before)
+    if known is not None:
+        part_files.recall(known, part)
     compiling.announce(job)
     told = None if alone is None else excitation.settle(alone, part)
     begun = time.process_time()
@@ -52,7 +65,9 @@ def train(
     spent = time.process_time() - begun
     origin = reports.plain(reports.provenance(scene))
     record = {"alone": None if told is None else reports.plain(asdict(told)), "motions_s": spent, "scene": jobs.title(scene)}
-    found = part_files.train(part, states, tolerance, modes, hyper, body=body, **record, provenance=origin)
+    if known is not None:
+        record["before"] = {key: known.notes.get(key) for key in ("alone", "scene", "states", "strains", "before")}
+    found = part_files.train(part, states, tolerance, modes, hyper, known, body=body, **record, provenance=origin)
     view: list[Table | str] = [described(f"Part {body}", found)]
     if path is not None:
         part_files.save(found, path)
