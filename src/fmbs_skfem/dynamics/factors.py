@@ -146,9 +146,11 @@ def substitute_dense(LU: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
 
 @routine
 def factorise_band(table: Any, _: Any) -> int:
-    """As `factorise_dense`. Where Cholesky's factorisation of the band fails, the matrix is set up again for LU."""
+    """As `factorise_dense`. Where Cholesky's factorisation of the band fails, the matrix is set up again for LU; friction needs that."""
     S = opened(table)
     for kind in (CHOLESKY, BAND):
+        if kind == CHOLESKY and S.arrays.pairs.skew:
+            continue
         if assemble(table) != 0:
             return 1
         S.work.kind[0] = S.work.kind[2] = kind
@@ -171,6 +173,8 @@ def factor_band(table: Any) -> int:
     else:
         width = W.shape[1] - 1
         mirror_band(W, w.general)
+        if S.arrays.pairs.skew:
+            kernels.add_skew_pairs(S.arrays.pairs, S.arrays.probes, S.space.H, w.general)
         info = lapack.gbtrf(w.addresses, w.general, width, width, w.pivots)
     if info != 0 or m == 0:
         return info
@@ -284,7 +288,7 @@ def close(w: Work, rhs: np.ndarray) -> None:
         for i in range(n):
             total += w.J[k, i] * R[0, i]
         small[0, k] = total
-    lapack.getrs(w.addresses, w.schur, w.schur_pivots, small, lapack.T)
+    lapack.getrs(w.addresses, w.schur, w.schur_pivots, small)
     for k in range(m):
         for i in range(n):
             R[0, i] -= w.spread[k, i] * small[0, k]

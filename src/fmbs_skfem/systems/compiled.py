@@ -153,7 +153,7 @@ def flatten(system: System) -> Compiled:
         terms=constraints,
         laws=constraint_terms(laws),
         forces=attachments.addressed(pushing),
-        pairs=Pairs(np.ascontiguousarray(pairs[:0] if large else pairs), len(pairs)),
+        pairs=Pairs(np.ascontiguousarray(pairs[:0] if large else pairs), len(pairs), any(force.skew for force in pushing)),
         load=np.ascontiguousarray(system.loads.constant[order]),
         corotation=corotation.nothing(system.size),
         norm=np.ascontiguousarray(system.metric.diagonal()[order] / system.weight),

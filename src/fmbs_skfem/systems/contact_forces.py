@@ -6,8 +6,8 @@ r"""Contact as forces on probe rows: points with a radius against a shape, with 
     T = - kt b - ct v_T,    |T| <= mu N,    b = (b0 + change of the material points since the last accepted state), across n
 
 on r: N n + T, on the axes a_j of the place that carries the point: s_j T, on o: - N n - T, on E_k: - w_k (N n + T). The bristle b
-is elastic and perfectly plastic: where kt |b| is more than mu N it is cut to that, without damping (a return mapping, as in
-plasticity). What sticks therefore never creeps, and the size of steps says nothing where a point sticks or slides on. The memory of
+is elastic and perfectly plastic: where kt |b| is more than mu N it is cut to that, and so is T (a return mapping, as in plasticity:
+forces are continuous, which Newton's iteration needs). What sticks therefore never creeps, and the size of steps says nothing where a point sticks or slides on. The memory of
 a point is its last normal force, whether it was ever free, the bristle in the axes of the shape, and the rows that it read. Nothing
 is computed of points that are away. Derivatives are those of a complex step, exact to round-off.
 
@@ -189,7 +189,7 @@ def stick(F: Any, y: np.ndarray, N: Scalar, last: np.ndarray, w: np.ndarray) -> 
     for c in range(dim):
         if slides:
             w[6, c] *= most / pull
-        w[4, c] = -law[KT] * w[6, c] - (0.0 if slides else law[CT]) * w[3, c]
+        w[4, c] = -law[KT] * w[6, c] - law[CT] * w[3, c]
         for i in range(dim):
             w[5, i] += w[6, c] * component(F, y, i, c)
     total = size(w[4], dim)
@@ -330,4 +330,4 @@ def _(found: ContactForces, place: Place) -> Force:
     arrays = [np.ascontiguousarray(part) for part in (found.sizes, found.heights, *numbers)]
     record = Record._make((found.shape, *arrays, found.share, place.pair, place.memory))
     routines = Routines(push, slopes, accept, store, judge)
-    return Force(record, routines, "contact", pairs, memory.ravel(), damped=True)
+    return Force(record, routines, "contact", pairs, memory.ravel(), damped=True, skew=bool(found.law[MU] > 0.0))

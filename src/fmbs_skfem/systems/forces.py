@@ -51,6 +51,7 @@ class Force(Piece):
     #: (l,) which numbers of its memory are angles, whose turns follow from their rates where states are far apart
     turns: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
     damped: bool = False  #: whether it reads the rates y'
+    skew: bool = False  #: whether its derivatives are far from symmetric
 
 
 @singledispatch

@@ -53,6 +53,7 @@ class Pairs(NamedTuple):
 
     rows: IntegerMatrix  #: (h, 2), none where W is sparse
     size: int  #: h
+    skew: bool  #: whether H is not symmetric by far, as of friction
 
 
 @jit
@@ -346,3 +347,19 @@ def add_pairs(A: Pairs, P: Csr, H: np.ndarray, dense: bool, W: np.ndarray) -> No
                     W[i, j] += value * P.data[q]
                 else:
                     W[min(i, j), abs(i - j)] += (1.0 if i == j else 0.5) * value * P.data[q]
+
+
+@jit
+def add_skew_pairs(A: Pairs, P: Csr, H: np.ndarray, general: np.ndarray) -> None:
+    """The skew part of P^T H P to a general band (n, 3d+1) as LAPACK has it."""
+    middle = 2 * ((general.shape[1] - 1) // 3)
+    for k in range(len(A.rows)):
+        if H[k] == 0.0:
+            continue
+        a, b = A.rows[k, 0], A.rows[k, 1]
+        for p in range(P.indptr[a], P.indptr[a + 1]):
+            i, value = P.indices[p], 0.5 * H[k] * P.data[p]
+            for q in range(P.indptr[b], P.indptr[b + 1]):
+                j = P.indices[q]
+                general[j, middle + i - j] += value * P.data[q]
+                general[i, middle + j - i] -= value * P.data[q]
