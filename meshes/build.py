@@ -25,6 +25,11 @@ def corner(s: np.ndarray) -> np.ndarray:
     return np.column_stack([np.minimum(s, 1), np.maximum(s - 1, 0), 0 * s])
 
 
+def circle(s: np.ndarray) -> np.ndarray:
+    """Radius 0.2 m, from the origin along +x, turning towards +y, and back to the origin."""
+    return np.column_stack([0.2 * np.sin(s / 0.2), 0.2 * (1 - np.cos(s / 0.2)), 0 * s])
+
+
 def line(
     cells: int, length: float, points: dict[str, int], parts: dict[str, tuple[int, int]], curve: meshes.Curve
 ) -> meshes.LineMesh:
@@ -49,6 +54,7 @@ def everything() -> dict[str, meshes.LineMesh]:
     out["double_pendulum_100.msh"] = pendulum
     arc = beam(40, np.pi / 2, "arc", quarter_circle)
     out |= {"arc_40.msh": arc, "arc_40.vtu": arc}
+    out["hoop_60.msh"] = beam(60, 0.4 * np.pi, "hoop", circle)
     out["cable_40.msh"] = line(40, 2.0, {"left": 0, "middle": 20, "right": 40}, {"cable": (0, 40)}, meshes.straight)
     return out
 

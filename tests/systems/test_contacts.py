@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,21 +12,25 @@ from numpy.testing import assert_allclose
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
-from fmbs_skfem.bodies import Body, point_mass, rigid
+from fmbs_skfem.bodies import Body, cable, point_mass, rigid, sections
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
+from fmbs_skfem.reduction import files, galerkin, pod, sampling
+from fmbs_skfem.results import motion as pictures
 from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes import reading as scenes
-from fmbs_skfem.systems import At, Motion, System, assemble, check_force, compiled, loads, probes
+from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, check_force, compiled, eliminate, joints, loads, probes
 from fmbs_skfem.systems.contact_shapes import measure
 from fmbs_skfem.systems.contact_states import ContactState
 from fmbs_skfem.systems.contacts import Contact, ContactBox, ContactCylinder, ContactHeights, ContactPlane, ContactSphere
 
+from .. import models
 from .parts import A1, BOB, C1, beams
 
 TIGHT = Newton(tolerance=1e-12)
 BALL, DISC = At("ball", "center"), At("disc")
 G = 9.81
+EXAMPLES = Path(__file__).parents[2] / "examples"
 LAW: dict[str, Any] = {"stiffness": 20.0, "damping": 0.4, "dissipation": 0.3, "smoothing": 0.05, "friction": 0.3}
 
 
@@ -276,6 +281,107 @@ def test_rest_on_a_stiff_floor(height: float) -> None:
     assert_allclose(found["x_y"][-100:], -G / 1e7 - 0.5e-7, atol=1e-9)
 
 
+def test_a_point_above_the_pole_of_a_sphere() -> None:
+    """It rests there, unstable as it is, and a sphere that lies in a bowl lies at its bottom."""
+    weight = loads.Gravity((0.0, 0.0, -G))
+    top = ContactSphere("top", at=BALL, center=(0.0, 0.0, 0.0), diameter=1.0, stiffness=1e6, damping=300.0, smoothing=1e-6)
+    motion, _ = run(ball(top, weight, at=(0.0, 0.0, 0.5 + 1e-4), dim=3), 1e-3, 0.5, 0.8)
+    assert_allclose(motion.x[-1], [0.0, 0.0, 0.5 - G / 1e6 - 0.5e-6], atol=1e-9)
+    bowl = replace(top, name="bowl", inside=True, radius=0.1)
+    motion, _ = run(ball(bowl, weight, at=(0.0, 0.0, -0.4 + 1e-4), dim=3), 1e-3, 0.5, 0.8)
+    assert_allclose(motion.x[-1], [0.0, 0.0, -0.4 - G / 1e6 - 0.5e-6], atol=1e-9)
+
+
+def test_overlap_at_the_start_is_kept_by_choice() -> None:
+    """Pushed apart, 1 J flies up; kept, it stays where it is, m g / k lower."""
+    weight = loads.Gravity((0.0, -G))
+    with pytest.warns(match="1 of 1 points overlap the shape at the start, by up to 0.00447 m: they are pushed apart"):
+        pushed = ball(floor(stiffness=1e5, resolution=0.02), weight, at=(0.0, -np.sqrt(2e-5)))
+    motion, _ = run(pushed, 1e-4, 0.2)
+    assert 0.5 * motion.v[-1, 1] ** 2 + G * (motion.x[-1, 1] + np.sqrt(2e-5)) == pytest.approx(1.0, rel=1e-3)
+    kept = ball(floor(stiffness=1e5, damping=60.0, smoothing=1e-6, overlap="keep"), weight, at=(0.0, -0.1))
+    motion, _ = run(kept, 1e-3, 1.0, 0.8)
+    assert motion.x[-1, 1] == pytest.approx(-0.1 - G / 1e5 - 0.5e-6, abs=1e-9)
+
+
+def test_a_touch_in_every_step() -> None:
+    """A ball between walls 1 cm apart at 4 m/s meets one in every step of 2.5 ms: its energy stays, and it stays between them."""
+    more = {"stiffness": 1e6, "resolution": 0.03}
+    walls = [ContactPlane(n, at=BALL, point=(-5e-3 * s, 0.0), normal=(s, 0.0), **more) for n, s in (("a", 1.0), ("b", -1.0))]
+    motion, found = run(ball(*walls, speed=(4.0, 0.0)), 2.5e-3, 0.25)
+    assert_allclose(found["E_balance"], 8.0, rtol=2e-3)
+    assert np.abs(motion.x[:, 0]).max() < 5e-3 + 4.0 / np.sqrt(1e6)
+
+
+def wrapped(phi: float, mu: float) -> System:
+    """A limp cable on a drum of 0.1 m over an angle, held by 10 N, its other end drawn off slowly."""
+    angle, ends, period = np.linspace(0.0, phi, round(10 * phi) + 1), np.linspace(0.0, 0.1, 11)[1:, None], 0.3
+    arc, way = 0.1 * np.column_stack([np.sin(angle), -np.cos(angle)]), np.array([np.cos(phi), np.sin(phi)])
+    points = np.concatenate([[0.0, -0.1] - ends[::-1] * [1.0, 0.0], arc, arc[-1] + ends * way])
+    body = cable("c", models.polyline(np.pad(points, ((0, 0), (0, 1)))), sections.Given(EA=2e4, EI=2e-5, rhoA=0.1), dim=2)
+    drum = ContactSphere(
+        "drum", body="c", radius=0.0, center=(0.0, 0.0), diameter=0.2, stiffness=2e5, friction=mu, resolution=0.0, overlap="keep"
+    )
+
+    def drawn(t: np.ndarray) -> np.ndarray:
+        return np.asarray(0.006 * (t / period - np.sin(2 * np.pi * t / period) / (2 * np.pi)))
+
+    pull = joints.DrivenPosition("pull", At("c", "right"), (lambda t: way[0] * drawn(t), lambda t: way[1] * drawn(t)))
+    weight = loads.PointForce("weight", At("c", "left"), (-10.0, 0.0), lambda t: np.minimum(t / 0.05, 1.0))
+    outs = {"pull": probes.Reaction("pull"), "drum": ContactState("drum")}
+    return eliminate(assemble([body], [pull], [weight, drum], Rayleigh(mass=40.0, stiffness=1e-4), outputs=outs))
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.3])
+@pytest.mark.parametrize("part", [0.5, 1.0, 2.0])
+def test_a_cable_on_a_drum(part: float, mu: float) -> None:
+    """T2 / T1 = exp(mu phi) within 1 % while it slides (Euler and Eytelwein)."""
+    motion = integrate(wrapped(part * np.pi, mu), GeneralizedAlpha(2e-3, 0.5), 0.22, Newton(1e-10))
+    found = outputs(motion)
+    tension = np.hypot(found["pull_x"], found["pull_y"])[-8:]
+    assert found["drum_slip"][-8:].min() > 1e-3
+    assert tension.mean() / 10.0 == pytest.approx(np.exp(mu * part * np.pi), rel=1e-2)
+
+
+def lying(dim: int) -> System:
+    """A pinned beam falls onto a ball and a floor, two contacts on it."""
+    beam = cable("beam", models.straight(8), sections.Circular(0.02), sections.Material(1e8, 1200.0), dim=dim)
+    low = (0.0, -0.1, 0.0)[:dim]
+    on_floor = ContactPlane(
+        "floor", body="beam", points=17, point=low, normal=(0.0, 1.0, 0.0)[:dim], stiffness=2e3, friction=0.2, dissipation=1.0
+    )
+    on_ball = ContactSphere(
+        "ball", body="beam", center=(0.5, -0.13, 0.02)[:dim], diameter=0.2, stiffness=2e3, friction=0.2, dissipation=1.0
+    )
+    out = {"tip": probes.Position(At("beam", "right")), "floor": ContactState("floor"), "ball": ContactState("ball")}
+    weight = loads.Gravity((0.0, -G, 0.0)[:dim])
+    return assemble(
+        [beam], [joints.Pin("pin", At("beam", "left"))], [weight, on_floor, on_ball], Rayleigh(stiffness=1e-3), outputs=out
+    )
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_two_contacts_on_a_beam_in_full_reduced_hyper_reduced_and_saved(dim: int, tmp_path: Path) -> None:
+    raw, scheme = lying(dim), GeneralizedAlpha(1e-3)
+    full = integrate(eliminate(raw), scheme, 0.4, TIGHT)
+    data, level = galerkin.snapshots(full), galerkin.body_level(raw)
+    bases = {name: pod.basis(data.q[:, galerkin.rows_of(raw, part)].T, 1e-12) for name, part in level.items()}
+    reduced = galerkin.reduce_system(raw, level, bases)
+    hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, galerkin.projected(reduced, data.q))], 1e-8))
+    saved = files.load(files.save(hyper_reduced, tmp_path / "model.h5"))
+    expected = outputs(full)
+    assert expected["floor_force"].max() > 0.5
+    assert expected["ball_force"].max() > 0.5
+    for system in (reduced, hyper_reduced, saved):
+        found = outputs(integrate(system, scheme, 0.4, TIGHT))
+        for name in ("tip_x", "tip_y", "floor_gap"):
+            assert_allclose(found[name], expected[name], atol=2e-3)
+        assert found["ball_force"].max() == pytest.approx(expected["ball_force"].max(), rel=0.1)
+    shown = pictures.frames(full).bodies
+    assert set(shown) == {"beam", "floor", "ball"}
+    assert_allclose(np.linalg.norm(shown["ball"].points[-1] - [0.5, -0.13, 0.02 if dim == 3 else 0.0], axis=1), 0.1)
+
+
 SCENE = """
 schema: 1
 dimension: 2
@@ -319,3 +425,44 @@ def test_scenes() -> None:
 def test_wrong_scenes_are_named(old: str, new: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         build.system(scenes.loads(SCENE.replace(old, new)))
+
+
+def example(name: str, duration: float | None = None) -> tuple[System, Trajectory, dict[str, np.ndarray]]:
+    """A scene of the folder of examples, and its motion."""
+    scene = scenes.read(EXAMPLES / f"{name}.yaml")
+    system = build.chosen_form(scene, build.system(scene))
+    motion = integrate(system, GeneralizedAlpha(scene.analysis.step), duration or scene.analysis.duration)
+    return system, motion, outputs(motion)
+
+
+def test_a_hoop_bounces_and_rolls() -> None:
+    """Friction takes m R^2 w of its momentum: at half of its speed, it rolls, as a hoop thrown without spin does."""
+    _, motion, found = example("rolling_hoop")
+    middle = 0.5 * (found["low_x"] + found["high_x"]), 0.5 * (found["low_y"] + found["high_y"])
+    late = motion.times > 1.3
+    speed = np.gradient(middle[0], motion.times)[late]
+    turned = np.unwrap(np.arctan2(found["high_y"] - middle[1], found["high_x"] - middle[0]))
+    assert speed.mean() == pytest.approx(0.75, rel=0.05)
+    assert -np.gradient(turned, motion.times)[late].mean() * 0.202 == pytest.approx(0.75, rel=0.05)
+    assert found["floor_gap"][late].max() < 1e-3
+
+
+def test_a_gripper_lifts_a_ball() -> None:
+    """After the lift it hangs still: friction and normal forces carry it, and it is 0.1 m higher."""
+    _, _, found = example("gripper")
+    assert found["ball_y"][-1] == pytest.approx(0.13, abs=5e-4)
+    assert np.ptp(found["ball_y"][-200:]) < 1e-7
+    assert np.abs(found["ball_x"]).max() < 1e-9
+    assert found["left_friction"][-1] < 0.5 * found["left_force"][-1]
+    assert found["left_slip"][-1] < 1e-9
+    assert found["floor_force"][-1] == 0.0
+
+
+def test_a_cable_falls_over_a_drum_and_is_held() -> None:
+    """1.5 kg and 1 kg stay, as exp(0.3 pi) > 1.5."""
+    _, motion, found = example("cable_over_drum", 2.0)
+    late = motion.times > 1.0
+    assert np.ptp(found["heavy_y"][late]) < 0.15
+    assert found["drum_gap"].min() > -5e-4
+    assert found["drum_slip"][-1] < 1e-2
+    assert found["drum_force"][-1] > 25.0

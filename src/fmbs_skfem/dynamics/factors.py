@@ -146,7 +146,7 @@ def substitute_dense(LU: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
 
 @routine
 def factorise_band(table: Any, _: Any) -> int:
-    """As `factorise_dense`. Where Cholesky's factorisation of the band fails, the matrix is set up again for LU; friction needs that."""
+    """As `factorise_dense`. Where Cholesky's factorisation of the band fails, it is set up again for LU; friction needs that."""
     S = opened(table)
     for kind in (CHOLESKY, BAND):
         if kind == CHOLESKY and S.arrays.pairs.skew:

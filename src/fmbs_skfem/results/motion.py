@@ -166,21 +166,22 @@ def joints(system: System, x: np.ndarray) -> dict[str, tuple[str, np.ndarray]]:
 
 
 def links(system: System, x: np.ndarray, taken: Collection[str]) -> dict[str, Shown]:
-    """Springs as zigzags, ropes and stops as straight lines between their places; `load NAME` where a body has that name."""
+    """Springs as zigzags, ropes and stops as straight lines, shapes of contacts; `load NAME` where a body has that name."""
     y = np.asarray(system.sensors.matrix @ np.vstack([x, system.x0]).T).T + system.sensors.offset
     found = {}
     for name, kind, rows in system.markers:
         if kind in LINKS:
-            a, b = np.split(spatial(y[:, list(rows)].reshape(len(y), 2, -1)), 2, axis=1)
-            points = zigzag(a, b, kind == "spring")
+            points = spatial(y[:, list(rows)].reshape(len(y), -1, system.dim))
+            if kind == "spring":
+                points = zigzag(points[:, :1], points[:, 1:])
             found[f"load {name}" if name in taken else name] = frames_.line(points[:-1], {}, 0.0, points[-1])
     return found
 
 
-def zigzag(a: np.ndarray, b: np.ndarray, bent: bool) -> np.ndarray:
-    """Points (s, x, 3) of a line from a to b (s, 1, 3), bent sideways where it is a spring."""
+def zigzag(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Points (s, x, 3) of a bent line from a to b (s, 1, 3)."""
     part = np.concatenate([[0.0], np.linspace(0.2, 0.8, 2 * WINDINGS + 1), [1.0]])
-    side = np.where((part > 0.2) & (part < 0.8), np.where(np.arange(len(part)) % 2, -1.0, 1.0), 0.0) * bent
+    side = np.where((part > 0.2) & (part < 0.8), np.where(np.arange(len(part)) % 2, -1.0, 1.0), 0.0)
     apart = b - a
     flat = np.stack([-apart[..., 1], apart[..., 0], 0.0 * apart[..., 2]], axis=-1)
     upright = np.linalg.norm(flat, axis=-1, keepdims=True) <= 1e-9 * np.linalg.norm(apart, axis=-1, keepdims=True)

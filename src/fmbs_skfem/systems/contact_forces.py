@@ -1,15 +1,15 @@
 r"""Contact as forces on probe rows: points with a radius against a shape, with a penalty, damping and Coulomb friction.
 
     d = r - o,    z_k = d . E_k,    g = g(z) - R,    n = sum_k dg/dz_k E_k,    s = - g        o, E_k: place and axes of the shape
-    v = r' + sum_j s_j a_j' - o' - sum_k w_k E_k'     s_j = - R n . a_j / |a_j|^2,   w_k = z_k - R dg/dz_k     (material points)
+    v = r' + sum_j s_j a_j' - o' - sum_k w_k E_k',    s_j = - R n . a_j / |a_j|^2,    w_k = z_k - R dg/dz_k    (material points)
     N = k ramp(s) (1 + lambda s') + c touch(s) s',    s' = - n . v,    never negative        (`one_sided`; Hunt and Crossley)
     T = - kt b - ct v_T,    |T| <= mu N,    b = (b0 + change of the material points since the last accepted state), across n
 
-on r: N n + T, on the axes a_j of the place that carries the point: s_j T, on o: - N n - T, on E_k: - w_k (N n + T). The bristle b
-is elastic and perfectly plastic: where kt |b| is more than mu N it is cut to that, and so is T (a return mapping, as in plasticity:
-forces are continuous, which Newton's iteration needs). What sticks therefore never creeps, and the size of steps says nothing where a point sticks or slides on. The memory of
-a point is its last normal force, whether it was ever free, the bristle in the axes of the shape, and the rows that it read. Nothing
-is computed of points that are away. Derivatives are those of a complex step, exact to round-off.
+on r: N n + T, on the axes a_j of the place that carries the point: s_j T, on o: - N n - T, on E_k: - w_k (N n + T). The bristle
+is elastic and perfectly plastic: where kt |b| is more than mu N it is cut to that, and so is T (a return mapping of plasticity).
+Forces are continuous, which Newton's iteration needs. What sticks never creeps. The memory of a point is its last normal force,
+whether it was ever free, the bristle in the axes of the shape, and the rows that it read. Nothing is computed of points that are
+away. Derivatives are those of a complex step, exact to round-off.
 
 Sources: Hunt and Crossley, J. Appl. Mech. 42 (1975) 440-445, doi 10.1115/1.3423596; Giannakopoulos, Comput. Struct. 32 (1989)
 157-167, doi 10.1016/0045-7949(89)90080-4 (return mapping of friction); Squire and Trapp, SIAM Rev. 40 (1998) 110-112,
@@ -26,9 +26,9 @@ import numpy as np
 from ..core.container import storable
 from ..core.jit import jit
 from ..core.structs import IntegerMatrix, Integers, Matrix, Vector, opener, routine
-from ..core.validation import Indices, Number, Reals
+from ..core.validation import Indices, Number, Reals, Sizes, also, require
 from . import forces
-from .contact_shapes import Scalar, measure
+from .contact_shapes import HEIGHTS, NUMBERS, Scalar, measure
 from .evaluation import evaluation
 from .forces import Force, Place, Routines
 from .one_sided import closing, keeps, kept, lift, ramp, touch
@@ -45,7 +45,7 @@ K, C, LAMBDA, E, CUT, MU, KT, CT = range(len(LAW))
 class ContactForces:
     """Contact of t points with one shape."""
 
-    shape: Annotated[int, Number(0.0)]  #: see `contact_shapes`
+    shape: Annotated[int, Number()]  #: see `contact_shapes`
     sizes: Annotated[np.ndarray, Reals("i")]
     heights: Annotated[np.ndarray, Reals("a b")]
     placed: Annotated[np.ndarray, Reals("d c")]  #: origin and axes of the shape where it stands still, (1 + c, c)
@@ -53,10 +53,24 @@ class ContactForces:
     rows: Annotated[np.ndarray, Indices("t r", end="y")]  #: rows of points, then of the axes that carry them
     radius: Annotated[np.ndarray, Reals("t")]  #: [m]
     law: Annotated[np.ndarray, Reals("l")]  #: numbers in the order of LAW
-    share: Annotated[float, Number(0.0)]  #: change of speed that a change of force makes in a second, over the one allowed a step
+    share: Annotated[float, Number()]  #: change of speed that a change of force makes in a second, over the one allowed a step
 
     def __len__(self) -> int:
         return len(self.rows)
+
+
+@also.register(ContactForces)
+def check_contact(term: ContactForces, name: str, sizes: Sizes) -> None:
+    """Numbers that compiled code reads without looking are there."""
+    dim, wide, carried = term.placed.shape[1], term.rows.shape[1], len(term.frame)
+    require(dim in (2, 3) and len(term.placed) == 1 + dim, f"{name}.placed", "an origin and axes", term.placed.shape)
+    require(wide in (dim, dim * (1 + dim)), f"{name}.rows", "rows of a point, or of that and axes", wide)
+    require(carried in (0, dim, dim * (1 + dim)), f"{name}.frame", "rows of an origin, or of that and axes", carried)
+    require(len(term.law) == len(LAW), f"{name}.law", f"{len(LAW)} numbers", len(term.law))
+    known = NUMBERS[dim].get(term.shape)
+    require(len(term.sizes) == known, f"{name}.sizes", "a known shape with its sizes", f"{term.shape} with {len(term.sizes)}")
+    enough = term.shape != HEIGHTS or min(term.heights.shape[: dim - 1]) > 1
+    require(enough, f"{name}.heights", "two heights or more", term.heights.shape)
 
 
 class Record(NamedTuple):

@@ -21,6 +21,7 @@ import numpy as np
 from ..core.jit import jit
 
 PLANE, SPHERE, CYLINDER, BOX, HEIGHTS = range(5)
+NUMBERS = {dim: {PLANE: 0, SPHERE: 2, CYLINDER: 3, BOX: dim, HEIGHTS: dim - 1} for dim in (2, 3)}  #: how many sizes they have
 Scalar: TypeAlias = Any  #: a real or a complex number
 FAR = 1e300  #: distance where a shape has ended [m]
 

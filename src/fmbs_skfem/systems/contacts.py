@@ -30,6 +30,7 @@ from ..core.problems import Problem
 from . import contact_shapes, fields
 from .constraint_functions import needs_axis, normals, size_of, unit
 from .contact_forces import LAW, ContactForces
+from .contact_outlines import mark_outline
 from .contact_points import Touching, carrier_rows, find_points, overlaps
 from .loads import Load, where
 from .places import At, Draft, Gauge, Ground, vector
@@ -114,6 +115,7 @@ class Contact(Load, ABC):
             remedy = "they are pushed apart; move the bodies, or write 'overlap: keep'"
             notify(f"{name}: {count} of {len(gaps)} points overlap the shape at the start, by up to {deep:.3g} m: {remedy}")
         draft.forces.terms.append(term)
+        mark_outline(self.name, draft, term)
         draft.gauges[self.name] = ContactGauge("contact", (), 0.0, term)
 
     def center_of(self, draft: Draft, shape: Shape) -> np.ndarray:
