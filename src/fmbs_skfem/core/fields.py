@@ -172,6 +172,12 @@ def quantity(unit: str, *bounds: str) -> Takes:
     )
 
 
+def read_file_unit(value: object, context: Context) -> float:
+    """The length of the unit of a file [m]: `mm`, or a length."""
+    named = isinstance(value, str) and value in units.UNITS
+    return read_quantity(f"1 {value}" if named else value, units.find_dimension("m"), context, "> 0")
+
+
 def whole(least: int | None = None, most: int | None = None) -> Takes:
     """A whole number from `least` to `most`."""
 
@@ -256,6 +262,7 @@ ANGLE = Takes(angle_of_time, _ANGLE, angle=constant_angle)
 MOTION = Takes(read_motion, _MOTION)
 
 Length = Annotated[float, quantity("m", "> 0")]
+FileUnit = Annotated[float, Takes(read_file_unit, number_schema(units.find_dimension("m"), "> 0")), "unit of the file, such as mm"]
 Time = Annotated[float, quantity("s", "> 0")]
 Density = Annotated[float, quantity("kg/m^3", "> 0")]
 Number = Annotated[float, quantity("")]

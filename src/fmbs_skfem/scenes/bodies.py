@@ -22,7 +22,7 @@ from ..bodies.body import BENDS_ALIKE, BENDS_ALIKE_REMEDY, Body
 from ..bodies.sections import Given, Material, Section
 from ..core.declared import Declared
 from ..core.errors import InputError, say
-from ..core.fields import ANY, Count, Density, Length, Position, quantity, whole, word
+from ..core.fields import ANY, Count, Density, FileUnit, Length, Position, quantity, whole, word
 from ..core.problems import Problem, shown, unknown
 from ..shapes import meshes, nurbs_file, plate_meshes
 from ..shapes.surface import Surface
@@ -70,6 +70,7 @@ class Cable(SceneBody):
 
     name: str
     mesh: MeshFile
+    unit: FileUnit = 1.0
     line: Annotated[str | None, "a named line of the mesh; without it the whole mesh"] = None
     interpolation: Literal["bspline", "ancf"] = "bspline"
     degree: Annotated[int, whole(2, 9), "of bspline; ancf has 3"] = 3
@@ -117,7 +118,7 @@ class Cable(SceneBody):
         return figures.of_line(part, self.section.stiffness(self.material), self.degree, gravity)
 
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
-        mesh = meshes.read(meshes.path(self.mesh, scene.folder, allow_outside), scene.repair)
+        mesh = meshes.read(meshes.path(self.mesh, scene.folder, allow_outside), scene.repair, self.unit)
         divided = cells is not None or self.refine > 1
         return bodies.cable(
             self.name,
@@ -192,6 +193,7 @@ class RigidPlate(RigidBody):
 
     name: str
     mesh: MeshFile
+    unit: FileUnit = 1.0
     thickness: Length
     density: Density
     origin: Position | None = None
@@ -200,7 +202,7 @@ class RigidPlate(RigidBody):
 
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
         path = meshes.path(self.mesh, scene.folder, allow_outside)
-        mesh = plate_meshes.read(path, scene.dimension == 2, repair=scene.repair)
+        mesh = plate_meshes.read(path, scene.dimension == 2, repair=scene.repair, unit=self.unit)
         return rigid.rigid_from_mesh(self.name, mesh, self.thickness, self.density, dim=scene.dimension, **placed(self))
 
 
@@ -246,6 +248,7 @@ class Plate(ThinBody):
 
     name: str
     mesh: MeshFile
+    unit: FileUnit = 1.0
     face: Annotated[str | None, "a named group of cells; without it the whole mesh"] = None
     interpolation: Annotated[str, word(surfaces.INTERPOLATIONS)] = "ancf"
     arcs: Annotated[list[str] | None, "a list of edges; without it arcs are found"] = None
@@ -264,7 +267,7 @@ class Plate(ThinBody):
             yield "arcs", Problem("arcs with ancf only", got, "delete them")
 
     def surface(self, folder: Path, allow_outside: bool = False, repair: bool = False) -> Surface:
-        mesh = plate_meshes.read(meshes.path(self.mesh, folder, allow_outside), True, self.face, repair)
+        mesh = plate_meshes.read(meshes.path(self.mesh, folder, allow_outside), True, self.face, repair, self.unit)
         height = float(np.abs(mesh.points[:, 2]).max())
         if height > surfaces.FLAT * float(np.ptp(mesh.points, axis=0).max()):
             raise InputError(
@@ -282,7 +285,7 @@ class Plate(ThinBody):
 class Shell(ThinBody):
     """A thin plate or shell over the NURBS patches of a file (.json, .igs, .iges, .3dm).
 
-    Every span of the file is split into `cells` and raised to `degree`; `unit` is the length of the file's unit. Edges, points
+    Every span of the file is split into `cells` and raised to `degree`. Edges, points
     and faces have the names of the file and of its patches. Sides of patches that coincide are joined, also those of one patch,
     which closes it; `join: false` leaves all of them apart, for a surface with a slit. A joined side is no edge any more: supports
     and loads there are refused, unless `join: true` says that the line inside the surface is meant.
@@ -292,7 +295,7 @@ class Shell(ThinBody):
     nurbs: Annotated[str, "a file of NURBS patches, its path from the folder of the scene"]
     cells: Count = 1
     degree: Annotated[int, whole(1, 10)] | None = None
-    unit: Length = 1.0
+    unit: FileUnit = 1.0
     join: Annotated[bool | None, "true or false; without it the file says, else sides that meet are joined"] = None
     thickness: fields.Thickness
     material: Material

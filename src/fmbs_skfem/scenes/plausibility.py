@@ -132,7 +132,11 @@ def _sizes(name: str, own: BodyFigures) -> Iterator[Finding]:
             key, f"the mass {own.mass:.3g} kg is outside {MASSES[0]:g} to {MASSES[1]:g} kg: are density and lengths in SI units?"
         )
     if own.extent > 0.0 and not LENGTHS[0] <= own.extent <= LENGTHS[1]:
-        yield Finding(key, f"the size {own.extent:.3g} m is outside {LENGTHS[0]:g} to {LENGTHS[1]:g} m", "is the mesh in metres?")
+        yield Finding(
+            key,
+            f"the size {own.extent:.3g} m is outside {LENGTHS[0]:g} to {LENGTHS[1]:g} m",
+            "is the mesh in metres? if it is in mm: unit: mm",
+        )
     if own.slenderness is not None:
         low, high = PLATE_THIN if own.cells is not None and own.cells.place else THIN
         what = "sqrt(area) / thickness" if own.cells is not None and own.cells.place else "length / radius of gyration"

@@ -13,7 +13,7 @@ from __future__ import annotations
 import contextlib
 import io
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -81,17 +81,17 @@ def path(text: str, folder: Path, allow_outside: bool = False, what: str = "mesh
     return target
 
 
-def read(path: Path | str, repair: bool = False) -> LineMesh:
+def read(path: Path | str, repair: bool = False, unit: float = 1.0) -> LineMesh:
     """The audited mesh in a `.msh` or `.vtu` file; InputError names the file, and the ids and positions of what is wrong.
 
-    `repair` merges nodes at one place, see `repair`.
+    `repair` merges nodes at one place, see `repair`; `unit` is the length of the file's unit [m].
     """
     path = Path(path)
     where = f"mesh {path}"
-    return _audit(load(path, where, repair), where, path)
+    return _audit(load(path, where, repair, unit), where, path)
 
 
-def load(path: Path, where: str, repair: bool = False) -> Raw:
+def load(path: Path, where: str, repair: bool = False, unit: float = 1.0) -> Raw:
     """What a `.msh` or `.vtu` file says, before any audit; `where` opens every error message."""
     try:
         reader = _READERS.get(path.suffix.lower())
@@ -104,6 +104,7 @@ def load(path: Path, where: str, repair: bool = False) -> Raw:
             got = f"{size} bytes" if size else "an empty file"
             raise errors.InputError(errors.say(where, f"a file of at most {MAX_FILE} bytes", got))
         raw = reader(path, where)
+        raw = replace(raw, points=unit * raw.points) if unit != 1.0 else raw
         return merge_points(raw, where) if repair else raw
     except OSError as error:
         raise errors.InputError(errors.say(where, "a readable file", error.strerror or str(error))) from None

@@ -110,7 +110,7 @@ def _check_extent(mesh: Subject, planar: bool) -> float:
         z = mesh.points[:, 2]
         off = np.flatnonzero(np.abs(z - np.median(z)) > CLOSE * size)
         if len(off):
-            remedy = "export a flat mesh in x and y, or make the body spatial"
+            remedy = "export a flat mesh in x and y; a curved surface is a shell, made of its NURBS patches (type: shell)"
             raise mesh.bad("a mesh in a plane z = constant for a planar body", mesh.nodes(off), remedy)
     return size
 

@@ -37,15 +37,15 @@ class PlateMesh:
     path: Path | None = None  #: the file it was read from
 
 
-def read(path: Path | str, planar: bool, face: str | None = None, repair: bool = False) -> PlateMesh:
+def read(path: Path | str, planar: bool, face: str | None = None, repair: bool = False, unit: float = 1.0) -> PlateMesh:
     """The audited mesh in a `.msh` or `.vtu` file, or the part of it that a face group names.
 
     A planar body asks for a mesh in a plane z = constant. InputError names the file, and the ids and positions of what is wrong.
-    `repair` merges nodes at one place, see `repair`.
+    `repair` merges nodes at one place, see `repair`; `unit` is the length of the file's unit [m].
     """
     path = Path(path)
     where = f"mesh {path}"
-    return _audited(meshes.load(path, where, repair), where, path, planar, face)
+    return _audited(meshes.load(path, where, repair, unit), where, path, planar, face)
 
 
 def write(mesh: PlateMesh, path: Path | str) -> None:

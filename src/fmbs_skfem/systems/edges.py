@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, kron
+from scipy.sparse import coo_array, csr_array, kron, vstack
 
 from ..bodies.body import Body, own
 from ..bodies.plate import dependent, edge, local_first, trace
@@ -24,6 +24,7 @@ from ..shapes.surface import Surface
 from . import fields
 from .constraint_functions import AXES, Joint, needs_other_side, where
 from .places import At, Draft
+from .resultants import Resultant
 
 
 @dataclass(frozen=True)
@@ -51,11 +52,19 @@ class Edge(Joint):
         sides = edge(name, shape, self.edges)
         kinds = {(c in positions, c in slopes) for c in range(dim)} - {(False, False)}
         rows = {kind: held(part, shape, sides, *kind) for kind in kinds}
-        for c in sorted({*positions, *slopes}):
-            mine = rows[c in positions, c in slopes]
+        order = [(c, rows[c in positions, c in slopes]) for c in sorted({*positions, *slopes})]
+        for c, mine in order:
             first = draft.probes.add(draft.layout.widen(name, self.body, kron(mine, np.eye(dim)[[c]])))
             for k, value in enumerate(mine @ part.reference[:, c]):
                 draft.constraints.row(self.name, f"{AXES[c]} {k + 1}", (1.0, -1, first + k, -1), (-float(value), -1, -1, -1))
+        whole = csr_array(vstack([mine for _, mine in order]))
+        weights = edge_weights(part, shape, sides)[:, 0]
+        draft.constraints.resultants[self.name] = Resultant(
+            draft.layout.widen(name, self.body, kron(whole, np.eye(dim))),
+            np.repeat([c for c, _ in order], [mine.shape[0] for _, mine in order]),
+            np.asarray(whole @ part.constant),
+            weights @ part.reference / (weights @ part.constant) + draft.layout.origin,
+        )
 
 
 @dataclass(frozen=True)

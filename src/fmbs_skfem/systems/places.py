@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +20,9 @@ from .constraint_laws import ConstraintLaw, LawRows
 from .dead_loads import DeadLoads
 from .force_laws import ForceLaw
 from .system import Affine, Signal
+
+if TYPE_CHECKING:
+    from .resultants import Resultant
 
 QUARTER = csr_array(np.array([[0.0, -1.0], [1.0, 0.0]]))  #: turns plane vectors by 90 degrees
 
@@ -158,6 +161,7 @@ class Terms:
     terms: list[tuple[int, float, int, int, int]] = field(default_factory=list)
     axes: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)  #: (3,) of the rows whose multipliers are moments
     laws: list[LawRows] = field(default_factory=list)
+    resultants: dict[str, Resultant] = field(default_factory=dict)  #: of joints with many rows, by name
 
     def row(
         self, joint: str, coordinate: str, *terms: tuple[float, int, int, int], about: tuple[np.ndarray, np.ndarray] | None = None

@@ -23,7 +23,7 @@ from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
 from ..core.problems import Problem
 from ..shapes import surface
-from . import edges, fields
+from . import edges, fields, resultants
 from .angles import continuous, turning
 from .constraint_functions import AXES, arm, needs_axis, unit
 from .own_symbols import norm, turned
@@ -32,7 +32,10 @@ from .system import Matrix, Output
 
 TIME = "t"  #: the first column of every table
 PARALLEL = 1e-9  #: part of the largest moment of vectors about an axis below which they are parallel to it
-FORCES, MOMENTS = ("x", "y", "z", "normal"), ("angle", "axis", "slope", "teeth")  #: first words of the coordinates of a joint
+FORCES, MOMENTS = (
+    ("x", "y", "z", "normal"),
+    ("angle", "axis", "slope", "teeth", "mx", "my", "mz"),
+)  #: first words of the coordinates of a joint
 LENGTHS = ("length", "node")  #: those of (|r|^2 - l^2) / 2 = 0, whose reaction is a force over the length of r
 Sizes: TypeAlias = tuple[int | None, int | None, int | None]  #: numbers of rows, columns and parameters; None for any
 
@@ -402,7 +405,8 @@ class Energy(Probe):
 class Reaction(Probe):
     """Force of a joint on the body it holds [N], and its moments [N m] about axes that stand beside their columns.
 
-    The moment of a driven angle, in the column `NAME_angle`, is the torque of the drive.
+    The moment of a driven angle, in the column `NAME_angle`, is the torque of the drive. Of a held edge it is the resultant: the
+    force NAME_x, ... and the moment NAME_mx, ... about the middle of the edge in the reference, about the axes of the scene.
     """
 
     joint: fields.JointName
@@ -415,6 +419,10 @@ class Reaction(Probe):
             known = sorted({joint for joint, _ in draft.constraints.names})
             expected = f"one of the joints {listed(known, self.joint)}"
             raise InputError(say(f"output '{name}'", expected, f"'{self.joint}'") + closest(self.joint, known))
+        if self.joint in draft.constraints.resultants:
+            one, dim = draft.constraints.resultants[self.joint], draft.layout.dim
+            more = {"joint": self.joint, "parameters": one.numbers, "labels": resultants.labels(one.place)}
+            return self.output(draft, resultants.columns(name, dim), [one.arms], **more)
         columns = tuple(f"{name}_{label.replace(' ', '_')}" for label in held)
         labels = tuple(described(label, draft.constraints.axes.get((self.joint, label)), draft.layout.dim) for label in held)
         return self.output(draft, columns, joint=self.joint, labels=labels)
@@ -422,7 +430,9 @@ class Reaction(Probe):
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
         mine = [values for (joint, _), values in sensed.reactions().items() if joint == output.joint]
-        if len(mine) == len(output.columns):
+        if output.rows and len(mine) * sensed.dim == len(output.rows):
+            return resultants.evaluate(output.parameters, sensed.dim, sensed.values, np.stack(mine, axis=1))
+        if not output.rows and len(mine) == len(output.columns):
             return mine
         notify(
             f"the reaction of joint '{output.joint}' is given as NaN: "
@@ -438,7 +448,9 @@ class Reaction(Probe):
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
-        return 0, None, 0
+        if not output.rows:
+            return 0, None, 0
+        return None, 3 * dim - 3, dim + 2 * len(output.rows) // dim
 
 
 def described(label: str, axis: np.ndarray | None, dim: int) -> str:
