@@ -54,7 +54,7 @@ def test_a_load_beyond_all_bounds_ends_the_run() -> None:
     assert error.exit_code == 4
     assert partial.times[-1] <= error.time <= partial.times[-1] + 1e-3
     assert error.time > 0.05  # 20 N, which it takes
-    assert error.worst[0][0].startswith("beam coordinate")
+    assert error.worst[0][0].startswith("beam at s = ")
     assert [value for _, value in error.worst] == sorted((value for _, value in error.worst), reverse=True)
     assert f"{error.time:.6g} s" in str(error)
     shorter = integrate(system, STEP, float(partial.times[-1]))

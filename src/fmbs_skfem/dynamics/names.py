@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array
 
+from ..systems.constraint_functions import AXES
 from ..systems.system import System
+from .outputs import positions, skins
 
 
 def coordinate_names(system: System) -> list[str]:
@@ -13,8 +15,31 @@ def coordinate_names(system: System) -> list[str]:
     if system.components:
         return [f"{name} mode {k + 1}" for name, first, last in system.components for k in range(last - first)]
     names = [f"{body} coordinate {k}" for body, first, last in system.coordinates for k in range(last - first)]
+    for k, name in places(system).items():
+        names[k] = name
     lead = csr_array(system.lift.matrix).tocsc()
     return [names[lead.indices[lead.indptr[j]]] for j in range(system.size)]
+
+
+def places(system: System) -> dict[int, str]:
+    """Where coordinates of lines and surfaces act most, by their numbers in q: `beam at s = 0.45 m, y`."""
+    q, dim, found = system.lift(system.x0), system.dim, dict[int, str]()
+    first = {name: (start, end) for name, start, end in system.coordinates}
+    for line in system.lines:
+        points = positions(line, q[None], dim)[0]
+        along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+        if len(points) > 1:
+            start, end = first[line.name]
+            rows = abs(csr_array(line.samples)[: points.size, start:end]).argmax(axis=0)
+            for k, row in enumerate(np.ravel(rows)):
+                found[start + k] = f"{line.name} at s = {along[row // dim]:.3g} m, {AXES[k % dim]}"
+    for skin in system.skins:
+        points = skins(system, q)[skin.name][0]
+        for b, place in enumerate(np.ravel(abs(csr_array(skin.samples)[: len(points)]).argmax(axis=0))):
+            at = ", ".join(f"{value:.3g}" for value in points[place])
+            for c in range(dim):
+                found[skin.columns.start + b * dim + c] = f"{skin.name} at ({at}), {AXES[c]}"
+    return found
 
 
 def row_names(system: System) -> list[str]:
