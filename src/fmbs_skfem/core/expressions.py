@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from .container import storable
 from .errors import Reason, SolverError, closest, listed, say
-from .inputs import Input
+from .inputs import Source
 from .problems import Problem, shown
 
 Program: TypeAlias = tuple[float | str, ...]
@@ -92,7 +92,7 @@ class Expression:
 
     text: str
     program: Program
-    inputs: tuple[Input, ...] = ()  #: that it reads
+    inputs: tuple[Source, ...] = ()  #: inputs and tables that it reads
 
     @overload
     def __call__(self, t: float) -> float: ...
@@ -101,7 +101,7 @@ class Expression:
     def __call__(self, t: float | npt.NDArray[np.float64]) -> float | npt.NDArray[np.float64]:
         if isinstance(t, np.ndarray):
             return self.at(t, {one.name: one(t) for one in self.inputs})
-        return _scalar(self.program, {one.name: one.start for one in self.inputs} | {"t": float(t)})
+        return _scalar(self.program, {one.name: float(one(np.array(t))) for one in self.inputs} | {"t": float(t)})
 
     def at(self, t: npt.NDArray[np.float64], inputs: Mapping[str, npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
         """Its values at times (s,) with inputs of these values (s,)."""
@@ -113,7 +113,7 @@ storable(Expression, inputs=lambda values: ())
 
 
 def of_time(
-    text: str | float, parameters: Mapping[str, float] | None = None, inputs: Mapping[str, Input] | None = None
+    text: str | float, parameters: Mapping[str, float] | None = None, inputs: Mapping[str, Source] | None = None
 ) -> Expression:
     """The function of time written as `text`; `parameters` are names it may use beside t and pi, with their values, and inputs."""
     values, told = {"pi": math.pi} | dict(parameters or {}), dict(inputs or {})
@@ -277,6 +277,10 @@ def _known(name: str, names: Collection[str]) -> str:
 
 def _call(tokens: deque[Token], names: Collection[str], level: int, name: str) -> Program:
     known = {*FUNCTIONS, TABLE}
+    if name not in known and f"{name}(t)" in names and [token[1] for token in itertools.islice(tokens, 3)] == ["(", "t", ")"]:
+        for _ in range(3):
+            tokens.popleft()
+        return (f"{name}(t)",)
     if name not in known:
         hint = closest(name, known).removeprefix("; ")
         raise Problem(f"one of the functions {', '.join(sorted(known))}", shown(name), f"{hint} {GRAMMAR}".strip())

@@ -17,7 +17,7 @@ from typing import Annotated, Any, TypeAlias
 from . import expressions, functions, units
 from .errors import closest
 from .expressions import Expression
-from .inputs import Input
+from .inputs import Source
 from .problems import Problem, shown
 from .ranges import Parameter
 from .responses import OfState, of_state
@@ -35,7 +35,7 @@ class Context:
     parameters: Mapping[str, units.Quantity] = field(default_factory=dict)
     ranges: Mapping[str, Parameter] = field(default_factory=dict)
     clock: bool = True  #: whether t is a time; in statics it stands for the load factor
-    inputs: Mapping[str, Input] = field(default_factory=dict)
+    inputs: Mapping[str, Source] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

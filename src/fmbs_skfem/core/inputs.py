@@ -5,6 +5,7 @@ torque: "u - 0.1 N m s * hinge.rate"            u(t) = u_n+1 in the step from t_
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,13 +15,23 @@ from .container import storable
 ROUND = 1e-9  #: part of a step by which its end may be missed
 
 
-@storable
 @dataclass(frozen=True)
-class Input:
-    """A number that a run is told; as a function of time it is its start."""
+class Source(ABC):
+    """A function of time that expressions know by a name."""
 
     name: str
     unit: str = ""  #: SI unit
+
+    @abstractmethod
+    def __call__(self, t: np.ndarray) -> np.ndarray:
+        """Its values at times (s,) [s]."""
+
+
+@storable
+@dataclass(frozen=True)
+class Input(Source):
+    """A number that a run is told; as a function of time it is its start."""
+
     start: float = 0.0
 
     def __call__(self, t: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@ from ..bodies.body import Body
 from ..core import expressions
 from ..core.errors import InputError, say
 from ..core.expressions import Expression
+from ..core.inputs import Source
 from ..shapes import meshes
 from ..shapes.surface import Surface
 from ..systems import assembly, edges
@@ -65,11 +66,16 @@ def of_parts(scene: Scene, parts: list[Body], pictures: bool = True) -> System:
     """The system of a scene with its bodies made; without `pictures` for those who look at numbers only."""
     _check_places(scene, {part.name: part for part in parts})
     initial = scene.initial.bodies if scene.analysis.moves else {}
-    joints, loads, told = scene.joints.values(), scene.loads.values(), (scene.inputs.values(), scene.controllers.values())
+    joints, loads, told = scene.joints.values(), scene.loads.values(), (sources(scene), scene.controllers.values())
     try:
         return assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures, *told)
     except InputError as error:
         raise InputError(locate_message(scene, str(error))) from error
+
+
+def sources(scene: Scene) -> list[Source]:
+    """Inputs and tables of a scene."""
+    return [*scene.inputs.values(), *(one.table for one in scene.tables.values() if one.table is not None)]
 
 
 def locate_message(scene: Scene, message: str) -> str:

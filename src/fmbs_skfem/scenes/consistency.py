@@ -20,6 +20,7 @@ from ..core.responses import OfState, require
 from ..systems import responses
 from ..systems.places import At
 from . import plausibility, yamlfile
+from .inputs import ends_early
 from .locations import Told
 from .training import Allowed, without_ranges
 
@@ -81,6 +82,7 @@ def _idle(scene: Scene) -> Iterator[Told]:
     read = {name for part in parts for item in part.values() for name in inputs_in(vars(item).values())}
     for section in ("inputs", "controllers"):
         yield from (((section, name), "nothing in the scene reads it") for name in getattr(scene, section) if name not in read)
+    yield from ((("tables", name), "nothing in the scene reads it") for name in scene.tables if f"{name}(t)" not in read)
     if scene.controllers and not scene.analysis.moves:
         yield ("controllers",), f"hold their start in an analysis of {scene.analysis.word}"
     for name in scene.parameters:
@@ -172,7 +174,11 @@ def _responses(scene: Scene) -> Iterator[Found]:
         for name in getattr(scene, section):
             if names[name] > 1:
                 yield (section, name), Problem("another name than those of outputs, inputs and controllers", f"'{name}'")
+    for name, table in scene.tables.items():
+        if problem := ends_early(table, scene.analysis.instants()):
+            yield ("tables", name), problem
     known = responses.variables(scene.outputs, scene.dimension)
+    known |= {one.table.name: one.unit for one in scene.tables.values() if one.table is not None}
     known |= {name: one.unit for group in (scene.inputs, scene.controllers) for name, one in group.items()}
     for section in ("loads", "controllers"):
         for name, item in getattr(scene, section).items():

@@ -1,6 +1,7 @@
-"""Inputs of a scene: names of numbers that a run from Python is told from step to step, and that others hold at their start.
+"""Inputs of a scene: names of numbers that a run from Python is told from step to step, and tables of time.
 
     inputs: {u: {unit: N m, start: 0}}
+    tables: {goal: {file: goal.csv, value: angle, unit: rad, smooth: true}}          goal(t) in expressions
 
 They are known before all else of a scene is read: expressions of loads and joints use them.
 """
@@ -8,15 +9,20 @@ They are known before all else of a scene is read: expressions of loads and join
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Annotated, Any
+
+import numpy as np
 
 from ..core import expressions, units
 from ..core.errors import InputError
 from ..core.fields import ANY, Context, Takes
-from ..core.inputs import Input
-from ..core.mappings import inline
+from ..core.inputs import ROUND, Input
+from ..core.mappings import HIDDEN, inline
 from ..core.problems import Found, Problem, located, shown
+from ..core.tables import Table, read_columns
+from ..shapes import meshes
 from ..systems.controllers import UNIT
 
 
@@ -65,6 +71,53 @@ def steered(raw: Any, context: Context) -> tuple[dict[str, Input], list[Found]]:
     return known, found
 
 
+@dataclass(frozen=True)
+class TableModel:
+    """A function of time by the points of a file of comma-separated numbers, under titles with units: `time [ms], angle [deg]`.
+
+    Expressions call it `name(t)`. Between points are straight lines, or a smooth curve that overshoots nowhere. A run that begins
+    before the first point or ends behind the last one is refused, unless it is to `hold` their values there.
+    """
+
+    file: str
+    unit: Annotated[str, UNIT] = ""
+    time: Annotated[str, "title of the column of times, the first one by default"] = ""
+    value: Annotated[str, "title of the column of values, the second one by default"] = ""
+    smooth: bool = False
+    hold: bool = False
+    table: Table | None = field(default=None, metadata=HIDDEN)
+
+
+TABLE_MODEL = inline(TableModel)
+
+
+def tables(raw: Any, context: Context, folder: Path) -> tuple[dict[str, TableModel], list[Found]]:
+    """The section `tables` with what is in their files, and what is wrong with it."""
+    if not isinstance(raw, dict | None):
+        return {}, [(("tables",), Problem("a mapping of names, each {file: ..., unit: ...}", shown(raw)))]
+    known, found = dict[str, TableModel](), list[Found]()
+    for name, entry in (raw or {}).items():
+        try:
+            check_name(name, context.parameters)
+            given: TableModel = TABLE_MODEL.read(entry, context)
+            columns = read_columns(meshes.path(given.file, folder, what="table"), (given.time, given.value), given.unit)
+            known[name] = replace(given, table=Table(f"{name}(t)", given.unit, *columns, given.smooth))
+        except InputError as error:
+            found += [(("tables", name, *keys), problem) for keys, problem in located(error)]
+    return known, found
+
+
+def ends_early(given: TableModel, instants: np.ndarray) -> Problem | None:
+    """What is wrong with a table that does not reach over all instants."""
+    if given.table is None or given.hold:
+        return None
+    first, last, begin, end = given.table.times[0], given.table.times[-1], float(instants.min()), float(instants.max())
+    if first <= begin and end <= last * (1.0 + ROUND):
+        return None
+    remedy = "'hold: true' keeps the values at its ends"
+    return Problem(f"a table from {begin:g} to {end:g} s, over all of the analysis", f"one from {first:g} to {last:g} s", remedy)
+
+
 def check_name(name: str, parameters: Mapping[str, Any]) -> None:
     """A name that stands for nothing else in expressions."""
     if not name.isascii() or not name.isidentifier() or name in expressions.RESERVED or name in units.UNITS or name in parameters:
@@ -72,3 +125,4 @@ def check_name(name: str, parameters: Mapping[str, Any]) -> None:
 
 
 INPUT = Takes(lambda value, context: value, MODEL.told)  #: one that has been resolved
+TABLE = Takes(lambda value, context: value, TABLE_MODEL.told)

@@ -54,9 +54,10 @@ def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, chan
     context = Context(2 if data.get("dimension") == 2 else 3, known.values, known.ranges, _clock(data.get("analysis")))
     told, wrong = inputs.resolve(data.get("inputs"), context)
     given, more = inputs.steered(data.get("controllers"), context)
-    _stop(name, node, [*wrong, *more])
-    context = replace(context, inputs=told | given)
-    ready = ({"parameters": values} if values else {}) | ({"inputs": told} if told else {})
+    listed, odd = inputs.tables(data.get("tables"), context, folder)
+    _stop(name, node, [*wrong, *more, *odd])
+    context = replace(context, inputs=told | given | {one.table.name: one.table for one in listed.values() if one.table})
+    ready = {key: value for key, value in (("parameters", values), ("inputs", told), ("tables", listed)) if value}
     try:
         found = read_struct(schema.Scene, data | ready, context)
     except InputError as error:

@@ -29,7 +29,7 @@ from .bodies import Cable, PlacedPart, Plate, PointMass, Rigid, RigidPlate, Scen
 from .buckling import Buckling
 from .campbell import Campbell
 from .dynamic import Dynamic
-from .inputs import INPUT
+from .inputs import INPUT, TABLE, TableModel
 from .linearisation import Linearise
 from .parameters import SCHEMA
 from .statics import Static
@@ -127,6 +127,7 @@ class Scene:
     extensions: Annotated[list[str] | None, "a list of Python files with more types; they are run"] = None
     parameters: dict[str, Annotated[float, PARAMETER]] = field(default_factory=dict)
     inputs: dict[str, Annotated[Input, INPUT]] = field(default_factory=dict)
+    tables: dict[str, Annotated[TableModel, TABLE]] = field(default_factory=dict)
     bodies: Annotated[dict[str, SceneBody], names(SceneBody, 1)]
     joints: dict[str, Joint] = field(default_factory=dict)
     loads: dict[str, Load] = field(default_factory=dict)

@@ -17,7 +17,7 @@ from ..bodies.plate import local_table
 from ..core import fields, ranks
 from ..core.declared import require_sound
 from ..core.errors import InputError, listed, say
-from ..core.inputs import Input
+from ..core.inputs import Source
 from ..core.linalg import alike, diagonal
 from ..core.notices import notify
 from ..shapes import line, surface
@@ -77,12 +77,12 @@ def assemble(
     outputs: Mapping[str, probe_rules.Probe] | None = None,
     initial: Mapping[str, Motion] | None = None,
     pictures: bool = True,
-    inputs: Iterable[Input] = (),
+    inputs: Iterable[Source] = (),
     controllers: Iterable[Controller] = (),
 ) -> System:
     """System in body coordinates with every constraint kept as a multiplier row; without `pictures` it has no lines and skins.
 
-    Expressions of the state read outputs, `inputs` and controllers by their names.
+    Expressions of the state read outputs, `inputs` (tables among them) and controllers by their names.
     """
     joints, loads, damping, inputs = list(joints), list(loads), damping or Rayleigh(), list(inputs)
     draft, layout = empty_draft(list(bodies))

@@ -13,7 +13,7 @@ from scipy.sparse import csr_array, kron, vstack
 from ..bodies.body import Body, Cells, locate, probe
 from ..core import mappings
 from ..core.errors import InputError, closest, listed, say
-from ..core.inputs import Input
+from ..core.inputs import Source
 from ..shapes.surface import Surface
 from . import constraint_laws, force_laws
 from .constraint_laws import ConstraintLaw, LawRows
@@ -228,7 +228,7 @@ class Draft:
     markers: list[tuple[str, str, tuple[int, ...]]] = field(default_factory=list)
     gauges: dict[str, Gauge] = field(default_factory=dict)  #: of loads by name
     outputs: Mapping[str, Any] = field(default_factory=dict)  #: by name, for expressions of the state
-    inputs: Mapping[str, Input] = field(default_factory=dict)  #: by name, for the same
+    inputs: Mapping[str, Source] = field(default_factory=dict)  #: by name, for the same
 
     def signal(self, function: Signal | None) -> int:
         """The number of a function of time; -1 for None, the constant 1."""

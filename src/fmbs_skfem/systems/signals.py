@@ -65,12 +65,12 @@ def _(signal: Input, told: Mapping[str, Signal]) -> Signal:
 
 @read_inputs.register
 def _(signal: Expression) -> Sequence[Input]:
-    return signal.inputs
+    return [each for one in signal.inputs for each in read_inputs(one)]
 
 
 @bound.register
 def _(signal: Expression, told: Mapping[str, Signal]) -> Signal:
-    if not signal.inputs:
+    if not read_inputs(signal):
         return signal
     functions = {one.name: bound(one, told) for one in signal.inputs}
     return lambda t: signal.at(t, {name: function(t) for name, function in functions.items()})

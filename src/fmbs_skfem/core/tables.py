@@ -1,0 +1,92 @@
+"""Tables of a function of time, by name: straight lines or a smooth curve through points, constant before and behind them.
+
+    torque: "Kp * (goal(t) - hinge.angle)"          Table("goal(t)", "rad", times, values)
+
+A smooth one is the monotone cubic of Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300-304, doi 10.1137/0905021:
+it overshoots nowhere. Files are texts of comma-separated numbers below a line of titles with their units, `time [ms], angle [deg]`.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from . import units
+from .container import storable
+from .errors import InputError, closest, listed, say
+from .inputs import Source
+from .problems import shown
+
+TITLE = re.compile(r"\s*([^\[\]]*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*")
+LARGEST = 50_000_000  #: size of a file [bytes]
+
+
+@storable
+@dataclass(frozen=True)
+class Table(Source):
+    """Points of a function of time; its name is how expressions call it, such as `goal(t)`."""
+
+    times: tuple[float, ...] = ()  #: (s,) growing [s]
+    values: tuple[float, ...] = ()  #: (s,)
+    smooth: bool = False
+
+    def __post_init__(self) -> None:
+        points = np.array([self.times, self.values]) if len(self.times) == len(self.values) else np.full((2, 1), np.nan)
+        if points.shape[1] < 2 or not np.isfinite(points).all():
+            got = f"{len(self.times)} times and {len(self.values)} values"
+            raise InputError(say(f"table '{self.name}'", "two points of finite numbers at least, a value for each time", got))
+        for k, (a, b) in enumerate(itertools.pairwise(self.times)):
+            if b <= a:
+                raise InputError(say(f"table '{self.name}'", "growing times", f"{b:g} s as point {k + 2} behind {a:g} s"))
+
+    @cached_property
+    def curve(self) -> Callable[[np.ndarray], np.ndarray]:
+        """The function between the ends."""
+        from scipy.interpolate import PchipInterpolator
+
+        if self.smooth:
+            return PchipInterpolator(self.times, self.values)
+        x, y = np.array(self.times), np.array(self.values)
+        return lambda t: np.interp(t, x, y)
+
+    def __call__(self, t: np.ndarray) -> np.ndarray:
+        return np.asarray(self.curve(np.clip(t, self.times[0], self.times[-1])))
+
+
+def read_columns(path: Path, names: tuple[str, str], unit: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Times [s] and values in SI units of two columns of a file, by their titles, or the first two where names are empty."""
+    where = f"table {path}"
+    if not path.is_file() or path.stat().st_size > LARGEST:
+        raise InputError(say(where, f"a file of at most {LARGEST:g} bytes", "a larger one" if path.is_file() else "none"))
+    lines = csv.reader(io.StringIO(path.read_text(encoding="utf-8-sig", errors="replace")))
+    head, *rows = [row for row in lines if any(cell.strip() for cell in row)] or [[]]
+    titles = [found.groups() for cell in head if (found := TITLE.fullmatch(cell))]
+    if len(titles) < 2:
+        raise InputError(say(where, "a first line of titles, such as 'time [s], angle [deg]'", shown(",".join(head))))
+    known, dimensions = [title for title, _ in titles], (units.TIME, units.find_dimension(unit) if unit else units.NUMBER)
+    for name in filter(None, names):
+        if name not in known:
+            raise InputError(say(where, f"one of the columns {listed(known, name)}", f"'{name}'") + closest(name, known))
+    places = [known.index(name) if name else k for k, name in enumerate(names)]
+    columns = list[tuple[float, ...]]()
+    for place, dimension in zip(places, dimensions, strict=True):
+        scale = units.convert(f"1 {titles[place][1] or ''}", dimension)
+        columns.append(tuple(scale * number(where, row, place, line) for line, row in enumerate(rows, 2)))
+    return columns[0], columns[1]
+
+
+def number(where: str, row: list[str], place: int, line: int) -> float:
+    """The number in a column of a row."""
+    try:
+        return float(row[place])
+    except (IndexError, ValueError) as problem:
+        got = shown(row[place]) if place < len(row) else "nothing"
+        raise InputError(say(f"{where}, row {line}", f"a number in column {place + 1}", got)) from problem

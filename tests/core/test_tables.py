@@ -1,0 +1,111 @@
+"""Tables of time: lines and smooth curves, units of files, what is refused; in scenes, forces and histories."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.tables import Table, read_columns
+from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs
+from fmbs_skfem.reduction import files
+from fmbs_skfem.scenes import build, reading
+from fmbs_skfem.systems import eliminate
+
+CSV = "\ufefftime [ms], force [kN], turn [deg]\n0, 0, 0\n\n500, 1e-3, 90\n1000, 1e-3, 180\n2000, -3e-3, 180\n"
+
+
+def test_lines_and_smooth_curves() -> None:
+    """Lines are exact on lines; the smooth curve goes through the points, overshoots nowhere and has no kinks."""
+    t = np.linspace(-1, 4, 501)
+    lines = Table("f(t)", "N", (0.0, 1.0, 3.0), (0.0, 2.0, 2.0))
+    assert_allclose(lines(t), np.clip(2 * t, 0, 2), atol=1e-14)
+    smooth = Table("f(t)", "N", (0.0, 1.0, 3.0), (0.0, 2.0, 2.0), True)
+    assert_allclose(smooth(np.array([0.0, 1.0, 3.0])), [0.0, 2.0, 2.0], atol=1e-14)
+    assert smooth(t).max() <= 2.0 + 1e-14
+    inside = smooth(np.linspace(0.0, 3.0, 3001))
+    assert np.abs(np.diff(inside, 2)).max() < 1e-5
+
+
+def test_files_have_units(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(CSV, encoding="utf-8")
+    assert read_columns(path, ("", ""), "N") == ((0.0, 0.5, 1.0, 2.0), (0.0, 1.0, 1.0, -3.0))
+    assert_allclose(read_columns(path, ("time", "turn"), "rad")[1], [0, np.pi / 2, np.pi, np.pi])
+
+
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ("kN", "kg", r"expected a force \[N\], got '1 kg'"),
+        ("500,", "5x0,", r"row 3: expected a number in column 1, got '5x0'"),
+        ("500, 1e-3", "500", r"expected"),
+        ("time [ms], force [kN], turn [deg]", "0", r"expected a first line of titles"),
+    ],
+)
+def test_bad_files(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(CSV.replace(old, new).replace(", 90", "" if new == "500" else ", 90"), encoding="utf-8")
+    with pytest.raises(InputError, match=message):
+        read_columns(path, ("time", "turn" if new == "500" else "force"), "rad" if new == "500" else "N")
+    with pytest.raises(InputError, match=r"one of the columns time, force, turn, got 'fore'; did you mean 'force'|titles"):
+        read_columns(path, ("", "fore"), "N")
+
+
+def test_bad_points() -> None:
+    with pytest.raises(InputError, match="growing times"):
+        Table("f(t)", "N", (0.0, 1.0, 1.0), (0.0, 2.0, 2.0))
+    with pytest.raises(InputError, match="a value for each time"):
+        Table("f(t)", "N", (0.0, 1.0), (0.0,))
+
+
+SCENE = """
+schema: 1
+dimension: 2
+tables: {pull: {file: a.csv, unit: N}, turn: {file: a.csv, value: turn, unit: rad, smooth: true}}
+bodies: {ball: {type: point_mass, mass: 2 kg, position: [0, 0]}}
+loads:
+  f: {type: control_force, at: ball, direction: [1, 0], force: "pull(t) - 0 N s/m * ball.vx"}
+  g: {type: point_force, at: ball, force: [0 N, 3 N], history: cos(turn(t))}
+analysis: {type: dynamic, duration: 1 s, step: 5 ms}
+outputs: {ball: {type: position, at: ball}}
+"""
+
+
+def test_scenes(tmp_path: Path) -> None:
+    """x = t^3 / 6 up to 0.5 s, under 1 N after it; saved models have their tables."""
+    (tmp_path / "a.csv").write_text(CSV, encoding="utf-8")
+    system = build.system(reading.loads(SCENE, tmp_path))
+    t, v, x = 0.5, 0.125, 1 / 48
+    for one in (system, files.load(files.save(eliminate(system), tmp_path / "model.h5"))):
+        found = outputs(integrate(one, GeneralizedAlpha(5e-3), 1.0))
+        assert found["ball_x"][100] == pytest.approx(x, abs=2e-6)
+        assert found["ball_x"][-1] == pytest.approx(x + v * t + t**2 / 4, abs=4e-6)
+        assert found["ball_y"].max() > 0.1
+
+
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ("duration: 1 s", "duration: 3 s", r"tables.pull: expected a table from 0 to 3 s, .* got one from 0 to 2 s; 'hold: true'"),
+        ("pull(t) -", "push(t) -", r"loads.f.force: expected one of .* got 'push\(t\)'; did you mean 'pull\(t\)'"),
+        ("pull(t) -", "turn(t) -", r"of one dimension, got angle and force"),
+        ("pull(t) -", "pull(2) -", r"expected one of the functions .* got 'pull'"),
+        ("file: a.csv, unit: N", "file: b.csv, unit: N", r"tables.pull: .*table .*b.csv: expected a file"),
+        ("file: a.csv, unit: N", "file: ../../b.csv, unit: N", r"tables.pull: .*table path .*stays in its parent folder"),
+        ("{pull:", "{sin:", r"tables.sin: expected a name"),
+    ],
+)
+def test_what_does_not_fit_is_named(tmp_path: Path, old: str, new: str, message: str) -> None:
+    (tmp_path / "a.csv").write_text(CSV, encoding="utf-8")
+    with pytest.raises(InputError, match=message):
+        reading.loads(SCENE.replace(old, new), tmp_path)
+    held = (
+        SCENE.replace("unit: N}", "unit: N, hold: true}")
+        .replace("smooth: true", "hold: true")
+        .replace("duration: 1 s", "duration: 3 s")
+    )
+    assert reading.loads(held, tmp_path).tables["pull"].hold
