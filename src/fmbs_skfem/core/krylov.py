@@ -47,11 +47,6 @@ class Preconditioned:
     report: Report
 
 
-def _memory(matrix: Any) -> int:
-    """Bytes of a sparse matrix."""
-    return int(matrix.data.nbytes + matrix.indices.nbytes + matrix.indptr.nbytes)
-
-
 def _describe(hierarchy: Any) -> Report:
     """Levels, complexity and memory of a PyAMG hierarchy."""
     levels = hierarchy.levels
@@ -61,7 +56,7 @@ def _describe(hierarchy: Any) -> Report:
     return Report(
         unknowns=tuple(int(level.A.shape[0]) for level in levels),
         complexity=sum(level.A.nnz for level in levels) / levels[0].A.nnz,
-        memory=sum(_memory(part) for part in parts),
+        memory=sum(int(part.data.nbytes + part.indices.nbytes + part.indptr.nbytes) for part in parts),
     )
 
 

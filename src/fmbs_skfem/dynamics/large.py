@@ -63,7 +63,7 @@ class Large:
         self.model, system = model, model.system
         self.solver: Solver = solver
         self.dim, self.size = system.dim, system.size
-        self.turns = whole_vectors(model)
+        self.turns = is_identity(csr_array(system.lift.matrix))  # unknowns are whole vectors, on which a rotation can act
         self.interface = interface(model, self.turns)
         self.probes = np.asarray(csr_array(system.probes.matrix)[:, self.interface].toarray())
         self.bodies = rotation_weights(model) if self.turns else []
@@ -149,11 +149,6 @@ class Large:
         y = np.zeros((len(space.y), len(space.y)))
         np.add.at(y, tuple(self.model.pairs.T), space.H)
         return np.asarray(self.probes.T @ y @ self.probes - np.diag(self.shift))
-
-
-def whole_vectors(model: Compiled) -> bool:
-    """Whether the unknowns are whole vectors, body by body, so that a rotation can act on them."""
-    return is_identity(csr_array(model.system.lift.matrix))
 
 
 def interface(model: Compiled, whole: bool) -> np.ndarray:

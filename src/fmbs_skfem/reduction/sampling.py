@@ -246,7 +246,8 @@ def training_blocks(
 def forces(elastic: Elastic, states: np.ndarray, level: Level) -> np.ndarray:
     """Contribution of every cell or point to the force on the body's own unknowns (s, r): (s, r, e)."""
     gather = sampled_gather(elastic)
-    rows, points, modes = gradient_size(gather), len(gather.cell), gather.rows.shape[1]
+    points, modes = len(gather.cell), gather.rows.shape[1]
+    rows = len(gather.offset) // points  # components of a position gradient, k c
     u = (gather.rows @ states.T + gather.offset[:, None]).reshape(rows, points, len(states))
     section = np.repeat(gather.section.reshape(len(gather.section), points, 1), len(states), axis=2)
     S = np.empty_like(u)
@@ -255,11 +256,6 @@ def forces(elastic: Elastic, states: np.ndarray, level: Level) -> np.ndarray:
     if level is Level.ELEMENTS:
         out = csr_array((np.ones(points), (gather.cell, np.arange(points)))) @ out
     return out.reshape(-1, len(states), modes).transpose(1, 2, 0)
-
-
-def gradient_size(gather: Sampled) -> int:
-    """Number of components of a position gradient, k c."""
-    return len(gather.offset) // len(gather.cell)
 
 
 def apply(system: System, selections: tuple[Selection, ...]) -> System:

@@ -159,11 +159,6 @@ def gathered(part: Body, shape: Surface, nodes: np.ndarray, values: np.ndarray) 
     return total if part.spread is None else np.asarray(part.spread.T @ total)
 
 
-def one_row(draft: Draft, name: str, body: str, values: np.ndarray) -> int:
-    """The probe row sum_b values[b] . q[b]: its force coefficient is the whole load."""
-    return draft.probes.add(draft.layout.widen(name, body, csr_array(values.reshape(1, -1))))
-
-
 def chosen(name: str, shape: Surface, faces: Iterable[str]) -> np.ndarray:
     """Cells of named faces; all of them without names."""
     names = tuple(faces)

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, TypeAlias
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from ..bodies.plate import edge
 from ..core.declared import Declared
@@ -280,5 +281,5 @@ def push_whole(load: SurfaceLoad | Pressure | EdgeLoad, draft: Draft, values: np
     """One probe row that holds all nodal forces (b, c) [N] of a load; finite ones."""
     if not np.isfinite(values).all():
         raise InputError(say(where(load), "finite numbers", "others"))
-    row = edges.one_row(draft, where(load), load.body, values)
+    row = draft.probes.add(draft.layout.widen(where(load), load.body, csr_array(values.reshape(1, -1))))
     draft.forces.dead([row], [1.0], draft.signal(load.history))
