@@ -53,6 +53,14 @@ def test_plate_bends_as_published(tmp_path: Path) -> None:
     assert 10.0 - found["outputs"]["x"]["final"] == pytest.approx(3.2895, abs=3e-4)
 
 
+def test_an_arm_under_lqr_comes_to_rest() -> None:
+    """As the linear loop predicts with four modes, within 1 %; from 1 rad/s, with an amplitude above 5 % of the length."""
+    found = script("lqr_arm")(duration=1.2)
+    assert found["most"] > 0.05
+    assert abs(found["end"]) < 0.02 * found["most"]
+    assert found["error"] < 1e-2
+
+
 def test_roof_sinks_as_published(tmp_path: Path) -> None:
     """Scordelis, Lo 1964 by thin-shell theory: 0.3006 m under the whole load, to 0.5 per mille."""
     found = fmbs("run", EXAMPLES / "roof.yaml", "--json", "--out", tmp_path / "out", "--no-plots").json

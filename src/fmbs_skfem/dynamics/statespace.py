@@ -50,6 +50,7 @@ class StateSpace:
     units: dict[str, str]  #: of inputs and outputs, SI
     x: np.ndarray  #: (n,) the equilibrium
     basis: np.ndarray  #: (n, r) V
+    weights: np.ndarray  #: (r, n) V^T M, of which amplitudes of displacements are made
 
     def __repr__(self) -> str:
         return f"<StateSpace {len(self.A)} states, {', '.join(self.inputs)} -> {', '.join(self.outputs)}>"
@@ -60,6 +61,10 @@ class StateSpace:
 
         return signal.StateSpace(self.A, self.B, self.C, self.D)
 
+    def states(self, motion: Trajectory) -> np.ndarray:
+        """States (s, k) of a motion of the system, for feedback: amplitudes and their rates."""
+        return np.concatenate([(motion.x - self.x) @ self.weights.T, motion.v @ self.weights.T], axis=1)
+
     def transfer(self, omega: Sequence[float] | np.ndarray) -> np.ndarray:
         """Transfer functions C (i omega - A)^-1 B + D at angular frequencies (s,) [rad/s], (s, i, j) complex."""
         one = np.eye(len(self.A))
@@ -68,7 +73,7 @@ class StateSpace:
     def save(self, path: Path | str) -> Path:
         """Write A, B, C, D, the equilibrium, and names with units into a file .npz or .mat."""
         path = Path(path)
-        arrays: dict[str, Any] = {key: getattr(self, key) for key in ("A", "B", "C", "D", "x", "basis")}
+        arrays: dict[str, Any] = {key: getattr(self, key) for key in ("A", "B", "C", "D", "x", "basis", "weights")}
         for key in ("inputs", "outputs"):
             names = getattr(self, key)
             arrays |= {key: np.array(names), f"{key}_units": np.array([self.units.get(name, "") for name in names])}
@@ -115,7 +120,7 @@ def state_space(
     columns = names_of("outputs", outputs, tuple(found))
     CD = np.array([found[name] for name in columns]).reshape(len(columns), 2 * r + j)
     units = {name: known[name].unit for name in chosen} | dict(probes.column_units(system.outputs))
-    return StateSpace(A, B, CD[:, : 2 * r], CD[:, 2 * r :], chosen, columns, units, linear.x, V)
+    return StateSpace(A, B, CD[:, : 2 * r], CD[:, 2 * r :], chosen, columns, units, linear.x, V, np.asarray(V.T @ linear.mass))
 
 
 def names_of(what: str, wanted: Sequence[str] | None, known: tuple[str, ...]) -> tuple[str, ...]:
