@@ -4,17 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.sparse import coo_array, csr_array, csr_matrix
+from scipy.sparse import csr_array, csr_matrix
 
 from fmbs_skfem.core import linalg
-
-
-def test_sparse_matrices_become_arrays() -> None:
-    sparse = linalg.as_sparse(csr_matrix(np.eye(2)))
-    assert type(sparse) is csr_array
-    twice = linalg.as_sparse(coo_array((np.array([1.0, 2.0]), (np.array([0, 0]), np.array([1, 1]))), shape=(2, 2)))
-    assert twice.nnz == 1
-    np.testing.assert_array_equal(linalg.as_dense(twice), [[0.0, 3.0], [0.0, 0.0]])
 
 
 def test_dense_arrays_are_not_copied() -> None:

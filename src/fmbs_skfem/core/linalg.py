@@ -23,13 +23,6 @@ def as_dense(a: Any) -> np.ndarray:
     return np.asarray(a.toarray() if is_sparse(a) else a, dtype=np.float64)
 
 
-def as_sparse(a: Any) -> csr_array:
-    """`a` as a csr_array of float64, equal entries summed and sorted by column; matrices of other libraries become arrays here."""
-    sparse = csr_array(a, dtype=np.float64)
-    sparse.sum_duplicates()
-    return sparse
-
-
 def support(A: np.ndarray) -> slice:
     """Smallest range of columns that holds all non-zeros."""
     used = np.flatnonzero(np.abs(A).max(axis=0) > 0)
