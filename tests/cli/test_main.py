@@ -109,7 +109,7 @@ def test_notices_go_to_stderr_and_json_once_and_stop_a_strict_call() -> None:
         with jobs.begin(**options) as job:
             for _ in range(3):
                 notify("mind the gap")
-            return Result(about="", report={"status": "ok", "ratio": float("nan"), "notices": job.notices}, view=["done"])
+            return Result(about="", report={"status": "ok", "ratio": float("nan"), "notices": job.notices}, lines=["done"])
 
     notes = common.command("notes", study)
     done = CliRunner().invoke(notes, ["--json"])

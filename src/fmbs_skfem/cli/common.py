@@ -68,7 +68,7 @@ def perform(function: Callable[[], Result], call: Call, bar: screen.Bar) -> int:
     try:
         found = function()
         bar.close()
-        show(call, found.report, found.view)
+        show(call, found.report, found.lines)
         return 0
     except KeyboardInterrupt:
         return refuse(call, "interrupted", "interrupted", INTERRUPTED)
@@ -78,7 +78,7 @@ def perform(function: Callable[[], Result], call: Call, bar: screen.Bar) -> int:
             return refuse(call, **{**describe_error(error), "message": str(error)}, code=error.exit_code)
         screen.tell(f"error: {error}")
         with contextlib.suppress(screen.Unheard):
-            show(call, error.result.report, error.result.view)
+            show(call, error.result.report, error.result.lines)
         return error.exit_code
     except Notice as notice:
         return refuse(call, f"{notice} (an error by --strict)", "notice", BAD_INPUT)

@@ -30,7 +30,7 @@ class Statistics:
         return self.halved > max(ONE_STEP, OFTEN * self.steps)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trajectory:
     """Motion of a system at stored times."""
 
@@ -42,3 +42,7 @@ class Trajectory:
     multipliers: np.ndarray  #: (s, m), physical
     statistics: Statistics
     memory: np.ndarray | None = None  #: (s, l) what forces keep of the states, where it was stored
+
+    def __repr__(self) -> str:
+        first, last = self.times[[0, -1]]
+        return f"<Trajectory {len(self.times)} instants from {first:g} to {last:g}, {self.x.shape[1]} unknowns>"

@@ -150,6 +150,12 @@ class Scene:
     used: frozenset[str] = field(default=frozenset(), metadata=HIDDEN)
     repair: bool = field(default=False, metadata=HIDDEN)  #: whether nodes of meshes that are at one place are merged
 
+    def run(self, **options: Any) -> Any:
+        """`studies.run` of this scene, with its options: a `studies.Run`."""
+        import fmbs_skfem  # through the front door: studies stand above scenes
+
+        return fmbs_skfem.studies.run(self, **options)
+
 
 def json_schema() -> dict[str, Any]:
     """The JSON schema of a scene file, with everything that is declared by now."""

@@ -38,16 +38,16 @@ from .result import Figures, Result, Table
 if TYPE_CHECKING:
     from .checking import Check
     from .comparison import ComparisonResult
+    from .outcome import Run
     from .parts import PartResult
     from .reducing import ReductionResult
-    from .runs import Run
     from .sweeping import SweepResult
     from .training import TrainingResult
     from .verifying import Verification
 
 #: result -> module that has it; loaded when it is first used
 RESULTS = {
-    "Run": "runs",
+    "Run": "outcome",
     "Check": "checking",
     "ReductionResult": "reducing",
     "PartResult": "parts",

@@ -78,7 +78,7 @@ def check_scene(job: Job, scene: Scene) -> Check:
     }
     reports.write_report(jobs.settle_folder(job, [NAME], report["fingerprint"], NAME), report, NAME)
     about = f"{report['scene']}: {raw.size} coordinates, {counted.mobility} degrees of freedom of rigid bodies"
-    return Check(about=about, report=report, view=view(report), scene=scene, system=reduced, mechanism=counted)
+    return Check(about=about, report=report, lines=view(report), scene=scene, system=reduced, mechanism=counted)
 
 
 def compare_checksums(job: Job) -> Result:
@@ -90,7 +90,7 @@ def compare_checksums(job: Job) -> Result:
     if not found:
         raise InputError(say(f"{job.path}", "a scene, or a folder with results", "a folder without a report"))
     text = "as written: " + ", ".join(map(str, found))
-    return Result(about=text, report={"status": "ok", "verified": found, "notices": job.notices}, view=[text])
+    return Result(about=text, report={"status": "ok", "verified": found, "notices": job.notices}, lines=[text])
 
 
 def warn_of_findings(scene: Scene, known: Mapping[str, Facts]) -> None:

@@ -30,8 +30,8 @@ from .result import Result
 if TYPE_CHECKING:
     from .checking import Check
     from .comparison import ComparisonResult
+    from .outcome import Run
     from .reducing import ReductionResult
-    from .runs import Run
     from .sweeping import SweepResult
     from .training import TrainingResult
     from .verifying import Verification

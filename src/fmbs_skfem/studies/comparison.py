@@ -105,7 +105,7 @@ def comparison(
     reports.write_report(out, report, RECORD)
     view = [*tables.tables(scene, study), *summarise(report), *list_files(report)]
     about = f"{report['scene']}: {', '.join(record.name for record in study.records)}"
-    return ComparisonResult(about=about, report=report, view=view, figures=drawn, error=missing, study=study)
+    return ComparisonResult(about=about, report=report, lines=view, figures=drawn, error=missing, study=study)
 
 
 def run(
@@ -139,7 +139,7 @@ def copy_examples(job: Job) -> Result:
         shutil.copytree(folder, out / folder.name, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
     files = sorted((out / source.name).glob("*.yaml"))
     text = f"copied {len(files)} scenes into {out / source.name}; look at one: fmbs check {out / source.name / DEMO}"
-    return Result(about=text, report={"status": "ok", "files": files, "notices": job.notices}, view=[text])
+    return Result(about=text, report={"status": "ok", "files": files, "notices": job.notices}, lines=[text])
 
 
 def lean(scene: Scene) -> Scene:

@@ -8,8 +8,8 @@ from .options import Argument, Duration, ModelFile, Option, OutputOptions, Pictu
 from .result import Result
 
 if TYPE_CHECKING:
+    from .outcome import Run
     from .parts import PartResult
-    from .runs import Run
 
 PlacedIn = Annotated[str | Path, Argument("SCENE")]
 BodyName = Annotated[str, Option("Name of the body in the scene.", "NAME")]

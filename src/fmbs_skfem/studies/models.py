@@ -21,8 +21,8 @@ from ..results import sweep_files
 from . import job as jobs
 from . import judging, reports, runs
 from .job import Job
+from .outcome import Run
 from .result import Result, Table, conclude, format_value
-from .runs import Run
 
 if TYPE_CHECKING:
     from ..core.ranges import Parameter
@@ -103,7 +103,7 @@ def alone(job: Job, duration: float | None, step: float | None) -> tuple[Case, M
 def describe(job: Job) -> Result:
     """What a saved reduced model is: parameters with their ranges, sizes, training, errors; in a folder also as info.json."""
     facts = {"model": job.path, **(describe_box if parametric(job.path) else describe_point)(job.path)}
-    return Result(about=f"{job.path}: {facts['kind']}", report=write_info(job, facts), view=views(facts))
+    return Result(about=f"{job.path}: {facts['kind']}", report=write_info(job, facts), lines=views(facts))
 
 
 def write_info(job: Job, facts: Mapping[str, Any]) -> dict[str, Any]:

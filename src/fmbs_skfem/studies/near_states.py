@@ -17,8 +17,9 @@ from ..results.plots import PANELS
 from ..results.sweep_files import add_unit
 from . import recording, reports
 from .job import Job
+from .outcome import Run
 from .result import Figures, Table, conclude, describe_error, list_files
-from .runs import Run, heading, sizes
+from .runs import heading, sizes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -71,8 +72,9 @@ def solve_states(
     table = Table(f"{report['scene']}: {found.title}", tuple(heads), rows)
     view: list[Table | str] = [table, *list_files(report)]
     about = f"{report['scene']}: {found.about}"
-    made = Run(about=about, report=report, view=view, figures=figures, error=missing)
-    return conclude(replace(made, frequencies=found.frequencies, shapes=found.shapes, linear=found.linear))
+    made = Run(about=about, report=report, lines=view, figures=figures, error=missing)
+    more = {name: np.asarray(values) for name, values in columns(found).items()}
+    return conclude(replace(made, outputs=more, frequencies=found.frequencies, shapes=found.shapes, linear=found.linear))
 
 
 def columns(found: StateTable) -> dict[str, Any]:

@@ -74,7 +74,7 @@ def train(
         view.append(f"written: {path}")
     report = {"status": "ok", "file": path, **facts(found), "provenance": origin, "notices": job.notices}
     about = f"{body}: {found.notes['functions']} shape functions for {found.notes['functions_full']}"
-    return PartResult(about=about, report=report, view=view, part=found)
+    return PartResult(about=about, report=report, lines=view, part=found)
 
 
 def body_of(job: Job, scene: Scene, name: str) -> tuple[Body, list[Body]]:
@@ -126,7 +126,7 @@ def describe(job: Job) -> PartResult:
     """What the part in a file is: sizes, training, strains of its training, places; in a folder also as info.json."""
     found = part_files.load(job.path)
     report = models.write_info(job, {"part": job.path, "dimension": found.body.dim, **facts(found)})
-    return PartResult(about=f"{job.path}: a part", report=report, view=[described(str(job.path), found)], part=found)
+    return PartResult(about=f"{job.path}: a part", report=report, lines=[described(str(job.path), found)], part=found)
 
 
 def check(job: Job, scene: Scene, path: Path, body: str) -> PartResult:
@@ -146,7 +146,7 @@ def check(job: Job, scene: Scene, path: Path, body: str) -> PartResult:
     report |= {"beyond_training": [asdict(one) for one in beyond], "notices": job.notices}
     times = Table(f"'{body}' in {jobs.title(scene)}", ("", "value"), [(key, format_value(value)) for key, value in cpu.items()])
     return PartResult(
-        about=f"{path} in {jobs.title(scene)}", report=report, view=[times, *tables.output_errors(errors)], part=found
+        about=f"{path} in {jobs.title(scene)}", report=report, lines=[times, *tables.output_errors(errors)], part=found
     )
 
 

@@ -46,7 +46,7 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan) -> Reduc
         files.save(found.system, path, scene=report["scene"], training=training, report=plain, provenance=origin)
         view.append(f"written: {path}")
     more = {"file": path, "provenance": origin, "notices": job.notices}
-    return replace(found, report={**report, **more}, view=view)
+    return replace(found, report={**report, **more}, lines=view)
 
 
 def train(job: Job, scene: Scene, plan: Plan) -> ReductionResult:

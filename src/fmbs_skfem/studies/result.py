@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -64,6 +65,13 @@ class Table:
         head, *rest = (f"| {' | '.join(cells)} |" for cells in lines)
         return "\n".join([head, "|" + "---|" * len(self.columns), *rest]) + "\n"
 
+    @property
+    def html(self) -> str:
+        """The same for notebooks."""
+        head = "".join(f"<th>{escape(text)}</th>" for text in self.columns)
+        rows = "".join(f"<tr>{''.join(f'<td>{escape(format_value(value))}</td>' for value in row)}</tr>" for row in self.rows)
+        return f"<table><caption>{escape(self.title)}</caption><tr>{head}</tr>{rows}</table>"
+
 
 def console(file: Any) -> Console:
     """A rich console; as wide as the house's lines where there is no terminal."""
@@ -116,7 +124,7 @@ class Result:
 
     about: str  #: in a few words
     report: Mapping[str, Any]  #: what `fmbs ... --json` prints
-    view: Sequence[Table | str] = ()  #: the same for people
+    lines: Sequence[Table | str] = ()  #: the same for people
     figures: Figures = field(default_factory=Figures)
     error: FmbsError | None = None  #: why this is not all that was wanted
 
@@ -129,7 +137,10 @@ class Result:
         return f"<{type(self).__name__} {self.about}>"
 
     def __str__(self) -> str:
-        return "\n".join(map(str, self.view))
+        return "\n".join(map(str, self.lines))
+
+    def _repr_html_(self) -> str:
+        return "".join(line.html if isinstance(line, Table) else f"<p>{escape(line)}</p>" for line in self.lines)
 
 
 Kind = TypeVar("Kind", bound=Result)

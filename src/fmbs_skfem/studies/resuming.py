@@ -14,8 +14,8 @@ from ..results import segments
 from . import compiling, reports, runs
 from . import job as jobs
 from .job import Job
+from .outcome import Run
 from .result import conclude
-from .runs import Run
 
 
 def resume_run(job: Job, plots: bool, time_limit: float) -> Run:

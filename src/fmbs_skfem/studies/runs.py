@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from functools import partial
 from math import isfinite
 from pathlib import Path
@@ -32,16 +32,16 @@ from ..systems import probes
 from . import compiling, failures, judging, recording, reports
 from . import job as jobs
 from .job import Job
-from .result import Figures, Result, Table, conclude, describe_error, list_files
+from .outcome import OUTPUTS, Run
+from .result import Figures, Table, conclude, describe_error, list_files
 
 if TYPE_CHECKING:
-    from ..dynamics import Shapes, StateSpace
     from ..dynamics.checkpoint import Resumed
     from ..scenes import Scene
     from ..systems import System
     from ..systems.system import Output
 
-OUTPUTS, SERIES = "outputs.csv", "motion"
+SERIES = "motion"
 
 Draw = Callable[[Trajectory, Path], Sequence[Callable[[], Path]]]  #: pictures and series in a folder, each drawn when called
 
@@ -62,29 +62,6 @@ class RunTask:
     request: Mapping[str, Any] | None = None  #: what `resume` needs to know; None of what runs anew
     label: str = "integrating"
     remarks: Sequence[str] = ()  #: sentences on the result
-
-
-@dataclass(frozen=True, repr=False, kw_only=True)
-class Run(Result):
-    """A run: its outputs over time, or over the load factor of an equilibrium; of vibration modes their frequencies."""
-
-    motion: Trajectory | None = None  #: None of vibration modes
-    outputs: Mapping[str, np.ndarray] = field(default_factory=dict)  #: column -> (s,) in SI units
-    frequencies: np.ndarray = field(default_factory=lambda: np.empty(0))  #: (r,) [Hz]
-    shapes: Shapes | None = None  #: of vibration modes and buckling
-    linear: StateSpace | None = None  #: of linear equations
-
-    @property
-    def trajectory(self) -> Trajectory:
-        """All states."""
-        if self.motion is None:
-            raise InputError(say("trajectory", "a motion or an equilibrium", "vibration modes"))
-        return self.motion
-
-    @property
-    def times(self) -> np.ndarray:
-        """(s,) [s], or load factors."""
-        return self.trajectory.times
 
 
 def run_source(
@@ -261,7 +238,7 @@ def finish(
     return Run(
         about=about,
         report=report,
-        view=view,
+        lines=view,
         figures=figures,
         error=error or missing,
         motion=trajectory,

@@ -18,4 +18,4 @@ def describe(job: Job, page: bool) -> Result:
     if out is not None:
         reports.write_json(out / NAME, found)
     text = reference.page(found).rstrip("\n") if page else reports.dumps(found)
-    return Result(about="JSON schema of scene files", report=found, view=[text])
+    return Result(about="JSON schema of scene files", report=found, lines=[text])

@@ -136,7 +136,7 @@ def finish(
     error = SweepFailure(report["message"]) if report["failed"] else None
     view: list[Table | str] = [summary(report), responses(table), *([failures(report)] if error else []), *list_files(report)]
     about = f"{report['name']}: {report['ok']} of {report['members']} samples in {', '.join(report['parameters'])}"
-    return SweepResult(about=about, report=report, view=view, figures=figures, error=error, table=table)
+    return SweepResult(about=about, report=report, lines=view, figures=figures, error=error, table=table)
 
 
 def figures_of(job: Job, members: Members, table: Sweep) -> Figures:

@@ -78,7 +78,7 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool,
     except NoModel as error:
         report = {**describe_error(error), **heading(order), **made, "files": [out / reports.REPORT] if out else []}
         reports.write_report(out, report)
-        error.result = Result(about=str(error), report=report, view=list_files(report))
+        error.result = Result(about=str(error), report=report, lines=list_files(report))
         raise
     model = make_product(order, found)
     if out is not None:
@@ -104,7 +104,7 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool,
         view += [holdouts.table(checked, order.measure), *output_errors(holdouts.largest_of_outputs(checked))]
     about = f"{report['scene']}: {report['full_runs']} full runs, largest predicted error {found.predicted.error:.1e}"
     view += list_files(report)
-    return TrainingResult(about=about, report=report, view=view, figures=figures, model=model, training=found, holdout=checked)
+    return TrainingResult(about=about, report=report, lines=view, figures=figures, model=model, training=found, holdout=checked)
 
 
 def prepare(

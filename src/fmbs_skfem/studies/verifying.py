@@ -69,7 +69,7 @@ def cases(names: Sequence[str], groups: Sequence[str]) -> Verification:
     rows = [(case.name, case.group, case.about) for case in found]
     report = {"status": "ok", "cases": [heading(case) for case in found], "notices": []}
     table = Table("Cases", ("case", "group", "about"), rows)
-    return Verification(about=f"{len(found)} cases", report=report, view=[table], outcomes=())
+    return Verification(about=f"{len(found)} cases", report=report, lines=[table], outcomes=())
 
 
 def verify_cases(job: Job, names: Sequence[str], groups: Sequence[str]) -> Verification:
@@ -101,7 +101,7 @@ def verify_cases(job: Job, names: Sequence[str], groups: Sequence[str]) -> Verif
         reports.write_report(out, {**report, "files": [path.name for path in report["files"]]}, RECORD)
     error = VerificationFailure(f"off their references: {', '.join(wrong)}") if wrong else None
     about = f"{len(outcomes) - len(wrong)} of {len(outcomes)} cases hold"
-    found = Verification(about=about, report=report, view=view(outcomes), figures=figures, error=error, outcomes=outcomes)
+    found = Verification(about=about, report=report, lines=view(outcomes), figures=figures, error=error, outcomes=outcomes)
     return conclude(found)
 
 

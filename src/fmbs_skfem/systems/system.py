@@ -120,7 +120,7 @@ storable(Output, labels=lambda values: ())
 COMPILED = "compiled"  #: where a system remembers what was compiled of it, see `compiled.compile_system`
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class System:
     """A mechanical system in unknowns x (n,), with body coordinates q = lift(x)."""
 
@@ -153,6 +153,10 @@ class System:
     @property
     def size(self) -> int:
         return len(self.x0)
+
+    def __repr__(self) -> str:
+        bodies = ", ".join(name for name, _, _ in self.components or self.coordinates)
+        return f"<System {self.size} unknowns, {len(self.constraints.names)} constraints: {bodies}>"
 
     def __getstate__(self) -> dict[str, Any]:
         """Copies and pickles are made of the fields alone."""
