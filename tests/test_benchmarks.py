@@ -37,6 +37,15 @@ def test_full_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert (tmp_path / "full_models.md").read_text(encoding="utf-8").startswith("# ")
 
 
+def test_contacts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Landing takes place after 0.2 s on a floor that is near; the reduced model follows."""
+    rows = script("contacts", tmp_path, monkeypatch, DURATION=0.3, REPEATS=1, NEAR=-0.2).main(10)
+    assert [row.model.split(",")[0] for row in rows] == ["full"] * 3 + ["reduced"]
+    assert rows[2].iterations > rows[0].iterations
+    assert rows[3].difference < 0.05
+    assert (tmp_path / "contacts.md").exists()
+
+
 def test_many(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rows = script("many", tmp_path, monkeypatch, DURATION=0.1).main(2)
     assert [row.difference for row in rows] == [0.0, 0.0]

@@ -146,17 +146,16 @@ def substitute_dense(LU: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
 
 @routine
 def factorise_band(table: Any, _: Any) -> int:
-    """As `factorise_dense`. Where Cholesky's factorisation of the band fails, it is set up again for LU; friction needs that."""
+    """As `factorise_dense`. Where Cholesky's factorisation of the band fails, it is set up again for LU, which friction needs."""
     S = opened(table)
-    for kind in (CHOLESKY, BAND):
-        if kind == CHOLESKY and S.arrays.pairs.skew:
-            continue
+    kind, info = CHOLESKY, 1
+    while info != 0 and kind <= BAND:
         if assemble(table) != 0:
             return 1
+        if S.arrays.pairs.skew and kernels.any_of(S.space.H):
+            kind = BAND
         S.work.kind[0] = S.work.kind[2] = kind
-        info = factor_band(table)
-        if info == 0:
-            break
+        info, kind = factor_band(table), kind + 1
     return info
 
 

@@ -350,6 +350,15 @@ def add_pairs(A: Pairs, P: Csr, H: np.ndarray, dense: bool, W: np.ndarray) -> No
 
 
 @jit
+def any_of(x: np.ndarray) -> bool:
+    """Whether a number is not zero."""
+    found = False
+    for i in range(len(x)):
+        found = found or x[i] != 0.0
+    return found
+
+
+@jit
 def add_skew_pairs(A: Pairs, P: Csr, H: np.ndarray, general: np.ndarray) -> None:
     """The skew part of P^T H P to a general band (n, 3d+1) as LAPACK has it."""
     middle = 2 * ((general.shape[1] - 1) // 3)
