@@ -72,6 +72,8 @@ def test_an_excitation_begins_at_all_places_and_is_the_same_with_the_same_seed()
     first, again, other = (excite(arm(), one) for one in (short, short, Excitation(runs=2, step=2e-3, duration=0.1, seed=1)))
     assert_array_equal(first, again)
     assert np.abs(first - other).max() > 1e-4
+    slow, sudden = (excite(arm(), Excitation(runs=1, step=2e-4, duration=0.01, rise=rise)) for rise in (1.0, 0.0))
+    assert np.abs(sudden[5] - arm().reference).max() > 2.0 * np.abs(slow[5] - arm().reference).max()
     ends = [arm().constant @ arm().mass @ state for state in (first[0], first[len(first) // 2])]
     assert np.abs(ends[0] - ends[1]).max() < 1e-12  # every run begins in the reference
 

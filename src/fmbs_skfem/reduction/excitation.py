@@ -4,9 +4,9 @@ r"""Motions of a single body under what it can meet at its places, to train it a
              F_i(t) = F sin(phi_i(t)) w(t),   phi_i' = 2 pi (f_0 + (f_1 - f_0) t/T),   along every axis i
 
 The frequencies f_0 and f_1 [Hz] of every sweep are those of the excitation times a random factor, and so is its phase; w rises
-smoothly from 0 to 1 over the first twentieth, so that nothing jumps. Directions of loads, of weights and of the motions that follow
-are all there, and a basis of vectors holds them turned in any way. Moments bend the ends, as welds and clamps do; points of
-surfaces take none.
+smoothly from 0 to 1 over the first part of a run, so that nothing jumps, or is 1, for machines whose loads begin as steps.
+Directions of loads, of weights and of the motions that follow are all there, and a basis of vectors holds them turned in any way.
+Moments bend the ends, as welds and clamps do; points of surfaces take none.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ LONG = 10.0  #: usual duration, in units of sqrt(L/g)
 SLOW, FAST = 0.1, 1.6  #: usual frequencies, in units of sqrt(g/L)
 BENDING = 0.1  #: usual moment, in units of F L
 STEPS = 6000  #: usual number of steps
-RISE = 0.05  #: part of the run over which sweeps rise
+RISE = 0.05  #: usual part of a run over which sweeps rise
 SHARP = Newton(tolerance=1e-12)
 TRIED = "take smaller forces (--push), another duration or frequencies that its motion can follow, or a smaller step"
 
@@ -46,15 +46,15 @@ class Excitation:
 
     runs: Annotated[int, "number of motions, which begin at the places in turn"] = 4
     force: Annotated[float, fields.quantity("N", ">= 0")] | None = None
-    moment: Annotated[float, fields.quantity("N m", ">= 0")] | None = (
-        None  #: at slopes of lines and at frames; None: a tenth of F L
-    )
+    #: at slopes of lines and at frames; None: a tenth of F L
+    moment: Annotated[float, fields.quantity("N m", ">= 0")] | None = None
     gravity: Annotated[float, fields.quantity("m/s^2", ">= 0")] = GRAVITY
     duration: Annotated[float, fields.quantity("s", "> 0")] | None = None
     slowest: Annotated[float, fields.quantity("Hz", ">= 0")] | None = None  #: first frequency of sweeps
     fastest: Annotated[float, fields.quantity("Hz", ">= 0")] | None = None  #: last frequency of sweeps
     step: Annotated[float, fields.quantity("s", "> 0")] | None = None
     samples: int = 600  #: states kept of every run
+    rise: Annotated[float, "part of a run over which loads rise; 0: they begin as steps, which send waves"] = RISE
     seed: int = 0
 
 
@@ -74,6 +74,7 @@ def settle(excitation: Excitation, part: Body) -> Excitation:
         fastest=FAST * float(pace) if excitation.fastest is None else excitation.fastest,
         step=float(step),
         samples=excitation.samples,
+        rise=excitation.rise,
         seed=excitation.seed,
     )
 
@@ -140,7 +141,7 @@ def sweep(told: Excitation, random: np.random.Generator) -> Callable[[np.ndarray
     end = told.duration
 
     def history(t: np.ndarray) -> np.ndarray:
-        rise = np.clip(t / (RISE * end), 0.0, 1.0)
+        rise = np.clip(t / (told.rise * end), 0.0, 1.0) if told.rise > 0.0 else np.ones_like(t)
         return np.asarray(np.sin(2.0 * np.pi * (low * t + 0.5 * (high - low) * t * t / end) + phase) * rise**2 * (3.0 - 2.0 * rise))
 
     return history

@@ -31,7 +31,7 @@ from . import parts
 
 KIND = Kind("fmbs_skfem part", "a part", 1, "copy the file again, or train the part anew", "train and save the part anew")
 USUAL = 1e-12  #: eps of the shape functions of a part
-ETA = 1e-4  #: tolerance of its weighted points
+ETA = 3e-5  #: tolerance of its weighted points
 KEPT = 120  #: states that a part keeps of its training, for the points of one that goes on
 
 

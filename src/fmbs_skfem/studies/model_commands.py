@@ -54,7 +54,7 @@ def train_part(
     modes: Annotated[
         int | None, Option("Number of shape functions beside rigid motions, instead of a tolerance.", "R", least=1)
     ] = None,
-    hyper: Annotated[float, Option("Tolerance eta of the weighted points; 0 for all points.", "ETA", least=0.0)] = 1e-4,
+    hyper: Annotated[float, Option("Tolerance eta of the weighted points; 0 for all points.", "ETA", least=0.0)] = 3e-5,
     runs: Annotated[int, Option("Motions of the body alone, pinned at its places in turn.", "N", least=1)] = 4,
     push: Annotated[float | None, Option("Forces at its places, by default its weight.", "NEWTON", least=0.0)] = None,
     moment: Annotated[
@@ -68,6 +68,10 @@ def train_part(
     step: Annotated[float | None, Option("Its step, by default a part in 6000.", "SECONDS", least=0.0, above=True)] = None,
     slowest: Annotated[float | None, Option("First frequency of sweeps, by default 0.1 sqrt(g/L).", "HZ", least=0.0)] = None,
     fastest: Annotated[float | None, Option("Last frequency of sweeps, by default 1.6 sqrt(g/L).", "HZ", least=0.0)] = None,
+    rise: Annotated[
+        float, Option("Part of a motion over which forces and moments rise; 0: they begin as steps.", "PART", least=0.0, most=1.0)
+    ] = 0.05,
+    samples: Annotated[int, Option("States that are kept of a motion.", "N", least=10)] = 600,
     seed: Annotated[int, Option("Of random directions, phases and frequencies.", "N")] = 0,
     before: Annotated[
         str | Path | None, Option("Go on with the training of a part: nothing that it has seen is run again.", "FILE", "continue")
@@ -83,7 +87,7 @@ def train_part(
     from . import parts
 
     with jobs.begin(source, **shared) as job:
-        told = Excitation(runs, push, moment, gravity, duration, slowest, fastest, step, seed=seed)
+        told = Excitation(runs, push, moment, gravity, duration, slowest, fastest, step, samples, rise, seed)
         known, excited = None if before is None else Path(before), told if alone else None
         return parts.train(job, jobs.read_scene(job), body, excited, tolerance, modes, hyper or None, known)
 
