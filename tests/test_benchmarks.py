@@ -102,3 +102,9 @@ def test_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = module.example_2(0.1 / 3.0, 8, 1)
     assert found["error part, hung at the other end [m]"] < 1e-4
     assert module.chain(0.025, 3, 8)["error part"] < 1e-4
+
+
+def test_control(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = script("control", tmp_path, monkeypatch, STEPS=200, TIMES=1).main()
+    assert text == (tmp_path / "control.md").read_text(encoding="utf-8")
+    assert "run.step" in text

@@ -69,7 +69,7 @@ class Feed:
         self.ahead, self.first = np.zeros((0, 0)), 0
         self.row = np.zeros((1, len(plain.signals) * (4 if driven_rows(plain.constraints).any() else 1)))
         self.stored = np.array([-1])
-        self.table = np.zeros(0, np.int64)  #: of the packed step, empty before the first one
+        self.table, self.address = np.zeros(0, np.int64), 0  #: of the packed step, once there is one
 
     def tell(self, values: Mapping[str, float]) -> None:
         """New values of inputs for the next step; those that are not named keep theirs."""
@@ -151,11 +151,12 @@ class Feed:
         """Call a routine of steps on the run."""
         if run.large:
             return run.call(routine, run.step.method, self.row, self.stored)
-        if not len(self.table):
+        if self.address == 0:
             job = run.step.job._replace(signals=self.row, rows=self.stored)
             run.step = run.step._replace(job=job)
             self.table = packed(run.step)
-        return int(routine.call(address_of(self.table), 0))
+            self.address = address_of(self.table)
+        return int(routine.call(self.address, 0))
 
     def recorded(self) -> System:
         """The system with what controllers told so far as histories."""

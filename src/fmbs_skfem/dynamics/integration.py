@@ -164,8 +164,9 @@ def begun(
 ) -> Run:
     """A run at its start, or where it was left; a live one is told its inputs."""
     feed = Feed(system, scheme) if live or any(isinstance(one, Controlled) for one in system.signals) else None
-    system = feed.system if feed else system
     model = compile_system(system)
+    if feed:
+        system, model = feed.system, replace(model, system=feed.system)
     n, m = system.size, model.constraints
     none = np.zeros(n)
     start = consistent_start(model, scheme) if resume is None else Start(system.x0, system.v0, none, np.zeros(m), np.zeros((2, n)))
