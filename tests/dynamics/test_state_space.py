@@ -12,6 +12,8 @@ from scipy.io import loadmat
 from fmbs_skfem import dynamics, scenes, studies
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, StateSpace, integrate
+from fmbs_skfem.reduction import files
+from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes.analyses import StateTable
 from fmbs_skfem.systems.signals import with_inputs
 from fmbs_skfem.systems.system import change_coordinates
@@ -123,6 +125,27 @@ def test_reduced_systems_and_few_modes_keep_slow_answers(hanging: StateTable) ->
     )
     assert space_of(few).A.shape == (32, 32)
     np.testing.assert_allclose(space_of(few).transfer(omega)[:, 0, 0], exact, rtol=1e-2)
+
+
+def test_saved_models_with_sampled_points_answer_as_the_full_one(tmp_path: Path) -> None:
+    """The arm of the example, trained under a chirp of its torque: 2e-5 at 1, 5 and 10 Hz."""
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "beam_20.msh").write_bytes((MESHES / "beam_20.msh").read_bytes())
+    text = (MESHES.parent / "examples" / "lqr_arm.yaml").read_text().replace("../meshes", "..")
+    text = text.replace("torque: u", 'torque: "u + one * sin(40*t + 60*t**2)"').replace(
+        "inputs:", "parameters: {one: 1 N m}\ninputs:"
+    )
+    text += "reduction: {snapshots: 5 ms, tolerance: 1e-12, hyper_reduction: {tolerance: 1e-4, sample: points}}\n"
+    path = tmp_path / "scenes" / "arm.yaml"
+    path.write_text(text)
+    scene = scenes.read(path)
+    full = build.chosen_form(scene, build.system(scene))
+    studies.reduce(path, duration=0.5, out=tmp_path / "arm.h5")
+    saved = files.load(tmp_path / "arm.h5")
+    one, other = (dynamics.state_space(system, dynamics.linearise(system), outputs=["hinge", "tip"]) for system in (full, saved))
+    assert len(other.A) < 0.2 * len(one.A)
+    omega = 2.0 * np.pi * np.array([1.0, 5.0, 10.0])
+    np.testing.assert_allclose(other.transfer(omega), one.transfer(omega), rtol=1e-4)
 
 
 def test_files_hold_the_system(tmp_path: Path) -> None:
