@@ -38,7 +38,7 @@ def test_failure_json_holds_the_facts(call: Call, folder: Path) -> None:
     assert found["good"] == pytest.approx(0.005)
     assert [attempt["step"] for attempt in found["attempts"]] == pytest.approx([1e-3 / 2**k for k in range(7)])
     assert {one["name"] for one in found["multipliers"]} == {"joint clamp.x", "joint clamp.y", "joint clamp.slope 1"}
-    assert found["residuals"][0]["name"].startswith("beam coordinate")
+    assert found["residuals"][0]["name"].startswith("beam at s = ")
 
 
 def test_the_last_good_state_is_kept(call: Call, folder: Path) -> None:
@@ -49,7 +49,7 @@ def test_the_last_good_state_is_kept(call: Call, folder: Path) -> None:
     assert time == pytest.approx(call.json["failure"]["good"]) == pytest.approx(0.005)
     assert len(state["unknowns"]) == len(state["x"]) == len(state["v"]) == len(state["a"]) == call.json["unknowns"]
     assert len(state["constraints"]) == len(state["multipliers"]) == call.json["multipliers"]
-    assert all(name.startswith(b"beam coordinate") for name in state["unknowns"])
+    assert all(name.startswith(b"beam at s = ") for name in state["unknowns"])
     tip = np.loadtxt(folder / "out" / "outputs.csv", delimiter=",", skiprows=1)[-1, 1:3]
     assert all(np.isclose(state["x"], value, rtol=1e-12).any() for value in tip)
     assert str(folder / "out" / "failure.h5") in call.json["files"]

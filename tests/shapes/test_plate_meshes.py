@@ -422,7 +422,7 @@ def test_what_is_wrong_is_named_with_its_place(tmp_path: Path, case: str) -> Non
 def test_bodies_that_are_not_flat(tmp_path: Path) -> None:
     points = [(0, 0, 0), (1, 0, 0), (1, 1, 0.2), (0, 1, 0)]
     file = saved(tmp_path, text_22(points, quads((1, 2, 3, 4))))
-    refused(file, "z = constant for a planar body", "node 3 at (1, 1, 0.2)", "spatial")
+    refused(file, "z = constant for a planar body", "node 3 at (1, 1, 0.2)", "type: shell")
     assert plate_meshes.read(file, planar=False).points[2, 2] == 0.2
     upright = [(0, 0, 0), (0, 0, 1), (0, 1, 1), (0, 1, 0)]
     file = saved(tmp_path, text_22(upright, quads((1, 2, 3, 4))))

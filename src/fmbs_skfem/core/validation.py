@@ -296,8 +296,8 @@ def size(axis: str, sizes: Sizes) -> int:
 
 
 def describe(value: Any) -> str:
-    """A value in short: arrays by shape and type."""
+    """A value in short: arrays by shape and type, structs by their names, as what is in them may not fit."""
     if isinstance(value, np.ndarray) or is_sparse(value):
         return f"{'a sparse' if is_sparse(value) else 'an'} array {value.shape} of {value.dtype}"
-    text = repr(value)
+    text = f"a {type(value).__name__}" if is_dataclass(value) else repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
