@@ -13,11 +13,12 @@ from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, outputs, reactions, solve_statics
-from fmbs_skfem.reduction import files, galerkin, pod, sampling
+from fmbs_skfem.reduction import files
 from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, compiled, eliminate, joints, loads, probes
 from fmbs_skfem.systems.force_laws import continued
 
 from .. import models
+from ..forms import forms
 from .test_checkpoint import assert_same, stopped
 
 Z = (0.0, 0.0, 1.0)
@@ -105,14 +106,11 @@ def test_reduced_hyper_reduced_and_saved_models_count_turns(tmp_path: Path) -> N
     scheme = GeneralizedAlpha(2e-3)
     raw = rotor()
     full = integrate(eliminate(raw), scheme, 2.0, TIGHT)
-    data = galerkin.snapshots(full)
-    bases = {name: pod.basis(data.q[:, galerkin.rows_of(raw, part)].T, 1e-14) for name, part in galerkin.body_level(raw).items()}
-    reduced = galerkin.reduce_system(raw, galerkin.body_level(raw), bases)
-    hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, galerkin.projected(reduced, data.q))], 1e-8))
-    files.save(reduced, tmp_path / "model.h5")
+    every = forms(raw, full, 1e-14, tmp_path / "sampled.h5")
+    files.save(every.reduced, tmp_path / "model.h5")
     expected = outputs(full)
     assert expected["angle"].max() > 4 * np.pi
-    for system in (reduced, hyper_reduced, files.load(tmp_path / "model.h5")):
+    for system in (*every, files.load(tmp_path / "model.h5")):
         found = outputs(integrate(system, scheme, 2.0, TIGHT))
         assert_allclose(found["angle"], expected["angle"], atol=1e-3)
         assert_allclose(found["E_balance"], expected["E_balance"], atol=1e-3)

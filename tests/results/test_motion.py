@@ -9,7 +9,6 @@ from fmbs_skfem import dynamics, scenes, systems
 from fmbs_skfem.bodies import plate, sections
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory
 from fmbs_skfem.dynamics.outputs import distances
-from fmbs_skfem.dynamics.trajectory import Statistics
 from fmbs_skfem.results import frames
 from fmbs_skfem.results import motion as drawn
 from fmbs_skfem.results.frames import Kind
@@ -49,7 +48,7 @@ def plate_motion(dim: int, states: np.ndarray, rates: np.ndarray) -> Trajectory:
     reference = system.x0.reshape(-1, dim)
     moved, moving = (np.stack([reference @ A.T for A in part]).reshape(len(part), -1) for part in (states, rates))
     times = np.arange(len(moved), dtype=float)
-    return Trajectory(system, times, moved, moving, 0 * moved, np.zeros((len(moved), 0)), Statistics(0, 0, 0, 0, 0.0, 0.0))
+    return Trajectory(system, times, moved, moving, 0 * moved, np.zeros((len(moved), 0)))
 
 
 STEEL = (200e9, 7800.0, 0.3)  #: E [Pa], rho [kg/m3], nu

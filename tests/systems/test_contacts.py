@@ -15,7 +15,6 @@ from scipy.optimize import brentq
 from fmbs_skfem.bodies import Body, cable, point_mass, rigid, sections
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
-from fmbs_skfem.reduction import files, galerkin, pod, sampling
 from fmbs_skfem.results import motion as pictures
 from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes import reading as scenes
@@ -25,6 +24,7 @@ from fmbs_skfem.systems.contact_states import ContactState
 from fmbs_skfem.systems.contacts import Contact, ContactBox, ContactCylinder, ContactHeights, ContactPlane, ContactSphere
 
 from .. import models
+from ..forms import forms
 from .parts import A1, BOB, C1, beams
 
 TIGHT = Newton(tolerance=1e-12)
@@ -364,15 +364,10 @@ def lying(dim: int) -> System:
 def test_two_contacts_on_a_beam_in_full_reduced_hyper_reduced_and_saved(dim: int, tmp_path: Path) -> None:
     raw, scheme = lying(dim), GeneralizedAlpha(1e-3)
     full = integrate(eliminate(raw), scheme, 0.4, TIGHT)
-    data, level = galerkin.snapshots(full), galerkin.body_level(raw)
-    bases = {name: pod.basis(data.q[:, galerkin.rows_of(raw, part)].T, 1e-12) for name, part in level.items()}
-    reduced = galerkin.reduce_system(raw, level, bases)
-    hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, galerkin.projected(reduced, data.q))], 1e-8))
-    saved = files.load(files.save(hyper_reduced, tmp_path / "model.h5"))
     expected = outputs(full)
     assert expected["floor_force"].max() > 0.5
     assert expected["ball_force"].max() > 0.5
-    for system in (reduced, hyper_reduced, saved):
+    for system in forms(raw, full, 1e-12, tmp_path / "model.h5"):
         found = outputs(integrate(system, scheme, 0.4, TIGHT))
         for name in ("tip_x", "tip_y", "floor_gap"):
             assert_allclose(found[name], expected[name], atol=2e-3)

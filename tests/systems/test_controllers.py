@@ -19,13 +19,14 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs, start
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Moment, Resumed, Rows
-from fmbs_skfem.reduction import files, galerkin, pod, sampling
+from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate, joints, loads, probes
 from fmbs_skfem.systems.controllers import Controller, Pid, Program, StateFeedback, Table
 from fmbs_skfem.systems.controls import ControlForce, ControlTorque
 
 from .. import models
+from ..forms import forms
 
 TIGHT = Newton(tolerance=1e-12)
 SAMPLE, GOAL, J = 0.02, 0.8, 0.01
@@ -210,14 +211,8 @@ def test_an_unstable_loop_is_told_as_growth() -> None:
 def test_reduced_hyper_reduced_and_saved_models(tmp_path: Path) -> None:
     raw, scheme = arm(), GeneralizedAlpha(1e-3)
     full = integrate(eliminate(raw), scheme, 0.6, TIGHT)
-    data = galerkin.snapshots(full)
-    level = galerkin.body_level(raw)
-    bases = {name: pod.basis(data.q[:, galerkin.rows_of(raw, part)].T, 1e-13) for name, part in level.items()}
-    reduced = galerkin.reduce_system(raw, level, bases)
-    hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, galerkin.projected(reduced, data.q))], 1e-8))
-    saved = files.load(files.save(hyper_reduced, tmp_path / "model.h5"))
     expected = outputs(full)
-    for system in (reduced, hyper_reduced, saved):
+    for system in forms(raw, full, 1e-13, tmp_path / "model.h5"):
         found = outputs(integrate(system, scheme, 0.6, TIGHT))
         for name in expected:
             assert_allclose(found[name], expected[name], atol=1e-3)

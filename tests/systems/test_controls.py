@@ -14,7 +14,7 @@ from fmbs_skfem.core import expressions, units
 from fmbs_skfem.core.errors import CorruptFile, InputError, SolverError
 from fmbs_skfem.core.responses import is_quantity, of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs
-from fmbs_skfem.reduction import files, galerkin, pod, sampling
+from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.systems import (
     At,
@@ -33,6 +33,7 @@ from fmbs_skfem.systems import (
 from fmbs_skfem.systems.controls import Actuator, ControlForce, ControlTorque, Motor
 
 from .. import models
+from ..forms import forms
 from .parts import A1, B1, BOB, beams
 
 TIGHT = Newton(tolerance=1e-12)
@@ -199,14 +200,8 @@ def arm(dim: int) -> System:
 def test_reduced_hyper_reduced_and_saved_models(dim: int, tmp_path: Path) -> None:
     raw, scheme = arm(dim), GeneralizedAlpha(1e-3)
     full = integrate(eliminate(raw), scheme, 0.5, TIGHT)
-    data = galerkin.snapshots(full)
-    level = galerkin.body_level(raw)
-    bases = {name: pod.basis(data.q[:, galerkin.rows_of(raw, part)].T, 1e-13) for name, part in level.items()}
-    reduced = galerkin.reduce_system(raw, level, bases)
-    hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, galerkin.projected(reduced, data.q))], 1e-8))
-    saved = files.load(files.save(hyper_reduced, tmp_path / "model.h5"))
     expected = outputs(full)
-    for system in (reduced, hyper_reduced, saved):
+    for system in forms(raw, full, 1e-13, tmp_path / "model.h5"):
         found = outputs(integrate(system, scheme, 0.5, TIGHT))
         for name in expected:
             assert_allclose(found[name], expected[name], atol=1e-3)

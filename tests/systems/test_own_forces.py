@@ -15,7 +15,7 @@ from sympy import atan2, symbols
 from fmbs_skfem.bodies import cable, point_mass, rigid, sections
 from fmbs_skfem.core.errors import CorruptFile, InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, outputs, solve_statics, vibration_modes
-from fmbs_skfem.reduction import files, galerkin, pod, sampling
+from fmbs_skfem.reduction import files
 from fmbs_skfem.systems import (
     At,
     Motion,
@@ -37,6 +37,7 @@ from fmbs_skfem.systems.own_forces import OwnForce, norm, turned
 from fmbs_skfem.systems.places import Draft
 
 from .. import models
+from ..forms import forms
 from .parts import A1, B1, BOB, beams, every_load
 
 TIGHT = Newton(tolerance=1e-12)
@@ -239,15 +240,10 @@ def swinging(dim: int) -> System:
 def test_reduced_hyper_reduced_and_saved_models(dim: int, tmp_path: Path) -> None:
     raw, scheme = swinging(dim), GeneralizedAlpha(1e-3)
     full = integrate(eliminate(raw), scheme, 0.3, TIGHT)
-    data = galerkin.snapshots(full)
-    level = galerkin.body_level(raw)
-    bases = {name: pod.basis(data.q[:, galerkin.rows_of(raw, part)].T, 1e-14) for name, part in level.items()}
-    reduced = galerkin.reduce_system(raw, level, bases)
-    hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, galerkin.projected(reduced, data.q))], 1e-8))
-    path = files.save(hyper_reduced, tmp_path / "model.h5")
-    saved = files.load(path)
+    path = tmp_path / "model.h5"
+    every = forms(raw, full, 1e-14, path)
     expected = outputs(full)
-    for system in (reduced, hyper_reduced, saved, pickle.loads(pickle.dumps(hyper_reduced))):
+    for system in (*every, pickle.loads(pickle.dumps(every.hyper_reduced))):
         found = outputs(integrate(system, scheme, 0.3, TIGHT))
         for name in expected:
             assert_allclose(found[name], expected[name], atol=2e-4)

@@ -12,7 +12,6 @@ from numpy.testing import assert_allclose
 from fmbs_skfem.bodies import cable, point_mass, sections
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs, solve_statics, vibration_modes
-from fmbs_skfem.reduction import files, galerkin, pod, sampling
 from fmbs_skfem.results import motion as pictures
 from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes import reading as scenes
@@ -20,6 +19,7 @@ from fmbs_skfem.systems import At, Motion, System, assemble, check_force, check_
 from fmbs_skfem.systems.springs import ConstantForce, Rope, SpringDamper, Stop
 
 from .. import models
+from ..forms import forms
 from .parts import A1, B1, BOB, beams
 
 TIGHT = Newton(tolerance=1e-12)
@@ -209,14 +209,8 @@ def swinging(dim: int) -> System:
 def test_reduced_hyper_reduced_and_saved_models(dim: int, tmp_path: Path) -> None:
     raw, scheme = swinging(dim), GeneralizedAlpha(1e-3)
     full = integrate(eliminate(raw), scheme, 0.3, TIGHT)
-    data = galerkin.snapshots(full)
-    level = galerkin.body_level(raw)
-    bases = {name: pod.basis(data.q[:, galerkin.rows_of(raw, part)].T, 1e-14) for name, part in level.items()}
-    reduced = galerkin.reduce_system(raw, level, bases)
-    hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, galerkin.projected(reduced, data.q))], 1e-8))
-    saved = files.load(files.save(hyper_reduced, tmp_path / "model.h5"))
     expected = outputs(full)
-    for system in (reduced, hyper_reduced, saved):
+    for system in forms(raw, full, 1e-14, tmp_path / "model.h5"):
         found = outputs(integrate(system, scheme, 0.3, TIGHT))
         for name in expected:
             part = 2e-2 if name.endswith("_rate") else 4e-3  # the fastest axial waves are left out of the basis

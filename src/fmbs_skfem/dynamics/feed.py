@@ -18,7 +18,7 @@ from ..core.errors import InputError, Reason, SolverError, closest, listed, say
 from ..core.inputs import KEPT, Input, Told
 from ..core.structs import Routine, address_of, packed
 from ..systems.controllers import Controlled
-from ..systems.signals import inputs_of, read_inputs, with_inputs
+from ..systems.signals import driving_inputs, inputs_of, read_inputs, with_inputs
 from ..systems.system import System, driven_rows, driving
 from . import checkpoint as checkpoints
 from . import stepping
@@ -31,10 +31,8 @@ if TYPE_CHECKING:
 
 AHEAD = 64  #: steps for which functions of time are tabulated at once
 FEW = 2  #: samples of a quarter
-TWICE, GROWN = (
-    2.0,
-    1e3,
-)  #: times as much from quarter to quarter, and from the first to the last, where inputs grow beyond all bounds
+TWICE = 2.0  #: times as much from quarter to quarter, where inputs grow beyond all bounds
+GROWN = 1e3  #: times as much from the first quarter to the last, there
 LATE = 1e-6  #: part of a step after an instant where what is told for the step after it counts
 NEAR = 1e-6  #: part of a sample time by which whole steps may miss it: round-off
 
@@ -53,8 +51,7 @@ class Feed:
 
     def __init__(self, plain: System, scheme: GeneralizedAlpha) -> None:
         self.plain, self.scheme, self.inputs = plain, scheme, inputs_of(plain)
-        driven = {signal for _, signal in driving(plain.constraints)}
-        smooth = {one.name for k in driven for one in read_inputs(plain.signals[k])}
+        driven, smooth = {signal for _, signal in driving(plain.constraints)}, driving_inputs(plain)
         self.told = {name: Told(scheme.step, [one.start] * KEPT, 1 - KEPT, name in smooth) for name, one in self.inputs.items()}
         self.system = with_inputs(plain, self.told)
         self.samplers = [sampler(one, scheme) for one in self.inputs.values() if isinstance(one, Controlled)]

@@ -217,13 +217,11 @@ def choose_chunk(chunk: int, seconds: float) -> int:
 
 def march(run: Run, many: int) -> None:
     """Take some steps, the last one possibly halved; SolverError where it cannot be taken."""
-    status = stepping.TOO_LONG
     if run.feed is not None:
         for _ in range(many):
             march_fed(run, run.feed, {})
         return
-    if run.step.state.parts[0] == 0:
-        status = whole_steps(run, many)
+    status = whole_steps(run, many) if run.step.state.parts[0] == 0 else stepping.TOO_LONG
     if status != stepping.DONE:
         divide(run, status)
 
@@ -296,12 +294,16 @@ def states(run: Run, first: int, last: int) -> Rows:
 def trajectory(run: Run) -> Trajectory:
     """The motion so far."""
     found = states(run, 0, count_stored(run))
-    taken, iterations, factorisations, halved = (int(k) for k in run.step.job.counters)
-    seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
-    totals = Statistics(taken, iterations, factorisations, halved, *seconds, solver_of(run))
     system = run.feed.recorded() if run.feed else run.model.system
     memory = None if run.resumed else run.step.job.memory[: len(found.times)]
-    return Trajectory(system, found.times, found.x, found.v, found.a, found.multipliers, totals, memory)
+    return Trajectory(system, found.times, found.x, found.v, found.a, found.multipliers, cost_of(run), memory)
+
+
+def cost_of(run: Run) -> Statistics:
+    """What the run cost so far."""
+    taken, iterations, factorisations, halved = (int(k) for k in run.step.job.counters)
+    seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
+    return Statistics(taken, iterations, factorisations, halved, *seconds, solver_of(run))
 
 
 def moment(run: Run) -> Moment:

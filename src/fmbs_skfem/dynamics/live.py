@@ -17,10 +17,10 @@ import numpy as np
 from ..systems.system import System
 from .checkpoint import Checkpoint
 from .initial import startable
-from .integration import begun, march_fed, moment, restore
+from .integration import begun, cost_of, march_fed, moment, restore
 from .outputs import outputs
 from .scheme import GeneralizedAlpha, Newton
-from .trajectory import Statistics, Trajectory
+from .trajectory import Trajectory
 
 MOTION = ("times", "x", "v", "a", "multipliers")  #: of a trajectory
 
@@ -83,9 +83,7 @@ class LiveRun:
         back = np.argsort(run.model.order)
         x, v, a = (part[back][None] for part in (state.x, state.v, state.acceleration))
         held = state.multipliers[None] / run.step.method.c
-        steps, iterations, factorisations, halved = (int(k) for k in run.step.job.counters)
-        cost = Statistics(steps, iterations, factorisations, halved, 0.0, 0.0)
-        return Trajectory(run.model.system, np.array([self.time]), x, v, a, held, cost, state.memory[None].copy())
+        return Trajectory(run.model.system, np.array([self.time]), x, v, a, held, cost_of(run), state.memory[None].copy())
 
 
 def joined(one: Trajectory, other: Trajectory) -> Trajectory:

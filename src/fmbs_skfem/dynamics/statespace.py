@@ -22,12 +22,12 @@ from ..core import durable
 from ..core.errors import InputError, closest, listed, say
 from ..systems import compiled, probes
 from ..systems.compiled import compile_system
-from ..systems.signals import inputs_of, read_inputs, with_inputs
-from ..systems.system import Constraints, System, driving, sizes
+from ..systems.signals import driving_inputs, inputs_of, with_inputs
+from ..systems.system import Constraints, System, sizes
 from .linear import Linear
 from .modes import real_modes
 from .outputs import outputs as read_outputs
-from .trajectory import Statistics, Trajectory
+from .trajectory import Trajectory
 
 if TYPE_CHECKING:
     from scipy.signal import StateSpace as ScipyStateSpace
@@ -105,9 +105,8 @@ def state_space(
     none, and for inputs that drive joints: their accelerations would be inputs, too.
     """
     known = inputs_of(system)
-    driven = {one.name for _, k in driving(system.constraints) for one in read_inputs(system.signals[k])}
     chosen = names_of("inputs", inputs, tuple(known))
-    if bad := [name for name in chosen if name in driven]:
+    if bad := [name for name in chosen if name in driving_inputs(system)]:
         raise InputError(say("linearise, inputs", "forces", f"'{bad[0]}', which drives a joint", "drive it by a torque or a force"))
     possible = len(linear.x) - len(linear.rows)
     V = real_modes(linear, possible if count is None else min(count, possible)).shapes
@@ -183,4 +182,4 @@ def readings(system: System, time: float, motion: Sequence[np.ndarray]) -> dict[
     """All output columns of states (n, s), with rates, accelerations and multipliers, at one time."""
     x, v, a, multipliers = (np.ascontiguousarray(part.T) for part in motion)
     times = time + INSTANT * np.arange(len(x))
-    return read_outputs(Trajectory(system, times, x, v, a, multipliers, Statistics(0, 0, 0, 0, 0.0, 0.0)))
+    return read_outputs(Trajectory(system, times, x, v, a, multipliers))

@@ -16,12 +16,12 @@ ONE_STEP = 6  #: failures of a single step that is divided by 64
 class Statistics:
     """What a run cost."""
 
-    steps: int
-    iterations: int
-    factorisations: int
-    halved: int
-    cpu_s: float
-    wall_s: float
+    steps: int = 0
+    iterations: int = 0
+    factorisations: int = 0
+    halved: int = 0
+    cpu_s: float = 0.0
+    wall_s: float = 0.0
     solver: str = ""  #: of the linear systems
 
     @property
@@ -40,7 +40,7 @@ class Trajectory:
     v: np.ndarray  #: (s, n)
     a: np.ndarray  #: (s, n), accelerations q''
     multipliers: np.ndarray  #: (s, m), physical
-    statistics: Statistics
+    statistics: Statistics = Statistics()  #: zeros of states that no run has made
     memory: np.ndarray | None = None  #: (s, l) what forces keep of the states, where it was stored
 
     def __repr__(self) -> str:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..core import extras
 from . import frames as frames_
 from .frames import Frames
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
 def blocks(frames: Frames) -> MultiBlock:
     """The bodies at the first instant, each a block with its name, its fields and its displacement."""
+    extras.need("viz", "view")
     import pyvista
 
     found = pyvista.MultiBlock()

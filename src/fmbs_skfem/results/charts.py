@@ -51,6 +51,18 @@ def panels(figure: Figure, count: int, columns: int, **shared: Any) -> np.ndarra
     return grid
 
 
+def stack(count: int, columns: int, title: str, across: str) -> tuple[Figure, np.ndarray]:
+    """A figure with `count` panels over one axis, whose label `across` is below the lowest panel of every column."""
+    rows = math.ceil(count / columns)
+    found = figure(7.2 if columns == 1 else 4.6 * columns, 4.2 if count == 1 else 2.3 * rows + 0.6, title)
+    grid = panels(found, count, columns, sharex=True)
+    for column in range(columns):
+        lowest = grid[(count - 1 - column) // columns, column] if column < count else grid[0, column]
+        lowest.set_xlabel(across)
+        lowest.tick_params(labelbottom=True)
+    return found, grid
+
+
 def rule(axes: Axes, **chosen: Any) -> None:
     """Pale lines at the ticks, behind everything."""
     axes.grid(True, color="#E4E4E4", lw=0.6, **chosen)

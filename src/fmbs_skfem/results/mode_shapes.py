@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..dynamics import Shapes, Statistics, Trajectory
+from ..dynamics import Shapes, Trajectory
 from . import frames as frames_
 from . import motion, pictures
 from .frames import Frames
@@ -27,7 +27,7 @@ def moved(shapes: Shapes, displacements: np.ndarray) -> Frames:
     x = shapes.x + np.concatenate([np.zeros((1, len(shapes.x))), displacements])
     still, times = np.zeros_like(x), np.arange(len(x), dtype=float)
     none = np.zeros((len(x), len(shapes.system.constraints.names)))
-    return motion.frames(Trajectory(shapes.system, times, x, still, still, none, Statistics(0, 0, 0, 0, 0.0, 0.0)), wanted=())
+    return motion.frames(Trajectory(shapes.system, times, x, still, still, none), wanted=())
 
 
 def longest(real: Frames, imaginary: Frames) -> np.ndarray:

@@ -61,17 +61,11 @@ def history_grid(
     if not 0 < len(outputs) <= PANELS:
         raise InputError(say("plots: outputs", f"1 to {PANELS}", len(outputs)))
     outputs = {plain(label): _plain(models) for label, models in outputs.items()}
-    rows = math.ceil(len(outputs) / columns)
-    figure = charts.figure(7.2 if columns == 1 else 4.6 * columns, 4.2 if len(outputs) == 1 else 2.3 * rows + 0.6, title)
-    grid = charts.panels(figure, len(outputs), columns, sharex=True)
+    figure, grid = charts.stack(len(outputs), columns, title, across)
     order = tuple(dict.fromkeys(name for models in outputs.values() for name in models))
     for axes, (label, models) in zip(grid.flat, outputs.items(), strict=False):
         _curves(axes, times, models, order, f"plots: output '{label}'")
         axes.set_ylabel("\n".join(part for line in label.split(": ", 1) for part in textwrap.wrap(line, LETTERS)))
-    for column in range(columns):
-        shown = grid[(len(outputs) - 1 - column) // columns, column] if column < len(outputs) else grid[0, column]
-        shown.set_xlabel(across)
-        shown.tick_params(labelbottom=True)
     if len(order) > 1:
         charts.legend_below(figure, order, list(grid.flat[: len(outputs)]))
     return figure

@@ -8,10 +8,11 @@ They are known before all else of a scene is read: expressions of loads and join
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
@@ -25,6 +26,8 @@ from ..core.tables import Table, read_columns
 from ..shapes import meshes
 from ..systems.controllers import UNIT
 
+T = TypeVar("T")
+
 
 @dataclass(frozen=True)
 class InputModel:
@@ -37,18 +40,25 @@ class InputModel:
 MODEL = inline(InputModel)
 
 
-def resolve(raw: Any, context: Context) -> tuple[dict[str, Input], list[Found]]:
-    """The section `inputs`, and what is wrong with it."""
+def resolve(
+    section: str, entry: str, raw: Any, context: Context, read: Callable[[str, Any, Context], T]
+) -> tuple[dict[str, T], list[Found]]:
+    """A section of names that expressions use, each read from its `entry`, and what is wrong with it."""
     if not isinstance(raw, dict | None):
-        return {}, [(("inputs",), Problem("a mapping of names, each {unit: ..., start: ...}", shown(raw)))]
-    known, found = dict[str, Input](), list[Found]()
-    for name, entry in (raw or {}).items():
+        return {}, [((section,), Problem(f"a mapping of names, each {entry}", shown(raw)))]
+    known, found = dict[str, T](), list[Found]()
+    for name, value in (raw or {}).items():
         try:
             check_name(name, context.parameters)
-            known[name] = read_input(name, entry, context)
+            known[name] = read(name, value, context)
         except InputError as error:
-            found += [(("inputs", name, *keys), problem) for keys, problem in located(error)]
+            found += [((section, name, *keys), problem) for keys, problem in located(error)]
     return known, found
+
+
+def inputs(raw: Any, context: Context) -> tuple[dict[str, Input], list[Found]]:
+    """The section `inputs`, and what is wrong with it."""
+    return resolve("inputs", "{unit: ..., start: ...}", raw, context, read_input)
 
 
 def read_input(name: str, entry: object, context: Context) -> Input:
@@ -60,15 +70,12 @@ def read_input(name: str, entry: object, context: Context) -> Input:
 
 def steered(raw: Any, context: Context) -> tuple[dict[str, Input], list[Found]]:
     """What controllers will give, before they are read, and names that do not do."""
-    known, found = dict[str, Input](), list[Found]()
-    for name, entry in (raw if isinstance(raw, dict) else {}).items():
-        try:
-            check_name(name, context.parameters)
-            unit = UNIT.read(entry.get("unit", ""), context) if isinstance(entry, dict) else ""
-            known[name] = Input(name, unit)
-        except InputError as error:
-            found += [(("controllers", name), problem) for _, problem in located(error)]
-    return known, found
+    return resolve("controllers", "{unit: ...}", raw if isinstance(raw, dict) else None, context, read_steered)
+
+
+def read_steered(name: str, entry: object, context: Context) -> Input:
+    """What a controller will give."""
+    return Input(name, UNIT.read(entry.get("unit", ""), context) if isinstance(entry, dict) else "")
 
 
 @dataclass(frozen=True)
@@ -93,18 +100,14 @@ TABLE_MODEL = inline(TableModel)
 
 def tables(raw: Any, context: Context, folder: Path) -> tuple[dict[str, TableModel], list[Found]]:
     """The section `tables` with what is in their files, and what is wrong with it."""
-    if not isinstance(raw, dict | None):
-        return {}, [(("tables",), Problem("a mapping of names, each {file: ..., unit: ...}", shown(raw)))]
-    known, found = dict[str, TableModel](), list[Found]()
-    for name, entry in (raw or {}).items():
-        try:
-            check_name(name, context.parameters)
-            given: TableModel = TABLE_MODEL.read(entry, context)
-            columns = read_columns(meshes.path(given.file, folder, what="table"), (given.time, given.value), given.unit)
-            known[name] = replace(given, table=Table(f"{name}(t)", given.unit, *columns, given.smooth))
-        except InputError as error:
-            found += [(("tables", name, *keys), problem) for keys, problem in located(error)]
-    return known, found
+    return resolve("tables", "{file: ..., unit: ...}", raw, context, partial(read_table, folder))
+
+
+def read_table(folder: Path, name: str, entry: object, context: Context) -> TableModel:
+    """A table with what is in its file."""
+    given: TableModel = TABLE_MODEL.read(entry, context)
+    columns = read_columns(meshes.path(given.file, folder, what="table"), (given.time, given.value), given.unit)
+    return replace(given, table=Table(f"{name}(t)", given.unit, *columns, given.smooth))
 
 
 def ends_early(given: TableModel, instants: np.ndarray) -> Problem | None:

@@ -52,7 +52,7 @@ def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, chan
     _stop(name, node, known.found)
     values = {key: value.value for key, value in known.values.items()}
     context = Context(2 if data.get("dimension") == 2 else 3, known.values, known.ranges, _clock(data.get("analysis")))
-    told, wrong = inputs.resolve(data.get("inputs"), context)
+    told, wrong = inputs.inputs(data.get("inputs"), context)
     given, more = inputs.steered(data.get("controllers"), context)
     listed, odd = inputs.tables(data.get("tables"), context, folder)
     _stop(name, node, [*wrong, *more, *odd])

@@ -14,7 +14,7 @@ from ..shapes import line, surface
 from ..shapes.surface import Surface
 from .constraint_functions import basis
 from .contact_forces import ContactForces
-from .contact_shapes import measure
+from .contact_shapes import distances
 from .places import QUARTER, At, Draft
 
 MOST = 101  #: points along a beam where none are asked for
@@ -106,6 +106,6 @@ def carrier_rows(name: str, draft: Draft, on: At | None, placed: np.ndarray) -> 
 
 def overlaps(term: ContactForces, places: np.ndarray, placed: np.ndarray) -> np.ndarray:
     """Gaps (t,) of points at places (t, c) to a shape that is `placed`."""
-    z, n, dim = (places - placed[0]) @ placed[1:].T, np.zeros(3), placed.shape[1]
-    found = [float(measure(term.shape, term.sizes, term.heights, dim, one, n)) for one in z]
-    return np.array(found) - term.radius
+    z = np.ascontiguousarray((places - placed[0]) @ placed[1:].T)
+    found: np.ndarray = distances(term.shape, term.sizes, term.heights, z, np.zeros_like(z))
+    return found - term.radius

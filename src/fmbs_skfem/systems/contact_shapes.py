@@ -55,6 +55,15 @@ def measure(shape: int, sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.
 
 
 @jit
+def distances(shape: int, sizes: np.ndarray, heights: np.ndarray, z: np.ndarray, n: np.ndarray) -> np.ndarray:
+    """Distances (x,) of points z (x, c) in the axes of a shape; n (x, c) becomes their normals."""
+    found = np.empty(len(z))
+    for k in range(len(z)):
+        found[k] = measure(shape, sizes, heights, z.shape[1], z[k], n[k])
+    return found
+
+
+@jit
 def box(half: np.ndarray, dim: int, z: np.ndarray, n: np.ndarray) -> Scalar:
     """Distance and normal of a box of half edges (c,)."""
     deepest, outside, square = 0, 0, 0.0 * z[0]

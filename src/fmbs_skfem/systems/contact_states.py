@@ -9,9 +9,8 @@ from typing import Annotated
 import numpy as np
 
 from ..core.errors import InputError, closest, listed, say
-from ..core.jit import jit
 from .contact_forces import ContactForces
-from .contact_shapes import measure
+from .contact_shapes import distances
 from .contacts import ContactGauge
 from .places import Draft
 from .probes import Probe, Sensed, Sizes
@@ -54,15 +53,6 @@ class ContactState(Probe, word="contact"):
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
         return None, len(PARTS), 1
-
-
-@jit
-def distances(shape: int, sizes: np.ndarray, heights: np.ndarray, z: np.ndarray, n: np.ndarray) -> np.ndarray:
-    """Distances (x,) of points z (x, c) in the axes of a shape; n (x, c) becomes their normals."""
-    found = np.empty(len(z))
-    for k in range(len(z)):
-        found[k] = measure(shape, sizes, heights, z.shape[1], z[k], n[k])
-    return found
 
 
 def find_columns(term: ContactForces, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) -> list[np.ndarray]:

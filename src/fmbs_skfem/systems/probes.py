@@ -32,10 +32,8 @@ from .system import Matrix, Output
 
 TIME = "t"  #: the first column of every table
 PARALLEL = 1e-9  #: part of the largest moment of vectors about an axis below which they are parallel to it
-FORCES, MOMENTS = (
-    ("x", "y", "z", "normal"),
-    ("angle", "axis", "slope", "teeth", "mx", "my", "mz"),
-)  #: first words of the coordinates of a joint
+FORCES = "x", "y", "z", "normal"  #: first words of the coordinates of a joint along which reactions are forces
+MOMENTS = "angle", "axis", "slope", "teeth", "mx", "my", "mz"  #: and about which they are moments
 LENGTHS = ("length", "node")  #: those of (|r|^2 - l^2) / 2 = 0, whose reaction is a force over the length of r
 Sizes: TypeAlias = tuple[int | None, int | None, int | None]  #: numbers of rows, columns and parameters; None for any
 

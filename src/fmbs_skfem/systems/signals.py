@@ -16,7 +16,7 @@ from ..core.container import storable
 from ..core.errors import InputError, closest, listed, say
 from ..core.expressions import Expression
 from ..core.inputs import Input
-from .system import Signal, System
+from .system import Signal, System, driving
 
 
 @storable
@@ -89,6 +89,11 @@ def _(signal: Cosine | Sine, told: Mapping[str, Signal]) -> Signal:
 def inputs_of(system: System) -> dict[str, Input]:
     """The inputs of a system by name; those of controllers stand as such at the end of its signals."""
     return {one.name: one for signal in system.signals for one in read_inputs(signal)}
+
+
+def driving_inputs(system: System) -> set[str]:
+    """Names of the inputs that drive joints."""
+    return {one.name for _, k in driving(system.constraints) for one in read_inputs(system.signals[k])}
 
 
 def with_inputs(system: System, told: Mapping[str, Signal]) -> System:
