@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.sparse import csr_array
 from scipy.sparse.linalg import lsqr
 
 from fmbs_skfem.bodies import Material, body, sections
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.dynamics import ComplexModes, Spin, buckling, complex_modes, in_turning_frame, linearise, modes, solve_statics
+from fmbs_skfem.dynamics import (
+    ComplexModes,
+    Spin,
+    buckling,
+    complex_modes,
+    in_turning_frame,
+    linearise,
+    modes,
+    shapes,
+    solve_statics,
+)
 from fmbs_skfem.dynamics.scheme import Newton
 from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate, joints, loads
 from fmbs_skfem.verification.statics_shells import interpolated, spaced
@@ -187,6 +200,27 @@ def test_free_motions_have_the_eigenvalue_zero() -> None:
     found = complex_modes(linearise(assemble([part], [], [])), 4)
     assert np.abs(found.eigenvalues[:3]).max() < 1e-3
     assert found.frequencies[3] == pytest.approx(22.3732854, rel=1e-6)
+
+
+def test_double_zeros_cost_a_large_free_body_no_digits() -> None:
+    part = body.cable("beam", straight(120), sections.Given(EA=1e3, EI=1.0, rhoA=1.0), dim=2, degree=5)
+    system = assemble([part], [], [])
+    linear = linearise(system)
+    found = complex_modes(linear, 5)
+    assert (np.abs(found.eigenvalues[:3]) < 0.1).all()
+    np.testing.assert_allclose(found.frequencies[3:], [22.3732854, 61.6728229], rtol=1e-4)
+    free = shapes.find_free(system, linear)
+    assert shapes.stands_alone(linear, free)
+    np.testing.assert_allclose(complex_modes(shapes.apart_from(linear, free), 2).frequencies, [22.3732854, 61.6728229], rtol=1e-7)
+
+
+def test_free_motions_that_are_damped_do_not_stand_alone() -> None:
+    part = body.cable("beam", straight(4), sections.Given(EA=1e3, EI=1.0, rhoA=1.0), dim=2)
+    system = assemble([part], [], [])
+    linear = linearise(replace(system, damping=csr_array(0.1 * system.mass)))
+    assert not shapes.stands_alone(linear, shapes.find_free(system, linear))
+    found = complex_modes(linear, 6).eigenvalues
+    np.testing.assert_allclose(np.sort(found.real), [-0.1, -0.1, -0.1, 0.0, 0.0, 0.0], atol=1e-6)
 
 
 def test_bad_input_is_named() -> None:

@@ -65,3 +65,8 @@ def diagonal(blocks: Sequence[csr_array]) -> csr_array:
     indices = np.concatenate([block.indices + first for block, first in zip(blocks, columns, strict=False)])
     indptr = np.concatenate([[0], *(block.indptr[1:] + first for block, first in zip(blocks, entries, strict=False))])
     return csr_array((np.concatenate([block.data for block in blocks]), indices, indptr), shape=(int(rows[-1]), int(columns[-1])))
+
+
+def squares(v: np.ndarray, M: Array) -> np.ndarray:
+    """Squared norms v_i^H M v_i (i,) of columns v (n, i), which may be complex, in a symmetric matrix M (n, n)."""
+    return np.asarray(np.real(np.sum(np.conj(v) * (M @ v), axis=0)))

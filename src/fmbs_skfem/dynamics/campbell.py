@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from ..core.linalg import Array
+from ..core.linalg import Array, squares
+from .modes import grows
 
 MORE = 4  #: motions beyond those asked for, among which each goes on
 
@@ -39,6 +40,11 @@ class Campbell:
     values: np.ndarray  #: (s,) of the parameter, SI
     omega: np.ndarray  #: (s, i) [rad/s]
     growth: np.ndarray  #: (s, i) [1/s], positive where a motion is unstable
+
+    @property
+    def unstable(self) -> np.ndarray:
+        """Where motions grow, (s, i) bool."""
+        return grows(self.omega, self.growth)
 
     def crossings(self, order: float) -> list[tuple[int, float]]:
         """Motions and values at which a frequency [rad/s] is `order` times the parameter, by interpolation between two values."""
@@ -70,9 +76,6 @@ def followers(before: Found, after: Found, ahead: np.ndarray) -> np.ndarray:
     gap = max(float(np.ptp(after.omega)) / max(len(after.omega) - 1, 1), 1e-300)
     distance = np.abs(ahead[:, None] - after.omega[None, :]) / gap
     if len(before.vectors) == len(after.vectors):
-        a, b = (
-            part / np.sqrt(np.maximum(np.real(np.sum(np.conj(part) * (after.mass @ part), axis=0)), 1e-300))
-            for part in (before.vectors, after.vectors)
-        )
+        a, b = (part / np.sqrt(np.maximum(squares(part, after.mass), 1e-300)) for part in (before.vectors, after.vectors))
         distance = distance + 1.0 - np.maximum(np.abs(np.conj(a).T @ (after.mass @ b)), np.abs(a.T @ (after.mass @ b)))
     return np.asarray(linear_sum_assignment(distance)[1])

@@ -27,6 +27,10 @@ from .linear import Linear, linearise
 
 SMALL = 400  #: independent unknowns up to which all eigenvalues are found
 ROUND = 1e-9  #: imaginary parts, relative to the size of an eigenvalue, that are round-off
+GROWS = 1e-6  #: real part of an eigenvalue, over the largest one listed, from which a motion grows
+STILL = 1e-7  #: eigenvalue over the largest frequency that the matrices allow, up to which the double zeros of free motions split
+ALONE = 1e-3  #: distance of a slow shape from those before it, over its size, from which it is a motion of its own
+MIRRORED = 0.1  #: sum of slow real parts, over that of their sizes, up to which they are such splits
 UPWARD = 1e-7  #: shift over the largest frequency that the matrices allow, so that free motions have an inverse
 
 
@@ -132,8 +136,27 @@ def complex_modes(linear: Linear, count: int = 10) -> ComplexModes:
     values, shapes = (all_eigenvalues if possible <= SMALL or 4 * count > possible else slow_eigenvalues)(linear, count)
     values = np.where(np.abs(values.imag) <= ROUND * np.abs(values), values.real, values)
     kept = np.flatnonzero(values.imag >= 0.0)
-    kept = kept[np.argsort(np.abs(values[kept]), kind="stable")][:count]
+    kept = kept[np.argsort(np.abs(values[kept]), kind="stable")]
+    kept = kept[once(values[kept], shapes[:, kept], STILL * fastest(linear))][:count]
     return ComplexModes(values[kept], largest_one(shapes[:, kept]))
+
+
+def fastest(linear: Linear) -> float:
+    """A bound of the frequencies that the matrices allow, to a factor [rad/s]."""
+    return float(np.sqrt(abs(linear.stiffness).max() / abs(linear.mass).max()))
+
+
+def once(values: np.ndarray, shapes: np.ndarray, still: float) -> np.ndarray:
+    """Which motions (i,) are left when those slower than `still` [rad/s], sorted, are kept only where their shapes (n, i) are new.
+
+    A free motion u = a + b t has the eigenvalue 0 twice with one shape; round-off parts it into s and -s, real or imaginary, where
+    damped motions have negative real parts alone.
+    """
+    slow = int(np.sum(np.abs(values) <= still))
+    if abs(values[:slow].real.sum()) > MIRRORED * np.abs(values[:slow]).sum():
+        return np.arange(len(values))
+    first = ranks.independent_rows(largest_one(shapes[:, :slow]).real.T, ALONE) if slow else np.zeros(0, np.int64)
+    return np.append(first, np.arange(slow, len(values)))
 
 
 def all_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -158,7 +181,7 @@ def slow_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray
     With q = (u, u'), A q = s B q and (A - z B)^-1 (a, b):  (K + z C + z^2 M) u = -(b + (C + z M) a),  u' = z u + a on the rows.
     """
     M, C, K, J, n = linear.mass, linear.damping, linear.stiffness, linear.rows, len(linear.x)
-    z = UPWARD * float(np.sqrt(abs(K).max() / abs(M).max()))
+    z = UPWARD * fastest(linear)
     factors = saddle.factor(saddle.matrix(K + z * C + z * z * M, J))
     if factors is None:
         raise InputError(say("complex_modes", "a mass or a stiffness in every direction", "one without both"))
@@ -171,11 +194,14 @@ def slow_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray
     def product(q: np.ndarray) -> np.ndarray:
         return inverse(np.append(q[:n], M @ q[n:]))
 
-    start = product(np.append(np.cos(np.arange(n)), np.zeros(n)))
+    start, wanted = product(np.append(np.cos(np.arange(n)), np.zeros(n))), 2 * count + 2
     try:
-        inverted, vectors = eigs(LinearOperator((2 * n, 2 * n), matvec=product, dtype=float), 2 * count + 2, v0=start, tol=1e-13)
+        inverted, vectors = eigs(LinearOperator((2 * n, 2 * n), matvec=product, dtype=float), wanted, v0=start, tol=1e-13)
     except ArpackNoConvergence as error:
-        text = f"complex modes: {len(error.eigenvalues)} of {2 * count + 2} eigenvalues converged; ask for fewer modes"
+        inverted, vectors = error.eigenvalues, error.eigenvectors  # all of them, where free motions kept the iteration from ending
+        if len(inverted) == wanted:
+            return z + 1.0 / inverted, vectors[:n]
+        text = f"complex modes: {len(error.eigenvalues)} of {wanted} eigenvalues converged; ask for fewer modes"
         raise SolverError(text, Reason.NOT_CONVERGED, 0.0, ()) from error
     return z + 1.0 / inverted, vectors[:n]
 
@@ -183,3 +209,8 @@ def slow_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray
 def largest_one(shapes: np.ndarray) -> np.ndarray:
     """Shapes (n, i) with the largest entry 1."""
     return np.asarray(shapes / shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])])
+
+
+def grows(omega: np.ndarray, growth: np.ndarray) -> np.ndarray:
+    """Which motions of eigenvalues growth + i omega [1/s] grow by more than round-off."""
+    return np.asarray(growth > GROWS * np.hypot(omega, growth).max(initial=0.0))

@@ -16,7 +16,7 @@ from scipy.sparse import block_diag, csr_array
 from scipy.sparse.linalg import splu
 
 from ..core import ranks
-from ..core.linalg import as_dense, is_sparse
+from ..core.linalg import as_dense, is_sparse, squares
 from ..systems import free_motions, mechanism
 from ..systems.system import System
 from .linear import Linear
@@ -52,7 +52,7 @@ def shares(shapes: Shapes) -> dict[str, np.ndarray]:
     system, base = shapes.system, shapes.system.full or shapes.system
     v = shapes.vectors if base is system else system.lift.matrix @ shapes.vectors
     spans = base.coordinates if base.size == len(base.unit) * base.dim else base.components
-    density = np.real(np.conj(v) * (base.metric @ v)) / np.maximum(np.real(np.sum(np.conj(v) * (base.metric @ v), axis=0)), 1e-300)
+    density = np.real(np.conj(v) * (base.metric @ v)) / np.maximum(squares(v, base.metric), 1e-300)
     return {name: density[first:last].sum(axis=0) for name, first, last in spans}
 
 
@@ -96,11 +96,19 @@ def apart_from(linear: Linear, free: Free) -> Linear:
     return replace(linear, rows=np.concatenate([linear.rows, (linear.mass @ free.vectors).T]))
 
 
+def stands_alone(linear: Linear, free: Free) -> bool:
+    """Whether no force acts along free motions, so that motions orthogonal to them in the mass stay so: Y^T K = 0 and Y^T C = 0."""
+    along = np.abs(free.vectors.T)
+    return all(
+        (np.abs(free.vectors.T @ A) <= ranks.STATED * (along @ abs(A)).max(initial=0.0)).all()
+        for A in (linear.stiffness, linear.damping)
+    )
+
+
 def are_free(vectors: np.ndarray, free: Free, metric: csr_array | np.ndarray) -> np.ndarray:
     """Which motions (n, i) are combinations of free ones, (i,) bool."""
     Y = free.vectors
     if not Y.shape[1]:
         return np.zeros(vectors.shape[1], dtype=bool)
     rest = vectors - Y @ np.linalg.solve(Y.T @ (metric @ Y), Y.T @ (metric @ vectors))
-    size, left = (np.real(np.sum(np.conj(u) * (metric @ u), axis=0)) for u in (vectors, rest))
-    return np.asarray(left <= ALIKE**2 * size)
+    return np.asarray(squares(rest, metric) <= ALIKE**2 * squares(vectors, metric))

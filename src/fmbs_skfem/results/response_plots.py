@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -14,8 +13,6 @@ from .decor import plain
 from .frames import Array
 from .plots import PANELS
 
-UNSTABLE = 1e-6  #: growth [1/s] over the largest frequency or growth from which a motion is marked
-
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -25,32 +22,25 @@ def magnitudes(frequencies: Array, curves: Mapping[str, Mapping[str, Array]], ti
     if not 0 < len(curves) <= PANELS:
         raise InputError(say("plots: transfer functions", f"1 to {PANELS} outputs", len(curves)))
     columns = 1 if len(curves) < 4 else 2
-    rows = math.ceil(len(curves) / columns)
-    figure = charts.figure(7.2 if columns == 1 else 9.2, 4.2 if rows == 1 else 2.3 * rows + 0.6, title)
-    grid = charts.panels(figure, len(curves), columns, sharex=True)
+    figure, grid = charts.stack(len(curves), columns, title, "frequency [Hz]")
     order = [plain(name) for name in dict.fromkeys(name for found in curves.values() for name in found)]
     for axes, (label, found) in zip(grid.flat, curves.items(), strict=False):
         for number, values in enumerate(found.values()):
             axes.loglog(frequencies, charts.positive(np.abs(values)), label=order[number], **charts.style(number, marker=""))
         axes.set_ylabel(plain(label))
         charts.rule(axes, which="both")
-    for column in range(columns):
-        shown = grid[(len(curves) - 1 - column) // columns, column]
-        shown.set_xlabel("frequency [Hz]")
-        shown.tick_params(labelbottom=True)
     charts.legend_below(figure, order, list(grid.flat[: len(curves)]))
     return figure
 
 
-def campbell(values: Array, frequencies: Array, growth: Array, label: str, orders: int = 0, title: str = "") -> Figure:
-    """Frequencies (s, i) [Hz] over a parameter (s,), those of growing motions marked; lines of `orders` multiples of it [rad/s]."""
+def campbell(values: Array, frequencies: Array, unstable: np.ndarray, label: str, orders: int = 0, title: str = "") -> Figure:
+    """Frequencies (s, i) [Hz] over a parameter (s,), `unstable` ones marked; lines of `orders` multiples of it [rad/s]."""
     figure = charts.figure(7.2, 4.8, title)
     axes = figure.subplots()
     for k, column in enumerate(frequencies.T):
         axes.plot(values, column, label=f"mode {k + 1}", **charts.style(k, marker=""))
-    largest = float(growth.max(initial=0.0))
-    if (unstable := growth > UNSTABLE * max(largest, float(frequencies.max()))).any():
-        across = np.broadcast_to(values[:, None], growth.shape)
+    if unstable.any():
+        across = np.broadcast_to(values[:, None], unstable.shape)
         axes.plot(across[unstable], frequencies[unstable], "x", color=palette.VERMILLION, ms=5, label="unstable", ls="")
     top = 1.05 * float(frequencies.max())
     for order in range(1, orders + 1):

@@ -18,7 +18,7 @@ from . import reading
 from .analyses import StateTable, Work
 from .locations import Told, where
 from .near_state import NearState
-from .vibration import GROWS, LANCZOS, Modes
+from .vibration import LANCZOS, Modes
 
 if TYPE_CHECKING:
     from .schema import Scene
@@ -103,8 +103,6 @@ class Campbell(NearState):
 
     def warn(self, scene: Scene, name: str, found: dynamics.Campbell) -> None:
         """Name motions that grow somewhere, with the first value at which they do."""
-        size = float(np.hypot(found.omega, found.growth).max())
-        growing = found.growth > GROWS * size
-        for k in np.flatnonzero(growing.any(axis=0)):
-            first = found.values[growing[:, k].argmax()]
+        for k in np.flatnonzero(found.unstable.any(axis=0)):
+            first = found.values[found.unstable[:, k].argmax()]
             notify(f"{where(scene, 'analysis')}: mode {k + 1} is unstable from {name} = {first:.4g} on")

@@ -12,6 +12,7 @@ from .. import dynamics
 from ..core.fields import Count
 from ..core.notices import notify
 from ..dynamics import Linear, shapes
+from ..dynamics.modes import GROWS, STILL, fastest, grows
 from ..dynamics.shapes import Free
 from .analyses import StateTable, Work, motion_only
 from .locations import Told, where
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
     from .schema import Scene
 
 LANCZOS = 60.0  #: solutions of an eigenproblem, usually
-STILL = 1e-6  #: eigenvalue of a free motion, over the largest frequency that the matrices allow, that is round-off
-GROWS = 1e-6  #: real part of an eigenvalue, over the largest one listed, from which a motion grows
 
 
 @dataclass(frozen=True)
@@ -93,10 +92,9 @@ class Modes(NearState):
 
 def warn(scene: Scene, found: Motions, about: str) -> None:
     """Name motions that grow."""
-    size = float(np.hypot(found.omega, found.growth).max())
-    if growing := np.flatnonzero(found.growth > GROWS * size).tolist():
+    if growing := np.flatnonzero(grows(found.omega, found.growth)).tolist():
         listed = ", ".join(f"mode {k + 1} by {found.growth[k]:.3g} 1/s" for k in growing[:3])
-        kind = "flutter" if (found.omega[growing] > GROWS * size).any() else "divergence"
+        kind = "flutter" if (found.omega[growing] > GROWS * np.hypot(found.omega, found.growth).max()).any() else "divergence"
         notify(f"{where(scene, 'analysis')}: the {about} is unstable ({kind}): {listed}{' ...' if len(growing) > 3 else ''}")
 
 
@@ -115,8 +113,10 @@ def real_motions(linear: Linear, free: Free, count: int) -> Motions:
 def complex_motions(linear: Linear, free: Free, count: int, system: System) -> Motions:
     """Complex modes; zeros of free motions, which come twice, each once."""
     idle = len(free.names)
-    modes = dynamics.complex_modes(linear, min(count + 2 * idle, len(linear.x) - len(linear.rows)))
-    slow = np.abs(modes.eigenvalues) <= STILL * np.sqrt(abs(linear.stiffness).max() / abs(linear.mass).max())
+    if shapes.stands_alone(linear, free):
+        linear = shapes.apart_from(linear, free)
+    modes = dynamics.complex_modes(linear, min(count + idle, len(linear.x) - len(linear.rows)))
+    slow = np.abs(modes.eigenvalues) <= STILL * fastest(linear)
     kept = np.flatnonzero(~(slow & shapes.are_free(modes.shapes, free, system.metric)))[: max(count - idle, 0)]
     idle = min(idle, count)
     vectors = np.concatenate([free.vectors[:, :idle], shapes.in_phase(modes.shapes[:, kept], system.metric)], axis=1)

@@ -43,6 +43,8 @@ def solve_states(
         found = analysis.find(scene, job.allow_outside)
         if draw and found.shapes is None:
             raise InputError(say("analysis.type", "one that finds shapes, such as modes", analysis.word, "use fmbs run"))
+        moves = motions(found)
+        columns: dict[str, Any] = {**found.columns} | {f"share_{name}": values for name, values in moves.get("shares", {}).items()}
         report: dict[str, Any] = {
             "status": "ok",
             **heading(scene),
@@ -50,13 +52,13 @@ def solve_states(
             "fingerprint": mark,
             "provenance": reports.provenance(scene),
             **found.facts,
-            **motions(found),
+            **moves,
             "notices": job.notices,
         }
         missing, figures = None, figures_of(found, scene.name)
         if out is not None:
             with segments.room(out):
-                reports.write_csv(out / analysis.table, columns(found), ["%d", *["%.15g"] * (len(columns(found)) - 1)])
+                reports.write_csv(out / analysis.table, columns, ["%d", *["%.15g"] * (len(columns) - 1)])
                 spaces = [found.linear.save(out / name) for name in analysis.files] if found.linear else []
                 report["files"] = [out / analysis.table, *spaces, out / reports.REPORT, *(figures.save(out) if plots else [])]
                 reports.write_report(out, report)
@@ -68,19 +70,13 @@ def solve_states(
                 reports.write_report(out, report)
     heads, rows = [*found.heads], [[*row] for row in zip(*(values.tolist() for values in found.columns.values()), strict=True)]
     if found.shapes is not None:
-        heads, rows = [*heads, "what moves"], [[*row, text] for row, text in zip(rows, report["moves"], strict=True)]
+        heads, rows = [*heads, "what moves"], [[*row, text] for row, text in zip(rows, moves["moves"], strict=True)]
     table = Table(f"{report['scene']}: {found.title}", tuple(heads), rows)
     view: list[Table | str] = [table, *list_files(report)]
     about = f"{report['scene']}: {found.about}"
     made = Run(about=about, report=report, lines=view, figures=figures, error=missing)
-    more = {name: np.asarray(values) for name, values in columns(found).items()}
+    more = {name: np.asarray(values) for name, values in columns.items()}
     return conclude(replace(made, outputs=more, frequencies=found.frequencies, shapes=found.shapes, linear=found.linear))
-
-
-def columns(found: StateTable) -> dict[str, Any]:
-    """The columns of a table, then the share of every body in what moves."""
-    parts = shares(found.shapes) if found.shapes else {}
-    return {**found.columns, **{f"share_{name}": values for name, values in parts.items()}}
 
 
 def motions(found: StateTable) -> dict[str, Any]:
@@ -95,16 +91,16 @@ def motions(found: StateTable) -> dict[str, Any]:
 def figures_of(found: StateTable, title: str) -> Figures:
     """The transfer functions of a linear system, or a Campbell diagram."""
     if found.linear is not None:
-        return Figures({"transfer": transfer(found.linear, title)})
+        return Figures({"transfer": partial(transfer, found.linear, title)})
     if found.diagram is None:
         return Figures()
     one, label = found.diagram, add_unit(found.facts["parameter"], found.facts["unit"])
     orders = max((crossing["order"] for crossing in found.facts["crossings"]), default=0)
     hertz = one.omega / (2.0 * np.pi)
-    return Figures({"campbell": partial(response_plots.campbell, one.values, hertz, one.growth, label, orders, title)})
+    return Figures({"campbell": partial(response_plots.campbell, one.values, hertz, one.unstable, label, orders, title)})
 
 
-def transfer(linear: StateSpace, title: str) -> Callable[[], Figure]:
+def transfer(linear: StateSpace, title: str) -> Figure:
     """Magnitudes of the transfer functions of at most PANELS outputs, over the frequencies of the slowest motions."""
     rates = np.sort(np.abs(np.linalg.eigvals(linear.A)))
     rates = rates[rates > SLOW * rates[-1]]
@@ -116,7 +112,7 @@ def transfer(linear: StateSpace, title: str) -> Callable[[], Figure]:
         }
         for i, name in enumerate(linear.outputs[:PANELS])
     }
-    return partial(response_plots.magnitudes, omega / (2.0 * np.pi), curves, title)
+    return response_plots.magnitudes(omega / (2.0 * np.pi), curves, title)
 
 
 def pictures(title: str, frames: int, shapes: Shapes, out: Path) -> list[Callable[[], Path]]:
