@@ -11,7 +11,7 @@ import pytest
 from fmbs_skfem.bodies import body
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate, outputs
-from fmbs_skfem.systems import At, Motion, System, assemble, joints, loads, probes
+from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, loads, probes
 
 GRAVITY = 9.81
 RADII = (0.5, 0.8, 0.9, 1.0)
@@ -179,3 +179,19 @@ def test_the_iteration_leaves_no_noise_in_reactions(rho: float) -> None:
     exact = conical()
     tension = pulls(integrate(exact.system, GeneralizedAlpha(2.5e-4, rho), 1.0))
     assert tension == pytest.approx(exact.force, rel=1e-3)
+
+
+@pytest.mark.parametrize("inertia", [(0.01, 0.01, 0.02), (0.01, 0.0, 0.01), (0.0, 0.02, 0.02)], ids=["disc", "rod", "rod across"])
+def test_bodies_without_thickness_begin_to_turn_on_an_axle(inertia: tuple[float, float, float]) -> None:
+    """Laminae and rods have axes without mass, whose velocities joints and the others fix: dw/dt = torque / J, h^2 aside."""
+    axle = joints.Revolute("axle", At("part", "frame"), axis=(0.0, 0.0, 1.0))
+    system = assemble(
+        [rigid("part", 2.0, inertia, (0.0, 0.0, 0.0))],
+        [axle],
+        [loads.Torque("brake", At("part", "frame"), (0.0, 0.0, -2.0 * inertia[2]))],
+        outputs={"w": probes.AngularVelocity(At("part", "frame"), axis=(0.0, 0.0, 1.0))},
+        initial={"part": Motion(angular_velocity=(0.0, 0.0, 3.0))},
+    )
+    for form in (system, eliminate(system)):
+        motion = integrate(form, GeneralizedAlpha(0.001), 0.5)
+        np.testing.assert_allclose(outputs(motion)["w"], 3.0 - 2.0 * motion.times, atol=1e-5)

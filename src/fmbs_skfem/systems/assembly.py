@@ -46,6 +46,7 @@ from .system import (
 
 FACETS = 2  #: quadrilaterals a direction that picture a cell of a surface
 SAMPLES = 201  #: points of a centre line in pictures and position errors
+LIGHT = 1e-9  #: part of the metric of unknowns without mass in the kinetic energy of changes of initial velocities
 SNAP = 1e-12  #: distance from a break, over the length of a line, that is round-off
 
 
@@ -352,10 +353,14 @@ def report_moved(system: System, rows: np.ndarray, gap: np.ndarray, tolerance: f
 
 
 def admissible_velocity(system: System, T: csr_array, free: System) -> np.ndarray:
-    """Initial velocities in the unknowns of `free`: (T^T M T) v = T^T M v0; a change is told by a notice."""
+    """Initial velocities in the unknowns of `free`: (T^T M T) v = T^T M v0; a change is told by a notice.
+
+    Axes without mass, of laminae and rods, weigh next to nothing, so that they keep their velocities where joints let them.
+    """
     if not system.v0.any():
         return free.v0
-    v = np.asarray(spsolve(csr_array(free.mass).tocsc(), T.T @ (system.mass @ system.v0))).reshape(free.size)
+    M = csr_array(system.mass + LIGHT * (system.metric - system.mass))
+    v = np.asarray(spsolve(csr_array(T.T @ M @ T).tocsc(), T.T @ (M @ system.v0))).reshape(free.size)
     size = float(np.abs(T @ v - system.v0).max())
     if size > 1e-9 * max(1.0, float(np.abs(system.v0).max())):
         notify(f"initial velocities are projected onto the joints; largest change {size:.3g} m/s")
