@@ -21,7 +21,7 @@ from fmbs_skfem.studies import job as jobs
 from fmbs_skfem.studies.options import OutputOptions
 from fmbs_skfem.studies.result import console
 
-from .calls import fmbs
+from .calls import EXAMPLES, fmbs
 
 HEAVY = ("numba", "pyvista", "vtkmodules", "matplotlib", "scipy", "numpy", "sklearn", "distributed", "rich")
 
@@ -32,6 +32,19 @@ def test_help_imports_nothing_heavy(arguments: list[str]) -> None:
         "import sys\nfrom fmbs_skfem.cli.main import main\n"
         f"main({arguments!r}, standalone_mode=False)\n"
         f"print(sorted(set({HEAVY!r}) & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_a_check_of_a_scene_imports_only_what_it_uses() -> None:
+    """The parts of scipy that are slow to import, and what reads other mesh formats or draws."""
+    unused = ("scipy.optimize", "scipy.interpolate", "scipy.spatial", "scipy.special", "matplotlib", "meshio", "skfem", "sympy")
+    code = (
+        "import sys\nfrom fmbs_skfem.cli.main import main\n"
+        f"main(['check', {str(EXAMPLES / 'double_pendulum.yaml')!r}], standalone_mode=False)\n"
+        f"print(sorted(set({unused!r}) & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

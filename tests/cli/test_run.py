@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.results.plots import PANELS
-from fmbs_skfem.studies import runs
+from fmbs_skfem.studies import panels, runs
 from fmbs_skfem.systems.system import Output
 
 from .calls import CANTILEVER, EXAMPLES, ROOT, fmbs, scene
@@ -74,16 +74,19 @@ def test_every_column_has_its_unit_and_a_drive_a_torque(tmp_path: Path) -> None:
     assert "C_x [m]" in done.out
 
 
-def test_a_figure_takes_the_first_columns_of_every_output() -> None:
-    """The reaction of an edge has a column for each of its functions, which would make a figure of 46 rows."""
+def test_a_vector_is_one_panel_and_a_figure_has_the_first_ones_of_every_output() -> None:
+    """The components of a vector share axes, but for one that would be flat there; 91 columns leave room for others."""
     outputs = {
-        "edge": Output("reaction", (), tuple(f"edge_y_{k}" for k in range(91))),
+        "edge": Output("reaction", (), tuple(f"edge_{k}" for k in range(91))),
         "tip": Output("position", (), ("tip_x", "tip_y", "tip_z")),
+        "energy": Output("energy", (), ("energy_kinetic", "energy_strain", "energy_potential", "energy_balance")),
     }
-    drawn = runs.choose_columns(outputs, [column for one in outputs.values() for column in one.columns])
+    swing = np.sin(np.linspace(0.0, 6.0, 50))
+    known = {column: swing for one in outputs.values() for column in one.columns} | {"energy_balance": 1e-4 * swing}
+    drawn = panels.arrange(outputs, known)
     assert len(drawn) == PANELS
-    assert drawn[:21] == [f"edge_y_{k}" for k in range(21)]
-    assert drawn[21:] == ["tip_x", "tip_y", "tip_z"]
+    assert [panel.label for panel in drawn[:22]] == [f"edge_{k}" for k in range(21)] + ["tip [m]"]
+    assert [list(panel.curves) for panel in drawn[21:]] == [["x", "y", "z"], ["kinetic", "strain", "potential"], ["balance"]]
 
 
 def test_example_1_has_the_published_deflection(tmp_path: Path) -> None:

@@ -362,6 +362,20 @@ def test_hardly_meant(text: str, notice: str) -> None:
     assert [one for one in told(text) if notice in one.replace("[1]", ".1").replace("[0]", ".0")], told(text)
 
 
+def test_a_drive_of_what_a_point_holds_may_tilt() -> None:
+    """A planar hinge made of a pin is a spherical joint in space."""
+    drive = "  motor: {type: driven_angle, at: beam.left, axis: [0, 0, 1], angle: t}\n"
+    text = changed(
+        SPATIAL,
+        ("rectangular, width: 20 mm, height: 2 mm", "circular, diameter: 2 mm"),
+        ("{type: static}", "{type: dynamic, duration: 1 ms, step: 1 ms}"),
+    )
+    pinned = changed(text, ("clamp: {type: clamp, at: beam.left}", "hinge: {type: pin, at: beam.left, to: ground}\n" + drive))
+    (notice,) = told(pinned)
+    assert "joints.motor: drives one angle of 'beam', which 'hinge' holds at a point only" in notice
+    assert told(changed(pinned, ("type: pin, at: beam.left", "type: revolute, axis: [0, 0, 1], at: beam.left"))) == []
+
+
 def test_sines_of_less_than_a_turn_are_not_told() -> None:
     assert told(changed(PLANAR, ("[0, 1 N]", '[0, "10 * sin(1.5) + cos(6)"]'), ('history: "1"', 'history: "sin(30 * t)"'))) == []
 

@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.interpolate import BSpline
 
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.shapes import line, table
+from fmbs_skfem.shapes import knotvector, line, table
 
 HALF = np.sqrt(0.5)
 CLAMPED = tuple(space for space in line.REGISTRY if isinstance(space, line.BSpline))
@@ -39,6 +40,16 @@ def test_the_nurbs_book_example() -> None:
     space = line.BSpline(2, np.array([0, 0, 0, 1, 2, 3, 4, 4, 5, 5, 5.0]))
     assert_allclose(line.sample(space, 2.5).toarray()[0], [0, 0, 1 / 8, 6 / 8, 1 / 8, 0, 0, 0], atol=1e-15)
     assert_allclose(line.sample(space, 2.5, 1).toarray()[0], [0, 0, -1 / 2, 0, 1 / 2, 0, 0, 0], atol=1e-15)
+
+
+@pytest.mark.parametrize("degree", range(5))
+def test_functions_are_those_of_scipy(degree: int) -> None:
+    """To the bit, with repeated inner knots and at the knots."""
+    inner = np.repeat([0.2, 0.5, 0.9], [1, max(degree, 1), 1])
+    knots = np.concatenate([np.zeros(degree + 1), inner, np.ones(degree + 1)])
+    xi = np.concatenate([np.linspace(0.0, 1.0, 37), inner])
+    expected = BSpline.design_matrix(xi, knots, degree).toarray()
+    assert_array_equal(knotvector.functions(degree, knots, xi).toarray(), expected)
 
 
 def test_derivative_beyond_the_degree_is_zero() -> None:

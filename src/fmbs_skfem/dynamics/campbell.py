@@ -15,7 +15,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ..core.linalg import Array, squares
 from .modes import grows
@@ -78,4 +77,6 @@ def followers(before: Found, after: Found, ahead: np.ndarray) -> np.ndarray:
     if len(before.vectors) == len(after.vectors):
         a, b = (part / np.sqrt(np.maximum(squares(part, after.mass), 1e-300)) for part in (before.vectors, after.vectors))
         distance = distance + 1.0 - np.maximum(np.abs(np.conj(a).T @ (after.mass @ b)), np.abs(a.T @ (after.mass @ b)))
+    from scipy.optimize import linear_sum_assignment  # which imports all of scipy.optimize: here alone
+
     return np.asarray(linear_sum_assignment(distance)[1])

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,6 +51,35 @@ def histories(times: Array, models: Mapping[str, Array], label: str, title: str 
     return history_grid(times, {label: models}, title=title)
 
 
+@dataclass(frozen=True)
+class Panel:
+    """Curves (s,) of one unit that share axes, such as the components of a vector; the label has the unit."""
+
+    label: str
+    curves: Mapping[str, Array]
+
+
+def panel_grid(times: Array, shown: Sequence[Panel], title: str = "", across: str = "time [s]") -> Figure:
+    """Panels over one axis of time or load factor `times` (s,), whose label is `across`; a key where a panel has several curves.
+
+    Raises InputError for more than PANELS panels, for none, and for curves that are not at `times`.
+    """
+    _require_room(len(shown))
+    figure, grid = charts.stack(len(shown), 2 if len(shown) > 3 else 1, title, across)
+    for axes, panel in zip(grid.flat, shown, strict=False):
+        curves = _plain(panel.curves)
+        _check_curves(f"plots: {panel.label}", times, curves)
+        for number, (name, values) in enumerate(curves.items()):
+            axes.plot(
+                times, values, label=name, color=palette.colour(number), ls=charts.DASHES[number % len(charts.DASHES)], lw=1.3
+            )
+        _finish(axes, plain(panel.label))
+        if len(curves) > 1:
+            beside: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.1}
+            axes.legend(fontsize=8, frameon=False, ncols=3, **beside)
+    return figure
+
+
 def history_grid(
     times: Array, outputs: Mapping[str, Mapping[str, Array]], columns: int = 1, title: str = "", across: str = "time [s]"
 ) -> Figure:
@@ -58,17 +88,29 @@ def history_grid(
     The first model is drawn as the reference. At most PANELS outputs; `across` is the label of the common axis. Raises
     InputError for more, for none, and for values that are not at `times` (s,).
     """
-    if not 0 < len(outputs) <= PANELS:
-        raise InputError(say("plots: outputs", f"1 to {PANELS}", len(outputs)))
+    _require_room(len(outputs))
     outputs = {plain(label): _plain(models) for label, models in outputs.items()}
     figure, grid = charts.stack(len(outputs), columns, title, across)
     order = tuple(dict.fromkeys(name for models in outputs.values() for name in models))
     for axes, (label, models) in zip(grid.flat, outputs.items(), strict=False):
         _curves(axes, times, models, order, f"plots: output '{label}'")
-        axes.set_ylabel("\n".join(part for line in label.split(": ", 1) for part in textwrap.wrap(line, LETTERS)))
+        _finish(axes, label)
     if len(order) > 1:
         charts.legend_below(figure, order, list(grid.flat[: len(outputs)]))
     return figure
+
+
+def _require_room(count: int) -> None:
+    """InputError for more panels than a figure has, and for none."""
+    if not 0 < count <= PANELS:
+        raise InputError(say("plots: outputs", f"1 to {PANELS}", count))
+
+
+def _finish(axes: Axes, label: str) -> None:
+    """The label beside an axes in short lines, pale lines at the ticks."""
+    axes.set_ylabel("\n".join(part for line in label.split(": ", 1) for part in textwrap.wrap(line, LETTERS)))
+    charts.rule(axes)
+    axes.margins(x=0.01)
 
 
 def errors(times: Array, models: Mapping[str, Array], floor: float | Array | None = None, label: str = "relative error") -> Figure:
@@ -230,8 +272,6 @@ def _curves(axes: Axes, times: Array, models: Mapping[str, Array], order: Sequen
         other, every = max(number - 1, 0), charts.stagger(len(times), number, len(order), 12)
         own = charts.style(number, color=palette.colour(other), ls=charts.DASHES[other % len(charts.DASHES)], lw=1.3)
         axes.plot(times, values, markevery=every, label=name, zorder=2, **own)
-    charts.rule(axes)
-    axes.margins(x=0.01)
 
 
 def _decades(axes: Axes, times: Array, models: Mapping[str, Array], label: str) -> None:

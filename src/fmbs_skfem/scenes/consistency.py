@@ -17,7 +17,7 @@ from ..core.expressions import Expression
 from ..core.mappings import rules
 from ..core.problems import Found, Problem, unknown
 from ..core.responses import OfState, require
-from ..systems import responses
+from ..systems import joints, responses
 from ..systems.places import At
 from . import plausibility, yamlfile
 from .inputs import ends_early
@@ -54,10 +54,26 @@ def notices(scene: Scene) -> Iterator[Told]:
             yield ("parameters", name), f"{text} is outside the range of {limits}, where reduced models are trained"
     yield from ((finding.keys, str(finding)) for finding in plausibility.materials(scene))
     yield from _idle(scene)
+    yield from _tilting(scene)
     yield from _degrees(() if scene.node is None else yamlfile.plain(scene.node), ())
     for keys, angle in _angles(scene):
         if abs(angle) > 2 * math.pi * (1 + 1e-12):
             yield keys, f"an angle of {angle:g} rad is more than one turn: write '{angle:g} deg' if degrees are meant"
+
+
+def _tilting(scene: Scene) -> Iterator[Told]:
+    """Drives in space of bodies that spherical joints alone hold: they prescribe one angle, and the others are free."""
+    for name, drive in scene.joints.items():
+        if scene.dimension == 2 or not isinstance(drive, joints.DrivenAngle):
+            continue
+        holding = [
+            key
+            for key, one in scene.joints.items()
+            if key != name and any(isinstance(end, At) and end.body == drive.at.body for end in vars(one).values())
+        ]
+        if holding and all(isinstance(scene.joints[key], joints.Pin) for key in holding):
+            text = f"drives one angle of '{drive.at.body}', which '{holding[0]}' holds at a point only: in space it can tilt about "
+            yield ("joints", name), f"{text}the other axes; a revolute joint holds the axis as well"
 
 
 def _angles(scene: Scene) -> Iterator[tuple[tuple[str, ...], float]]:

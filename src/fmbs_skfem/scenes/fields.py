@@ -29,6 +29,7 @@ from ..core.fields import (
 )
 from ..core.mappings import inline, list_of, names
 from ..core.problems import Problem, shown
+from ..core.rotations import rotation
 
 COUNT = 1_000_000  #: largest number of steps between stored states, and of modes
 
@@ -43,12 +44,10 @@ class Turn:
     @property
     def matrix(self) -> np.ndarray:
         """(c, c), about z in the plane."""
-        from scipy.spatial.transform import Rotation
-
         if self.axis is None:
             c, s = np.cos(self.angle), np.sin(self.angle)
             return np.array([[c, -s], [s, c]])
-        return np.asarray(Rotation.from_rotvec(self.angle * np.array(self.axis) / np.linalg.norm(self.axis)).as_matrix())
+        return rotation(self.angle * np.array(self.axis) / np.linalg.norm(self.axis))
 
 
 @dataclass(frozen=True)

@@ -55,8 +55,6 @@ class Smooth:
 
 def through(points: ArrayLike) -> tuple[Floats, Curve]:
     """Breakpoints (n,) and curve(xi, derivative) -> (x, c) through the points (n, c) of an open polyline."""
-    from scipy.interpolate import CubicSpline
-
     array = np.asarray(points, dtype=float)
     if array.ndim != 2 or len(array) < 2 or array.shape[1] < 1 or not np.isfinite(array).all():
         got = f"shape {array.shape}" + ("" if np.isfinite(array).all() else " with NaN or infinity")
@@ -71,6 +69,8 @@ def through(points: ArrayLike) -> tuple[Floats, Curve]:
         _check_forward(array)
         breaks = np.linalg.norm(array - array[0], axis=1)
         return breaks, Straight(array[0], array[-1], float(breaks[-1]))
+    from scipy.interpolate import CubicSpline
+
     _check_corners(chords / lengths[:, None])
     breaks = np.concatenate([[0.0], np.cumsum(lengths)])
     return breaks, Smooth(CubicSpline(breaks, array, bc_type="not-a-knot"))

@@ -75,6 +75,24 @@ def spans(degree: int, knots: Floats, xi: Floats) -> Ints:
     return np.clip(np.searchsorted(knots, xi, side="right") - 1, degree, len(knots) - degree - 2)
 
 
+def functions(degree: int, knots: Floats, xi: Floats) -> sparse.csr_array:
+    """N (x, b) at points of the domain by the recursion of Cox and de Boor, without scipy.interpolate, whose import takes 0.2 s."""
+    span = spans(degree, knots, xi)
+    values = np.zeros((len(xi), degree + 1))
+    values[:, 0] = 1.0
+    for p in range(1, degree + 1):
+        lower = values[:, :p].copy()
+        values[:, 0] = 0.0
+        for n in range(1, p + 1):
+            after, before = knots[span + n], knots[span + n - p]
+            share = np.divide(lower[:, n - 1], after - before, out=np.zeros(len(xi)), where=after > before)
+            values[:, n - 1] += share * (after - xi)
+            values[:, n] = share * (xi - before)
+    columns = span[:, None] + np.arange(-degree, 1)
+    rows = np.arange(len(xi) + 1) * (degree + 1)
+    return sparse.csr_array((values.ravel(), columns.ravel(), rows), shape=(len(xi), len(knots) - degree - 1))
+
+
 def averages(degree: int, knots: Floats) -> Floats:
     """Greville abscissae (b,): the coefficients of xi."""
     return np.lib.stride_tricks.sliding_window_view(knots[1:-1], degree).mean(axis=1)

@@ -3,8 +3,8 @@
     r(xi) = sum_b R_b(xi) c_b,    R_b = w_b N_b / W,  W = sum_b w_b N_b,
     R_b^(d) = (w_b N_b^(d) - sum_{j=1..d} binomial(d, j) W^(j) R_b^(d-j)) / W
 
-N_b are B-splines of the knot vector (scipy evaluates them; N'_p = N_{p-1} D with a matrix D of knot differences), w_b the weights
-of a NURBS, 1 otherwise. Piegl and Tiller, The NURBS Book, 2nd ed., doi:10.1007/978-3-642-59223-2.
+N_b are B-splines of the knot vector, N'_p = N_{p-1} D with a matrix D of knot differences, w_b the weights of a NURBS, 1
+otherwise. Piegl and Tiller, The NURBS Book, 2nd ed., doi:10.1007/978-3-642-59223-2.
 """
 
 from __future__ import annotations
@@ -163,8 +163,6 @@ def _(space: Hermite, xi: ArrayLike, derivative: int = 0) -> sparse.csr_array:
 
 def _derivative(space: BSpline, xi: Floats, derivative: int) -> sparse.csr_array:
     """N^(d)_p = N_{p-d} D_{p-d+1} .. D_p, (D_p c)_i = p (c_i - c_{i-1}) / (t_{i+p} - t_i); zero where the knots coincide."""
-    from scipy.interpolate import BSpline as SciPySpline
-
     degree, knots = space.degree, space.knots
     if derivative > degree:
         return sparse.csr_array((len(xi), space.count))
@@ -174,8 +172,7 @@ def _derivative(space: BSpline, xi: Floats, derivative: int) -> sparse.csr_array
         factor = np.divide(p, width, out=np.zeros_like(width), where=width > 0.0)
         step = sparse.diags_array([-factor, factor], offsets=[0, 1], shape=(len(factor), len(factor) + 1))
         differences, knots = sparse.csr_array(step @ differences), knots[1:-1]
-    rows = SciPySpline.design_matrix(xi, knots, degree - derivative)
-    return sparse.csr_array(rows @ differences)
+    return sparse.csr_array(knotvector.functions(degree - derivative, knots, xi) @ differences)
 
 
 def _quotient(numerators: list[Any], denominators: list[Floats]) -> Any:

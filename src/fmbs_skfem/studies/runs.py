@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from math import isfinite
@@ -23,23 +23,20 @@ from ..core.errors import FmbsError, InputError, MissingFeature, SolverError, sa
 from ..dynamics import GeneralizedAlpha, Trajectory, departures
 from ..results import frames as frames_
 from ..results import motion, segments, series
-from ..results.plots import PANELS, history_grid
 from ..results.segments import Recorder
-from ..results.sweep_files import add_unit
 from ..scenes import build
 from ..scenes.analyses import Analysis, History, States
 from ..systems import probes
-from . import compiling, failures, judging, recording, reports
+from . import compiling, failures, judging, panels, recording, reports
 from . import job as jobs
 from .job import Job
 from .outcome import OUTPUTS, Run
-from .result import Figures, Table, conclude, describe_error, list_files
+from .result import Table, conclude, describe_error, list_files
 
 if TYPE_CHECKING:
     from ..dynamics.checkpoint import Resumed
     from ..scenes import Scene
     from ..systems import System
-    from ..systems.system import Output
 
 SERIES = "motion"
 
@@ -218,7 +215,7 @@ def finish(
         "provenance": task.origin,
         "notices": job.notices,
     }
-    figures = figures_of(task, trajectory.times, outputs)
+    figures = panels.figures_of(task, trajectory.times, outputs)
     missing = None
     if out is not None:
         with segments.room(out, out):
@@ -300,13 +297,10 @@ def extremes(values: np.ndarray) -> dict[str, float]:
 
 def table_of_outputs(report: Mapping[str, Any]) -> Table:
     """Smallest, largest and last value of every column."""
-    rows = [(heading_of(report["units"], report["labels"], name), *ends.values()) for name, ends in report["outputs"].items()]
+    rows = [
+        (panels.heading_of(report["units"], report["labels"], name), *ends.values()) for name, ends in report["outputs"].items()
+    ]
     return Table("Outputs (SI units)", ("output", "min", "max", "final"), rows)
-
-
-def heading_of(units: Mapping[str, str], labels: Mapping[str, str], column: str) -> str:
-    """`motor_angle: moment about z [N m]`."""
-    return add_unit(f"{column}: {labels[column]}" if column in labels else column, units.get(column, ""))
 
 
 def summary(task: RunTask, report: Mapping[str, Any]) -> str:
@@ -315,24 +309,3 @@ def summary(task: RunTask, report: Mapping[str, Any]) -> str:
     text += f"{report['cpu_s']:.3g} s CPU, {report['wall_s']:.3g} s wall"
     drift = report["energy_drift"]
     return text if drift is None else f"{text}, energy error {drift:.3g} J"
-
-
-def figures_of(task: RunTask, times: np.ndarray, columns: Mapping[str, np.ndarray]) -> Figures:
-    """The columns that are finite over time or load factor, at most PANELS; none of a single instant."""
-    finite = {name: values for name, values in columns.items() if np.isfinite(values).all()}
-    if len(times) < 2 or not finite:
-        return Figures()
-    drawn = choose_columns(task.system.outputs, finite)
-    units, labels = probes.column_units(task.system.outputs), probes.column_labels(task.system.outputs)
-    curves = {heading_of(units, labels, name): {task.title or "full": finite[name]} for name in drawn}
-    left = f" ({len(drawn)} of {len(finite)} columns, the others are in {OUTPUTS})" if len(drawn) < len(finite) else ""
-    across = "time [s]" if task.scheme else "load factor"
-    draw = partial(history_grid, times, curves, columns=2 if len(curves) > 3 else 1, title=task.title + left, across=across)
-    return Figures({"outputs": draw})
-
-
-def choose_columns(outputs: Mapping[str, Output], known: Collection[str]) -> list[str]:
-    """At most PANELS of the known columns, in their order: the first ones of every output."""
-    places = {column: k for output in outputs.values() for k, column in enumerate(output.columns)}
-    first = set(sorted(known, key=lambda column: places.get(column, 0))[:PANELS])
-    return [column for column in known if column in first]

@@ -26,6 +26,7 @@ from scipy.sparse import block_diag, coo_array, csgraph, csr_array
 
 from ..core import ranks
 from ..core.errors import Reason, SolverError
+from ..core.rotations import rotation
 from . import redundancy
 from .redundancy import AMPLITUDES, ITERATIONS, Rows, relative, rows_of
 from .system import System, driven_rows, is_linear, keep_constraints, reads
@@ -227,14 +228,12 @@ def groups(names: Sequence[str], touched: np.ndarray, ground: np.ndarray) -> tup
 
 def moved(system: System, q: np.ndarray, step: np.ndarray) -> np.ndarray:
     """The state q after finite rigid motions z = step of all bodies."""
-    from scipy.spatial.transform import Rotation
-
     dim, size, out = system.dim, system.scale, q.copy()
     for (_, first, last), z in zip(system.coordinates, step.reshape(len(system.coordinates), -1), strict=True):
         part, unit = q[first:last].reshape(-1, dim), system.unit[first // dim : last // dim]
         middle = unit @ part / (unit @ unit)
         angle = z[dim:] / size
-        R = Rotation.from_rotvec(angle if dim == 3 else [0.0, 0.0, angle[0]]).as_matrix()[:dim, :dim]
+        R = rotation(angle if dim == 3 else [0.0, 0.0, angle[0]])[:dim, :dim]
         out[first:last] = ((part - np.outer(unit, middle)) @ R.T + np.outer(unit, middle + z[:dim])).ravel()
     return out
 

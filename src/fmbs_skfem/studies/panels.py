@@ -1,0 +1,62 @@
+"""The figure of a run: a panel for the columns of an output that are of one unit, such as the components of a vector."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..results.plots import PANELS, Panel, panel_grid
+from ..results.sweep_files import add_unit
+from ..systems import probes
+from .outcome import OUTPUTS
+from .result import Figures
+
+if TYPE_CHECKING:
+    from ..systems.system import Output
+    from .runs import RunTask
+
+FLAT = 0.02  #: of the largest range of a panel; a curve that moves less, but moves, has a panel of its own
+TOGETHER = 6  #: most curves of a panel
+
+
+def figures_of(task: RunTask, times: np.ndarray, columns: Mapping[str, np.ndarray]) -> Figures:
+    """The columns that are finite over time or load factor, in at most PANELS panels; none of a single instant."""
+    finite = {name: values for name, values in columns.items() if np.isfinite(values).all()}
+    if len(times) < 2 or not finite:
+        return Figures()
+    found = arrange(task.system.outputs, finite)
+    shown = sum(len(panel.curves) for panel in found)
+    left = f" ({shown} of {len(finite)} columns, the others are in {OUTPUTS})" if shown < len(finite) else ""
+    across = "time [s]" if task.scheme else "load factor"
+    return Figures({"outputs": partial(panel_grid, times, found, title=task.title + left, across=across)})
+
+
+def arrange(outputs: Mapping[str, Output], known: Mapping[str, np.ndarray]) -> list[Panel]:
+    """Panels of the known columns (s,), in the order of the outputs: at most PANELS, the first ones of every output."""
+    units, labels = probes.column_units(outputs), probes.column_labels(outputs)
+    found: list[tuple[int, Panel]] = []
+    for name, output in outputs.items():
+        groups: dict[tuple[object, ...], dict[str, np.ndarray]] = {}
+        columns = [column for column in output.columns if column in known]
+        for column in columns:
+            alike = [known[other] for other in columns if units[other] == units[column]]
+            span, largest = np.ptp(known[column]), max(np.ptp(values) for values in alike)
+            key = (units[column], column) if 0.0 < span < FLAT * largest else (units[column], len(alike) > TOGETHER and column)
+            groups.setdefault(key, {})[column] = known[column]
+        for rank, ((unit, *_), group) in enumerate(groups.items()):
+            alone = heading_of(units, labels, next(iter(group)))
+            title = alone if len(group) == 1 else add_unit(name, str(unit))
+            curves = {labels.get(column, column.removeprefix(f"{name}_")): values for column, values in group.items()}
+            found.append((rank, Panel(title, curves if len(curves) == len(group) else group)))
+    last = sorted(rank for rank, _ in found)[:PANELS][-1]
+    first = [panel for rank, panel in found if rank < last]
+    room = iter(range(PANELS - len(first)))
+    return [panel for rank, panel in found if rank < last or (rank == last and next(room, None) is not None)]
+
+
+def heading_of(units: Mapping[str, str], labels: Mapping[str, str], column: str) -> str:
+    """`motor_angle: moment about z [N m]`."""
+    return add_unit(f"{column}: {labels[column]}" if column in labels else column, units.get(column, ""))
