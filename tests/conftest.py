@@ -18,7 +18,7 @@ import threadpoolctl
 from fmbs_skfem.core.errors import MissingFeature
 from fmbs_skfem.results import pictures
 
-LONG = ("test_project.py", "test_benchmarks.py", "test_registry.py")  #: files with tests of half a minute
+LONG = ("test_project.py", "test_benchmarks.py", "test_registry.py", "test_docs.py")  #: files with tests of half a minute
 FAST = ("core", "shapes", "bodies", "systems", "dynamics")  #: folders whose tests are marked `fast`
 
 

@@ -151,7 +151,7 @@ class Body:
     frames: dict[str, int] = field(default_factory=dict)  #: named rigid frames: first of their functions c, e1, e2 (, e3)
     axes: csr_array | None = None  #: (i, b) functions that `frames` counts, where they are combinations of the body's
     shapes: ShapePoints | None = None  #: of a reduced body: its elastic energy, in place of that of its cells
-    thickness: np.ndarray | float = 0.0  #: of plates and shells, one number or one a cell [m]
+    thickness: np.ndarray | float = 0.0  #: of plates and shells, one number or one a cell (e,) [m]
     spread: csr_array | None = None  #: (functions of the space, b) where the body's functions are not those of the space
     stiffness: csr_array | None = None  #: (b, b) constant springs between the functions, the same for every component [N/m]
     outline: np.ndarray | None = None  #: (x, b) points of the line that a picture shows of a rigid body, over its functions

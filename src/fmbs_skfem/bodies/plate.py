@@ -187,7 +187,10 @@ def numbers_of(
 
 
 def mass_matrix(shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, density: float) -> csr_array:
-    """m_ij = int rho t N_i N_j dA over the functions of the surface."""
+    """m_ij = int rho t N_i N_j dA (b, b) [kg] over the functions of a surface with the reference (b, c) [m].
+
+    `thickness` [m] is a number or one a cell (e,).
+    """
     count, basis = shape.nodes.shape
     blocks = np.empty((count, basis, basis))
     heavy = density * np.broadcast_to(np.asarray(thickness, dtype=float), count)
@@ -267,7 +270,7 @@ def dependent(A: csr_array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def regular(columns: csr_array) -> bool:
-    """Whether columns are clearly independent: all pivots of C^T C, squares of distances to columns before, are large."""
+    """Whether the columns of C (i, j) are independent: pivots of C^T C, squares of distances to columns before, are large."""
     try:
         factors = splu(
             (columns.T @ columns).tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}

@@ -24,7 +24,7 @@ def as_dense(a: Any) -> np.ndarray:
 
 
 def support(A: np.ndarray) -> slice:
-    """Smallest range of columns that holds all non-zeros."""
+    """Smallest range of columns of A (i, j) that holds all non-zeros."""
     used = np.flatnonzero(np.abs(A).max(axis=0) > 0)
     return slice(int(used[0]), int(used[-1]) + 1) if len(used) else slice(0, 0)
 
@@ -50,14 +50,14 @@ def alike(a: csr_array, count: int) -> csr_array:
 
 
 def mirrored(low: csr_array) -> csr_array:
-    """The symmetric matrix of a lower triangle."""
+    """The symmetric matrix (n, n) of a lower triangle (n, n)."""
     above = low.T.tocsr()
     above.setdiag(0.0)
     return csr_array(low + above)
 
 
 def diagonal(blocks: Sequence[csr_array]) -> csr_array:
-    """Sparse blocks along the diagonal, row by row, without a list of all rows and columns; a single one as it is."""
+    """Sparse blocks (i, j) along the diagonal, row by row, without a list of all rows and columns; a single one as it is."""
     if len(blocks) == 1:
         return blocks[0]
     rows, columns = (np.concatenate([[0], np.cumsum([block.shape[k] for block in blocks])]) for k in range(2))

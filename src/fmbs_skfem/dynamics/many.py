@@ -34,7 +34,8 @@ def integrate_many(
 ) -> list[Result]:
     """Trajectories of all systems from t = 0 over `duration` [s], in their order; the SolverError of a system that failed.
 
-    `schemes` is one for all or one for each, `every` as in `integrate`; `progress` receives the part of the runs that is done.
+    `schemes` is one for all or one for each, `every` as in `integrate`, a number or steps (s,); `progress` receives the part of the
+    runs that is done.
     """
     chosen = [schemes] * len(systems) if isinstance(schemes, GeneralizedAlpha) else list(schemes)
     if len(chosen) != len(systems):

@@ -156,14 +156,17 @@ def holdout_points(parameters: Sequence[Parameter]) -> np.ndarray:
 
 
 def inner_points(parameters: Sequence[Parameter]) -> np.ndarray:
-    """Random points inside the box."""
+    """Random points (d + 1, d) inside the box of d parameters, in SI units."""
     return boxes.latin_hypercube(parameters, len(parameters) + 1, seed=1)
 
 
 def misfit(
     weights: np.ndarray, values: np.ndarray, sizes: np.ndarray, got: np.ndarray, size: np.ndarray, tolerance: float
 ) -> tuple[float, float]:
-    """Largest error of weights @ values against the sampled numbers `got`: over what is allowed, and over the size of the row."""
+    """Largest error of weights (q,) @ values (q, n) against sampled numbers `got` (n,): over what is allowed, and over the row.
+
+    `sizes` (q, n) and `size` (n,) are those of the rows in which the numbers stand.
+    """
     error = np.abs(weights @ values - got)
     allowed = tolerance * np.abs(got) + ROUND * (np.abs(weights) @ sizes + size)
     wrong = ~((error == 0.0) | np.isnan(got) & np.isnan(values).all(axis=0))
@@ -257,7 +260,7 @@ def widen(one: Mapping[Place, Order], two: Mapping[Place, Order]) -> dict[Place,
 def worst_error(
     known: Samples, orders: Mapping[Place, Order], holdout: np.ndarray, tolerance: float
 ) -> tuple[Place, int, float, float]:
-    """Leaf and hold-out point with the largest error, over what is allowed, and the largest error of all over the size of a row."""
+    """Leaf and number of the hold-out point (k, d) of the largest error over what is allowed, and the largest of all over a row."""
     constant = Order((0,) * len(known.parameters), (False,) * len(known.parameters))
     worst: tuple[Place, int, float] = ((), 0, 0.0)
     largest = 0.0

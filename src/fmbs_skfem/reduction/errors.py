@@ -92,7 +92,7 @@ def over(error: float, size: float) -> float:
 
 
 def common_times(where: str, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of the times that two trajectories share; InputError where these are fewer than two."""
+    """Indices (s,) in both of the times a and b [s] that two trajectories share; InputError where these are fewer than two."""
     near = np.clip(np.searchsorted(b, a - 1e-9), 0, len(b) - 1)
     same = np.abs(b[near] - a) < 1e-9 * max(1.0, float(b[-1]))
     if same.sum() < 2:

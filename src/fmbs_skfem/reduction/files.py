@@ -66,7 +66,7 @@ def case_of(
 def run(saved: Saved, every: int | np.ndarray = 1, duration: float | None = None, step: float | None = None) -> Trajectory:
     """The motion of a model over the times of its training, or others [s]; a longer run or another step with a notice.
 
-    `every` and errors are those of `dynamics.integrate` and `case_of`.
+    `every`, a number or steps (s,), and errors are those of `dynamics.integrate` and `case_of`.
     """
     case, _ = case_of(saved, duration, step)
     return cases.run(case, every)

@@ -69,7 +69,7 @@ def snapshots(trajectory: Trajectory, interval: float | np.ndarray | None = None
 
 
 def find_places(times: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Where the wanted times stand among the stored ones; the interval between them tells round-off from a wrong time."""
+    """Where (k,) wanted times [s] stand among stored ones (s,) [s]; the interval between them tells round-off from a wrong time."""
     near = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
     near = near - (wanted - times[near - 1] < times[near] - wanted)
     apart = np.abs(times[near] - wanted)
@@ -90,7 +90,7 @@ def body_level(system: System) -> dict[str, tuple[str, ...]]:
 
 
 def rows_of(system: System, bodies: Sequence[str]) -> np.ndarray:
-    """Numbers in q of the coordinates of some bodies."""
+    """Numbers (n,) in q of the coordinates of some bodies; InputError for none and for bodies that are not there."""
     spans = {name: np.arange(first, last) for name, first, last in system.coordinates}
     missing = [name for name in bodies if name not in spans]
     if missing or not bodies:
@@ -158,7 +158,7 @@ def satisfy(q: np.ndarray, A: np.ndarray, a: np.ndarray) -> np.ndarray:
 
 
 def touched_outside(A: object, rows: np.ndarray) -> np.ndarray:
-    """Constraint rows with entries outside the given coordinates."""
+    """Numbers (k,) of the rows of A (m, n) with entries outside the given coordinates (j,)."""
     entries = A.tocoo()  # type: ignore[attr-defined]
     return np.unique(entries.row[~np.isin(entries.col, rows)])
 
@@ -167,9 +167,9 @@ def touched_outside(A: object, rows: np.ndarray) -> np.ndarray:
 class Classes:
     """Constraint rows of a full system by class."""
 
-    inside: np.ndarray  #: linear inside a component, dropped
-    linking: np.ndarray  #: linear between components
-    others: np.ndarray  #: time-dependent or nonlinear
+    inside: np.ndarray  #: (k,) linear inside a component, dropped
+    linking: np.ndarray  #: (k,) linear between components
+    others: np.ndarray  #: (k,) time-dependent or nonlinear
 
 
 def classify(system: System, components: Mapping[str, Sequence[str]]) -> Classes:
@@ -298,7 +298,7 @@ def row_samples(system: System, reduced: System, q: np.ndarray, times: np.ndarra
 
 
 def rows_to_keep(samples: Sequence[RowSamples]) -> np.ndarray:
-    """Numbers of the constraint rows that are independent in the reduced space, and that it can meet; from all samples together."""
+    """Numbers (k,) of the constraint rows that are independent in the reduced space and that it can meet, from all samples."""
     fields = ("jacobians", "gaps", "distance", "motion")
     jacobians, gaps, distance, motion = (np.concatenate([getattr(sample, name) for sample in samples]) for name in fields)
     reach = max(REACH * np.sqrt(np.mean(distance**2)), NOISE * np.sqrt(np.mean(motion**2)))

@@ -311,7 +311,7 @@ def _nearest(problem: Problem, lost: dict[int, str]) -> int | None:
 
 
 def farthest(candidates: Array, choices: Sequence[int], used: Sequence[int]) -> int:
-    """The one of several candidates that is farthest from all used ones."""
+    """The one of several candidates (k, d), by number, that is farthest from all used ones."""
     from scipy.spatial.distance import cdist
 
     return choices[int(np.argmax(cdist(candidates[list(choices)], candidates[list(used)]).min(axis=1)))]

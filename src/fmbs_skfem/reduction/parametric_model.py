@@ -63,7 +63,7 @@ def load(path: str | Path) -> ParametricModel:
 def run(
     rom: ParametricModel, every: int | np.ndarray = 1, duration: float | None = None, step: float | None = None, /, **values: float
 ) -> Trajectory:
-    """The motion at values of the parameters, nominal where none is given; `every` as in `dynamics.integrate`.
+    """The motion at values of the parameters, nominal where none is given; `every` as in `dynamics.integrate`, or steps (s,).
 
     `duration` and `step` [s] replace those of the training. A name that is no parameter is refused; a run outside of the training,
     by its values, a longer duration or another step, is made with a notice.

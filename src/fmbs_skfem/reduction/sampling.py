@@ -173,7 +173,7 @@ def solve(
 
 
 def search(runs: Sequence[tuple[Iterable[np.ndarray], np.ndarray | None]], tolerance: float) -> tuple[Sample, float, float]:
-    """Weights from blocks of rows of G and b of every run, with the CPU seconds of the normal equations and of the search."""
+    """Weights from blocks of rows of G (i, p) and b (i,) of every run, with the CPU seconds of equations and search."""
     begun = clock.process_time()
     if tolerance < ecsw.GRAM_FLOOR:
         R, y = join([ecsw.compress(blocks, b) for blocks, b in runs])
@@ -187,7 +187,7 @@ def search(runs: Sequence[tuple[Iterable[np.ndarray], np.ndarray | None]], toler
 
 
 def join(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
-    """The compressed form of several, each divided by the norm of its b; those without forces are left out."""
+    """The compressed form R (p, p), y (p,) of several, each divided by the norm of its b; those without forces are left out."""
     if len(parts) == 1:
         return parts[0]
     sizes = [float(np.linalg.norm(y)) for _, y in parts]
@@ -214,7 +214,7 @@ def thin(states: np.ndarray, points: int) -> np.ndarray:
 
 
 def points_in(members: list[Elastic], cells: np.ndarray) -> tuple[list[Elastic], np.ndarray]:
-    """The bodies with the points of some cells only, numbered through all bodies, and the numbers of these points."""
+    """The bodies with the points of some cells (i,) only, numbered through all bodies, and the numbers (k,) of these points."""
     few, numbers, cell, point = [], [], 0, 0
     for elastic in members:
         mask = np.zeros(count(elastic, Level.ELEMENTS))

@@ -108,7 +108,7 @@ def displacement(body: Shown) -> Array:
 
 
 def fields(body: Shown) -> dict[str, Array]:
-    """All fields of a body, its displacement first (unless the body brings its own)."""
+    """All fields of a body, (s, x) or (s, x, 3), its displacement [m] first, unless the body brings its own."""
     return {"displacement": displacement(body)} | {name: np.asarray(values, float) for name, values in body.fields.items()}
 
 
@@ -147,7 +147,7 @@ def spread(times: Array, count: int) -> Indices:
 
 
 def choose(times: Array, wanted: Sequence[float]) -> Indices:
-    """As `nearest`; InputError for no instant, and for one before the first of `times` or after the last."""
+    """As `nearest`, numbers (k,); InputError for no instant, and for one before the first of `times` or after the last."""
     first, last = float(times[0]), float(times[-1])
     slack = 1e-9 * max(abs(first), abs(last))
     if not len(wanted) or not all(first - slack <= one <= last + slack for one in wanted):

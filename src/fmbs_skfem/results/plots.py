@@ -130,7 +130,10 @@ def errors(times: Array, models: Mapping[str, Array], floor: float | Array | Non
 
 
 def slider(times: Array, position: Mapping[str, Array], speed: Mapping[str, Array], axis: str = "x", title: str = "") -> Figure:
-    """Displacement of a slider x(t) - x(0) [m] along an axis, and the crank's speed [rad/s] in turns a minute, as Fig. 11."""
+    """Displacement x(t) - x(0) [m] of a slider along an axis, and the crank's speed [rad/s] in turns a minute, as Fig. 11.
+
+    Positions and speeds (s,) are those of models by name.
+    """
     displacement = {name: np.asarray(x) - np.asarray(x)[0] for name, x in position.items()}
     turns = {name: np.asarray(w) * 30 / np.pi for name, w in speed.items()}
     outputs = {f"{axis}-displacement of the slider [m]": displacement, "speed of the crank [rpm]": turns}

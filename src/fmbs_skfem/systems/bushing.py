@@ -90,7 +90,7 @@ def frame(load: Bushing, dim: int) -> np.ndarray:
 
 
 def slide(load: Bushing, draft: Draft, axis: np.ndarray, k: float, c: float) -> None:
-    """The spring and damper along an axis."""
+    """The spring k [N/m] and damper c [N s/m] along an axis (c,)."""
     layout, name = draft.layout, where(load)
     rows, apart = layout.read(name, load.at), layout.reference(name, load.at)
     if load.to is None:
@@ -108,5 +108,6 @@ def slide(load: Bushing, draft: Draft, axis: np.ndarray, k: float, c: float) -> 
 
 
 def resist(load: Bushing, draft: Draft, gauge: Gauge, coordinate: str, measure: str, k: float, c: float) -> None:
+    """A force or moment -k s - c s' on a coordinate, s what is measured of it: k in N/m or N m/rad, c in N s/m or N m s/rad."""
     law, energy = (of_state(text.format(measure), parameters={"k": k, "c": c}) for text in (LAW, ENERGY))
     responses.act(draft, where(load), gauge, coordinate, law, energy)

@@ -59,7 +59,7 @@ class Shape:
     sizes: Sequence[float]
     origin: np.ndarray | None  #: (c,) in the scene [m]; None for the place that carries it
     axes: np.ndarray  #: (c, c)
-    heights: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    heights: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))  #: (i, j) on the grid [m]
 
 
 @dataclass(frozen=True)

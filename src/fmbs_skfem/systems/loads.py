@@ -57,6 +57,7 @@ class Load(Declared, ABC):
 
 
 def where(load: Load) -> str:
+    """How messages name a load."""
     return f"load '{load.name}'"
 
 
@@ -272,6 +273,7 @@ class NormalEdgeLoad(Load):
 
 
 def finite(load: Load, size: float) -> float:
+    """A number of a load as it is; InputError where it is not finite."""
     if not np.isfinite(size):
         raise InputError(say(where(load), "a finite number", size))
     return size

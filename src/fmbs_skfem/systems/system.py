@@ -246,7 +246,7 @@ def keep_constraints(system: System, rows: np.ndarray) -> System:
 
 
 def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
-    """The same system in unknowns z with x = V z + d, equations projected by V^T.
+    """The same system in unknowns z (r,) with x = V z + d, equations projected by V^T: V (n, r) sparse or dense, d (n,).
 
     Cells stay in body coordinates, points in the unknowns are multiplied by V. x0 and v0 are projected orthogonally; they are
     exact when they lie in the range of V.

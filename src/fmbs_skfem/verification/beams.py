@@ -120,7 +120,7 @@ PARTS = {"a": 0.25, "b": 0.5, "c": 0.75}
 
 
 def stretch(T: np.ndarray, EA: float, green: bool) -> np.ndarray:
-    """l from T/EA = l - 1, or from T/EA = l (l^2 - 1)/2 (the cable law of this package) by Newton's iteration."""
+    """Stretch l (x,) of tensions T (x,) [N]: T/EA = l - 1, or T/EA = l (l^2 - 1)/2, the law of this package, by iteration."""
     l = 1 + T / EA
     for _ in range(20 if green else 0):
         l = l - (l * (l**2 - 1) / 2 - T / EA) / ((3 * l**2 - 1) / 2)

@@ -38,7 +38,7 @@ SPIN_UP = {  # t: tip displacement relative to the rotating undeformed beam, alo
 
 
 def spun_up(end: float, rate: float, time: np.ndarray) -> np.ndarray:
-    """Driven angle [rad]: spun up to the rate [rad/s] until the end [s]."""
+    """Driven angle (s,) [rad]: spun up to the rate [rad/s] until the end [s]."""
     rising = rate / end * (time**2 / 2 + (end / (2 * np.pi)) ** 2 * (np.cos(2 * np.pi * time / end) - 1))
     return np.where(time < end, rising, rate * (time - end / 2))
 
@@ -215,7 +215,7 @@ ENDS = {  # name: t: both ends
 
 
 def pulse(time: np.ndarray) -> np.ndarray:
-    """2 sin^2(pi t/2.5) for 2.5 s."""
+    """2 sin^2(pi t/2.5) for 2.5 s, at times (s,) [s]."""
     return np.where(time < 2.5, 2 * np.sin(np.pi * time / 2.5) ** 2, 0.0)
 
 
@@ -298,7 +298,7 @@ MODES = 4
 
 
 def linkage(t: float) -> tuple[float, float, float, np.ndarray]:
-    """Angle of the chord with its first two derivatives, sin b = -(r/l) sin(w t), and the acceleration of its driven end."""
+    """Angle of the chord with its first two derivatives, sin b = -(r/l) sin(w t), and the acceleration (2,) of its driven end."""
     s, c, ratio = np.sin(RATE * t), np.cos(RATE * t), CRANK / ROD
     b = np.arcsin(-ratio * s)
     rate = -ratio * RATE * c / np.cos(b)

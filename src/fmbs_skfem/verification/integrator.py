@@ -201,7 +201,7 @@ CONDITION = {  # h: condition number of the iteration matrix, as it is and with 
 
 
 def bordered(h: float, scale: Callable[[Method], float]) -> np.ndarray:
-    """The saddle point of scale W,  W = bh M + K, of the pendulum at (0.9, -0.43) with the multiplier 12."""
+    """The saddle point (3, 3) of scale W,  W = bh M + K, of the pendulum at (0.9, -0.43) with the multiplier 12."""
     system = mass_pendulum((0.6, -0.8))
     x, model = np.array([0.9, -0.43]), compile_system(system)
     method = method_of(GeneralizedAlpha(h, 0.8), TIGHT, h, model)
@@ -210,7 +210,7 @@ def bordered(h: float, scale: Callable[[Method], float]) -> np.ndarray:
 
 
 def condition(A: np.ndarray) -> float:
-    """|A| |A^-1|; the inverse keeps the digits of the smallest singular value."""
+    """|A| |A^-1| of A (n, n); the inverse keeps the digits of the smallest singular value."""
     return float(np.linalg.norm(A, 2) * np.linalg.norm(np.linalg.inv(A), 2))
 
 
@@ -246,7 +246,7 @@ DAMPING = {0.0: 0.4998229725, 0.5: 0.01851754137, 0.8: 0.0006859351249, 0.9: 7.2
 
 
 def amplification(rho_inf: float, phase: float) -> np.ndarray:
-    """Roots of the recurrence x[n+3] = c2 x[n+2] + c1 x[n+1] + c0 x[n] that the scheme gives for x'' + x = 0 with h = `phase`."""
+    """Roots (3,) of the recurrence x[n+3] = c2 x[n+2] + c1 x[n+1] + c0 x[n] that the scheme gives x'' + x = 0 with h = `phase`."""
     mass = assemble([body.point_mass("mass", 1.0, np.array([1.0, 0.0]))])
     oscillator = replace(mass, stiffness=csr_array(np.eye(2)))
     x = integrate(oscillator, GeneralizedAlpha(phase, rho_inf), 8 * phase, TIGHT).x[:, 0]

@@ -37,7 +37,7 @@ Groups = dict[str, np.ndarray]
 
 
 def grid(n1: int, n2: int, length: float, width: float) -> tuple[np.ndarray, np.ndarray, Groups, Groups]:
-    """Points, quads, edge groups and corner groups of a rectangle."""
+    """Points (k, 2), quads (e, 4), edge groups (i, 2) and corner groups (1,) of a rectangle."""
     points = np.stack(np.meshgrid(np.linspace(0, length, n1 + 1), np.linspace(0, width, n2 + 1), indexing="ij"), -1)
     ids = np.arange((n1 + 1) * (n2 + 1)).reshape(n1 + 1, n2 + 1)
     quads = np.stack([ids[:-1, :-1], ids[1:, :-1], ids[1:, 1:], ids[:-1, 1:]], -1).reshape(-1, 4)

@@ -183,7 +183,7 @@ def order(
     expected: float,
     tolerance: float,
 ) -> Quantity:
-    """The observed order beside the expected one, with the errors of the sizes, which fall."""
+    """The observed order beside the expected one, with the errors (k,) of the sizes (k,), which fall."""
     curve = pairs(sizes, [errors(size) for size in sizes] if callable(errors) else errors)
     observed = slope(curve)
     return Quantity(name, expected, observed, tolerance, "", observed, curve=curve)

@@ -26,7 +26,7 @@ RECOMPUTED = "(recomputed to 12 digits)"
 
 
 def rod(name: str, start: Sequence[float] | np.ndarray, end: Sequence[float] | np.ndarray, mass: float, dim: int = 2) -> Body:
-    """Uniform rod with the places `s` and `e`; in space an axis of revolution with a tenth of the moment about the others."""
+    """Uniform rod with places `s` and `e` at start (c,) and end (c,) [m]; in space with a tenth of the moment about itself."""
     a, b = np.array(start, dtype=float), np.array(end, dtype=float)
     u, inertia = (b - a) / np.linalg.norm(b - a), mass * float((b - a) @ (b - a)) / 12
     turn = np.eye(dim)
@@ -38,7 +38,7 @@ def rod(name: str, start: Sequence[float] | np.ndarray, end: Sequence[float] | n
 
 
 def run(system: System, h: float, duration: float, rho: float = 0.8, every: int = 1) -> dict[str, np.ndarray]:
-    """Outputs of a run."""
+    """Outputs (s,) of a run by column."""
     return outputs(integrate(system, GeneralizedAlpha(h, rho), duration, every=every))
 
 
@@ -95,7 +95,7 @@ def period(amplitude: float, h: float) -> float:
 
 
 def hermite(s: np.ndarray, h: float, x: np.ndarray, v: np.ndarray, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Cubic interpolation in the steps k at the fractions s: value and derivative by s."""
+    """Cubic interpolation of x (s,), rates v (s,), in the steps k (i,) at the fractions s (i,): value (i,) and derivative by s."""
     a, b, c, d = x[k], h * v[k], x[k + 1], h * v[k + 1]
     value = a * (1 + 2 * s) * (1 - s) ** 2 + b * s * (1 - s) ** 2 + c * s**2 * (3 - 2 * s) + d * s**2 * (s - 1)
     slope = (c - a) * 6 * s * (1 - s) + b * (1 - s) * (1 - 3 * s) + d * s * (3 * s - 2)
@@ -160,7 +160,7 @@ def double_pendulum(parts: Sequence[Body], ends: tuple[str, str]) -> System:
 
 
 def tips(system: System, h: float, duration: float) -> np.ndarray:
-    """B and C at the times of the table up to the duration."""
+    """B and C (s, 4) [m] at the times of the table up to the duration [s]."""
     found = run(system, h, duration)
     at = [round(t / h) for t in DOUBLE if t <= duration + 1e-9]
     return np.column_stack([found[key][at] for key in ("B_x", "B_y", "C_x", "C_y")])

@@ -171,7 +171,7 @@ def truss(height: float = 0.1, stiffness: float = 1e4, load: float = 8.0) -> Sys
 
 
 def truss_load(w: np.ndarray, height: float = 0.1, stiffness: float = 1e4) -> np.ndarray:
-    """P for deflections w of the truss."""
+    """P (s,) [N] for deflections w (s,) [m] of the truss."""
     return np.asarray(stiffness * (height - w) * (2 * height * w - w**2) / (1 + height**2) ** 1.5)
 
 

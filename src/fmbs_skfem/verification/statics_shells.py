@@ -89,7 +89,7 @@ PINCHED = 1.8248e-5  #: deflection under a unit force
 
 # --------------------------------------------------------------------------------------------------------------- surfaces
 def spaced(end: float, cells: int, growth: float = 0.0) -> np.ndarray:
-    """Knots from 0 to `end`, the last span e^growth times as long as the first."""
+    """Knots (cells + 1,) from 0 to `end`, the last span e^growth times as long as the first."""
     s = np.linspace(0.0, 1.0, cells + 1)
     return end * (np.expm1(growth * s) / np.expm1(growth) if growth else s)
 
@@ -106,7 +106,7 @@ def interpolated(position: Callable[[np.ndarray, np.ndarray], np.ndarray], knots
 
 
 def cylinder(radius: float, knots: tuple[np.ndarray, np.ndarray]) -> Surface:
-    """(R sin phi, y, R cos phi), the load at phi = y = 0."""
+    """(R sin phi, y, R cos phi) over knots (i,), (j,) of phi and y, the load at phi = y = 0."""
     return interpolated(lambda phi, y: np.stack([radius * np.sin(phi), y, radius * np.cos(phi)], -1), knots)
 
 

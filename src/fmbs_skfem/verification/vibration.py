@@ -27,7 +27,7 @@ from .registry import Quantity, case, farthest, refined
 
 # ------------------------------------------------------------------------------------------------------------- beams
 def roots(first: float, equation: Callable[[float], float]) -> np.ndarray:
-    """The eight smallest roots beta L > 0, near (first + k) pi."""
+    """The eight smallest roots beta L > 0 (8,), near (first + k) pi."""
     return np.array([brentq(equation, np.pi * (first + k) - 0.5, np.pi * (first + k) + 0.5, xtol=1e-14) for k in range(8)])
 
 
@@ -58,7 +58,7 @@ def beam(supports: str, cells: int, dim: int = 2, EA: float = 1e6, **options: An
 
 
 def frequencies(supports: str, cells: int, count: int = 5, **options: Any) -> np.ndarray:
-    """The first elastic angular frequencies in the plane."""
+    """The first elastic angular frequencies (count,) [rad/s] in the plane."""
     rigid = RIGID.get(supports, 0)
     return vibration_modes(beam(supports, cells, **options), count + rigid).frequencies[rigid:]
 
@@ -199,7 +199,7 @@ LEISSA = "Leissa, J. Sound Vib. 31 (1973) 257-293, doi 10.1016/S0022-460X(73)803
 
 
 def plate_frequencies(kind: str, cells: int, letters: str, count: int, width: float = 1.0, t: float = THIN) -> np.ndarray:
-    """omega a^2 sqrt(rho t/D) of a plate a = 1 along x by `width`, without rigid motions."""
+    """omega a^2 sqrt(rho t/D) (count,) of a plate a = 1 along x by `width`, without rigid motions."""
     across = max(2, round(cells * width))
     part = plate("plate", rectangle(kind, cells, across, 1.0, width), t, Material(1.0, 1.0, 0.3))
     held = [side for side, letter in zip(SIDES, letters, strict=True) if letter != "F"]

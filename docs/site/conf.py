@@ -1,0 +1,52 @@
+"""Sphinx settings of the site: Markdown pages, docstrings as they stand in the source, equations without network."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import sys
+from pathlib import Path
+from typing import Any
+
+from docutils import nodes
+from latex2mathml.converter import convert
+from sphinx.application import Sphinx
+
+sys.path.insert(0, str(Path(__file__).parent))
+import docstrings
+
+project = "fmbs_skfem"
+author = "fmbs_skfem developers"
+release = version = importlib.metadata.version("fmbs_skfem")
+extensions = ["myst_parser", "sphinx.ext.autodoc"]
+myst_enable_extensions = ["dollarmath", "amsmath"]
+myst_heading_anchors = 4
+html_theme = "furo"
+html_title = "fmbs_skfem"
+html_static_path = ["site.css"]
+html_css_files = ["site.css"]
+html_math_renderer = "mathml"
+html_copy_source = False
+html_show_sourcelink = False
+autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True
+html_use_index = html_domain_indices = False
+toc_object_entries = False  # every page of the reference begins with a table of its objects
+python_maximum_signature_line_length = 100
+suppress_warnings = ["ref.python"]  # short names of types that stand in several modules
+
+
+def write_math(writer: Any, node: nodes.math) -> None:
+    """An equation of TeX as MathML, which browsers draw by themselves."""
+    writer.body.append(convert(node.astext(), display="inline"))
+    raise nodes.SkipNode
+
+
+def write_equation(writer: Any, node: nodes.math_block) -> None:
+    writer.body.append(f'<div class="equation" tabindex="0">{convert(node.astext(), display="block")}</div>')
+    raise nodes.SkipNode
+
+
+def setup(app: Sphinx) -> None:
+    app.add_html_math_renderer("mathml", (write_math, None), (write_equation, None))
+    app.connect("autodoc-process-docstring", docstrings.rewrite)
+    app.connect("autodoc-process-signature", docstrings.sign)

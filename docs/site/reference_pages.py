@@ -1,0 +1,75 @@
+"""The reference of the public objects of the package: which they are, and a page of Sphinx for every public module."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import re
+import types
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TypeVar
+
+import docstrings
+
+FLOORS = ("studies", "scenes", "results", "verification", "reduction", "dynamics", "systems", "bodies", "shapes", "core")
+
+
+def public_names(module: types.ModuleType) -> list[str]:
+    """What a module offers: its `__all__`, or what it defines without an underscore."""
+    if hasattr(module, "__all__"):
+        return list(module.__all__)
+    own = {name: value for name, value in vars(module).items() if getattr(value, "__module__", None) == module.__name__}
+    return [name for name, value in own.items() if not name.startswith("_") and not isinstance(value, TypeVar)]
+
+
+def public_modules() -> Iterator[tuple[str, list[str]]]:
+    """Every public module, `floor` or `floor.module`, with the names of its objects in their order."""
+    for floor in FLOORS:
+        package = importlib.import_module(f"fmbs_skfem.{floor}")
+        known = {
+            name: getattr(package, name, None) or importlib.import_module(f"{package.__name__}.{name}") for name in package.__all__
+        }
+        yield floor, [name for name, own in known.items() if not isinstance(own, types.ModuleType)]
+        for own in known.values():
+            if isinstance(own, types.ModuleType):
+                yield own.__name__.removeprefix("fmbs_skfem."), public_names(own)
+
+
+def summary(own: object) -> str:
+    """The first sentence of a docstring, for reStructuredText."""
+    text = " ".join((inspect.getdoc(own) or "").split("\n\n")[0].split())
+    return docstrings.escape(re.split(r"(?<=\w\w[.:;]) ", text)[0].rstrip(".:;"))
+
+
+def directive(own: object) -> str:
+    """What of autodoc describes an object."""
+    return "class" if isinstance(own, type) else "function" if inspect.isroutine(inspect.unwrap(own)) else "data"  # type: ignore[arg-type]
+
+
+def reference_page(path: str, names: list[str]) -> str:
+    """The page of one module in reStructuredText: its docstring, a table of its objects, then every object by autodoc."""
+    full = f"fmbs_skfem.{path}"
+    module = importlib.import_module(full)
+    lines = [path, "=" * len(path), "", f".. automodule:: {full}", ""]
+    if names:
+        lines += [".. list-table::", ""]
+        lines += [f"   * - :py:obj:`~{full}.{name}`\n     - {summary(getattr(module, name))}" for name in names]
+    for name in names:
+        own = getattr(module, name)
+        lines += ["", f".. auto{directive(own)}:: {full}.{name}"]
+        if isinstance(own, type):
+            lines += ["   :members:", f"   :exclude-members: {', '.join(getattr(own, '__dataclass_fields__', ()))}"]
+    return "\n".join(lines) + "\n"
+
+
+def write(folder: Path) -> None:
+    """A page for every public module, and their index."""
+    folder.mkdir()
+    pages = dict(public_modules())
+    for path, names in pages.items():
+        (folder / f"{path}.rst").write_text(reference_page(path, names), encoding="utf-8")
+    entries = "".join(f"   {path}\n" for path in pages)
+    (folder / "index.rst").write_text(
+        f"API reference\n=============\n\n.. toctree::\n   :maxdepth: 1\n\n{entries}", encoding="utf-8"
+    )

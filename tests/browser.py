@@ -1,0 +1,92 @@
+"""Headless Chromium over its debugging pipe: what a page says on the console, and how wide it is."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+PROGRAM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+OPTIONS = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--remote-debugging-pipe")
+WRONG = {"Runtime.exceptionThrown", "Log.entryAdded"}
+LAYOUT = "document.documentElement.scrollWidth"
+
+
+class Browser:
+    """One tab: messages go out on `pen` and come in on `ear`, each a JSON object that ends with a zero byte."""
+
+    def __init__(self, ear: int, pen: int) -> None:
+        self.ear, self.pen, self.rest, self.number, self.session = ear, pen, b"", 0, {}
+        self.wrong: list[str] = []
+        target = self.ask("Target.createTarget", url="about:blank")["targetId"]
+        self.session = {"sessionId": self.ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]}
+        for domain in ("Page", "Runtime", "Log"):
+            self.ask(f"{domain}.enable")
+
+    def hear(self) -> dict[str, Any]:
+        """The next message; what speaks against a page is kept."""
+        while b"\0" not in self.rest:
+            read = os.read(self.ear, 1 << 16)
+            assert read, "the browser has ended"
+            self.rest += read
+        text, _, self.rest = self.rest.partition(b"\0")
+        message: dict[str, Any] = json.loads(text)
+        called = message.get("method") == "Runtime.consoleAPICalled" and message["params"]["type"] in ("error", "warning")
+        if called or message.get("method") in WRONG:
+            self.wrong.append(json.dumps(message["params"]))
+        return message
+
+    def ask(self, method: str, **values: Any) -> dict[str, Any]:
+        """The answer to a command."""
+        self.number += 1
+        os.write(self.pen, json.dumps({"id": self.number, "method": method, "params": values, **self.session}).encode() + b"\0")
+        while (message := self.hear()).get("id") != self.number:
+            pass
+        assert "error" not in message, message
+        found: dict[str, Any] = message["result"]
+        return found
+
+    def resize(self, width: int) -> None:
+        self.ask("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=False)
+
+    def widths(self, page: Path, wanted: tuple[int, ...]) -> dict[int, int]:
+        """How wide a page is in windows of wanted widths [px]; it is loaded in the first one."""
+        found = {}
+        for k, width in enumerate(wanted):
+            self.resize(width)
+            if k == 0:
+                self.ask("Page.navigate", url=page.as_uri())
+                while self.hear().get("method") != "Page.loadEventFired":
+                    pass
+            found[width] = int(self.ask("Runtime.evaluate", expression=LAYOUT)["result"]["value"])
+        return found
+
+
+@contextmanager
+def browser(folder: Path) -> Iterator[Browser]:
+    """A browser that is ended behind the block; `folder` takes its profile."""
+    assert PROGRAM is not None
+    (listens, pen), (ear, speaks) = os.pipe(), os.pipe()
+    ends = [fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (listens, speaks)]
+
+    def connect() -> None:
+        os.dup2(ends[0], 3)
+        os.dup2(ends[1], 4)
+
+    command = [PROGRAM, *OPTIONS, f"--user-data-dir={folder}"]
+    process = subprocess.Popen(command, preexec_fn=connect, pass_fds=(3, 4), stderr=subprocess.DEVNULL)
+    for end in (listens, speaks, *ends):
+        os.close(end)
+    try:
+        yield Browser(ear, pen)
+    finally:
+        process.terminate()
+        process.wait()
+        os.close(ear)
+        os.close(pen)

@@ -1,0 +1,130 @@
+"""The documentation site: built without a warning, whole, read without network, drawn by a browser on wide and narrow screens."""
+
+from __future__ import annotations
+
+import dataclasses
+import fcntl
+import importlib
+import inspect
+import re
+import subprocess
+import sys
+import zlib
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+from .browser import PROGRAM, browser
+
+for _package in ("sphinx", "furo", "myst_parser", "latex2mathml"):
+    pytest.importorskip(_package, reason="the site is built with the extra docs")
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+sys.path.insert(0, str(DOCS / "site"))
+
+import docstrings  # noqa: E402  both of docs/site
+import reference_pages  # noqa: E402
+
+SHAPE = re.compile(r"\([\w+*/ -]*(?:,[^()]*|\.\.\.)\)")  #: (n,), (s, n), (cells + 1, 3), (3, ...), (...)
+FETCHED = re.compile(r"(?:url\(|@import|fetch\(|import\()\s*[\"']?https?:")
+ARRAY = re.compile(r"ndarray|csr_array|Array\b")
+
+
+@pytest.fixture(scope="session")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The pages, built once for all processes of the tests."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if base.name.startswith("popen-") else base) / "site"
+    with folder.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (folder / "built").exists():
+            done = subprocess.run([sys.executable, DOCS / "build.py", "--out", folder], capture_output=True, text=True)
+            assert done.returncode == 0, done.stdout + done.stderr
+            (folder / "built").touch()
+    return folder / "html"
+
+
+class Links(HTMLParser):
+    """What a page has anchors for, links to and loads."""
+
+    def __init__(self, page: Path) -> None:
+        super().__init__()
+        self.anchors: set[str] = set()
+        self.links: list[str] = []
+        self.loads: list[str] = []
+        self.feed(page.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        known = dict(attrs)
+        self.anchors |= {text for key in ("id", "name") if (text := known.get(key))}
+        if tag == "a" and (link := known.get("href")):
+            self.links.append(link)
+        elif tag != "a":
+            canonical = known.get("rel") == "canonical"
+            self.loads += [text for key in ("src", "href", "data") if (text := known.get(key)) and not canonical]
+
+
+def test_every_link_leads_somewhere_and_nothing_is_loaded_from_outside(site: Path) -> None:
+    pages = {path.resolve(): Links(path) for path in site.rglob("*.html")}
+    assert len(pages) > 60
+    for path, page in pages.items():
+        for link in [*page.links, *page.loads]:
+            parts = urlsplit(link)
+            if parts.scheme or parts.netloc:
+                assert link not in page.loads, (path, link)
+                continue
+            target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
+            assert target.exists(), (path, link)
+            if parts.fragment and target in pages:
+                assert unquote(parts.fragment) in pages[target].anchors, (path, link)
+    styles = [*site.rglob("*.css"), *site.rglob("*.js")]
+    assert not [
+        path for path in styles if re.search(r"(?:url\(|@import|fetch\(|import\()\s*[\"']?https?:", path.read_text("utf-8"))
+    ]
+
+
+def test_every_public_object_is_in_the_reference(site: Path) -> None:
+    text = zlib.decompress((site / "objects.inv").read_bytes().split(b"\n", 4)[4]).decode()
+    listed = {line.split()[0] for line in text.splitlines() if " py:" in line}
+    public = {f"fmbs_skfem.{path}.{name}" for path, names in reference_pages.public_modules() for name in names}
+    assert len(public) > 500
+    assert public - listed == set()
+
+
+@pytest.mark.skipif(PROGRAM is None, reason="no Chromium")
+def test_pages_fit_wide_and_narrow_windows_without_errors(site: Path, tmp_path: Path) -> None:
+    with browser(tmp_path) as chromium:
+        for page in sorted(site.rglob("*.html")):
+            for width, needed in chromium.widths(page, (1280, 400)).items():
+                assert needed <= width, (page.name, width, needed)
+            assert chromium.wrong == [], page.name
+
+
+def public_objects() -> list[tuple[str, object]]:
+    return [
+        (f"{path}.{name}", getattr(importlib.import_module(f"fmbs_skfem.{path}"), name))
+        for path, names in reference_pages.public_modules()
+        for name in names
+    ]
+
+
+def test_public_objects_say_what_they_are_with_shapes() -> None:
+    """A docstring for all, and a shape in axis letters where arrays go in or come out."""
+    silent, shapeless = [], []
+    for path, own in public_objects():
+        if not (isinstance(own, type) or inspect.isroutine(own)):
+            continue
+        text = own.__doc__ or ""
+        if not text or text.startswith(f"{getattr(own, '__name__', '')}("):
+            silent.append(path)
+        if isinstance(own, type) and dataclasses.is_dataclass(own):
+            beside, declared = docstrings.comments(own), docstrings.shapes(own)
+            for field in dataclasses.fields(own):
+                known = beside.get(field.name, "") + declared.get(field.name, "") + text
+                if ARRAY.search(str(field.type)) and not field.name.startswith("_") and not SHAPE.search(known):
+                    shapeless.append(f"{path}.{field.name}")
+        elif ARRAY.search(str(getattr(inspect.unwrap(own), "__annotations__", {}))) and not SHAPE.search(text):
+            shapeless.append(path)
+    assert (silent, shapeless) == ([], [])
