@@ -116,7 +116,7 @@ def loop(law: Symbols, dim: int, kind: str, name: str) -> str:
     wanted, symbols = results(law, dim, kind)
     count, numbers = law.vectors * dim, len(law.section) + 1
     places = [f"{array}[{i}, q]" for array, size in (("u", count), ("v", count), ("s", numbers)) for i in range(size)]
-    lines, found = statements(wanted, dict(zip(symbols, places, strict=False)))
+    lines, found = statements(wanted, dict(zip(symbols, places, strict=False)), factored=True)
     small = kind.endswith("modulus") and len(found) <= SMALL
     frame, target = FRAMES["small modulus" if small else kind.removeprefix("damped_")]
     pairs = [(i, j) for i in range(count) for j in range(i + 1)]

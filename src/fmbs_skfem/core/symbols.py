@@ -94,9 +94,13 @@ ALGEBRA: Algebra = {
 }  # fmt: skip
 
 
-def statements(results: Sequence[Expression], places: Mapping[Any, str]) -> tuple[list[str], list[str]]:
-    """Lines that read the symbols that are needed from their places and compute what results share, and the results as texts."""
-    shared, reduced = sympy.cse(list(results), optimizations="basic")
+def statements(results: Sequence[Expression], places: Mapping[Any, str], factored: bool = False) -> tuple[list[str], list[str]]:
+    """Lines that read the symbols that are needed from their places and compute what results share, and the results as texts.
+
+    `factored` looks for common factors of sums first, which takes most of the time: a quarter fewer operations in loops over many
+    points, nothing in forces on a few rows.
+    """
+    shared, reduced = sympy.cse(list(results), optimizations="basic" if factored else None)
     needed = set().union(*(one.free_symbols for one in (*reduced, *(value for _, value in shared))))
     read, write = [(str(symbol), place) for symbol, place in places.items() if symbol in needed], Printer().doprint
     lines = [f"{', '.join(symbol for symbol, _ in read)} = {', '.join(place for _, place in read)}"] if read else []

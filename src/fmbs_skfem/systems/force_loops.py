@@ -38,14 +38,13 @@ def moment_2_slopes(table: Any, record: Any) -> int:
         x1 = (y1 * y1)
         x2 = x0 + x1
         x3 = h0*p0
-        x4 = 2.0*x3*y0*y1/(x2 * x2)
-        x5 = (1.0 / (x2))
-        x6 = 2.0*x5
-        x7 = x3*x5
-        s.H[F.pair + 4 * k + 0] += c * (x4)
-        s.H[F.pair + 4 * k + 1] += c * (x7*(x1*x6 - 1.0))
-        s.H[F.pair + 4 * k + 2] += c * (x7*(-x0*x6 + 1.0))
-        s.H[F.pair + 4 * k + 3] += c * (-x4)
+        x4 = 2.0*x3/(x2 * x2)
+        x5 = x4*y0*y1
+        x6 = -x3/x2
+        s.H[F.pair + 4 * k + 0] += c * (x5)
+        s.H[F.pair + 4 * k + 1] += c * (x1*x4 + x6)
+        s.H[F.pair + 4 * k + 2] += c * (-x0*x4 - x6)
+        s.H[F.pair + 4 * k + 3] += c * (-x5)
     return 0
 
 
@@ -59,7 +58,7 @@ def moment_3_force(table: Any, record: Any) -> int:
         y0, y1, y2, p0, p1, p2, h0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], factor(s.signals, F.signals[k, 0])
         x0 = h0/((y0 * y0) + (y1 * y1) + (y2 * y2))
         s.g[F.rows[k, 0]] += x0*(p1*y2 - p2*y1)
-        s.g[F.rows[k, 1]] += -x0*(p0*y2 - p2*y0)
+        s.g[F.rows[k, 1]] += x0*(-p0*y2 + p2*y0)
         s.g[F.rows[k, 2]] += x0*(p0*y1 - p1*y0)
     return 0
 
@@ -70,25 +69,24 @@ def moment_3_slopes(table: Any, record: Any) -> int:
     c, gh = -s.c[0], s.gh[0]
     for k in range(len(F.rows)):
         y0, y1, y2, p0, p1, p2, h0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], factor(s.signals, F.signals[k, 0])
-        x0 = p1*y2 - p2*y1
-        x1 = (y0 * y0) + (y1 * y1) + (y2 * y2)
-        x2 = 2.0*h0/(x1 * x1)
-        x3 = (1.0 / (x1))
-        x4 = 2.0*x3
-        x5 = x0*x4
-        x6 = h0*x3
-        x7 = p0*y2 - p2*y0
-        x8 = p0*y1 - p1*y0
-        x9 = x4*x8
-        s.H[F.pair + 9 * k + 0] += c * (-x0*x2*y0)
-        s.H[F.pair + 9 * k + 1] += c * (-x6*(p2 + x5*y1))
-        s.H[F.pair + 9 * k + 2] += c * (x6*(p1 - x5*y2))
-        s.H[F.pair + 9 * k + 3] += c * (x6*(p2 + x4*x7*y0))
-        s.H[F.pair + 9 * k + 4] += c * (x2*x7*y1)
-        s.H[F.pair + 9 * k + 5] += c * (x6*(-p0 + 2.0*x3*x7*y2))
-        s.H[F.pair + 9 * k + 6] += c * (-x6*(p1 + x9*y0))
-        s.H[F.pair + 9 * k + 7] += c * (x6*(p0 - x9*y1))
-        s.H[F.pair + 9 * k + 8] += c * (-x2*x8*y2)
+        x0 = (y0 * y0) + (y1 * y1) + (y2 * y2)
+        x1 = 2.0*h0/(x0 * x0)
+        x2 = x1*(p1*y2 - p2*y1)
+        x3 = h0/x0
+        x4 = p2*x3
+        x5 = p1*x3
+        x6 = x1*(-p0*y2 + p2*y0)
+        x7 = p0*x3
+        x8 = x1*(p0*y1 - p1*y0)
+        s.H[F.pair + 9 * k + 0] += c * (-x2*y0)
+        s.H[F.pair + 9 * k + 1] += c * (-x2*y1 - x4)
+        s.H[F.pair + 9 * k + 2] += c * (-x2*y2 + x5)
+        s.H[F.pair + 9 * k + 3] += c * (x4 - x6*y0)
+        s.H[F.pair + 9 * k + 4] += c * (-x6*y1)
+        s.H[F.pair + 9 * k + 5] += c * (-x6*y2 - x7)
+        s.H[F.pair + 9 * k + 6] += c * (-x5 - x8*y0)
+        s.H[F.pair + 9 * k + 7] += c * (x7 - x8*y1)
+        s.H[F.pair + 9 * k + 8] += c * (-x8*y2)
     return 0
 
 
@@ -113,14 +111,16 @@ def follower_2_slopes(table: Any, record: Any) -> int:
     for k in range(len(F.rows)):
         y0, y1, p0, p1, h0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], F.numbers[k, 0], F.numbers[k, 1], factor(s.signals, F.signals[k, 0])
         x0 = (y0 * y0) + (y1 * y1)
-        x1 = (1.0 / (x0))
-        x2 = x1*(p0*y0 - p1*y1)
-        x3 = h0/(math.sqrt(x0))
-        x4 = x1*(p0*y1 + p1*y0)
-        s.H[F.pair + 4 * k + 0] += c * (x3*(p0 - x2*y0))
-        s.H[F.pair + 4 * k + 1] += c * (-x3*(p1 + x2*y1))
-        s.H[F.pair + 4 * k + 2] += c * (x3*(p1 - x4*y0))
-        s.H[F.pair + 4 * k + 3] += c * (x3*(p0 - x4*y1))
+        x1 = h0/(math.sqrt(x0))
+        x2 = p0*x1
+        x3 = h0/(x0 * math.sqrt(x0))
+        x4 = x3*(p0*y0 - p1*y1)
+        x5 = p1*x1
+        x6 = x3*(p0*y1 + p1*y0)
+        s.H[F.pair + 4 * k + 0] += c * (x2 - x4*y0)
+        s.H[F.pair + 4 * k + 1] += c * (-x4*y1 - x5)
+        s.H[F.pair + 4 * k + 2] += c * (x5 - x6*y0)
+        s.H[F.pair + 4 * k + 3] += c * (x2 - x6*y1)
     return 0
 
 
@@ -149,23 +149,21 @@ def follower_3_slopes(table: Any, record: Any) -> int:
         x1 = (y1 * y1)
         x2 = (y2 * y2)
         x3 = x0 + x1 + x2
-        x4 = (1.0 / (x3))
-        x5 = h0*p0
-        x6 = x5/(math.sqrt(x3))
-        x7 = (1.0 / (x3 * math.sqrt(x3)))
-        x8 = x5*x7*y0
-        x9 = -x8*y1
-        x10 = -x8*y2
-        x11 = -x5*x7*y1*y2
-        s.H[F.pair + 9 * k + 0] += c * (x6*(-x0*x4 + 1.0))
-        s.H[F.pair + 9 * k + 1] += c * (x9)
-        s.H[F.pair + 9 * k + 2] += c * (x10)
-        s.H[F.pair + 9 * k + 3] += c * (x9)
-        s.H[F.pair + 9 * k + 4] += c * (x6*(-x1*x4 + 1.0))
-        s.H[F.pair + 9 * k + 5] += c * (x11)
-        s.H[F.pair + 9 * k + 6] += c * (x10)
-        s.H[F.pair + 9 * k + 7] += c * (x11)
-        s.H[F.pair + 9 * k + 8] += c * (x6*(-x2*x4 + 1.0))
+        x4 = -h0*p0/(math.sqrt(x3))
+        x5 = h0*p0/(x3 * math.sqrt(x3))
+        x6 = x5*y0
+        x7 = -x6*y1
+        x8 = -x6*y2
+        x9 = -x5*y1*y2
+        s.H[F.pair + 9 * k + 0] += c * (-x0*x5 - x4)
+        s.H[F.pair + 9 * k + 1] += c * (x7)
+        s.H[F.pair + 9 * k + 2] += c * (x8)
+        s.H[F.pair + 9 * k + 3] += c * (x7)
+        s.H[F.pair + 9 * k + 4] += c * (-x1*x5 - x4)
+        s.H[F.pair + 9 * k + 5] += c * (x9)
+        s.H[F.pair + 9 * k + 6] += c * (x8)
+        s.H[F.pair + 9 * k + 7] += c * (x9)
+        s.H[F.pair + 9 * k + 8] += c * (-x2*x5 - x4)
     return 0
 
 
@@ -178,9 +176,10 @@ def torsion_spring_force(table: Any, record: Any) -> int:
     for k in range(len(F.rows)):
         y0, y1, v0, v1, p0, p1, p2, m0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.rates[F.rows[k, 0]], s.rates[F.rows[k, 1]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], s.memory[F.memory + 1 * k + 0]
         x0 = (1.0 / (((y0 * y0) + (y1 * y1))))
-        x1 = x0*(p0*(p2 - continued(math.atan2(y1, y0), m0)) + p1*x0*(v0*y1 - v1*y0))
-        s.g[F.rows[k, 0]] += -x1*y1
-        s.g[F.rows[k, 1]] += x1*y0
+        x1 = x0*y1
+        x2 = -p0*(-p2 + continued(math.atan2(y1, y0), m0)) - p1*(-v0*x1 + v1*x0*y0)
+        s.g[F.rows[k, 0]] += -x1*x2
+        s.g[F.rows[k, 1]] += x0*x2*y0
     return 0
 
 
@@ -190,33 +189,29 @@ def torsion_spring_slopes(table: Any, record: Any) -> int:
     c, gh = -s.c[0], s.gh[0]
     for k in range(len(F.rows)):
         y0, y1, v0, v1, p0, p1, p2, m0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.rates[F.rows[k, 0]], s.rates[F.rows[k, 1]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], s.memory[F.memory + 1 * k + 0]
-        x0 = (y0 * y0)
-        x1 = (y1 * y1)
+        x0 = (y1 * y1)
+        x1 = (y0 * y0)
         x2 = x0 + x1
         x3 = (1.0 / (x2 * x2))
-        x4 = p2 - continued(math.atan2(y1, y0), m0)
-        x5 = v0*y1
-        x6 = -v1*y0 + x5
-        x7 = (1.0 / (x2))
-        x8 = p1*x7
-        x9 = -p0*x4 - x6*x8
-        x10 = gh*p1
-        x11 = x7*y0
-        x12 = 2.0*x7
-        x13 = x0*x12
-        x14 = p0*y1 - p1*(-v1*x13 + v1 + 2.0*x11*x5)
-        x15 = p0*x4
-        x16 = gh*x8*y0*y1
-        x17 = x6*x8
-        x18 = x15 + x17
-        x19 = x1*x12
-        x20 = p0*y0
-        x21 = x7*y1
-        x22 = -v0*x19 + v0 + 2.0*v1*x21*y0
-        s.H[F.pair + 4 * k + 0] += c * (-x3*y1*(x10*y1 + x14 + 2.0*x9*y0))
-        s.H[F.pair + 4 * k + 1] += c * (x7*(-x15 + x16 - x17 + x18*x19 + x21*(-p1*x22 + x20)))
-        s.H[F.pair + 4 * k + 2] += c * (x7*(x11*x14 - x13*x18 + x16 + x18))
-        s.H[F.pair + 4 * k + 3] += c * (x3*y0*(p1*x22 - x10*y0 - x20 + 2.0*x9*y1))
+        x4 = gh*p1*x3
+        x5 = (1.0 / (x2))
+        x6 = v0*x5
+        x7 = -p0*(-p2 + continued(math.atan2(y1, y0), m0)) - p1*(v1*x5*y0 - x6*y1)
+        x8 = 2.0*x3
+        x9 = y0*y1
+        x10 = x8*x9
+        x11 = x10*x7
+        x12 = x5*y1
+        x13 = x1*x8
+        x14 = p0*x12 - p1*(v0*x10 - v1*x13 + v1*x5)
+        x15 = x4*x9
+        x16 = x5*x7
+        x17 = x5*y0
+        x18 = -p0*x17 - p1*(2.0*v0*x0*x3 - v1*x10 - x6)
+        s.H[F.pair + 4 * k + 0] += c * (-x0*x4 + x11 - x12*x14)
+        s.H[F.pair + 4 * k + 1] += c * (x0*x7*x8 - x12*x18 + x15 - x16)
+        s.H[F.pair + 4 * k + 2] += c * (-x13*x7 + x14*x17 + x15 + x16)
+        s.H[F.pair + 4 * k + 3] += c * (-x1*x4 - x11 + x18*x5*y0)
     return 0
 
 
@@ -234,11 +229,11 @@ def torsion_spring_energy(table: Any, record: Any) -> int:
     s, F = evaluation(table).space, opened(record)
     for k in range(len(F.rows)):
         y0, y1, p0, p2, m0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], F.numbers[k, 0], F.numbers[k, 2], s.memory[F.memory + 1 * k + 0]
-        x0 = p2 - continued(math.atan2(y1, y0), m0)
+        x0 = -p2 + continued(math.atan2(y1, y0), m0)
         x1 = p0*x0/((y0 * y0) + (y1 * y1))
         s.energy[0] += (0.5)*p0*(x0 * x0)
-        s.g[F.rows[k, 0]] += x1*y1
-        s.g[F.rows[k, 1]] += -x1*y0
+        s.g[F.rows[k, 0]] += -x1*y1
+        s.g[F.rows[k, 1]] += x1*y0
     return 0
 
 
@@ -254,13 +249,11 @@ def relative_torsion_spring_force(table: Any, record: Any) -> int:
         x1 = x0*y1
         x2 = (1.0 / (((y2 * y2) + (y3 * y3))))
         x3 = x2*y2
-        x4 = x0*y0
-        x5 = x2*y3
-        x6 = p0*(p2 - continued(math.atan2(y1, y0) - math.atan2(y3, y2), m0)) + p1*(v0*x1 - v1*x4 - v2*x5 + v3*x3)
-        s.g[F.rows[k, 0]] += -x1*x6
-        s.g[F.rows[k, 1]] += x4*x6
-        s.g[F.rows[k, 2]] += x5*x6
-        s.g[F.rows[k, 3]] += -x3*x6
+        x4 = -p0*(-p2 + continued(math.atan2(y1, y0) - math.atan2(y3, y2), m0)) - p1*(-v0*x1 + v1*x0*y0 + v2*x2*y3 - v3*x3)
+        s.g[F.rows[k, 0]] += -x1*x4
+        s.g[F.rows[k, 1]] += x0*x4*y0
+        s.g[F.rows[k, 2]] += x2*x4*y3
+        s.g[F.rows[k, 3]] += -x3*x4
     return 0
 
 
@@ -270,75 +263,67 @@ def relative_torsion_spring_slopes(table: Any, record: Any) -> int:
     c, gh = -s.c[0], s.gh[0]
     for k in range(len(F.rows)):
         y0, y1, y2, y3, v0, v1, v2, v3, p0, p1, p2, m0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], s.y[F.rows[k, 3]], s.rates[F.rows[k, 0]], s.rates[F.rows[k, 1]], s.rates[F.rows[k, 2]], s.rates[F.rows[k, 3]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], s.memory[F.memory + 1 * k + 0]
-        x0 = (y0 * y0)
-        x1 = (y1 * y1)
+        x0 = (y1 * y1)
+        x1 = (y0 * y0)
         x2 = x0 + x1
         x3 = (1.0 / (x2 * x2))
-        x4 = p2 - continued(math.atan2(y1, y0) - math.atan2(y3, y2), m0)
-        x5 = (1.0 / (x2))
-        x6 = x5*y1
-        x7 = (y2 * y2)
-        x8 = (y3 * y3)
-        x9 = x7 + x8
-        x10 = (1.0 / (x9))
-        x11 = x10*y2
-        x12 = v0*x6 - v1*x5*y0 - v2*x10*y3 + v3*x11
-        x13 = -p0*x4 - p1*x12
-        x14 = 2.0*x13
-        x15 = gh*p1
-        x16 = x15*y1
-        x17 = x5*y0
-        x18 = 2.0*y1
-        x19 = 2.0*x5
-        x20 = x0*x19
-        x21 = p0*y1 - p1*(v0*x17*x18 - v1*x20 + v1)
-        x22 = x16 + x21
-        x23 = p0*y0
-        x24 = x1*x19
-        x25 = -v0*x24 + v0 + v1*x17*x18
-        x26 = -p1*x25 + x23
-        x27 = p0*x4
-        x28 = p1*x12
-        x29 = x27 + x28
-        x30 = x16*x17
-        x31 = -x27 - x28
-        x32 = x15*y3
-        x33 = p0*y3
-        x34 = x10*y3
-        x35 = 2.0*y2
-        x36 = 2.0*x10
-        x37 = x36*x7
-        x38 = v2*x34*x35 - v3*x37 + v3
-        x39 = -p1*x38 + x33
-        x40 = x10*x6
-        x41 = x15*y2
-        x42 = x36*x8
-        x43 = p0*y2 - p1*(-v2*x42 + v2 + v3*x34*x35)
-        x44 = x41 + x43
-        x45 = x15*y0
-        x46 = -p1*x25 + x23 + x45
-        x47 = -p1*x38 + x32 + x33
-        x48 = x10*x17
-        x49 = x34*x5
-        x50 = (1.0 / (x9 * x9))
-        x51 = x34*x41
-        x52 = x11*x5
-        s.H[F.pair + 16 * k + 0] += c * (-x3*y1*(x14*y0 + x22))
-        s.H[F.pair + 16 * k + 1] += c * (x5*(x24*x29 + x26*x6 + x30 + x31))
-        s.H[F.pair + 16 * k + 2] += c * (x40*(x32 + x39))
-        s.H[F.pair + 16 * k + 3] += c * (-x40*x44)
-        s.H[F.pair + 16 * k + 4] += c * (x5*(x17*x21 - x20*x29 + x29 + x30))
-        s.H[F.pair + 16 * k + 5] += c * (x3*y0*(2.0*x13*y1 - x46))
-        s.H[F.pair + 16 * k + 6] += c * (-x47*x48)
-        s.H[F.pair + 16 * k + 7] += c * (x44*x48)
-        s.H[F.pair + 16 * k + 8] += c * (x22*x49)
-        s.H[F.pair + 16 * k + 9] += c * (-x46*x49)
-        s.H[F.pair + 16 * k + 10] += c * (x50*y3*(2.0*x13*y2 - x47))
-        s.H[F.pair + 16 * k + 11] += c * (x10*(-x29*x42 + x29 + x34*x43 + x51))
-        s.H[F.pair + 16 * k + 12] += c * (-x22*x52)
-        s.H[F.pair + 16 * k + 13] += c * (x52*(x26 + x45))
-        s.H[F.pair + 16 * k + 14] += c * (x10*(x11*x39 + x29*x37 + x31 + x51))
-        s.H[F.pair + 16 * k + 15] += c * (-x50*y2*(x14*y3 + x44))
+        x4 = gh*p1
+        x5 = x3*x4
+        x6 = (1.0 / (x2))
+        x7 = x6*y1
+        x8 = 2.0*x3
+        x9 = y0*y1
+        x10 = x8*x9
+        x11 = x1*x8
+        x12 = p0*x7 - p1*(v0*x10 - v1*x11 + v1*x6)
+        x13 = v0*x6
+        x14 = (y2 * y2)
+        x15 = (y3 * y3)
+        x16 = x14 + x15
+        x17 = (1.0 / (x16))
+        x18 = v3*x17
+        x19 = -p0*(-p2 + continued(math.atan2(y1, y0) - math.atan2(y3, y2), m0)) - p1*(v1*x6*y0 + v2*x17*y3 - x13*y1 - x18*y2)
+        x20 = x10*x19
+        x21 = x5*x9
+        x22 = x6*y0
+        x23 = -p0*x22 - p1*(2.0*v0*x0*x3 - v1*x10 - x13)
+        x24 = x19*x6
+        x25 = x17*y3
+        x26 = x4*x7
+        x27 = x25*x26
+        x28 = p0*x17
+        x29 = (1.0 / (x16 * x16))
+        x30 = 2.0*x29
+        x31 = y2*y3
+        x32 = x30*x31
+        x33 = -p1*(-v2*x32 + 2.0*v3*x14*x29 - x18) - x28*y3
+        x34 = x17*y2
+        x35 = x26*x34
+        x36 = x15*x30
+        x37 = -p1*(v2*x17 - v2*x36 + v3*x32) + x28*y2
+        x38 = x22*x4
+        x39 = x25*x38
+        x40 = x34*x38
+        x41 = x29*x4
+        x42 = x19*x32
+        x43 = x31*x41
+        x44 = x17*x19
+        s.H[F.pair + 16 * k + 0] += c * (-x0*x5 - x12*x7 + x20)
+        s.H[F.pair + 16 * k + 1] += c * (x0*x19*x8 + x21 - x23*x7 - x24)
+        s.H[F.pair + 16 * k + 2] += c * (x27 - x33*x7)
+        s.H[F.pair + 16 * k + 3] += c * (-x35 - x37*x7)
+        s.H[F.pair + 16 * k + 4] += c * (-x11*x19 + x12*x22 + x21 + x24)
+        s.H[F.pair + 16 * k + 5] += c * (-x1*x5 - x20 + x23*x6*y0)
+        s.H[F.pair + 16 * k + 6] += c * (x33*x6*y0 - x39)
+        s.H[F.pair + 16 * k + 7] += c * (x22*x37 + x40)
+        s.H[F.pair + 16 * k + 8] += c * (x12*x25 + x27)
+        s.H[F.pair + 16 * k + 9] += c * (x17*x23*y3 - x39)
+        s.H[F.pair + 16 * k + 10] += c * (-x15*x41 + x17*x33*y3 - x42)
+        s.H[F.pair + 16 * k + 11] += c * (-x19*x36 + x25*x37 + x43 + x44)
+        s.H[F.pair + 16 * k + 12] += c * (-x12*x34 - x35)
+        s.H[F.pair + 16 * k + 13] += c * (-x23*x34 + x40)
+        s.H[F.pair + 16 * k + 14] += c * (x14*x19*x30 - x33*x34 + x43 - x44)
+        s.H[F.pair + 16 * k + 15] += c * (-x14*x41 - x34*x37 + x42)
     return 0
 
 
@@ -356,15 +341,15 @@ def relative_torsion_spring_energy(table: Any, record: Any) -> int:
     s, F = evaluation(table).space, opened(record)
     for k in range(len(F.rows)):
         y0, y1, y2, y3, p0, p2, m0 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], s.y[F.rows[k, 3]], F.numbers[k, 0], F.numbers[k, 2], s.memory[F.memory + 1 * k + 0]
-        x0 = p2 - continued(math.atan2(y1, y0) - math.atan2(y3, y2), m0)
+        x0 = -p2 + continued(math.atan2(y1, y0) - math.atan2(y3, y2), m0)
         x1 = p0*x0
         x2 = x1/((y0 * y0) + (y1 * y1))
         x3 = x1/((y2 * y2) + (y3 * y3))
         s.energy[0] += (0.5)*p0*(x0 * x0)
-        s.g[F.rows[k, 0]] += x2*y1
-        s.g[F.rows[k, 1]] += -x2*y0
-        s.g[F.rows[k, 2]] += -x3*y3
-        s.g[F.rows[k, 3]] += x3*y2
+        s.g[F.rows[k, 0]] += -x2*y1
+        s.g[F.rows[k, 1]] += x2*y0
+        s.g[F.rows[k, 2]] += x3*y3
+        s.g[F.rows[k, 3]] += -x3*y2
     return 0
 
 
@@ -378,10 +363,10 @@ def spring_force(table: Any, record: Any) -> int:
         y0, y1, y2, v0, v1, v2, p0, p1, p2 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], s.rates[F.rows[k, 0]], s.rates[F.rows[k, 1]], s.rates[F.rows[k, 2]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2]
         x0 = (math.sqrt((y0 * y0) + (y1 * y1) + (y2 * y2) + 1.0e-60))
         x1 = (1.0 / (x0))
-        x2 = x1*(-p0*(p2 - x0) + p1*x1*(v0*y0 + v1*y1 + v2*y2))
-        s.g[F.rows[k, 0]] += -x2*y0
-        s.g[F.rows[k, 1]] += -x2*y1
-        s.g[F.rows[k, 2]] += -x2*y2
+        x2 = x1*(-p0*(-p2 + x0) - p1*x1*(v0*y0 + v1*y1 + v2*y2))
+        s.g[F.rows[k, 0]] += x2*y0
+        s.g[F.rows[k, 1]] += x2*y1
+        s.g[F.rows[k, 2]] += x2*y2
     return 0
 
 
@@ -395,30 +380,35 @@ def spring_slopes(table: Any, record: Any) -> int:
         x1 = (y1 * y1)
         x2 = (y2 * y2)
         x3 = x0 + x1 + x2 + 1.0e-60
-        x4 = (1.0 / (x3))
-        x5 = gh*p1*x4
-        x6 = p1*(v0*y0 + v1*y1 + v2*y2)
-        x7 = x4*x6
-        x8 = x4*(p0*y0 + p1*v0 - x7*y0)
-        x9 = (math.sqrt(x3))
-        x10 = (1.0 / (x9))
-        x11 = p0*(-p2 + x9) + x10*x6
-        x12 = x10*x11
-        x13 = (1.0 / (x3 * math.sqrt(x3)))
-        x14 = x4*(p0*y1 + p1*v1 - x7*y1)
-        x15 = x11*x13*y1 - x14 - x5*y1
-        x16 = x4*(p0*y2 + p1*v2 - x7*y2)
-        x17 = x11*x13*y2 - x16 - x5*y2
-        x18 = x11*x13*y0 - x5*y0 - x8
-        s.H[F.pair + 9 * k + 0] += c * (x0*x11*x13 - x0*x5 - x12 - x8*y0)
-        s.H[F.pair + 9 * k + 1] += c * (x15*y0)
-        s.H[F.pair + 9 * k + 2] += c * (x17*y0)
-        s.H[F.pair + 9 * k + 3] += c * (x18*y1)
-        s.H[F.pair + 9 * k + 4] += c * (x1*x11*x13 - x1*x5 - x12 - x14*y1)
-        s.H[F.pair + 9 * k + 5] += c * (x17*y1)
-        s.H[F.pair + 9 * k + 6] += c * (x18*y2)
-        s.H[F.pair + 9 * k + 7] += c * (x15*y2)
-        s.H[F.pair + 9 * k + 8] += c * (x11*x13*x2 - x12 - x16*y2 - x2*x5)
+        x4 = gh/x3
+        x5 = p1*x4
+        x6 = (math.sqrt(x3))
+        x7 = (1.0 / (x6))
+        x8 = v0*y0 + v1*y1 + v2*y2
+        x9 = p1*x7
+        x10 = -p0*(-p2 + x6) - x8*x9
+        x11 = -x10*x7
+        x12 = (1.0 / (x3 * math.sqrt(x3)))
+        x13 = x10*x12
+        x14 = -p0*x7*y0 + p1*x12*x8*y0 - v0*x9
+        x15 = p0*x7
+        x16 = p1*x12*x8*y1 - v1*x9 - x15*y1
+        x17 = x13*y0
+        x18 = p1*x4*y0
+        x19 = x17*y1 + x18*y1
+        x20 = p1*x12*x8*y2 - v2*x9 - x15*y2
+        x21 = x17*y2 + x18*y2
+        x22 = y1*y2
+        x23 = x13*x22 + x22*x5
+        s.H[F.pair + 9 * k + 0] += c * (-x0*x13 - x0*x5 - x11 + x14*x7*y0)
+        s.H[F.pair + 9 * k + 1] += c * (x16*x7*y0 - x19)
+        s.H[F.pair + 9 * k + 2] += c * (x20*x7*y0 - x21)
+        s.H[F.pair + 9 * k + 3] += c * (x14*x7*y1 - x19)
+        s.H[F.pair + 9 * k + 4] += c * (-x1*x13 - x1*x5 - x11 + x16*x7*y1)
+        s.H[F.pair + 9 * k + 5] += c * (x20*x7*y1 - x23)
+        s.H[F.pair + 9 * k + 6] += c * (x14*x7*y2 - x21)
+        s.H[F.pair + 9 * k + 7] += c * (x16*x7*y2 - x23)
+        s.H[F.pair + 9 * k + 8] += c * (-x11 - x13*x2 - x2*x5 + x20*x7*y2)
     return 0
 
 
@@ -428,12 +418,12 @@ def spring_energy(table: Any, record: Any) -> int:
     for k in range(len(F.rows)):
         y0, y1, y2, p0, p2 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], F.numbers[k, 0], F.numbers[k, 2]
         x0 = (math.sqrt((y0 * y0) + (y1 * y1) + (y2 * y2) + 1.0e-60))
-        x1 = p2 - x0
+        x1 = -p2 + x0
         x2 = p0*x1/x0
         s.energy[0] += (0.5)*p0*(x1 * x1)
-        s.g[F.rows[k, 0]] += -x2*y0
-        s.g[F.rows[k, 1]] += -x2*y1
-        s.g[F.rows[k, 2]] += -x2*y2
+        s.g[F.rows[k, 0]] += x2*y0
+        s.g[F.rows[k, 1]] += x2*y1
+        s.g[F.rows[k, 2]] += x2*y2
     return 0
 
 
@@ -446,7 +436,7 @@ def one_sided_force(table: Any, record: Any) -> int:
     for k in range(len(F.rows)):
         y0, y1, y2, v0, v1, v2, p0, p1, p2, p3, p4, p5 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], s.rates[F.rows[k, 0]], s.rates[F.rows[k, 1]], s.rates[F.rows[k, 2]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], F.numbers[k, 3], F.numbers[k, 4], F.numbers[k, 5]
         x0 = (math.sqrt((y0 * y0) + (y1 * y1) + (y2 * y2) + 1.0e-60))
-        x1 = -p0*(p3 - x0)
+        x1 = p0*(-p3 + x0)
         x2 = p0/x0
         x3 = x2*kept(p1*ramp(x1, p4) + p2*x2*(v0*y0 + v1*y1 + v2*y2)*touch(x1, p4), p5)
         s.g[F.rows[k, 0]] += -x3*y0
@@ -467,46 +457,45 @@ def one_sided_slopes(table: Any, record: Any) -> int:
         x3 = x0 + x1 + x2 + 1.0e-60
         x4 = (math.sqrt(x3))
         x5 = (1.0 / (x4))
-        x6 = -p0*(p3 - x4)
-        x7 = v0*y0 + v1*y1 + v2*y2
+        x6 = p0*(-p3 + x4)
+        x7 = p2*(v0*y0 + v1*y1 + v2*y2)
         x8 = touch(x6, p4)
-        x9 = x5*x8
-        x10 = p2*x9
-        x11 = p0*x10*x7 + p1*ramp(x6, p4)
+        x9 = p0*x5
+        x10 = x8*x9
+        x11 = p1*ramp(x6, p4) + x10*x7
         x12 = kept(x11, p5)
-        x13 = x12*x5
+        x13 = p0*x12*x5
         x14 = (1.0 / (x3 * math.sqrt(x3)))
-        x15 = (1.0 / (x3))
-        x16 = keeps(x11, p5)
-        x17 = gh*p2*x16*x8
-        x18 = x15*x17
-        x19 = p0*x18
-        x20 = p1*x9
-        x21 = p2*x7
-        x22 = x14*x21*x8
-        x23 = p0*y0
-        x24 = x15*x23
-        x25 = x21*closing(x6, p4)
-        x26 = v0*x10 + x20*y0 - x22*y0 + x24*x25
-        x27 = x16*x5
-        x28 = p0*y1
-        x29 = x15*x25
-        x30 = v1*x10 + x20*y1 - x22*y1 + x28*x29
-        x31 = p0*x27
-        x32 = x12*x14*y1 - x18*x28 - x30*x31
-        x33 = p0*y2
-        x34 = v2*x10 + x20*y2 - x22*y2 + x29*x33
-        x35 = x12*x14*y2 - x18*x33 - x31*x34
-        x36 = x12*x14*y0 - x17*x24 - x26*x31
-        s.H[F.pair + 9 * k + 0] += c * (p0*(x0*x12*x14 - x0*x19 - x13 - x23*x26*x27))
-        s.H[F.pair + 9 * k + 1] += c * (x23*x32)
-        s.H[F.pair + 9 * k + 2] += c * (x23*x35)
-        s.H[F.pair + 9 * k + 3] += c * (x28*x36)
-        s.H[F.pair + 9 * k + 4] += c * (p0*(x1*x12*x14 - x1*x19 - x13 - x27*x28*x30))
-        s.H[F.pair + 9 * k + 5] += c * (x28*x35)
-        s.H[F.pair + 9 * k + 6] += c * (x33*x36)
-        s.H[F.pair + 9 * k + 7] += c * (x32*x33)
-        s.H[F.pair + 9 * k + 8] += c * (p0*(x12*x14*x2 - x13 - x19*x2 - x27*x33*x34))
+        x15 = keeps(x11, p5)
+        x16 = (p0 * p0)/x3
+        x17 = gh*p2*x15*x16*x8
+        x18 = p1*x10
+        x19 = p2*x10
+        x20 = x7*y0
+        x21 = p0*x14*x8
+        x22 = x16*closing(x6, p4)
+        x23 = v0*x19 + x18*y0 - x20*x21 + x20*x22
+        x24 = x15*x9
+        x25 = x24*y0
+        x26 = x7*y1
+        x27 = v1*x19 + x18*y1 - x21*x26 + x22*x26
+        x28 = x17*y0
+        x29 = -p0*x12*x14*y0*y1 + x28*y1
+        x30 = x7*y2
+        x31 = v2*x19 + x18*y2 - x21*x30 + x22*x30
+        x32 = -p0*x12*x14*y0*y2 + x28*y2
+        x33 = x24*y1
+        x34 = -p0*x12*x14*y1*y2 + x17*y1*y2
+        x35 = x24*y2
+        s.H[F.pair + 9 * k + 0] += c * (p0*x0*x12*x14 - x0*x17 - x13 - x23*x25)
+        s.H[F.pair + 9 * k + 1] += c * (-x25*x27 - x29)
+        s.H[F.pair + 9 * k + 2] += c * (-x25*x31 - x32)
+        s.H[F.pair + 9 * k + 3] += c * (-x23*x33 - x29)
+        s.H[F.pair + 9 * k + 4] += c * (p0*x1*x12*x14 - x1*x17 - x13 - x27*x33)
+        s.H[F.pair + 9 * k + 5] += c * (-x31*x33 - x34)
+        s.H[F.pair + 9 * k + 6] += c * (-x23*x35 - x32)
+        s.H[F.pair + 9 * k + 7] += c * (-x27*x35 - x34)
+        s.H[F.pair + 9 * k + 8] += c * (p0*x12*x14*x2 - x13 - x17*x2 - x31*x35)
     return 0
 
 
@@ -516,7 +505,7 @@ def one_sided_energy(table: Any, record: Any) -> int:
     for k in range(len(F.rows)):
         y0, y1, y2, p0, p1, p3, p4 = s.y[F.rows[k, 0]], s.y[F.rows[k, 1]], s.y[F.rows[k, 2]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 3], F.numbers[k, 4]
         x0 = (math.sqrt((y0 * y0) + (y1 * y1) + (y2 * y2) + 1.0e-60))
-        x1 = -p0*(p3 - x0)
+        x1 = p0*(-p3 + x0)
         x2 = p0*p1*ramp(x1, p4)/x0
         s.energy[0] += p1*lift(x1, p4)
         s.g[F.rows[k, 0]] += x2*y0
@@ -546,8 +535,8 @@ def one_sided_plane_slopes(table: Any, record: Any) -> int:
         y0, v0, p0, p1, p2, p3, p4 = s.y[F.rows[k, 0]], s.rates[F.rows[k, 0]], F.numbers[k, 0], F.numbers[k, 1], F.numbers[k, 2], F.numbers[k, 3], F.numbers[k, 4]
         x0 = p2 - y0
         x1 = touch(x0, p3)
-        x2 = p1*x1
-        s.H[F.pair + 1 * k + 0] += c * (-(gh*x2 + p0*x1 - p1*v0*closing(x0, p3))*keeps(p0*ramp(x0, p3) - v0*x2, p4))
+        x2 = keeps(p0*ramp(x0, p3) - p1*v0*x1, p4)
+        s.H[F.pair + 1 * k + 0] += c * (-gh*p1*x1*x2 + x2*(-p0*x1 + p1*v0*closing(x0, p3)))
     return 0
 
 
@@ -587,23 +576,22 @@ def constant_pull_slopes(table: Any, record: Any) -> int:
         x1 = (y1 * y1)
         x2 = (y2 * y2)
         x3 = x0 + x1 + x2 + 1.0e-60
-        x4 = (1.0 / (x3))
-        x5 = h0*p0
-        x6 = x5/(math.sqrt(x3))
-        x7 = (1.0 / (x3 * math.sqrt(x3)))
-        x8 = x5*x7*y0
-        x9 = x8*y1
-        x10 = x8*y2
-        x11 = x5*x7*y1*y2
-        s.H[F.pair + 9 * k + 0] += c * (x6*(x0*x4 - 1.0))
-        s.H[F.pair + 9 * k + 1] += c * (x9)
-        s.H[F.pair + 9 * k + 2] += c * (x10)
-        s.H[F.pair + 9 * k + 3] += c * (x9)
-        s.H[F.pair + 9 * k + 4] += c * (x6*(x1*x4 - 1.0))
-        s.H[F.pair + 9 * k + 5] += c * (x11)
-        s.H[F.pair + 9 * k + 6] += c * (x10)
-        s.H[F.pair + 9 * k + 7] += c * (x11)
-        s.H[F.pair + 9 * k + 8] += c * (x6*(x2*x4 - 1.0))
+        x4 = h0*p0
+        x5 = -x4/(math.sqrt(x3))
+        x6 = x4/(x3 * math.sqrt(x3))
+        x7 = x6*y0
+        x8 = x7*y1
+        x9 = x7*y2
+        x10 = x6*y1*y2
+        s.H[F.pair + 9 * k + 0] += c * (x0*x6 + x5)
+        s.H[F.pair + 9 * k + 1] += c * (x8)
+        s.H[F.pair + 9 * k + 2] += c * (x9)
+        s.H[F.pair + 9 * k + 3] += c * (x8)
+        s.H[F.pair + 9 * k + 4] += c * (x1*x6 + x5)
+        s.H[F.pair + 9 * k + 5] += c * (x10)
+        s.H[F.pair + 9 * k + 6] += c * (x9)
+        s.H[F.pair + 9 * k + 7] += c * (x10)
+        s.H[F.pair + 9 * k + 8] += c * (x2*x6 + x5)
     return 0
 
 
