@@ -26,7 +26,7 @@ from ..core.errors import InputError, closest, listed, say
 from ..core.jit import jit
 
 KINDS = ("energy", "stress", "modulus", "damped_stress", "damped_modulus")  #: functions of a law
-ENERGY, STRESS, MODULUS, DAMPED_STRESS, DAMPED_MODULUS, OPTION, DIM = range(len(KINDS) + 2)  #: columns of `addresses`
+ENERGY, STRESS, MODULUS, OPTION, DIM = range(5)  #: columns of `addresses`
 KNOWN: dict[str, Law] = {}  #: laws by name
 
 
@@ -124,11 +124,10 @@ def _(law: Law, arrays: Arrays, where: str) -> Any:
 ENUMS["Law"] = lambda value: find(value) if isinstance(value, str) else NUMBERS[value]
 
 
-def addresses(law: Law, dim: int, damped: bool = True) -> np.ndarray:
-    """Where the functions of a law in `dim` components are, zero where they are not called; its option; `dim`."""
-    kinds = KINDS if damped else KINDS[: MODULUS + 1]
-    found = [law.entry(dim, kind) for kind in kinds] + [0] * (len(KINDS) - len(kinds))
-    return np.array([*found, law.option, dim], dtype=np.int64)
+def addresses(law: Law, dim: int, damped: bool) -> np.ndarray:
+    """Where the functions of a law in `dim` components are, which serve any damping time or none alone; its option; `dim`."""
+    kinds = ("energy", "damped_stress", "damped_modulus") if damped else ("energy", "stress", "modulus")
+    return np.array([*(law.entry(dim, kind) for kind in kinds), law.option, dim], dtype=np.int64)
 
 
 @jit
@@ -148,15 +147,13 @@ def call_energy(calls: np.ndarray, u: np.ndarray, section: np.ndarray) -> float:
 @jit
 def call_stress(calls: np.ndarray, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
     """`stress` in compiled code, with the `addresses` of the law."""
-    kind = DAMPED_STRESS if beta > 0.0 else STRESS
-    call(calls[kind], (u, rate, section, S), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
+    call(calls[STRESS], (u, rate, section, S), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
 
 
 @jit
 def call_modulus(calls: np.ndarray, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
     """`modulus` in compiled code, with the `addresses` of the law."""
-    kind = DAMPED_MODULUS if beta > 0.0 else MODULUS
-    call(calls[kind], (u, u, section, D), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
+    call(calls[MODULUS], (u, u, section, D), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
 
 
 def energy(law: Law, u: np.ndarray, section: np.ndarray) -> float:
