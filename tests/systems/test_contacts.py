@@ -88,6 +88,25 @@ def test_tangents_of_what_sticks_and_slides(dim: int) -> None:
         assert_allclose(K @ d, (ends[0] - ends[1]) / 2e-6, atol=1e-5 * np.abs(K @ d).max())
 
 
+@pytest.mark.filterwarnings("ignore:load .* overlap")
+@pytest.mark.parametrize("dim", [2, 3])
+def test_points_that_are_not_looked_at_are_away(dim: int) -> None:
+    """After leaps of any size, over accepted states between, forces are those of a model that knows of no earlier state."""
+    system = replace(assemble(parts(dim), loads=every_contact(dim)), elastic=())
+    random, met = np.random.default_rng(2), 0
+    for size in (0.01, 0.1, 0.3, 1.0):
+        model, x = compiled.compile_system(replace(system)), system.x0
+        memory = compiled.accepted(model, x)
+        for _ in range(5):
+            x = x + size * random.normal(size=system.size)
+            known = compiled.forces(model, x, 0.0 * x, 0.0, memory)
+            expected = compiled.forces(compiled.compile_system(replace(system)), x, 0.0 * x, 0.0, memory)
+            assert_allclose(known, expected, rtol=1e-14, atol=1e-14)
+            met += bool(np.any(expected))
+            memory = compiled.accepted(model, x, memory=memory)
+    assert met > 5
+
+
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize(
     "shape, sizes", [(0, ()), (1, (0.5, 1.0)), (1, (0.5, -1.0)), (2, (0.5, 1.0, 9.0)), (3, (0.4, 0.3, 0.2)), (4, (0.4, 0.4))]

@@ -160,7 +160,7 @@ def find_drift(table: Any, _: int = 0) -> int:
     t.leads[0], t.leads[1] = lead, method.h * method.h * (1.0 / 6.0 - method.beta * (1.0 + method.am - method.af))
     for i in range(n):
         t.v[i] = s.v[i] + lead * s.a[i]
-    kernels.probe_paths(A.probes, A.probes_offset, s.x, t.v, s.v, s.acceleration, t.paths)
+    kernels.probe_paths(A.shown, A.probes_offset, s.x, t.v, s.v, s.acceleration, t.paths)
     kernels.clear(t.f)
     evaluation.find_drift(table)
     for k in range(len(t.multipliers)):
@@ -204,7 +204,7 @@ def turn(table: Any) -> None:
     W d' + J^T mu' = 0,  J d' = r:    KKT (d', .) = (- J^T mu, r + r - J d)  up to the square of J - J0
     """
     S = opened(table)
-    t, probes, y, n = S.space, S.arrays.probes, S.space.paths[0], len(S.space.x)
+    t, probes, y, n = S.space, S.arrays.shown, S.space.paths[0], len(S.space.x)
     kernels.clear(t.g)
     kernels.add_combination(t.Jy, t.rhs[0, n:], t.g)
     kernels.clear(y)
@@ -230,7 +230,7 @@ def move_velocities(table: Any, _: int = 0) -> int:
         square += norm[i] * s.v[i] * s.v[i]
         change += norm[i] * t.f[i] * t.f[i]
     kernels.clear(t.g)
-    kernels.add_product(S.arrays.probes, 1.0, t.f, t.g)
+    kernels.add_product(S.arrays.shown, 1.0, t.f, t.g)
     for k in range(len(t.multipliers)):
         rest = t.multipliers[k]
         wanted += rest * rest

@@ -10,7 +10,7 @@ from threading import get_ident
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import coo_array, csr_array, diags_array
 from scipy.sparse.linalg import splu
 
 from ..core.linalg import as_dense, is_sparse
@@ -102,6 +102,7 @@ def space(model: Compiled) -> Space:
     return Space(
         *(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(m)),
         *(np.zeros(4 * len(model.system.signals)), model.memory),
+        *(np.full(n, np.nan), np.zeros(2), np.zeros(sum(force.room for force in model.forces))),
         *(np.ones(1), np.zeros(1), np.zeros(1), np.zeros(1)),
         *(rhs[0, :n], rhs, W, W.reshape(-1) if entries is None else np.zeros(entries)),
         *(np.zeros(j), np.zeros(j), np.zeros(j), np.zeros(A.pairs.size), np.zeros((4, j)), np.zeros(2), np.zeros((m, j))),
@@ -149,6 +150,7 @@ def flatten(system: System) -> Compiled:
         stiffness=operator(system.stiffness),
         dense=dense,
         probes=triple(probes),
+        shown=triple(without(probes, [row for force in pushing for row in force.alone])),
         probes_offset=np.ascontiguousarray(system.probes.offset),
         terms=constraints,
         laws=constraint_terms(laws),
@@ -163,6 +165,17 @@ def flatten(system: System) -> Compiled:
         turned = corotation.corotational_tangent(system, partial(part_tangent, model))
         model = replace(model, arrays=arrays._replace(corotation=turned))
     return model
+
+
+def without(rows: csr_array, left_out: Sequence[int]) -> csr_array:
+    """Rows, some of them empty."""
+    if not len(left_out):
+        return rows
+    kept = np.ones(rows.shape[0])
+    kept[left_out] = 0.0
+    found = csr_array(diags_array(kept) @ rows)
+    found.eliminate_zeros()
+    return found
 
 
 def split(system: System) -> Pieces:
@@ -213,10 +226,11 @@ def attached(system: System) -> tuple[Terms, tuple[Constraint, ...], tuple[Force
     for own in terms.laws:
         laws.append(constraint_laws.compile_rows(own, len(pairs)))
         pairs = np.concatenate([pairs, laws[-1].pairs])
-    place = Place(len(pairs), 0)
+    place = Place(len(pairs), 0, 0)
     for one in system.loads.forces:
         found.append(attachments.compile_force(one, place))
-        place = Place(place.pair + len(found[-1].pairs), place.memory + len(found[-1].memory))
+        last = found[-1]
+        place = Place(place.pair + len(last.pairs), place.memory + len(last.memory), place.room + last.room)
     pairs = np.concatenate([pairs, *(force.pairs for force in found)])
     return Terms(terms.row, terms.coefficient, terms.signal, terms.i, terms.j, first), tuple(laws), tuple(found), pairs
 
@@ -266,8 +280,8 @@ def coupling(system: System, parts: Pieces) -> csr_array:
         incidence = csr_array((np.ones(local.size), (rows.ravel(), local.ravel())), shape=shape) @ lift
         pattern = pattern + incidence.T @ incidence
     probes = abs(csr_array(system.probes.matrix))
-    for i, j in attached(system)[3]:
-        pattern = pattern + probes[[i]].T @ probes[[j]]
+    i, j = attached(system)[3].T
+    pattern = pattern + probes.T @ csr_array((np.ones(len(i)), (i, j)), shape=(probes.shape[0],) * 2) @ probes
     pattern = csr_array(pattern + pattern.T)
     pattern.eliminate_zeros()
     return pattern

@@ -2,18 +2,12 @@ r"""Contact as forces on probe rows: points with a radius against a shape, with 
 
     d = r - o,    z_k = d . E_k,    g = g(z) - R,    n = sum_k dg/dz_k E_k,    s = - g        o, E_k: place and axes of the shape
     v = r' + sum_j s_j a_j' - o' - sum_k w_k E_k',    s_j = - R n . a_j / |a_j|^2,    w_k = z_k - R dg/dz_k    (material points)
-    N = k ramp(s) (1 + lambda s') + c touch(s) s',    s' = - n . v,    never negative        (`one_sided`; Hunt and Crossley)
-    T = - kt b - ct v_T,    |T| <= mu N,    b = (b0 + change of the material points since the last accepted state), across n
+    N of s and s' = - n . v,    T of N, v_T and b = (b0 + change of the material points since the last accepted state), across n
 
-on r: N n + T, on the axes a_j of the place that carries the point: s_j T, on o: - N n - T, on E_k: - w_k (N n + T). The bristle
-is elastic and perfectly plastic: where kt |b| is more than mu N it is cut to that, and so is T (a return mapping of plasticity).
-Forces are continuous, which Newton's iteration needs. What sticks never creeps. The memory of a point is its last normal force,
-whether it was ever free, the bristle in the axes of the shape, and the rows that it read. Nothing is computed of points that are
-away. Derivatives are those of a complex step, exact to round-off.
-
-Sources: Hunt and Crossley, J. Appl. Mech. 42 (1975) 440-445, doi 10.1115/1.3423596; Giannakopoulos, Comput. Struct. 32 (1989)
-157-167, doi 10.1016/0045-7949(89)90080-4 (return mapping of friction); Squire and Trapp, SIAM Rev. 40 (1998) 110-112,
-doi 10.1137/S003614459631241X (complex step).
+on r: N n + T, on the axes a_j of the place that carries the point: s_j T, on o: - N n - T, on E_k: - w_k (N n + T). The law is
+that of `contact_law`; derivatives are those of a complex step, exact to round-off. The memory of a point is its last normal force,
+whether it was ever free, the bristle in the axes of the shape, and the rows that it read. Points that all changes of the motion
+together cannot have brought near are not looked at.
 """
 
 from __future__ import annotations
@@ -27,17 +21,14 @@ from ..core.container import storable
 from ..core.jit import jit
 from ..core.structs import IntegerMatrix, Integers, Matrix, Vector, opener, routine
 from ..core.validation import Indices, Number, Reals, Sizes, also, require
-from . import forces
-from .contact_shapes import HEIGHTS, NUMBERS, Scalar, measure
+from . import forces, kernels
+from .contact_law import BEFORE, LAW, MU, STEP, UNKNOWN, E, K, Scalar, normal_force, resist
+from .contact_shapes import HEIGHTS, NUMBERS, clearance, measure
 from .evaluation import evaluation
 from .forces import Force, Place, Routines
-from .one_sided import closing, keeps, kept, lift, ramp, touch
+from .one_sided import lift, ramp
 
-STEP = 1e-30  #: of complex derivatives
-BEFORE = 1.0  #: how long points that touch at the start are taken to have moved as they do [s]
-UNKNOWN = -1.0  #: normal force of a point whose last state is not known
-LAW = ("stiffness", "damping", "dissipation", "smoothing", "cut", "friction", "sticking", "sticking_damping")
-K, C, LAMBDA, E, CUT, MU, KT, CT = range(len(LAW))
+SEEN = 4  #: numbers of a point: clearance, distance from the origin of the shape, ways a unit of |dx| and of max |dx_n| at most
 
 
 @storable
@@ -87,15 +78,10 @@ class Record(NamedTuple):
     share: float
     pair: int  #: first place in H
     memory: int  #: first place in the memory
+    room: int  #: first place in the room: SEEN numbers a point, then the rows of the shape
 
 
 opened = opener(Record)
-
-
-@jit
-def carried(x: Scalar, value: float, slope: float) -> Scalar:
-    """The function of x with a value and a slope at its real part."""
-    return value + slope * (x - x.real)
 
 
 @jit
@@ -116,24 +102,6 @@ def place(F: Any, k: int, y: np.ndarray, w: np.ndarray) -> Scalar:
         for c in range(dim):
             w[0, i] += (y[c] - component(F, y, -1, c)) * component(F, y, i, c)
     return measure(F.shape, F.sizes, F.heights, dim, w[0], w[1]) - F.radius[k]
-
-
-@jit
-def normal_force(law: np.ndarray, s: Scalar, rate: Scalar) -> Scalar:
-    """N of an overlap s and its rate."""
-    soft = carried(s, ramp(s.real, law[E]), touch(s.real, law[E]))
-    hard = carried(s, touch(s.real, law[E]), closing(s.real, law[E]))
-    N = law[K] * soft * (1.0 + law[LAMBDA] * rate) + law[C] * hard * rate
-    return carried(N, kept(N.real, law[CUT]), keeps(N.real, law[CUT]))
-
-
-@jit
-def size(x: np.ndarray, dim: int) -> Scalar:
-    """|x|; 0 with a derivative of 0 at 0."""
-    square = 0.0 * x[0]
-    for c in range(dim):
-        square += x[c] * x[c]
-    return np.sqrt(square) if square.real > 0.0 else 0.0 * x[0]
 
 
 @jit
@@ -198,36 +166,94 @@ def stick(F: Any, y: np.ndarray, N: Scalar, last: np.ndarray, w: np.ndarray) -> 
         along += w[2, c] * w[6, c]
     for c in range(dim):
         w[6, c] -= along * w[2, c]
-    most, pull = law[MU] * N, law[KT] * size(w[6], dim)
-    slides = pull.real > most.real
+    resist(law, N, w[6], w[3], w[4], dim)
     for c in range(dim):
-        if slides:
-            w[6, c] *= most / pull
-        w[4, c] = -law[KT] * w[6, c] - law[CT] * w[3, c]
         for i in range(dim):
             w[5, i] += w[6, c] * component(F, y, i, c)
-    total = size(w[4], dim)
-    if total.real > most.real:
-        for c in range(dim):
-            w[4, c] *= most / total
 
 
 @jit
-def read(F: Any, k: int, rows: np.ndarray, y: np.ndarray) -> None:
+def read(table: Any, F: Any, k: int, y: np.ndarray) -> None:
     """y (r + f,) = the rows of a point."""
-    own = F.rows.shape[1]
-    for j in range(len(y)):
-        y[j] = rows[F.rows[k, j]] if j < own else rows[F.frame[j - own]]
+    E, own = evaluation(table), F.rows.shape[1]
+    A, s = E.arrays, E.space
+    for j in range(own):
+        i = F.rows[k, j]
+        y[j] = A.probes_offset[i] + kernels.row_value(A.probes, i, s.x)
+    for j in range(own, len(y)):
+        y[j] = s.y[F.frame[j - own]]
 
 
 @jit
-def near(F: Any, k: int, s: Any, y: np.ndarray, v: np.ndarray, w: np.ndarray) -> bool:
+def read_rates(table: Any, F: Any, k: int, v: np.ndarray) -> None:
+    """v (r + f,) = their rates."""
+    E, own = evaluation(table), F.rows.shape[1]
+    A, s = E.arrays, E.space
+    for j in range(own):
+        v[j] = kernels.row_value(A.probes, F.rows[k, j], s.v)
+    for j in range(own, len(v)):
+        v[j] = s.rates[F.frame[j - own]]
+
+
+@jit
+def near(table: Any, F: Any, k: int, y: np.ndarray, v: np.ndarray, w: np.ndarray) -> bool:
     """Whether a point touches; y and v become its rows and their rates."""
-    read(F, k, s.y, y)
-    if place(F, k, y, w).real >= 0.0:
+    read(table, F, k, y)
+    if place(F, k, y, w) >= 0.0:
         return False
-    read(F, k, s.rates, v)
+    read_rates(table, F, k, v)
     return True
+
+
+@jit
+def carry(s: Any, F: Any) -> tuple[float, float, float]:
+    """How a shape has moved since the room was filled: size of its axes, shift of its origin, change of its axes."""
+    dim, first, wide, shift, change = F.placed.shape[1], F.room + SEEN * len(F.rows), 0.0, 0.0, 0.0
+    for j in range(dim * (1 + dim)):
+        now, moved = F.placed[j // dim, j % dim], 0.0
+        if j < len(F.frame):
+            now = s.y[F.frame[j]]
+            moved = now - s.room[first + j]
+        if j < dim:
+            shift += moved * moved
+        else:
+            wide += now * now / dim
+            change += moved * moved
+    return np.sqrt(wide + change), np.sqrt(shift), np.sqrt(change)
+
+
+@jit
+def approach(s: Any, F: Any, k: int, moved: tuple[float, float, float]) -> tuple[float, float]:
+    """By how much a point may have come nearer since the room was filled, and its distance from the origin of the shape grown."""
+    first = F.room + SEEN * k
+    way = min(s.room[first + 2] * s.moved[0], s.room[first + 3] * s.moved[1]) + moved[1]
+    return moved[0] * way + moved[2] * s.room[first + 1], way
+
+
+@jit
+def asleep(s: Any, F: Any, k: int, moved: tuple[float, float, float]) -> bool:
+    """Whether a point cannot have come near since the room was filled, by how much all has moved; without looking at it."""
+    return s.room[F.room + SEEN * k] > approach(s, F, k, moved)[0]
+
+
+@jit
+def look_around(table: Any, F: Any, k: int, y: np.ndarray, w: np.ndarray) -> None:
+    """Fill the room of a point with rows y whose place is w[0]."""
+    E, dim, square, sums, far = evaluation(table), F.placed.shape[1], 0.0, 0.0, 0.0
+    P, room, first = E.arrays.probes, E.space.room, F.room + SEEN * k
+    for c in range(dim):
+        far += (y[c] - component(F, y, -1, c)) ** 2
+    room[first] = clearance(F.shape, F.sizes, F.heights, dim, w[0], w[1]) - F.radius[k]
+    room[first + 1] = np.sqrt(far)
+    if room[first + 2] > 0.0:
+        return
+    for c in range(dim):
+        total, i = 0.0, F.rows[k, c]
+        for p in range(P.indptr[i], P.indptr[i + 1]):
+            square += P.data[p] * P.data[p]
+            total += abs(P.data[p])
+        sums += total * total
+    room[first + 2], room[first + 3] = np.sqrt(square), np.sqrt(sums)
 
 
 @routine
@@ -236,8 +262,9 @@ def push(table: Any, record: Any) -> int:
     s, F = evaluation(table).space, opened(record)
     many, own, dim = F.rows.shape[1] + len(F.frame), F.rows.shape[1], F.placed.shape[1]
     y, v, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty((8, many))
+    moved = carry(s, F)
     for k in range(len(F.rows)):
-        if near(F, k, s, y, v, w):
+        if not asleep(s, F, k, moved) and near(table, F, k, y, v, w):
             first = F.memory + k * (2 + dim + many)
             press(F, k, y, v, s.memory[first : first + 2 + dim + many], w, out)
             for j in range(many):
@@ -252,9 +279,9 @@ def slopes(table: Any, record: Any) -> int:
     many, dim, c, gh = F.rows.shape[1] + len(F.frame), F.placed.shape[1], s.c[0], s.gh[0]
     y, v, real = np.empty(many), np.empty(many), np.empty((8, many))
     yc, vc, out = (np.empty(many, np.complex128), np.empty(many, np.complex128), np.empty(many, np.complex128))
-    w = np.empty((8, many), np.complex128)
+    w, moved = np.empty((8, many), np.complex128), carry(s, F)
     for k in range(len(F.rows)):
-        if near(F, k, s, y, v, real):
+        if not asleep(s, F, k, moved) and near(table, F, k, y, v, real):
             first = F.memory + k * (2 + dim + many)
             for j in range(many):
                 yc[j], vc[j] = y[j], v[j]
@@ -269,23 +296,29 @@ def slopes(table: Any, record: Any) -> int:
 
 @routine
 def accept(table: Any, record: Any) -> int:
-    """The memory of all points."""
+    """The memory of all points, and the room: who cannot have come near is not looked at, and has come nearer by all that moved."""
     s, F = evaluation(table).space, opened(record)
     many, dim = F.rows.shape[1] + len(F.frame), F.placed.shape[1]
-    y, v, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty((8, many))
+    y, v, out, w, moved = np.empty(many), np.empty(many), np.empty(many), np.empty((8, many)), carry(s, F)
     for k in range(len(F.rows)):
-        first = F.memory + k * (2 + dim + many)
-        last, N = s.memory[first : first + 2 + dim + many], 0.0
-        if near(F, k, s, y, v, w):
-            N = press(F, k, y, v, last, w, out)
-            for i in range(dim):
-                last[2 + i] = w[5, i]
+        first, seen, N = F.memory + k * (2 + dim + many), F.room + SEEN * k, 0.0
+        last, sleeps = s.memory[first : first + 2 + dim + many], asleep(s, F, k, moved)
+        if sleeps:
+            nearer, farther = approach(s, F, k, moved)
+            s.room[seen] -= nearer
+            s.room[seen + 1] += farther
+            read(table, F, k, y)
         else:
-            for i in range(dim):
-                last[2 + i] = 0.0
+            if near(table, F, k, y, v, w):
+                N = press(F, k, y, v, last, w, out)
+            look_around(table, F, k, y, w)
+        for i in range(dim):
+            last[2 + i] = w[5, i] if N != 0.0 else 0.0
         last[0], last[1] = max(N, 0.0), 1.0 if N <= 0.0 else last[1]
         for j in range(many):
             last[2 + dim + j] = y[j]
+    for j in range(len(F.frame)):
+        s.room[F.room + SEEN * len(F.rows) + j] = s.y[F.frame[j]]
     return 0
 
 
@@ -298,10 +331,11 @@ def judge(table: Any, record: Any) -> int:
     s, F = evaluation(table).space, opened(record)
     many, dim = F.rows.shape[1] + len(F.frame), F.placed.shape[1]
     y, v, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty((8, many))
+    moved = carry(s, F)
     for k in range(len(F.rows)):
         first = F.memory + k * (2 + dim + many)
         last = s.memory[first : first + 2 + dim + many]
-        touches = near(F, k, s, y, v, w)
+        touches = not asleep(s, F, k, moved) and near(table, F, k, y, v, w)
         if last[1] > 0.0 and (touches or last[0] > 0.0):
             N = press(F, k, y, v, last, w, out) if touches else 0.0
             s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
@@ -315,7 +349,7 @@ def store(table: Any, record: Any) -> int:
     many, own, dim = F.rows.shape[1] + len(F.frame), F.rows.shape[1], F.placed.shape[1]
     y, w = np.empty(many), np.empty((8, many))
     for k in range(len(F.rows)):
-        read(F, k, s.y, y)
+        read(table, F, k, y)
         overlap = -place(F, k, y, w)
         if overlap > 0.0:
             N = F.law[K] * ramp(overlap, F.law[E])
@@ -342,6 +376,7 @@ def _(found: ContactForces, place: Place) -> Force:
     memory[:, 0] = UNKNOWN
     numbers = (found.placed, found.frame, found.rows, found.radius, found.law)
     arrays = [np.ascontiguousarray(part) for part in (found.sizes, found.heights, *numbers)]
-    record = Record._make((found.shape, *arrays, found.share, place.pair, place.memory))
+    record = Record._make((found.shape, *arrays, found.share, *place))
     routines = Routines(push, slopes, accept, store, judge)
-    return Force(record, routines, "contact", pairs, memory.ravel(), damped=True, skew=bool(found.law[MU] > 0.0))
+    room, alone, skew = SEEN * count + len(found.frame), found.rows.ravel(), bool(found.law[MU] > 0.0)
+    return Force(record, routines, "contact", pairs, memory.ravel(), damped=True, skew=skew, room=room, alone=alone)

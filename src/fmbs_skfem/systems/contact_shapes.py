@@ -14,16 +14,15 @@ Source of the cubic: Catmull and Rom, Computer Aided Geometric Design (1974) 317
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
-
 import numpy as np
 
 from ..core.jit import jit
+from .contact_law import Scalar
 
 PLANE, SPHERE, CYLINDER, BOX, HEIGHTS = range(5)
 NUMBERS = {dim: {PLANE: 0, SPHERE: 2, CYLINDER: 3, BOX: dim, HEIGHTS: dim - 1} for dim in (2, 3)}  #: how many sizes they have
-Scalar: TypeAlias = Any  #: a real or a complex number
 FAR = 1e300  #: distance where a shape has ended [m]
+OVER = 0.3  #: by how much the cubic rises above all heights at most, over their range: 9 / 32 in space
 
 
 @jit
@@ -61,6 +60,17 @@ def distances(shape: int, sizes: np.ndarray, heights: np.ndarray, z: np.ndarray,
     for k in range(len(z)):
         found[k] = measure(shape, sizes, heights, z.shape[1], z[k], n[k])
     return found
+
+
+@jit
+def clearance(shape: int, sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.ndarray, n: np.ndarray) -> float:
+    """How far z is away at least [m], which no motion changes by more than its length; n (c,) is room."""
+    if shape == HEIGHTS:
+        low, high = heights.min(), heights.max()
+        return z[dim - 1] - high - OVER * (high - low)
+    if shape == CYLINDER and dim == 3:
+        return sizes[1] * (np.sqrt(z[0] * z[0] + z[1] * z[1]) - sizes[0])
+    return measure(shape, sizes, heights, dim, z, n)
 
 
 @jit

@@ -29,7 +29,8 @@ from ..core.notices import notify
 from ..core.problems import Problem
 from . import contact_shapes, fields
 from .constraint_functions import needs_axis, normals, size_of, unit
-from .contact_forces import LAW, ContactForces
+from .contact_forces import ContactForces
+from .contact_law import LAW
 from .contact_outlines import mark_outline
 from .contact_points import Touching, carrier_rows, find_points, overlaps
 from .loads import Load, where
@@ -134,7 +135,7 @@ class Contact(Load, ABC):
         return size_of(draft.layout, {touching.body, *carriers})
 
     def law(self, draft: Draft, touching: Touching) -> np.ndarray:
-        """Numbers of the law, in the order of `contact_forces.LAW`."""
+        """Numbers of the law, in the order of `contact_law.LAW`."""
         k, size = self.stiffness, self.size(draft, touching)
         if k is None and not size > 0.0:
             raise InputError(say(f"{where(self)}.stiffness", "a stiffness, as points have no size to choose it by", "none"))

@@ -76,6 +76,7 @@ class Arrays(NamedTuple):
     stiffness: Operator
     dense: bool
     probes: Csr  #: (j, n)
+    shown: Csr  #: the same without rows that only forces read, by themselves and where they need them
     probes_offset: Vector
     terms: Terms
     laws: ConstraintTerms
@@ -95,6 +96,9 @@ class Space(NamedTuple):
     multipliers: Vector  #: (m,) c times the physical ones
     signals: Vector  #: (s,) values of all signals, and of their derivatives where constraints read them
     memory: Vector  #: (l,) what forces keep of the last accepted state, see `forces`
+    last: Vector  #: (n,) x when `room` was filled, not a number before
+    moved: Vector  #: (2,) Euclidean and largest distance of x from `last`
+    room: Vector  #: (b,) what forces have found out about the state `last`: nothing but time depends on it
     c: Vector  #: (1,) factor of forces
     gh: Vector  #: (1,) factor of damping in W
     energy: Vector  #: (1,) [J]
@@ -200,13 +204,15 @@ def find_drift(table: Any) -> None:
 
 @jit
 def read_probes(table: Any) -> None:
-    """y = P x + y0 and, where a force reads them, y' = P v."""
+    """y = P x + y0 and, where a force reads them, y' = P v; how far x is from where forces last looked around."""
     E = evaluation(table)
     A, s = E.arrays, E.space
-    kernels.affine(A.probes, A.probes_offset, s.x, s.y)
+    kernels.affine(A.shown, A.probes_offset, s.x, s.y)
     if A.forces.damped:
         kernels.clear(s.rates)
-        kernels.add_product(A.probes, 1.0, s.v, s.rates)
+        kernels.add_product(A.shown, 1.0, s.v, s.rates)
+    if len(s.room) > 0:
+        s.moved[0], s.moved[1] = kernels.distances(s.x, s.last)
 
 
 @jit
@@ -237,6 +243,7 @@ def take_over(table: Any, _: int = 0) -> int:
         read_probes(table)
         for k in range(len(E.arrays.forces.accepted)):
             invoke(E.arrays.forces.accept[k], table, E.arrays.forces.accepted[k])
+        kernels.copy(E.space.x, E.space.last)
     return 0
 
 

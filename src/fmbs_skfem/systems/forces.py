@@ -38,6 +38,7 @@ class Place(NamedTuple):
 
     pair: int  #: in H
     memory: int
+    room: int
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,8 @@ class Force(Piece):
     #: (l,) which numbers of its memory are angles, whose turns follow from their rates where states are far apart
     turns: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
     damped: bool = False  #: whether it reads the rates y'
+    room: int = 0  #: numbers that it finds out about accepted states, on which nothing but time depends
+    alone: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))  #: rows that it alone reads, by itself
     skew: bool = False  #: whether its derivatives are far from symmetric
 
 

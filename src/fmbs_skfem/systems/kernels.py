@@ -87,25 +87,31 @@ def dot(x: np.ndarray, y: np.ndarray) -> float:
     return total
 
 
-@summing
-def add_product(A: Csr, factor: float, x: np.ndarray, y: np.ndarray) -> None:
-    """y += factor A x."""
-    for i in range(len(A.indptr) - 1):
-        total, start, stop = 0.0, A.indptr[i], A.indptr[i + 1]
-        if unbroken(A, start, stop):
-            row, part = A.data[start:stop], x[A.indices[start] :]
-            for k in range(len(row)):
-                total += row[k] * part[k]
-        else:
-            for k in range(start, stop):
-                total += A.data[k] * x[A.indices[k]]
-        y[i] += factor * total
-
-
 @jit
 def unbroken(A: Csr, start: int, stop: int) -> bool:
     """Whether entries of a row, in order, stand side by side, and are so many that it pays to know."""
     return stop - start > 8 and A.indices[stop - 1] - A.indices[start] == stop - start - 1
+
+
+@summing
+def row_value(A: Csr, i: int, x: np.ndarray) -> float:
+    """(A x)_i."""
+    total, start, stop = 0.0, A.indptr[i], A.indptr[i + 1]
+    if unbroken(A, start, stop):
+        row, part = A.data[start:stop], x[A.indices[start] :]
+        for k in range(len(row)):
+            total += row[k] * part[k]
+    else:
+        for k in range(start, stop):
+            total += A.data[k] * x[A.indices[k]]
+    return total
+
+
+@summing
+def add_product(A: Csr, factor: float, x: np.ndarray, y: np.ndarray) -> None:
+    """y += factor A x."""
+    for i in range(len(A.indptr) - 1):
+        y[i] += factor * row_value(A, i, x)
 
 
 @jit
@@ -183,6 +189,17 @@ def affine(A: Csr, offset: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
     for i in range(len(y)):
         y[i] = offset[i]
     add_product(A, 1.0, x, y)
+
+
+@summing
+def distances(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
+    """|x - y| and max |x_i - y_i|; not numbers where one is none."""
+    square, most = 0.0, 0.0
+    for i in range(len(x)):
+        d = abs(x[i] - y[i])
+        square += d * d
+        most = d if d > most else most
+    return np.sqrt(square), most + 0.0 * square
 
 
 @jit
