@@ -10,11 +10,19 @@ from __future__ import annotations
 import importlib
 from types import ModuleType
 
+from .core import listing
+
 __version__ = "0.1.0"
 __all__ = ["shapes", "bodies", "systems", "dynamics", "reduction", "scenes", "results", "studies"]
+
+listing.install(__name__)
 
 
 def __getattr__(name: str) -> ModuleType:
     if name in __all__:
         return importlib.import_module(f"{__name__}.{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

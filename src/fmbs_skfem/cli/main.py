@@ -66,6 +66,7 @@ COMMANDS: dict[str, tuple[Callable[..., studies.Result], str] | None] = {
     "export": (studies.export, "fmbs-{}"),
     "verify": (studies.verify, ""),
     "demo": (demo, ""),
+    "warm": (studies.warm, ""),
     "schema": (studies.describe_scenes, ""),
 }
 

@@ -31,6 +31,7 @@ from numba.core import compiler, config
 from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import CPUDispatcher
 
+from fmbs_skfem.core import compilation
 from fmbs_skfem.core.errors import InputError, say
 from fmbs_skfem.core.notices import notify
 
@@ -217,9 +218,19 @@ def alone(name: str) -> Iterator[None]:
         yield
 
 
+@functools.cache
+def kept() -> frozenset[str]:
+    """Names of the functions, such as `stepping.advance`, that are in the cache when this process first asks."""
+    folder = cache_folder()
+    return frozenset() if folder is None else frozenset(path.name.rpartition("-")[0] for path in folder.rglob("*.nbi"))
+
+
 def addressed(signature: Any, function: Callable[..., Any], **more: Any) -> Any:
     """`function` behind an address that anything can call, compiled now by this process or another one, cached on disk."""
+    name = f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}"
     with caching() as cache, alone(f"{function.__module__}.{function.__qualname__}"), without_collection():
+        if name not in kept():
+            compilation.begin(name)
         try:
             return numba.cfunc(signature, cache=cache, error_model="numpy", **more)(function)
         except OSError as error:

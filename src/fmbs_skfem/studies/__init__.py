@@ -29,6 +29,7 @@ from .commands import (
     sweep,
     train,
     verify,
+    warm,
 )
 from .job import Job, Listener
 from .model_commands import check_part, describe_part, info, run_model, train_part
@@ -83,6 +84,7 @@ __all__ = [
     "ComparisonResult",
     "compare",
     "demo",
+    "warm",
     "TrainingResult",
     "train",
     "SweepResult",

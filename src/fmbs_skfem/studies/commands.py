@@ -321,6 +321,19 @@ def demo(
         return comparison.show_demo(job)
 
 
+def warm(**shared: Unpack[OutputOptions]) -> Result:
+    """Compile ahead what ordinary scenes need, so that no first run has to.
+
+    Every kind of model takes some steps: beams, plates, shells, contact, controllers, reduced models. It takes some minutes after
+    an installation or update, and seconds where all is compiled; the functions are named as they are compiled. What a scene
+    needs beside them is compiled at its first run.
+    """
+    from . import warming
+
+    with jobs.begin(**shared) as job:
+        return warming.compile_ahead(job)
+
+
 def describe_scenes(
     *,
     page: Annotated[bool, Option("Print a page for people (Markdown) instead: every key with what it takes.")] = False,

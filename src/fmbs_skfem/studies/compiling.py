@@ -1,4 +1,4 @@
-"""The first run compiles: it says so, and a process beside it compiles what comes later, as long as the run lives."""
+"""The first run compiles: a process beside it compiles what comes later, as long as the run lives."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def announce(job: Job, beside: bool = True, reduces: bool = False) -> bool:
     folder = jit.cache_folder()
     new = folder is None or cold(folder)
     if new:
-        job.listener.tell("compiling (first run only)")
+        job.hear_compilation("the time step")
     if new and beside and folder is not None and first(folder):
-        command = [sys.executable, "-m", f"{__package__}.warm", *(["reduction"] if reduces else [])]
+        command = [sys.executable, "-m", f"{__package__}.beside", *(["reduction"] if reduces else [])]
         nowhere = subprocess.DEVNULL
         _BESIDE.append(subprocess.Popen(command, stdin=subprocess.PIPE, stdout=nowhere, stderr=nowhere))
     return new

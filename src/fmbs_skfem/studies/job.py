@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
+from ..core import compilation
 from ..core.errors import InputError, say
 from ..core.notices import Notice, Remark, notify
 from . import reports
@@ -27,6 +28,10 @@ if TYPE_CHECKING:
     Source = str | Path | Scene  #: a scene, or the file of a scene or of a saved reduced model
 
 
+COMPILES = (
+    "compiling {} and what else this model needs, once after installation (about half a minute); `fmbs warm` compiles all ahead"
+)
+TYPICAL = 25  #: functions that a first model compiles
 MODELS = (".h5", ".hdf5")  #: endings of files of reduced models
 
 
@@ -63,6 +68,14 @@ class Job:
     notices: list[str] = field(default_factory=list)
     made: Path | None = None  #: the output folder, once it is there
     trajectory: Trajectory | None = None  #: the motion, once there is one
+    compiled: int = 0  #: functions whose compilation has begun
+
+    def hear_compilation(self, name: str) -> None:
+        """Tell once that this model compiles, and show how far it is."""
+        self.compiled += 1
+        if self.compiled == 1:
+            self.listener.tell(COMPILES.format(name))
+        self.listener.progress("compiling", min(self.compiled / TYPICAL, 0.99))
 
     def progress(self, label: str) -> Callable[[float], None]:
         """A function that takes the finished part of the work `label`."""
@@ -86,7 +99,8 @@ def begin(source: Source = "", **shared: Unpack[Shared]) -> Iterator[Job]:
         if job.changes:
             raise InputError(say("parameters", "the file of a scene", "a scene", "read it with them: scenes.read(path, changes)"))
     job.listener.begin(job)
-    with threadpool_limits(limits=1, user_api="blas"), hear(job):
+    listening = compilation.heard_by(job.hear_compilation)
+    with threadpool_limits(limits=1, user_api="blas"), hear(job), listening:
         yield job
 
 

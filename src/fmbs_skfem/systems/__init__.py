@@ -4,6 +4,7 @@ from . import bushing, contact_states, contacts, controllers, controls, fields, 
 from .assembly import Motion, Rayleigh, assemble, eliminate
 from .checks import check_force, check_joint, check_system
 from .compiled import Compiled, compile_system
+from .operators import constraints, force, strain_energy, tangent
 from .places import At
 from .system import System, change_coordinates
 
@@ -26,6 +27,10 @@ __all__ = [
     "assemble",
     "eliminate",
     "change_coordinates",
+    "force",
+    "tangent",
+    "constraints",
+    "strain_energy",
     "Compiled",
     "compile_system",
     "check_joint",

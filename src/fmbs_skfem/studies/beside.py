@@ -1,6 +1,6 @@
 """Compile in a process beside a first run what that run needs last, the end of its time step first.
 
-    python -m fmbs_skfem.studies.warm [reduction]        ends with its input, which is its parent's end
+    python -m fmbs_skfem.studies.beside [reduction]        ends with its input, which is its parent's end
 
 The parent compiles from the beginning of a step meanwhile; each finds in the cache what the other has compiled.
 """

@@ -1,0 +1,93 @@
+"""Compile ahead what ordinary scenes need: some steps of the examples that travel with the package, of every kind of model."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+from ..core import compilation, jit
+from ..core.errors import FmbsError, MissingFeature
+from ..core.notices import Notice
+from . import commands, comparison
+from .job import Job, Listener
+from .result import Result, Table
+
+RUN = partial(commands.run, plots=False)
+STEPS = 2  #: of every scene that moves
+SHORT = 0.02  #: duration of trainings [s]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of model, and what compiles all of it."""
+
+    name: str
+    scene: str
+    study: Callable[..., Any] = RUN
+    duration: float | None = None  #: [s]; STEPS steps of a motion
+
+
+KINDS = (
+    Kind("beams in the plane", "spin_up.yaml"),
+    Kind("beams in space", "double_pendulum.yaml"),
+    Kind("points with mass, dampers", "hanging_mass.yaml"),
+    Kind("drives and mechanisms", "four_bar.yaml"),
+    Kind("plates in the plane", "crank_slider_coarse.yaml"),
+    Kind("shells, statics", "plate.yaml"),
+    Kind("contact with friction", "rolling_hoop.yaml"),
+    Kind("contact of cables", "cable_over_drum.yaml"),
+    Kind("controllers, forces by expressions", "controlled_arm.yaml"),
+    Kind("buckling", "buckling_strip.yaml"),
+    Kind("reduced models, points", "double_pendulum.yaml", partial(commands.reduce, sample="points"), SHORT),
+    Kind("reduced models, elements", "spin_up.yaml", partial(commands.reduce, sample="elements"), SHORT),
+)
+
+
+def compile_ahead(job: Job) -> Result:
+    """All kinds; what compiles is told by name, and how long each kind took."""
+    rows: list[tuple[str, int, float, str]] = []
+    for k, kind in enumerate(KINDS):
+        job.listener.progress("compiling " + kind.name, k / len(KINDS))
+        names: list[str] = []
+        begin = time.perf_counter()
+        with compilation.heard_by(names.append), warnings.catch_warnings():
+            warnings.simplefilter("ignore", Notice)
+            outcome = attempt(kind)
+        rows.append((kind.name, len(names), time.perf_counter() - begin, outcome))
+        if names:
+            job.listener.tell(f"{kind.name}: compiled {', '.join(names)} in {rows[-1][2]:.0f} s")
+    total, seconds = sum(row[1] for row in rows), sum(row[2] for row in rows)
+    folder = jit.cache_folder()
+    text = f"{total} functions compiled in {seconds:.0f} s; they are kept in {folder}" if folder else "nothing can be kept"
+    keys = ("kind", "functions", "wall_s", "outcome")
+    report = {
+        "status": "ok",
+        "functions": total,
+        "wall_s": seconds,
+        "cache": folder,
+        "kinds": [dict(zip(keys, row, strict=True)) for row in rows],
+        "notices": job.notices,
+    }
+    return Result(about=text, report=report, lines=[Table("Compiled", ("kind", "functions", "wall [s]", ""), rows), text])
+
+
+def attempt(kind: Kind) -> str:
+    """Compile one kind; how it went."""
+    from ..scenes import build, read
+
+    scene = read(comparison.examples() / kind.scene)
+    duration = kind.duration
+    if scene.analysis.moves and duration is None:
+        analysis = build.dynamic(scene)
+        duration, scene = STEPS * analysis.step, replace(scene, analysis=replace(analysis, every=1))
+    try:
+        kind.study(scene, duration=duration, listener=Listener(notice=lambda _: None))
+    except MissingFeature as missing:
+        return f"left out: {missing}"
+    except FmbsError as error:
+        return f"stopped: {error}"
+    return "ok"

@@ -1,0 +1,67 @@
+r"""The operators of a system as numbers, in the order of its unknowns, for analyses and reductions of one's own.
+
+    M x'' + f(x, x', t) + Phi_x^T lambda = 0,    Phi(x, t) = 0        M = system.mass,  q = system.lift(x)
+
+Full, reduced and hyper-reduced systems alike. What is compiled of a system is kept with it. Forces that remember, such as torsion
+springs that count turns, are those of the start: angles have turned by less than half a turn.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse import csr_array
+
+from ..core.errors import InputError, say
+from . import compiled
+from .system import System
+
+
+def force(system: System, x: ArrayLike, v: ArrayLike | None = None, t: float = 0.0) -> np.ndarray:
+    """f (n,) [N]: elastic and damping forces minus loads at unknowns x (n,) and rates v (n,), zero by default, at time t [s].
+
+    InputError for arrays of another shape.
+    """
+    x, v = read(system, "x", x), read(system, "v", np.zeros(system.size) if v is None else v)
+    return compiled.forces(compiled.compile_system(system), x, v, t)
+
+
+def tangent(
+    system: System,
+    x: ArrayLike,
+    v: ArrayLike | None = None,
+    t: float = 0.0,
+    multipliers: ArrayLike | None = None,
+    rate: float = 0.0,
+) -> csr_array:
+    """d/dx (f + Phi_x^T lambda) + rate df/dv, (n, n) [N/m], exact; lambda (m,), zero by default, `rate` [1/s].
+
+    InputError for arrays of another shape.
+    """
+    model = compiled.compile_system(system)
+    given = np.zeros(model.constraints) if multipliers is None else np.asarray(multipliers, dtype=float)
+    if given.shape != (model.constraints,):
+        raise InputError(say("multipliers", f"one a constraint, ({model.constraints},)", f"shape {given.shape}"))
+    v = None if v is None else read(system, "v", v)
+    return compiled.tangent(model, read(system, "x", x), given, t, rate, v=v)
+
+
+def constraints(system: System, x: ArrayLike, t: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Phi (m,) and Phi_x (m, n) at unknowns x (n,) and time t [s], in the order of `system.constraints.names`.
+
+    InputError for an array of another shape.
+    """
+    return compiled.gap(compiled.compile_system(system), read(system, "x", x), t)
+
+
+def strain_energy(system: System, x: ArrayLike) -> float:
+    """Strain energy of all bodies [J] at unknowns x (n,), without linear springs; InputError for an array of another shape."""
+    return compiled.strain_energy(compiled.compile_system(system), read(system, "x", x))
+
+
+def read(system: System, name: str, values: ArrayLike) -> np.ndarray:
+    """Values (n,) of the unknowns; InputError for another shape."""
+    found = np.ascontiguousarray(values, dtype=float)
+    if found.shape != (system.size,):
+        raise InputError(say(name, f"one value an unknown, ({system.size},)", f"shape {found.shape}", "as system.x0"))
+    return found

@@ -1,0 +1,49 @@
+"""`fmbs warm` compiles by name, once, and says what stopped it."""
+
+from __future__ import annotations
+
+import ctypes
+from pathlib import Path
+
+import pytest
+from numba import types
+
+from fmbs_skfem import studies
+from fmbs_skfem.core import compilation, jit
+from fmbs_skfem.core.errors import MissingFeature
+from fmbs_skfem.studies import Listener, comparison, warming
+
+
+def double(x: float) -> float:
+    return 2.0 * x
+
+
+def test_a_compilation_is_heard_by_name_and_only_where_nothing_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
+    heard = list[str]()
+    for expected in (["test_warming.double"], []):
+        jit.kept.cache_clear()
+        with compilation.heard_by(heard.append):
+            found = jit.addressed(types.float64(types.float64), double)
+        assert ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(found.address)(3.0) == 6.0
+        assert heard == expected
+        heard.clear()
+    jit.kept.cache_clear()
+
+
+def test_warm_takes_steps_of_every_kind(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise MissingFeature("an extra is not there")
+
+    kinds = [warming.KINDS[0], warming.Kind("of an extra", "spin_up.yaml", refuse)]
+    monkeypatch.setattr(warming, "KINDS", kinds)
+    shown = list[tuple[str, float]]()
+    found = studies.warm(listener=Listener(lambda label, part: shown.append((label, part))))
+    assert [row["outcome"] for row in found.report["kinds"]] == ["ok", "left out: an extra is not there"]
+    assert ("compiling beams in the plane", 0.0) in shown
+    assert found.report["functions"] == sum(row["functions"] for row in found.report["kinds"])
+
+
+@pytest.mark.parametrize("kind", warming.KINDS, ids=lambda kind: kind.name)
+def test_the_scenes_of_warm_travel_with_the_package(kind: warming.Kind) -> None:
+    assert (comparison.examples() / kind.scene).is_file()
