@@ -13,7 +13,7 @@ from fmbs_skfem.core import krylov
 from fmbs_skfem.core.errors import CorruptFile, SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Moment, Resumed, Rows
-from fmbs_skfem.systems import At, System, compiled, eliminate, loads
+from fmbs_skfem.systems import At, System, eliminate, loads
 from fmbs_skfem.systems.system import change_coordinates
 
 from .. import models
@@ -98,7 +98,7 @@ def test_a_split_between_re_used_factors_keeps_them(form: Callable[[System], Sys
 @pytest.mark.parametrize("memory", [1e12, 1e5], ids=["direct", "multigrid"])
 def test_large_models_make_their_factors_again(memory: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """A plate on two corners turns: its factors of an earlier configuration serve on both sides of the split."""
-    monkeypatch.setattr(compiled, "BAND", 20)
+    monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
     monkeypatch.setattr(krylov, "free_memory", lambda: memory)
     system, scheme, steps = hanging(), GeneralizedAlpha(1e-3), 40
     whole = integrate(system, scheme, steps * scheme.step)
@@ -114,7 +114,7 @@ def test_halved_steps_before_and_after_a_split(large: bool, monkeypatch: pytest.
     """Forty times the step of example 2, and a plate with a large step: some steps need halving, wherever they are looked at."""
     system, scheme, steps = models.double_pendulum(8), GeneralizedAlpha(0.02), 50
     if large:
-        monkeypatch.setattr(compiled, "BAND", 20)
+        monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
         system, scheme, steps = hanging(4), GeneralizedAlpha(2e-2), 12
     whole = integrate(system, scheme, steps * scheme.step)
     assert whole.statistics.halved > 0

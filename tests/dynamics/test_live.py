@@ -14,7 +14,7 @@ from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs, start
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading
-from fmbs_skfem.systems import System, assemble, compiled, eliminate, joints, loads, probes
+from fmbs_skfem.systems import System, assemble, eliminate, joints, loads, probes
 from fmbs_skfem.systems.controls import ControlForce
 from fmbs_skfem.systems.signals import inputs_of, with_inputs
 from fmbs_skfem.systems.system import change_coordinates
@@ -80,7 +80,7 @@ def test_the_bits_of_integrate(name: str) -> None:
 
 
 def test_large_models(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compiled, "BAND", 20)
+    monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
     system, scheme = hanging(4), GeneralizedAlpha(H)
     expected = integrate(system, scheme, 24 * H)
     assert expected.statistics.solver.startswith("sparse")

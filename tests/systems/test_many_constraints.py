@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from fmbs_skfem.bodies import Material, rigid
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.scenes.build import MANY
-from fmbs_skfem.systems import At, System, assemble, compiled, free_motions, joints, loads, mechanism, redundancy, sparse
+from fmbs_skfem.systems import At, System, assemble, compiled, free_motions, joints, layouts, loads, mechanism, redundancy, sparse
 from fmbs_skfem.systems.system import change_coordinates, chosen, is_linear
 from fmbs_skfem.verification.plates import rectangle
 
@@ -85,10 +85,10 @@ def test_a_choice_of_unknowns_is_no_product() -> None:
 
 
 def test_the_pattern_of_functions_is_that_of_the_tangent(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compiled, "BAND", 20)
+    monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
     system = clamped(5, joints.Edge("clamp", "plate", ("left",)))
     model = compiled.compile_system(system)
-    assert compiled.storage(system)[0] is compiled.Storage.SPARSE
+    assert compiled.storage(system).storage is layouts.Storage.SPARSE
     x = system.x0 + 0.01 * np.random.default_rng(1).normal(size=system.size)
     W = abs(compiled.elastic_tangent(model, x, 0.0)) + abs(system.mass)
     blocks = sparse.csr_array(W)

@@ -23,7 +23,6 @@ from fmbs_skfem.systems import (
     assemble,
     check_force,
     check_system,
-    compiled,
     eliminate,
     fields,
     force_symbols,
@@ -258,8 +257,8 @@ def test_reduced_hyper_reduced_and_saved_models(dim: int, tmp_path: Path) -> Non
 def test_large_models(monkeypatch: pytest.MonkeyPatch) -> None:
     raw, scheme = swinging(2), GeneralizedAlpha(1e-3)
     expected = outputs(integrate(raw, scheme, 0.1, TIGHT))
-    monkeypatch.setattr(compiled, "BAND", 1)
-    monkeypatch.setattr(compiled, "DENSE", 1)
+    monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 1)
+    monkeypatch.setattr("fmbs_skfem.systems.layouts.DENSE", 1)
     motion = integrate(raw, scheme, 0.1, TIGHT)
     assert motion.statistics.solver.startswith("sparse")
     for name, values in outputs(motion).items():

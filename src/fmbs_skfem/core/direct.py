@@ -30,6 +30,7 @@ from threadpoolctl import threadpool_limits
 
 from fmbs_skfem.core.errors import InputError, Reason, SolverError, say
 from fmbs_skfem.core.jit import jit
+from fmbs_skfem.core.structs import Integers, Shorts
 
 PANEL = 48  #: columns of a front that are eliminated before the rest of the front is updated
 STRIP = 128  #: columns of a front that one dense product updates
@@ -45,11 +46,11 @@ class Tree(NamedTuple):
     Supernode s has the columns first[s]..first[s+1]-1 and, below them, the rows rows[start[s]:start[s+1]]: positions in P A P^T.
     """
 
-    order: np.ndarray  #: (n,) unknown at each position
-    first: np.ndarray  #: (supernodes + 1,)
-    start: np.ndarray  #: (supernodes + 1,)
-    rows: np.ndarray  #: (start[-1],) ascending in each supernode
-    children: np.ndarray  #: (supernodes,) number of children
+    order: Integers  #: (n,) unknown at each position
+    first: Integers  #: (supernodes + 1,)
+    start: Integers  #: (supernodes + 1,)
+    rows: Shorts  #: (start[-1],) ascending in each supernode
+    children: Integers  #: (supernodes,) number of children
 
 
 @dataclass(frozen=True)
@@ -391,7 +392,7 @@ def _pack(front: np.ndarray, begin: int, end: int, shift: int, target: np.ndarra
 
 
 @jit
-def _factor(tree: Tree, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, lower: np.ndarray, pivots: np.ndarray) -> int:
+def eliminate(tree: Tree, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, lower: np.ndarray, pivots: np.ndarray) -> int:
     """Fill `lower` and `pivots`; returns DONE, OUTSIDE, or the first position without a pivot."""
     largest, most = _room(tree)
     room, waiting, place = np.empty(largest * largest), np.empty(most), np.full(tree.order.size, ABSENT)
@@ -522,13 +523,14 @@ def _backward(tree: Tree, lower: np.ndarray, x: np.ndarray, buffer: np.ndarray) 
 
 
 @jit
-def _solve(tree: Tree, lower: np.ndarray, pivots: np.ndarray, rhs: np.ndarray, x: np.ndarray, buffer: np.ndarray) -> None:
-    """Solve for every row of `rhs` (k, n) in place; `x` (k, n) and `buffer` have the precision of `lower`.
+def substitute(tree: Tree, lower: np.ndarray, pivots: np.ndarray, rhs: np.ndarray, x: np.ndarray, buffer: np.ndarray) -> None:
+    """Solve for every row of `rhs` (k, n) in place; `x` (k, n) or more rows, and `buffer` have the precision of `lower`.
 
     Rows are scaled to 1 on the way, and pivots by a power of two, which keeps both away from the ends of single precision: a
     correction of zero would count as convergence.
     """
     n, many = tree.order.size, rhs.shape[0]
+    x = x[:many]
     size = 2.0 ** np.floor(np.log2(np.abs(pivots).max()))
     largest = np.ones(many)
     for q in range(many):
@@ -578,7 +580,7 @@ def factor(matrix: csr_array, precision: type[np.floating[Any]] = np.float64, tr
     tree = analyse(matrix) if tree is None else tree
     lower, pivots = np.empty(entries(tree), precision), np.empty(matrix.shape[0])
     with threadpool_limits(limits=1, user_api="blas"):  # the products of small fronts lose more by threads than they gain
-        bad = _factor(tree, matrix.indptr, matrix.indices, matrix.data, lower, pivots)
+        bad = eliminate(tree, matrix.indptr, matrix.indices, matrix.data, lower, pivots)
     if bad == OUTSIDE:
         raise InputError(say("direct: tree", "the analysis of this pattern", "an entry outside of it", "analyse this matrix"))
     if bad >= 0:
@@ -594,8 +596,8 @@ def solve(factors: Factors, b: np.ndarray) -> np.ndarray:
         expected = f"a C-contiguous array of float64, ({n},) or (k, {n})"
         raise InputError(say("direct: right-hand side", expected, f"{b.dtype} {b.shape}", "copy it with np.ascontiguousarray"))
     rows = b.reshape(-1, n)
-    highest = int((np.diff(factors.tree.first) + np.diff(factors.tree.start)).max())
-    _solve(factors.tree, factors.lower, factors.pivots, rows, np.empty(rows.shape, kind), np.empty(highest, kind))
+    room = np.empty(rows.shape, kind), np.empty(height(factors.tree), kind)
+    substitute(factors.tree, factors.lower, factors.pivots, rows, *room)
     return b
 
 
@@ -607,6 +609,11 @@ def residual(matrix: csr_array, x: np.ndarray, b: np.ndarray) -> np.ndarray:
 def inertia(factors: Factors) -> int:
     """Number of negative eigenvalues of A: that of its negative pivots (Sylvester's law)."""
     return int(np.count_nonzero(factors.pivots < 0.0))
+
+
+def height(tree: Tree) -> int:
+    """Rows of the largest supernode."""
+    return int((np.diff(tree.first) + np.diff(tree.start)).max(initial=0))
 
 
 def entries(tree: Tree) -> int:

@@ -1,4 +1,5 @@
-r"""Factors of the matrix of (3) in `stepping`, and solutions with them: bands with a Schur complement of the joints, or all dense.
+r"""Factors of the matrix of (3) in `stepping`, and solutions with them: bands or blocks with a Schur complement of the joints, or
+all dense.
 
     [ c W      Phi_q^T ]        W = bh M + gh C + K
     [ Phi_q    0       ]
@@ -12,19 +13,22 @@ from typing import Any
 
 import numpy as np
 
-from ..core import lapack
+from ..core import direct, lapack
 from ..core.entries import view
 from ..core.jit import jit
 from ..core.structs import Routine, routine
 from ..systems import corotation, evaluation, kernels
+from ..systems.layouts import Storage
 from .step import Work, opened
 
-CHOLESKY, BAND, FULL = 1, 2, 3  #: kinds of factors: Cholesky band, general band, dense
+CHOLESKY, BAND, FULL, BLOCKS = 1, 2, 3, 4  #: kinds of factors: Cholesky band, general band, dense, L D L^T of blocks
 
 
-def doors(dense: bool) -> tuple[Routine, Routine]:
+def doors(form: Storage) -> tuple[Routine, Routine]:
     """The routines `factorise` and `solve` of a storage."""
-    return (factorise_dense, solve_dense) if dense else (factorise_band, solve_band)
+    if form is Storage.BLOCKS:
+        return factorise_blocks, solve_blocks
+    return (factorise_dense, solve_dense) if form is Storage.DENSE else (factorise_band, solve_band)
 
 
 @jit
@@ -46,7 +50,10 @@ def assemble(table: Any) -> int:
     elif evaluation.sum_tangents(table) != 0:
         return 1
     scale(S.method.c, s.W)
-    kernels.add_pairs(A.pairs, A.probes, s.H, A.dense, s.W)
+    if len(A.blocks.indptr) > 1:
+        kernels.add_pairs_to_rows(A.pairs, A.probes, s.H, A.blocks, s.W[0])
+    else:
+        kernels.add_pairs(A.pairs, A.probes, s.H, A.dense, s.W)
     return 0
 
 
@@ -181,12 +188,51 @@ def factor_band(table: Any) -> int:
         for i in range(n):
             w.spread[k, i] = w.J[k, i]
     substitute_rows(table, w.spread)
+    return factor_joints(w)
+
+
+@jit
+def factor_joints(w: Work) -> int:
+    """Factors of J W^-1 J^T from the rows W^-1 J^T of `spread`; 0, or LAPACK's info."""
+    m, n = w.J.shape
     for k in range(m):
         for l in range(m):
             w.schur[k, l] = 0.0
             for i in range(n):
                 w.schur[k, l] += w.spread[k, i] * w.J[l, i]
     return lapack.getrf(w.addresses, w.schur, w.schur_pivots)
+
+
+@routine
+def factorise_blocks(table: Any, _: Any) -> int:
+    """As `factorise_dense`, for W by its upper triangle."""
+    S = opened(table)
+    A, W, w, m = S.arrays, S.space.W, S.work, len(S.space.multipliers)
+    w.secants[0] = 0
+    if assemble(table) != 0:
+        return 1
+    w.kind[0] = w.kind[2] = BLOCKS
+    if direct.eliminate(A.tree, A.blocks.indptr, A.blocks.indices, W[0], w.lower, w.diagonal) != direct.DONE:
+        return 1
+    if m == 0:
+        return 0
+    for k in range(m):
+        for i in range(len(S.space.x)):
+            w.spread[k, i] = w.J[k, i]
+    direct.substitute(A.tree, w.lower, w.diagonal, w.spread, w.columns, w.front)
+    return factor_joints(w)
+
+
+@routine
+def solve_blocks(table: Any, joints: Any) -> int:
+    """As `solve_band`."""
+    S = opened(table)
+    rhs, n, w = S.space.rhs, len(S.space.x), S.work
+    if joints == 0:
+        direct.substitute(S.arrays.tree, w.lower, w.diagonal, view(rhs, 0, (1, n)), w.columns, w.front)
+    if len(S.space.multipliers) > 0:
+        close(w, rhs)
+    return 0
 
 
 @routine

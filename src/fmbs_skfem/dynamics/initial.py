@@ -13,12 +13,13 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..bodies.laws import Law
-from ..core import lapack, ranks, saddle
+from ..core import direct, lapack, ranks, saddle
 from ..core.errors import Reason, SolverError
 from ..core.notices import notify
 from ..systems import compiled as compilation
-from ..systems import evaluation, mechanism
+from ..systems import evaluation, layouts, mechanism
 from ..systems.compiled import Compiled
+from ..systems.layouts import Storage
 from ..systems.redundancy import rows_of, scale_of, singular_start, without_redundant
 from ..systems.system import System, driven_rows, is_linear
 from . import factors, large, stepping
@@ -53,7 +54,7 @@ def startable(system: System, scheme: GeneralizedAlpha) -> System:
 
 def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np.ndarray]:
     """x0 and v0 with Phi_q v + Phi_t = 0; SolverError where Phi(x0) is not zero. Of wide systems at rest nothing is solved."""
-    if system.size < compilation.WIDE or system.v0.any() or driven_rows(system.constraints).any():
+    if system.size < layouts.WIDE or system.v0.any() or driven_rows(system.constraints).any():
         return consistent_start(compilation.compile_system(system), scheme)[:2]
     hold(system)
     return system.x0, system.v0
@@ -191,7 +192,7 @@ def first_state(model: Compiled, start: Start, c: float) -> State:
 def first_step(model: Compiled, start: Start, method: Method, stored: int) -> Step:
     """A step with its space and room for so many states."""
     n, m = model.system.size, model.constraints
-    routines = evaluation.evaluate, *factors.doors(model.arrays.dense), stepping.settle
+    routines = evaluation.evaluate, *factors.doors(model.layout.storage), stepping.settle
     doors = Doors(*(one.address for one in routines))
     counters, none = np.zeros(4, np.int64), np.zeros(0, np.int64)
     job = Job(
@@ -209,18 +210,23 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int) -> St
 def workspace(model: Compiled) -> Work:
     """Space of the solver; without factors where these are kept elsewhere."""
     A, n, m = model.arrays, model.system.size, model.constraints
-    width = A.mass.store.shape[1] - 1
-    stored = 0 if model.pattern else n
-    secants = SECANTS if A.dense and has_dear_factors(model) else 0
+    form, tree = model.layout.storage, model.layout.tree
+    stored, blocks = 0 if model.pattern else n, form is Storage.BLOCKS
+    band = stored if form is Storage.BAND else 0
+    secants = SECANTS if (A.dense or blocks) and has_dear_factors(model) else 0
     return Work(
         lapack.ADDRESSES,
         np.zeros((n + m, n + m) if A.dense else (0, 0)),
-        np.zeros((1, 1) if A.dense else (stored, 3 * width + 1)),
+        np.zeros((band, 3 * model.layout.width + 1)),
         np.zeros(n + m if A.dense else n, np.int32),
         np.zeros((m, m)),
         np.zeros(m, np.int32),
         np.zeros((m, stored)),
         np.zeros((m, stored)),
+        np.zeros(direct.entries(tree)),
+        np.zeros(n if blocks else 0),
+        np.zeros((max(1, m), n if blocks else 0)),
+        np.zeros(direct.height(tree)),
         np.zeros((secants, n + m)),
         np.zeros((secants, n)),
         np.zeros(1, np.int64),

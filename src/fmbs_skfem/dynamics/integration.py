@@ -16,6 +16,7 @@ from ..core.structs import Routine
 from ..systems import compiled, responses
 from ..systems.compiled import Compiled, compile_system
 from ..systems.controllers import Controlled
+from ..systems.layouts import Storage
 from ..systems.system import System
 from . import checkpoint as checkpoints
 from . import departures, stepping
@@ -335,8 +336,10 @@ def solver_of(run: Run) -> str:
     """Name of the solver of the linear systems, for reports."""
     if run.large is not None:
         return run.large.label
-    A = run.model.arrays
-    return "dense LU" if A.dense else f"band Cholesky or LU, half width {A.mass.store.shape[1] - 1}"
+    layout = run.model.layout
+    if layout.storage is Storage.BLOCKS:
+        return f"LDL^T of blocks, {layout.numbers} numbers"
+    return "dense LU" if layout.dense else f"band Cholesky or LU, half width {layout.width}"
 
 
 def halved_step(run: Run, status: int) -> tuple[int, float]:

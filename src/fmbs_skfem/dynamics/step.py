@@ -57,6 +57,10 @@ class Work(NamedTuple):
     schur_pivots: Shorts
     spread: Matrix  #: (m, n) W^-1 Phi_q^T
     J: Matrix  #: (m, n)
+    lower: Vector  #: L of blocks, as `core.direct` has it
+    diagonal: Vector  #: (n,) D of blocks
+    columns: Matrix  #: (1 or m, n) room of a solution with blocks
+    front: Vector  #: room of a supernode
     updates: Matrix  #: (u, n + m) what secants add to solutions with the factors, u of them at most
     shares: Matrix  #: (u, n) by how much: rows of the scalar product with the displacement of a solution
     secants: Integers  #: (1,) number of secants since the factors; the last u are kept

@@ -16,18 +16,19 @@ import numpy as np
 from ..dynamics import factors, stepping
 from ..reduction import costs, ecsw
 from ..systems import evaluation, points
+from ..systems.layouts import Storage
 
 
 def main(reduces: bool) -> None:
     """Compile routines from the last to the first."""
     threading.Thread(target=end_with_parent, daemon=True).start()
-    for one in (stepping.advance, evaluation.survey, stepping.settle, *reversed(factors.doors(dense=False))):
+    for one in (stepping.advance, evaluation.survey, stepping.settle, *reversed(factors.doors(Storage.BAND))):
         int(one.address)
     if reduces:
         ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)
         ecsw.weights(np.eye(2), 0.5)
         terms = points.force, points.tangent, points.energy
-        for one in (*factors.doors(dense=True), *terms, evaluation.residuals, costs.repeat_calls):
+        for one in (*factors.doors(Storage.DENSE), *terms, evaluation.residuals, costs.repeat_calls):
             int(one.address)
 
 

@@ -15,7 +15,7 @@ from ..dynamics import initial
 from ..dynamics.scheme import GeneralizedAlpha
 from ..results import segments
 from ..scenes import build, consistency, plausibility, where
-from ..systems import compiled, free_motions
+from ..systems import compiled, free_motions, layouts
 from ..systems import mechanism as mechanisms
 from ..systems.redundancy import rows_of, without_redundant
 from ..systems.system import driven_rows
@@ -131,7 +131,7 @@ def mechanism(scene: Scene, raw: System) -> Mechanism:
 
 def lighter(raw: System) -> System:
     """A wide system at rest without its mass, of which check reads nothing, and which would fill the memory."""
-    if raw.size < compiled.WIDE or raw.v0.any() or driven_rows(raw.constraints).any():
+    if raw.size < layouts.WIDE or raw.v0.any() or driven_rows(raw.constraints).any():
         return raw
     empty = type(raw.mass)(raw.mass.shape)
     return replace(raw, mass=empty, metric=empty)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..core import direct, krylov
 from ..systems import compiled, sparse, terms
+from ..systems.layouts import Storage
 
 if TYPE_CHECKING:
     from ..scenes import Scene
@@ -34,18 +35,20 @@ def estimates(scene: Scene, raw: System, reduced: System) -> dict[str, Any]:
 def solver(scene: Scene, raw: System, reduced: System) -> tuple[str, float, float, float]:
     """Name, memory [MB], and seconds of a factorisation and of a solution of the linear systems of an analysis."""
     n, m = reduced.size, len(reduced.constraints.names)
-    form, width = compiled.storage(reduced)
-    fill = float(n * width) if form is compiled.Storage.BAND else 0.5 * n**2
-    if form is compiled.Storage.SPARSE:
+    layout = compiled.storage(reduced)
+    form, width, fill = layout.storage, layout.width, float(layout.numbers)
+    if form is Storage.SPARSE:
         fill, label, memory, each = sparse_solver(raw)
-    elif form is compiled.Storage.DENSE:
+    elif form is Storage.BLOCKS:
+        label, memory, each, width = "blocks of parts", 16e-6 * fill, 4 * SOLVE_S * fill, round(fill / n)
+    elif form is Storage.DENSE:
         label, memory, each = "dense LU", 16e-6 * (n + m) ** 2, 2 * SOLVE_S * (n + m) ** 2
     else:
         label, memory, each = f"band of half width {width}", 32e-6 * n * (width + 1), 4 * SOLVE_S * fill
     if not scene.analysis.moves:
         return "sparse LU", 16e-6 * fill, LU_S * fill, 4 * SOLVE_S * fill
-    sparse = form is compiled.Storage.SPARSE
-    once = FACTOR_S * fill * (np.sqrt(fill / n) * 8 if sparse else n if form is compiled.Storage.DENSE else width)
+    sparse = form is Storage.SPARSE
+    once = FACTOR_S * fill * (np.sqrt(fill / n) * 8 if sparse else n if form is Storage.DENSE else width)
     return label, memory, once / (20 if sparse else 1), each
 
 

@@ -27,6 +27,7 @@ from .points import Sampled
 from .terms import Lifts, Routines, Setting, Targets, Term
 
 if TYPE_CHECKING:
+    from .layouts import Layout
     from .system import Affine, Matrix
 
 FEW = 2  #: modes per function of a cell below which gradients are multiplied out, the cost of tangents with it
@@ -316,9 +317,9 @@ def gradient_rows(cells: Cells, size: int) -> csr_array:
     return rows if cells.spread is None else csr_array(rows @ cells.spread)
 
 
-def targets(local: np.ndarray, T: csr_array, place: np.ndarray, dense: bool, width: int) -> Targets:
-    """Where entries of the lower triangles of cells go in the flat band or dense matrix, W += T^T K_e T with p = T x."""
-    size, count = local.shape
+def targets(local: np.ndarray, T: csr_array, layout: Layout) -> Targets:
+    """Where entries of the lower triangles of cells go in the flat storage of a matrix, W += T^T K_e T with p = T x."""
+    (size, count), place, dense = local.shape, layout.place, layout.dense
     deep = int(np.diff(T.indptr).max(initial=1))
     target, factor = np.full((T.shape[0], deep), -1), np.zeros((T.shape[0], deep))
     for k in range(deep):
@@ -334,8 +335,7 @@ def targets(local: np.ndarray, T: csr_array, place: np.ndarray, dense: bool, wid
             for a, b, on in ((i, j, np.ones(len(low), bool)), (j, i, low != column)):
                 valid = (i >= 0) & (j >= 0) & on[:, None] & (dense | (a >= b))
                 sources.append(source[valid])
-                flat = a * len(place) + b if dense else b * (width + 1) + a - b
-                targets.append(flat[valid])
+                targets.append(layout.flat(a[valid], b[valid]))
                 factors.append(value[valid])
     source, flat, value = np.concatenate(sources), np.concatenate(targets), np.concatenate(factors)
     if deep == 1 and not dense and (value == 1.0).all():

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from functools import cached_property, partial
 from threading import get_ident
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, diags_array
-from scipy.sparse.linalg import splu
+from scipy.sparse import csr_array, diags_array
 
 from ..core.linalg import as_dense, is_sparse
 from ..core.structs import packed
-from . import cells, constraint_laws, corotation, evaluation, lifts, sparse
+from . import cells, constraint_laws, corotation, evaluation, layouts, lifts, sparse
 from . import forces as attachments
 from . import terms as storages
 from .angles import continuous
@@ -23,33 +21,12 @@ from .constraint_laws import Constraint
 from .evaluation import Arrays, ConstraintTerms, ElasticTerms, Evaluation, Samples, Space
 from .forces import Force, Place
 from .kernels import Operator, Pairs, Terms
-from .lengths import LIGHT
-from .matrices import band_order, constant, dense_of, from_lower_band, lower_band, no_store, permuted, triple
+from .layouts import Layout, Pieces, Storage
+from .matrices import constant, permuted, triple
 from .system import COMPILED, System
 from .terms import Lifts, Piece, Setting, Targets, Term
 
-DENSE = 48  #: systems of at most this size are always treated as dense
-WIDE = 20_000  #: systems from this size on are sparse without looking for a band
-BAND = 96  #: widest band that is factored as a band
 NEARBY = 1e-4  #: distance of the states that rates of angles are taken from, over the time between two stored states
-
-
-class Storage(Enum):
-    """How the iteration matrix is stored."""
-
-    DENSE = "dense"
-    BAND = "band"
-    SPARSE = "sparse"
-
-
-@dataclass(frozen=True)
-class Pieces:
-    """Elastic storages of a system in pieces, in the coordinates p of all cells."""
-
-    matrix: csr_array | np.ndarray  #: p from the unknowns (p, n)
-    offset: np.ndarray  #: (p,)
-    storages: tuple[Any, ...]
-    owners: np.ndarray  #: (t,) number of the elastic part of every piece
 
 
 @dataclass(frozen=True)
@@ -64,8 +41,13 @@ class Compiled:
     laws: tuple[Constraint, ...]  #: what the addresses in `arrays.laws` belong to
     forces: tuple[Force, ...]  #: what the addresses in `arrays.forces` belong to
     pairs: np.ndarray  #: (h, 2) probe rows with second derivatives
-    order: np.ndarray  #: (n,)
+    layout: Layout
     pattern: sparse.Pattern | None  #: of the iteration matrix where it is sparse
+
+    @property
+    def order(self) -> np.ndarray:
+        """(n,) the unknown at every place."""
+        return self.layout.order
 
     @property
     def constraints(self) -> int:
@@ -112,10 +94,10 @@ def space(model: Compiled) -> Space:
 
 def compile_system(system: System) -> Compiled:
     """A system for compiled code, which it remembers, one for every thread: each has its own space. Wide ones are too large."""
-    if system.size >= WIDE:
+    if system.size >= layouts.WIDE:
         return flatten(system)
     known: dict[tuple[int, ...], Compiled] = system.__dict__.setdefault(COMPILED, {})
-    key = get_ident(), DENSE, WIDE, BAND
+    key = get_ident(), layouts.DENSE, layouts.WIDE, layouts.BAND
     if key not in known:
         known[key] = flatten(system)
     return known[key]
@@ -123,24 +105,22 @@ def compile_system(system: System) -> Compiled:
 
 def flatten(system: System) -> Compiled:
     """Choose order and storage, and write a system as arrays."""
-    parts = split(system)
-    form, order, width = chosen_storage(system, parts)
-    dense, large, place = form is Storage.DENSE, form is Storage.SPARSE, np.argsort(order)
+    parts, (constraints, laws, pushing, pairs) = split(system), attached(system)
+    layout = layouts.chosen(system, parts, pairs, any(force.skew for force in pushing))
+    order, large = layout.order, layout.storage is Storage.SPARSE
     local, reduced = [storages.couplings(one) for one in parts.storages], isinstance(parts.matrix, np.ndarray)
     pattern = sparse.pattern(len(parts.offset), local, parts.matrix if large else None) if large or (reduced and local) else None
     lift = lifts.piece(parts.matrix if reduced else triple(permuted(parts.matrix, order)), parts.offset, local, pattern)
 
     def targets(local: np.ndarray) -> Targets:
-        return pattern.targets(local) if pattern else cells.targets(local, parts.matrix, place, dense, width)
+        return pattern.targets(local) if pattern else cells.targets(local, parts.matrix, layout)
 
     beta = [system.elastic[owner].beta for owner in parts.owners]
     found = [storages.compile_term(one, Setting(system.dim, b, targets)) for one, b in zip(parts.storages, beta, strict=True)]
-    constraints, laws, pushing, pairs = attached(system)
     probes = permuted(system.probes.matrix, order)
-    store = no_store if large else dense_of if dense else lower_band
 
     def operator(A: csr_array | np.ndarray) -> Operator:
-        return constant(permuted(A, order, True), store(A, place, width), dense, large, system.dim)
+        return constant(permuted(A, order, True), layout.store(A), layout.dense, layout.by_rows, system.dim)
 
     arrays = Arrays(
         elastic=sum_of(found),
@@ -148,7 +128,9 @@ def flatten(system: System) -> Compiled:
         mass=operator(system.mass),
         damping=operator(system.damping),
         stiffness=operator(system.stiffness),
-        dense=dense,
+        dense=layout.dense,
+        tree=layout.tree,
+        blocks=triple(layout.pattern),
         probes=triple(probes),
         shown=triple(without(probes, [row for force in pushing for row in force.alone])),
         probes_offset=np.ascontiguousarray(system.probes.offset),
@@ -160,7 +142,7 @@ def flatten(system: System) -> Compiled:
         corotation=corotation.nothing(system.size),
         norm=np.ascontiguousarray(system.metric.diagonal()[order] / system.weight),
     )
-    model = Compiled(system, arrays, tuple(found), parts.owners, lift, laws, pushing, pairs, order, pattern if large else None)
+    model = Compiled(system, arrays, tuple(found), parts.owners, lift, laws, pushing, pairs, layout, pattern if large else None)
     if not is_sparse(system.lift.matrix):
         turned = corotation.corotational_tangent(system, partial(part_tangent, model))
         model = replace(model, arrays=arrays._replace(corotation=turned))
@@ -197,26 +179,12 @@ def sum_of(found: Sequence[Term]) -> ElasticTerms:
     return ElasticTerms(force, tangent, energy, records, any(one.damped for one in found))
 
 
-def chosen_storage(system: System, parts: Pieces) -> tuple[Storage, np.ndarray, int]:
-    """How the iteration matrix is stored, the order of the unknowns, and the half bandwidth of a band."""
-    natural = np.arange(system.size)
-    dense = not is_sparse(system.lift.matrix) or system.size <= DENSE
-    if not dense and system.size >= WIDE:
-        return Storage.SPARSE, natural, system.size - 1
-    order, width = (natural, system.size - 1) if dense else band_order(coupling(system, parts))
-    dense = dense or (3 * width > system.size and system.size <= 4 * BAND)
-    loose = not dense and massless(system, parts)
-    if dense or (loose and system.size <= 8 * DENSE):
-        return Storage.DENSE, natural, width
-    return (Storage.SPARSE, natural, width) if loose or width > BAND else (Storage.BAND, order, width)
-
-
-def storage(system: System) -> tuple[Storage, int]:
-    """How the iteration matrix of a system is stored, and the half bandwidth of a band; nothing is made of wide systems."""
-    if is_sparse(system.lift.matrix) and system.size >= WIDE:
-        return Storage.SPARSE, system.size - 1
-    form, _, width = chosen_storage(system, split(system))
-    return form, width
+def storage(system: System) -> Layout:
+    """How the iteration matrix of a system is stored; nothing is made of wide systems."""
+    if is_sparse(system.lift.matrix) and system.size >= layouts.WIDE:
+        return Layout(Storage.SPARSE, np.arange(system.size), system.size - 1)
+    *_, pushing, pairs = attached(system)
+    return layouts.chosen(system, split(system), pairs, any(force.skew for force in pushing))
 
 
 def attached(system: System) -> tuple[Terms, tuple[Constraint, ...], tuple[Force, ...], np.ndarray]:
@@ -252,39 +220,6 @@ def part_tangent(model: Compiled, number: int) -> Callable[[np.ndarray], np.ndar
     mine = [term for term, owner in zip(model.terms, model.owners, strict=True) if owner == number]
     alone = replace(model, arrays=model.arrays._replace(elastic=sum_of(mine)))
     return lambda x: as_dense(elastic_tangent(alone, x, 0.0))
-
-
-def massless(system: System, parts: Pieces) -> bool:
-    """Whether unknowns have neither mass nor elastic energy, as axes of thin rigid parts: only joints determine them."""
-    rows = [storages.couplings(one).ravel() for one in parts.storages]
-    used = coo_array(parts.matrix[np.unique(np.concatenate(rows))]) if rows else coo_array((0, system.size))
-    held = np.unique(used.col[used.data != 0.0])
-    free = np.setdiff1d(np.arange(system.size), held)
-    mass = csr_array(system.mass)
-    least = LIGHT * mass.diagonal().max(initial=0.0)
-    try:
-        pivots = splu(mass[free][:, free].tocsc()).U.diagonal() if len(free) else np.array([np.inf])
-    except RuntimeError:  # SuperLU: exactly singular
-        return True
-    return bool(np.abs(pivots).min() <= least)
-
-
-def coupling(system: System, parts: Pieces) -> csr_array:
-    """Pattern of the iteration matrix (n, n)."""
-    touched = [abs(csr_array(A)) for A in (system.mass, system.damping, system.stiffness)]
-    pattern = touched[0] + touched[1] + touched[2]
-    lift = abs(parts.matrix)
-    for local in map(storages.couplings, parts.storages):
-        rows = np.repeat(np.arange(local.shape[1])[None, :], local.shape[0], axis=0)
-        shape = (local.shape[1], lift.shape[0])
-        incidence = csr_array((np.ones(local.size), (rows.ravel(), local.ravel())), shape=shape) @ lift
-        pattern = pattern + incidence.T @ incidence
-    probes = abs(csr_array(system.probes.matrix))
-    i, j = attached(system)[3].T
-    pattern = pattern + probes.T @ csr_array((np.ones(len(i)), (i, j)), shape=(probes.shape[0],) * 2) @ probes
-    pattern = csr_array(pattern + pattern.T)
-    pattern.eliminate_zeros()
-    return pattern
 
 
 def constraint_pairs(system: System) -> tuple[np.ndarray, np.ndarray]:
@@ -476,9 +411,4 @@ def elastic_tangent(model: Compiled, x: np.ndarray, gh: float) -> csr_array | np
     W[:], found.space.x[:], found.space.gh[0] = 0.0, x[model.order], gh
     evaluation.sum_tangents(table)
     model.check()
-    if model.pattern:
-        return model.pattern.assembled(W[0])
-    if model.arrays.dense:
-        return W.copy()
-    inverse = np.argsort(model.order)
-    return from_lower_band(W)[inverse][:, inverse]
+    return model.pattern.assembled(W[0]) if model.pattern else model.layout.matrix(W)

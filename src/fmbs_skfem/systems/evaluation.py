@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.direct import Tree
 from ..core.jit import jit
 from ..core.structs import Integers, Matrix, Vector, invoke, opener, routine
 from . import kernels
@@ -75,6 +76,8 @@ class Arrays(NamedTuple):
     damping: Operator
     stiffness: Operator
     dense: bool
+    tree: Tree  #: of matrices in blocks, see `layouts`
+    blocks: Csr  #: the pattern of their upper triangle; no rows in other storages
     probes: Csr  #: (j, n)
     shown: Csr  #: the same without rows that only forces read, by themselves and where they need them
     probes_offset: Vector

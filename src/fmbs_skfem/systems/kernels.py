@@ -367,6 +367,22 @@ def add_pairs(A: Pairs, P: Csr, H: np.ndarray, dense: bool, W: np.ndarray) -> No
 
 
 @jit
+def add_pairs_to_rows(A: Pairs, P: Csr, H: np.ndarray, pattern: Csr, W: np.ndarray) -> None:
+    """As `add_pairs`, the symmetric part, for W by the rows of its upper triangle with the columns of `pattern`."""
+    for k in range(len(A.rows)):
+        if H[k] == 0.0:
+            continue
+        a, b = A.rows[k, 0], A.rows[k, 1]
+        for p in range(P.indptr[a], P.indptr[a + 1]):
+            i, value = P.indices[p], H[k] * P.data[p]
+            for q in range(P.indptr[b], P.indptr[b + 1]):
+                j = P.indices[q]
+                row = pattern.indices[pattern.indptr[min(i, j)] : pattern.indptr[min(i, j) + 1]]
+                at = pattern.indptr[min(i, j)] + np.searchsorted(row, max(i, j))
+                W[at] += (1.0 if i == j else 0.5) * value * P.data[q]
+
+
+@jit
 def any_of(x: np.ndarray) -> bool:
     """Whether a number is not zero."""
     found = False

@@ -6,17 +6,17 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, kron
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from ..core.linalg import as_dense, mirrored
+from ..core.linalg import mirrored
 from .kernels import Csr, Operator
 
 
-def constant(A: csr_array, store: np.ndarray, dense: bool, large: bool, dim: int) -> Operator:
+def constant(A: csr_array, store: np.ndarray, dense: bool, by_rows: bool, dim: int) -> Operator:
     """A constant matrix in the storage of its product."""
     entries = coo_array(A)
     used = entries.data != 0.0
     none = triple(csr_array((0, A.shape[1])))
     alone = bool((entries.row[used] == entries.col[used]).all())
-    if large or (dense and not alone) or not used.any():
+    if by_rows or (dense and not alone) or not used.any():
         rows, components = vectorwise(A, dim) if used.any() else (none, 1)
         full = bool(dense and used.any() and components == 1)
         return Operator(np.zeros(0, np.int64), np.zeros((0, len(store))), none if full else rows, components, store, full)
@@ -69,14 +69,6 @@ def lower_band(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.n
     band, low = np.zeros((len(place), width + 1)), (i >= j) & (entries.data != 0.0)
     np.add.at(band, (j[low], (i - j)[low]), entries.data[low])
     return band
-
-
-def no_store(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.ndarray:
-    return np.zeros((0, 1))
-
-
-def dense_of(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.ndarray:
-    return np.ascontiguousarray(as_dense(A))
 
 
 def from_lower_band(band: np.ndarray) -> csr_array:

@@ -1,0 +1,190 @@
+"""How the iteration matrix W of a system is stored, and in which order of the unknowns.
+
+    dense     all entries                                  few unknowns, dense bases
+    band      band[j, i - j] = W[i, j] for i >= j          full lines and strips
+    blocks    the upper triangle by rows, those of a part side by side, factored by supernodes         parts in a mechanism
+    sparse    by Python, see `sparse` and `dynamics.large`  large full systems, whose factors turn with the bodies
+
+Functions of a part read each other and few of other parts: eliminated first, its inner unknowns fill nothing but its joints.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array, eye_array, triu
+from scipy.sparse.linalg import splu
+
+from ..core import direct
+from ..core.direct import Tree
+from ..core.linalg import as_dense, is_sparse, mirrored
+from . import terms
+from .lengths import LIGHT
+from .matrices import band_order, from_lower_band, lower_band
+from .system import System
+
+DENSE = 48  #: systems of at most this size are dense where nothing speaks for blocks
+WIDE = 20_000  #: systems from this size on are sparse without looking for a band
+BAND = 96  #: widest band that is factored as a band
+WORTH = 0.3  #: part of the numbers of dense or band factors below which blocks are faster: theirs come in shorter rows
+NO_TREE = Tree(*(np.zeros(0, kind) for kind in (np.int64, np.int64, np.int64, np.int32, np.int64)))
+
+
+class Storage(Enum):
+    """How the iteration matrix is stored."""
+
+    DENSE = "dense"
+    BAND = "band"
+    SPARSE = "sparse"
+    BLOCKS = "blocks"
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Elastic storages of a system in pieces, in the coordinates p of all cells."""
+
+    matrix: csr_array | np.ndarray  #: p from the unknowns (p, n)
+    offset: np.ndarray  #: (p,)
+    storages: tuple[Any, ...]
+    owners: np.ndarray  #: (t,) number of the elastic part of every piece
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The storage of W (n, n), with the unknowns in an order."""
+
+    storage: Storage
+    order: np.ndarray  #: (n,) unknown at every place
+    width: int  #: half bandwidth
+    tree: Tree = NO_TREE  #: of blocks
+    pattern: csr_array = field(default_factory=lambda: csr_array((0, 0)))  #: of blocks, the upper triangle in this order
+
+    @cached_property
+    def place(self) -> np.ndarray:
+        """(n,) place of every unknown."""
+        return np.argsort(self.order)
+
+    @cached_property
+    def keys(self) -> np.ndarray:
+        """Row times n plus column of all entries of blocks, ascending."""
+        rows = np.repeat(np.arange(len(self.order)), np.diff(self.pattern.indptr))
+        return np.asarray(rows * len(self.order) + self.pattern.indices)
+
+    @property
+    def dense(self) -> bool:
+        return self.storage is Storage.DENSE
+
+    @property
+    def by_rows(self) -> bool:
+        """Whether products of constant matrices read their rows: there are no few diagonals."""
+        return self.storage in (Storage.SPARSE, Storage.BLOCKS)
+
+    @property
+    def numbers(self) -> int:
+        """Numbers that its factors have."""
+        if self.storage is Storage.BLOCKS:
+            return direct.entries(self.tree)
+        return len(self.order) * self.width if self.storage is Storage.BAND else len(self.order) ** 2 // 2
+
+    def flat(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        """Where entries of rows i and columns j, places of unknowns, are in the flat storage; i >= j where it is not dense."""
+        if self.dense:
+            return i * len(self.order) + j
+        if self.storage is Storage.BAND:
+            return j * (self.width + 1) + i - j
+        return np.searchsorted(self.keys, j * len(self.order) + i)
+
+    def store(self, A: csr_array | np.ndarray) -> np.ndarray:
+        """A symmetric matrix (n, n) in this storage; nothing of it where that is sparse."""
+        if self.storage is Storage.SPARSE:
+            return np.zeros((0, 1))
+        if self.dense:
+            return np.ascontiguousarray(as_dense(A))
+        if self.storage is Storage.BAND:
+            return lower_band(A, self.place, self.width)
+        entries = coo_array(A)
+        i, j = self.place[entries.row], self.place[entries.col]
+        found, low = np.zeros((1, self.pattern.nnz)), (i >= j) & (entries.data != 0.0)
+        np.add.at(found[0], self.flat(i[low], j[low]), entries.data[low])
+        return found
+
+    def matrix(self, W: np.ndarray) -> csr_array | np.ndarray:
+        """The symmetric matrix (n, n) of a storage, with the unknowns as the system has them."""
+        if self.dense:
+            return W.copy()
+        if self.storage is Storage.BAND:
+            found = from_lower_band(W)
+        else:
+            found = mirrored(csr_array((W[0], self.pattern.indices, self.pattern.indptr), shape=self.pattern.shape))
+        return csr_array(found[self.place][:, self.place])
+
+
+def chosen(system: System, parts: Pieces, pairs: np.ndarray, skew: bool) -> Layout:
+    """How the iteration matrix of a system is stored; `pairs` (h, 2) of probe rows have second derivatives, `skew` ones or not."""
+    natural = np.arange(system.size)
+    reduced = not is_sparse(system.lift.matrix)
+    if not reduced and system.size >= WIDE:
+        return Layout(Storage.SPARSE, natural, system.size - 1)
+    if reduced:
+        return Layout(Storage.DENSE, natural, system.size - 1)
+    pattern, small = coupling(system, parts, pairs), system.size <= DENSE
+    order, width = (natural, system.size - 1) if small else band_order(pattern)
+    dense = small or (3 * width > system.size and system.size <= 4 * BAND)
+    full = any(terms.numbers_read(one.gather) > 0.0 for one in system.elastic)  # of which bands are narrow, and plates turn
+    blocks = None if full or skew or not parts.storages else in_blocks(pattern)
+    loose = (not dense or blocks is not None) and massless(system, parts)
+    if dense or (loose and system.size <= 8 * DENSE):
+        found = Layout(Storage.DENSE, natural, width)
+    else:
+        large = loose or width > BAND
+        found = Layout(Storage.SPARSE, natural, width) if large else Layout(Storage.BAND, order, width)
+    return found if loose or blocks is None or blocks.numbers > WORTH * found.numbers else blocks
+
+
+def in_blocks(pattern: csr_array) -> Layout:
+    """Blocks of a symmetric W with the pattern (n, n)."""
+    n = pattern.shape[0]
+    whole = csr_array(abs(pattern) + eye_array(n), dtype=float)
+    whole.sort_indices()
+    tree = direct.analyse(whole)
+    upper = csr_array(triu(whole[tree.order][:, tree.order]))
+    upper.sort_indices()
+    width = int((upper.indices - np.repeat(np.arange(n), np.diff(upper.indptr))).max(initial=0))
+    return Layout(Storage.BLOCKS, tree.order, width, tree._replace(order=np.arange(n)), upper)
+
+
+def coupling(system: System, parts: Pieces, pairs: np.ndarray) -> csr_array:
+    """Pattern of the iteration matrix (n, n)."""
+    touched = [abs(csr_array(A)) for A in (system.mass, system.damping, system.stiffness)]
+    pattern = touched[0] + touched[1] + touched[2]
+    lift = abs(parts.matrix)
+    for local in map(terms.couplings, parts.storages):
+        rows = np.repeat(np.arange(local.shape[1])[None, :], local.shape[0], axis=0)
+        shape = (local.shape[1], lift.shape[0])
+        incidence = csr_array((np.ones(local.size), (rows.ravel(), local.ravel())), shape=shape) @ lift
+        pattern = pattern + incidence.T @ incidence
+    probes = abs(csr_array(system.probes.matrix))
+    i, j = pairs.T
+    pattern = pattern + probes.T @ csr_array((np.ones(len(i)), (i, j)), shape=(probes.shape[0],) * 2) @ probes
+    pattern = csr_array(pattern + pattern.T)
+    pattern.eliminate_zeros()
+    return pattern
+
+
+def massless(system: System, parts: Pieces) -> bool:
+    """Whether unknowns have neither mass nor elastic energy, as axes of thin rigid parts: only joints determine them."""
+    rows = [terms.couplings(one).ravel() for one in parts.storages]
+    used = coo_array(parts.matrix[np.unique(np.concatenate(rows))]) if rows else coo_array((0, system.size))
+    held = np.unique(used.col[used.data != 0.0])
+    free = np.setdiff1d(np.arange(system.size), held)
+    mass = csr_array(system.mass)
+    least = LIGHT * mass.diagonal().max(initial=0.0)
+    try:
+        pivots = splu(mass[free][:, free].tocsc()).U.diagonal() if len(free) else np.array([np.inf])
+    except RuntimeError:  # SuperLU: exactly singular
+        return True
+    return bool(np.abs(pivots).min() <= least)

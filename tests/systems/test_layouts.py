@@ -1,0 +1,93 @@
+"""Iteration matrices in blocks: the same matrix, the same motion and the same resumed run as in a dense matrix or a band."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.sparse import csr_array
+
+from fmbs_skfem.bodies import Body, cable
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
+from fmbs_skfem.reduction import parts
+from fmbs_skfem.reduction.excitation import Excitation, excite
+from fmbs_skfem.systems import At, System, assemble, check_system, compile_system, eliminate, joints, layouts, loads, springs
+from fmbs_skfem.systems.compiled import elastic_tangent, storage
+from tests import models
+from tests.dynamics.test_checkpoint import stopped
+
+SCHEME, SHARP = GeneralizedAlpha(1e-3), Newton(tolerance=1e-13)
+
+
+@cache
+def arm() -> Body:
+    """A beam of 8 cells with five functions."""
+    full = cable("arm", models.straight(8), models.SECTION, models.MATERIAL)
+    states = excite(full, Excitation(runs=1, duration=0.1, step=1e-3))
+    return parts.reduced_body(full, parts.shape_functions(full, states, None, 5))
+
+
+def star(open_joints: bool) -> System:
+    """Six arms from one hub, hung at a tip, the fourth welded to the first; a spring between two tips."""
+    angles = np.pi / 3.0 * np.arange(6)
+    turns = [np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) for c, s in zip(np.cos(angles), np.sin(angles), strict=True)]
+    bodies = [parts.placed(arm(), f"arm{k}", rotation=R) for k, R in enumerate(turns)]
+    held: list[joints.Joint] = [joints.Pin("tip", At("arm0", "right"))]
+    held += [joints.Pin(f"pin{k}", At("arm0", "left"), At(f"arm{k}", "left")) for k in (1, 2, 4, 5)]
+    held += [joints.Weld("weld", At("arm0", "left"), At("arm3", "left"))]
+    pull = springs.SpringDamper("spring", At("arm1", "right"), At("arm2", "right"), 50.0, 1.0, 0.5)
+    system = assemble(bodies, held, [loads.Gravity((0.0, 0.0, -9.81)), pull])
+    return system if open_joints else eliminate(system)
+
+
+def run(system: System) -> Trajectory:
+    return integrate(system, SCHEME, 0.1, SHARP)
+
+
+@pytest.fixture
+def always(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(layouts, "WORTH", 10.0)
+
+
+@pytest.mark.parametrize("open_joints", [False, True])
+def test_blocks_move_as_other_storages(open_joints: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(layouts, "WORTH", 0.0)
+    other = run(star(open_joints))
+    monkeypatch.setattr(layouts, "WORTH", 10.0)
+    blocks = run(star(open_joints))
+    assert blocks.statistics.solver.startswith("LDL^T of blocks")
+    assert not other.statistics.solver.startswith("LDL^T of blocks")
+    assert np.abs(blocks.x[-1] - blocks.x[0]).max() > 0.03
+    assert_allclose(blocks.x, other.x, atol=1e-10)
+    assert_allclose(blocks.multipliers, other.multipliers, atol=1e-5)
+
+
+@pytest.mark.usefixtures("always")
+def test_the_matrix_in_blocks_is_that_of_the_system() -> None:
+    system = star(False)
+    check_system(system)
+    model = compile_system(system)
+    layout = model.layout
+    assert layout.storage is layouts.Storage.BLOCKS
+    x = system.x0 + 1e-3 * np.random.default_rng(0).normal(size=system.size)
+    K = csr_array(elastic_tangent(model, x, 0.0)).toarray()
+    assert_allclose(layout.matrix(layout.store(K)).toarray(), K, atol=1e-12 * np.abs(K).max())
+    assert_allclose(layout.matrix(layout.store(system.mass)).toarray(), csr_array(system.mass).toarray(), atol=1e-15)
+
+
+@pytest.mark.usefixtures("always")
+def test_a_run_in_blocks_is_resumed_bit_for_bit() -> None:
+    system, steps = star(False), 48
+    whole = integrate(system, SCHEME, steps * SCHEME.step)
+    part = stopped(system, 16, SCHEME, steps)
+    assert part.checkpoint.arrays["kind"][0] in (0, 4)
+    assert_array_equal(integrate(system, SCHEME, steps * SCHEME.step, resume=part).x, whole.x)
+
+
+def test_many_parts_are_in_blocks_and_one_is_dense() -> None:
+    """Six arms of five functions fill a fifth of a dense matrix; a single one fills it."""
+    assert storage(star(False)).storage is layouts.Storage.BLOCKS
+    one = assemble([arm()], [joints.Pin("A", At("arm", "left"))])
+    assert storage(eliminate(one)).storage is layouts.Storage.DENSE
