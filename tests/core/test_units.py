@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fmbs_skfem.core import units
+from fmbs_skfem.core import expressions, functions, quantities, units
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.problems import Problem
+from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.core.units import Dimension, Quantity
 
 
@@ -47,14 +48,14 @@ from fmbs_skfem.core.units import Dimension, Quantity
     ],
 )
 def test_values(text: str | float, dimension: Dimension, value: float) -> None:
-    assert units.convert(text, dimension) == pytest.approx(value, rel=1e-15)
+    assert quantities.convert(text, dimension) == pytest.approx(value, rel=1e-15)
 
 
 @pytest.mark.parametrize(
     ("number", "unit", "value"), [("0.3", "mm", 0.3e-3), ("7", "mm", 0.007), ("90", "deg", math.pi / 2), ("1.1", "GPa", 1.1e9)]
 )
 def test_round_numbers_stay_round(number: str, unit: str, value: float) -> None:
-    assert units.read(f"{number} {unit}").value == value
+    assert quantities.read(f"{number} {unit}").value == value
 
 
 @pytest.mark.parametrize(
@@ -81,10 +82,10 @@ def test_round_numbers_stay_round(number: str, unit: str, value: float) -> None:
 )
 def test_refused(text: object, dimension: Dimension, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        units.convert(text, dimension)
+        quantities.convert(text, dimension)
 
 
-PARAMETERS = {"E": units.read("1 GPa"), "d": units.read("10 mm"), "n": units.read(3), "T": units.read("2 s")}
+PARAMETERS = {"E": quantities.read("1 GPa"), "d": quantities.read("10 mm"), "n": quantities.read(3), "T": quantities.read("2 s")}
 
 
 @pytest.mark.parametrize(
@@ -103,7 +104,7 @@ PARAMETERS = {"E": units.read("1 GPa"), "d": units.read("10 mm"), "n": units.rea
     ],
 )
 def test_expressions_carry_dimensions(text: str, dimension: Dimension, value: float) -> None:
-    assert units.convert(text, dimension, PARAMETERS) == pytest.approx(value, rel=1e-15)
+    assert quantities.convert(text, dimension, PARAMETERS) == pytest.approx(value, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -122,7 +123,7 @@ def test_expressions_carry_dimensions(text: str, dimension: Dimension, value: fl
 )
 def test_expressions_refused(text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        units.convert(text, units.LENGTH, PARAMETERS)
+        quantities.convert(text, units.LENGTH, PARAMETERS)
 
 
 @given(
@@ -137,7 +138,7 @@ def test_expressions_refused(text: str, message: str) -> None:
 @settings(max_examples=300, deadline=None)
 def test_anything_is_a_quantity_or_an_input_error(value: object) -> None:
     try:
-        quantity = units.read(value, PARAMETERS)
+        quantity = quantities.read(value, PARAMETERS)
     except InputError:
         return
     assert isinstance(quantity, Quantity)
@@ -146,9 +147,59 @@ def test_anything_is_a_quantity_or_an_input_error(value: object) -> None:
 
 def test_the_message_about_an_unknown_unit_lists_all_that_there_are() -> None:
     with pytest.raises(Problem) as caught:
-        units.read("3 inch")
+        quantities.read("3 inch")
     named = set(re.findall(r"[A-Za-z]+", str(caught.value)))
     alone = {name for name in units.UNITS if name.isalpha() and name.isascii()}
     known = alone - {prefix + name for prefix in units._PREFIXES if prefix for name in units._SCALED}
     assert known <= named
     assert {"n", "u", "m", "k", "M", "G"} <= named
+
+
+@pytest.mark.parametrize(
+    "text, value",
+    [
+        ("2 N/m * 3 m", 6.0),
+        ("5 N / 2 mm", 2500.0),
+        ("3 kg * 2 m/s**2", 6.0),
+        ("2 N m + 1 J", 3.0),
+        ("3 N * min(2, n)", 6.0),
+        ("(1 m + d) * 2 rad/s", 2.02),
+        ("0.1 m * d", 0.001),
+        ("-10 mm * n", -0.03),
+        ("d / n * 3 rad/s", 0.01),
+    ],
+)
+def test_numbers_with_units_stand_in_every_expression(text: str, value: float) -> None:
+    assert quantities.read(text, PARAMETERS).value == pytest.approx(value, rel=1e-14)
+    values = {name: one.value for name, one in PARAMETERS.items()}
+    assert expressions.of_time(text, values)(0.0) == pytest.approx(value, rel=1e-14)
+    found = of_state(text, parameters=PARAMETERS)
+    names = values | {step: one.value for step, one in expressions.quantities(found.program).items()}
+    assert expressions.evaluate(found.program, names, expressions.SCALAR) == pytest.approx(value, rel=1e-14)
+
+
+def test_radians_of_an_expression_are_numbers() -> None:
+    assert quantities.convert("0.1 m * 3 rad/s", units.VELOCITY) == pytest.approx(0.3)
+    with pytest.raises(Problem, match="angular velocity"):
+        quantities.convert("3 rad/s", units.RATE)
+
+
+def test_dimensions_of_numbers_with_units_are_checked_in_functions_of_time() -> None:
+    functions.check("0.1 m * sin(2 rad/s * t)", units.LENGTH, {})
+    functions.check("where(t < 100 ms, 2 m/s * t, 0.2 m)", units.LENGTH, PARAMETERS)
+    for text in ("0.1 m * t", "0.1 m + 2 rad/s", "where(t < 1 m, 1, 2)", "sin(2 m)"):
+        with pytest.raises(Problem):
+            functions.check(text, units.LENGTH, {})
+
+
+def test_a_name_that_may_be_a_unit_or_a_parameter_is_refused() -> None:
+    """3 m / s is 15 m/s where s is 0.2 s, and 3 m/s; what follows a number directly is its unit, and t is the time."""
+    known = PARAMETERS | {"s": quantities.read("0.2 s"), "m": quantities.read("3 kg")}
+    for text in ("2 * 3 m/s", "3 m / s", "3 m/s"):
+        with pytest.raises(Problem, match="which is both; rename"):
+            quantities.read(text, known)
+        with pytest.raises(Problem, match="which is both; rename"):
+            of_state(text, parameters=known)
+    assert quantities.read("4 N/m", known) == units.Quantity(4.0, units.LINE_FORCE.exponents)  # m is a mass
+    assert quantities.read("3 m", known) == units.Quantity(3.0, units.LENGTH.exponents)
+    assert expressions.of_time("2 m/s * t", {})(3.0) == 6.0

@@ -208,7 +208,12 @@ NUMBERS = {
         "a length [m], got '210 GPa' (pressure); write a number, or a quantity in m",
     ),
     "14 length for a force": ("0.5 N", "0.5 m", "16: loads.tip.force", "a force [N], got 'load' (length)"),
-    "14 sum of two dimensions": ("load]", "load + 1 m]", "16: loads.tip.force", "an operator or the end"),
+    "14 sum of two dimensions": (
+        "load]",
+        "load + 1 m]",
+        "16: loads.tip.force",
+        "both sides of '+' of one dimension, got force and length",
+    ),
     "14 sum of two parameters": (
         "load: 0.5 N}",
         "a: 1 m, load: a + 1 / a}",

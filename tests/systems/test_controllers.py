@@ -272,7 +272,7 @@ def test_errors_of_runs() -> None:
     with pytest.raises(InputError, match=r"controller 'servo'.sample: expected a whole number of steps of 0.003 s, got 0.02 s"):
         integrate(disc(PID), GeneralizedAlpha(3e-3), 0.3)
     broken = Program(name="servo", sample=SAMPLE, states=[of_state("1 / (0.1 - t)")], function=lambda t, x: 1e-3 * x)
-    with pytest.raises(SolverError, match=r"controller 'servo' gives -inf at t = 0.1 s") as caught:
+    with pytest.raises(SolverError, match=r"controller 'servo' gives inf at t = 0.1 s") as caught:
         integrate(disc(broken), GeneralizedAlpha(5e-3), 0.3)
     assert caught.value.partial is not None
     assert caught.value.partial.times[-1] == pytest.approx(0.1)

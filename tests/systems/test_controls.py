@@ -10,9 +10,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from fmbs_skfem.bodies import cable, point_mass, rigid, sections
-from fmbs_skfem.core import expressions, units
 from fmbs_skfem.core.errors import CorruptFile, InputError, SolverError
-from fmbs_skfem.core.responses import is_quantity, of_state
+from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading
@@ -259,10 +258,3 @@ def test_files_name_the_output_that_they_need(tmp_path: Path, monkeypatch: pytes
     responses.made.cache_clear()
     with pytest.raises(CorruptFile, match="'position'; import the file that declares it first"):
         files.load(path)
-
-
-def test_numbers_with_units() -> None:
-    for text, value in (("2 N/m * 3 m", 6.0), ("5 N / 2 mm", 2500.0), ("3 kg * 2 m/s**2", 6.0), ("2 N m + 1 J", 3.0)):
-        found = of_state(text)
-        names = {step: units.read(step).value for step in found.program if is_quantity(step)}
-        assert expressions.evaluate(found.program, names, expressions.SCALAR) == pytest.approx(value, rel=1e-14)

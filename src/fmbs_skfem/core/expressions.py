@@ -3,7 +3,7 @@
     comparison: sum [(< | <= | > | >=) sum]    sum: product {(+ | -) product}    product: unary {(* | /) unary}
     unary: (+ | -) unary | power               power: atom [** unary]            atom: number | name | function(...) | (comparison)
 
-In expressions of the state a number may have a unit, `0.3 m`, and a name a part, `tip.x`.
+A number may have a unit, `0.3 m`, and a name a part, `tip.x`.
 
 A text becomes a program in postfix order, numbers and symbols, which a stack evaluates in any algebra: floats, arrays, quantities
 with units. Nothing of Python is reachable from a text.
@@ -18,7 +18,7 @@ import re
 from collections import deque
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeAlias, overload
+from typing import Any, TypeAlias, TypeGuard, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +27,7 @@ from .container import storable
 from .errors import Reason, SolverError, closest, listed, say
 from .inputs import Source
 from .problems import Problem, shown
+from .units import UNITS, Quantity, measure
 
 Program: TypeAlias = tuple[float | str, ...]
 Algebra: TypeAlias = Mapping[str, Callable[..., Any]]
@@ -83,6 +84,14 @@ ARRAY: Algebra = {
 }  # fmt: skip
 
 
+class Ambiguous(Problem):
+    """A name in a text that may be a unit or a parameter, `s` in 3 m / s."""
+
+    def __init__(self, name: str, text: str) -> None:
+        got, remedy = f"'{name}' in {shown(text)}, which is both", f"rename the parameter '{name}', or write the number in SI units"
+        super().__init__("a unit or a parameter", got, remedy)
+
+
 @dataclass(frozen=True)
 class Expression:
     """A function of time f(t) with its parameters bound: floats in, floats out; arrays in, arrays out.
@@ -119,7 +128,8 @@ def of_time(
     values, told = {"pi": math.pi} | dict(parameters or {}), dict(inputs or {})
     program = parse(text, values.keys() | told.keys() | {"t"}) if isinstance(text, str) else (float(text),)
     read = tuple(one for name, one in told.items() if name in program)
-    return Expression(str(text), _fold(program, values, str(text)), read)
+    fixed = values | {step: one.value for step, one in quantities(program).items()}
+    return Expression(str(text), _fold(program, fixed, str(text)), read)
 
 
 def check(expression: Expression, times: npt.ArrayLike, name: str) -> None:
@@ -132,6 +142,16 @@ def check(expression: Expression, times: npt.ArrayLike, name: str) -> None:
             f"{name} at t = {t[first]:g} s", f"a finite value of '{expression.text}'", values[first], "guard it with where(...)"
         )
         raise SolverError(message, Reason.NOT_FINITE, float(t[first]))
+
+
+def is_quantity(step: float | str) -> TypeGuard[str]:
+    """Whether a step of a program is a number with a unit."""
+    return isinstance(step, str) and step[0] in "0123456789."
+
+
+def quantities(program: Program) -> dict[str, Quantity]:
+    """The numbers with units of a program."""
+    return {step: measure(step) for step in program if is_quantity(step)}
 
 
 def evaluate(program: Program, names: Mapping[str, Any], algebra: Algebra, lift: Callable[[float], Any] = float) -> Any:
@@ -250,19 +270,29 @@ def _operand(tokens: deque[Token], names: Collection[str], level: int) -> Progra
 
 
 def _unit(tokens: deque[Token], names: Collection[str]) -> str:
-    """The unit behind a number, whose parts are known as `1 N`; empty where there is none."""
+    """The unit behind a number; empty where there is none. t is the time, and no tonne."""
     text = ""
-    while tokens[0][0] == "name" and f"1 {tokens[0][1]}" in names:
+    while tokens[0][0] == "name" and tokens[0][1] in UNITS and tokens[0][1] != "t":
         text += tokens.popleft()[1]
         if tokens[0][1] == "**" and tokens[1][0] == "number":
             text += f"^{tokens[1][1]}"
             tokens.popleft()
             tokens.popleft()
-        if tokens[0][1] in ("*", "/") and f"1 {tokens[1][1]}" in names and tokens[1][1] not in names:
+        if tokens[0][1] in ("*", "/") and _is_unit(tokens, names):
             text += tokens.popleft()[1]
         elif tokens[0][0] == "name":
             text += " "
     return text.rstrip()
+
+
+def _is_unit(tokens: deque[Token], names: Collection[str]) -> bool:
+    """Whether a unit goes on behind the operator that comes next; a Problem where a name of the scene may be meant as well."""
+    name = tokens[1][1]
+    if name == "t" or name not in UNITS or tokens[2][1] == "(":
+        return False
+    if name in names:
+        raise Ambiguous(name, f"{tokens[0][1]} {name}")
+    return True
 
 
 def _known(name: str, names: Collection[str]) -> str:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, TypeAlias
 
-from . import expressions, functions, units
+from . import expressions, functions, quantities, units
 from .errors import closest
 from .expressions import Expression
 from .inputs import Source
@@ -57,7 +57,7 @@ class Takes:
 # ------------------------------------------------------------------------------------------------------------------ values
 def read_quantity(value: object, dimension: units.Dimension, context: Context, *bounds: str) -> float:
     """The SI value of a field; bounds such as "> 0" and "< 1"."""
-    number = units.convert(value, dimension, context.parameters)
+    number = quantities.convert(value, dimension, context.parameters)
     if not all(within(number, bound) for bound in bounds):
         raise Problem(f"{dimension} {' and '.join(bounds)}", shown(value))
     return number
@@ -128,7 +128,7 @@ def angle_of_time(value: object, context: Context) -> Expression:
         return of_time(value, context, units.ANGLE)
     except Problem:
         try:
-            return expressions.of_time(units.convert(value, units.ANGLE, context.parameters))
+            return expressions.of_time(quantities.convert(value, units.ANGLE, context.parameters))
         except Problem:
             pass
         raise
@@ -254,7 +254,7 @@ def read_motion(value: object, context: Context) -> tuple[Expression, ...]:
     return tuple(of_time(entry, context, units.LENGTH) for entry in value)
 
 
-ANY = Takes(lambda value, context: units.read(value, context.parameters).value, _ANY)
+ANY = Takes(lambda value, context: quantities.read(value, context.parameters).value, _ANY)
 NAMED = Takes(read_names, NAMES | {"description": "a name or a list of names"})
 AXIS = Takes(read_axis, _THREE | {"description": "an axis in space"})
 HISTORY = Takes(of_time, _EXPRESSION | {"description": "expression of t"})

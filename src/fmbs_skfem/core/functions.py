@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from . import expressions, units
+from . import expressions, quantities, units
 from .expressions import Program
 from .problems import Problem, shown
 from .units import NUMBER, PI, TIME, Dimension, Quantity
@@ -58,6 +58,7 @@ def check(
     told = inputs or {}
     program = expressions.parse(text, parameters.keys() | told.keys() | {"t"})
     names = {name: _constant(parameters[name]) for name in program if isinstance(name, str) and name in parameters}
+    names |= {step: Term(one) for step, one in expressions.quantities(program).items()}
     names |= {name: variable(unit) for name, unit in told.items()}
     check_program(program, text, dimension, names, clock)
 
@@ -147,7 +148,7 @@ def _power(a: Term, b: Term) -> Term:
     if not any(a.quantity.exponents) or math.isnan(b.quantity.value):
         return Term(replace(a.quantity, value=math.nan), a.number, a.bare)
     exponent = Quantity(b.quantity.value, NUMBER.exponents)
-    return Term(units.power(replace(a.quantity, value=1.0), exponent), a.number, a.bare)
+    return Term(quantities.power(replace(a.quantity, value=1.0), exponent), a.number, a.bare)
 
 
 def _same(a: Term) -> Term:
@@ -160,8 +161,8 @@ _ALGEBRA: expressions.Algebra = {
     **{symbol: _compared(symbol) for symbol in ("<", "<=", ">", ">=")},
     **{symbol: _pure(symbol) for symbol in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "floor")},
     **{symbol: _arc(symbol) for symbol in ("asin", "acos", "atan2")},
-    "*": _product(units.product),
-    "/": _product(units.quotient),
+    "*": _product(quantities.product),
+    "/": _product(quantities.quotient),
     "**": _power,
     "sqrt": lambda a: _power(a, _constant(Quantity(0.5, NUMBER.exponents))),
     "abs": lambda a: a,

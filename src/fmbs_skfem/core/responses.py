@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TypeGuard
 
 from . import expressions, functions, units
 from .errors import closest, listed
@@ -17,22 +16,15 @@ from .functions import Term
 from .problems import Problem, shown
 from .units import NUMBER, Dimension, Quantity
 
-UNIT = "1 "  #: of names that are units
-
 
 class Names(Collection[str]):
-    """All units, and every name that is none, beside those of known parameters and t."""
+    """Every name that is no unit, beside those of known parameters and t."""
 
     def __init__(self, known: Collection[str]) -> None:
         self.known = known
 
     def __contains__(self, name: object) -> bool:
-        text = str(name)
-        return (
-            text.removeprefix(UNIT) in units.UNITS
-            if text.startswith(UNIT)
-            else text not in units.UNITS or text in self.known or text == "t"
-        )
+        return name not in units.UNITS or name in self.known or name == "t"
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.known)
@@ -56,7 +48,7 @@ class OfState:
         """The names that it reads of a scene, each once."""
         known = {name for name, _ in self.parameters} | {"t", "pi"}
         names = (step for step in self.program if isinstance(step, str) and step not in expressions.ARITY)
-        return tuple(dict.fromkeys(name for name in names if name not in known and not is_quantity(name)))
+        return tuple(dict.fromkeys(name for name in names if name not in known and not expressions.is_quantity(name)))
 
     @property
     def clocked(self) -> bool:
@@ -93,13 +85,8 @@ def require(found: OfState, variables: Mapping[str, str]) -> None:
         return
     names = {name: functions.variable(unit) for name, unit in variables.items()}
     names |= {name: Term(value, number=plain(value), bare=plain(value)) for name, value in found.parameters}
-    names |= {step: Term(units.read(step)) for step in found.program if is_quantity(step)}
+    names |= {step: Term(one) for step, one in expressions.quantities(found.program).items()}
     functions.check_program(found.program, found.text, found.dimension, names, of="the state")
-
-
-def is_quantity(step: float | str) -> TypeGuard[str]:
-    """Whether a step of a program is a number with a unit."""
-    return isinstance(step, str) and step[0] in "0123456789."
 
 
 def plain(value: Quantity) -> bool:

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import units
+from . import quantities, units
 from .container import storable
 from .errors import InputError, closest, listed, say
 from .inputs import Source
@@ -78,7 +78,7 @@ def read_columns(path: Path, names: tuple[str, str], unit: str) -> tuple[tuple[f
     places = [known.index(name) if name else k for k, name in enumerate(names)]
     columns = list[tuple[float, ...]]()
     for place, dimension in zip(places, dimensions, strict=True):
-        scale = units.convert(f"1 {titles[place][1] or ''}", dimension)
+        scale = quantities.convert(f"1 {titles[place][1] or ''}", dimension)
         columns.append(tuple(scale * number(where, row, place, line) for line, row in enumerate(rows, 2)))
     return columns[0], columns[1]
 

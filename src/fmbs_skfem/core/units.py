@@ -1,23 +1,19 @@
-"""Quantities: "210 GPa" becomes 2.1e11, and only where a pressure is expected.
+"""Units and dimensions: a number with a unit, `210 GPa`, is 2.1e11 and a pressure.
 
     value [SI] = number * product_i (prefix_i unit_i)^n_i,    dimension = sum_i n_i dimension_i
 
-A quantity is a plain number (SI), a number with a unit, or an expression of the scene's parameters, whose dimensions are carried
-through the arithmetic. Exponents of a dimension count kilogram, metre, second and radian. Hertz counts turns, which a factor pi
-makes radians: 2 pi f is an angular velocity, f alone is refused as one.
+Exponents of a dimension count kilogram, metre, second and radian. Hertz counts turns, which a factor pi makes radians: 2 pi f is an
+angular velocity, f alone is refused as one.
 """
 
 from __future__ import annotations
 
 import math
-import operator
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
-from . import expressions
 from .errors import closest
 from .problems import Problem, shown
 
@@ -81,7 +77,7 @@ DIMENSIONS = (
 def find_dimension(unit: str) -> Dimension:
     """The dimension of a unit such as `N m/rad`; one without a name of its own is a quantity."""
     known = next((dimension for dimension in DIMENSIONS if dimension.unit == unit), None)
-    return known or Dimension("quantity", unit, read(f"1 {unit}").exponents)
+    return known or Dimension("quantity", unit, measure(f"1 {unit}").exponents)
 
 
 _PREFIXES = {"": 0, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "k": 3, "M": 6, "G": 9}  #: power of ten
@@ -114,16 +110,6 @@ LENGTH_LIMIT = 200  #: longest unit text [characters]
 EXPONENT = 12  #: largest power of a base unit
 
 
-def convert(value: object, dimension: Dimension, parameters: Mapping[str, Quantity] | None = None) -> float:
-    """The SI value of a number, text or expression of parameters, of the wanted dimension."""
-    quantity = read(value, parameters)
-    got, wanted = quantity.exponents, dimension.exponents
-    if got not in (wanted, NUMBER.exponents) and not (wanted[3] and not got[3] and got[:3] == wanted[:3]):
-        raise Problem(str(dimension), f"{shown(value)} ({describe(got)})", _advice(dimension))
-    refuse_cycles(quantity, dimension, value)
-    return quantity.value
-
-
 def refuse_cycles(quantity: Quantity, dimension: Dimension, got: object) -> None:
     """Raises a Problem where turns stand for radians."""
     if quantity.cycles > 0 and dimension.exponents[3]:
@@ -131,26 +117,18 @@ def refuse_cycles(quantity: Quantity, dimension: Dimension, got: object) -> None
         raise Problem(str(dimension), f"{shown(got)}, which counts turns in hertz", same)
 
 
-def read(value: object, parameters: Mapping[str, Quantity] | None = None) -> Quantity:
-    """A number, a text with a unit or an expression of parameters as a quantity; plain numbers are SI."""
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return Quantity(_finite(value, value), NUMBER.exponents)
-    if not isinstance(value, str):
-        raise Problem("a number or a quantity", shown(value), "write for instance 0.01 or '10 mm'")
-    match = _QUANTITY.fullmatch(value) if len(value) <= LENGTH_LIMIT else None
+def measure(text: str) -> Quantity:
+    """A number with or without a unit as a quantity."""
+    match = _QUANTITY.fullmatch(text) if len(text) <= LENGTH_LIMIT else None
     if match is None:
-        return _evaluate(value, parameters or {})
-    scale, exponents, cycles = _unit(match[2].rstrip(), value) if match[2] else (Fraction(1), NUMBER.exponents, 0)
-    return Quantity(_finite(_scaled(float(match[1]), scale), value), exponents, cycles)
+        raise Problem("a number or a quantity", shown(text), "write for instance 0.01 or '10 mm'")
+    scale, exponents, cycles = _unit(match[2].rstrip(), text) if match[2] else (Fraction(1), NUMBER.exponents, 0)
+    return Quantity(finite(_scaled(float(match[1]), scale), text), exponents, cycles)
 
 
-def read_as(value: object, exponents: Exponents, name: str, parameters: Mapping[str, Quantity] | None = None) -> float:
-    """The SI value of a plain number, or of a quantity of the dimension of `name`."""
-    found = read(value, parameters)
-    if found.exponents not in (exponents, NUMBER.exponents):
-        got = f"{shown(value)} ({describe(found.exponents)})"
-        raise Problem(f"a value of the dimension of {name} ({describe(exponents)})", got)
-    return found.value
+def starts_with_number(text: str) -> bool:
+    """Whether a text begins as a number does."""
+    return _QUANTITY.fullmatch(text) is not None
 
 
 def describe(exponents: Exponents) -> str:
@@ -166,11 +144,7 @@ def unit(exponents: Exponents) -> str:
     return named[0] if named else describe(exponents)
 
 
-def _advice(dimension: Dimension) -> str:
-    return f"write a number, or a quantity in {dimension.unit}" if dimension.unit else "write a number without a unit"
-
-
-def _finite(value: float, got: object) -> float:
+def finite(value: float, got: object) -> float:
     try:
         finite = math.isfinite(value)
     except OverflowError:
@@ -203,96 +177,3 @@ def _unit(text: str, whole: str) -> tuple[Fraction, Exponents, int]:
         if abs(max(exponents, key=abs)) > EXPONENT:
             raise Problem("a unit with small powers", shown(whole))
     return scale, exponents, cycles
-
-
-def _evaluate(text: str, parameters: Mapping[str, Quantity]) -> Quantity:
-    program = expressions.parse(text, parameters.keys())
-    names = {"pi": PI} | {name: parameters[name] for name in program if isinstance(name, str) and name in parameters}
-    try:
-        result: Quantity = expressions.evaluate(program, names, _ALGEBRA, lambda number: Quantity(number, NUMBER.exponents))
-    except (ArithmeticError, ValueError) as error:
-        raise error if isinstance(error, Problem) else Problem("a quantity", f"{shown(text)} ({error})") from error
-    if abs(max(result.exponents, key=abs)) > EXPONENT:
-        raise Problem("a quantity whose unit has small powers", shown(text))
-    return Quantity(_finite(result.value, text), result.exponents, result.cycles)
-
-
-def _same(symbol: str) -> Callable[[Quantity, Quantity], Quantity]:
-    """Sums, comparisons and extremes: both sides of one dimension, radians counting as numbers."""
-    law = expressions.SCALAR[symbol]
-
-    def apply(a: Quantity, b: Quantity) -> Quantity:
-        if a.exponents[:3] != b.exponents[:3]:
-            raise Problem(f"both sides of '{symbol}' of one dimension", f"{describe(a.exponents)} and {describe(b.exponents)}")
-        value = law(a.value, b.value)
-        return Quantity(value, NUMBER.exponents) if symbol[0] in "<>" else Quantity(value, a.exponents, max(a.cycles, b.cycles))
-
-    return apply
-
-
-def _pure(symbol: str) -> Callable[[Quantity], Quantity]:
-    """Functions of numbers and angles."""
-    law = expressions.SCALAR[symbol]
-
-    def apply(a: Quantity) -> Quantity:
-        if any(a.exponents[:3]):
-            raise Problem(f"a number or an angle in {symbol}(...)", describe(a.exponents))
-        refuse_cycles(a, ANGLE, f"{symbol}(...)")
-        return Quantity(law(a.value), NUMBER.exponents)
-
-    return apply
-
-
-def _arc(symbol: str) -> Callable[..., Quantity]:
-    """Angles of a number, or of two of one dimension."""
-    law = expressions.SCALAR[symbol]
-
-    def apply(*parts: Quantity) -> Quantity:
-        if len(parts) > 1:
-            _same("-")(*parts)
-        elif any(parts[0].exponents):
-            raise Problem(f"a number in {symbol}(...)", describe(parts[0].exponents))
-        return Quantity(law(*(part.value for part in parts)), ANGLE.exponents)
-
-    return apply
-
-
-def product(a: Quantity, b: Quantity) -> Quantity:
-    """a b."""
-    cycles = max(-1, min(1, a.cycles + b.cycles))
-    return Quantity(a.value * b.value, tuple(map(operator.add, a.exponents, b.exponents)), cycles)
-
-
-def quotient(a: Quantity, b: Quantity) -> Quantity:
-    """a / b; turns over turns are a number."""
-    cycles = a.cycles if b.cycles < 1 else min(0, a.cycles)
-    return Quantity(a.value / b.value, tuple(map(operator.sub, a.exponents, b.exponents)), cycles)
-
-
-def power(a: Quantity, b: Quantity) -> Quantity:
-    """a to the power of a number."""
-    if any(b.exponents):
-        raise Problem("a number as exponent of '**'", describe(b.exponents))
-    power = Fraction(b.value).limit_denominator(12) if math.isfinite(b.value) and any(a.exponents) else Fraction(0)
-    if abs(power) > EXPONENT:
-        raise Problem(f"an exponent of a quantity of at most {EXPONENT}", str(b.value))
-    return Quantity(math.pow(a.value, b.value), tuple(n * power for n in a.exponents))
-
-
-def _where(condition: Quantity, a: Quantity, b: Quantity) -> Quantity:
-    return a if condition.value != 0.0 else b
-
-
-_ALGEBRA: expressions.Algebra = {
-    **{symbol: _same(symbol) for symbol in ("+", "-", "min", "max", "mod", "<", "<=", ">", ">=")},
-    **{symbol: _pure(symbol) for symbol in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "floor")},
-    **{symbol: _arc(symbol) for symbol in ("asin", "acos", "atan2")},
-    "*": product,
-    "/": quotient,
-    "**": power,
-    "sqrt": lambda a: power(a, Quantity(0.5, NUMBER.exponents)),
-    "abs": lambda a: replace(a, value=abs(a.value)),
-    "sign": lambda a: Quantity(expressions.SCALAR["sign"](a.value), NUMBER.exponents),
-    "neg": lambda a: replace(a, value=-a.value),
-    "where": _where,
-}

@@ -16,7 +16,7 @@ from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
-from ..core import expressions, units
+from ..core import expressions, quantities, units
 from ..core.errors import InputError
 from ..core.fields import ANY, Context, Takes
 from ..core.inputs import ROUND, Input
@@ -65,7 +65,7 @@ def read_input(name: str, entry: object, context: Context) -> Input:
     """An input in SI units."""
     given: InputModel = MODEL.read(entry, context)
     dimension = units.find_dimension(given.unit) if given.unit else units.NUMBER
-    return Input(name, given.unit, units.convert(given.start, dimension, context.parameters))
+    return Input(name, given.unit, quantities.convert(given.start, dimension, context.parameters))
 
 
 def steered(raw: Any, context: Context) -> tuple[dict[str, Input], list[Found]]:

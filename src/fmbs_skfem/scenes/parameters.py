@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Annotated, Any, NamedTuple, TypeAlias
 
-from ..core import expressions, units
+from ..core import expressions, quantities, units
 from ..core.errors import InputError, closest, listed
 from ..core.fields import Context, Schema, Takes, array_schema, word
 from ..core.mappings import inline
@@ -33,7 +33,7 @@ class Written(NamedTuple):
 
 
 def read_quantity(value: object, context: Context) -> Written:
-    return Written(units.read(value, context.parameters), value)
+    return Written(quantities.read(value, context.parameters), value)
 
 
 def read_ends(value: object, context: Context) -> list[Written]:
@@ -99,7 +99,7 @@ def resolve(raw: Any, changed: Changes) -> Resolved:
         try:
             _check_name(name)
             own, limits = (
-                read_range(name, entry, known.values) if isinstance(entry, dict) else (units.read(entry, known.values), None)
+                read_range(name, entry, known.values) if isinstance(entry, dict) else (quantities.read(entry, known.values), None)
             )
             known.values[name] = _change(own, changed[name], known.values) if name in changed else own
             if limits is not None:
@@ -156,7 +156,7 @@ def wrong_ends(first: Written, last: Written, log: bool) -> Problem | None:
 
 def _change(own: Quantity, text: float | str, values: Mapping[str, Quantity]) -> Quantity:
     """A new value of a parameter; a plain number has the dimension of the old one."""
-    new = units.read(text, values)
+    new = quantities.read(text, values)
     if new.exponents == units.NUMBER.exponents:
         return replace(own, value=new.value)
     if units.NUMBER.exponents != own.exponents != new.exponents:

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
-from ..core import units
+from ..core import quantities, units
 from ..core.errors import closest
 from ..core.fields import Context, Count, Takes, array_schema, read_quantity, whole, word
 from ..core.mappings import inline
@@ -85,7 +85,7 @@ def point(value: object, context: Context) -> Row:
             raise Problem(f"a mapping of {', '.join(names)} and their values", shown(value))
         value = {names[0]: value}
     _same_names(value, names)
-    own, read = context.parameters, units.read_as
+    own, read = context.parameters, quantities.read_as
     row = tuple(read(value[name], own[name].exponents, name, own) for name in names)
     for name, entry in zip(names, row, strict=True):
         limits = context.ranges[name]
@@ -130,7 +130,7 @@ def tolerance(value: object, context: Context) -> float | Allowed:
         return found
     if not value:
         raise Problem("errors of outputs by name", "none", "write {C: 0.1 mm} for instance")
-    read = {str(name): units.read(entry, context.parameters) for name, entry in value.items()}
+    read = {str(name): quantities.read(entry, context.parameters) for name, entry in value.items()}
     for name, entry in read.items():
         if not entry.value > 0.0:
             raise Problem(f"a largest error of {name} above 0", shown(value[name]))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import scenes
-from ..core import units
+from ..core import quantities
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
 from ..core.problems import Problem
@@ -166,7 +166,7 @@ def spread(
 def unit_size(text: str) -> float:
     """The size of a unit in the header of a table."""
     try:
-        return float(units.read(f"1 {text}").value)
+        return float(quantities.read(f"1 {text}").value)
     except Problem as problem:
         raise InputError(problem.at(f"unit '{text}'")) from problem
 

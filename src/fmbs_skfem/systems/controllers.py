@@ -23,7 +23,7 @@ from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 
-from ..core import units
+from ..core import quantities, units
 from ..core.container import storable
 from ..core.declared import Declared
 from ..core.fields import ANY, Context, Takes, array_schema
@@ -43,7 +43,7 @@ def read_unit(value: object, context: Context) -> str:
 
 UNIT = Takes(read_unit, {"type": "string", "description": "a unit such as N m, none for a number"})
 Gain: TypeAlias = Annotated[
-    Any, Takes(lambda value, context: units.read(value, context.parameters), ANY.told)
+    Any, Takes(lambda value, context: quantities.read(value, context.parameters), ANY.told)
 ]  #: SI, or a quantity
 Read: TypeAlias = Annotated[OfState, fields.response("")]
 
@@ -52,7 +52,7 @@ def read_pair(value: object, context: Context) -> tuple[Any, ...]:
     """Two quantities."""
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise Problem("a list of two quantities", shown(value))
-    return tuple(units.read(one, context.parameters) for one in value)
+    return tuple(quantities.read(one, context.parameters) for one in value)
 
 
 Pair: TypeAlias = Annotated[tuple[Any, ...], Takes(read_pair, array_schema(ANY.told, 2, 2))]

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..core import expressions, extras, responses, units
+from ..core import expressions, extras, responses
 from ..core.errors import InputError, listed, say
 from ..core.expressions import of_time
 from ..core.problems import Problem
@@ -202,7 +202,7 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
 
     def value(text: str) -> Any:
         program = expressions.parse(text, known)
-        scales = {step: symbols.number(units.read(step).value) for step in program if responses.is_quantity(step)}
+        scales = {step: symbols.number(one.value) for step, one in expressions.quantities(program).items()}
         return expressions.evaluate(program, names | scales, symbols.ALGEBRA, symbols.number)
 
     values, stored = [value(one) for one in text.split(";")], value(potential)
