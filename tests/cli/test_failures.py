@@ -71,7 +71,7 @@ def test_a_run_that_succeeds_removes_the_failure_of_the_one_before(tmp_path: Pat
     out = tmp_path / "out"
     assert fmbs("run", scene(tmp_path, SHORT, JUMP), "--out", out, "--no-plots").code == 4
     assert fmbs("run", scene(tmp_path, SHORT), "--out", out, "--no-plots", "--force").code == 0
-    assert sorted(path.name for path in out.iterdir()) == ["outputs.csv", "report.json"]
+    assert sorted(path.name for path in out.iterdir()) == ["outputs.csv", "outputs.units.json", "report.json"]
 
 
 def test_a_file_of_the_user_is_kept(tmp_path: Path) -> None:

@@ -128,7 +128,13 @@ def results(folder: Path, tmp_path: Path) -> Path:
 @pytest.mark.parametrize("name", ["outputs.csv", "outputs.png", "report.json", "history/segment-00001.h5"])
 def test_a_flipped_byte_of_a_result_is_found(name: str, results: Path) -> None:
     whole = fmbs("check", results, "--json")
-    assert {Path(path).name for path in whole.json["verified"]} == {"report.json", "outputs.csv", "outputs.png", "history"}
+    assert {Path(path).name for path in whole.json["verified"]} == {
+        "report.json",
+        "outputs.csv",
+        "outputs.units.json",
+        "outputs.png",
+        "history",
+    }
     path = results / name
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 1

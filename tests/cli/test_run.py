@@ -69,6 +69,7 @@ def test_every_column_has_its_unit_and_a_drive_a_torque(tmp_path: Path) -> None:
     found = json.loads((out / "report.json").read_text())
     assert found["units"].keys() == found["outputs"].keys()
     assert (found["units"]["C_x"], found["units"]["coupler_slope_x"], found["units"]["motor_angle"]) == ("m", "", "N m")
+    assert json.loads((out / "outputs.units.json").read_text()) == {"t": "s", **found["units"]}
     assert found["labels"] == {"motor_angle": "moment about z"}
     assert "motor_angle: moment about z [N m]" in done.out
     assert "C_x [m]" in done.out

@@ -47,7 +47,7 @@ def test_bodies_are_blocks(run: studies.Run) -> None:
 
 def test_files_are_written_once(run: studies.Run, tmp_path: Path) -> None:
     names = {path.name for path in run.save(tmp_path / "out")}
-    assert names == {"outputs.csv", "report.json", "outputs.png"}
+    assert names == {"outputs.csv", "outputs.units.json", "report.json", "outputs.png"}
     assert studies.checksums(tmp_path / "out").report["status"] == "ok"
     with pytest.raises(InputError, match="force=True"):
         run.save(tmp_path / "out")
@@ -55,7 +55,7 @@ def test_files_are_written_once(run: studies.Run, tmp_path: Path) -> None:
 
 def test_modes_have_a_table_and_fields(tmp_path: Path) -> None:
     found = studies.run(scene(tmp_path, "{type: modes, count: 2, about: reference}"))
-    assert found.table()["frequency_hz"] == pytest.approx(found.frequencies)
+    assert found.table()["frequency_hz [Hz]"] == pytest.approx(found.frequencies)
     assert np.linalg.norm(found.view()["beam"]["mode_2"], axis=1).max() == pytest.approx(1.0)
     with pytest.raises(InputError, match="draw modes with fmbs render"):
         found.plot()

@@ -22,6 +22,7 @@ from .options import (
     Shared,
     Step,
     TimeLimit,
+    examples,
     hyper_reductions,
     ranges,
 )
@@ -319,6 +320,23 @@ def demo(
             return comparison.copy_examples(job)
     with jobs.begin(comparison.demo_scene(), **shared) as job:
         return comparison.show_demo(job)
+
+
+def new(
+    folder: Annotated[str | Path, Argument("NAME")],
+    *,
+    like: Annotated[str, Option("The example that it is a copy of.", "EXAMPLE", choices=examples)] = "double_pendulum",
+    **shared: Unpack[OutputOptions],
+) -> Result:
+    """Begin a project: copy an example scene and its meshes.
+
+    The folder NAME gets NAME.yaml, which is the example under this name, and the files that it reads. Change it, and look at it
+    with `fmbs check`.
+    """
+    from . import projects
+
+    with jobs.begin(folder, **shared) as job:
+        return projects.copy_example(job, like)
 
 
 def warm(**shared: Unpack[OutputOptions]) -> Result:

@@ -53,6 +53,7 @@ def solve_states(
             "provenance": reports.provenance(scene),
             **found.facts,
             **moves,
+            "units": dict.fromkeys(columns, "") | dict(zip(found.columns, map(unit_in, found.heads), strict=True)),
             "notices": job.notices,
         }
         missing, figures = None, figures_of(found, scene.name)
@@ -77,6 +78,11 @@ def solve_states(
     made = Run(about=about, report=report, lines=view, figures=figures, error=missing)
     more = {name: np.asarray(values) for name, values in columns.items()}
     return conclude(replace(made, outputs=more, frequencies=found.frequencies, shapes=found.shapes, linear=found.linear))
+
+
+def unit_in(head: str) -> str:
+    """`Hz` of `frequency [Hz]`; empty without a unit."""
+    return head.partition("[")[2].rstrip("]")
 
 
 def motions(found: StateTable) -> dict[str, Any]:

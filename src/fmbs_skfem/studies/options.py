@@ -76,6 +76,13 @@ def hyper_reductions() -> Collection[str]:
     return hyper_reduction.KNOWN
 
 
+def examples() -> Collection[str]:
+    """Names of the example scenes that travel with the package."""
+    from . import projects
+
+    return projects.examples()
+
+
 class OutputOptions(TypedDict, total=False):
     """Options that all studies have."""
 

@@ -25,7 +25,13 @@ if TYPE_CHECKING:
 
     from ..dynamics import Shapes, StateSpace, Trajectory
 
-OUTPUTS = "outputs.csv"
+OUTPUTS, UNITS = "outputs.csv", "outputs.units.json"
+
+
+def write_outputs(out: Path, times: np.ndarray, columns: Mapping[str, np.ndarray], report: Mapping[str, Any]) -> list[Path]:
+    """The columns (s,) over time or load factor (s,), and the SI unit of each, empty for numbers."""
+    units = {"t": "s" if report.get("solver") else "", **report["units"]}
+    return [reports.write_csv(out / OUTPUTS, {"t": times, **columns}), reports.write_json(out / UNITS, units)]
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -84,9 +90,10 @@ class Run(Result):
             remedy = "choose another folder, or force=True"
             raise InputError(say(f"save {out}", "a folder without results", reports.REPORT, remedy))
         files = [out / reports.REPORT, *self.figures.save(out)]
-        if self.outputs:
-            times = {} if self.motion is None else {"t": self.times}
-            files.append(reports.write_csv(out / OUTPUTS, {**times, **self.outputs}))
+        if self.motion is not None:
+            files += write_outputs(out, self.times, self.outputs, self.report)
+        elif self.outputs:
+            files.append(reports.write_csv(out / OUTPUTS, self.outputs))
         if self.linear is not None:
             files += [self.linear.save(out / name) for name in ("linear.npz", "linear.mat")]
         reports.write_report(out, {**self.report, "files": files})

@@ -30,7 +30,7 @@ from ..systems import probes
 from . import compiling, failures, judging, panels, recording, reports
 from . import job as jobs
 from .job import Job
-from .outcome import OUTPUTS, Run
+from .outcome import OUTPUTS, UNITS, Run, write_outputs
 from .result import Table, conclude, describe_error, list_files
 
 if TYPE_CHECKING:
@@ -167,7 +167,7 @@ def solve(
     limit: float = np.inf,
 ) -> Run:
     """Run a task into the output folder, settled before the task is made, where nothing of another run is touched."""
-    wanted = (OUTPUTS, reports.REPORT, *(["outputs.png"] if plots else []), *names)
+    wanted = (OUTPUTS, UNITS, reports.REPORT, *(["outputs.png"] if plots else []), *names)
     with recording.place(job, wanted, mark) as out:
         cold = compiling.announce(job)
         task = make()
@@ -219,7 +219,7 @@ def finish(
     missing = None
     if out is not None:
         with segments.room(out, out):
-            files = [reports.write_csv(out / OUTPUTS, {"t": trajectory.times, **outputs}), out / reports.REPORT]
+            files = [*write_outputs(out, trajectory.times, outputs, report), out / reports.REPORT]
             report["files"] = files + (figures.save(out) if plots else [])
             report = failures.write_failure(out, report, error, plots)
             reports.write_report(out, report)

@@ -1,0 +1,52 @@
+"""A first project: a folder with a copy of an example scene, under a name of one's own, and the files that it reads."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+from ..core.errors import InputError, closest, say
+from . import comparison, reports
+from .job import Job
+from .result import Result, list_files
+
+SCENES = ".yaml"
+FILE = re.compile(r"[\w./-]+\.\w+")  #: what may be the name of a file in a scene
+NAME = re.compile(r"^name:.*$", re.MULTILINE)
+
+
+def examples() -> list[str]:
+    """Names of the example scenes."""
+    return sorted(path.stem for path in comparison.examples().glob(f"*{SCENES}"))
+
+
+def copy_example(job: Job, like: str) -> Result:
+    """The scene NAME/NAME.yaml, where NAME is the name of the folder of a job, and what it reads beside it."""
+    if like not in (known := examples()):
+        raise InputError(say("like", f"one of the examples {', '.join(known)}", f"'{like}'") + closest(like, known))
+    out = job.path if job.out is None else job.out
+    scene = out / f"{out.name}{SCENES}"
+    if scene.exists() and not job.force:
+        raise InputError(say(f"{out}", "a new folder", f"one with {scene.name}", "choose another name, or --force"))
+    source = comparison.examples() / f"{like}{SCENES}"
+    text = source.read_text(encoding="utf-8")
+    files = []
+    for name in dict.fromkeys(files_in(source, text)):
+        inside = Path(name).relative_to("..") if name.startswith("../") else Path(name)
+        target = out / inside
+        reports.make_folder(target.parent)
+        files.append(Path(shutil.copy(source.parent / name, target)))
+        text = text.replace(name, inside.as_posix())
+    reports.make_folder(out)
+    scene.write_text(NAME.sub(f"name: {out.name}", text), encoding="utf-8")
+    written = [scene, *files]
+    lines = [f"look at it: fmbs check {scene}", f"solve it: fmbs run {scene}", *list_files({"files": written})]
+    report = {"status": "ok", "scene": scene, "like": like, "files": written, "notices": job.notices}
+    return Result(about=f"{scene} like {like}", report=report, lines=lines)
+
+
+def files_in(source: Path, text: str) -> Iterator[str]:
+    """Names in a scene of files that are there."""
+    yield from (name for name in FILE.findall(text) if (source.parent / name).is_file() and name != source.name)
