@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import dynamics, scenes, systems
-from fmbs_skfem.bodies import plate, sections
+from fmbs_skfem.bodies import plate, rigid, sections
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory
 from fmbs_skfem.dynamics.outputs import distances
 from fmbs_skfem.results import frames
@@ -14,6 +14,7 @@ from fmbs_skfem.results import motion as drawn
 from fmbs_skfem.results.frames import Kind
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import ancf_plate
+from fmbs_skfem.systems import At, joints, loads
 
 from ..cli.calls import EXAMPLES
 from ..models import cantilever, spin_up
@@ -36,6 +37,35 @@ def test_fields_of_a_stretched_beam_and_of_an_arc() -> None:
     assert arc.fields["curvature"] == pytest.approx(np.full((1, 201), 2.0), rel=1e-12)
     assert arc.fields["strain"] == pytest.approx(np.full((1, 201), 0.5 * (1.21 - 1)), rel=1e-12)
     assert np.all(arc.points[..., 2] == 0)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_loads_gravity_and_axes_are_arrows_that_turn_with_what_carries_them(dim: int) -> None:
+    """Bodies turned by 90 degrees about z: the follower and the axis of the hinge turn with them, force and gravity do not."""
+    one, two = (rigid.rigid(name, 1.0, 0.1 if dim == 2 else np.eye(3), np.zeros(dim), dim=dim) for name in ("one", "two"))
+    x, y, z = np.eye(3)
+    loaded = [
+        loads.Gravity(tuple(-9.81 * y[:dim])),
+        loads.PointForce("push", At("one", "frame"), tuple(2.0 * x[:dim])),
+        loads.Follower("jet", At("one", "frame"), tuple(-3.0 * x[:dim])),
+        loads.Torque("turn", At("one", "frame"), -5.0 if dim == 2 else tuple(-5.0 * z)),
+    ]
+    hinge = joints.Revolute("hinge", At("two", "frame"), At("one", "frame"), axis=None if dim == 2 else tuple(x))
+    system = systems.assemble([one, two], [hinge], loaded)
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])[:dim, :dim]
+    states = np.stack([system.x0, (system.x0.reshape(-1, dim) @ turn.T).ravel()])
+    none = np.zeros((2, 0))
+    arrows = drawn.frames(Trajectory(system, np.array([0.0, 1.0]), states, 0 * states, 0 * states, none)).arrows.values()
+    found: dict[str, list[np.ndarray]] = {}
+    for arrow in arrows:
+        unit = arrow.directions / np.linalg.norm(arrow.directions, axis=1)[:, None]
+        found.setdefault(arrow.kind, []).append(unit)
+        assert arrow.points.shape == ((2, 0) if arrow.kind == "gravity" else (2, 3))
+    assert found.keys() == {"gravity", "force", "moment"} | ({"axis"} if dim == 3 else set())
+    np.testing.assert_allclose(found["gravity"], [[-y, -y]], atol=1e-14)
+    np.testing.assert_allclose(found["force"], [[x, x], [-x, -y]], atol=1e-14)
+    np.testing.assert_allclose(found["moment"], [[-z, -z]], atol=1e-14)
+    np.testing.assert_allclose(found.get("axis", [[x, y]]), [[x, y]], atol=1e-14)
 
 
 def plate_motion(dim: int, states: np.ndarray, rates: np.ndarray) -> Trajectory:

@@ -38,6 +38,16 @@ GLYPHS = {
 }
 
 
+#: arrow kind -> (marker of the key, colour)
+ARROWS = {
+    "force": (r"$\rightarrow$", "#B00058"),
+    "moment": (r"$\circlearrowleft$", "#B00058"),
+    "gravity": (r"$\downarrow$", "#1F6FA8"),
+    "axis": ("_", "#5A5A5A"),
+}
+WORDS = {"axis": "joint axis"}  #: kinds of arrows that have another name in the key
+
+
 @dataclass(frozen=True)
 class Text:
     """A piece of text; `anchor` as in Pillow (l, m, r; a, m, d)."""
@@ -155,6 +165,9 @@ def _key(axes: Axes, job: PictureJob) -> None:
     for kind in dict.fromkeys(job.kinds):
         marker, tint = GLYPHS[kind]
         handles.append(Line2D([], [], color=tint, marker=marker, ls="", ms=8, label=kind))
+    for kind in dict.fromkeys(job.arrows):
+        marker, tint = ARROWS[kind]
+        handles.append(Line2D([], [], color=tint, marker=marker, ls="", ms=10, label=WORDS.get(kind, kind)))
     if handles:
         axes.legend(handles=handles, loc="upper left", frameon=False, fontsize=9, handlelength=1.2, borderaxespad=0.2)
 

@@ -15,6 +15,7 @@ from .frames import Array
 from .job import Arrays, PictureJob
 
 GLYPH = 3.1  #: radius of a joint, over the smallest radius of a tube
+REACH = 22.0  #: length of an arrow, over the smallest radius of a tube
 RAISED = 0.25  #: distance of flat surfaces in a planar scene, which lie in one plane, over the smallest radius of a tube
 DEPTH = 10.0  #: distance of one instant of a planar overlay in front of the one before, over the radius of a joint
 SHARP = 0.5  #: cosine of the turn of a line at a corner
@@ -103,9 +104,59 @@ def configuration(
         tube = _tube(points, colours, max(job.radii[i], thinnest))
         actor = plotter.add_mesh(tube, scalars="tint", rgb=True, name=name, **STILL, **MATT)
         actor.prop.interpolation = "Phong"
+    _arrows(plotter, job, arrays, sample, nearer, thinnest, strength, slot)
     _joints(
         plotter, job, {key: arrays[key][sample] + nearer for key in arrays if key.startswith("joint_")}, thinnest, strength, slot
     )
+
+
+def _arrows(
+    plotter: Any, job: PictureJob, arrays: Arrays, sample: int, nearer: Array, thinnest: float, strength: float, slot: int
+) -> None:
+    """Forces that end at their place, moments as rings about it, axes of joints as lines through it."""
+    front = nearer + np.array([0.0, 0.0, 8 * GLYPH * thinnest if job.planar else 0.0])
+    for j, kind in enumerate(job.arrows):
+        aim = arrays[f"aim_{j}"][sample]
+        if kind == "gravity" or not np.linalg.norm(aim) > 0.0:
+            continue
+        shape = _arrow(kind, arrays[f"place_of_{j}"][sample] + front, aim / np.linalg.norm(aim), REACH * thinnest)
+        tint = _fade(_rgb(decor.ARROWS[kind][1])[None], strength)[0].tolist()
+        plotter.add_mesh(shape, color=tint, name=f"arrow {slot} {j}", **FLAT, **STILL)
+
+
+def _arrow(kind: str, place: Array, aim: Array, reach: float) -> Any:
+    """An arrow of length `reach` [m] to a place, an arc about it, or a line through it; `aim` is of length 1."""
+    import pyvista
+
+    if kind == "axis":
+        return pyvista.Line(place - 0.6 * reach * aim, place + 0.6 * reach * aim).tube(radius=0.012 * reach)
+    if kind != "moment":
+        sizes = {"tip_length": 0.3, "tip_radius": 0.1, "shaft_radius": 0.03}
+        return pyvista.Arrow(start=place - reach * aim, direction=aim, scale=reach, **sizes)
+    across = np.cross(aim, np.eye(3)[int(np.argmin(np.abs(aim)))])
+    across /= np.linalg.norm(across)
+    angles = np.linspace(0.0, 1.5 * np.pi, 40)[:, None]
+    ring = place + 0.45 * reach * (np.cos(angles) * across + np.sin(angles) * np.cross(aim, across))
+    end = ring[-1] - ring[-2]
+    head = pyvista.Cone(
+        center=ring[-1] + 0.1 * reach * end / np.linalg.norm(end), direction=end, height=0.3 * reach, radius=0.1 * reach
+    )
+    return pyvista.lines_from_points(ring).tube(radius=0.03 * reach).merge(head)
+
+
+def gravity(plotter: Any, job: PictureJob, arrays: Arrays, box: Box) -> None:
+    """The direction of gravity as an arrow in the upper corner of the scene."""
+    import pyvista
+
+    size = 0.14 * float(np.max(box.upper - box.lower))
+    for j, kind in enumerate(job.arrows):
+        if kind == "gravity":
+            aim = arrays[f"aim_{j}"][0] / np.linalg.norm(arrays[f"aim_{j}"][0])
+            corner = np.array([box.upper[0] - 0.3 * size, box.upper[1] - 0.3 * size, box.upper[2]])
+            start = corner - np.maximum(aim, 0.0) * size
+            sizes = {"tip_length": 0.3, "tip_radius": 0.09, "shaft_radius": 0.03}
+            shape = pyvista.Arrow(start=start, direction=aim, scale=size, **sizes)
+            plotter.add_mesh(shape, color=decor.ARROWS[kind][1], name=f"gravity {j}", **FLAT, **STILL)
 
 
 def _joints(plotter: Any, job: PictureJob, centres: Arrays, thinnest: float, strength: float, slot: int) -> None:

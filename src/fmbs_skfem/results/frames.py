@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
+ARROWS = ("force", "moment", "gravity", "axis")
+
+
 class Kind(StrEnum):
     """What a joint looks like in a picture."""
 
@@ -65,12 +68,22 @@ def line(points: Array, fields: Mapping[str, Array], radius: float, reference: A
 
 
 @dataclass(frozen=True)
+class Arrow:
+    """A direction at a place: a force, a moment about it, the axis of a joint; gravity is at no place."""
+
+    kind: str  #: one of `ARROWS`
+    points: Array  #: (s,3) [m]; (s,0) of gravity
+    directions: Array  #: (s,3), of any length
+
+
+@dataclass(frozen=True)
 class Frames:
     """All bodies and joints at the instants `times`; checked on construction."""
 
     times: Array  #: (s,) increasing [s]
     bodies: Mapping[str, Shown]
     joints: Mapping[str, tuple[str, Array]] = field(default_factory=dict)  #: name -> (Kind or its text, (s,3) [m])
+    arrows: Mapping[str, Arrow] = field(default_factory=dict)  #: loads, gravity, axes of joints
 
     def __post_init__(self) -> None:
         times = np.asarray(self.times)
@@ -88,6 +101,10 @@ class Frames:
             if kind not in list(Kind):
                 raise InputError(say(where, "one of " + ", ".join(Kind), f"'{kind}'{closest(kind, Kind)}"))
             finite(points, where, "finite positions at all instants", times.size, 3)
+        for name, arrow in self.arrows.items():
+            if arrow.kind not in ARROWS:
+                raise InputError(say(f"frames: arrow '{name}'", "one of " + ", ".join(ARROWS), f"'{arrow.kind}'"))
+            finite(arrow.directions, f"frames: arrow '{name}'", "finite directions at all instants", times.size, 3)
 
 
 def check(where: str, body: Shown, instants: int) -> None:
@@ -161,7 +178,12 @@ def select(frames: Frames, indices: Indices) -> Frames:
         name: replace(body, points=body.points[indices], fields={key: value[indices] for key, value in body.fields.items()})
         for name, body in frames.bodies.items()
     }
-    return Frames(frames.times[indices], bodies, {name: (kind, points[indices]) for name, (kind, points) in frames.joints.items()})
+    joints = {name: (kind, points[indices]) for name, (kind, points) in frames.joints.items()}
+    arrows = {
+        name: replace(arrow, points=arrow.points[indices], directions=arrow.directions[indices])
+        for name, arrow in frames.arrows.items()
+    }
+    return Frames(frames.times[indices], bodies, joints, arrows)
 
 
 def with_error(frames: Frames, full: Frames) -> Frames:

@@ -1,6 +1,7 @@
 """The order for a picture: a folder with a file of a `PictureJob` and of arrays, written by `pictures`, read by `render_child`.
 
-Arrays: times (s,); points_i (s,x,3) and values_i (s,x) of body i; joint_j (s,3) of joint j. A body that is a surface also has
+Arrays: times (s,); points_i (s,x,3) and values_i (s,x) of body i; joint_j (s,3) of joint j; place_of_j (s,3), (s,0) of gravity, and
+aim_j (s,3) of arrow j. A body that is a surface also has
 quads_i (f,4), edges_i (i,2), the pairs of points between which its outline is drawn, and place_i (x,), see `surfaces`.
 """
 
@@ -40,6 +41,7 @@ class PictureJob:
     target: str  #: file name of the picture in the folder
     captions: tuple[str, ...] = ()  #: of the drawn instants, in place of their times
     behind: bool = False  #: the first instant is drawn pale behind each of the others
+    arrows: tuple[str, ...] = ()  #: kinds of the arrows
 
     @property
     def diverging(self) -> bool:

@@ -20,10 +20,10 @@ from ..bodies.fields import recover
 from ..dynamics import Trajectory
 from ..dynamics.outputs import centre_lines, skins
 from ..systems import System
-from ..systems.constraint_functions import LINKS
+from ..systems.constraint_functions import ARROWS, LINKS
 from ..systems.system import Skin, in_scene
 from . import frames as frames_
-from .frames import Frames, Kind, Shown
+from .frames import Arrow, Frames, Kind, Shown
 
 WINDINGS, WIDTH = 5, 0.05  #: of springs in pictures, and half their width over the length
 #: kind of a marker of the system -> what is drawn
@@ -48,7 +48,7 @@ def frames(trajectory: Trajectory, rows: np.ndarray | None = None, wanted: Colle
     bodies = {**shown, **skin_bodies(trajectory, rows, wanted)}
     order = [name for name, _, _ in system.coordinates if name in bodies]
     found = {name: bodies[name] for name in order} | links(system, x, {name for name, _, _ in system.coordinates})
-    return Frames(trajectory.times[rows], found, {**joints(system, x), **masses})
+    return Frames(trajectory.times[rows], found, {**joints(system, x), **masses}, arrows(system, x))
 
 
 def expand(system: System, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -157,11 +157,24 @@ def joints(system: System, x: np.ndarray) -> dict[str, tuple[str, np.ndarray]]:
     y = np.asarray(system.sensors.matrix @ x.T).T + system.sensors.offset
     found: dict[str, tuple[str, np.ndarray]] = {}
     for name, kind, rows in system.markers:
-        if kind in LINKS:
+        if kind in LINKS or kind in ARROWS:
             continue
         for number in range(len(rows) // system.dim):
             own = list(rows[number * system.dim : (number + 1) * system.dim])
             found[name if number == 0 else f"{name} {number + 1}"] = (shown(system, name, kind), spatial(y[:, own]))
+    return found
+
+
+def arrows(system: System, x: np.ndarray) -> dict[str, Arrow]:
+    """Loads at places and gravity, and in space the axes of joints; moments in the plane are about z."""
+    y = np.asarray(system.sensors.matrix @ x.T).T + system.sensors.offset
+    found = {}
+    for number, (name, kind, rows) in enumerate(system.markers):
+        if kind not in ARROWS or (kind == "axis" and system.dim == 2):
+            continue
+        *place, direction = np.split(y[:, list(rows)], len(rows) // system.dim, axis=1)
+        aim = np.pad(direction[:, :1], [(0, 0), (2, 0)]) if kind == "moment" and system.dim == 2 else spatial(direction)
+        found[f"{name} {number}"] = Arrow(kind, spatial(place[0]) if place else np.empty((len(y), 0)), aim)
     return found
 
 

@@ -180,6 +180,7 @@ def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) ->
         target,
         look.captions,
         look.behind,
+        tuple(arrow.kind for arrow in frames.arrows.values()),
     )
     arrays: Arrays = {"times": frames.times}
     for i, body in enumerate(frames.bodies.values()):
@@ -189,6 +190,8 @@ def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) ->
             place = surfaces.places(body.reference)
             edges = surfaces.outline(body.reference, body.cells, place)
             arrays |= {f"quads_{i}": body.cells, f"edges_{i}": edges, f"place_{i}": place}
+    for j, arrow in enumerate(frames.arrows.values()):
+        arrays |= {f"place_of_{j}": arrow.points, f"aim_{j}": arrow.directions}
     arrays |= {f"joint_{j}": points for j, (_, points) in enumerate(frames.joints.values())}
     return job, arrays
 

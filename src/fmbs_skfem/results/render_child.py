@@ -82,7 +82,7 @@ def _thinnest(camera: Camera, box: Box) -> float:
 
 def strip_width(job: PictureJob) -> int:
     """Width of the key beside the scene [pixel]; nothing to explain, no key."""
-    return round(0.21 * job.size[1]) + 24 if job.label or job.kinds or len(job.bodies) > 1 else 0
+    return round(0.21 * job.size[1]) + 24 if job.label or job.kinds or job.arrows or len(job.bodies) > 1 else 0
 
 
 def marks(job: PictureJob, times: Array) -> list[str]:
@@ -118,6 +118,7 @@ def overlay(job: PictureJob, arrays: Arrays) -> list[Pixels]:
     height, width = letters(job), strip_width(job)
     camera, box = view(job, arrays, (job.size[0] - width, job.size[1]), height)
     plotter = drawing.stage(camera, box, job.planar)
+    drawing.gravity(plotter, job, arrays, box)
     count = arrays["times"].size
     strengths = np.linspace(PALEST, 1.0, count) if count > 1 else np.ones(1)
     for sample in range(count):
@@ -201,6 +202,7 @@ def animation(job: PictureJob, arrays: Arrays) -> list[Pixels]:
 def _instants(job: PictureJob, arrays: Arrays, size: tuple[int, int], height: int, title: str = "", room: int = 0) -> list[Pixels]:
     camera, box = view(job, arrays, size, height, room)
     plotter = drawing.stage(camera, box, job.planar)
+    drawing.gravity(plotter, job, arrays, box)
     axes, images = decor.axis_texts(camera, box, job.planar, height), []
     thinnest, samples = _thinnest(camera, box), drawn(job, arrays)
     if job.behind:

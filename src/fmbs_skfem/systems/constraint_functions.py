@@ -30,6 +30,7 @@ End: TypeAlias = At | Ground | None  #: None and fixed points belong to the grou
 ALONG = 1e-9  #: sine of an angle that counts as zero
 CLOSE, FINE = 1e-6, 1e-9  #: gaps, relative to the size of the bodies, that joints close: with a notice, without one
 LINKS = ("spring", "line", "outline")  #: markers that are drawn from one place to the other, or to all others
+ARROWS = ("force", "moment", "gravity", "axis")  #: markers that are a place, but for gravity, and a direction
 ROUND = 64 * float(np.finfo(np.float64).eps)  #: of the coordinates, in gaps
 
 
@@ -71,6 +72,24 @@ def mark(joint: Any, draft: Draft, kind: str, *ends: End) -> None:
             continue
         rows += range(first, first + draft.layout.dim)
     draft.markers.append((joint.name, kind, tuple(rows)))
+
+
+def point(name: str, draft: Draft, kind: str, at: At | None, direction: np.ndarray, *carriers: End) -> None:
+    """Let pictures show a direction (c,) at a place: as the first of the carriers that can takes it along, or fixed without any.
+
+    Of a moment in the plane it is (1, 0), or (-1, 0) where it turns clockwise.
+    """
+    layout, first = draft.layout, []
+    if not direction.any():
+        return
+    if at is not None:
+        first.append(draft.sensors.add(layout.read(name, at)))
+    taken = next((end for end in carriers if not isinstance(end, At) or carries(name, layout, end, direction)), None)
+    if isinstance(taken, At):
+        first.append(draft.sensors.add(rows_of(name, layout, taken, direction)))
+    else:
+        first.append(draft.sensors.add(csr_array((layout.dim, layout.size)), direction / np.linalg.norm(direction)))
+    draft.markers.append((name, kind, tuple(row + c for row in first for c in range(layout.dim))))
 
 
 def fixed(joint: Any, draft: Draft, at: At, target: np.ndarray) -> None:

@@ -23,7 +23,7 @@ import numpy as np
 from ..core.errors import InputError, say
 from ..core.problems import Problem
 from . import fields
-from .constraint_functions import Joint, arm, carried, coincide, dot, guided, locked, mark, needs_axis, parallel, unit, where
+from .constraint_functions import Joint, arm, carried, coincide, dot, guided, locked, mark, needs_axis, parallel, point, unit, where
 from .places import Draft
 
 
@@ -45,6 +45,7 @@ class Revolute(Joint):
         if self.axis is not None:
             axis = unit(f"{where(self)}.axis", self.axis, 3)
             parallel(self, draft, self.at, self.to, axis)
+            point(where(self), draft, "axis", self.at, axis, self.to, self.at)
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,7 @@ class Prismatic(Joint):
         direction = unit(f"{where(self)}.direction", self.direction, draft.layout.dim)
         guided(self, draft, self.at, self.to, direction)
         locked(self, draft, self.at, self.to)
+        point(where(self), draft, "axis", self.at, direction, self.to)
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,7 @@ class Cylindrical(Joint):
         axis = unit(f"{where(self)}.axis", self.axis, 3)
         guided(self, draft, self.at, self.to, axis)
         parallel(self, draft, self.at, self.to, axis)
+        point(where(self), draft, "axis", self.at, axis, self.to)
 
 
 @dataclass(frozen=True)

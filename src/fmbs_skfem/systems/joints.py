@@ -38,6 +38,7 @@ from .constraint_functions import (
     needs_axis,
     needs_other_side,
     normals,
+    point,
     unit,
     where,
 )
@@ -175,6 +176,7 @@ class Slider(Joint):
         mark(self, draft, "slider", self.at)
         direction = unit(f"{where(self)}.direction", self.direction, draft.layout.dim)
         guided(self, draft, self.at, self.to, direction)
+        point(where(self), draft, "axis", self.at, direction, self.to)
 
 
 @dataclass(frozen=True)

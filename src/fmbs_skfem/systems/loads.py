@@ -27,7 +27,7 @@ from ..core.errors import InputError, say
 from ..core.problems import Problem
 from ..core.responses import of_state
 from . import edges, fields, pressure, responses
-from .constraint_functions import needs_axis
+from .constraint_functions import basis, needs_axis, point
 from .places import Draft, Ground, directions, vector
 
 TORSION = {"torque": "torsion_spring", "relative torque": "relative_torsion_spring"}  #: laws for what turns in the plane
@@ -69,7 +69,9 @@ class Gravity(Load):
     name: str = "gravity"
 
     def push(self, draft: Draft) -> None:
-        draft.forces.field.append(vector(where(self), self.acceleration, draft.layout.dim))
+        acceleration = vector(where(self), self.acceleration, draft.layout.dim)
+        point(where(self), draft, "gravity", None, acceleration)
+        draft.forces.field.append(acceleration)
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,7 @@ class PointForce(Load):
     def push(self, draft: Draft) -> None:
         first, signal = draft.probes.add(draft.layout.read(where(self), self.at)), draft.signal(self.history)
         force = vector(where(self), self.force, draft.layout.dim)
+        point(where(self), draft, "force", self.at, force)
         draft.forces.dead(range(first, first + len(force)), force, signal)
 
 
@@ -106,6 +109,7 @@ class Follower(Load):
             slope = draft.probes.add(layout.read(where(self), self.at, k + 1))
             rows = [first + c for first in (slope, position) for c in range(layout.dim)]
             draft.forces.act(f"follower_{layout.dim}", rows, numbers, [signal])
+        point(where(self), draft, "force", self.at, parts @ basis(where(self), layout, self.at)[1][: len(parts)], self.at)
 
 
 @dataclass(frozen=True)
@@ -141,6 +145,8 @@ def push_moment(load: Moment | Torque, draft: Draft, size: float | Ground) -> No
     axes = directions(layout.body(where(load), load.at), load.at.place)
     if axes == 2 and layout.dim == 3:
         raise InputError(say(where(load), "a slope or a frame", f"{load.at} on a surface", "name a rigid frame of the plate"))
+    turn = np.array([np.sign(moment[0]), 0.0]) if layout.dim == 2 else moment
+    point(where(load), draft, "moment", load.at, turn)
     signal, part = draft.signal(load.history), moment / (2.0 if axes > 1 else 1.0)
     for k in range(max(axes, 1)):
         first = draft.probes.add(layout.read(where(load), load.at, k + 1))
