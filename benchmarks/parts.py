@@ -56,6 +56,12 @@ def alone(
     return part_files.train(body, states, eps, None, eta), time.process_time() - begun
 
 
+def coarser(kinds: Sequence[Part], make: Callable[..., System], eps: Sequence[float]) -> dict[str, System]:
+    """Systems of parts as they are, and with the leading shape functions that each eps asks for."""
+    found = {"part": make(*(one.body for one in kinds))}
+    return found | {f"part at {e:g}": make(*(part_files.coarsen(one, e).body for one in kinds)) for e in eps}
+
+
 def hung(body: Body, weight: tuple[float, ...] = DOWN, other: bool = False) -> System:
     """Example 2 with all multipliers, hung at A, or at C; one output, the free end."""
     bodies = [parts.placed(body, "I"), parts.placed(body, "II", np.array([1.0, 0.0, 0.0]), QUARTER)]
@@ -129,10 +135,12 @@ def example_2(scale: float, cells: int = 100, rounds: int = 3) -> Figures:
     found = {"training [CPU s]": spent, "functions": float(part.notes["functions"]), "points": float(part.notes["points"])}
     for name, case in {"askew": (ASKEW, False), "hung at the other end": (DOWN, True)}.items():
         wanted = runner(hung(full, *case), SCHEME, duration, SHARP)()
-        found[f"error part, {name} [m]"] = distance(wanted, runner(hung(part.body, *case), SCHEME, duration)())
+        for label, system in coarser([part], lambda body, case=case: hung(body, *case), (3e-11, 1e-9)).items():
+            found[f"error {label}, {name} [m]"] = distance(wanted, runner(system, SCHEME, duration)())
     raw = hung(full)
     modes = of_coordinates(raw, runner(raw, SCHEME, duration, SHARP)(), duration)
-    return found | against(raw, {"part": hung(part.body), "modes of coordinates": modes}, duration, 1.0, rounds=rounds)
+    models = coarser([part], hung, (3e-11, 1e-9)) | {"modes of coordinates": modes}
+    return found | against(raw, models, duration, 1.0, rounds=rounds)
 
 
 def invariant(scale: float) -> Figures:
@@ -155,10 +163,10 @@ def other_end(scale: float) -> Figures:
 def chain(scale: float, arms: int = 10, cells: int = 100) -> Figures:
     """A chain of arms released from the horizontal over 2 s, one part trained alone, or on the motion of two arms."""
     full, duration = beam(cells), 2.0 * scale
-    part, spent = alone(full, 1.0, 1e-8, 1e-3)
+    part, spent = alone(full)
     motion = runner(chain_of(full, 2), SCHEME, 3.0 * scale, SHARP)()
     pair = part_files.train(full, snapshots(motion).q.reshape(-1, len(full.reference), 3))
-    models = {"part": chain_of(part.body, arms), "part of two arms": chain_of(pair.body, arms)}
+    models = coarser([part], lambda body: chain_of(body, arms), (1e-8, 1e-6)) | {"part of two arms": chain_of(pair.body, arms)}
     return {"training [CPU s]": spent} | against(chain_of(full, arms), models, duration, float(arms), rounds=1)
 
 
@@ -191,7 +199,8 @@ def four_bar(scale: float) -> Figures:
     """A closed spatial four-bar of plate links, one part trained alone, used three times."""
     full = link()
     part, spent = alone(full, 0.3, 1e-13, 1e-3, step=1e-3, samples=300, duration=1.5)
-    found = against(links(full, full, full), {"part": links(part.body, part.body, part.body)}, 1.0 * scale, 1.0, rounds=1)
+    models = coarser([part], lambda body: links(body, body, body), (1e-11, 1e-9))
+    found = against(links(full, full, full), models, 1.0 * scale, 1.0, rounds=1)
     return {"training [CPU s]": spent, "functions": float(part.notes["functions"])} | found
 
 
@@ -247,8 +256,8 @@ def machine(scale: float, bays: int = 33) -> Figures:
     """A machine of 3 bays + 1 parts of three kinds, each trained alone."""
     full = kinds()
     trained = [alone(one, 0.5, 1e-9, 1e-2, step=1e-3, samples=300, duration=1.0) for one in full]
-    own = [part.body for part, _ in trained]
-    found = against(machine_of(*full, bays), {"part": machine_of(*own, bays)}, 0.5 * scale, 1.0, rounds=1)
+    models = coarser([part for part, _ in trained], lambda *own: machine_of(*own, bays), (1e-6,))
+    found = against(machine_of(*full, bays), models, 0.5 * scale, 1.0, rounds=1)
     return {"parts": 3.0 * bays + 1.0, "training [CPU s]": sum(spent for _, spent in trained)} | found
 
 

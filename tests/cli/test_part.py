@@ -52,6 +52,9 @@ def test_a_part_takes_the_place_of_its_full_body(folder: Path) -> None:
     found = fmbs("part", "check", folder / "beam.part.h5", folder / "scene.yaml", "--body", "beam", "--json").json
     assert found["output_errors"]["tip_x"]["error"] < 1e-3
     assert found["output_errors"]["tip_y"]["error"] < 1e-3
+    coarse = fmbs("part", "check", folder / "beam.part.h5", folder / "scene.yaml", "--body", "beam", "--modes", "4", "--json").json
+    assert coarse["functions"] == 4 < found["functions"]
+    assert coarse["output_errors"]["tip_x"]["error"] > 2.0 * found["output_errors"]["tip_x"]["error"]
 
 
 def test_a_scene_of_parts_runs_and_is_checked(folder: Path, tmp_path: Path) -> None:

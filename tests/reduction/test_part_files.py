@@ -136,6 +136,46 @@ def test_a_training_goes_on_with_the_same_mesh_and_a_file_that_knows_it(tmp_path
         part_files.train(arm(), arm().reference[None], 1e-10, None, None, replace(alone(), memory=None))
 
 
+def test_a_part_is_made_coarser_where_it_is_used(tmp_path: Path) -> None:
+    """Leading functions and fewer of its points: errors grow with eps as those of a part that was trained to it, points fall."""
+    file = part_files.save(alone(), tmp_path / "arm.part.h5")
+    whole, weight = part_files.resume(file), (0.0, -6.937, 6.937)
+    wanted = path(integrate(two(arm(), weight, False), GeneralizedAlpha(1e-3), 0.5, SHARP))
+    made = [part_files.coarsen(whole, eps) for eps in (1e-10, 1e-7)]
+    runs = [integrate(two(one.body, weight, False), GeneralizedAlpha(1e-3), 0.5, SHARP) for one in made]
+    errors = [float(np.linalg.norm(path(run) - wanted, axis=1).max()) for run in runs]
+    assert errors[0] < 2e-4 < errors[1] < 2e-2
+    counts = [(one.notes["functions"], one.notes["points"]) for one in (whole, *made)]
+    assert counts[0] > counts[1] > counts[2]
+    assert [len(one.body.reference) for one in made] == [count for count, _ in counts[1:]]
+    assert_array_equal(made[1].body.shapes.trained, whole.body.shapes.trained)  # type: ignore[union-attr]
+    fewer = part_files.coarsen(whole, None, 5, 1e-2)
+    assert len(fewer.body.reference) == 5
+    assert len(fewer.body.shapes.cell) < counts[2][1]  # type: ignore[union-attr]
+    again = part_files.train(arm(), excite(arm(), Excitation(runs=1, duration=0.2, step=1e-3)), 1e-11, None, 1e-3, made[0])
+    assert again.notes["functions"] >= counts[1][0]
+    check_system(two(made[1].body, weight, False))
+    with pytest.raises(InputError, match=r"read it with part_files\.resume"):
+        part_files.coarsen(part_files.load(file), 1e-9)
+
+
+def test_a_scene_says_how_fine_its_parts_are(tmp_path: Path) -> None:
+    part_files.save(alone(), tmp_path / "arm.part.h5")
+    text = SCENE.format(dimension=3, place="left")
+    sizes = []
+    for more in ("", ", tolerance: 1e-9", ", modes: 6", ", hyper: 1e-2"):
+        system = build.system(
+            reading.loads(text.replace("I: {type: part, file: arm.part.h5", "I: {type: part, file: arm.part.h5" + more), tmp_path)
+        )
+        sizes.append((system.size, sum(len(one.gather.cell) for one in system.elastic)))
+    assert sizes[0] > sizes[1] > sizes[2]
+    assert sizes[3][0] == sizes[0][0]
+    assert sizes[3][1] < sizes[0][1]
+    both = text.replace("h5}", "h5, modes: 5, tolerance: 1e-9}")
+    with pytest.raises(InputError, match="a tolerance or a number of modes"):
+        build.system(reading.loads(both, tmp_path))
+
+
 def test_a_plate_with_a_rim_is_a_part_as_well(tmp_path: Path) -> None:
     steel = Material(young_modulus=2e8, density=7800.0, poisson_ratio=0.3)
     rims = {"hub": Rim(("inner",)), "edge": Rim(("outer",))}

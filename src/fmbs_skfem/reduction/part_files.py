@@ -27,11 +27,12 @@ from ..core.container import Kind, storable
 from ..core.errors import InputError, say
 from ..core.validation import Misfit, Reals, require
 from ..dynamics import departures
-from . import parts
+from . import parts, pod
 
 KIND = Kind("fmbs_skfem part", "a part", 1, "copy the file again, or train the part anew", "train and save the part anew")
 USUAL = 1e-12  #: eps of the shape functions of a part
 ETA = 3e-5  #: tolerance of its weighted points
+LOOSE = 1e-2  #: largest that is chosen for them
 KEPT = 120  #: states that a part keeps of its training, for the points of one that goes on
 
 
@@ -110,6 +111,43 @@ def recall(before: Part, body: Body) -> Memory:
         expected = f"a body of {len(known.functions)} functions in {known.states.shape[2]} dimensions, as that of the part"
         raise InputError(say(f"body '{body.name}'", expected, f"{len(body.reference)} in {body.dim}", "take the mesh of before"))
     return known
+
+
+def used(path: str | Path, tolerance: float | None = None, modes: int | None = None, eta: float | None = None) -> Part:
+    """The part of a file, coarser where that is asked for, see `coarsen`."""
+    whole = tolerance is None and modes is None and eta is None
+    return load(path) if whole else coarsen(resume(path), tolerance, modes, eta)
+
+
+def coarsen(part: Part, tolerance: float | None = None, modes: int | None = None, eta: float | None = None) -> Part:
+    """A part with the leading shape functions of its training, as many as eps = `tolerance` or a number of `modes` says, or all.
+
+    The points are chosen among those that it has, on the states that it keeps, to an `eta` that by default grows as the error does.
+    InputError for a part that keeps no factors of its training.
+    """
+    body, known = part.body, part.memory
+    if known is None:
+        remedy = "read it with part_files.resume, or train the part anew"
+        raise InputError(say(f"part '{body.name}'", "one that keeps factors of its training", "none", remedy))
+    assert body.shapes is not None
+    keep, limit = np.column_stack([body.constant, body.reference]), tolerance if tolerance or modes else float(np.finfo(float).eps)
+    found = pod.of_vectors(known.factor, keep, None if modes else limit, modes, parts.metric(body))
+    S = parts.with_places(body, found.modes)
+    z = parts.coordinates(body, S, known.states)
+    eta = points_to(found.singular_values, S.shape[1]) if eta is None else eta
+    small = parts.sampled(parts.reduced_body(body, S), z, eta)
+    assert small.shapes is not None
+    points = replace(small.shapes, trained=body.shapes.trained)
+    factor = parts.coordinates(body, S, known.factor.T[..., None])[..., 0]
+    numbers = {"functions": S.shape[1], "points": points.table.shape[1], "tolerance": tolerance, "hyper_tolerance": eta}
+    small = replace(small, shapes=points)
+    return Part(small, part.notes | numbers, Memory(known.functions @ S, np.asarray(np.linalg.qr(factor, mode="r")).T, z))
+
+
+def points_to(singular_values: np.ndarray, functions: int) -> float:
+    """eta of the points of so many functions: ETA of those that leave out eps = USUAL, and growing with the error, sqrt(eps)."""
+    square = singular_values**2
+    return float(np.clip(ETA * np.sqrt(square[functions - 1 :].sum() / square.sum() / USUAL), ETA, LOOSE))
 
 
 def save(part: Part, path: str | Path) -> Path:

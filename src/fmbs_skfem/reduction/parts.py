@@ -80,18 +80,26 @@ def coordinates(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
 
 
 def reduced_body(part: Body, S: np.ndarray) -> Body:
-    """The body with the shape functions Nbar = S^T N of S (b, m), its elastic energy at all quadrature points."""
-    if part.cells is None or part.shapes is not None:
-        raise InputError(say(f"body '{part.name}'", "a full elastic body", "a reduced one" if part.shapes else "one without cells"))
+    """The body with the shape functions Nbar = S^T N of S (b, m), its elastic energy at all quadrature points.
+
+    Of a body that is reduced already, fewer functions S over its own, its energy at the points that it has.
+    """
+    if part.cells is None:
+        raise InputError(say(f"body '{part.name}'", "an elastic body", "one without cells"))
+    if len(S) != len(part.reference):
+        raise InputError(say(f"body '{part.name}'", f"shape functions over its {len(part.reference)} functions", f"over {len(S)}"))
     fields = np.column_stack([part.constant, part.reference])
     found = coordinates(part, S, fields[None])[0]
     if np.abs(S @ found - fields).max() > MISSES * np.abs(fields).max():
         raise InputError(say(f"body '{part.name}'", "shape functions that hold the reference and the field 1", "others"))
     spread = csr_array(S) if part.spread is None else csr_array(part.spread @ S)
+    if part.shapes is None:
+        points = shape_points.of_cells(part.cells, spread.toarray())
+        points = replace(points, positions=cell_centres(part)[points.cell])
+    else:
+        points = replace(part.shapes, table=np.ascontiguousarray(part.shapes.table @ S), columns=slice(0, S.shape[1] * part.dim))
     first = sorted(part.frames.items(), key=lambda one: one[1])
-    rows = [np.arange(at, at + 1 + part.dim) for _, at in first]
-    points = shape_points.of_cells(part.cells, spread.toarray())
-    points = replace(points, positions=cell_centres(part)[points.cell])
+    axes = S[[at + k for _, at in first for k in range(1 + part.dim)]] if part.axes is None else part.axes @ S
     return replace(
         part,
         reference=found[:, 1:],
@@ -101,7 +109,7 @@ def reduced_body(part: Body, S: np.ndarray) -> Body:
         cells=one_point(part.cells),
         spread=spread,
         frames={name: k * (1 + part.dim) for k, (name, _) in enumerate(first)},
-        axes=csr_array(S[np.concatenate(rows)]) if rows else None,
+        axes=csr_array(axes) if first else None,
         shapes=points,
     )
 

@@ -22,7 +22,7 @@ from ..bodies.body import BENDS_ALIKE, BENDS_ALIKE_REMEDY, Body
 from ..bodies.sections import Given, Material, Section
 from ..core.declared import Declared
 from ..core.errors import InputError, say
-from ..core.fields import ANY, Count, Density, FileUnit, Length, Position, quantity, whole, word
+from ..core.fields import ANY, Count, Density, FileUnit, Length, Position, Tolerance, quantity, whole, word
 from ..core.problems import Problem, shown, unknown
 from ..shapes import meshes, nurbs_file, plate_meshes
 from ..shapes.surface import Surface
@@ -315,21 +315,29 @@ class Shell(ThinBody):
 class PlacedPart(SceneBody, word="part"):
     """A reduced body from a file that `fmbs part train` wrote, with the places of the body that it was made of.
 
-    It stands where it was trained, x -> origin + rotation x elsewhere, as often as wanted.
+    It stands where it was trained, x -> origin + rotation x elsewhere, as often as wanted. With a `tolerance` or a number of
+    `modes` it has the leading ones of its shape functions alone, and fewer points: it is faster, and errs more.
     """
 
     name: str
     file: Annotated[str, "a file of a part (.part.h5), its path from the folder of the scene"]
+    tolerance: Annotated[Tolerance | None, "eps of the shape functions, see `fmbs part train`; without it all of them"] = None
+    modes: Annotated[int | None, whole(1, 1000), "number of shape functions beside rigid motions, in place of a tolerance"] = None
+    hyper: Annotated[Tolerance | None, "eta of the points; without it by the shape functions"] = None
     origin: Position | None = None
     rotation: fields.Rotation | None = None
     made_of: ClassVar[str] = "file"
     has_surface: ClassVar[bool] = True
 
+    def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
+        if self.tolerance is not None and self.modes is not None:
+            yield "modes", Problem("a tolerance or a number of modes", "both", "delete one of the two")
+
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
         from ..reduction import part_files, parts
 
         path = meshes.path(self.file, scene.folder, allow_outside, "part")
-        found = part_files.load(path).body
+        found = part_files.used(path, self.tolerance, self.modes, self.hyper).body
         if found.dim != scene.dimension:
             remedy = f"train it in a scene of dimension {scene.dimension}"
             raise InputError(say(f"{path}", f"a part of dimension {scene.dimension}", found.dim, remedy))

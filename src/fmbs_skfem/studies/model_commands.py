@@ -103,12 +103,27 @@ def describe_part(path: ModelFile, **shared: Unpack[OutputOptions]) -> "PartResu
         return parts.describe(job)
 
 
-def check_part(path: ModelFile, scene: PlacedIn, *, body: BodyName = "", **shared: Unpack[Shared]) -> "PartResult":
+def check_part(
+    path: ModelFile,
+    scene: PlacedIn,
+    *,
+    body: BodyName = "",
+    tolerance: Annotated[
+        float | None, Option("Use the leading shape functions alone, to this eps; without it all.", "EPS", least=0.0, above=True)
+    ] = None,
+    modes: Annotated[int | None, Option("Number of these functions, instead of a tolerance.", "R", least=1)] = None,
+    hyper: Annotated[
+        float | None, Option("Tolerance eta of its points, by default by the functions.", "ETA", least=0.0, above=True)
+    ] = None,
+    **shared: Unpack[Shared],
+) -> "PartResult":
     """Check a part against the full body of a scene.
 
-    SCENE is run with its full `body` and with the part in FILE in its place; the table shows the errors of the outputs.
+    SCENE is run with its full `body` and with the part in FILE in its place; the table shows the errors of the outputs. With a
+    `tolerance`, `modes` or `hyper` it shows what a scene gets that asks for them.
     """
+    from ..reduction import part_files
     from . import parts
 
     with jobs.begin(scene, **shared) as job:
-        return parts.check(job, jobs.read_scene(job), Path(path), body)
+        return parts.check(job, jobs.read_scene(job), part_files.used(Path(path), tolerance, modes, hyper), Path(path), body)

@@ -129,9 +129,8 @@ def describe(job: Job) -> PartResult:
     return PartResult(about=f"{job.path}: a part", report=report, lines=[described(str(job.path), found)], part=found)
 
 
-def check(job: Job, scene: Scene, path: Path, body: str) -> PartResult:
-    """The part in a file in place of the full body of a scene: errors of the outputs, and CPU times of both motions."""
-    found = part_files.load(path)
+def check(job: Job, scene: Scene, found: Part, path: Path, body: str) -> PartResult:
+    """A part of a file in place of the full body of a scene: errors of the outputs, and CPU times of both motions."""
     full, bodies = body_of(job, scene, body)
     if found.body.dim != full.dim:
         raise InputError(say(f"{path}", f"a part of dimension {full.dim}", found.body.dim))
@@ -142,9 +141,11 @@ def check(job: Job, scene: Scene, path: Path, body: str) -> PartResult:
     beyond = departures.find(reduced)
     errors = {column: asdict(one) for column, one in output_errors.compare(wanted, reduced).items()}
     cpu = {"cpu_s_full": wanted.statistics.cpu_s, "cpu_s": reduced.statistics.cpu_s}
-    report = {"status": "ok", "part": path, "body": body, **cpu, "output_errors": errors}
+    sizes = {key: found.notes[key] for key in ("functions", "points")}
+    report = {"status": "ok", "part": path, "body": body, **sizes, **cpu, "output_errors": errors}
     report |= {"beyond_training": [asdict(one) for one in beyond], "notices": job.notices}
-    times = Table(f"'{body}' in {jobs.title(scene)}", ("", "value"), [(key, format_value(value)) for key, value in cpu.items()])
+    rows = [(key, format_value(value)) for key, value in (sizes | cpu).items()]
+    times = Table(f"'{body}' in {jobs.title(scene)}", ("", "value"), rows)
     return PartResult(
         about=f"{path} in {jobs.title(scene)}", report=report, lines=[times, *tables.output_errors(errors)], part=found
     )
