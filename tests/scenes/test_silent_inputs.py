@@ -405,3 +405,24 @@ def test_a_parameter_with_the_header_of_another_column_is_refused() -> None:
     with pytest.raises(InputError, match="parameter 'status': expected another name than member, status, reason, message"):
         sweep_files.check_names([plain])
     sweep_files.check_names([replace(plain, name="E"), replace(plain, unit="Pa")])
+
+
+def test_a_body_that_moves_and_turns_needs_its_center() -> None:
+    """Far from the origin of the scene its centre would get velocity + angular_velocity x r: 5 m/s and not 1 m/s here."""
+    text = """
+schema: 1
+dimension: 2
+bodies: {disc: {type: rigid, mass: 1 kg, inertia: 1 kg m^2, center: [0, -2 m]}}
+initial: {bodies: {disc: {velocity: [1 m/s, 0], angular_velocity: 2 rad/s%s}}}
+analysis: {type: dynamic, duration: 0.1 s, step: 1 ms}
+outputs: {disc: {type: velocity, at: disc}}
+"""
+    with pytest.warns(
+        Notice, match="initial.bodies.disc: the velocity is that of the body's point at the origin .* write .center."
+    ):
+        adrift = scenes.loads(text % "")
+    assert dynamics.outputs(adrift.run().motion)["disc_x"][0] == pytest.approx(5.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        meant = scenes.loads(text % ", center: [0, -2 m]")
+    assert dynamics.outputs(meant.run().motion)["disc_x"][0] == pytest.approx(1.0)

@@ -64,10 +64,14 @@ class Rayleigh:
 
 @dataclass(frozen=True)
 class Motion:
-    """Rigid velocity field of a body at the start, v = velocity + angular_velocity x r, from the origin of the scene."""
+    """Rigid velocity field of a body at the start, v = velocity + angular_velocity x (r - center).
+
+    The `center`, by default the origin of the scene, is the point that has the velocity: state it where a body moves and turns.
+    """
 
     velocity: Annotated[tuple[float, ...], fields.vector("m/s")] | None = None
     angular_velocity: Annotated[float | tuple[float, ...], fields.spin("rad/s")] | None = None
+    center: Annotated[tuple[float, ...], fields.vector("m")] | None = None
 
 
 def assemble(
@@ -226,14 +230,15 @@ def uniform_field(layout: Layout, parts: list[Body], accelerations: list[np.ndar
 
 
 def initial_velocity(layout: Layout, parts: list[Body], initial: Mapping[str, Motion]) -> np.ndarray:
-    """v = v0 + omega x r for the bodies that move at the start, r from the origin of the scene."""
+    """v = v0 + omega x (r - center) for the bodies that move at the start, the center in the scene."""
     for name in initial:
         if name not in layout.bodies:
             raise InputError(say("initial", f"one of the bodies {listed(layout.bodies, name)}", f"'{name}'"))
     v = []
     for part in parts:
         motion, field = initial.get(part.name, Motion()), np.zeros_like(part.reference)
-        places = part.reference + np.outer(part.constant, layout.origin)
+        center = np.zeros(layout.dim) if motion.center is None else vector(f"initial '{part.name}'", motion.center, layout.dim)
+        places = part.reference + np.outer(part.constant, layout.origin - center)
         if motion.velocity is not None:
             field += np.outer(part.constant, vector(f"initial '{part.name}'", motion.velocity, layout.dim))
         spin = motion.angular_velocity
