@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from fmbs_skfem import dynamics, scenes, systems
 from fmbs_skfem.bodies import plate, rigid, sections
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory
 from fmbs_skfem.dynamics.outputs import distances
+from fmbs_skfem.reduction import files, galerkin, pod
 from fmbs_skfem.results import frames
 from fmbs_skfem.results import motion as drawn
 from fmbs_skfem.results.frames import Kind
@@ -68,6 +71,26 @@ def test_loads_gravity_and_axes_are_arrows_that_turn_with_what_carries_them(dim:
     np.testing.assert_allclose(found.get("axis", [[x, y]]), [[x, y]], atol=1e-14)
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_section_forces_of_a_cantilever_are_those_of_equilibrium(dim: int, tmp_path: Path) -> None:
+    """P at the tip far within small displacements: M = P (L - x), also in the reduced and the saved form; N = F along the beam."""
+    P, F = 1e-5, 1e-3
+    force = np.array([0.0, P, 0.0][:dim])
+    raw = cantilever(20, lambda tip: [loads.PointForce("tip", tip, tuple(force))], dim=dim, all_multipliers=True)
+    found = dynamics.solve_statics(systems.eliminate(raw), 4)
+    level = galerkin.body_level(raw)
+    data = galerkin.snapshots(found)
+    reduced = galerkin.reduce_system(raw, level, {"beam": pod.basis(data.q.T, 1e-14, keep=data.q[0])})
+    saved = files.load(files.save(reduced, tmp_path / "model.h5"))
+    for motion in (found, dynamics.solve_statics(reduced, 4), dynamics.solve_statics(saved, 4)):
+        body = drawn.frames(motion).bodies["beam"]
+        exact = P * (1.0 - body.reference[:, 0])
+        assert body.fields["bending_moment"][-1] == pytest.approx(exact, abs=5e-3 * P)
+    pulled = cantilever(20, lambda tip: [loads.PointForce("tip", tip, (F, *[0.0] * (dim - 1)))], dim=dim)
+    body = drawn.frames(dynamics.solve_statics(pulled, 2)).bodies["beam"]
+    assert body.fields["axial_force"][-1] == pytest.approx(np.full(len(body.reference), F), rel=1e-4)
+
+
 def plate_motion(dim: int, states: np.ndarray, rates: np.ndarray) -> Trajectory:
     """A steel plate of 2 m x 1 m x 1 cm and 4 x 2 cells, whose reference is moved by the linear maps `states` (s, c, c)."""
     x, y = np.meshgrid(np.linspace(0, 2, 5), np.linspace(0, 1, 3), indexing="ij")
@@ -101,6 +124,16 @@ def test_fields_of_a_stretched_plate(dim: int) -> None:
     assert body.fields["membrane_strain"][1] == pytest.approx(np.tile([green, 0, 0], (72, 1)), abs=1e-12)
     for name in ("von_mises", "von_mises_top", "von_mises_bottom"):
         assert body.fields[name] == pytest.approx(np.full((2, 72), stress), rel=1e-7), name
+    S11 = 200e9 * green / (1 - nu**2)
+    for face in ("top", "bottom"):
+        assert body.fields[f"stress_{face}"][1] == pytest.approx(np.tile([S11, nu * S11, 0.0], (72, 1)), rel=1e-7, abs=1.0)
+        assert body.fields[f"principal_{face}"][1] == pytest.approx(np.tile([S11, nu * S11, 0.0], (72, 1)), rel=1e-7, abs=1.0)
+    assert body.fields["membrane_forces"][1] == pytest.approx(
+        np.tile([0.01 * S11, 0.01 * nu * S11, 0.0], (72, 1)), rel=1e-7, abs=1.0
+    )
+    assert np.abs(body.fields["bending_moments"]).max() < 1e-4 * 0.01**2 * S11
+    assert body.fields["axis_1"][1] == pytest.approx(np.tile(turn[:, 0], (72, 1)), abs=1e-9)
+    assert body.fields["axis_2"][1] == pytest.approx(np.tile(turn[:, 1], (72, 1)), abs=1e-9)
     assert np.abs(body.fields["curvature"]).max() < 1e-9
     assert body.fields["velocity"][1] == pytest.approx(3.0 * body.reference, abs=1e-12)
     assert body.reference[:, 0].max() == pytest.approx(2.0)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.results import frames, series
+from fmbs_skfem.results import frames, series, temporal
 
 from . import rollup
 
@@ -74,3 +74,25 @@ def test_refused(tmp_path: Path) -> None:
     scalar = replace(given.bodies["II"], fields={"velocity": np.zeros((7, 41))})
     with pytest.raises(InputError, match="field 'velocity'"):
         series.write(replace(given, bodies={"I": given.bodies["I"], "II": scalar}), tmp_path, "run")
+
+
+def test_one_file_has_the_mesh_once_and_all_fields_over_time(tmp_path: Path) -> None:
+    """Read by VTK itself, at every step."""
+    hdf = pytest.importorskip("vtkmodules.vtkIOHDF")
+    pyvista = pytest.importorskip("pyvista")
+    given = rollup.spatial()
+    path = temporal.write((frames.select(given, np.array([k])) for k in range(given.times.size)), tmp_path / "run.vtkhdf")
+    reader = hdf.vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    assert reader.GetNumberOfSteps() == given.times.size
+    for step in range(given.times.size):
+        reader.SetStep(step)
+        reader.Update()
+        assert reader.GetTimeValue() == given.times[step]
+        grid = pyvista.wrap(reader.GetOutputDataObject(0))
+        moved = np.concatenate([body.points[step] for body in given.bodies.values()])
+        np.testing.assert_allclose(grid.points + grid.point_data["displacement"], moved, atol=1e-15)
+        np.testing.assert_array_equal(grid.point_data["curvature"], np.full(82, given.times[step] * np.pi))
+        np.testing.assert_array_equal(grid.cell_data["body"], np.repeat([0, 1], 40))
+    assert grid.n_cells == 80

@@ -1,10 +1,14 @@
 r"""From trajectories to frames: centre lines and middle surfaces with the fields that pictures and VTK series show.
 
     lines       strain (r'.r' - 1) / 2 [-],    curvature |r' x r''| / |r'|^3 [1/m],    velocity dr/dt [m/s]
+                axial_force N = EA strain [N],    bending_moment M = EI (kappa - kappa0) [N m], with its sign in the plane
     surfaces    strain and curvature: principal value of largest size, with its sign;  membrane_strain, curvature_change: 11, 22, 12
-                von_mises_top, von_mises_bottom [Pa] at z = t/2, -t/2;  von_mises: the larger of the two;  velocity
+                stress_top, stress_bottom [Pa] at z = t/2, -t/2: 11, 22, 12;  principal_top, principal_bottom [Pa]: s1 >= s2
+                von_mises_top, von_mises_bottom [Pa];  von_mises: the larger of the two;  velocity
+                membrane_forces [N/m], bending_moments [N]: 11, 22, 12;  axis_1, axis_2: the axes 1 and 2, carried along
 
-r' and r'' are derivatives with respect to the reference arc length; components refer to the reference tangents of `bodies.fields`.
+r' and r'' are derivatives with respect to the reference arc length; components refer to the reference tangents of `bodies.fields`,
+stresses and forces are those of Piola and Kirchhoff, which are the true ones where strains are small.
 Planar scenes lie in z = 0.
 """
 
@@ -16,12 +20,13 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import csr_array
 
+from ..bodies import cable_law
 from ..bodies.fields import recover
 from ..dynamics import Trajectory
 from ..dynamics.outputs import centre_lines, skins
 from ..systems import System
 from ..systems.constraint_functions import ARROWS, LINKS
-from ..systems.system import Skin, in_scene
+from ..systems.system import Line, Skin, in_scene
 from . import frames as frames_
 from .frames import Arrow, Frames, Kind, Shown
 
@@ -71,7 +76,12 @@ def line_bodies(
         centre_lines(system, in_scene(system, system.lift(system.x0))[None]),
     )
     radius = {line.name: line.radius for line in system.lines}
-    bodies = {name: lines(now[name], moving[name], start[name], radius[name]) for name in now if now[name].shape[2] > 1}
+    known = {line.name: line for line in system.lines}
+    bodies = {
+        name: with_section_forces(lines(now[name], moving[name], start[name], radius[name]), known[name], now[name], start[name])
+        for name in now
+        if now[name].shape[2] > 1
+    }
     for name in bodies.keys() & rigid(system):
         bodies[name] = replace(bodies[name], fields=choose(bodies[name].fields, ("velocity",)))
     masses = {name: (Kind.MASS.value, spatial(gradients[:, 0, 0])) for name, gradients in now.items() if gradients.shape[2] == 1}
@@ -116,6 +126,8 @@ def skin_fields(skin: Skin, gradients: np.ndarray, rate: np.ndarray) -> dict[str
     section = skin.section[:, 0]
     found = recover(skin.law, u, section, skin.thickness)
     bottom, top = found.von_mises
+    below, middle, above = found.stress
+    axes = gradients[1:3] / np.linalg.norm(gradients[1:3], axis=2, keepdims=True)
     return {
         "velocity": spatial(rate),
         "strain": principal(found.strain),
@@ -125,7 +137,21 @@ def skin_fields(skin: Skin, gradients: np.ndarray, rate: np.ndarray) -> dict[str
         "von_mises_bottom": bottom,
         "membrane_strain": found.strain.T,
         "curvature_change": found.curvature.T,
+        "stress_top": above.T,
+        "stress_bottom": below.T,
+        "principal_top": both_principal(above),
+        "principal_bottom": both_principal(below),
+        "membrane_forces": (skin.thickness * middle).T,
+        "bending_moments": (skin.thickness**2 * (above - below) / 12.0).T,
+        "axis_1": spatial(axes[0]),
+        "axis_2": spatial(axes[1]),
     }
+
+
+def both_principal(tensor: np.ndarray) -> np.ndarray:
+    """Principal values s1 >= s2 of symmetric tensors 11, 22, 12 (3, x), and zero for the third direction: (x, 3)."""
+    middle, radius = 0.5 * (tensor[0] + tensor[1]), np.hypot(0.5 * (tensor[0] - tensor[1]), tensor[2])
+    return np.stack([middle + radius, middle - radius, 0.0 * middle], axis=1)
 
 
 def principal(tensor: np.ndarray) -> np.ndarray:
@@ -144,6 +170,18 @@ def lines(gradients: np.ndarray, rates: np.ndarray, start: np.ndarray, radius: f
         "velocity": spatial(rates[:, 0]),
     }
     return frames_.line(position, fields, radius, spatial(start[0, 0]))
+
+
+def with_section_forces(shown: Shown, line: Line, gradients: np.ndarray, start: np.ndarray) -> Shown:
+    """A cable with N and M, of its gradients (s, 3, x, c) and those of its reference (1, 3, x, c); others as they are."""
+    if line.EI == 0.0:
+        return shown
+    kappa, kappa0 = (
+        cable_law.curvatures(line.law.option, part.shape[3], np.concatenate([part[:, 1], part[:, 2]], axis=2))
+        for part in (gradients, start)
+    )
+    forces = {"axial_force": line.EA * shown.fields["strain"], "bending_moment": line.EI * (kappa - kappa0)}
+    return replace(shown, fields={**shown.fields, **forces})
 
 
 def spatial(vectors: np.ndarray) -> np.ndarray:

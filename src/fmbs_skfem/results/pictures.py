@@ -35,6 +35,8 @@ LABELS = {
     "von_mises": "von Mises stress [MPa]",
     "von_mises_top": "von Mises stress, top [MPa]",
     "von_mises_bottom": "von Mises stress, bottom [MPa]",
+    "axial_force": "axial force [N]",
+    "bending_moment": "bending moment [N m]",
 }
 UNITS = {"von_mises": 1e6, "von_mises_top": 1e6, "von_mises_bottom": 1e6}  #: of the colour scale, in SI units; 1 for the others
 STRESS = "YlOrRd"  #: colour map of stresses, so that unloaded plates stay pale behind their outline

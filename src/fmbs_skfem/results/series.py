@@ -57,17 +57,22 @@ def _meshes(frames: Frames) -> Iterator[meshio.Mesh]:
     """One mesh an instant: all lines, then all surfaces, over the points of all bodies in a row."""
     import meshio
 
-    if not frames.bodies:
-        expected = "at least one cable, plate, shell or rigid body with points"
-        raise InputError(say("series: bodies", expected, "point masses only"))
-    cells, bodies = _cells(frames)
-    data = _point_data(frames)
+    require_bodies(frames)
+    cells, bodies = cells_of(frames)
+    data = point_data(frames)
     points = np.concatenate([body.points for body in frames.bodies.values()], axis=1)
     for sample in range(frames.times.size):
         yield meshio.Mesh(points[sample], cells, {key: values[sample] for key, values in data.items()}, {"body": bodies})
 
 
-def _cells(frames: Frames) -> tuple[list[tuple[str, np.ndarray]], list[np.ndarray]]:
+def require_bodies(frames: Frames) -> None:
+    """InputError for frames that have nothing to write."""
+    if not frames.bodies:
+        expected = "at least one cable, plate, shell or rigid body with points"
+        raise InputError(say("series: bodies", expected, "point masses only"))
+
+
+def cells_of(frames: Frames) -> tuple[list[tuple[str, np.ndarray]], list[np.ndarray]]:
     """Blocks of cells (e,2) and (e,4) over the points of all bodies in a row, and the number of the body of each cell (e,)."""
     starts = np.cumsum([0, *(len(body.reference) for body in frames.bodies.values())])
     blocks, numbers = [], []
@@ -79,7 +84,7 @@ def _cells(frames: Frames) -> tuple[list[tuple[str, np.ndarray]], list[np.ndarra
     return blocks, numbers
 
 
-def _point_data(frames: Frames) -> dict[str, Array]:
+def point_data(frames: Frames) -> dict[str, Array]:
     """Every field over the points of all bodies in a row: name -> (s,x) or (s,x,3)."""
     bodies = frames.bodies.values()
     data = _sizes(frames)

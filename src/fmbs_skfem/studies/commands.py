@@ -269,8 +269,9 @@ def export(
 ) -> "Run":
     """Solve a scene and write a VTK series.
 
-    `out` gets motion.pvd with one .vtu for each instant, beside what `run` writes: displacement, velocity, strain and curvature,
-    of plates also stress. Modes and buckling become fields of modes.pvd.
+    `out` gets motion.pvd with one .vtu for each instant, and motion.vtkhdf with all of them and the mesh once, beside what `run`
+    writes: displacement, velocity, strain, curvature and section forces, of plates also stress with its axes. Modes and
+    buckling become fields of modes.pvd.
     """
     from . import runs
 

@@ -22,7 +22,7 @@ from .. import dynamics
 from ..core.errors import FmbsError, InputError, MissingFeature, SolverError, say
 from ..dynamics import GeneralizedAlpha, Trajectory, departures
 from ..results import frames as frames_
-from ..results import motion, segments, series
+from ..results import motion, segments, series, temporal
 from ..results.segments import Recorder
 from ..scenes import build
 from ..scenes.analyses import Analysis, History, States
@@ -110,7 +110,12 @@ def export_scene(job: Job, duration: float | None, frames: int) -> Run:
     """A scene, with its VTK series."""
 
     def draw(trajectory: Trajectory, out: Path) -> Sequence[Callable[[], Path]]:
-        return [partial(series.write_each, motion.pieces(trajectory, frames_.spread(trajectory.times, frames)), out, SERIES)]
+        rows = frames_.spread(trajectory.times, frames)
+        one = out / f"{SERIES}{temporal.SUFFIX}"
+        return [
+            partial(series.write_each, motion.pieces(trajectory, rows), out, SERIES),
+            partial(temporal.write, motion.pieces(trajectory, rows), one),
+        ]
 
     scene = jobs.read_scene(job, duration)
     if isinstance(scene.analysis, States):
@@ -118,7 +123,7 @@ def export_scene(job: Job, duration: float | None, frames: int) -> Run:
 
         return near_states.solve_states(job, scene, scene.analysis, near_states.write_series, [f"{near_states.SERIES}.pvd"])
     make = partial(scene_task, job, scene, duration)
-    return conclude(solve(job, reports.fingerprint(scene), make, True, draw, [f"{SERIES}.pvd"]))
+    return conclude(solve(job, reports.fingerprint(scene), make, True, draw, [f"{SERIES}.pvd", f"{SERIES}{temporal.SUFFIX}"]))
 
 
 def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint: float | None = None) -> RunTask:

@@ -262,7 +262,16 @@ def picture_line(part: Body, layout: Layout) -> Line:
     J = np.linalg.norm(r1, axis=1)
     slope = diags_array(1 / J) @ first
     bend = diags_array(1 / J**2) @ second - diags_array(np.einsum("xc,xc->x", r1, r2) / J**4) @ first
-    return Line(part.name, widen(csr_array(vstack([value, slope, bend])), part, layout), part.radius, part.cells.law)
+    samples = widen(csr_array(vstack([value, slope, bend])), part, layout)
+    return Line(part.name, samples, part.radius, part.cells.law, *stiffnesses(part.cells))
+
+
+def stiffnesses(cells: Cells) -> tuple[float, float]:
+    """EA and EI of the laws of cables, means over the length; zeros of others."""
+    if cells.law not in (Law.EXACT, Law.MATERIAL, Law.QUADRATIC):
+        return 0.0, 0.0
+    EA, EI, _, weight = cells.section[:4]
+    return float((EA * weight).sum() / weight.sum()), float((EI * weight).sum() / weight.sum())
 
 
 def snapped(xi: np.ndarray, breaks: np.ndarray) -> np.ndarray:

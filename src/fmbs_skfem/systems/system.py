@@ -77,7 +77,6 @@ class Loads:
     forces: Annotated[tuple[Any, ...], Inside("y k", is_force)] = ()
 
 
-@storable
 @dataclass(frozen=True)
 class Line:
     """What a picture needs of a body: samples of its centre line as affine functions of the body coordinates q."""
@@ -86,6 +85,11 @@ class Line:
     samples: Annotated[csr_array, Reals("3cx q")]  #: positions, then d/dS, then d2/dS2
     radius: float  #: [m]
     law: Law
+    EA: float = 0.0  #: axial stiffness [N]; 0 where it is not known, as of laws of one's own and rigid bodies
+    EI: float = 0.0  #: bending stiffness [N m2]
+
+
+storable(Line, EA=lambda values: 0.0, EI=lambda values: 0.0)
 
 
 @storable
