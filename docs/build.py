@@ -1,7 +1,7 @@
 """Build the documentation site: `python docs/build.py` writes it to docs/_build/html; `--help` says what else.
 
-The pages of this folder are laid out beside the reference of the public objects of the package, which is made here. Sphinx then
-takes every warning for an error. Reading the site needs no network.
+The pages of this folder are laid out beside the gallery of examples and the reference of all public objects, both made here. The
+examples are run for their pictures. Sphinx then takes every warning for an error. Reading the site needs no network.
 """
 
 from __future__ import annotations
@@ -16,30 +16,39 @@ ROOT = Path(__file__).resolve().parents[1]
 SITE = ROOT / "docs" / "site"
 sys.path.insert(0, str(SITE))
 
-import reference_pages  # noqa: E402  of the folder above
+import gallery  # noqa: E402  both of the folder above
+import reference_pages  # noqa: E402
 
 
-def lay_out(source: Path) -> None:
+def lay_out(source: Path, pictures: Path) -> None:
     """All pages of the site in one folder."""
     shutil.copytree(ROOT / "docs", source, ignore=shutil.ignore_patterns("_build", "__pycache__", "*.py", "site"))
     shutil.copytree(SITE, source, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
     reference_pages.write(source / "api")
+    gallery.write(source / "gallery", pictures)
 
 
-def build(target: Path) -> None:
-    """The site in `target`/html, anew."""
-    source = target / "source"
-    shutil.rmtree(target, ignore_errors=True)
-    lay_out(source)
+def build(target: Path, drawn: bool) -> None:
+    """The site in `target`/html, anew; pictures of examples are kept in `target`/pictures."""
+    source, pictures = target / "source", target / "pictures"
+    for name in gallery.names() if drawn else ():
+        print(name, file=sys.stderr)
+        gallery.draw(name, pictures / name.replace("/", "-"))
+    for folder in (source, target / "html", target / "doctrees"):
+        shutil.rmtree(folder, ignore_errors=True)
+    target.mkdir(parents=True, exist_ok=True)
+    lay_out(source, pictures)
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", "-d", target / "doctrees"]
     if subprocess.run([*command, source, target / "html"], check=False).returncode:
         raise SystemExit("the site has warnings")
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description="Build the documentation site.")
-    options.add_argument("--out", type=Path, default=ROOT / "docs" / "_build", help="folder that is made anew (docs/_build)")
-    build(options.parse_args().out)
+    parser = argparse.ArgumentParser(description="Build the documentation site.")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "_build", help="folder of the site (docs/_build)")
+    parser.add_argument("--no-gallery", action="store_true", help="do not run the examples; pictures that are there stay")
+    options = parser.parse_args()
+    build(options.out, not options.no_gallery)
 
 
 if __name__ == "__main__":

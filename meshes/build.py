@@ -1,6 +1,6 @@
 """Build the mesh files of this folder: scikit-fem makes the meshes, meshio exports them.
 
-Usage: python meshes/build.py [folder]. Lengths in metres; every line starts at the origin along +x.
+Usage: python meshes/build.py [folder]. Lengths in metres; every line starts at the origin.
 """
 
 from __future__ import annotations
@@ -30,6 +30,12 @@ def circle(s: np.ndarray) -> np.ndarray:
     return np.column_stack([0.2 * np.sin(s / 0.2), 0.2 * (1 - np.cos(s / 0.2)), 0 * s])
 
 
+def deep_arc(s: np.ndarray) -> np.ndarray:
+    """Radius 1 m, 215 degrees from the origin over the crown to the other foot, (1.907, 0, 0)."""
+    half = np.deg2rad(107.5)
+    return np.column_stack([np.sin(s - half) + np.sin(half), np.cos(s - half) - np.cos(half), 0 * s])
+
+
 def line(
     cells: int, length: float, points: dict[str, int], parts: dict[str, tuple[int, int]], curve: meshes.Curve
 ) -> meshes.LineMesh:
@@ -55,6 +61,7 @@ def everything() -> dict[str, meshes.LineMesh]:
     arc = beam(40, np.pi / 2, "arc", quarter_circle)
     out |= {"arc_40.msh": arc, "arc_40.vtu": arc}
     out["hoop_60.msh"] = beam(60, 0.4 * np.pi, "hoop", circle)
+    out["deep_arc_60.msh"] = line(60, np.deg2rad(215.0), {"left": 0, "middle": 30, "right": 60}, {"arc": (0, 60)}, deep_arc)
     out["cable_40.msh"] = line(40, 2.0, {"left": 0, "middle": 20, "right": 40}, {"cable": (0, 40)}, meshes.straight)
     return out
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from fmbs_skfem import scenes
+from fmbs_skfem import dynamics, scenes, studies
 from fmbs_skfem.scenes import build
+from fmbs_skfem.verification import rigid
 
 from .calls import EXAMPLES, fmbs
 
@@ -75,6 +77,66 @@ def test_every_scene_is_sound(path: Path) -> None:
     system = build.chosen_form(scene, build.system(scene))
     assert system.size > 0
     assert bool([column for output in system.outputs.values() for column in output.columns]) == scene.analysis.has_outputs
+
+
+def test_a_strip_is_rolled_up_to_a_circle() -> None:
+    """By M = 2 pi E I / L, closed form: its end comes back to the clamp."""
+    found = studies.run(EXAMPLES / "rolled_up.yaml")
+    assert max(abs(found.outputs[f"tip_{axis}"][-1]) for axis in "xy") < 1e-5
+
+
+def test_a_deep_arch_falls_over_at_its_published_load() -> None:
+    """DaDeppo, Schmidt 1975, doi 10.1115/1.3423734: 8.97 E I / R^2; the scene pushes with ten times E I / R^2."""
+    motion = studies.run(EXAMPLES / "deep_arch.yaml").trajectory
+    first = int(dynamics.limit_points(motion)[0])
+    assert 10.0 * motion.times[first] == pytest.approx(8.97, rel=2e-3)
+
+
+def test_becks_column_flutters_at_its_published_load() -> None:
+    """Beck 1952, doi 10.1007/BF02008828: 20.05 E I / L^2."""
+    grown = []
+    for load in (20.0, 20.1):
+        scene = scenes.read(EXAMPLES / "beck_column.yaml", parameters={"P": load})
+        pressed = dynamics.solve_statics(build.chosen_form(scene, build.system(scene)), 1)
+        linear = dynamics.linearise(pressed.system, pressed.x[-1], t=1.0)
+        grown.append(float(dynamics.complex_modes(linear, 2).eigenvalues.real.max()))
+    assert grown[0] < 1e-6
+    assert grown[1] > 0.1
+
+
+def test_a_heavy_top_precesses_as_published() -> None:
+    """Bruels, Cardona 2010, doi 10.1115/1.4001370: its centre over 0.5 s, to the error of the step."""
+    found = studies.run(EXAMPLES / "heavy_top.yaml", duration=0.5)
+    for time in (0.1, 0.2, 0.5):
+        sample = int(np.argmin(np.abs(found.times - time)))
+        center = [found.outputs[f"center_{axis}"][sample] for axis in "xyz"]
+        assert center == pytest.approx(rigid.TOP[time][0], abs=2e-3)
+
+
+def test_gears_turn_in_the_ratio_of_their_teeth() -> None:
+    found = studies.run(EXAMPLES / "planetary_gear.yaml", duration=0.3)
+    np.testing.assert_allclose(found.outputs["carrier"], found.outputs["sun"] / (1 + 60 / 20), atol=1e-9)
+    assert found.outputs["sun"][-1] > 0.5
+    geared = studies.run(EXAMPLES / "geared_arm.yaml")
+    assert geared.outputs["wheel"][-1] == pytest.approx(-300 * np.pi / 30 / 5, rel=1e-3)
+
+
+RING = np.sqrt(3e9 * 2e-3**2 / 12 / (1200 * 0.2**4))  #: sqrt(E I / (rho A R^4)) of the hoop [rad/s]
+MOUNTS = 4.0 * np.array([1e5 / 100, 1e5 / 100, 2e5 / 100, 1e5 * 0.13 / 6, 2e5 * 0.04 / 3, 2e5 * 0.09 / 5])
+
+
+@pytest.mark.parametrize(
+    ("name", "expected", "tolerance"),
+    [
+        ("hoop_modes", [RING * n * (n**2 - 1) / np.sqrt(n**2 + 1) for n in (2, 2, 3, 3, 4, 4)], 1e-3),
+        ("plate_modes", np.array([13.468, 19.596, 24.270, 34.801, 34.801]) * np.sqrt(70e9 * 2e-3**2 / (12 * 0.91 * 2700)), 4e-3),
+        ("engine_mounts", np.sqrt(MOUNTS), 1e-9),
+    ],
+)
+def test_frequencies_are_those_of_theory(name: str, expected: Sequence[float], tolerance: float) -> None:
+    """Ring: Hoppe 1871; square plate: Leissa 1973, doi 10.1016/S0022-460X(73)80371-2; mounts: sqrt(k/m) and sqrt(k r^2/I)."""
+    found = 2 * np.pi * np.asarray(studies.run(EXAMPLES / f"{name}.yaml").frequencies)
+    np.testing.assert_allclose(found[-len(expected) :], expected, rtol=tolerance)
 
 
 def test_a_controlled_arm_reduced(tmp_path: Path) -> None:
