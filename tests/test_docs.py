@@ -16,9 +16,13 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
+from fmbs_skfem.bodies import Given, cable
+from fmbs_skfem.shapes import plate_meshes
+from fmbs_skfem.systems import lengths
+
 from .browser import PROGRAM, browser
 
-for _package in ("sphinx", "furo", "myst_parser", "latex2mathml"):
+for _package in ("sphinx", "furo", "myst_parser", "ziamath"):
     pytest.importorskip(_package, reason="the site is built with the extra docs")
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
@@ -102,6 +106,24 @@ def test_pages_fit_wide_and_narrow_windows_without_errors(site: Path, tmp_path: 
             for width, needed in chromium.widths(page, (1280, 400)).items():
                 assert needed <= width, (page.name, width, needed)
             assert chromium.wrong == [], page.name
+
+
+def test_sources_of_the_theory_are_those_of_the_code() -> None:
+    """Every DOI of the bibliography stands in a docstring, so that none is made up."""
+    listed = set(re.findall(r"\[doi ([^\]]+)\]", (DOCS / "theory" / "bibliography.md").read_text(encoding="utf-8")))
+    known = "".join(path.read_text(encoding="utf-8") for path in (DOCS.parent / "src").rglob("*.py"))
+    assert len(listed) > 15
+    assert {doi for doi in listed if doi not in known} == set()
+
+
+def test_meshes_are_written_as_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its Python, and bodies of both files: an arc of 0.5 m, and a sheet of 2 m by 1 m."""
+    monkeypatch.chdir(tmp_path)
+    (block,) = re.findall(r"```python\n(.*?)```", (DOCS / "own_mesh.md").read_text(encoding="utf-8"), re.DOTALL)
+    exec(compile(block, "own_mesh.md", "exec"), {})
+    bow = cable("bow", tmp_path / "bow.msh", Given(EA=1.0, EI=1.0, rhoA=2.0))
+    assert lengths.masses([bow]) == pytest.approx([1.0], rel=1e-4)
+    assert {"left", "right"} <= set(plate_meshes.read(tmp_path / "sheet.vtu", planar=True).edge_groups)
 
 
 def public_objects() -> list[tuple[str, object]]:

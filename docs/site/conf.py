@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import html
 import importlib.metadata
 import sys
 from pathlib import Path
 from typing import Any
 
+import ziamath
 from docutils import nodes
-from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -24,7 +25,7 @@ html_theme = "furo"
 html_title = "fmbs_skfem"
 html_static_path = ["site.css"]
 html_css_files = ["site.css"]
-html_math_renderer = "mathml"
+html_math_renderer = "drawn"
 html_copy_source = False
 html_show_sourcelink = False
 autodoc_member_order = "bysource"
@@ -35,18 +36,24 @@ python_maximum_signature_line_length = 100
 suppress_warnings = ["ref.python"]  # short names of types that stand in several modules
 
 
+def drawn(text: str, size: int, inline: bool) -> str:
+    """An equation of TeX as SVG of the colour of the text, on its baseline, with the TeX for those who do not see it."""
+    found = ziamath.Latex(text, size=size, inline=inline, color="currentColor")
+    label = html.escape(text, quote=True)
+    return found.svg().replace("<svg ", f'<svg role="img" aria-label="{label}" style="vertical-align:{found.getyofst():.2f}px" ', 1)
+
+
 def write_math(writer: Any, node: nodes.math) -> None:
-    """An equation of TeX as MathML, which browsers draw by themselves."""
-    writer.body.append(convert(node.astext(), display="inline"))
+    writer.body.append(drawn(node.astext(), 16, True))
     raise nodes.SkipNode
 
 
 def write_equation(writer: Any, node: nodes.math_block) -> None:
-    writer.body.append(f'<div class="equation" tabindex="0">{convert(node.astext(), display="block")}</div>')
+    writer.body.append(f'<div class="equation" tabindex="0">{drawn(node.astext(), 18, False)}</div>')
     raise nodes.SkipNode
 
 
 def setup(app: Sphinx) -> None:
-    app.add_html_math_renderer("mathml", (write_math, None), (write_equation, None))
+    app.add_html_math_renderer("drawn", (write_math, None), (write_equation, None))
     app.connect("autodoc-process-docstring", docstrings.rewrite)
     app.connect("autodoc-process-signature", docstrings.sign)
