@@ -27,7 +27,7 @@ from typing import Any, TypeVar
 
 import numba
 import platformdirs
-from numba.core import compiler, config
+from numba.core import compiler, config, types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import CPUDispatcher
 
@@ -94,6 +94,29 @@ def cache_folder() -> Path | None:
     if given := os.environ.get("NUMBA_CACHE_DIR"):
         return prepare(Path(given).absolute() / "fmbs_skfem")
     return prepare(Path(platformdirs.user_cache_dir("fmbs_skfem", appauthor=False)) / "numba")
+
+
+def remember(resolve: Callable[..., Any]) -> Callable[..., Any]:
+    """What a built-in function returns for arguments of these types, found once in a process.
+
+    Every sum of a function is looked for among all that "+" may stand for: a seventh of a compilation, of laws two fifths.
+    """
+    found: dict[tuple[Any, ...], Any] = {}
+
+    @functools.wraps(resolve)
+    def remembered(function: Any, context: Any, arguments: Any, named: Any) -> Any:
+        if named:
+            return resolve(function, context, arguments, named)
+        key = function, context, *arguments
+        if key not in found:
+            found[key] = resolve(function, context, arguments, named)  # an error is not kept
+        return found[key]
+
+    return remembered
+
+
+builtin: Any = types.Function
+builtin.get_call_type = remember(builtin.get_call_type)
 
 
 class Contained(JITCodeLibrary):
