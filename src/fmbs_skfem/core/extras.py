@@ -5,6 +5,7 @@ pip install "fmbs_skfem[families]"   the Kriging surrogate of trainings over par
 pip install "fmbs_skfem[cluster]"    sweeps over processes and machines
 pip install "fmbs_skfem[symbols]"    forces by expressions of the state; laws, joints and forces of one's own
 pip install "fmbs_skfem[all]"        all four
+pip install "fmbs_skfem[pymor]"      systems as models of pyMOR
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ PACKAGES = {
     "viz": ("matplotlib", "PIL", "pyvista"),
     "families": ("sklearn",),
     "symbols": ("sympy",),
+    "pymor": ("pymor",),
     "cluster": ("dask", "distributed", "cryptography"),
 }
 
