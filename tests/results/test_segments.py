@@ -7,6 +7,7 @@ import os
 import resource
 import signal
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,13 +15,17 @@ import h5py
 import numpy as np
 import pytest
 
+from fmbs_skfem.bodies import point_mass
 from fmbs_skfem.core import container
 from fmbs_skfem.core.errors import CorruptFile, InputError, NoRoom
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, integrate, integration
+from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, integrate, integration, outputs
 from fmbs_skfem.dynamics.checkpoint import Moment
 from fmbs_skfem.results import segments
 from fmbs_skfem.results.segments import HistoryState, Recorder
+from fmbs_skfem.systems import At, assemble, loads
+from fmbs_skfem.systems.contact_states import ContactState
+from fmbs_skfem.systems.contacts import ContactPlane
 
 from .. import models
 from ..hard_cases import child, ended
@@ -92,6 +97,36 @@ def test_kills_lose_the_open_segment_at_most(tmp_path: Path, unbroken: Trajector
         assert segments.manifest(where).state is HistoryState.DONE
         assert [path.name for path in (where / "history").glob("*.part")] == []
         assert len(list((where / "history").glob("checkpoint-*"))) == 1
+
+
+def test_a_resumed_run_remembers_what_sticks(tmp_path: Path) -> None:
+    """Friction drags a mass to and fro; states in between, of which only some are stored, decide where it sticks."""
+    floor = ContactPlane("floor", at=At("ball"), radius=0.0, point=(0.0, 0.0), normal=(0.0, 1.0), stiffness=1e5, friction=0.5)
+    push = loads.PointForce("push", At("ball"), (6.0, 0.0), lambda t: np.sin(30.0 * t))
+    ball = point_mass("ball", 1.0, np.array([0.0, -9.81e-5]))
+    reading = {"floor": ContactState("floor")}
+    system = assemble([ball], [], [floor, push, loads.Gravity((0.0, -9.81))], outputs=reading)
+    scheme = GeneralizedAlpha(1e-3)
+    whole = integrate(system, scheme, 1.0, every=7)
+    with pytest.raises(KeyboardInterrupt):
+        integrate(system, scheme, 1.0, every=7, record=Recorder(tmp_path, JOB, 0.0), progress=interrupt_at(0.5))
+    found = segments.manifest(tmp_path)
+    assert 0 < found.done < 1000
+    gone_on = integrate(system, scheme, 1.0, every=7, record=Recorder(tmp_path, JOB, 0.0, found), resume=segments.read(tmp_path))
+    assert same(gone_on, whole)
+    assert np.ptp(outputs(whole)["floor_friction"]) > 1.0
+    for name, values in outputs(whole).items():
+        np.testing.assert_array_equal(outputs(gone_on)[name], values)
+
+
+def interrupt_at(share: float) -> Callable[[float], None]:
+    """A listener that stops the run after a share of it."""
+
+    def listen(done: float) -> None:
+        if done >= share:
+            raise KeyboardInterrupt
+
+    return listen
 
 
 def test_a_full_disk_ends_the_run_and_leaves_what_was_closed(

@@ -42,6 +42,7 @@ class Rows:
     v: np.ndarray  #: (s, n)
     a: np.ndarray  #: (s, n)
     multipliers: np.ndarray  #: (s, m), physical
+    memory: np.ndarray  #: (s, l) what forces keep, (s, 0) where that is not known
 
 
 @dataclass(frozen=True)

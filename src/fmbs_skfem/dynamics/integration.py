@@ -58,7 +58,7 @@ class Run:
     wall: float
     feed: Feed | None = None  #: of what has inputs
     done: int = 0  #: steps
-    resumed: bool = False  #: from a checkpoint, with states whose memory was not kept
+    forgotten: bool = False  #: whether the memory of states before a checkpoint is not known
     facts: dict[str, str] = field(default_factory=dict)  #: of model and method, found when they are needed
 
     @property
@@ -197,7 +197,9 @@ def take_up(run: Run, resume: Resumed) -> None:
     for k, part in enumerate((resume.rows.x, resume.rows.v, resume.rows.a)):
         run.step.job.out[k, : held.kept] = part[: held.kept, model.order]
     run.step.job.multipliers[: held.kept] = resume.rows.multipliers[: held.kept]
-    run.resumed = True
+    run.forgotten = resume.rows.memory.shape[1] < len(model.memory)
+    if not run.forgotten:
+        run.step.job.memory[: held.kept] = resume.rows.memory[: held.kept]
     run.cpu, run.wall = run.cpu - held.cpu_s, run.wall - held.wall_s
 
 
@@ -289,15 +291,15 @@ def states(run: Run, first: int, last: int) -> Rows:
     inverse = np.argsort(run.model.order)
     out, multipliers = run.step.job.out, run.step.job.multipliers
     x, v, a = (part[first:last] if run.large else part[first:last, inverse] for part in out)
-    return Rows(run.scheme.step * run.kept[first:last], x, v, a, multipliers[first:last])
+    memory = run.step.job.memory[first:last, : 0 if run.forgotten else None]
+    return Rows(run.scheme.step * run.kept[first:last], x, v, a, multipliers[first:last], memory)
 
 
 def trajectory(run: Run) -> Trajectory:
     """The motion so far."""
     found = states(run, 0, count_stored(run))
     system = run.feed.recorded() if run.feed else run.model.system
-    memory = None if run.resumed else run.step.job.memory[: len(found.times)]
-    return Trajectory(system, found.times, found.x, found.v, found.a, found.multipliers, cost_of(run), memory)
+    return Trajectory(system, found.times, found.x, found.v, found.a, found.multipliers, cost_of(run), found.memory)
 
 
 def cost_of(run: Run) -> Statistics:
