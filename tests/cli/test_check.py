@@ -443,7 +443,7 @@ def test_the_page_of_the_schema_is_the_one_in_the_documentation() -> None:
     """Made anew by `fmbs schema --page > docs/scene_reference.md`."""
     page = fmbs("schema", "--page").out
     assert page == (ROOT / "docs" / "scene_reference.md").read_text(encoding="utf-8")
-    assert set(json_schema()["$defs"]) - {"Rayleigh", "Initial", "Reduction", "Training", "Compare", "Pictures"} == {
+    assert set(json_schema()["$defs"]) - {"Rayleigh", "Initial", "Event", "Reduction", "Training", "Compare", "Pictures"} == {
         line.removeprefix("### ") for line in page.splitlines() if line.startswith("### ")
     }
     assert "| `diameter` | a length [m] > 0 | |" in page

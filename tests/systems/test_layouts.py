@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 
 import numpy as np
@@ -10,14 +11,17 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import csr_array
 
 from fmbs_skfem.bodies import Body, cable
+from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.reduction import parts
 from fmbs_skfem.reduction.excitation import Excitation, excite
 from fmbs_skfem.systems import At, System, assemble, check_system, compile_system, eliminate, joints, layouts, loads, springs
 from fmbs_skfem.systems.compiled import elastic_tangent, storage
+from fmbs_skfem.systems.events import Event
 from tests import models
 from tests.dynamics.test_checkpoint import stopped
 
+DROP = Event(when=of_state("t - 0.05 s"), release=("pin1",))
 SCHEME, SHARP = GeneralizedAlpha(1e-3), Newton(tolerance=1e-13)
 
 
@@ -29,7 +33,7 @@ def arm() -> Body:
     return parts.reduced_body(full, parts.shape_functions(full, states, None, 5))
 
 
-def star(open_joints: bool) -> System:
+def star(open_joints: bool, events: Mapping[str, Event] | None = None) -> System:
     """Six arms from one hub, hung at a tip, the fourth welded to the first; a spring between two tips."""
     angles = np.pi / 3.0 * np.arange(6)
     turns = [np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) for c, s in zip(np.cos(angles), np.sin(angles), strict=True)]
@@ -38,7 +42,7 @@ def star(open_joints: bool) -> System:
     held += [joints.Pin(f"pin{k}", At("arm0", "left"), At(f"arm{k}", "left")) for k in (1, 2, 4, 5)]
     held += [joints.Weld("weld", At("arm0", "left"), At("arm3", "left"))]
     pull = springs.SpringDamper("spring", At("arm1", "right"), At("arm2", "right"), 50.0, 1.0, 0.5)
-    system = assemble(bodies, held, [loads.Gravity((0.0, 0.0, -9.81)), pull])
+    system = assemble(bodies, held, [loads.Gravity((0.0, 0.0, -9.81)), pull], events=events)
     return system if open_joints else eliminate(system)
 
 
@@ -51,12 +55,13 @@ def always(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(layouts, "WORTH", 10.0)
 
 
-@pytest.mark.parametrize("open_joints", [False, True])
-def test_blocks_move_as_other_storages(open_joints: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("open_joints, events", [(False, {}), (True, {}), (False, {"drop": DROP})])
+def test_blocks_move_as_other_storages(open_joints: bool, events: Mapping[str, Event], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(layouts, "WORTH", 0.0)
-    other = run(star(open_joints))
+    other = run(star(open_joints, events))
     monkeypatch.setattr(layouts, "WORTH", 10.0)
-    blocks = run(star(open_joints))
+    blocks = run(star(open_joints, events))
+    assert len(blocks.events) == len(events)
     assert blocks.statistics.solver.startswith("LDL^T of blocks")
     assert not other.statistics.solver.startswith("LDL^T of blocks")
     assert np.abs(blocks.x[-1] - blocks.x[0]).max() > 0.03

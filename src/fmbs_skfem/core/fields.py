@@ -119,7 +119,7 @@ def of_time(value: object, context: Context, dimension: units.Dimension = units.
 
 def read_response(value: object, unit: str, context: Context) -> OfState:
     """An expression of the state of a dimension; whoever knows the outputs checks it (`responses.require`)."""
-    return value if isinstance(value, OfState) else of_state(value, unit, context.parameters)  # type: ignore[arg-type]
+    return value if isinstance(value, OfState) else of_state(value, unit, context.parameters, True)  # type: ignore[arg-type]
 
 
 def angle_of_time(value: object, context: Context) -> Expression:

@@ -64,11 +64,13 @@ def check(
 
 
 def check_program(
-    program: Program, text: str, dimension: Dimension, known: Mapping[str, Term], clock: bool = True, of: str = "t"
+    program: Program, text: str, dimension: Dimension | None, known: Mapping[str, Term], clock: bool = True, of: str = "t"
 ) -> None:
-    """The same of a program with its names, a function `of` what messages say."""
+    """The same of a program with its names, a function `of` what messages say; of any dimension where None is given."""
     names = {"pi": Term(PI, bare=True), "t": Term(Quantity(math.nan, TIME.exponents), number=not clock, bare=True)} | dict(known)
     found: Term = expressions.evaluate(program, names, _ALGEBRA, lambda number: _constant(Quantity(number, NUMBER.exponents)))
+    if dimension is None:
+        return
     if not found.fits(dimension.exponents):
         got = f"{shown(text)} ({units.describe(found.quantity.exponents)})"
         raise Problem(f"{dimension} as a function of {of}", got, REMEDY)

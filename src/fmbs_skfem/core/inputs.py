@@ -38,6 +38,12 @@ class Input(Source):
         return np.full(np.shape(t), self.start)
 
 
+@storable
+@dataclass(frozen=True)
+class Held(Input):
+    """A number that is read of the state when an event happens, and holds from then on."""
+
+
 PAST = 4  #: values through which a smooth input goes
 KEPT = PAST + 1  #: that are read of steps that are taken one by one: those of its begin are values of the step before
 

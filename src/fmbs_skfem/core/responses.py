@@ -41,7 +41,8 @@ class OfState:
     program: Program
     parameters: tuple[tuple[str, Quantity], ...] = ()
     known: tuple[str, ...] = ()  #: names of all parameters, for messages
-    dimension: Dimension | None = None  #: that it has to have; None where plain numbers stand for quantities in SI units
+    dimension: Dimension | None = None  #: that it has to have, None for any
+    strict: bool = False  #: whether dimensions have to fit; else plain numbers stand for quantities in SI units
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -56,10 +57,13 @@ class OfState:
         return "t" in self.program
 
 
-def of_state(value: str | float, unit: str = "", parameters: Mapping[str, Quantity | float] | None = None) -> OfState:
+def of_state(
+    value: str | float, unit: str = "", parameters: Mapping[str, Quantity | float] | None = None, strict: bool = False
+) -> OfState:
     """The function of the state written as a text, with parameters by name.
 
-    Its dimension is checked where a unit is given and parameters are quantities: plain numbers may have any unit.
+    Its dimensions are checked where a unit is given, or it is to be `strict`, and parameters are quantities: plain numbers may have
+    any unit.
     """
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise Problem("an expression of outputs, t and parameters", shown(value), expressions.GRAMMAR)
@@ -67,11 +71,11 @@ def of_state(value: str | float, unit: str = "", parameters: Mapping[str, Quanti
     text = value if isinstance(value, str) else repr(float(value))
     program = expressions.parse(text, Names(known))
     given = {name: known[name] for name in dict.fromkeys(program) if isinstance(name, str) and name in known}
-    strict = bool(unit) and all(isinstance(one, Quantity) for one in given.values())
+    strict = (strict or bool(unit)) and all(isinstance(one, Quantity) for one in given.values())
     values = tuple(
         (name, one if isinstance(one, Quantity) else Quantity(float(one), NUMBER.exponents)) for name, one in given.items()
     )
-    return OfState(text, program, values, tuple(known), units.find_dimension(unit) if strict else None)
+    return OfState(text, program, values, tuple(known), units.find_dimension(unit) if strict and unit else None, strict)
 
 
 def require(found: OfState, variables: Mapping[str, str]) -> None:
@@ -81,7 +85,7 @@ def require(found: OfState, variables: Mapping[str, str]) -> None:
             known = [*variables, *found.known, "t", "pi"]
             near = closest(name, known).removeprefix("; ")
             raise Problem(f"one of {listed(known, name)}", shown(name), near)
-    if found.dimension is None:
+    if not found.strict:
         return
     names = {name: functions.variable(unit) for name, unit in variables.items()}
     names |= {name: Term(value, number=plain(value), bare=plain(value)) for name, value in found.parameters}

@@ -82,7 +82,7 @@ def factorise_dense(table: Any, _: Any) -> int:
     if assemble(table) != 0:
         return 1
     w.kind[0] = w.kind[2] = FULL
-    bordered(S.space.W, w.J, w.kkt)
+    bordered(S.space.W, w.J, S.space.off, w.kkt)
     info = lapack.getrf(w.addresses, w.kkt, w.pivots)
     for i in range(len(w.kkt)):
         w.kkt[i, i] = 1.0 / w.kkt[i, i]
@@ -98,8 +98,8 @@ def solve_dense(table: Any, _: Any) -> int:
 
 
 @jit
-def bordered(W: np.ndarray, J: np.ndarray, kkt: np.ndarray) -> None:
-    """kkt = [[W, J^T], [J, 0]]^T: LAPACK counts along columns."""
+def bordered(W: np.ndarray, J: np.ndarray, off: np.ndarray, kkt: np.ndarray) -> None:
+    """kkt = [[W, J^T], [J, 1 in rows that are off]]^T: LAPACK counts along columns."""
     n, m = len(W), len(J)
     for i in range(n):
         for j in range(n):
@@ -109,6 +109,7 @@ def bordered(W: np.ndarray, J: np.ndarray, kkt: np.ndarray) -> None:
             kkt[i, n + k] = kkt[n + k, i] = J[k, i]
         for l in range(m):
             kkt[n + k, n + l] = 0.0
+        kkt[n + k, n + k] = off[k]
 
 
 @jit
@@ -188,11 +189,11 @@ def factor_band(table: Any) -> int:
         for i in range(n):
             w.spread[k, i] = w.J[k, i]
     substitute_rows(table, w.spread)
-    return factor_joints(w)
+    return factor_joints(w, S.space.off)
 
 
 @jit
-def factor_joints(w: Work) -> int:
+def factor_joints(w: Work, off: np.ndarray) -> int:
     """Factors of J W^-1 J^T from the rows W^-1 J^T of `spread`; 0, or LAPACK's info."""
     m, n = w.J.shape
     for k in range(m):
@@ -200,6 +201,7 @@ def factor_joints(w: Work) -> int:
             w.schur[k, l] = 0.0
             for i in range(n):
                 w.schur[k, l] += w.spread[k, i] * w.J[l, i]
+        w.schur[k, k] -= off[k]
     return lapack.getrf(w.addresses, w.schur, w.schur_pivots)
 
 
@@ -220,7 +222,7 @@ def factorise_blocks(table: Any, _: Any) -> int:
         for i in range(len(S.space.x)):
             w.spread[k, i] = w.J[k, i]
     direct.substitute(A.tree, w.lower, w.diagonal, w.spread, w.columns, w.front)
-    return factor_joints(w)
+    return factor_joints(w, S.space.off)
 
 
 @routine

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..core.errors import InputError, Reason, SolverError, closest, listed, say
-from ..core.inputs import KEPT, Input, Told
+from ..core.inputs import KEPT, Held, Input, Told
 from ..core.structs import Routine, address_of, packed
 from ..systems.controllers import Controlled
-from ..systems.signals import driving_inputs, inputs_of, read_inputs, with_inputs
+from ..systems.signals import driving_inputs, read_inputs, told_by_name, with_inputs
 from ..systems.system import System, driven_rows, driving
 from . import checkpoint as checkpoints
 from . import stepping
@@ -50,16 +50,20 @@ class Feed:
     """Inputs of a run; `system` reads them."""
 
     def __init__(self, plain: System, scheme: GeneralizedAlpha) -> None:
-        self.plain, self.scheme, self.inputs = plain, scheme, inputs_of(plain)
+        self.plain, self.scheme, self.inputs = plain, scheme, told_by_name(plain)
         driven, smooth = {signal for _, signal in driving(plain.constraints)}, driving_inputs(plain)
         self.told = {name: Told(scheme.step, [one.start] * KEPT, 1 - KEPT, name in smooth) for name, one in self.inputs.items()}
         self.system = with_inputs(plain, self.told)
         self.samplers = [sampler(one, scheme) for one in self.inputs.values() if isinstance(one, Controlled)]
-        self.record = {one.of.name: [one.of.start] for one in self.samplers}  #: what controllers told
+        held = [one for one in self.inputs.values() if isinstance(one, Held)]
+        own = [one.of for one in self.samplers] + held
+        self.record = {one.name: [one.start] for one in own}  #: what controllers told, and events
         reading = [k for k, signal in enumerate(plain.signals) if read_inputs(signal)]
         #: columns of inputs that are signals as they are; None where others read them, which are evaluated in every step
         self.columns: list[tuple[int, Told]] | None = [
-            (k, self.told[one.name]) for k in reading if isinstance(one := plain.signals[k], Input) and k not in driven
+            (k, self.told[one.name])
+            for k in reading
+            if isinstance(one := plain.signals[k], Input) and (k not in driven or isinstance(one, Held))
         ]
         if len(self.columns) < len(reading):
             self.columns = None
@@ -83,6 +87,11 @@ class Feed:
             kept.append(float(values[name]) if name in values else kept[-1])
             del kept[0]
             one.first += 1
+
+    def hold(self, one: Held, value: float) -> None:
+        """What an event tells from now on."""
+        self.told[one.name].values[:] = [value] * KEPT
+        self.record[one.name][-1] = value
 
     def sample(self, run: Run) -> None:
         """Let controllers act whose instant it is; the state jumps with what they tell for the next step."""
@@ -176,9 +185,8 @@ class Feed:
     def arrays(self) -> dict[str, np.ndarray]:
         """What is to be kept of it, by name."""
         found = {f"input {name}": np.array(one.values) for name, one in self.told.items()}
-        for one in self.samplers:
-            found |= {f"controller {one.of.name}": np.array(one.memory), f"told {one.of.name}": np.array(self.record[one.of.name])}
-        return found
+        found |= {f"controller {one.of.name}": np.array(one.memory) for one in self.samplers}
+        return found | {f"told {name}": np.array(values) for name, values in self.record.items()}
 
     def put(self, held: Checkpoint) -> None:
         """Put back what was kept."""
@@ -187,8 +195,8 @@ class Feed:
             one.first = held.done + 1 - KEPT
         for each in self.samplers:
             each.memory = checkpoints.fitting(held.arrays, f"controller {each.of.name}", np.array(each.memory)).tolist()
-            told = np.zeros(held.done + 1)
-            self.record[each.of.name] = checkpoints.fitting(held.arrays, f"told {each.of.name}", told).tolist()
+        for name in self.record:
+            self.record[name] = checkpoints.fitting(held.arrays, f"told {name}", np.zeros(held.done + 1)).tolist()
 
 
 def sampler(one: Controlled, scheme: GeneralizedAlpha) -> Sampler:

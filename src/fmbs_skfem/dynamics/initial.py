@@ -21,7 +21,7 @@ from ..systems import evaluation, layouts, mechanism
 from ..systems.compiled import Compiled
 from ..systems.layouts import Storage
 from ..systems.redundancy import rows_of, scale_of, singular_start, without_redundant
-from ..systems.system import System, driven_rows, is_linear
+from ..systems.system import System, driven_rows, is_linear, keep_constraints
 from . import factors, large, stepping
 from .histories import finite_signals
 from .names import coordinate_names
@@ -34,6 +34,16 @@ SECANTS = 4  #: kept beside dense factors that cost many corrections; beside oth
 RATE = np.array([-25.0, 48.0, -36.0, 16.0, -3.0])  #: first derivative at the first instant, times 12 d
 BEND = np.array([35.0, -104.0, 114.0, -56.0, 11.0])  #: second, times 12 d^2
 JERK = np.array([-5.0, 18.0, -24.0, 14.0, -3.0])  #: third, times 2 d^3
+
+
+class Instant(NamedTuple):
+    """Where a motion starts, or goes on after an event, in the order of the system's unknowns."""
+
+    time: float  #: [s]
+    x: np.ndarray  #: (n,)
+    v: np.ndarray
+    off: np.ndarray  #: (m,) bool, constraint rows that do not hold
+    memory: np.ndarray | None = None  #: (l,) what forces keep, see `compiled.place`
 
 
 class Start(NamedTuple):
@@ -76,57 +86,80 @@ def closed(system: System, phi: np.ndarray) -> None:
         raise SolverError(f"the initial state does not satisfy the joints: {listed}", Reason.INCONSISTENT, 0.0, worst)
 
 
-def consistent_start(model: Compiled, scheme: GeneralizedAlpha) -> Start:
-    """x0, v0 with Phi_q v + Phi_t = 0, q'' and multipliers from M q'' + Phi_q^T lambda = -f, Phi'' = 0.
+def start_of(model: Compiled) -> Instant:
+    """The start of a motion, in which all rows hold."""
+    return Instant(0.0, model.system.x0, model.system.v0, np.zeros(model.constraints, bool))
 
-    Plates take M + (gh C + K) / bh in place of M: under a load that starts as a step M^-1 f is huge in the waves that the step h
-    does not resolve, and the run would carry them on.
+
+def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | None = None, span: float | None = None) -> Start:
+    """x, v with Phi_q v + Phi_t = 0, q'' and multipliers from M q'' + Phi_q^T lambda = -f, Phi'' = 0, of the rows that hold.
+
+    The first step from there is one of `span` [s], if not that of the scheme. Plates take M + (gh C + K) / bh in place of M: under
+    a load that starts as a step M^-1 f is huge in the waves that the step h does not resolve, and the run would carry them on. An
+    impulse behind the start, of joints that lock, changes velocities by M alone.
     """
-    system, h = model.system, scheme.step
-    x, v = system.x0, system.v0
-    phi, J = compilation.gap(model, x)
-    closed(system, phi)
+    at = at or start_of(model)
+    system, h, on, x, v = model.system, scheme.step, ~at.off, at.x, at.v
+    phi, J = (part[on] for part in compilation.gap(model, x, at.time))
+    closed(held(system, on), phi)
     M = csr_array(system.mass)
     if any(part.gather.law in PLATES for part in system.elastic):
         method = method_of(scheme, Newton(), h, model)
-        M = M + (compilation.tangent(model, x, np.zeros(len(phi)), 0.0, method.gh)) / method.bh
+        M = M + (compilation.tangent(model, x, np.zeros(len(on)), at.time, method.gh, at.memory)) / method.bh
     if len(model.arrays.forces.judged):  # what touches at the start is held by it
         method = method_of(scheme, Newton(), h, model)
-        M = M + compilation.probe_tangent(model, x, np.zeros(len(phi)), 0.0, method.gh, v=v) / method.bh
-    solve = kkt_solver(model, csr_array(M), J)
+        M = M + compilation.probe_tangent(model, x, np.zeros(len(on)), at.time, method.gh, at.memory, v) / method.bh
+    solve = kkt_solver(model, csr_array(M), J, on, at.memory is None)
     still, k = np.zeros(len(x)), np.arange(5.0)[:, None]
 
     def along(d: float, *rates: np.ndarray) -> np.ndarray:
         """Phi (5, m) at the instants 0, d, ..., 4 d on the path with the given derivatives at its start."""
         path = x + sum((k * d) ** (order + 1) * rate / (order + 1) for order, rate in enumerate(rates))
-        return compilation.gaps(model, path, k.ravel() * d)
+        return compilation.gaps(model, path, at.time + k.ravel() * d)[:, on]
 
-    steady = is_linear(system.constraints).all()  # straight paths stay on what is linear and independent of time
+    steady = (is_linear(system.constraints) | ~on).all()  # straight paths stay on what is linear and independent of time
     d = DRIFT * h
     drift = np.zeros(len(phi)) if steady else RATE @ along(d, still) / (12 * d)
-    change = solve(still, -(J @ v + drift))[0] if len(phi) else still
+    strike = solve if at.memory is None else kkt_solver(model, csr_array(system.mass), J, on, False)
+    change = strike(still, -(J @ v + drift))[0] if len(phi) else still
     size = float(np.abs(change).max(initial=0.0))
-    if size > 1e-9 * max(1.0, float(np.abs(v).max(initial=0.0))):
-        notify(f"initial velocities are projected onto the joints; largest change {size:.3g} m/s")
+    if size > 1e-9 * max(1.0, float(np.abs(v).max(initial=0.0))) or at.memory is not None:
         v = v + change
-    f = compilation.forces(model, x, v)
+        if at.memory is None:
+            notify(f"initial velocities are projected onto the joints; largest change {size:.3g} m/s")
+    f = compilation.forces(model, x, v, at.time, at.memory)
     d = CURVATURE * h
     a, multipliers = solve(-f, np.zeros(len(phi)) if steady else -BEND @ along(d, v) / (12 * d * d))
     change = still if steady else solve(still, -JERK @ along(d, v, a) / (2 * d**3))[0]
     am, af, _, beta = scheme.coefficients
-    late = am - af  # a is q'' at t + (am - af) h
-    return Start(x, v, a, multipliers, np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]))
+    late, h = am - af, span or h  # a is q'' at t + (am - af) h
+    return Start(x, v, a, spread(multipliers, on), np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]))
 
 
-def kkt_solver(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """Solve [[M, J^T], [J, 0]] (a, l) = (f, g); redundant rows are named in the error.
+def held(system: System, on: np.ndarray) -> System:
+    """The system with the rows that hold (m,)."""
+    return system if on.all() else keep_constraints(system, np.flatnonzero(on))
 
-    In a singular position, where rows depend on each other for an instant, independent ones determine a, and l has least norm.
+
+def spread(values: np.ndarray, on: np.ndarray) -> np.ndarray:
+    """Values of the rows that hold (i,), and 0 for the others, (m,)."""
+    found = np.zeros(len(on))
+    found[on] = values
+    return found
+
+
+def kkt_solver(
+    model: Compiled, M: csr_array, J: np.ndarray, on: np.ndarray, first: bool
+) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """Solve [[M, J^T], [J, 0]] (a, l) = (f, g) of the rows that hold; redundant ones are named in the error.
+
+    In a singular position, where rows depend on each other for an instant, independent ones determine a, and l has least norm;
+    behind the `first` instant of a motion no position is looked at any further.
     """
     system, size = model.system, float(abs(M).max()) or 1.0
     rows = ranks.independent_rows(J, units=scale_of(system))
-    if len(rows) < len(J) and not singular_start(system):
-        raise dependent(system, np.setdiff1d(np.arange(len(J)), rows))
+    if len(rows) < len(J) and first and not singular_start(held(system, on)):
+        raise dependent(held(system, on), np.setdiff1d(np.arange(len(J)), rows))
     inverse = augmented(model, M / size, J[rows]) if model.pattern else saddle.inverse(saddle.matrix(M / size, J[rows]))
     if inverse is None:
         raise weightless(system, M)
@@ -178,15 +211,16 @@ def augmented(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.ndar
     return solve
 
 
-def first_state(model: Compiled, start: Start, c: float) -> State:
-    """The state that the first step begins with, in the order of the model."""
+def first_state(model: Compiled, start: Start, c: float, memory: np.ndarray | None = None) -> State:
+    """The state that the first step begins with, in the order of the model; `memory` as of `compiled.place`."""
     moved = start.v + start.shift[0], start.a + start.shift[1]
     xc, vc, ac, early = (np.ascontiguousarray(part[model.order]) for part in (start.x, *moved, start.a))
     history, past = (np.zeros((stepping.HISTORY, len(part))) for part in (xc, start.multipliers))
     history[0], past[0] = early, start.multipliers * c
     speed = np.array([compilation.size(model, start.v)])
-    known = np.array([1]), np.array([0]), compilation.accepted(model, start.x, start.v), speed, np.array([0]), np.array([np.inf])
-    return State(xc, vc, ac, early, start.multipliers * c, history, past, *known)
+    known = np.array([1]), np.array([0]), speed, np.array([0]), np.array([np.inf])
+    kept = compilation.accepted(model, start.x, start.v) if memory is None else memory
+    return State(xc, vc, ac, early, start.multipliers * c, history, past, *known[:2], kept, *known[2:])
 
 
 def first_step(model: Compiled, start: Start, method: Method, stored: int) -> Step:

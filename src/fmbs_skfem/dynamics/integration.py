@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
@@ -16,19 +16,22 @@ from ..core.structs import Routine
 from ..systems import compiled, responses
 from ..systems.compiled import Compiled, compile_system
 from ..systems.controllers import Controlled
+from ..systems.events import with_locks
 from ..systems.layouts import Storage
 from ..systems.system import System
 from . import checkpoint as checkpoints
 from . import departures, stepping
 from .checkpoint import Checkpoint, Moment, Record, Resumed, Rows
+from .dividing import HALVINGS, divided
+from .events import Watch, open_at_start
 from .feed import Feed
 from .histories import leading_signals, leading_values
-from .initial import Start, consistent_start, first_step, startable
+from .initial import Instant, Start, consistent_start, first_step, startable
 from .large import Large
 from .names import row_names, told, worst
 from .outputs import survey_of
 from .scheme import GeneralizedAlpha, Newton, method_of, steps_in
-from .step import Method, State, Step, Work
+from .step import Method, Step
 from .trajectory import Statistics, Trajectory
 
 REASONS = {
@@ -38,7 +41,7 @@ REASONS = {
     stepping.SINGULAR: Reason.SINGULAR_TANGENT,
 }
 BEHIND = ("factorise", "solve", "settle")  #: doors of `stepping` behind which large models keep their factors
-HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
+EQUAL = 1e-9  #: of a step, within which instants are one
 WHOLE = stepping.REMEASURE  #: steps are taken in multiples of this number, so that a stop between them changes nothing
 PACE = 0.2  #: time between two looks at a run that is watched [s]
 
@@ -51,6 +54,7 @@ class Run:
     scheme: GeneralizedAlpha
     newton: Newton
     kept: np.ndarray  #: (s,) numbers of the steps whose states are stored
+    times: np.ndarray  #: (s,) of these [s]
     rows: np.ndarray  #: (steps + 1,) row of every step in the trajectory, -1 for none
     step: Step  #: of the full size; states in the order of the model
     large: Large | None  #: factors of a large model
@@ -59,7 +63,28 @@ class Run:
     feed: Feed | None = None  #: of what has inputs
     done: int = 0  #: steps
     forgotten: bool = False  #: whether the memory of states before a checkpoint is not known
+    watch: Watch | None = None  #: of what has events
     facts: dict[str, str] = field(default_factory=dict)  #: of model and method, found when they are needed
+
+    @property
+    def ended(self) -> bool:
+        """Whether an event has stopped it."""
+        return self.watch is not None and self.watch.ended is not None
+
+    def end(self, time: float) -> None:
+        """End the run within the step that was taken last; its last state is stored."""
+        if self.steps:
+            facts_of(self)
+            row = int(np.searchsorted(self.times, time - EQUAL * self.scheme.step))
+            self.kept, self.times = np.append(self.kept[:row], self.done), np.append(self.times[:row], time)
+            self.rows = np.append(self.rows[: self.done], row)
+
+    def store(self) -> None:
+        """Store the present state, if it is to be."""
+        if (row := self.row(self.done)) >= 0:
+            stepping.store(
+                self.step.state, self.step.method.c, row, self.step.job.out, self.step.job.multipliers, self.step.job.memory
+            )
 
     @property
     def steps(self) -> int:
@@ -120,14 +145,14 @@ def integrate(
     looks = [one for one in (record, departures.watch(run.model.system)) if one is not None]
     watched = progress is not None or len(looks) > 0
     chunk = WHOLE if watched else steps
-    while run.done < steps:
+    while run.done < run.steps:
         begin = clock.perf_counter()
         past = run.done % WHOLE
-        march(run, min(WHOLE - past if past else chunk, steps - run.done))
+        march(run, min(WHOLE - past if past else chunk, run.steps - run.done))
         if watched:
             chunk = choose_chunk(chunk, clock.perf_counter() - begin)
         if progress:
-            progress(run.done / steps)
+            progress(run.done / run.steps)
         for look in looks:
             look(moment(run))
     motion = trajectory(run)
@@ -164,20 +189,40 @@ def begun(
     live: bool = False,
 ) -> Run:
     """A run at its start, or where it was left; a live one is told its inputs."""
-    feed = Feed(system, scheme) if live or any(isinstance(one, Controlled) for one in system.signals) else None
+    facing = live or system.triggers or any(isinstance(one, Controlled) for one in system.signals)
+    feed = Feed(system := with_locks(system), scheme) if facing else None
     model = compile_system(system)
     if feed:
         system, model = feed.system, replace(model, system=feed.system)
     n, m = system.size, model.constraints
     none = np.zeros(n)
-    start = consistent_start(model, scheme) if resume is None else Start(system.x0, system.v0, none, np.zeros(m), np.zeros((2, n)))
+    first = Instant(0.0, system.x0, system.v0, open_at_start(model))
+    start = (
+        consistent_start(model, scheme, first)
+        if resume is None
+        else Start(system.x0, system.v0, none, np.zeros(m), np.zeros((2, n)))
+    )
     rows = np.full(steps + 1, -1)
     rows[kept] = np.arange(len(kept))
     step = first_step(model, start, method_of(scheme, newton, scheme.step, model), len(kept))
+    step.space.off[:] = first.off
     step.job.out[:, 0] = step.state.x, start.v[model.order], start.a[model.order]
     step.job.multipliers[0], step.job.memory[0] = start.multipliers, step.state.memory
     clocks = clock.process_time(), clock.perf_counter()
-    run = Run(model, scheme, newton, kept, rows, step, Large(model, newton.solver) if model.pattern else None, *clocks, feed)
+    run = Run(
+        model,
+        scheme,
+        newton,
+        kept,
+        scheme.step * kept,
+        rows,
+        step,
+        Large(model, newton.solver) if model.pattern else None,
+        *clocks,
+        feed,
+    )
+    if system.triggers and feed:
+        run.watch = Watch(run, feed)
     if resume is not None:
         take_up(run, resume)
     return run
@@ -208,6 +253,8 @@ def restore(run: Run, held: Checkpoint) -> None:
     checkpoints.restore(held, facts_of(run), run.step, run.large)
     if run.feed:
         run.feed.put(held)
+    if run.watch:
+        run.watch.put(run, held)
     run.done = held.done
 
 
@@ -222,7 +269,8 @@ def march(run: Run, many: int) -> None:
     """Take some steps, the last one possibly halved; SolverError where it cannot be taken."""
     if run.feed is not None:
         for _ in range(many):
-            march_fed(run, run.feed, {})
+            if not run.ended:
+                march_fed(run, run.feed, {})
         return
     status = whole_steps(run, many) if run.step.state.parts[0] == 0 else stepping.TOO_LONG
     if status != stepping.DONE:
@@ -246,20 +294,34 @@ def march_fed(run: Run, feed: Feed, values: Mapping[str, float]) -> None:
     feed.tell(values)
     try:
         feed.sample(run)
+        before = [part.copy() for part in run.step.state] if run.watch else None
         status = feed.take(run) if run.step.state.parts[0] == 0 else stepping.TOO_LONG
     except SolverError as error:
         error.partial = trajectory(run)
         raise
     if status == stepping.DONE:
         run.done += 1
-        return
-    run.model.check()
+    else:
+        run.model.check()
+        try:
+            divide(run, status)
+        except FailedStep as error:
+            if text := unstable_loop(run):
+                raise SolverError(text, Reason.GROWING, error.time, error.worst, error.partial) from error
+            raise
+    if run.watch and before is not None:
+        attend(run, run.watch, before)
+
+
+def attend(run: Run, watch: Watch, before: Sequence[np.ndarray]) -> None:
+    """Let events happen in the step that was taken from an earlier state; SolverError where it cannot be taken in parts."""
     try:
-        divide(run, status)
-    except FailedStep as error:
-        if text := unstable_loop(run):
-            raise SolverError(text, Reason.GROWING, error.time, error.worst, error.partial) from error
+        status = watch.look(run, before)
+    except SolverError as error:
+        error.partial = error.partial or trajectory(run)
         raise
+    if status != stepping.DONE:
+        raise failure(run, status, run.scheme.step * (run.done + 1))
 
 
 def unstable_loop(run: Run) -> str:
@@ -275,9 +337,10 @@ def unstable_loop(run: Run) -> str:
 
 def divide(run: Run, status: int) -> None:
     """Take the next step in parts, with a status that says why; SolverError where it cannot be taken."""
-    status, reached = halved_step(run, status)
-    if status != stepping.DONE:
-        raise failure(run, status, reached)
+    h, state = run.scheme.step, run.step.state
+    halved, reached = divided(run, status, h * run.done, h, run.row(run.done + 1), max(1, int(state.parts[0])))
+    if halved != stepping.DONE:
+        raise failure(run, halved, reached)
     run.done += 1
 
 
@@ -292,14 +355,15 @@ def states(run: Run, first: int, last: int) -> Rows:
     out, multipliers = run.step.job.out, run.step.job.multipliers
     x, v, a = (part[first:last] if run.large else part[first:last, inverse] for part in out)
     memory = run.step.job.memory[first:last, : 0 if run.forgotten else None]
-    return Rows(run.scheme.step * run.kept[first:last], x, v, a, multipliers[first:last], memory)
+    return Rows(run.times[first:last], x, v, a, multipliers[first:last], memory)
 
 
 def trajectory(run: Run) -> Trajectory:
     """The motion so far."""
     found = states(run, 0, count_stored(run))
     system = run.feed.recorded() if run.feed else run.model.system
-    return Trajectory(system, found.times, found.x, found.v, found.a, found.multipliers, cost_of(run), found.memory)
+    events = tuple(run.watch.happened) if run.watch else ()
+    return Trajectory(system, found.times, found.x, found.v, found.a, found.multipliers, cost_of(run), found.memory, events)
 
 
 def cost_of(run: Run) -> Statistics:
@@ -314,7 +378,7 @@ def moment(run: Run) -> Moment:
 
     def checkpoint() -> Checkpoint:
         facts, arrays = facts_of(run), checkpoints.arrays(run.step, run.large)
-        arrays |= run.feed.arrays() if run.feed else {}
+        arrays |= (run.feed.arrays() if run.feed else {}) | (run.watch.arrays(run) if run.watch else {})
         seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
         return Checkpoint(run.done, count_stored(run), facts, arrays, *seconds)
 
@@ -342,46 +406,6 @@ def solver_of(run: Run) -> str:
     if layout.storage is Storage.BLOCKS:
         return f"LDL^T of blocks, {layout.numbers} numbers"
     return "dense LU" if layout.dense else f"band Cholesky or LU, half width {layout.width}"
-
-
-def halved_step(run: Run, status: int) -> tuple[int, float]:
-    """The next step in 2, 4, ... parts, with a status that says why; status and time of the last failure.
-
-    Where forces began or ended too fast for longer steps, the next one is tried in half as many parts, and the shortest stand.
-    """
-    scheme, done, state, counters = run.scheme, run.done, run.step.state, run.step.job.counters
-    full, row = run.step.method, run.row(run.done + 1)
-    saved = [array.copy() for array in state]
-    touching, reached = status == stepping.TOO_LONG, scheme.step * done
-    for halving in range(max(1, int(state.parts[0])), HALVINGS + 1):
-        parts = 2**halving
-        method = method_of(scheme, run.newton, scheme.step / parts, run.model)._replace(judging=halving < HALVINGS)
-        for kept in (state.multipliers, state.past):
-            kept *= method.c / full.c
-        restart(state, run.step.work)
-        counters[stepping.HALVED] += status != stepping.TOO_LONG
-        signals, broken = leading_signals(run.model.system, scheme.step * (done + (np.arange(parts) + 1) / parts), method.h)
-        status, taken = run.take(method, signals, np.append(np.full(parts - 1, -1), row))
-        counters[stepping.STEPS] -= taken
-        if status == stepping.DONE and broken is None:
-            for kept in (state.multipliers, state.past):
-                kept *= full.c / method.c
-            restart(state, run.step.work)
-            counters[stepping.STEPS] += 1
-            state.parts[0] = halving - 1 if touching else 0
-            return status, scheme.step * (done + 1)
-        reached = scheme.step * (done + taken / parts)
-        if status == stepping.DONE and broken is not None:
-            status, reached = stepping.NOT_FINITE, broken.time
-        touching = touching or status == stepping.TOO_LONG
-        for array, old in zip(state, saved, strict=True):
-            array[:] = old
-    return status, reached
-
-
-def restart(state: State, work: Work) -> None:
-    """Forget what was known of steps of another size: earlier accelerations and factors."""
-    state.known[0], state.order[0], state.change[0], work.kind[0] = 1, 0, np.inf, 0
 
 
 class FailedStep(SolverError):

@@ -127,7 +127,7 @@ class Large:
         F, J = small @ self.flexible @ small.T, space.Jy @ self.probes
         H = self.slopes(step, table)
         A = np.zeros((nb + m, nb + m))
-        A[:nb, :nb], A[:nb, nb:], A[nb:, :nb] = np.eye(nb) + F @ H, F @ J.T, J
+        A[:nb, :nb], A[:nb, nb:], A[nb:, :nb], A[nb:, nb:] = np.eye(nb) + F @ H, F @ J.T, J, np.diag(space.off)
         return Standing(turns, small, H, J, dgetrf(A)[:2])
 
     def close(self, space: Space, now: Standing, r: np.ndarray) -> None:

@@ -14,13 +14,15 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..core.errors import InputError, say
+from ..core.inputs import Held
 from ..systems.system import System
 from .checkpoint import Checkpoint
 from .initial import startable
 from .integration import begun, cost_of, march_fed, moment, restore
 from .outputs import outputs
 from .scheme import GeneralizedAlpha, Newton
-from .trajectory import Trajectory
+from .trajectory import Happening, Trajectory
 
 MOTION = ("times", "x", "v", "a", "multipliers")  #: of a trajectory
 
@@ -41,16 +43,29 @@ class LiveRun:
 
     @property
     def time(self) -> float:
-        """[s]"""
-        return self.run.scheme.step * self.run.done
+        """Of the present state [s]."""
+        watch = self.run.watch
+        return self.run.scheme.step * self.run.done if watch is None or watch.ended is None else watch.ended
+
+    @property
+    def ended(self) -> bool:
+        """Whether an event has stopped the run."""
+        return self.run.ended
+
+    @property
+    def events(self) -> tuple[Happening, ...]:
+        """What has happened so far."""
+        return tuple(self.run.watch.happened) if self.run.watch else ()
 
     @property
     def inputs(self) -> dict[str, float]:
         """Values of all inputs in the last step."""
-        return {name: one.values[-1] for name, one in self.feed.told.items()}
+        return {name: one.values[-1] for name, one in self.feed.told.items() if not isinstance(self.feed.inputs[name], Held)}
 
     def step(self, inputs: Mapping[str, float] | None = None) -> None:
         """Take a step; inputs that are not named keep their values. SolverError where it cannot be taken."""
+        if self.run.ended:
+            raise InputError(say("run.step", "a run that goes on", f"one that an event has stopped at t = {self.time:g} s"))
         march_fed(self.run, self.feed, inputs or {})
 
     @property

@@ -30,8 +30,9 @@ from ..core.saddle import Saddle
 from ..systems import compiled, terms
 from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.system import System
+from .dividing import HALVINGS
 from .histories import signal_names
-from .integration import HALVINGS, FailedStep, Run, last_residual
+from .integration import FailedStep, Run, last_residual
 from .names import owners
 from .scheme import method_of
 

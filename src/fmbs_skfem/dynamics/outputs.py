@@ -28,9 +28,17 @@ DELTA = 1e-6  #: relative time difference for Phi_t
 
 
 def energies(trajectory: Trajectory) -> np.ndarray:
-    """Kinetic, strain, potential (from the start) and balance (kinetic + strain + potential - work) [J], (s, 4)."""
+    """Kinetic, strain, potential (from the start) and balance (kinetic + strain + potential - work + lost) [J], (s, 4)."""
     stored, power = survey_of(trajectory)
-    return np.column_stack([stored, stored.sum(axis=1) - work_done(trajectory.times, power)])
+    return np.column_stack([stored, stored.sum(axis=1) - work_done(trajectory.times, power) + lost(trajectory)])
+
+
+def lost(trajectory: Trajectory) -> np.ndarray:
+    """Kinetic energy that events have taken so far, (s,) [J]."""
+    found = np.zeros(len(trajectory.times))
+    for one in trajectory.events:
+        found[trajectory.times >= one.time] += one.loss
+    return found
 
 
 def work_done(times: np.ndarray, power: np.ndarray) -> np.ndarray:
@@ -80,12 +88,6 @@ def on_samples(
     return out
 
 
-def drift_of(times: np.ndarray, stored: np.ndarray, power: np.ndarray) -> float:
-    """Largest change of the balance of energies (s, 3) and a power (s,) [J]."""
-    balance = stored.sum(axis=1) - work_done(times, power)
-    return float(np.abs(balance - balance[0]).max())
-
-
 def size_of(stored: np.ndarray) -> float:
     """The largest kinetic energy, or change of the strain or potential energy [J]: a steady motion exchanges none."""
     return max(float(stored[:, 0].max()), float(np.ptp(stored[:, 1:], axis=0).max()))
@@ -103,8 +105,8 @@ def energy_errors(trajectory: Trajectory) -> tuple[float, float]:
     """
     stored, power = survey_of(trajectory)
     work = work_done(trajectory.times, power)
-    balance, scale = stored.sum(axis=1) - work, size_of(stored)
-    drift = drift_of(trajectory.times, stored, power)
+    balance, scale = stored.sum(axis=1) - work + lost(trajectory), size_of(stored)
+    drift = float(np.abs(balance - balance[0]).max())
     if len(power) < FEW:
         return drift, 0.0
     system = trajectory.system

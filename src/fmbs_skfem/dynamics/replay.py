@@ -10,8 +10,9 @@ import numpy as np
 from ..core.errors import Reason
 from ..systems import evaluation
 from . import stepping
+from .dividing import HALVINGS, restart
 from .histories import leading_signals
-from .integration import HALVINGS, REASONS, Run, restart
+from .integration import REASONS, Run
 from .scheme import method_of
 from .step import State
 

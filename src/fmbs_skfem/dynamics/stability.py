@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..core.errors import Reason, SolverError
-from .outputs import STILL, UNSURE, survey_of, work_done
+from .outputs import STILL, UNSURE, lost, survey_of, work_done
 from .trajectory import Trajectory
 
 SOUND = 0.05  #: rise over the known energy up to which a state is believed
@@ -30,7 +30,7 @@ def rises(trajectory: Trajectory) -> np.ndarray:
         return np.zeros(count)
     stored, power = survey_of(trajectory)
     work = work_done(trajectory.times, power)
-    balance = stored.sum(axis=1) - work
+    balance = stored.sum(axis=1) - work + lost(trajectory)
     every_second = np.abs(work[::2] - work_done(trajectory.times[::2], power[::2]))
     doubt = UNSURE * np.maximum.accumulate(np.repeat(every_second, 2)[: len(work)])
     known = stored[0, :2].sum() + np.maximum.accumulate(np.abs(stored[:, 2])) + np.maximum.accumulate(np.abs(work))

@@ -30,6 +30,18 @@ class Statistics:
         return self.halved > max(ONE_STEP, OFTEN * self.steps)
 
 
+@dataclass(frozen=True)
+class Happening:
+    """An event that has happened in a run."""
+
+    name: str
+    time: float  #: [s]
+    stop: bool
+    release: tuple[str, ...]  #: joints
+    lock: tuple[str, ...]
+    loss: float  #: of kinetic energy by locks; of events at one instant the first one's [J]
+
+
 @dataclass(frozen=True, repr=False)
 class Trajectory:
     """Motion of a system at stored times."""
@@ -42,6 +54,7 @@ class Trajectory:
     multipliers: np.ndarray  #: (s, m), physical
     statistics: Statistics = Statistics()  #: zeros of states that no run has made
     memory: np.ndarray | None = None  #: (s, l) what forces keep of the states, where it was stored
+    events: tuple[Happening, ...] = ()
 
     def __repr__(self) -> str:
         first, last = self.times[[0, -1]]

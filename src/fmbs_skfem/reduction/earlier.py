@@ -59,6 +59,7 @@ def of_law(law: PointLaw, dim: int) -> force_laws.LawForces:
 
 def mend_constraints(values: Tree) -> None:
     """Angles among the terms, by the signal -2, become laws of gears; terms without effect keep the places of the others."""
+    values.setdefault("loose", ())
     if "laws" in values:
         return
     angles, found = values["signal"] == -2, []
@@ -80,7 +81,8 @@ def mend_loads(values: Tree) -> None:
 
 
 def mend_system(values: Tree) -> None:
-    """Laws by number become forces."""
+    """Laws by number become forces; there are no events."""
+    values |= {name: () for name in ("locks", "triggers") if name not in values}
     loads = values.get("loads")
     if isinstance(loads, Loads):
         found = [of_law(one, values["dim"]) if isinstance(one, PointLaw) else one for one in loads.forces]

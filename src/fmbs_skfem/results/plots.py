@@ -59,10 +59,13 @@ class Panel:
     curves: Mapping[str, Array]
 
 
-def panel_grid(times: Array, shown: Sequence[Panel], title: str = "", across: str = "time [s]") -> Figure:
+def panel_grid(
+    times: Array, shown: Sequence[Panel], title: str = "", across: str = "time [s]", marks: Sequence[tuple[float, str]] = ()
+) -> Figure:
     """Panels over one axis of time or load factor `times` (s,), whose label is `across`; a key where a panel has several curves.
 
-    Raises InputError for more than PANELS panels, for none, and for curves that are not at `times`.
+    `marks` are instants with names, such as those of events. Raises InputError for more than PANELS panels, for none, and for
+    curves that are not at `times`.
     """
     _require_room(len(shown))
     figure, grid = charts.stack(len(shown), 2 if len(shown) > 3 else 1, title, across)
@@ -73,6 +76,7 @@ def panel_grid(times: Array, shown: Sequence[Panel], title: str = "", across: st
             axes.plot(
                 times, values, label=name, color=palette.colour(number), ls=charts.DASHES[number % len(charts.DASHES)], lw=1.3
             )
+        _mark(axes, marks)
         _finish(axes, plain(panel.label))
         if len(curves) > 1:
             beside: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.1}
@@ -98,6 +102,14 @@ def history_grid(
     if len(order) > 1:
         charts.legend_below(figure, order, list(grid.flat[: len(outputs)]))
     return figure
+
+
+def _mark(axes: Axes, marks: Sequence[tuple[float, str]]) -> None:
+    """Lines at instants, with their names beside them."""
+    for time, name in marks:
+        axes.axvline(time, color=palette.GREY, lw=0.9, ls=(0, (4, 3)))
+        beside: dict[str, Any] = {"xytext": (-2, -3), "textcoords": "offset points", "ha": "right", "va": "top", "rotation": 90}
+        axes.annotate(plain(name), (time, 1.0), xycoords=axes.get_xaxis_transform(), fontsize=7, color=palette.GREY, **beside)
 
 
 def _require_room(count: int) -> None:

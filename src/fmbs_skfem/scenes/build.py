@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 LARGE = 500  #: functions of a plate above which sparse factors are used, which turn with it where constraints are multipliers
 MANY = 500  #: linear constraints, a dense column of the factors' inverse each, above which they are eliminated all the same
-SUBJECT = re.compile(r"(joint|load|output|controller) '([^']*)'")
+SUBJECT = re.compile(r"(joint|load|output|controller|event) '([^']*)'")
 
 
 def system(scene: Scene, cells: int | None = None, allow_outside: bool = False) -> System:
@@ -67,8 +67,9 @@ def of_parts(scene: Scene, parts: list[Body], pictures: bool = True) -> System:
     _check_places(scene, {part.name: part for part in parts})
     initial = scene.initial.bodies if scene.analysis.moves else {}
     joints, loads, told = scene.joints.values(), scene.loads.values(), (sources(scene), scene.controllers.values())
+    events = scene.events if scene.analysis.moves else {}
     try:
-        return assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures, *told)
+        return assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures, *told, events)
     except InputError as error:
         raise InputError(locate_message(scene, str(error))) from error
 

@@ -105,13 +105,15 @@ def _idle(scene: Scene) -> Iterator[Told]:
     yield from scene.analysis.idle(scene)
     for name, load in scene.loads.items():
         yield from ((("loads", name), text) for key, text in load.idle("") if not key)
-    parts = scene.joints, scene.loads, scene.controllers
+    parts = scene.joints, scene.loads, scene.controllers, scene.events
     read = {name for part in parts for item in part.values() for name in inputs_in(vars(item).values())}
     for section in ("inputs", "controllers"):
         yield from (((section, name), "nothing in the scene reads it") for name in getattr(scene, section) if name not in read)
     yield from ((("tables", name), "nothing in the scene reads it") for name in scene.tables if f"{name}(t)" not in read)
     if scene.controllers and not scene.analysis.moves:
         yield ("controllers",), f"hold their start in an analysis of {scene.analysis.word}"
+    if scene.events and not scene.analysis.moves:
+        yield ("events",), f"do not happen in an analysis of {scene.analysis.word}"
     for name in scene.parameters:
         if name not in scene.used and (name in scene.ranges or name in scene.changed):
             yield ("parameters", name), "nothing in the scene uses this parameter, so that its value changes nothing"
@@ -161,6 +163,8 @@ def _declared(scene: Scene) -> Iterator[Found]:
         for name, item in getattr(scene, part).items():
             for key, problem in item.problems(scene.dimension):
                 yield (part, name, *(key if isinstance(key, tuple) else (key,) if key else ())), problem
+    for name, event in scene.events.items():
+        yield from ((("events", name, *((key,) if key else ())), problem) for key, problem in event.problems())
     for name, joint in scene.joints.items():
         to = getattr(joint, "to", None)
         if isinstance(to, At) and to == getattr(joint, "at", None):
@@ -179,6 +183,11 @@ def _references(scene: Scene) -> Iterator[Found]:
                     yield (part, name, key), unknown("body", "bodies", value, scene.bodies)
                 if rule.names == "surfaces":
                     yield from _surface(scene, (part, name, key), value, surfaces)
+    for name, event in scene.events.items():
+        for key in ("release", "lock"):
+            for one in getattr(event, key):
+                if one not in scene.joints:
+                    yield ("events", name, key), unknown("joint", "joints", one, scene.joints)
     for name in scene.initial.bodies:
         if name not in scene.bodies:
             yield ("initial", "bodies", name), unknown("body", "bodies", name, scene.bodies)
@@ -207,7 +216,7 @@ def _responses(scene: Scene) -> Iterator[Found]:
     known = responses.variables(scene.outputs, scene.dimension)
     known |= {one.table.name: one.unit for one in scene.tables.values() if one.table is not None}
     known |= {name: one.unit for group in (scene.inputs, scene.controllers) for name, one in group.items()}
-    for section in ("loads", "controllers"):
+    for section in ("loads", "controllers", "events"):
         for name, item in getattr(scene, section).items():
             for key, value in (*states_in(vars(item)), *(item.products() if section == "controllers" else ())):
                 try:

@@ -21,6 +21,7 @@ from ..reduction import hyper_reduction
 from ..systems.assembly import Motion, Rayleigh
 from ..systems.constraint_functions import Joint
 from ..systems.controllers import Controller
+from ..systems.events import Event
 from ..systems.loads import Load
 from ..systems.probes import Probe
 from . import fields, yamlfile
@@ -132,6 +133,7 @@ class Scene:
     joints: dict[str, Joint] = field(default_factory=dict)
     loads: dict[str, Load] = field(default_factory=dict)
     controllers: dict[str, Controller] = field(default_factory=dict)
+    events: dict[str, Event] = field(default_factory=dict)
     damping: Rayleigh = field(default_factory=Rayleigh)
     initial: Initial = field(default_factory=Initial)
     analysis: Analysis

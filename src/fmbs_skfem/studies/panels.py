@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -22,8 +22,10 @@ FLAT = 0.02  #: of the largest range of a panel; a curve that moves less, but mo
 TOGETHER = 6  #: most curves of a panel
 
 
-def figures_of(task: RunTask, times: np.ndarray, columns: Mapping[str, np.ndarray]) -> Figures:
-    """The columns that are finite over time or load factor, in at most PANELS panels; none of a single instant."""
+def figures_of(
+    task: RunTask, times: np.ndarray, columns: Mapping[str, np.ndarray], marks: Sequence[tuple[float, str]] = ()
+) -> Figures:
+    """The columns that are finite over time or load factor, in at most PANELS panels, with marks; none of a single instant."""
     finite = {name: values for name, values in columns.items() if np.isfinite(values).all()}
     if len(times) < 2 or not finite:
         return Figures()
@@ -31,7 +33,7 @@ def figures_of(task: RunTask, times: np.ndarray, columns: Mapping[str, np.ndarra
     shown = sum(len(panel.curves) for panel in found)
     left = f" ({shown} of {len(finite)} columns, the others are in {OUTPUTS})" if shown < len(finite) else ""
     across = "time [s]" if task.scheme else "load factor"
-    return Figures({"outputs": partial(panel_grid, times, found, title=task.title + left, across=across)})
+    return Figures({"outputs": partial(panel_grid, times, found, title=task.title + left, across=across, marks=marks)})
 
 
 def arrange(outputs: Mapping[str, Output], known: Mapping[str, np.ndarray]) -> list[Panel]:

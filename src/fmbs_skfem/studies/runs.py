@@ -211,6 +211,7 @@ def finish(
         "cpu_s": cost.cpu_s if task.scheme else cpu,
         "wall_s": cost.wall_s if task.scheme else wall,
         **task.judge(trajectory),
+        **({"events": [asdict(one) for one in trajectory.events]} if trajectory.events else {}),
         **({"beyond_training": [asdict(one) for one in beyond]} if beyond else {}),
         "outputs": {name: extremes(values) for name, values in outputs.items()},
         "units": probes.column_units(task.system.outputs),
@@ -220,7 +221,7 @@ def finish(
         "provenance": task.origin,
         "notices": job.notices,
     }
-    figures = panels.figures_of(task, trajectory.times, outputs)
+    figures = panels.figures_of(task, trajectory.times, outputs, [(one.time, one.name) for one in trajectory.events])
     missing = None
     if out is not None:
         with segments.room(out, out):
@@ -235,6 +236,7 @@ def finish(
                     missing, report = problem, report | describe_error(problem) if error is None else report
                 reports.write_report(out, report)
     view: list[Table | str] = [summary(task, report), *task.remarks]
+    view += [*([table_of_events(trajectory)] if trajectory.events else [])]
     view += [*([table_of_outputs(report)] if outputs else []), *failures.views(report), *list_files(report)]
     about = f"{report.get('scene') or task.title}: {len(trajectory.times)} instants, {', '.join(outputs) or 'no outputs'}"
     return Run(
@@ -306,6 +308,15 @@ def table_of_outputs(report: Mapping[str, Any]) -> Table:
         (panels.heading_of(report["units"], report["labels"], name), *ends.values()) for name, ends in report["outputs"].items()
     ]
     return Table("Outputs (SI units)", ("output", "min", "max", "final"), rows)
+
+
+def table_of_events(trajectory: Trajectory) -> Table:
+    """When events happened, what they did, and the kinetic energy that they took."""
+    rows = []
+    for one in trajectory.events:
+        done = [*(f"releases {name}" for name in one.release), *(f"locks {name}" for name in one.lock)]
+        rows.append((one.name, one.time, ", ".join([*done, *(["stops the run"] if one.stop else [])]), one.loss))
+    return Table("Events", ("event", "time [s]", "what it does", "energy lost [J]"), rows)
 
 
 def summary(task: RunTask, report: Mapping[str, Any]) -> str:

@@ -26,6 +26,7 @@ from . import echelon, lengths, redundancy, responses, row_laws
 from . import probes as probe_rules
 from .constraint_functions import Joint
 from .controllers import Controller, connect
+from .events import Event, attend
 from .forces import joined
 from .loads import Load
 from .places import At, Draft, Layout, Rows, Terms, vector
@@ -84,10 +85,11 @@ def assemble(
     pictures: bool = True,
     inputs: Iterable[Source] = (),
     controllers: Iterable[Controller] = (),
+    events: Mapping[str, Event] | None = None,
 ) -> System:
     """System in body coordinates with every constraint kept as a multiplier row; without `pictures` it has no lines and skins.
 
-    Expressions of the state read outputs, `inputs` (tables among them) and controllers by their names.
+    Expressions of the state read outputs, `inputs` (tables among them) and controllers by their names. `events` have names.
     """
     joints, loads, damping, inputs = list(joints), list(loads), damping or Rayleigh(), list(inputs)
     draft, layout = empty_draft(list(bodies))
@@ -109,7 +111,10 @@ def assemble(
     for load in loads:
         require_sound("load", getattr(load, "name", ""), load, Load, layout.dim)
         load.push(draft)
-    responses.keep(draft, [(f"controller '{one.name}'", value) for one in steered for value in one.reads])
+    read = [(f"controller '{one.name}'", value) for one in steered for value in one.reads]
+    triggers, locks, loose = attend(draft, events or {}, joints, len(read), constraints)
+    responses.keep(draft, [*read, *((f"event '{name}'", one.when) for name, one in (events or {}).items())])
+    draft.locks = locks
     draft.signals += told
     forces, sensed = draft.forces, dict[str, Output]()
     for name, probe in (outputs or {}).items():
@@ -131,7 +136,7 @@ def assemble(
             *(Elastic(name, 0.0, gather(part, cells, layout)) for name, part, cells in forces.cells),
         ),
         probes=probes,
-        constraints=constraints(draft.constraints),
+        constraints=replace(constraints(draft.constraints), loose=loose),
         loads=Loads(
             constant=mass @ uniform_field(layout, parts, forces.field),
             forces=joined(forces.terms),
@@ -151,6 +156,8 @@ def assemble(
         weight=lengths.weight(parts),
         scale=lengths.extent(parts, probes(q0)),
         origin=layout.origin,
+        locks=locks,
+        triggers=triggers,
     )
 
 

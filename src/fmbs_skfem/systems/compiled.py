@@ -83,7 +83,7 @@ def space(model: Compiled) -> Space:
     work = max([1, room, *(term.work for term in model.terms)])
     return Space(
         *(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(m)),
-        *(np.zeros(4 * len(model.system.signals)), model.memory),
+        *(np.zeros(4 * len(model.system.signals)), np.zeros(m), model.memory),
         *(np.full(n, np.nan), np.zeros(2), np.zeros(sum(force.room for force in model.forces))),
         *(np.ones(1), np.zeros(1), np.zeros(1), np.zeros(1)),
         *(rhs[0, :n], rhs, W, W.reshape(-1) if entries is None else np.zeros(entries)),
@@ -290,9 +290,11 @@ def forces(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, memory
     return evaluate(model, x, v, t, memory)[0]
 
 
-def accepted(model: Compiled, x: np.ndarray, v: np.ndarray | None = None, memory: np.ndarray | None = None) -> np.ndarray:
-    """What forces keep of a state that is accepted, (l,), after a memory or that of the start."""
-    found, table = place(model, x, v, memory=memory)
+def accepted(
+    model: Compiled, x: np.ndarray, v: np.ndarray | None = None, memory: np.ndarray | None = None, t: float = 0.0
+) -> np.ndarray:
+    """What forces keep of a state that is accepted at t [s], (l,), after a memory or that of the start."""
+    found, table = place(model, x, v, t, memory)
     evaluation.take_over(table)
     model.check()
     return found.space.memory.copy()

@@ -98,6 +98,7 @@ class Space(NamedTuple):
     acceleration: Vector  #: q''
     multipliers: Vector  #: (m,) c times the physical ones
     signals: Vector  #: (s,) values of all signals, and of their derivatives where constraints read them
+    off: Vector  #: (m,) 1 for rows that do not hold, whose multipliers are zero, 0 for the others
     memory: Vector  #: (l,) what forces keep of the last accepted state, see `forces`
     last: Vector  #: (n,) x when `room` was filled, not a number before
     moved: Vector  #: (2,) Euclidean and largest distance of x from `last`
@@ -179,12 +180,16 @@ def evaluate(table: Any, _: int = 0) -> int:
 
 @jit
 def constrain(table: Any) -> None:
-    """Phi, behind the forces in rhs, and dPhi/dy, with current y."""
+    """Phi, behind the forces in rhs, and dPhi/dy, with current y; of rows that are off lambda = 0 stands for Phi = 0."""
     E = evaluation(table)
     A, s = E.arrays, E.space
     kernels.constrain(A.terms, s.y, s.signals, s.rhs[0, len(s.f) :], s.Jy)
     for k in range(len(A.laws.records)):
         invoke(A.laws.constrain[k], table, A.laws.records[k])
+    for m in range(len(s.off)):
+        if s.off[m] != 0.0:
+            kernels.clear(s.Jy[m])
+            s.rhs[0, len(s.f) + m] = s.multipliers[m]
 
 
 @routine
@@ -203,6 +208,9 @@ def find_drift(table: Any) -> None:
     kernels.drift(A.terms, s.paths, s.signals, s.leads[0], s.leads[1], s.rhs[0, len(s.f) :])
     for k in range(len(A.laws.records)):
         invoke(A.laws.drift[k], table, A.laws.records[k])
+    for m in range(len(s.off)):
+        if s.off[m] != 0.0:
+            s.rhs[0, len(s.f) + m] = 0.0
 
 
 @jit

@@ -19,7 +19,7 @@ from . import constraint_laws, force_laws
 from .constraint_laws import ConstraintLaw, LawRows
 from .dead_loads import DeadLoads
 from .force_laws import ForceLaw
-from .system import Affine, Signal
+from .system import Affine, Lock, Signal
 
 if TYPE_CHECKING:
     from .resultants import Resultant
@@ -229,6 +229,7 @@ class Draft:
     gauges: dict[str, Gauge] = field(default_factory=dict)  #: of loads by name
     outputs: Mapping[str, Any] = field(default_factory=dict)  #: by name, for expressions of the state
     inputs: Mapping[str, Source] = field(default_factory=dict)  #: by name, for the same
+    locks: Sequence[Lock] = ()  #: of joints that events lock
 
     def signal(self, function: Signal | None) -> int:
         """The number of a function of time; -1 for None, the constant 1."""

@@ -412,9 +412,10 @@ class Reaction(Probe):
     known_to_all: ClassVar[bool] = False
 
     def sense(self, name: str, draft: Draft) -> Output:
-        held = [label for joint, label in draft.constraints.names if joint == self.joint]
+        rows = [*draft.constraints.names, *(row for one in draft.locks for row in one.rows.names)]
+        held = [label for joint, label in rows if joint == self.joint]
         if not held:
-            known = sorted({joint for joint, _ in draft.constraints.names})
+            known = sorted({joint for joint, _ in rows})
             expected = f"one of the joints {listed(known, self.joint)}"
             raise InputError(say(f"output '{name}'", expected, f"'{self.joint}'") + closest(self.joint, known))
         if self.joint in draft.constraints.resultants:

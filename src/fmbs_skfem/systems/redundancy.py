@@ -28,7 +28,7 @@ from ..core.notices import notify
 from . import constraint_laws, echelon, kernels
 from .compiled import signal_table
 from .constraint_laws import LawRows
-from .system import System, driven_rows, is_linear, keep_constraints, linear_part, reads
+from .system import System, driven_rows, is_linear, keep_constraints, linear_part, loose_rows, reads
 
 DIGITS = 1e-12  #: change of a row in a large motion, relative to its summands, that is round-off
 SHIFT = 1e-14  #: of J J^T for unit rows, which lets factors of dependent rows exist
@@ -172,12 +172,12 @@ def without_redundant(system: System) -> System:
     """The system without rows that follow from the others in all positions near the start; a notice names them."""
     system = without_redundant_linear(system)
     terms = system.constraints
-    candidate = ~is_linear(terms)
-    driven = driven_rows(terms)
-    candidate &= ~driven
+    driven, loose = driven_rows(terms), loose_rows(terms)
+    candidate = ~is_linear(terms) & ~driven & ~loose
     if not candidate.any():
         return system
-    near = doubtful(*rows_of(system))
+    lasting = np.flatnonzero(~loose)  # what follows from a joint that is released later does not follow then
+    near = lasting[doubtful(*rows_of(keep_constraints(system, lasting)))]
     if not len(near):
         return system
     rows, z = rows_of(keep_constraints(system, near))

@@ -15,7 +15,7 @@ import numpy as np
 from ..core.container import storable
 from ..core.errors import InputError, closest, listed, say
 from ..core.expressions import Expression
-from ..core.inputs import Input
+from ..core.inputs import Held, Input
 from .system import Signal, System, driving
 
 
@@ -86,19 +86,25 @@ def _(signal: Cosine | Sine, told: Mapping[str, Signal]) -> Signal:
     return replace(signal, angle=bound(signal.angle, told))
 
 
-def inputs_of(system: System) -> dict[str, Input]:
-    """The inputs of a system by name; those of controllers stand as such at the end of its signals."""
+def told_by_name(system: System) -> dict[str, Input]:
+    """All that a system is told by name: inputs, those of controllers at the end of its signals, and numbers of locks."""
     return {one.name: one for signal in system.signals for one in read_inputs(signal)}
+
+
+def inputs_of(system: System) -> dict[str, Input]:
+    """The inputs of a system by name, those of controllers among them."""
+    return {name: one for name, one in told_by_name(system).items() if not isinstance(one, Held)}
 
 
 def driving_inputs(system: System) -> set[str]:
     """Names of the inputs that drive joints."""
-    return {one.name for _, k in driving(system.constraints) for one in read_inputs(system.signals[k])}
+    inputs = (one for _, k in driving(system.constraints) for one in read_inputs(system.signals[k]))
+    return {one.name for one in inputs if not isinstance(one, Held)}
 
 
 def with_inputs(system: System, told: Mapping[str, Signal]) -> System:
     """The system with functions of time in place of inputs; InputError for one that it does not have."""
-    known = inputs_of(system)
+    known = told_by_name(system)
     for name in told:
         if name not in known:
             expected = f"one of the inputs {listed(known, name, 'of which there are none')}"

@@ -66,6 +66,34 @@ class Constraints:
     i: Annotated[np.ndarray, Indices("t", end="y", low=-1)] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     j: Annotated[np.ndarray, Indices("t", end="y", low=-1)] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     laws: Annotated[tuple[LawRows, ...], Inside("m y k")] = ()
+    loose: tuple[str, ...] = ()  #: joints that events release or lock: none of their rows is eliminated or follows from others
+
+
+@storable
+@dataclass(frozen=True)
+class Lock:
+    """Rows that hold two places together from an event on, and the numbers s of them that are read of the state then.
+
+    `numbers` are polynomials in probe rows, one a number, as constraints are; each is the value of one of the `signals`.
+    """
+
+    joint: str
+    rows: Annotated[Constraints, Inside("y k")]
+    numbers: Annotated[Constraints, Inside("y k m=l")]
+    signals: Annotated[np.ndarray, Indices("l", end="k")]
+
+
+@storable
+@dataclass(frozen=True)
+class Trigger:
+    """An event: the value that crosses zero, and what happens then."""
+
+    name: str
+    value: int  #: number of the kept value, see `responses.kept`
+    direction: int  #: 1 rising, -1 falling, 0 both
+    stop: bool
+    release: tuple[str, ...]  #: joints
+    lock: tuple[str, ...]
 
 
 @storable
@@ -152,6 +180,8 @@ class System:
     weight: Annotated[float, Number(0.0)]  #: mass that the norm sqrt(u^T metric u / weight) of displacements refers to [kg]
     scale: Annotated[float, Number(0.0)]  #: size of the mechanism, to which Newton's tolerance refers [m]
     origin: Annotated[np.ndarray, Reals("c")]  #: of q and of fixed points; sensors and pictures count from that of the scene [m]
+    locks: Annotated[tuple[Lock, ...], Inside("y k")] = ()
+    triggers: tuple[Trigger, ...] = ()
     full: System | None = None  #: the form with all multipliers, from which reactions are recovered
 
     @property
@@ -188,12 +218,17 @@ def sizes(system: System, displacements: np.ndarray) -> np.ndarray:
 
 
 def is_linear(constraints: Constraints) -> np.ndarray:
-    """Rows that are linear in the unknowns and independent of time, (m,) bool."""
-    linear = np.ones(len(constraints.names), dtype=bool)
+    """Rows that are linear in the unknowns, independent of time and never let loose, (m,) bool."""
+    linear = ~loose_rows(constraints)
     np.logical_and.at(linear, constraints.row, (constraints.signal < 0) & (constraints.j < 0))
     for own in constraints.laws:
         linear[own.row] = False
     return linear
+
+
+def loose_rows(constraints: Constraints) -> np.ndarray:
+    """Rows of joints that events release or lock, (m,) bool."""
+    return np.array([joint in constraints.loose for joint, _ in constraints.names], dtype=bool)
 
 
 def driving(constraints: Constraints) -> list[tuple[int, int]]:
@@ -245,7 +280,7 @@ def keep_constraints(system: System, rows: np.ndarray) -> System:
     names = tuple(terms.names[k] for k in rows)
     laws = tuple(part for own in terms.laws if len(part := own.kept(place)))
     value, signal, i, j = (part[mine] for part in (terms.coefficient, terms.signal, terms.i, terms.j))
-    kept = Constraints(names, place[terms.row[mine]], value, signal, i, j, laws)
+    kept = Constraints(names, place[terms.row[mine]], value, signal, i, j, laws, terms.loose)
     return replace(system, constraints=kept)
 
 

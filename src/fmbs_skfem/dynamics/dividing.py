@@ -1,0 +1,63 @@
+"""A span of time in equal parts: a step that cannot be taken at once, or what events leave of one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from . import stepping
+from .histories import leading_signals
+from .scheme import method_of
+from .step import State, Work
+
+if TYPE_CHECKING:
+    from .integration import Run
+
+HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
+
+
+def divided(run: Run, status: int, begin: float, span: float, row: int, first: int) -> tuple[int, float]:
+    """A span [s] of time in 2^first or more equal parts, with a status that says why; status and time of the last failure.
+
+    The state at its end goes into a row of the trajectory, -1 for none. Where forces began or ended too fast for longer steps, the
+    next step is tried in half as many parts, and the shortest stand.
+    """
+    state, counters, full = run.step.state, run.step.job.counters, run.step.method
+    saved = [array.copy() for array in state]
+    touching, reached = status == stepping.TOO_LONG, begin
+    for halving in range(first, HALVINGS + 1):
+        parts = 2**halving
+        method = method_of(run.scheme, run.newton, span / parts, run.model)._replace(judging=halving < HALVINGS)
+        for kept in (state.multipliers, state.past):
+            kept *= method.c / full.c
+        restart(state, run.step.work)
+        counters[stepping.HALVED] += status not in (stepping.TOO_LONG, stepping.DONE)
+        signals, broken = leading_signals(run.model.system, begin + span * (np.arange(parts) + 1) / parts, method.h)
+        status, taken = run.take(method, signals, np.append(np.full(parts - 1, -1), row))
+        counters[stepping.STEPS] -= taken
+        if status == stepping.DONE and broken is None:
+            for kept in (state.multipliers, state.past):
+                kept *= full.c / method.c
+            restart(state, run.step.work)
+            counters[stepping.STEPS] += 1
+            state.parts[0] = max(halving - 1, 0) if touching else 0
+            return status, begin + span
+        reached = begin + span * taken / parts
+        if status == stepping.DONE and broken is not None:
+            status, reached = stepping.NOT_FINITE, broken.time
+        touching = touching or status == stepping.TOO_LONG
+        put(state, saved)
+    return status, reached
+
+
+def put(state: State, values: Sequence[np.ndarray]) -> None:
+    """Put values into the arrays of a state."""
+    for array, value in zip(state, values, strict=True):
+        array[:] = value
+
+
+def restart(state: State, work: Work) -> None:
+    """Forget what was known of steps of another size: earlier accelerations and factors."""
+    state.known[0], state.order[0], state.change[0], work.kind[0] = 1, 0, np.inf, 0

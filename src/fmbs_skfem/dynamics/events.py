@@ -1,0 +1,296 @@
+r"""Events in a run: found by the sign of their values after every step, located within it, and what they do to joints.
+
+    g(t_n) g(t_n + h) < 0        t* = t_n + theta h,  g(t*) = 0  by steps of theta h;  then on from t* to t_n + h
+    lock                         M (v+ - v-) + Phi_q^T p = 0,  Phi_q v+ + Phi_t = 0      loses  v-^T M v- / 2 - v+^T M v+ / 2
+    release                      v+ = v-
+
+Accelerations and reactions start anew behind an event, as at the start of a run, so that all stays of second order. Pieces below
+TINY of a step are too short for the method, whose reactions are noise there: they follow x + h v + h^2 q'' / 2. A value that is
+zero at the start counts as crossing zero there where it leaves in the direction of its event. An event that has happened is on
+guard again once its value is clearly not zero: neither its own action nor round-off make it happen twice at one instant.
+
+Source (events by the sign of functions, and starts after them): Hairer, Norsett, Wanner, Solving ordinary differential equations I,
+2nd ed., Springer 1993, section II.6; impulses on constraints: Brogliato, Nonsmooth Mechanics, 3rd ed., Springer 2016, section 4.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import brentq
+
+from ..core import ranks
+from ..core.errors import Reason, SolverError
+from ..systems import compiled as compilation
+from ..systems.compiled import Compiled
+from ..systems.events import numbers_of
+from ..systems.redundancy import scale_of
+from ..systems.system import System, loose_rows
+from . import checkpoint as checkpoints
+from . import stepping
+from .checkpoint import Checkpoint
+from .dividing import divided, put, restart
+from .initial import Instant, consistent_start, first_state
+from .trajectory import Happening
+
+if TYPE_CHECKING:
+    from .feed import Feed
+    from .integration import Run
+
+TINY = 0.01  #: of a step, below which a piece of it is taken by the Taylor series
+LATE = 1e-6  #: of a step after its begin where inputs of the step count
+EXACT = 1e-12  #: of a step, to which events are located
+TOGETHER = 1e-8  #: of a step, within which events happen at once
+VANISHING = 1e-6  #: length of a row, over the longest, that is noise of a trained space
+NOISY = 3.0  #: on the change of a value by a change of all unknowns with arbitrary signs
+NOISE = 1e-10  #: change of unknowns, over changes that count as large, which values do not show
+STILL = 1e-6  #: of a value in its step, below which it is zero where it has just crossed zero
+MANY = 100  #: events in one step
+
+
+class Unreached(Exception):
+    """A piece of a step that cannot be taken, with its status."""
+
+    def __init__(self, status: int) -> None:
+        super().__init__(status)
+        self.status = status
+
+
+class Watch:
+    """The events of a run."""
+
+    def __init__(self, run: Run, feed: Feed) -> None:
+        system, self.feed = run.model.system, feed
+        self.triggers, self.locks = system.triggers, {one.joint: one for one in system.locks}
+        self.joints = np.array([joint for joint, _ in system.constraints.names], dtype=object)
+        self.closed = ~locking(system)  #: rows that are to hold, whether or not others make them hold already
+        self.sides = np.zeros(len(self.triggers), np.int64)  #: signs of values; 0 where an event is not on guard
+        self.noise = NOISY * np.abs(self.shaken(run))  #: values (t,) below which they are zero
+        self.size = np.zeros(len(self.triggers))  #: of the values in the last step with an event
+        self.happened: list[Happening] = []
+
+    def shaken(self, run: Run) -> np.ndarray:
+        """Change of the values (t,) at the start where unknowns change by round-off, and their rates by that in a step."""
+        system, random = run.model.system, np.random.default_rng(0)
+        d = NOISE * scale_of(system) * random.choice([-1.0, 1.0], system.size)
+        states = ((system.x0, system.v0), (system.x0 + d, system.v0 + d / run.scheme.step))
+        memories = [compilation.accepted(run.model, *state) for state in states]
+        return np.asarray(np.diff([self.read(run, one) for one in memories], axis=0)[0])
+
+    def read(self, run: Run, memory: np.ndarray) -> np.ndarray:
+        """The values of all events (t,) in what forces keep."""
+        return np.array([memory[run.kept_values[one.value]] for one in self.triggers])
+
+    def values(self, run: Run) -> np.ndarray:
+        """The values of all events (t,) in the present state."""
+        return self.read(run, run.step.state.memory)
+
+    @property
+    def ended(self) -> float | None:
+        """When an event has stopped the run [s]."""
+        return self.happened[-1].time if self.happened and self.happened[-1].stop else None
+
+    def look(self, run: Run, before: Sequence[np.ndarray]) -> int:
+        """Let happen what happens in the step that was taken from the state `before`; the status of a piece that failed."""
+        now, due = self.values(run), np.zeros(0, np.int64)
+        if run.done == 1:
+            then = self.read(run, before[list(run.step.state._fields).index("memory")])
+            self.guard(then)
+            change = now - then
+            due = np.flatnonzero((self.sides == 0) & (self.signs(change) != 0) & self.fits(np.sign(change)))
+        if not len(due) and not self.crossed(now).any():
+            self.guard(now)
+            return stepping.DONE
+        put(run.step.state, before)
+        run.done -= 1
+        steps = int(run.step.job.counters[stepping.STEPS])
+        try:
+            self.take_in_pieces(run, due)
+        except Unreached as failed:
+            return failed.status
+        run.step.job.counters[stepping.STEPS] = steps
+        run.done += 1
+        if self.ended is not None:
+            run.end(self.ended)
+        run.store()
+        return stepping.DONE
+
+    def signs(self, values: np.ndarray) -> np.ndarray:
+        """Signs of values (t,), 0 for those that are noise."""
+        return np.asarray(np.where(np.abs(values) > self.noise, np.sign(values), 0.0).astype(np.int64))
+
+    def fits(self, change: np.ndarray) -> np.ndarray:
+        """Whether changes (t,) of values have the direction of their events."""
+        return np.array([one.direction in (0, int(sign)) for one, sign in zip(self.triggers, change, strict=True)], dtype=bool)
+
+    def crossed(self, values: np.ndarray) -> np.ndarray:
+        """Which events have happened where their values are these (t,)."""
+        return np.asarray((self.sides != 0) & (self.sides * values <= 0.0) & self.fits(-self.sides))
+
+    def guard(self, values: np.ndarray, but: Sequence[int] = ()) -> None:
+        """Remember the signs of values (t,) that are clearly not zero, `but` those of some events."""
+        found = self.signs(values)
+        found[list(but)] = 0
+        self.sides = np.where(found != 0, found, self.sides)
+
+    def take_in_pieces(self, run: Run, due: np.ndarray) -> None:
+        """Take a step from event to event, those that are due at its begin first, to its end or to that of the run."""
+        place, acted, count = 0.0, set[int](), 0
+        while self.ended is None:
+            if not len(due):
+                reached, due = self.go_on(run, place)
+                if not len(due):
+                    return
+                acted = acted if reached - place < TOGETHER else set()
+                place = reached
+            count += len(due)
+            if count > MANY:
+                raise endless([self.triggers[k].name for k in due], run.scheme.step * (run.done + place))
+            self.act(run, due, place)
+            acted |= set(due.tolist())
+            now = self.values(run)
+            due = np.setdiff1d(np.flatnonzero(self.crossed(now)), list(acted))
+            self.guard(now, [*due, *(k for k in acted if abs(now[k]) <= STILL * self.size[k])])
+
+    def go_on(self, run: Run, place: float) -> tuple[float, np.ndarray]:
+        """Go from a place in the step, a part of it, to the next event or to the end: the place there, and the events."""
+        before, first = [part.copy() for part in run.step.state], self.values(run)
+
+        def move(to: float) -> np.ndarray:
+            put(run.step.state, before)
+            take_piece(run, place, to)
+            return self.values(run)
+
+        last = move(1.0) if place < 1.0 else first
+        self.size = np.maximum(np.abs(first), np.abs(last))
+        due = np.flatnonzero(self.crossed(last))
+        if not len(due):
+            self.guard(last)
+            return 1.0, due
+        known = {place: first, 1.0: last}
+
+        def value(to: float, k: int) -> float:
+            if to not in known:
+                known[to] = move(to)
+            return float(known[to][k])
+
+        found = np.array([brentq(value, place, 1.0, args=(k,), xtol=EXACT) for k in due])
+        for number, k in enumerate(due.tolist()):  # jumps stand behind
+            early = self.sides[k] * value(found[number], k) > STILL * self.size[k]
+            found[number] = min(found[number] + 4 * EXACT * early, 1.0)
+        reached, due = float(found.min()), due[found - found.min() < TOGETHER]
+        self.guard(move(reached), due.tolist())
+        return reached, due
+
+    def act(self, run: Run, due: np.ndarray, place: float) -> None:
+        """Do what events ask for at a place in the step, and start anew from there."""
+        model, state, h = run.model, run.step.state, run.scheme.step
+        system, back = model.system, np.argsort(model.order)
+        time, x, v = h * (run.done + place), state.x[back], state.v[back]
+        late = max(time, h * (run.done + LATE))
+        for one in (self.triggers[k] for k in due):
+            self.let_go(model, one.name, one.release, x, late)
+            for name in one.lock:
+                mine = self.joints == name
+                self.closed[mine] = locking(system)[mine]
+                lock = self.locks[name]
+                values = numbers_of(lock, system.probes(x))
+                for signal, value in zip(lock.signals, values, strict=True):
+                    self.feed.hold(self.feed.plain.signals[signal], float(value))
+        off = run.step.space.off
+        off[:] = ~self.closed | follows(model, x, late, self.closed)
+        at = Instant(late, x, v, off > 0.0, state.memory)
+        start = consistent_start(model, run.scheme, at, (1.0 - place) * h if place < 1.0 else h)
+        kept = compilation.accepted(model, x, start.v, state.memory, late)
+        held = state.speed.copy(), state.parts.copy()
+        put(state, first_state(model, start, run.step.method.c, kept))
+        state.speed[:], state.parts[:] = held
+        restart(state, run.step.work)
+        self.sides[due] = 0
+        loss = 0.5 * float(v @ (system.mass @ v) - start.v @ (system.mass @ start.v))
+        for one in (self.triggers[k] for k in due):
+            self.happened.append(Happening(one.name, time, one.stop, one.release, one.lock, loss if one.lock else 0.0))
+            loss = 0.0 if one.lock else loss
+
+    def let_go(self, model: Compiled, event: str, joints: Sequence[str], x: np.ndarray, time: float) -> None:
+        """Let rows of joints go; SolverError where a trained space knows no motion in which they do not hold."""
+        size = lengths(model, x, time)
+        for name in joints:
+            mine = self.joints == name
+            if self.closed[mine].any() and (size[mine & self.closed] < VANISHING * size.max()).all():
+                text = f"event '{event}' releases joint '{name}', which holds in all motions that the reduced model knows"
+                remedy = "train it with a run in which the event happens"
+                raise SolverError(f"{text}; {remedy}", Reason.INCONSISTENT, time, ((f"joint {name}", 0.0),))
+            self.closed[mine] = False
+
+    def arrays(self, run: Run) -> dict[str, np.ndarray]:
+        """What is to be kept of it, by name."""
+        numbers = {one.name: k for k, one in enumerate(self.triggers)}
+        rows = [(numbers[one.name], one.time, one.loss) for one in self.happened]
+        found = {"events on guard": self.sides, "rows closed": self.closed, "rows off": run.step.space.off}
+        return {name: array.copy() for name, array in found.items()} | {"events": np.array(rows, dtype=float).reshape(-1, 3)}
+
+    def put(self, run: Run, held: Checkpoint) -> None:
+        """Put back what was kept."""
+        self.sides, self.closed, run.step.space.off[:] = (
+            checkpoints.fitting(held.arrays, name, array).copy() for name, array in list(self.arrays(run).items())[:3]
+        )
+        rows = held.arrays["events"]
+        one = [(self.triggers[int(number)], float(time), float(loss)) for number, time, loss in rows]
+        self.happened = [Happening(e.name, time, e.stop, e.release, e.lock, loss) for e, time, loss in one]
+
+
+def locking(system: System) -> np.ndarray:
+    """Rows of locks (m,) bool, which are open at the start."""
+    held = {name for one in system.locks for name in one.rows.names}
+    return np.array([name in held for name in system.constraints.names], dtype=bool)
+
+
+def open_at_start(model: Compiled) -> np.ndarray:
+    """Rows (m,) bool that do not hold at the start: those of locks, and of loose joints where others hold already."""
+    closed = ~locking(model.system)
+    return np.asarray(~closed | follows(model, model.system.x0, 0.0, closed))
+
+
+def lengths(model: Compiled, x: np.ndarray, time: float) -> np.ndarray:
+    """Lengths of constraint rows (m,) over changes of unknowns that count as large."""
+    return np.asarray(np.linalg.norm(compilation.gap(model, x, time)[1] * scale_of(model.system), axis=1))
+
+
+def follows(model: Compiled, x: np.ndarray, time: float, closed: np.ndarray) -> np.ndarray:
+    """Loose rows (m,) bool among the closed ones that follow from others, or hold in the whole space of a reduced model."""
+    loose = loose_rows(model.system.constraints)
+    found = np.zeros(len(loose), dtype=bool)
+    if not (loose & closed).any():
+        return found
+    J, size = compilation.gap(model, x, time)[1] * scale_of(model.system), lengths(model, x, time)
+    empty = size < VANISHING * size[closed].max(initial=0.0)
+    rows = np.flatnonzero(closed & ~(loose & empty))
+    rest = rows[ranks.part(J[rows], ranks.CLOSED, ~loose[rows])[1]]
+    found[rest] = True
+    return np.asarray(loose & closed & (found | empty))
+
+
+def take_piece(run: Run, place: float, to: float) -> None:
+    """Go from a place in the present step to another one, both parts of it."""
+    h, state = run.scheme.step, run.step.state
+    begin, span = h * (run.done + place), h * (to - place)
+    if span >= TINY * h:
+        status, _ = divided(run, stepping.DONE, begin, span, -1, 0)
+        if status != stepping.DONE:
+            raise Unreached(status)
+        return
+    state.x[:] += span * state.v + 0.5 * span**2 * state.acceleration
+    state.v[:] += span * state.acceleration
+    back = np.argsort(run.model.order)
+    state.memory[:] = compilation.accepted(run.model, state.x[back], state.v[back], state.memory.copy(), begin + span)
+    restart(state, run.step.work)
+
+
+def endless(names: Sequence[str], time: float) -> SolverError:
+    """The error of events that happen again and again."""
+    told = ", ".join(f"'{name}'" for name in names)
+    text = f"events happen more than {MANY} times in the step from t = {time:.6g} s, the last of them {told}"
+    return SolverError(f"{text}; let them stop the run, or give them a direction", Reason.INCONSISTENT, time, ())

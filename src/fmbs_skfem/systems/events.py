@@ -1,0 +1,224 @@
+r"""Events: an expression of outputs that crosses zero stops a run, releases joints, or locks them.
+
+    g(outputs, t) = 0        release    no row of the joint holds from then on
+                             lock       its places `at` and `to` move as one from then on, in whatever position they are then:
+
+    d = r_a - r_b = sum_k s_k e_k,     e_i . (sum_k Q_jk f_k) = 0  (i < j),     s_k = d . e_k,  Q_jk = e_j . f_k  at the event
+
+with axes e of `at` and f of `to`. In the plane a direction u of each does: c (w x u) - s (w . u) = 0, c = w . u, s = w x u at the
+event. The ground has axes. A place without a direction is held at its position alone, in the axes of the other one. The rows of
+a lock take the place of those of the joint itself; they stand beside the system until a run has an event (`with_locks`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..core.errors import InputError, closest, listed, say
+from ..core.fields import NAMED
+from ..core.inputs import Held
+from ..core.problems import Problem
+from ..core.responses import OfState
+from . import fields
+from .constraint_functions import AXES, Joint, Term, basis, mark, where
+from .places import QUARTER, At, Draft, Terms
+from .system import Constraints, Lock, System, Trigger
+
+DIRECTIONS = {"rising": 1, "falling": -1, "both": 0}
+Names = Annotated[tuple[str, ...], NAMED, "of joints"]
+Read = Callable[[Terms], Constraints]  #: collected terms as arrays
+
+
+@dataclass(frozen=True, kw_only=True)
+class Event:
+    """What happens where `when`, an expression of outputs, crosses zero: in one direction, or in both.
+
+    The run stops there, joints named in `release` hold no longer, and the two places of joints named in `lock` move as one.
+    """
+
+    when: Annotated[OfState, fields.response("")]
+    direction: Literal["rising", "falling", "both"] = "both"
+    stop: bool = False
+    release: Names = ()
+    lock: Names = ()
+
+    def problems(self) -> Iterator[tuple[str, Problem]]:
+        """What is wrong with it by itself: names of fields, and problems."""
+        if not (self.stop or self.release or self.lock):
+            yield "", Problem("something that happens", "nothing", "say 'stop: true', or which joints to release or to lock")
+        for name in self.release:
+            if name in self.lock:
+                yield "lock", Problem("a joint to be released or to be locked", f"'{name}' for both", "locking releases it first")
+
+
+@dataclass(frozen=True)
+class Latch(Joint):
+    """Holds nothing until an event locks it: its two places then move as one, in whatever position they are."""
+
+    name: str
+    at: fields.Place
+    to: fields.Carrier = None
+
+    def constrain(self, draft: Draft) -> None:
+        mark(self, draft, "latch", self.at)
+
+
+@dataclass
+class Holding:
+    """Rows of a lock while they are collected."""
+
+    joint: Any
+    draft: Draft
+    rows: Terms = field(default_factory=Terms)
+    numbers: Terms = field(default_factory=Terms)
+    signals: list[int] = field(default_factory=list)
+
+    def number(self, *terms: Term) -> int:
+        """The signal of a number that is a polynomial in probe rows when the event happens."""
+        label = f"number {len(self.signals) + 1} of the lock '{self.joint.name}'"
+        self.numbers.row(self.joint.name, label, *terms)
+        self.signals.append(self.draft.signal(Held(label)))
+        return self.signals[-1]
+
+    def row(self, label: str, *terms: Term) -> None:
+        self.rows.row(self.joint.name, f"{label} locked", *terms)
+
+
+def attend(
+    draft: Draft, events: Mapping[str, Event], joints: Sequence[Joint], first: int, read: Read
+) -> tuple[tuple[Trigger, ...], tuple[Lock, ...], tuple[str, ...]]:
+    """Triggers, locks and the joints that are let loose of some events, whose values are kept from the number `first` on."""
+    known, triggers = {joint.name: joint for joint in joints}, list[Trigger]()
+    for k, (name, event) in enumerate(events.items()):
+        place = f"event '{name}'"
+        if not isinstance(event, Event):
+            raise InputError(say(place, "an event", type(event).__name__))
+        for key, problem in event.problems():
+            raise InputError(problem.at(f"{place}.{key}" if key else place))
+        for key, names in (("release", event.release), ("lock", event.lock)):
+            for one in names:
+                if one not in known:
+                    raise InputError(
+                        say(f"{place}.{key}", f"one of the joints {listed(known, one)}", f"'{one}'") + closest(one, known)
+                    )
+        triggers.append(Trigger(name, first + k, DIRECTIONS[event.direction], event.stop, event.release, event.lock))
+    locked = dict.fromkeys(name for one in triggers for name in one.lock)
+    for joint in joints:
+        if events and isinstance(joint, Latch) and joint.name not in locked:
+            raise InputError(say(where(joint), "an event that locks it", "none", "name it in 'lock' of an event, or remove it"))
+    locks = tuple(lock_of(draft, known[name], read) for name in locked)
+    return tuple(triggers), locks, tuple(dict.fromkeys([*locked, *(name for one in triggers for name in one.release)]))
+
+
+def lock_of(draft: Draft, joint: Joint, read: Read) -> Lock:
+    """The rows that hold the two places of a joint together."""
+    at, to = getattr(joint, "at", None), getattr(joint, "to", None)
+    if not isinstance(at, At):
+        remedy = "lock a latch between two places"
+        raise InputError(say(where(joint), "a joint between two places, or a place and the ground", joint.word, remedy))
+    found, other = Holding(joint, draft), to if isinstance(to, At) else None
+    axes = vectors(found, other)
+    hold_position(found, at, other, axes)
+    hold_direction(found, vectors(found, at) or [], axes)
+    return Lock(joint.name, read(found.rows), read(found.numbers), np.array(found.signals, dtype=np.int64))
+
+
+def vectors(found: Holding, end: At | None) -> list[int] | None:
+    """First probe rows of all vectors that a place carries; None for the ground, which has axes."""
+    if end is None:
+        return None
+    rows, _ = basis(where(found.joint), found.draft.layout, end)
+    if found.draft.layout.dim == 2 and rows:
+        rows = [rows[0], csr_array(QUARTER @ rows[0])]
+    return [found.draft.probes.add(one) for one in rows]
+
+
+def hold_position(found: Holding, at: At, to: At | None, axes: list[int] | None) -> None:
+    """d keeps its components along axes: those of the ground, of a frame, or of a slope and its normal in the plane."""
+    layout, name = found.draft.layout, where(found.joint)
+    dim, apart = layout.dim, layout.read(name, at)
+    d = found.draft.probes.add(csr_array(apart if to is None else apart - layout.read(name, to)))
+    if axes is None or len(axes) < dim:
+        for c in range(dim):
+            found.row(AXES[c], (1.0, -1, d + c, -1), (-1.0, found.number((1.0, -1, d + c, -1)), -1, -1))
+        return
+    size = found.number(*dots(axes[0], axes[0], dim)) if dim == 2 else -1  # of a slope
+    parts = [found.number(*dots(d, axis, dim)) for axis in axes]
+    for c in range(dim):
+        found.row(AXES[c], (1.0, size, d + c, -1), *((-1.0, part, axis + c, -1) for part, axis in zip(parts, axes, strict=True)))
+
+
+def dots(u: int, w: int, dim: int) -> list[Term]:
+    """Terms of u . w for vectors in probe rows from these on."""
+    return [(1.0, -1, u + c, w + c) for c in range(dim)]
+
+
+def hold_direction(found: Holding, u: list[int], w: list[int] | None) -> None:
+    """The directions u of `at` keep their components along those of `to`; nothing where one of the places is a mere point."""
+    if not u or w == []:
+        return
+    if found.draft.layout.dim == 2:
+        return hold_angle(found, u[0], None if w is None else w[0])
+    if w is not None and len(w) < 3:
+        u, w = w, u
+    if len(u) == 2 or (w is not None and len(w) < 3):
+        got = f"{found.joint.at} and {getattr(found.joint, 'to', None) or 'the ground'}"
+        raise InputError(
+            say(where(found.joint), "a rigid frame or the ground at one end, and a frame or a slope at the other", got)
+        )
+    s = [[found.number(*component(one, w, k)) for k in range(3)] for one in u]
+    if len(u) == 3:
+        for i, j in ((0, 1), (0, 2), (1, 2)):
+            found.row(f"angle {i + j}", *(term for k in range(3) for term in component(u[i], w, k, s[j][k])))
+        return
+    for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):  # u . (s x f_k) = 0, one of which follows from the others
+        found.row(f"angle {k + 1}", *component(u[0], w, i, s[0][j]), *component(u[0], w, j, s[0][i], -1.0))
+
+
+def component(u: int, w: list[int] | None, k: int, signal: int = -1, factor: float = 1.0) -> list[Term]:
+    """Terms of factor s(t) u . f_k, f_k an axis of a frame or of the ground."""
+    return [(factor, signal, u + k, -1)] if w is None else [(factor, signal, u + c, w[k] + c) for c in range(3)]
+
+
+def hold_angle(found: Holding, u: int, w: int | None) -> None:
+    """c (w x u) - s (w . u) = 0 in the plane; on the ground w is the axis x."""
+    if w is None:
+        c, s = found.number((1.0, -1, u, -1)), found.number((1.0, -1, u + 1, -1))
+        return found.row("angle", (1.0, c, u + 1, -1), (-1.0, s, u, -1))
+    cross: list[Term] = [(1.0, -1, w, u + 1), (-1.0, -1, w + 1, u)]
+    c, s = found.number(*dots(w, u, 2)), found.number(*cross)
+    turned = [(factor, c, i, j) for factor, _, i, j in cross]
+    return found.row("angle", *turned, *((-1.0, s, w + k, u + k) for k in range(2)))
+
+
+def with_locks(system: System) -> System:
+    """The system with the rows of its locks behind those of its joints."""
+    known = system.constraints
+    more = [one.rows for one in system.locks if not set(one.rows.names) & set(known.names)]
+    if not more:
+        return system
+    full = None if system.full is None else with_locks(system.full)
+    return replace(system, constraints=appended(known, more), full=full)
+
+
+def appended(known: Constraints, more: Sequence[Constraints]) -> Constraints:
+    """Rows behind others; those of locks have no laws."""
+    parts = [known, *more]
+    first = np.cumsum([0, *(len(one.names) for one in parts)])
+    row = np.concatenate([one.row + start for one, start in zip(parts, first, strict=False)])
+    names = tuple(name for one in parts for name in one.names)
+    value, signal, i, j = (np.concatenate([getattr(one, key) for one in parts]) for key in ("coefficient", "signal", "i", "j"))
+    return Constraints(names, row, value, signal, i, j, known.laws, known.loose)
+
+
+def numbers_of(lock: Lock, y: np.ndarray) -> np.ndarray:
+    """The numbers (l,) of a lock where probe rows are y (j,)."""
+    terms, read = lock.numbers, np.append(y, 1.0)  # the number -1 reads 1
+    found = np.zeros(len(lock.signals))
+    np.add.at(found, terms.row, terms.coefficient * read[terms.i] * read[terms.j])
+    return found
