@@ -25,6 +25,7 @@ from ..core import saddle
 from ..core.errors import InputError, Reason, SolverError, say
 from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
+from ..systems.redundancy import without_redundant
 from ..systems.system import System
 from .loading import ramp
 from .scheme import STATIC, Newton, round_off
@@ -100,7 +101,7 @@ def follow_path(
     """
     if following := pressure.present(system):
         raise InputError(say("arc length", "loads that do not follow a surface", ", ".join(following), "use load steps"))
-    system = ramp(system, time)
+    system = without_redundant(ramp(system, time))
     problem = Problem(compile_system(system), newton or Newton(STATIC), control or ArcLength())
     found = [Equilibrium(0.0, system.x0, np.zeros(problem.model.constraints), 0)]
     try:

@@ -18,7 +18,7 @@ from ..core import ranks, saddle
 from ..core.errors import InputError, say
 from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
-from ..systems.redundancy import scale_of
+from ..systems.redundancy import scale_of, without_redundant
 from ..systems.system import System
 from .loading import ramp
 from .modes import SMALL, largest_one
@@ -44,7 +44,7 @@ def buckling(system: System, count: int = 1, time: float = 1.0) -> Buckling:
     Exact where equilibria lie on a straight path, as in a column; where a structure bends before, `follow_path` finds what happens.
     InputError where the loads do not change the stiffness; SolverError where the system is free to move.
     """
-    model, probe = compile_system(ramp(system, time)), FIRST
+    model, probe = compile_system(without_redundant(ramp(system, time))), FIRST
     for _ in range(2):
         found = predict_buckling(model, count, probe)
         probe = PROBE * float(abs(found.factors[0]))

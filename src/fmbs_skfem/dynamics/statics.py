@@ -18,6 +18,7 @@ from ..core import saddle
 from ..core.errors import InputError, Reason, SolverError, say
 from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
+from ..systems.redundancy import without_redundant
 from ..systems.system import System
 from . import departures
 from .histories import finite_signals
@@ -60,7 +61,7 @@ def solve_statics(
     newton = newton or Newton(STATIC)
     if steps < 1:
         raise InputError(say("analysis.load_steps", "at least one", steps))
-    system = ramp(system, time)
+    system = without_redundant(ramp(system, time))
     model = compile_system(system)
 
     def solve(factor: float, last: Equilibrium) -> Equilibrium:
@@ -88,6 +89,7 @@ def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = 
     Driven positions make a path of prescribed displacements, which passes limit points of the load. A step between two times that
     does not converge is shortened as in `solve_statics`.
     """
+    system = without_redundant(system)
     newton, model = newton or Newton(STATIC), compile_system(system)
     targets = np.asarray(times, dtype=float)
     if targets.ndim != 1 or len(targets) < 1 or not (np.diff(targets) > 0).all():
