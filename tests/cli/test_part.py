@@ -42,6 +42,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_info_says_sizes_places_and_the_strains_of_the_training(folder: Path, tmp_path: Path) -> None:
     found = fmbs("part", "info", folder / "beam.part.h5", "--json", "--out", tmp_path).json
     assert found["functions"] < found["functions_full"]
+    assert {"young_modulus", "density"} <= set(found["values"])
     assert {"left", "right"} <= set(found["places"])
     assert found["alone"]["runs"] == 2
     assert found["strains"]["curvature [1/m]"][1] > 0.0

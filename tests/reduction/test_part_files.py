@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from fmbs_skfem.bodies import Body, Material, Rim, cable
+from fmbs_skfem import scenes
+from fmbs_skfem.bodies import Body, Circular, Material, Rim, cable
 from fmbs_skfem.bodies.body import point_mass
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import CorruptFile, InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, departures, integrate, outputs
-from fmbs_skfem.reduction import part_files, parts
+from fmbs_skfem.reduction import affine, part_files, parts
 from fmbs_skfem.reduction.excitation import Excitation, excite, settle
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate, joints, loads, probes
@@ -227,6 +228,39 @@ def test_scenes_place_parts_as_often_as_wanted(tmp_path: Path) -> None:
     one, other = (path(run) for run in runs)
     np.testing.assert_allclose(one, other, atol=1e-9)
     assert {line.name for line in system.lines} == {"I", "II"}
+
+
+def other_arm() -> Body:
+    """The arm of another diameter and modulus."""
+    return cable("arm", models.straight(16), Circular(0.012), Material(2e9, models.MATERIAL.density))
+
+
+def test_parts_of_a_scene_take_other_numbers_than_those_of_their_training(tmp_path: Path) -> None:
+    """Young's modulus and diameter: the motion is that of the full bodies made of them, and far from that of the training."""
+    part_files.save(alone(), tmp_path / "arm.part.h5")
+    text = SCENE.format(dimension=3, place="left").replace("h5", "h5, young_modulus: 2 GPa, diameter: 12 mm")
+    text = text.replace("duration: 0.05 s", "duration: 0.5 s")
+    scene = reading.loads(text, tmp_path)
+    reduced = integrate(build.chosen_form(scene, build.system(scene)), GeneralizedAlpha(1e-3), 0.5, SHARP)
+    full = (two(one, (0.0, 0.0, -9.81), False) for one in (other_arm(), arm()))
+    wanted, trained = (integrate(one, GeneralizedAlpha(1e-3), 0.5, SHARP) for one in full)
+    assert np.linalg.norm(path(reduced) - path(wanted), axis=1).max() < 1.5e-4
+    assert np.linalg.norm(path(trained) - path(wanted), axis=1).max() > 1e-2
+    with pytest.raises(InputError, match=r"body 'I': expected a number that scales it .*, got 'thickness'"):
+        build.system(reading.loads(text.replace("diameter", "thickness"), tmp_path))
+
+
+def test_numbers_of_parts_are_parameters_of_families(tmp_path: Path) -> None:
+    """A reduced model of parts over Young's modulus: polynomials of it, exact at a value that took no part."""
+    part_files.save(alone(), tmp_path / "arm.part.h5")
+    text = SCENE.format(dimension=3, place="left").replace("h5", "h5, tolerance: 1e-8, young_modulus: E")
+    text = text.replace("dimension: 3", "dimension: 3\nparameters: {E: {value: 1 GPa, range: [0.7 GPa, 1.4 GPa]}}")
+    parameters, family = scenes.family(reading.loads(text, tmp_path))
+    fitted = affine.fit(family, parameters)
+    one, other = fitted({"E": 1.1e9}).system, family({"E": 1.1e9}).system
+    for first, second in zip(one.elastic, other.elastic, strict=True):
+        np.testing.assert_allclose(first.gather.section, second.gather.section, rtol=1e-12)
+    assert other.elastic[0].gather.section[0].max() > 1.05 * family({"E": 1e9}).system.elastic[0].gather.section[0].max()
 
 
 def test_places_and_dimensions_of_parts_are_checked_at_the_door(tmp_path: Path) -> None:

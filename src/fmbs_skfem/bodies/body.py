@@ -31,6 +31,7 @@ from ..shapes.table import Table
 from .cable_law import curvatures
 from .laws import Law
 from .sections import Given, Material, Section, positive
+from .values import Value, of_line
 
 BENDS_ALIKE = "a section that bends alike about all its axes"  #: of a cable in space, which has one bending stiffness
 BENDS_ALIKE_REMEDY = (
@@ -132,7 +133,6 @@ def check_points(points: ShapePoints, name: str, sizes: Sizes) -> None:
         require(points.offset.shape == wanted[:1], f"{name}.offset", f"an array {wanted[:1]}", points.offset.shape)
 
 
-@storable
 @dataclass(frozen=True)
 class Body:
     """A part with linear interpolation r = N(xi) q and constant mass.
@@ -155,6 +155,7 @@ class Body:
     spread: csr_array | None = None  #: (functions of the space, b) where the body's functions are not those of the space
     stiffness: csr_array | None = None  #: (b, b) constant springs between the functions, the same for every component [N/m]
     outline: np.ndarray | None = None  #: (x, b) points of the line that a picture shows of a rigid body, over its functions
+    values: dict[str, Value] = field(default_factory=dict)  #: numbers that scale its energy and mass, see `values`
 
     @property
     def dim(self) -> int:
@@ -164,6 +165,9 @@ class Body:
     def shape_reference(self) -> np.ndarray:
         """Coordinates of the functions of its space in the reference (n, c) [m]."""
         return self.reference if self.spread is None else np.asarray(self.spread @ self.reference)
+
+
+storable(Body, values=lambda values: {})
 
 
 def cable(
@@ -223,6 +227,7 @@ def cable(
         space=space,
         cells=cells,
         radius=data.radius,
+        values=of_line(section, material, dim, locking.locks(space)),
     )
 
 

@@ -34,6 +34,7 @@ from ..shapes.surface import Surface
 from .body import Body, Cells, place, scatter_blocks
 from .laws import Law
 from .sections import Material, positive
+from .values import of_plate
 
 SAMPLES = 8  #: points along a cell's side at which functions of an edge are told apart
 NOISE = 1e-12  #: trace of a function that counts as zero
@@ -96,6 +97,7 @@ def plate(
         thickness=thickness,
         spread=spread if rims else None,
         stiffness=None if springs is None else csr_array(spread.T @ springs @ spread),
+        values=of_plate(material, thickness),
     )
 
 

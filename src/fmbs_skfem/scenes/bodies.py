@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import numpy as np
 
 from ..bodies import body as bodies
-from ..bodies import laws, rigid
+from ..bodies import laws, rigid, values
 from ..bodies import plate as plates
 from ..bodies.body import BENDS_ALIKE, BENDS_ALIKE_REMEDY, Body
 from ..bodies.sections import Given, Material, Section
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 CURVATURES = {law.name.lower(): law for law in laws.CABLES}
 Mass = Annotated[float, quantity("kg", "> 0")]
+SCALES = ("young_modulus", "density", "diameter", "width", "height", "thickness")  #: numbers that a part takes, see `bodies.values`
 
 
 class SceneBody(Declared, ABC):
@@ -316,7 +317,9 @@ class PlacedPart(SceneBody, word="part"):
     """A reduced body from a file that `fmbs part train` wrote, with the places of the body that it was made of.
 
     It stands where it was trained, x -> origin + rotation x elsewhere, as often as wanted. With a `tolerance` or a number of
-    `modes` it has the leading ones of its shape functions alone, and fewer points: it is faster, and errs more.
+    `modes` it has the leading ones of its shape functions alone, and fewer points: it is faster, and errs
+    more. Numbers of material and section are those of its training where they are not given; `fmbs part info` lists those that
+    can be.
     """
 
     name: str
@@ -324,6 +327,12 @@ class PlacedPart(SceneBody, word="part"):
     tolerance: Annotated[Tolerance | None, "eps of the shape functions, see `fmbs part train`; without it all of them"] = None
     modes: Annotated[int | None, whole(1, 1000), "number of shape functions beside rigid motions, in place of a tolerance"] = None
     hyper: Annotated[Tolerance | None, "eta of the points; without it by the shape functions"] = None
+    young_modulus: Annotated[float | None, quantity("Pa", "> 0")] = None
+    density: Annotated[float | None, quantity("kg/m^3", "> 0")] = None
+    diameter: Annotated[float | None, quantity("m", "> 0")] = None
+    width: Annotated[float | None, quantity("m", "> 0")] = None
+    height: Annotated[float | None, quantity("m", "> 0")] = None
+    thickness: Annotated[float | None, quantity("m", "> 0")] = None
     origin: Position | None = None
     rotation: fields.Rotation | None = None
     made_of: ClassVar[str] = "file"
@@ -341,7 +350,8 @@ class PlacedPart(SceneBody, word="part"):
         if found.dim != scene.dimension:
             remedy = f"train it in a scene of dimension {scene.dimension}"
             raise InputError(say(f"{path}", f"a part of dimension {scene.dimension}", found.dim, remedy))
-        return parts.placed(found, self.name, **placed(self))
+        given = {name: getattr(self, name) for name in SCALES if getattr(self, name) is not None}
+        return values.changed(parts.placed(found, self.name, **placed(self)), given)
 
 
 def placed(model: Cable | RigidPlate | ThinBody | PlacedPart) -> dict[str, Any]:

@@ -108,7 +108,9 @@ def moved(job: Job, scene: Scene, bodies: list[Body], name: str) -> np.ndarray:
 
 def facts(part: Part) -> dict[str, Any]:
     """What a part is, without its provenance."""
-    return {**{key: value for key, value in part.notes.items() if key != "provenance"}, "places": sorted(places(part.body))}
+    numbers = {name: value.number for name, value in part.body.values.items()}
+    notes = {key: value for key, value in part.notes.items() if key != "provenance"}
+    return {**notes, "values": numbers, "places": sorted(places(part.body))}
 
 
 def places(body: Body) -> list[str]:

@@ -1,0 +1,111 @@
+r"""Numbers of a body in which its energy and mass are monomials: another value scales what there is, and nothing is made anew.
+
+    circular section:   E A = E pi d^2 / 4,   E I = E pi d^4 / 64,   rho A = rho pi d^2 / 4
+    plate:              E t / (1 - nu^2),     E t^3 / (12 (1 - nu^2)),    rho t
+
+A reduced part keeps those of its training, and takes others where it is used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..core.container import storable
+from ..core.errors import InputError, closest, listed, say
+from .sections import Material, Section, positive
+
+if TYPE_CHECKING:
+    from .body import Body
+
+MASS, SPRINGS, SIZE = "mass", "springs", "size"  #: of powers, beside rows of sections: M, constant springs, thickness or radius
+EXACT = 1e-12  #: relative distance from a monomial
+
+
+@storable
+@dataclass(frozen=True)
+class Value:
+    """A number of a body."""
+
+    number: float  #: [SI]
+    powers: dict[str, float]  #: of it in the rows of the section, by name, and in MASS, SPRINGS, SIZE; 0 in what is not there
+
+
+def monomials(make: Callable[[Mapping[str, float]], dict[str, float]], numbers: Mapping[str, float]) -> dict[str, Value]:
+    """Those of some positive numbers in which all that `make` makes of them is a monomial, and not all of it the same."""
+    now, found = make(numbers), dict[str, Value]()
+    for name, number in numbers.items():
+        try:
+            double, triple = (make({**numbers, name: k * number}) for k in (2.0, 3.0))
+        except InputError:
+            continue  # of a section that cannot grow so
+        powers = {row: float(np.log2(double[row] / now[row]).round(9)) for row in now}
+        exact = all(abs(triple[row] / (now[row] * 3.0**power) - 1.0) < EXACT for row, power in powers.items())
+        if exact and any(powers.values()):
+            found[name] = Value(number, {row: power for row, power in powers.items() if power})
+    return found
+
+
+def of_line(section: Section, material: Material | None, dim: int, locks: bool) -> dict[str, Value]:
+    """Of a cable: the numbers of its section, Young's modulus and density.
+
+    Where its cubics lock, EA / EI decides on the quadrature: what changes it is not among them, see `shapes.locking`. Nor is what
+    makes a section that bends differently about its axes, in space.
+    """
+    kept: Any = section
+    shape = {one.name: getattr(section, one.name) for one in fields(kept)}
+    shape = {name: float(number) for name, number in shape.items() if isinstance(number, float | int) and number > 0}
+    bulk = {} if material is None else {"young_modulus": material.young_modulus, "density": material.density}
+
+    def make(numbers: Mapping[str, float]) -> dict[str, float]:
+        made = None if material is None else replace(material, **{name: numbers[name] for name in bulk})
+        other: Section = replace(kept, **{name: numbers[name] for name in shape})
+        if dim == 3 and not other.bends_alike:
+            raise InputError(say("section", "one that bends alike", other))
+        given = other.stiffness(made)
+        return {"EA": given.EA, "EI": given.EI, MASS: given.rhoA, SIZE: given.radius}
+
+    found = monomials(make, shape | bulk)
+    return {name: one for name, one in found.items() if not locks or one.powers.get("EA", 0) == one.powers.get("EI", 0)}
+
+
+def of_plate(material: Material, thickness: float | np.ndarray) -> dict[str, Value]:
+    """Of a plate or shell: Young's modulus, density and, where it is one number, thickness."""
+    even = {"thickness": float(thickness)} if np.ndim(thickness) == 0 else {}
+
+    def make(numbers: Mapping[str, float]) -> dict[str, float]:
+        E, rho, t = numbers["young_modulus"], numbers["density"], numbers.get("thickness", 1.0)
+        return {"A": E * t, "B": E * t**3, MASS: rho * t, SPRINGS: E * t**3, SIZE: t}
+
+    return monomials(make, {"young_modulus": material.young_modulus, "density": material.density, **even})
+
+
+def changed(part: Body, numbers: Mapping[str, float]) -> Body:
+    """The body with other numbers by name [SI], full or reduced; InputError for names that it does not have."""
+    factors, known = dict[str, float](), dict(part.values)
+    for name, number in numbers.items():
+        where = f"body '{part.name}'"
+        positive(where, **{name: number})
+        if name not in known:
+            remedy = "train the part of a body that is made of it" if not known else ""
+            expected = f"a number that scales it ({listed(known, name, 'none is known')})"
+            raise InputError(say(where, expected, f"'{name}'", remedy) + closest(name, known))
+        for row, power in known[name].powers.items():
+            factors[row] = factors.get(row, 1.0) * (number / known[name].number) ** power
+        known[name] = replace(known[name], number=float(number))
+    if not factors or part.cells is None:
+        return part
+    rows = np.array([factors.get(row, 1.0) for row in part.cells.law.section])[:, None, None]
+    return replace(
+        part,
+        mass=factors.get(MASS, 1.0) * part.mass,
+        stiffness=None if part.stiffness is None else factors.get(SPRINGS, 1.0) * part.stiffness,
+        cells=replace(part.cells, section=rows * part.cells.section),
+        shapes=None if part.shapes is None else replace(part.shapes, section=rows * part.shapes.section),
+        radius=factors.get(SIZE, 1.0) * part.radius,
+        thickness=factors.get(SIZE, 1.0) * part.thickness,
+        values=known,
+    )
