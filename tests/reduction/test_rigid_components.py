@@ -61,6 +61,30 @@ def test_rigid_bodies_keep_their_directions(make: object, rigid_modes: dict[str,
     assert reduction.compare(motion, integrate(small, STEP, 0.3, TIGHT)).maximum < 2e-5  # type: ignore[arg-type]
 
 
+def swinging() -> System:
+    """A cantilever from whose tip a rigid bar swings in space."""
+    beam = body.cable("beam", models.straight(20), models.SECTION, models.MATERIAL)
+    bar = rigid("bar", 0.2, np.diag([1e-4, 4e-3, 4e-3]), (1.25, 0.0, 0.0), places={"end": (1.0, 0.0, 0.0)})
+    held = [joints.Pin("root", At("beam", "left")), joints.Pin("tip", At("beam", "right"), At("bar", "end"))]
+    return assemble([beam, bar], held, [loads.Gravity((0.0, 2.0, -9.81))])
+
+
+@pytest.mark.parametrize("invariant", [False, True])
+def test_a_rigid_body_keeps_its_directions_beside_a_flexible_one(invariant: bool) -> None:
+    """In one component: few modes of the training do not let it deform, all six rows of its frame are there, and hold."""
+    raw, data, motion = full(swinging)
+    together = {"all": ("beam", "bar")}
+    found = reduction.bases(raw, data, together, 1e-8, invariant=invariant)
+    small = reduction.reduce_system(raw, together, found, True, data.q)
+    assert sum(name[0] == "bar.frame" for name in small.constraints.names) == 6
+    run = integrate(small, STEP, 0.3, TIGHT)
+    assert reduction.compare(motion, run).maximum < 3e-4  # type: ignore[arg-type]
+    last = next(first for name, first, _ in small.coordinates if name == "bar")
+    axes = np.asarray([small.lift(x) for x in run.x])[:, last + 3 : last + 12].reshape(-1, 3, 3)
+    np.testing.assert_allclose(axes @ axes.transpose(0, 2, 1), np.broadcast_to(np.eye(3), axes.shape), atol=1e-9)
+    assert np.abs(axes[-1] - axes[0]).max() > 0.05
+
+
 def test_the_rigid_directions_are_those_of_the_joints_inside() -> None:
     """The mass on its rail moves along x alone."""
     raw, data, _ = full(slider)

@@ -36,6 +36,7 @@ from .pod import Basis
 REACH = 1.0  #: change that closes the gaps of a constraint row, over the distance of the snapshots from the basis
 NOISE = 1e-8  #: change, over the motion, that is always within reach: snapshots close their joints to Newton's tolerance only
 ROUND = 1e-13  #: entry beside the diagonal, relative to the largest of all, that is round-off
+APART = 1e-9  #: part of a mode that is none of rigid bodies alone, from which it is a direction of its own
 FEW = 8  #: configurations, at least, at which dependent constraint rows are looked for
 
 
@@ -110,8 +111,9 @@ def bases(
 
     Modes are orthonormal in the mass of the component over that of all bodies; the initial state is kept in every basis.
     Snapshots are first projected onto the linear constraints inside the component, and modes onto the directions that keep them, so
-    that these constraints vanish to round-off however small the last singular value is. Components of rigid bodies alone keep all
-    their directions: there is nothing to save, and joints need them. InputError for unknown bodies and snapshots that do not move.
+    that these constraints vanish to round-off however small the last singular value is. Rigid bodies keep all directions of their
+    own, also beside flexible ones in a component: there is nothing to save, and joints need them. InputError for unknown bodies
+    and snapshots that do not move.
     """
     found = {}
     for name, members in components.items():
@@ -126,7 +128,34 @@ def bases(
             found[name] = vectors.basis(system, rows, (states - start).T, tolerance, modes)
             continue
         basis = pod.basis(states.T, tolerance if modes is None else None, modes, keep=start, metric=W)
-        found[name] = replace(basis, modes=pod.orthonormal(W, satisfy(basis.modes.T, A, 0 * a).T))
+        found[name] = keeping(system, rows, A, basis)
+    return found
+
+
+def keeping(system: System, rows: np.ndarray, A: np.ndarray, basis: Basis) -> Basis:
+    """A basis of coordinates (n,) whose modes keep A q = 0, A (m, n), and hold all that rigid bodies among them do by themselves.
+
+    Their axes turn far: modes of a training would let them deform, and their joints would not close.
+    """
+    W = metric_of(system, rows)
+    modes = pod.orthonormal(W, satisfy(basis.modes.T, A, np.zeros(len(A))).T)
+    alone = rigid_directions(system, rows, A)
+    if alone.shape[1]:
+        first = pod.left_singular(W, alone)[0]
+        rest, sizes = pod.left_singular(W, pod.outside(W, modes, first))
+        modes = np.ascontiguousarray(np.hstack([first, rest[:, sizes > APART]]))
+    return replace(basis, modes=modes)
+
+
+def rigid_directions(system: System, rows: np.ndarray, A: np.ndarray) -> np.ndarray:
+    """Directions (n, k) of the rigid bodies alone, among coordinates (n,), that keep A q = 0, A (m, n)."""
+    deforming = {elastic.name for elastic in system.elastic}
+    spans = [np.arange(first, last) for name, first, last in system.coordinates if name not in deforming]
+    mine = np.flatnonzero(np.isin(rows, np.concatenate([np.zeros(0, np.int64), *spans])))
+    own = A[np.abs(A[:, mine]).any(axis=1)][:, mine]
+    free = ranks.null_space(own) if len(own) else np.eye(len(mine))
+    found = np.zeros((len(rows), free.shape[1]))
+    found[mine] = free
     return found
 
 

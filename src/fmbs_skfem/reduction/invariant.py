@@ -50,13 +50,15 @@ def make(
     dim, start = system.dim, system.lift(system.x0)[rows]
     W = csr_array(galerkin.metric_of(system, rows)[::dim, ::dim])
     one, tolerance = system.unit[rows[::dim] // dim], None if count else tolerance
+    rigid = (np.abs(galerkin.rigid_directions(system, rows, np.zeros((0, len(rows))))).reshape(len(one), dim, -1) > 0.0).any(axis=1)
+    rigid = np.unique(rigid.astype(float), axis=1)
     if dim == 2:
-        keep = np.column_stack([one, as_complex(start[:, None])])
+        keep = np.column_stack([one, as_complex(start[:, None]), rigid])
         found = pod.of_vectors(as_complex(deviations), keep, tolerance, count, W)
         closed = with_quarter_turns(found.modes)
         return Basis(closed @ keeping(A, closed), start, found.singular_values)
     columns = deviations.reshape(len(one), -1)
-    found = pod.of_vectors(columns, np.column_stack([one, start.reshape(-1, dim)]), tolerance, count, W)
+    found = pod.of_vectors(columns, np.column_stack([one, start.reshape(-1, dim), rigid]), tolerance, count, W)
     S = with_rows(found.modes, scalar_rows(system, rows))
     return of_functions(S, A, dim, start, found.singular_values)
 

@@ -107,12 +107,12 @@ def of_vectors(
     x, kept = _states(snapshots, "snapshots"), _states(keep, "fields to be kept")
     W = _metric(metric, x.shape[0])
     one = kept[:, :1] / _size(W, kept[:, :1])
-    others, sizes = left_singular(W, _outside(W, kept[:, 1:], one)) if kept.shape[1] > 1 else (kept[:, :0], np.zeros(0))
+    others, sizes = left_singular(W, outside(W, kept[:, 1:], one)) if kept.shape[1] > 1 else (kept[:, :0], np.zeros(0))
     first = np.hstack([one, others[:, sizes > SAME * _size(W, kept)]])
-    s, floor = left_singular(W, _outside(W, x, one))[1], EPS * _size(W, x)
-    left, rest = left_singular(W, _outside(W, x, first))
+    s, floor = left_singular(W, outside(W, x, one))[1], EPS * _size(W, x)
+    left, rest = left_singular(W, outside(W, x, first))
     count = _count(rest, int(np.sum(rest > floor)), tolerance, modes, s, first.shape[1])
-    return Basis(np.ascontiguousarray(np.hstack([first, _outside(W, left[:, :count], first)])), np.zeros(len(x)), s)
+    return Basis(np.ascontiguousarray(np.hstack([first, outside(W, left[:, :count], first)])), np.zeros(len(x)), s)
 
 
 def truncation(singular_values: ArrayLike, tolerance: float) -> int:
@@ -146,9 +146,9 @@ def _decompose(
     first = np.zeros((len(mean), 0)) if keep is None else _direction(W, _state(keep, "keep", x.shape[0]), mean)
     rest = s
     if first.shape[1]:
-        left, rest = left_singular(W, _outside(W, x, first))
+        left, rest = left_singular(W, outside(W, x, first))
     count = _count(rest, int(np.sum(rest > floor)), tolerance, modes, s, first.shape[1])
-    return Basis(np.ascontiguousarray(np.hstack([first, _outside(W, left[:, :count], first)])), mean, s)
+    return Basis(np.ascontiguousarray(np.hstack([first, outside(W, left[:, :count], first)])), mean, s)
 
 
 def _direction(W: csr_array, state: Array, mean: Array) -> Array:
@@ -171,7 +171,7 @@ def _size(W: csr_array, x: Array) -> float:
     return unit * float(np.sqrt(np.sum((x.conj() / unit) * (W @ (x / unit))).real)) if unit > 0.0 else 0.0
 
 
-def _outside(W: csr_array, x: Array, first: Array) -> Array:
+def outside(W: csr_array, x: Array, first: Array) -> Array:
     """x without its part along the orthonormal columns `first`."""
     for _ in range(2):
         x = x - first @ (first.conj().T @ (W @ x))

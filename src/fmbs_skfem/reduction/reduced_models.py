@@ -151,7 +151,7 @@ def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str,
             alone = galerkin.bases(raw, data, {name: members}, plan.tolerance, wanted, plan.invariant)[name]
             found[name] = replace(alone, mean=alone.mean - raw.lift(raw.x0)[rows])
             continue
-        W, (A, a) = metric_of(raw, rows), inner_constraints(raw, rows)
+        W, A = metric_of(raw, rows), inner_constraints(raw, rows)[0]
         if is_rigid(raw, members):
             values = np.concatenate([run.factors[name].values for run in runs])
             found[name] = Basis(all_directions(W, A), np.zeros(len(rows)), np.sort(values)[::-1])
@@ -162,7 +162,7 @@ def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str,
             found[name] = replace(basis, mean=np.zeros(len(rows)))
             continue
         basis = pod.update(known, np.zeros(len(rows)), plan.tolerance if wanted is None else None, wanted, metric=W)
-        found[name] = replace(basis, modes=pod.orthonormal(W, satisfy(basis.modes.T, A, 0 * a).T))
+        found[name] = galerkin.keeping(raw, rows, A, basis)
     return found
 
 
