@@ -1,6 +1,20 @@
 """Systems of bodies, joints, loads and probes."""
 
-from . import bushing, contact_states, contacts, controllers, controls, events, fields, gauges, joints, loads, probes, springs
+from . import (
+    bushing,
+    contact_beams,
+    contact_states,
+    contacts,
+    controllers,
+    controls,
+    events,
+    fields,
+    gauges,
+    joints,
+    loads,
+    probes,
+    springs,
+)
 from .assembly import Motion, Rayleigh, assemble, eliminate
 from .checks import check_force, check_joint, check_system
 from .compiled import Compiled, compile_system
@@ -15,6 +29,7 @@ __all__ = [
     "loads",
     "springs",
     "contacts",
+    "contact_beams",
     "contact_states",
     "controls",
     "controllers",

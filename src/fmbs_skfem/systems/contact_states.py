@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from functools import singledispatch
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -34,16 +35,15 @@ class ContactState(Probe, word="contact"):
             known = [key for key, one in draft.gauges.items() if isinstance(one, ContactGauge)]
             expected = f"one of the contacts {listed(known, self.load, 'of which there are none')}"
             raise InputError(say(f"output '{name}'", expected, f"'{self.load}'") + closest(self.load, known))
-        rows, offset = draft.probes.rows_of([*gauge.term.rows.ravel(), *gauge.term.frame])
+        read = rows_of(gauge.term)
+        rows, offset = draft.probes.rows_of(read)
         first = draft.sensors.add(rows, offset - rows @ draft.layout.shift)  # sensors count from the origin of the scene
         columns = tuple(f"{name}_{part}" for part in PARTS)
-        number = float(gauge.term.rows[0, 0])
-        return Output(self.word, tuple(range(first, first + len(offset))), columns, parameters=(number,))
+        return Output(self.word, tuple(range(first, first + len(offset))), columns, parameters=(float(read[0]),))
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
-        terms = (one for one in sensed.forces if isinstance(one, ContactForces))
-        term = next(one for one in terms if one.rows[0, 0] == int(output.parameters[0]))
+        term = next(one for one in sensed.forces if rows_of(one)[:1] == [int(output.parameters[0])])
         return find_columns(term, sensed.values, sensed.rates, sensed.pushes())
 
     @classmethod
@@ -55,8 +55,25 @@ class ContactState(Probe, word="contact"):
         return None, len(PARTS), 1
 
 
-def find_columns(term: ContactForces, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) -> list[np.ndarray]:
-    """Columns (s,) from rows of the points, then of the shape (s, i), their rates, and the forces on all probe rows (s, j)."""
+@singledispatch
+def rows_of(term: Any) -> list[int]:
+    """Probe rows that a contact reads; none of other forces. The first one is its own."""
+    return []
+
+
+@rows_of.register
+def _(term: ContactForces) -> list[int]:
+    return [int(row) for row in (*term.rows.ravel(), *term.frame)]
+
+
+@singledispatch
+def find_columns(term: Any, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) -> list[np.ndarray]:
+    """Columns (s,) from the rows of a contact (s, i), their rates, and the forces on all probe rows (s, j)."""
+    raise TypeError(type(term))
+
+
+@find_columns.register
+def _(term: ContactForces, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) -> list[np.ndarray]:
     count, wide = term.rows.shape
     dim, samples = term.placed.shape[1], len(y)
     points, moves = (part[:, : count * wide].reshape(samples, count, -1, dim) for part in (y, rate))

@@ -19,7 +19,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -32,7 +32,7 @@ from .constraint_functions import needs_axis, normals, size_of, unit
 from .contact_forces import ContactForces
 from .contact_law import LAW
 from .contact_outlines import mark_outline
-from .contact_points import Touching, carrier_rows, find_points, overlaps
+from .contact_points import carrier_rows, find_points, overlaps
 from .loads import Load, where
 from .places import At, Draft, Gauge, Ground, vector
 
@@ -49,7 +49,7 @@ Damping = Annotated[float, fields.quantity("N s/m", ">= 0")]
 class ContactGauge(Gauge):
     """What a contact measures."""
 
-    term: ContactForces
+    term: Any  #: ContactForces or BeamContacts
 
 
 @dataclass(frozen=True)
@@ -64,15 +64,10 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Contact(Load, ABC):
-    """Contact with a shape: what touches, who carries the shape, and the law of the forces."""
+class Touch(Load, ABC):
+    """The law of the forces of a contact."""
 
     name: str
-    at: fields.Carrier = None
-    body: fields.BodyName | None = None
-    on: fields.Carrier = None
-    points: Annotated[int | None, whole(1, 100_000), "along a beam, or along each side of a plate's cells"] = None
-    radius: Annotated[float | None, fields.quantity("m", ">= 0"), "of what touches, by default that of the section"] = None
     stiffness: Stiffness | None = None
     damping: Damping = 0.0
     dissipation: Annotated[float, fields.quantity("s/m", ">= 0"), "of Hunt and Crossley"] = 0.0
@@ -82,8 +77,44 @@ class Contact(Load, ABC):
     sticking: Annotated[Stiffness | None, "of what sticks"] = None
     sticking_damping: Annotated[Damping | None, "of what sticks"] = None
     resolution: Annotated[float, fields.quantity("", ">= 0"), "rad of a vibration on the contact a step; 0 divides none"] = 0.05
-    overlap: Annotated[Literal["push", "keep"], "at the start: pushed apart, or gaps count from there"] = "push"
     resists: ClassVar[bool] = True
+
+    def law(self, size: float, mass: float, count: int) -> np.ndarray:
+        """Numbers in the order of `contact_law.LAW`, for bodies of a size [m] of which a mass [kg] touches in so many points."""
+        k = self.stiffness
+        if k is None and not size > 0.0:
+            raise InputError(say(f"{where(self)}.stiffness", "a stiffness, as points have no size to choose it by", "none"))
+        k = PRESSED * mass * GRAVITY / size if k is None else k
+        kt = k if self.sticking is None else self.sticking
+        ct = float(np.sqrt(kt * mass / count)) if self.sticking_damping is None else self.sticking_damping
+        numbers = (k, self.damping, self.dissipation, self.smoothing, float(self.cut), self.friction, kt, ct)
+        for key, value in zip(LAW, numbers, strict=True):
+            if not (np.isfinite(value) and value >= 0.0):
+                raise InputError(say(f"{where(self)}.{key}", "a number that is not negative", value))
+        return np.array(numbers)
+
+    def share(self, mass: float) -> float:
+        """Change of speed that a change of force makes in a second, over the one allowed a step; 0 where no step is divided."""
+        return 1.0 / (mass * self.resolution**2) if self.resolution else 0.0
+
+    def tell_overlaps(self, gaps: np.ndarray, size: float, what: str, remedy: str) -> None:
+        """A notice where gaps (t,) are negative by more than round-off of a size [m]."""
+        if gaps.min() < -CLEAR * size:
+            deep, count = -gaps.min(), int(np.count_nonzero(gaps < 0.0))
+            told = f"{where(self)}: {count} of {len(gaps)} points overlap {what} at the start, by up to {deep:.3g} m"
+            notify(f"{told}: they are pushed apart; {remedy}")
+
+
+@dataclass(frozen=True)
+class Contact(Touch, ABC):
+    """Contact with a shape: what touches, who carries the shape, and the law of the forces."""
+
+    at: fields.Carrier = None
+    body: fields.BodyName | None = None
+    on: fields.Carrier = None
+    points: Annotated[int | None, whole(1, 100_000), "along a beam, or along each side of a plate's cells"] = None
+    radius: Annotated[float | None, fields.quantity("m", ">= 0"), "of what touches, by default that of the section"] = None
+    overlap: Annotated[Literal["push", "keep"], "at the start: pushed apart, or gaps count from there"] = "push"
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         if (self.at is None) == (self.body is None):
@@ -97,6 +128,8 @@ class Contact(Load, ABC):
         name, dim = where(self), draft.layout.dim
         shape, touching = self.shape(name, dim), find_points(name, draft, self.at, self.body, self.points, self.radius)
         placed = np.vstack([self.center_of(draft, shape) - draft.layout.origin, shape.axes])
+        carriers = {self.on.body} if isinstance(self.on, At) else set[str]()
+        size = size_of(draft.layout, {touching.body, *carriers})
         term = ContactForces(
             shape.kind,
             np.array(shape.sizes, dtype=float),
@@ -105,16 +138,14 @@ class Contact(Load, ABC):
             carrier_rows(name, draft, self.on, placed),
             touching.rows,
             touching.radius,
-            self.law(draft, touching),
-            1.0 / (touching.mass * self.resolution**2) if self.resolution else 0.0,
+            self.law(size, touching.mass, len(touching.rows)),
+            self.share(touching.mass),
         )
         gaps = overlaps(term, touching.places, placed)
         if self.overlap == "keep":
             term = replace(term, radius=term.radius + np.minimum(gaps, 0.0))
-        elif gaps.min() < -CLEAR * self.size(draft, touching):
-            deep, count = -gaps.min(), int(np.count_nonzero(gaps < 0.0))
-            remedy = "they are pushed apart; move the bodies, or write 'overlap: keep'"
-            notify(f"{name}: {count} of {len(gaps)} points overlap the shape at the start, by up to {deep:.3g} m: {remedy}")
+        else:
+            self.tell_overlaps(gaps, size, "the shape", "move the bodies, or write 'overlap: keep'")
         draft.forces.terms.append(term)
         mark_outline(self.name, draft, term)
         draft.gauges[self.name] = ContactGauge("contact", (), 0.0, term)
@@ -128,25 +159,6 @@ class Contact(Load, ABC):
                 say(where(self), "a point where the shape is", "none", "give it, or a place that carries the shape (on)")
             )
         return draft.layout.reference(where(self), self.on) + draft.layout.origin
-
-    def size(self, draft: Draft, touching: Touching) -> float:
-        """Size of the bodies [m]."""
-        carriers = {self.on.body} if isinstance(self.on, At) else set[str]()
-        return size_of(draft.layout, {touching.body, *carriers})
-
-    def law(self, draft: Draft, touching: Touching) -> np.ndarray:
-        """Numbers of the law, in the order of `contact_law.LAW`."""
-        k, size = self.stiffness, self.size(draft, touching)
-        if k is None and not size > 0.0:
-            raise InputError(say(f"{where(self)}.stiffness", "a stiffness, as points have no size to choose it by", "none"))
-        k = PRESSED * touching.mass * GRAVITY / size if k is None else k
-        kt = k if self.sticking is None else self.sticking
-        ct = float(np.sqrt(kt * touching.mass / len(touching.rows))) if self.sticking_damping is None else self.sticking_damping
-        numbers = (k, self.damping, self.dissipation, self.smoothing, float(self.cut), self.friction, kt, ct)
-        for key, value in zip(LAW, numbers, strict=True):
-            if not (np.isfinite(value) and value >= 0.0):
-                raise InputError(say(f"{where(self)}.{key}", "a number that is not negative", value))
-        return np.array(numbers)
 
 
 @dataclass(frozen=True)

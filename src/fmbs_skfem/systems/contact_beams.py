@@ -1,0 +1,119 @@
+r"""Contact of a beam with another beam, at their closest points, as `contact_pairs` has it.
+
+    crossing: {type: contact_beam, body: lower, other: upper, friction: 0.3}
+
+Nodes are the ends of the cells of both beams, or so many `points` along each, between which center lines are cubics; the radius is
+that of the sections, or `radius` of both. Where nothing is said of the law, it is that of `contacts`, with the mass
+
+    m = m_A m_B / (m_A + m_B),    and the size of both beams together
+
+Beams that cross touch at their closest points; such as lie `along` one another, and all in the plane, touch at the nodes of
+`body`, which have to stand so close that no part of `other` passes between them: `points`. Where beams that crossed become
+parallel, closest points jump, and the energy balance shows it. A beam does not touch itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Annotated
+
+import numpy as np
+from scipy.sparse import csr_array, kron, vstack
+
+from ..bodies.body import Body, own
+from ..core.errors import InputError, say
+from ..core.fields import whole
+from ..core.problems import Problem
+from ..shapes import line
+from . import contact_pair_forces as contact_pair_forces
+from . import fields
+from .constraint_functions import size_of
+from .contact_pairs import BeamContacts, gaps_of, measures
+from .contact_points import MOST
+from .contact_states import find_columns, rows_of
+from .contacts import ContactGauge, Touch
+from .loads import where
+from .places import At, Draft
+
+FLAT = 0.2  #: angle between the ends of beams up to which they lie along one another, by default [rad]
+
+
+@dataclass(frozen=True)
+class ContactBeam(Touch):
+    """Contact of a beam with another one, at their closest points."""
+
+    body: fields.BodyName = field(kw_only=True)
+    other: fields.BodyName = field(kw_only=True)
+    points: Annotated[int | None, whole(2, 10_000), "nodes along each beam, by default the ends of its cells"] = None
+    radius: Annotated[float | None, fields.quantity("m", "> 0"), "of both, by default those of the sections"] = None
+
+    along: Annotated[
+        bool | None, "whether nodes touch, of beams that lie along one another; by default the closest points of those that cross"
+    ] = None
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        if self.body == self.other:
+            yield "other", Problem("another beam", f"'{self.other}' twice")
+
+    def push(self, draft: Draft) -> None:
+        name, layout = where(self), draft.layout
+        beams = [layout.body(name, At(one)) for one in (self.body, self.other)]
+        found = [node_rows(name, part, self.points) for part in beams]
+        rows, (spans, others) = [one for one, _ in found], (span for _, span in found)
+        wide = [layout.widen(name, part.name, own_rows) for part, own_rows in zip(beams, rows, strict=True)]
+        first = draft.probes.add(csr_array(vstack(wide)))
+        reference = np.concatenate([one @ part.reference.ravel() for part, one in zip(beams, rows, strict=True)])
+        a, b = (float(part.constant @ (part.mass @ part.constant)) for part in beams)
+        mass, size = a * b / (a + b), size_of(layout, {self.body, self.other})
+        term = BeamContacts(
+            layout.dim,
+            int(self.lies_along(reference, len(spans) + 1, layout.dim)),
+            np.arange(first, first + len(reference)),
+            spans,
+            others,
+            np.array([part.radius if self.radius is None else self.radius for part in beams]),
+            self.law(size, mass, len(spans) + 1),
+            self.share(mass),
+        )
+        self.tell_overlaps(gaps_of(term, reference), size, f"'{self.other}'", "move the beams")
+        draft.forces.terms.append(term)
+        draft.gauges[self.name] = ContactGauge("contact", (), 0.0, term)
+
+    def lies_along(self, rows: np.ndarray, count: int, dim: int) -> bool:
+        """Whether nodes touch, of beams with rows (f,), the first one with so many nodes: all in the plane, and the parallel."""
+        nodes = rows.reshape(-1, 2, dim)[:, 0]
+        a, b = nodes[count - 1] - nodes[0], nodes[-1] - nodes[count]
+        flat = dim == 2 or bool(abs(a @ b) >= np.cos(FLAT) * np.linalg.norm(a) * np.linalg.norm(b) > 0.0)
+        if flat and self.along is False:
+            expected = f"beams that cross in space, at {FLAT} rad or more from end to end"
+            raise InputError(say(f"{where(self)}.along", expected, "parallel ones", "leave it out"))
+        return flat or bool(self.along)
+
+
+def node_rows(name: str, part: Body, count: int | None) -> tuple[csr_array, np.ndarray]:
+    """Rows (2 c x, b c) of position and slope by xi of x nodes of a beam, and the lengths (x - 1,) between them in xi."""
+    space = part.space
+    if not isinstance(space, line.BSpline | line.Hermite):
+        raise InputError(say(name, "beams", f"'{part.name}', which is none", "name a body with a line"))
+    breaks = line.breaks(space)
+    xi = breaks if count is None and len(breaks) <= MOST else np.linspace(breaks[0], breaks[-1], count or MOST)
+    rows = [own(part, line.sample(space, xi, k)) for k in range(2)]
+    both = csr_array(vstack(rows))[np.arange(2 * len(xi)).reshape(2, -1).T.ravel()]
+    return csr_array(kron(both, np.eye(part.dim))), np.diff(xi)
+
+
+@rows_of.register
+def _(term: BeamContacts) -> list[int]:
+    return [int(row) for row in term.rows]
+
+
+@find_columns.register
+def _(term: BeamContacts, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) -> list[np.ndarray]:
+    found = measures(term, y, rate)
+    gap, force, slip, normal = found[..., 0], found[..., 1], found[..., 2], found[..., 3:]
+    own_nodes = term.rows[: 2 * term.dim * (len(term.spans) + 1)].reshape(-1, 2, term.dim)[:, 0]
+    friction = pushes[:, own_nodes].sum(axis=1) - np.einsum("st,stc->sc", force, normal)
+    s, k = np.arange(len(y)), np.argmax(force, axis=1)
+    sliding = np.where(force[s, k] > 0.0, slip[s, k], 0.0)
+    return [force.sum(axis=1), np.linalg.norm(friction, axis=1), gap.min(axis=1), sliding]

@@ -1,0 +1,219 @@
+"""Contact of beams with beams for compiled code: forces, derivatives, memory, and where nothing is near."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..core.jit import jit
+from ..core.structs import routine
+from . import forces
+from .contact_curves import bulge, correction, find_chord, longest, trace
+from .contact_law import MU, STEP, UNKNOWN, E, K
+from .contact_pairs import (
+    NODE,
+    ROOM,
+    BeamContacts,
+    ahead,
+    find,
+    opened,
+    pieces,
+    press,
+    read,
+    read_rates,
+    record_of,
+    row_of,
+    share_out,
+    since,
+    wakes,
+    weigh,
+)
+from .evaluation import evaluation
+from .forces import Force, Place, Routines
+from .one_sided import lift, ramp
+
+WAYS = 4  #: bounds of the ways of A and of B a unit of |dx| and of max |dx_n|
+
+
+@routine
+def push(table: Any, record: Any) -> int:
+    """g += F."""
+    s, F = evaluation(table).space, opened(record)
+    way, many, dim = ahead(s, F), len(F.rows), F.dim
+    if not wakes(s, F, way):
+        return 0
+    y, v, z, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty(8 * dim), np.empty((ROOM, 3))
+    read(table, F, y)
+    since(F, s, y, z)
+    far = longest(y, 2 * dim * (len(F.spans) + 1), len(F.others), dim)
+    for k in range(len(F.spans) + 1):
+        if s.room[F.room + k] > way:
+            continue
+        gap, p, q, _ = find(F, k, y, far, w)
+        if gap < 0.0:
+            places, first = pieces(F, p, q), F.memory + many + NODE * k
+            read_rates(table, F, places, v)
+            press(F, k, y, v, z, s.memory[first : first + NODE], p, q, w, out)
+            for j in range(8 * dim):
+                s.g[F.rows[row_of(j, places, dim)]] += out[j]
+    return 0
+
+
+@jit
+def copy_pieces(x: np.ndarray, places: tuple[int, int], many: int, y: np.ndarray) -> None:
+    """y = x in `many` rows of two pieces."""
+    for start in places:
+        for j in range(start, start + many):
+            y[j] = x[j]
+
+
+@routine
+def slopes(table: Any, record: Any) -> int:
+    """H += - c (dF/dy + gh dF/dy') by complex steps along y_j + gh y_j', with one correction of the closest points."""
+    s, F = evaluation(table).space, opened(record)
+    way, many, dim, second = ahead(s, F), len(F.rows), F.dim, 2 * F.dim * (len(F.spans) + 1)
+    if not wakes(s, F, way):
+        return 0
+    y, v, z, w = np.empty(many), np.empty(many), np.empty(many), np.empty((ROOM, 3))
+    yc, vc, zc = np.empty(many, np.complex128), np.empty(many, np.complex128), np.empty(many, np.complex128)
+    out, wc = np.empty(8 * dim, np.complex128), np.empty((ROOM, 3), np.complex128)
+    read(table, F, y)
+    since(F, s, y, z)
+    far = longest(y, second, len(F.others), dim)
+    for k in range(len(F.spans) + 1):
+        if s.room[F.room + k] > way:
+            continue
+        gap, p, q, held = find(F, k, y, far, w)
+        if gap >= 0.0:
+            continue
+        places, first = pieces(F, p, q), F.memory + many + NODE * k
+        read_rates(table, F, places, v)
+        copy_pieces(y, places, 4 * dim, yc)
+        copy_pieces(v, places, 4 * dim, vc)
+        copy_pieces(z, places, 4 * dim, zc)
+        for j in range(8 * dim):
+            r = row_of(j, places, dim)
+            yc[r], vc[r], zc[r] = complex(y[r], STEP), complex(v[r], STEP * s.gh[0]), complex(z[r], STEP)
+            trace(yc, 0, F.spans, complex(p, 0.0), 3, dim, wc, 0)
+            trace(yc, second, F.others, complex(q, 0.0), 3, dim, wc, 3)
+            dp, dq = correction(dim, wc, held, True)
+            pc, qc = complex(p, dp.imag), complex(q, dq.imag)
+            trace(yc, 0, F.spans, pc, 2, dim, wc, 0)
+            trace(yc, second, F.others, qc, 2, dim, wc, 3)
+            press(F, k, yc, vc, zc, s.memory[first : first + NODE], pc, qc, wc, out)
+            yc[r], vc[r], zc[r] = y[r], v[r], z[r]
+            for i in range(8 * dim):
+                s.H[F.pair + row_of(i, places, dim) * many + r] -= s.c[0] * out[i].imag / STEP
+    return 0
+
+
+@jit
+def find_ways(table: Any, F: Any, first: int, spans: np.ndarray) -> tuple[float, float]:
+    """Bounds of the way of a curve a unit of |dx| and of max |dx_n|: those of its nodes and 8 / 27 of those of its tangents."""
+    P, dim, way, most = evaluation(table).arrays.probes, F.dim, np.zeros(2), np.zeros((2, 2))
+    for j in range(2 * (len(spans) + 1)):
+        square, sums = 0.0, 0.0
+        for c in range(dim):
+            total, i = 0.0, F.rows[first + dim * j + c]
+            for p in range(P.indptr[i], P.indptr[i + 1]):
+                square += P.data[p] * P.data[p]
+                total += abs(P.data[p])
+            sums += total * total
+        most[j % 2, 0], most[j % 2, 1] = max(most[j % 2, 0], np.sqrt(square)), max(most[j % 2, 1], np.sqrt(sums))
+    longest_span = spans.max()
+    for i in range(2):
+        way[i] = most[0, i] + 8.0 / 27.0 * longest_span * most[1, i]
+    return way[0], way[1]
+
+
+@routine
+def accept(table: Any, record: Any) -> int:
+    """The memory of rows and nodes, and the room: nodes that cannot have come near are not looked at."""
+    s, F = evaluation(table).space, opened(record)
+    way, many, dim, second, ways = ahead(s, F), len(F.rows), F.dim, 2 * F.dim * (len(F.spans) + 1), F.room + len(F.spans) + 1
+    y, v, z, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty(8 * dim), np.empty((ROOM, 3))
+    read(table, F, y)
+    if not s.room[ways] > 0.0:
+        s.room[ways], s.room[ways + 1] = find_ways(table, F, 0, F.spans)
+        s.room[ways + 2], s.room[ways + 3] = find_ways(table, F, second, F.others)
+    since(F, s, y, z)
+    far = longest(y, second, len(F.others), dim)
+    around = (
+        F.radii[0] + F.radii[1] + bulge(y, second, F.others, dim) + longest(y, 0, len(F.spans), dim) + bulge(y, 0, F.spans, dim)
+    )
+    for k in range(len(F.spans) + 1):
+        first, seen, N = F.memory + many + NODE * k, F.room + k, 0.0
+        last = s.memory[first : first + NODE]
+        if s.room[seen] > way:
+            s.room[seen] -= way
+        else:
+            s.room[seen] = find_chord(y, 2 * dim * k, second, len(F.others), far, dim)[0] - around
+        if not s.room[seen] > 0.0:
+            gap, p, q, _ = find(F, k, y, far, w)
+            if gap < 0.0:
+                read_rates(table, F, pieces(F, p, q), v)
+                N = press(F, k, y, v, z, last, p, q, w, out)
+        for i in range(2):
+            last[2 + i] = w[12, i] if N > 0.0 else 0.0
+        last[0], last[1] = max(N, 0.0), 1.0 if N <= 0.0 else last[1]
+    for j in range(many):
+        s.memory[F.memory + j] = y[j]
+    return 0
+
+
+@routine
+def judge(table: Any, record: Any) -> int:
+    """jolt += as of contact with shapes."""
+    s, F = evaluation(table).space, opened(record)
+    way, many, dim = ahead(s, F), len(F.rows), F.dim
+    y, v, z, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty(8 * dim), np.empty((ROOM, 3))
+    read_now, far = False, 0.0
+    for k in range(len(F.spans) + 1):
+        first, N = F.memory + many + NODE * k, 0.0
+        last = s.memory[first : first + NODE]
+        if last[1] == 0.0 or (s.room[F.room + k] > way and last[0] <= 0.0):
+            continue
+        if not read_now:
+            read(table, F, y)
+            since(F, s, y, z)
+            far, read_now = longest(y, 2 * dim * (len(F.spans) + 1), len(F.others), dim), True
+        gap, p, q, _ = find(F, k, y, far, w)
+        if gap < 0.0:
+            read_rates(table, F, pieces(F, p, q), v)
+            N = press(F, k, y, v, z, last, p, q, w, out)
+        s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
+    return 0
+
+
+@routine
+def store(table: Any, record: Any) -> int:
+    """energy += W k lift(s), and the elastic forces out of g."""
+    s, F = evaluation(table).space, opened(record)
+    many, dim = len(F.rows), F.dim
+    y, out, w = np.empty(many), np.empty(8 * dim), np.empty((ROOM, 3))
+    read(table, F, y)
+    far = longest(y, 2 * dim * (len(F.spans) + 1), len(F.others), dim)
+    for k in range(len(F.spans) + 1):
+        gap, p, q, _ = find(F, k, y, far, w)
+        if gap < 0.0:
+            places, weight, long = pieces(F, p, q), weigh(F, k, p), gap + F.radii[0] + F.radii[1]
+            s.energy[0] += weight * F.law[K] * lift(-gap, F.law[E])
+            N = weight * F.law[K] * ramp(-gap, F.law[E])
+            for c in range(dim):
+                w[6, c], w[9, c] = (w[0, c] - w[3, c]) / long, 0.0
+            share_out(F.spans, p, 1, 0.0, 0.0, N, w, out[: 4 * dim], dim)
+            share_out(F.others, q, 4, 0.0, 0.0, -N, w, out[4 * dim :], dim)
+            for j in range(8 * dim):
+                s.g[F.rows[row_of(j, places, dim)]] -= out[j]
+    return 0
+
+
+@forces.compile_force.register
+def _(found: BeamContacts, place: Place) -> Force:
+    record, count = record_of(found, place), len(found.rows)
+    memory = np.zeros(count + NODE * len(found))
+    memory[count::NODE] = UNKNOWN
+    pairs = np.stack([np.repeat(record.rows, count), np.tile(record.rows, count)], axis=1)
+    routines, room, skew = Routines(push, slopes, accept, store, judge), len(found) + WAYS, bool(found.law[MU] > 0.0)
+    return Force(record, routines, "contact of beams", pairs, memory, damped=True, skew=skew, room=room, alone=record.rows)

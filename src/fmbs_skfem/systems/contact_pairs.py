@@ -1,0 +1,357 @@
+r"""Contact of beams with beams at their closest points, as forces on probe rows of both center lines.
+
+    d = A(p) - B(q),    n = d / |d|,    g = |d| - R_A - R_B,    s = - g
+    W = 1 at p = i,    or    1 - 3 e^2 + 2 |e|^3,  e = p - i,  at the closest p,                             (of a node i of A)
+    a = R_A + g / 2,    b = R_B + g / 2                                       (distances of the point where they touch)
+    v = A' - B' + a turn(A_p, A_p') + b turn(B_q, B_q'),    turn(t, t') = [t (n . t') - (n . t) t'] / |t|^2
+    N of s and s' = - n . v,    T of N, v_T and b = (b0 + change of the material points since the last accepted state), across n
+
+on A: W (N n + T), on its slope A_p: W a [n (T . t) - T (n . t)] / |t|^2 with t = A_p, on B and B_q alike with - N n - T and W b.
+Forces are those of `contact_law`. Beams that cross touch at their closest points (`contact_curves`), which all nodes beside find,
+and of which the weights W add up to one; those that lie along one another touch at all nodes of A. Forces on both are equal, along
+one line, and friction acts where they touch, so that momentum and its moment stay; but beams have no rotation about their own
+axis, so that friction along the circumference finds no resistance in it, and they do not roll.
+
+Every node of A meets B at one place, the nearest one. The memory holds the rows, and of a node the last normal force, whether it
+was ever free, and the bristle along n x t_B x n and n x t_B. Where no node can have come near since the last accepted state, no
+row is read. Derivatives are those of a complex step through one correction of the closest points, exact to round-off.
+
+Sources: Wriggers and Zavarise, Commun. Numer. Methods Eng. 13 (1997) 429-438,
+doi 10.1002/(SICI)1099-0887(199706)13:6<429::AID-CNM70>3.0.CO;2-X (closest points of beams); Zavarise and Wriggers, Int. J. Numer.
+Methods Eng. 49 (2000) 977-1006, doi 10.1002/1097-0207(20001120)49:8<977::AID-NME986>3.0.CO;2-C (friction); Meier, Wall and Popp,
+Comput. Methods Appl. Mech. Eng. 315 (2017) 972-1010, doi 10.1016/j.cma.2016.11.028 (points and lines of contact for all angles).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from ..core.container import storable
+from ..core.jit import jit
+from ..core.structs import Cube, Integers, Matrix, Vector, opener, routine
+from ..core.validation import Indices, Number, Reals, Sizes, also, require
+from . import kernels
+from .contact_curves import find_chord, longest, meet_curves, piece, shares, trace
+from .contact_law import BEFORE, LAW, MU, Scalar, normal_force, resist, size
+from .evaluation import evaluation
+from .forces import Place
+
+NODE = 4  #: numbers of a node in the memory: normal force, whether it was ever free, bristle
+ROOM = 18  #: vectors of work
+
+
+@storable
+@dataclass(frozen=True)
+class BeamContacts:
+    """Contact of two center lines, a and b pieces long."""
+
+    dim: Annotated[int, Number()]
+    along: Annotated[int, Number()]  #: 1 where every node of A touches, 0 where the closest points do
+    rows: Annotated[np.ndarray, Indices("f", end="y")]  #: position and slope by xi of every node of A, then of B
+    spans: Annotated[np.ndarray, Reals("a")]  #: lengths in xi
+    others: Annotated[np.ndarray, Reals("b")]
+    radii: Annotated[np.ndarray, Reals("r")]  #: of A and of B [m]
+    law: Annotated[np.ndarray, Reals("l")]  #: numbers in the order of LAW
+    share: Annotated[float, Number()]  #: change of speed that a change of force makes in a second, over the one allowed a step
+
+    def __len__(self) -> int:
+        return len(self.spans) + 1
+
+
+@also.register(BeamContacts)
+def check_beams(term: BeamContacts, name: str, sizes: Sizes) -> None:
+    """Numbers that compiled code reads without looking are there."""
+    pieces = len(term.spans), len(term.others)
+    require(term.dim in (2, 3), f"{name}.dim", "2 or 3", term.dim)
+    require(min(pieces) > 0, f"{name}.spans", "a piece or more of both beams", pieces)
+    require(len(term.rows) == 2 * term.dim * (sum(pieces) + 2), f"{name}.rows", "rows of all nodes", len(term.rows))
+    require(len(term.radii) == 2, f"{name}.radii", "two radii", len(term.radii))
+    require(len(term.law) == len(LAW), f"{name}.law", f"{len(LAW)} numbers", len(term.law))
+
+
+class Record(NamedTuple):
+    """The same for compiled code."""
+
+    dim: int
+    along: bool
+    rows: Integers
+    spans: Vector
+    others: Vector
+    radii: Vector
+    law: Vector
+    share: float
+    pair: int  #: first place in H
+    memory: int  #: first place in the memory: the rows, then NODE numbers a node
+    room: int  #: first place in the room: clearances of the nodes, then bounds of ways
+
+
+opened = opener(Record)
+
+
+@jit
+def ahead(s: Any, F: Any) -> float:
+    """By how much the beams may have come nearer since the room was filled."""
+    ways = F.room + len(F.spans) + 1
+    return min(s.room[ways] * s.moved[0], s.room[ways + 1] * s.moved[1]) + min(
+        s.room[ways + 2] * s.moved[0], s.room[ways + 3] * s.moved[1]
+    )
+
+
+@jit
+def wakes(s: Any, F: Any, way: float) -> bool:
+    """Whether a node may have come near."""
+    found = False
+    for k in range(len(F.spans) + 1):
+        found = found or not s.room[F.room + k] > way
+    return found
+
+
+@jit
+def read(table: Any, F: Any, y: np.ndarray) -> None:
+    """y (f,) = all rows."""
+    E = evaluation(table)
+    A, s = E.arrays, E.space
+    for j in range(len(y)):
+        y[j] = A.probes_offset[F.rows[j]] + kernels.row_value(A.probes, F.rows[j], s.x)
+
+
+@jit
+def read_rates(table: Any, F: Any, places: tuple[int, int], v: np.ndarray) -> None:
+    """v (f,) = rates of the rows of two pieces that begin at `places`."""
+    E = evaluation(table)
+    for start in places:
+        for j in range(start, start + 4 * F.dim):
+            v[j] = kernels.row_value(E.arrays.probes, F.rows[j], E.space.v)
+
+
+@jit
+def pieces(F: Any, p: float, q: float) -> tuple[int, int]:
+    """Where the rows of the pieces begin on which p and q are."""
+    return 2 * F.dim * piece(p, F.spans), 2 * F.dim * (len(F.spans) + 1 + piece(q, F.others))
+
+
+@jit
+def find(F: Any, k: int, y: np.ndarray, far: float, w: np.ndarray) -> tuple[float, float, float, tuple[bool, bool]]:
+    """Gap, p, q of a contact, and which of these are held; the gap is infinite where its weight is 0. w[0:6] are current."""
+    dim, second = F.dim, 2 * F.dim * (len(F.spans) + 1)
+    q = find_chord(y, 2 * dim * k, second, len(F.others), far, dim)[1]
+    p, q, held = meet_curves(y, second, F.spans, F.others, k, q, F.along, dim, w)
+    if abs(p - k) >= 1.0:
+        return np.inf, p, q, held
+    square = 0.0
+    for c in range(dim):
+        square += (w[0, c] - w[3, c]) ** 2
+    return np.sqrt(square) - F.radii[0] - F.radii[1], p, q, held
+
+
+@jit
+def weigh(F: Any, k: int, p: Scalar) -> Scalar:
+    """The weight of a node where p on A touches."""
+    e = p - k if p.real >= k else k - p
+    return 1.0 + 0.0 * e if F.along else 1.0 - e * e * (3.0 - 2.0 * e)
+
+
+@jit
+def turn(w: np.ndarray, slope: int, change: int, out: int, factor: Scalar, dim: int) -> None:
+    """w[out] += factor turn(t, t') of the slope t in w[slope] and its change t' in w[change], about the normal w[6]."""
+    along, turned, square = 0.0 * w[6, 0], 0.0 * w[6, 0], 0.0 * w[6, 0]
+    for c in range(dim):
+        along += w[6, c] * w[slope, c]
+        turned += w[6, c] * w[change, c]
+        square += w[slope, c] * w[slope, c]
+    for c in range(dim):
+        w[out, c] += factor * (w[slope, c] * turned - along * w[change, c]) / square
+
+
+@jit
+def change(F: Any, z: np.ndarray, p: Scalar, q: Scalar, arms: tuple[Scalar, Scalar], w: np.ndarray, out: int) -> None:
+    """w[out] = change of the material points that meet, of which the rows change by z (f,)."""
+    dim = F.dim
+    trace(z, 0, F.spans, p, 2, dim, w, 14)
+    trace(z, 2 * dim * (len(F.spans) + 1), F.others, q, 2, dim, w, 16)
+    for c in range(dim):
+        w[out, c] = w[14, c] - w[16, c]
+    turn(w, 1, 15, out, arms[0], dim)
+    turn(w, 4, 17, out, arms[1], dim)
+
+
+@jit
+def cross(a: np.ndarray, b: np.ndarray, out: np.ndarray, dim: int) -> None:
+    """out = a x b in space; in the plane nothing."""
+    if dim == 3:
+        out[0] = a[1] * b[2] - a[2] * b[1]
+        out[1] = a[2] * b[0] - a[0] * b[2]
+        out[2] = a[0] * b[1] - a[1] * b[0]
+    else:
+        out[0] = out[1] = 0.0 * a[0]
+
+
+@jit
+def lay_axes(w: np.ndarray, dim: int) -> None:
+    """w[10], w[11] = unit vectors across the normal w[6]: along B, or along A where B ends in it, and across; in the plane one."""
+    if dim == 2:
+        w[10, 0], w[10, 1] = -w[6, 1], w[6, 0]
+        w[11, 0], w[11, 1] = 0.0 * w[6, 0], 0.0 * w[6, 0]
+        return
+    slope = 4
+    for _ in range(2):
+        along, whole = 0.0 * w[6, 0], size(w[slope], 3)
+        for c in range(3):
+            along += w[6, c] * w[slope, c] / whole
+        if slope == 4 and abs(along) > 0.9:
+            slope = 1
+    for c in range(3):
+        w[10, c] = w[slope, c] / whole - along * w[6, c]
+    whole = size(w[10], 3)
+    for c in range(3):
+        w[10, c] = w[10, c] / whole
+    cross(w[6], w[10], w[11], 3)
+
+
+@jit
+def press(
+    F: Any,
+    k: int,
+    y: np.ndarray,
+    v: np.ndarray,
+    z: np.ndarray,
+    last: np.ndarray,
+    p: Scalar,
+    q: Scalar,
+    w: np.ndarray,
+    out: np.ndarray,
+) -> Scalar:
+    """out (16 c,) = forces of a node on the rows of the pieces where it meets; its normal force times its weight.
+
+    `last` is its memory, z (f,) the change of the rows since. w[0:6] must be current; w[12, :2] becomes the bristle, w[8] the speed
+    of sliding.
+    """
+    dim = F.dim
+    for c in range(dim):
+        w[7, c] = w[0, c] - w[3, c]
+    long = size(w[7], dim)
+    gap, rate = long - F.radii[0] - F.radii[1], 0.0 * long
+    for c in range(dim):
+        w[6, c] = w[7, c] / long
+    arms = F.radii[0] + 0.5 * gap, F.radii[1] + 0.5 * gap
+    change(F, v, p, q, arms, w, 8)
+    for c in range(dim):
+        rate -= w[6, c] * w[8, c]
+    N = normal_force(F.law, -gap, rate)
+    for c in range(dim):
+        w[8, c] += w[6, c] * rate
+        w[9, c] = 0.0 * long
+    w[12, 0] = w[12, 1] = 0.0 * long
+    if N.real > 0.0 and F.law[MU] > 0.0:
+        stick(F, z, N, last, p, q, arms, w)
+    weight = weigh(F, k, p)
+    share_out(F.spans, p, 1, weight, arms[0] * weight, N * weight, w, out[: 4 * dim], dim)
+    share_out(F.others, q, 4, -weight, arms[1] * weight, -N * weight, w, out[4 * dim :], dim)
+    return N * weight
+
+
+@jit
+def stick(
+    F: Any, z: np.ndarray, N: Scalar, last: np.ndarray, p: Scalar, q: Scalar, arms: tuple[Scalar, Scalar], w: np.ndarray
+) -> None:
+    """w[9] = T, w[12, :2] the bristle in the axes across the normal."""
+    dim, along = F.dim, 0.0 * N
+    lay_axes(w, dim)
+    if last[0] >= 0.0:
+        change(F, z, p, q, arms, w, 13)
+    for c in range(dim):
+        if last[0] < 0.0:
+            w[13, c] = BEFORE * w[8, c]
+        w[13, c] += last[2] * w[10, c] + last[3] * w[11, c]
+        along += w[6, c] * w[13, c]
+    for c in range(dim):
+        w[13, c] -= along * w[6, c]
+    resist(F.law, N, w[13], w[8], w[9], dim)
+    for c in range(dim):
+        w[12, 0] += w[13, c] * w[10, c]
+        w[12, 1] += w[13, c] * w[11, c]
+
+
+@jit
+def share_out(
+    spans: np.ndarray, p: Scalar, slope: int, weight: Scalar, arm: Scalar, N: Scalar, w: np.ndarray, out: np.ndarray, dim: int
+) -> None:
+    """out (4 c,) = N n + weight T at p, and on the slope the moment of T with an arm, on the rows of a piece."""
+    j = piece(p, spans)
+    at, by = shares(p - j, 0, spans[j]), shares(p - j, 1, spans[j])
+    along, pull, square = 0.0 * N, 0.0 * N, 0.0 * N
+    for c in range(dim):
+        along += w[6, c] * w[slope, c]
+        pull += w[9, c] * w[slope, c]
+        square += w[slope, c] * w[slope, c]
+    for c in range(dim):
+        force = N * w[6, c] + weight * w[9, c]
+        moment = arm * (w[6, c] * pull - w[9, c] * along) / square
+        for k in range(4):
+            out[dim * k + c] = at[k] * force + by[k] * moment
+
+
+@jit
+def row_of(k: int, places: tuple[int, int], dim: int) -> int:
+    """The row of the force k of a node."""
+    return places[0] + k if k < 4 * dim else places[1] + k - 4 * dim
+
+
+@jit
+def since(F: Any, s: Any, y: np.ndarray, z: np.ndarray) -> None:
+    """z (f,) = change of the rows since the last accepted state."""
+    for j in range(len(y)):
+        z[j] = y[j] - s.memory[F.memory + j]
+
+
+def record_of(found: BeamContacts, place: Place) -> Record:
+    """A contact for compiled code."""
+    numbers = (found.rows, found.spans, found.others, found.radii, found.law)
+    return Record._make((found.dim, bool(found.along), *(np.ascontiguousarray(part) for part in numbers), found.share, *place))
+
+
+@routine
+def measure(table: Any, _: Any) -> int:
+    """out (s, t, 3 + c) = gap, normal force, speed of sliding, normal of all nodes for samples of y and y' (s, f)."""
+    S = samples_of(table)
+    F, dim = S.record, S.record.dim
+    z, w, forces_there = np.zeros(len(F.rows)), np.zeros((ROOM, 3)), np.empty(8 * dim)
+    for i in range(len(S.y)):
+        far = longest(S.y[i], 2 * dim * (len(F.spans) + 1), len(F.others), dim)
+        for k in range(len(F.spans) + 1):
+            gap, p, q, _ = find(F, k, S.y[i], far, w)
+            S.out[i, k, 0] = gap
+            if gap < 0.0:
+                S.out[i, k, 1] = press(F, k, S.y[i], S.v[i], z, z, p, q, w, forces_there)
+                S.out[i, k, 2] = size(w[8], dim)
+                for c in range(dim):
+                    S.out[i, k, 3 + c] = w[6, c]
+    return 0
+
+
+class Samples(NamedTuple):
+    """Rows of a contact over time."""
+
+    record: Record
+    y: Matrix
+    v: Matrix
+    out: Cube
+
+
+samples_of = opener(Samples)
+
+
+def measures(term: BeamContacts, y: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Gap [m], infinite where it is that of others, normal force [N], speed of sliding [m/s], normal of nodes (s, t, 3 + c)."""
+    y, v = map(np.ascontiguousarray, (y, v))
+    samples = Samples(record_of(term, Place(0, 0, 0)), y, v, np.zeros((len(y), len(term), 3 + term.dim)))
+    measure(samples)
+    return samples.out
+
+
+def gaps_of(term: BeamContacts, y: np.ndarray) -> np.ndarray:
+    """Gaps (t,) of all nodes with rows y (f,)."""
+    return np.asarray(measures(term, y[None], 0.0 * y[None])[0, :, 0])

@@ -1,0 +1,205 @@
+"""Contact of beams with beams against exact impacts, what they conserve, and in every form of a model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from fmbs_skfem.bodies import Body, Given, cable
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
+from fmbs_skfem.scenes import build
+from fmbs_skfem.scenes import reading as scenes
+from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, check_force, compiled, eliminate, joints, loads, probes
+from fmbs_skfem.systems.contact_beams import ContactBeam
+from fmbs_skfem.systems.contact_states import ContactState
+
+from ..forms import forms
+from ..models import straight
+
+SOFT, STIFF = Given(EA=2000.0, EI=3.0, rhoA=0.5), Given(EA=1e7, EI=1e6, rhoA=0.5)
+TIGHT = Newton(tolerance=1e-12)
+
+
+def pair(angle: float, up: tuple[float, ...], dim: int = 3, section: Given = SOFT, cells: int = 4) -> list[Body]:
+    """Beams of 1 m and 1.1 m: one along x about the origin, the other one at an angle about a point, each with its own mesh."""
+    along, at = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([*up, 0.0])[:3]
+    ends = {"lower": ((-0.5, 0.0, 0.0), (0.5, 0.0, 0.0)), "upper": (at - 0.55 * along, at + 0.55 * along)}
+    return [cable(n, straight(cells + (n == "upper"), *map(tuple, e)), section, dim=dim) for n, e in ends.items()]
+
+
+def touch(**more: Any) -> ContactBeam:
+    return ContactBeam("touch", body="lower", other="upper", radius=0.05, **{"stiffness": 500.0, **more})
+
+
+OVERLAPS = [
+    (2, 0.0, (0.3, 0.0955)),
+    (2, 0.03, (0.3, 0.097)),
+    (3, 0.02, (0.05, 0.02, 0.096)),
+    (3, 0.5, (0.05, 0.02, 0.09)),
+    (3, 1.57, (0.4, 0.1, 0.09)),
+]
+
+
+@pytest.mark.filterwarnings("ignore:load .* overlap")
+@pytest.mark.parametrize("dim, angle, up", OVERLAPS)
+def test_contract(dim: int, angle: float, up: tuple[float, ...]) -> None:
+    """Tangents of a smooth law, and after an accepted state of all of it, where beams stick and slide."""
+    parts, smooth = pair(angle, up, dim), {"stiffness": 50.0, "damping": 0.4, "dissipation": 0.3, "smoothing": 0.002}
+    check_force(parts, touch(**smooth))
+    system = replace(assemble(parts, loads=[touch(friction=0.3, **smooth)]), elastic=())
+    model, random = compiled.compile_system(system), np.random.default_rng(1)
+    memory, none = compiled.accepted(model, system.x0), np.zeros(0)
+    for size in (1e-5, 3e-3):
+        d, way, v = random.normal(size=(3, system.size))
+        x = system.x0 + size * way
+        K = compiled.tangent(model, x, none, 0.0, 0.3, memory, 0.1 * v)
+        ends = [compiled.forces(model, x + k * 1e-7 * d, 0.1 * v + 3e-8 * k * d, 0.0, memory) for k in (1, -1)]
+        assert np.abs(K @ d).max() > 0.0
+        assert_allclose(K @ d, (ends[0] - ends[1]) / 2e-7, atol=1e-5 * np.abs(K @ d).max())
+
+
+@pytest.mark.filterwarnings("ignore:load .* overlap")
+@pytest.mark.parametrize("dim, angle, up", OVERLAPS[1:4])
+def test_forces_have_a_potential(dim: int, angle: float, up: tuple[float, ...]) -> None:
+    """Without friction and damping the tangent is symmetric, whatever moves where beams touch."""
+    system = replace(assemble(pair(angle, up, dim), loads=[touch()]), elastic=())
+    x = system.x0 + 1e-3 * np.random.default_rng(2).normal(size=system.size)
+    K = compiled.tangent(compiled.compile_system(system), x, np.zeros(0)).toarray()
+    assert np.abs(K).max() > 0.0
+    assert_allclose(K, K.T, atol=1e-11 * np.abs(K).max())
+
+
+@pytest.mark.filterwarnings("ignore:load .* overlap")
+def test_nodes_that_are_not_looked_at_are_away() -> None:
+    """After leaps of any size, over accepted states between, forces are those of a model that knows of no earlier state."""
+    system, met = replace(assemble(pair(0.7, (0.1, 0.0, 0.2)), loads=[touch(friction=0.3)]), elastic=()), 0
+    random = np.random.default_rng(4)
+    for size in (0.01, 0.03, 0.1):
+        model, x = compiled.compile_system(replace(system)), system.x0
+        memory = compiled.accepted(model, x)
+        for _ in range(10):
+            x = x + size * random.normal(size=system.size)
+            expected = compiled.forces(compiled.compile_system(replace(system)), x, 0.0 * x, 0.0, memory)
+            assert_allclose(compiled.forces(model, x, 0.0 * x, 0.0, memory), expected, rtol=1e-13, atol=1e-13)
+            met += bool(np.any(expected))
+            memory = compiled.accepted(model, x, memory=memory)
+    assert met > 3
+
+
+def fly(
+    parts: list[Body], law: ContactBeam, v: tuple[float, ...], h: float, duration: float
+) -> tuple[Trajectory, dict[str, np.ndarray]]:
+    """The motion of two beams of which the upper one has a speed."""
+    measured = {"E": probes.Energy(), "touch": ContactState("touch")}
+    system = assemble(parts, loads=[law], outputs=measured, initial={"upper": Motion(velocity=v)})
+    motion = integrate(system, GeneralizedAlpha(h, 1.0), duration, TIGHT)
+    return motion, outputs(motion)
+
+
+def momenta(motion: Trajectory) -> tuple[np.ndarray, np.ndarray]:
+    """Momentum [kg m/s] and its moment about the origin [kg m2/s] over time, (s, c) and (s, 3)."""
+    system = motion.system
+    x, p = (part.reshape(len(motion.times), -1, system.dim) for part in (motion.x, np.asarray(system.mass @ motion.v.T).T))
+    p3, x3 = (np.pad(part, ((0, 0), (0, 0), (0, 3 - system.dim))) for part in (p, x))
+    return np.einsum("snc,n->sc", p, system.unit), np.cross(x3, p3).sum(axis=1)
+
+
+@pytest.mark.parametrize("arm", [0.0, 0.1, 0.25])
+def test_impact_of_stiff_rods(arm: float) -> None:
+    """Peak force v sqrt(k m), duration pi sqrt(m / k), impulse 2 m v with 1 / m = 1 / m_1 + 1 / m_2 + arm^2 / I_1."""
+    k, v, m1, m2, h = 8000.0, 1.0, 0.5, 0.55, 5e-5
+    m = 1.0 / (1.0 / m1 + 1.0 / m2 + arm**2 / (m1 / 12.0))
+    parts = pair(np.pi / 2, (arm, 0.0, 0.101), section=STIFF)
+    motion, found = fly(parts, touch(stiffness=k, resolution=0.0), (0.0, 0.0, -v), h, 0.025)
+    force, (P, L) = found["touch_force"], momenta(motion)
+    assert force.max() == pytest.approx(v * np.sqrt(k * m), rel=1e-3)
+    assert np.count_nonzero(force) * h == pytest.approx(np.pi * np.sqrt(m / k), rel=1e-2)
+    lower = len(parts[0].constant)
+    p = np.asarray(motion.system.mass @ motion.v[-1]).reshape(-1, 3)[:lower]
+    assert motion.system.unit[:lower] @ p[:, 2] == pytest.approx(-2.0 * m * v, rel=1e-3)
+    assert np.ptp(P, axis=0).max() < 1e-12
+    assert np.ptp(L, axis=0).max() < 1e-6
+    assert np.ptp(found["E_balance"]) < 1e-4
+
+
+@pytest.mark.parametrize("angle, along", [(1.2, None), (0.4, None), (0.15, None), (0.0, None), (1.2, True)])
+def test_crossing_and_parallel_beams_keep_momentum_and_energy(angle: float, along: bool | None) -> None:
+    motion, found = fly(pair(angle, (0.03, 0.02, 0.11)), touch(along=along), (0.0, 0.0, -1.0), 1e-3, 0.15)
+    P, L = momenta(motion)
+    assert found["touch_force"].max() > 5.0
+    assert np.ptp(P, axis=0).max() < 1e-12
+    assert np.ptp(L, axis=0).max() < 1e-6
+    assert np.ptp(found["E_balance"]) < 1e-3 * found["E_kinetic"][0]
+
+
+def test_friction_acts_where_planar_beams_touch() -> None:
+    """A beam slides along another one: friction is mu N, momentum stays, and so does its moment, as its arm is the radius."""
+    motion, found = fly(pair(0.0, (0.3, 0.105), 2), touch(friction=0.3), (1.0, -0.5), 5e-4, 0.06)
+    P, L = momenta(motion)
+    pressed = found["touch_force"] > 5.0
+    assert pressed.sum() > 20
+    assert_allclose(found["touch_friction"][pressed], 0.3 * found["touch_force"][pressed], rtol=2e-2)
+    assert np.ptp(P, axis=0).max() < 1e-12
+    assert np.ptp(L[:, 2]) < 1e-5 * np.abs(L[:, 2]).max()
+
+
+def crossing(cells: int = 6) -> System:
+    """A cantilever falls on another one, below and across, and slides."""
+    lower = cable("lower", straight(cells, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), SOFT)
+    upper = cable("upper", straight(cells, (0.7, -0.5, 0.12), (0.7, 0.5, 0.12)), SOFT)
+    held = [joints.Clamp("root", At("lower", "left")), joints.Pin("hinge", At("upper", "left"))]
+    start, measured = (
+        {"upper": Motion(velocity=(0.0, 0.0, -0.2))},
+        {"tip": probes.Position(At("upper", "right")), "touch": ContactState("touch")},
+    )
+    forces = [touch(friction=0.2), loads.Gravity((0.0, 0.0, -9.81))]
+    return assemble([lower, upper], held, forces, Rayleigh(stiffness=2e-3), measured, start)
+
+
+@pytest.mark.filterwarnings("ignore:.*projected")
+def test_every_form(tmp_path: Path) -> None:
+    """Full, reduced, hyper-reduced and saved models meet alike."""
+    raw, scheme = crossing(), GeneralizedAlpha(1e-3, 0.8)
+    full = integrate(eliminate(raw), scheme, 0.25, TIGHT)
+    expected = outputs(full)
+    assert expected["touch_force"].max() > 2.0
+    assert expected["touch_friction"].max() > 0.1
+    for system in forms(raw, full, 1e-12, tmp_path / "model.h5"):
+        found = outputs(integrate(system, scheme, 0.25, TIGHT))
+        for name in ("tip_z", "tip_x", "touch_gap"):
+            assert_allclose(found[name], expected[name], atol=2e-3)
+
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "crossing_beams.yaml"
+
+
+def test_the_example() -> None:
+    """The gap at the start is the one written there; what falls is caught, and slides with all of its friction."""
+    scene = scenes.read(EXAMPLE)
+    system = build.chosen_form(scene, build.system(scene))
+    found = outputs(integrate(system, GeneralizedAlpha(scene.analysis.step), 0.5))
+    pressed = found["cross_force"] > 1.0
+    assert found["cross_gap"][0] == pytest.approx(0.010, rel=1e-9)
+    assert pressed.sum() > 50
+    assert_allclose(found["cross_friction"][pressed], 0.2 * found["cross_force"][pressed], rtol=1e-2)
+    assert found["cross_gap"].min() > -2e-3
+
+
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ("other: low", "other: high", "loads.cross.other: expected another beam, got 'high' twice"),
+        ("other: low", "other: low, along: false", "load 'cross'.along: expected beams that cross .*, got parallel ones"),
+        ("other: low", "other: lo", "loads.cross.other: expected .*did you mean 'low'"),
+    ],
+)
+def test_wrong_scenes_are_named(old: str, new: str, message: str) -> None:
+    text = EXAMPLE.read_text(encoding="utf-8").replace(old, new).replace("90 deg", "1 deg" if "along" in new else "90 deg")
+    with pytest.raises(InputError, match=message):
+        build.system(scenes.loads(text, EXAMPLE.parent))
