@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 from fmbs_skfem.bodies import Body, cable, point_mass, rigid, sections
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs, solve_statics
 from fmbs_skfem.results import motion as pictures
 from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes import reading as scenes
@@ -480,3 +480,17 @@ def test_a_cable_falls_over_a_drum_and_is_held() -> None:
     assert found["drum_gap"].min() > -5e-4
     assert found["drum_slip"][-1] < 1e-2
     assert found["drum_force"][-1] > 25.0
+
+
+def test_statics_report_the_friction_that_they_balance() -> None:
+    """A cantilever is pressed onto a rough floor in load steps: its root carries what weight and floor leave."""
+    part = cable("beam", models.straight(10), sections.Given(EA=1e5, EI=0.5, rhoA=0.1), dim=2)
+    law = ContactPlane(
+        "floor", at=At("beam", "right"), radius=0.0, point=(0.0, -0.05), normal=(0.0, 1.0), stiffness=1e4, friction=0.5
+    )
+    names = {"floor": ContactState("floor"), "root": probes.Reaction("root")}
+    push = loads.PointForce("push", At("beam", "right"), (0.0, -2.0))
+    found = outputs(solve_statics(assemble([part], [joints.Clamp("root", At("beam", "left"))], [law, push], outputs=names), 10))
+    assert found["floor_friction"][-1] > 0.05
+    assert_allclose(found["floor_friction"], -found["root_x"], atol=1e-9)
+    assert_allclose(found["floor_force"], 2.0 * np.linspace(0.0, 1.0, 11) - found["root_y"], atol=1e-9)

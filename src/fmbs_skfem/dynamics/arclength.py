@@ -121,7 +121,7 @@ def limit_points(trajectory: Trajectory) -> np.ndarray:
 def at_load_factor(trajectory: Trajectory, factor: float, newton: Newton | None = None) -> Trajectory:
     """The equilibria at one load factor on all branches of a load path, in the order of the path."""
     model, newton, times = compile_system(trajectory.system), newton or Newton(STATIC), trajectory.times
-    memory = compiled.memories(model, times, trajectory.x, trajectory.v, trajectory.a)
+    memory = compiled.memories(model, times, trajectory.x, trajectory.v, trajectory.a, trajectory.memory)
     lists = map(float, times), trajectory.x, trajectory.multipliers, [0] * len(times), memory
     states = [Equilibrium(*one) for one in zip(*lists, strict=True)]
     turns = set(limit_points(trajectory).tolist())

@@ -90,7 +90,7 @@ def stop_of(error: SolverError) -> Stop | None:
         return None
     last, static = error.partial, error.partial.statistics.solver == ""
     model, x = compile_system(last.system), last.x[-1]
-    multipliers, memory = last.multipliers[-1], compiled.memories(model, last.times, last.x, last.v, last.a)[-1]
+    multipliers, memory = last.multipliers[-1], compiled.memories(model, last.times, last.x, last.v, last.a, last.memory)[-1]
     residual = np.full(len(x) + len(multipliers), np.nan)
     if np.isfinite(signal_table(last.system, np.array([error.time]))).all():
         phi, J = compiled.gap(model, x, error.time)

@@ -80,8 +80,7 @@ def on_samples(
     held = np.zeros((len(times), model.constraints)) if multipliers is None else np.ascontiguousarray(multipliers)
     before, after = span or (times, times)
     now, early, late = (signal_table(model.system, t) for t in (times, before, after))
-    if memory is None or memory.shape != (len(times), len(model.memory)):
-        memory = memories(model, times, x, v, a)
+    memory = memories(model, times, x, v, a, memory)
     out = np.zeros((len(times), width))
     space = model.evaluation[0].space
     routine(Samples(space, model.arrays, xc, vc, ac, held, now, early, late, after - before, memory, out))

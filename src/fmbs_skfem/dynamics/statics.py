@@ -131,7 +131,9 @@ def path(system: System, found: list[Equilibrium]) -> Trajectory:
     x, count = np.array([state.x for state in found]), sum(state.iterations for state in found)
     multipliers = np.array([state.multipliers for state in found]).reshape(len(found), -1)
     statistics = Statistics(len(found) - 1, count, count, 0, 0.0, 0.0)
-    states = Trajectory(system, np.array([s.at for s in found]), x, np.zeros_like(x), np.zeros_like(x), multipliers, statistics)
+    none, start = np.zeros_like(x), compile_system(system).memory
+    memory = np.array([start if state.memory is None else state.memory for state in found])
+    states = Trajectory(system, np.array([s.at for s in found]), x, none, none, multipliers, statistics, memory)
     departures.warn(departures.find(states))
     return states
 

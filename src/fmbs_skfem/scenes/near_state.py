@@ -13,7 +13,7 @@ from .. import dynamics
 from ..core.fields import Count, Time
 from ..dynamics import Linear, Newton
 from ..dynamics.linear import Spin
-from ..systems import compile_system, compiled, free_motions
+from ..systems import free_motions
 from . import build, fields
 from .analyses import Form, States, refuse_free
 from .locations import where
@@ -63,5 +63,5 @@ class NearState(States, ABC):
         if about == "reference":
             return dynamics.linearise(system)
         path = dynamics.solve_statics(system, self.load_steps, Newton(self.tolerance), self.time)
-        kept = compiled.memories(compile_system(path.system), path.times, path.x, path.v, path.a)[-1]
+        kept = None if path.memory is None else path.memory[-1]
         return dynamics.linearise(path.system, path.x[-1], path.multipliers[-1], 1.0, kept)

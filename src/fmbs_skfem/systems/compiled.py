@@ -300,9 +300,16 @@ def accepted(
     return found.space.memory.copy()
 
 
-def memories(model: Compiled, times: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """What forces kept of all states of a motion (s, n), (s, l); turns between states follow from the rates of angles."""
+def memories(
+    model: Compiled, times: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray, known: np.ndarray | None = None
+) -> np.ndarray:
+    """What forces kept of all states of a motion (s, n), (s, l): what is `known`, if it is.
+
+    Else it follows from the states: turns between them from the rates of angles, and what sticks as if there were no others.
+    """
     start = model.memory
+    if known is not None and known.shape == (len(times), len(start)):
+        return known
     found = np.zeros((len(times), len(start)))
     if not len(start):
         return found
