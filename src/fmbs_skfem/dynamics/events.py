@@ -19,7 +19,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ..core import ranks
 from ..core.errors import Reason, SolverError
@@ -169,6 +168,8 @@ class Watch:
         if not len(due):
             self.guard(last)
             return 1.0, due
+        from scipy.optimize import brentq  # which imports all of scipy.optimize: here alone
+
         known = {place: first, 1.0: last}
 
         def value(to: float, k: int) -> float:

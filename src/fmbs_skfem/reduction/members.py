@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import faulthandler
 import os
+import threading
 import time as clock
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -87,6 +88,7 @@ class Task(Protocol):
 
 
 READY: dict[str, Work] = {}  #: the task that this worker process has prepared, by token
+PREPARING = threading.Lock()  #: threads of a worker prepare once
 
 
 def prepare(token: str, task: Task) -> tuple[type[FmbsError], str, Any] | None:
@@ -101,6 +103,13 @@ def prepare(token: str, task: Task) -> tuple[type[FmbsError], str, Any] | None:
     except FmbsError as error:
         return type(error), str(error), getattr(error, "reason", None)
     return None
+
+
+def prepare_and_work(token: str, task: Task, batch: Sequence[Member]) -> list[Record] | tuple[type[FmbsError], str, Any]:
+    """Run a batch in a worker that knows nothing yet, or has prepared the task before; what `prepare` gives where it fails."""
+    with PREPARING:
+        failed = None if token in READY else prepare(token, task)
+    return failed or work(token, batch, None)
 
 
 def work(token: str, batch: Sequence[Member], timeout: float | None) -> list[Record]:

@@ -26,6 +26,7 @@ import time as clock
 import uuid
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, Executor, as_completed
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -64,11 +65,15 @@ class SweepOptions:
     timeout: float | None = None  #: longest time of one member [s]
     batch: float = BATCH  #: [s]
     first_alone: bool = False  #: one worker prepares before the others, which find its compiled code
+    executor: Executor | None = None  #: of concurrent.futures, MPI, ..., instead of dask; a worker that ends ends the sweep
 
     def __post_init__(self) -> None:
         if self.workers is not None and (self.workers < 1 or self.scheduler):
             expected = "none for a given cluster" if self.scheduler else "at least 1"
             raise InputError(say("sweep: workers", expected, self.workers))
+        if self.executor is not None and (self.workers or self.scheduler or self.timeout):
+            remedy = "the executor has its own; a time limit would end its processes"
+            raise InputError(say("sweep: executor", "no workers, scheduler and timeout beside it", "one of them", remedy))
         for name, value in (("timeout", self.timeout), ("batch", self.batch)):
             if value is not None and not 0 < value < math.inf:
                 raise InputError(say(f"sweep: {name}", "a positive time [s]", value))
@@ -155,6 +160,8 @@ def run(
     start = clock.monotonic()
     if not todo:
         return SweepOutcome({}, 0, 0.0, 0.0, 0.0, 0.0, 0)
+    if options.executor is not None:
+        return run_by_executor(options.executor, task, todo, keep, progress)
     with interrupts() as asked, cluster(options, len(todo)) as client:
         desk = Desk(client, task, options, deque(todo), keep)
         try:
@@ -164,6 +171,34 @@ def run(
     end = clock.monotonic()
     begun = (desk.began or end) - start
     return SweepOutcome(dict(desk.counts), desk.most, begun, end - start, desk.busy_s, desk.cpu_s, desk.deaths)
+
+
+def run_by_executor(
+    executor: Executor, task: Task, todo: Sequence[Member], keep: Keep, progress: Callable[[float], None] | None
+) -> SweepOutcome:
+    """Members one by one on any executor; an executor that loses a worker ends the sweep, and the records so far are kept."""
+    token, start, counts = uuid.uuid4().hex, clock.monotonic(), Counter[Status]()
+    busy = cpu = 0.0
+    waiting = [executor.submit(members.prepare_and_work, token, task, (member,)) for member in todo]
+    try:
+        for future in as_completed(waiting):
+            found = future.result()
+            if isinstance(found, tuple):
+                kind, message, reason = found
+                raise kind(message) if reason is None else SolverError(message, reason)
+            for record in found:
+                keep(record)
+                counts[record.status] += 1
+                busy, cpu = busy + record.wall_s, cpu + record.cpu_s
+            if progress:
+                progress(sum(counts.values()) / len(todo))
+    except BrokenExecutor as error:
+        got, remedy = f"one that lost its workers ({error})", "the records so far are kept: go on with resume"
+        raise InputError(say("sweep: executor", "an executor that runs", got, remedy)) from error
+    finally:
+        for future in waiting:
+            future.cancel()
+    return SweepOutcome(dict(counts), getattr(executor, "_max_workers", 1), 0.0, clock.monotonic() - start, busy, cpu, 0)
 
 
 class Stopped(KeyboardInterrupt):

@@ -5,8 +5,8 @@ Only members that ran are drawn as points; where members failed, crosses mark th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -92,6 +92,26 @@ def fan(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figure:
     for axes in grid[-1]:
         axes.set_xlabel("time [s]")
     charts.legend_below(figure, [name for _, _, name, _ in BANDS] + ["median"], [grid[0, 0]])
+    return figure
+
+
+def sensitivity(indices: Mapping[str, Any], title: str = "") -> Figure:
+    """Sobol indices of the last values of outputs, alone and with all other parameters, with two standard errors."""
+    chosen = {name: kinds.get("final") or next(iter(kinds.values())) for name, kinds in indices.items()}
+    shown = dict(list(chosen.items())[:MOST_OUTPUTS])
+    names = list(next(iter(shown.values()))["first"])
+    figure = charts.figure(7.2, 1.5 * len(shown) + 1.2, title)
+    grid = figure.subplots(len(shown), 1, squeeze=False, sharex=True)
+    places = np.arange(len(names))
+    for axes, (name, one) in zip(grid[:, 0], shown.items(), strict=True):
+        for shift, kind, tint, label in ((-0.2, "first", palette.BLUE, "alone"), (0.2, "total", palette.ORANGE, "with all others")):
+            errors = 2.0 * np.array(list(one[f"{kind}_error"].values()))
+            axes.bar(places + shift, list(one[kind].values()), 0.38, yerr=errors, color=tint, label=label, capsize=2)
+        axes.set_ylabel(name)
+        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+        charts.rule(axes, axis="y")
+    grid[-1, 0].set_xticks(places, names)
+    charts.legend_below(figure, ("alone", "with all others"), [grid[0, 0]])
     return figure
 
 

@@ -4,7 +4,9 @@ A study opens its source as a `Job`; what does the work is imported when it is c
 command line, so that those of results stand in quotes.
 """
 
+import os
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Unpack
@@ -210,12 +212,18 @@ def sweep(
     ] = None,
     design: Annotated[
         str | None,
-        Option("How the samples are distributed, sobol by default.", choices=("sobol", "lhs", "grid", "list")),
+        Option(
+            "How the samples are distributed, sobol by default; saltelli gives Sobol indices of N (d + 2) samples of d parameters.",
+            choices=("sobol", "lhs", "grid", "list", "saltelli"),
+        ),
     ] = None,
     table: Annotated[Path | None, Option("Samples from a table.", "FILE.csv", "list")] = None,
     seed: Annotated[int, Option("Seed of sobol and lhs.", least=0)] = 0,
     ranges: Annotated[Ranges | None, Option("Range of a parameter.", "NAME=LOW:HIGH[:log]", "range", read=ranges)] = None,
-    scheduler: Annotated[str | None, Option("Run on a dask cluster (tcp://host:port) that sees the same files.", "ADDRESS")] = None,
+    scheduler: Annotated[
+        str | Executor | None,
+        Option("Run on a dask cluster (tcp://host:port) that sees the same files; DASK_SCHEDULER_ADDRESS by default.", "ADDRESS"),
+    ] = None,
     workers: Annotated[int | None, Option("Processes on this machine, one a core by default.", least=1)] = None,
     timeout: Annotated[float | None, Option("Give up a sample that takes longer.", "SECONDS")] = None,
     resume: Annotated[bool, Option("Go on with a sweep that was stopped: missing samples only.")] = False,
@@ -229,7 +237,8 @@ def sweep(
     SCENE is a scene whose parameters have ranges, or a reduced model (NAME.h5) saved by `train`. In Python a
     range is ("0.7 GPa", "1.3 GPa", "log"). `out` gets every sample in the folder members when it is done, and at the end
     sweep.csv and sweep.h5 with plots. Samples that fail, hang or lose their process are listed, the others finish: SweepFailure
-    (exit code 5), whose `result` has them. Extremes of outputs are those at the stored instants.
+    (exit code 5), whose `result` has them. Extremes of outputs are those at the stored instants. In Python the scheduler may be
+    any executor of concurrent.futures.
     """
     from ..reduction import sweeps
     from . import sweep_sources, sweeping
@@ -237,7 +246,10 @@ def sweep(
     with jobs.begin(source, **shared) as job:
         members = sweep_sources.members(job, ranges or {}, duration, instants)
         points = sweep_sources.spread(members.parameters, samples, design, table, seed)
-        return sweeping.sweep_points(job, members, points, seed, sweeps.SweepOptions(workers, scheduler, timeout), resume, plots)
+        given = scheduler or (None if workers else os.environ.get("DASK_SCHEDULER_ADDRESS"))
+        executor, address = (given, None) if isinstance(given, Executor) else (None, given)
+        options = sweeps.SweepOptions(workers, address, timeout, executor=executor)
+        return sweeping.sweep_points(job, members, points, seed, options, resume, plots, design == sweep_sources.SALTELLI)
 
 
 def render(

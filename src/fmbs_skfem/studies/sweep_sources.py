@@ -19,7 +19,7 @@ from ..core.notices import notify
 from ..core.problems import Problem
 from ..core.ranges import Parameter, Scale
 from ..reduction import parameters as boxes
-from ..reduction import parametric_model, prediction
+from ..reduction import parametric_model, prediction, sensitivity
 from ..reduction.members import FamilyTask, ModelTask
 from ..results import sweep_files
 from ..scenes import build, yamlfile
@@ -34,6 +34,9 @@ if TYPE_CHECKING:
     from ..reduction.prediction import Predictor
     from ..scenes import Scene
     from .options import Quantity, Ranges
+
+
+SALTELLI = "saltelli"  #: the design that gives Sobol indices
 
 
 @dataclass(frozen=True)
@@ -160,6 +163,8 @@ def spread(
         return boxes.grid(parameters, each if len(each) > 1 else root(each[0], len(parameters)))
     if len(each) > 1:
         raise InputError(say("--samples", "one number", samples, "add --design grid"))
+    if design == SALTELLI:
+        return sensitivity.design(parameters, each[0], seed)
     return (boxes.latin_hypercube if design == "lhs" else boxes.sobol)(parameters, each[0], seed)
 
 

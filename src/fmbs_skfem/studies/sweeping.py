@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.errors import InputError, SweepFailure, say
-from ..reduction import parametric_model, prediction, sweeps
+from ..reduction import parametric_model, prediction, sensitivity, sweeps
 from ..reduction.members import Status
 from ..reduction.sweeps import SweepOptions
 from ..results import sweep_files, sweep_plots, training_plots
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from ..results.sweep_files import Sweep
     from .sweep_sources import Members
 
-PLOTS = ("response", "scatter", "histories", "surrogate")
+PLOTS = ("response", "scatter", "histories", "surrogate", "sensitivity")
 LISTED = 20  #: failed samples in the table on the screen
 
 
@@ -57,14 +57,14 @@ class SweepResult(Result):
 
 
 def sweep_points(
-    job: Job, members: Members, points: np.ndarray, seed: int, options: SweepOptions, resume: bool, plots: bool
+    job: Job, members: Members, points: np.ndarray, seed: int, options: SweepOptions, resume: bool, plots: bool, saltelli: bool
 ) -> SweepResult:
-    """Members at points (k, d) of the parameters, which a design with a seed gave."""
+    """Members at points (k, d) of the parameters, which a design with a seed gave; Sobol indices of that of Saltelli."""
     origin = reports.provenance(members.scene, () if members.scene else (job.path,), {"design": seed}, options.workers)
     out, done = open_folder(job, members, points, resume, origin)
     outcome, records = compute(job, members, points, options, out, done)
     origin["threads"]["workers"] = outcome.workers
-    return conclude(finish(job, members, points, out, outcome, records, origin, plots))
+    return conclude(finish(job, members, points, out, outcome, records, origin, plots, saltelli))
 
 
 def open_folder(
@@ -122,21 +122,50 @@ def finish(
     records: dict[int, Record],
     origin: Mapping[str, Any],
     plots: bool,
+    saltelli: bool,
 ) -> SweepResult:
     """Tables, plots and the report of a sweep."""
     table = sweep_files.collect(members.parameters, points, records)
     table = replace(table, numbers=table.numbers | sweep_sources.predict_errors(members, points))
     figures = figures_of(job, members, table)
     report = report_of(members, table, outcome, records) | {"fingerprint": sweep_sources.fingerprint(members, points)}
-    report |= {"provenance": origin, "notices": job.notices}
+    found = indices_of(table) if saltelli else {}
+    report |= {"provenance": origin, "notices": job.notices} | ({"sobol_indices": found} if saltelli else {})
+    if found:
+        figures = Figures({**figures.rules, "sensitivity": partial(sweep_plots.sensitivity, found, title=members.name)})
     if out is not None:
         files = [sweep_files.write_csv(table, out / sweep_files.CSV), sweep_files.write_hdf5(table, out / sweep_files.HDF5)]
         report["files"] = [*files, *(figures.save(out) if plots else []), out / reports.REPORT]
         reports.write_report(out, report)
     error = SweepFailure(report["message"]) if report["failed"] else None
-    view: list[Table | str] = [summary(report), responses(table), *([failures(report)] if error else []), *list_files(report)]
+    tables = [responses(table), *([sobol_table(found)] if found else [])]
+    view: list[Table | str] = [summary(report), *tables, *([failures(report)] if error else []), *list_files(report)]
     about = f"{report['name']}: {report['ok']} of {report['members']} samples in {', '.join(report['parameters'])}"
     return SweepResult(about=about, report=report, lines=view, figures=figures, error=error, table=table)
+
+
+def indices_of(table: Sweep) -> dict[str, Any]:
+    """Sobol indices of the smallest, largest and last value of every output that varies, by parameter."""
+    names = [own.name for own in table.parameters]
+    found: dict[str, Any] = {}
+    for name, column in table.columns.items():
+        for kind, values in sweep_files.extremes(column).items():
+            one = sensitivity.indices(values, len(names))
+            if np.isfinite(one.first).all():
+                parts = {"first": one.first, "total": one.total, "first_error": one.first_error, "total_error": one.total_error}
+                found.setdefault(name, {})[kind] = {
+                    key: dict(zip(names, part.tolist(), strict=True)) for key, part in parts.items()
+                } | {"rows": one.rows}
+    return found
+
+
+def sobol_table(found: Mapping[str, Any]) -> Table:
+    """The indices of the last values, or of another one where that does not vary."""
+    chosen = {name: kinds.get("final") or next(iter(kinds.values())) for name, kinds in found.items()}
+    names = list(next(iter(chosen.values()))["first"])
+    heads = ("output", *(f"S {name}" for name in names), *(f"ST {name}" for name in names))
+    rows = [(name, *one["first"].values(), *one["total"].values()) for name, one in chosen.items()]
+    return Table("Sobol indices of the last values: alone (S), with all others (ST)", heads, rows)
 
 
 def figures_of(job: Job, members: Members, table: Sweep) -> Figures:
