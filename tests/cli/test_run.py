@@ -269,6 +269,35 @@ def test_energy_from_nowhere_is_told(step: str, told: bool, tmp_path: Path) -> N
     assert any("energy balance rises" in notice for notice in done.json["notices"]) == told
 
 
+GEARED = """\
+schema: 1
+dimension: 2
+bodies:
+  pinion: {type: rigid, mass: 2 kg, inertia: 0.02 kg m^2, center: [0, 0]}
+  wheel: {type: rigid, mass: 3 kg, inertia: 0.05 kg m^2, center: [0.3 m, 0]}
+joints:
+  A: {type: revolute, at: pinion}
+  B: {type: revolute, at: wheel}
+  gear: {type: gear, at: pinion, to: wheel, teeth: [20, 50]}
+initial:
+  bodies:
+    pinion: {angular_velocity: 1 rad/s}
+    wheel: {angular_velocity: -0.4 rad/s, center: [0.3 m, 0]}
+analysis: {type: dynamic, duration: 20 s, step: 250 ms, rho_inf: 0.5}
+"""
+
+
+@pytest.mark.parametrize("step,told", [("250 ms", True), ("62.5 ms", False)])
+def test_energy_that_goes_nowhere_is_told(step: str, told: bool, tmp_path: Path) -> None:
+    """Wheels in mesh that nothing brakes: steps of a quarter of a radian damp 2 % of their energy, of a sixteenth 6e-4."""
+    path = tmp_path / "geared.yaml"
+    path.write_text(GEARED.replace("250 ms", step))
+    done = fmbs("run", path, "--out", tmp_path / "out", "--json", "--no-plots")
+    assert done.code == 0, done.err
+    assert any("energy balance falls by 2.0% of the largest" in notice for notice in done.json["notices"]) == told
+    assert 0.5 * (0.02 + 0.05 * 0.4**2) * (0.02 if told else 6e-4) == pytest.approx(done.json["energy_drift"], rel=0.05)
+
+
 def test_an_unknown_parameter_is_refused(tmp_path: Path) -> None:
     done = fmbs("run", scene(tmp_path, SHORT), "--set", "laod=1 N")
     assert done.code == 3

@@ -8,6 +8,7 @@ Energy balance of M q'' + f + Phi_q^T lambda = 0 with conservative constant load
 from __future__ import annotations
 
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -23,7 +24,7 @@ from .trajectory import Trajectory
 
 STILL = 1e-12  #: energy, over that of crossing the model once in the run, that is the round-off of a model at rest
 UNSURE = 3.0  #: error of the work over its difference from that of every second state
-FEW = 9  #: stored states, below which nothing is said of a rise of the energy balance
+FEW = 9  #: stored states, below which nothing is said of a rise or fall of the energy balance
 DELTA = 1e-6  #: relative time difference for Phi_t
 
 
@@ -94,26 +95,37 @@ def size_of(stored: np.ndarray) -> float:
 
 def energy_drift(trajectory: Trajectory) -> float:
     """Largest change of the energy balance [J]."""
-    return energy_errors(trajectory)[0]
+    return energy_errors(trajectory).drift
 
 
-def energy_errors(trajectory: Trajectory) -> tuple[float, float]:
-    """Largest change of the energy balance [J], and its largest rise over the size of the energies.
-    A method that dissipates lets the balance fall, so a rise is an error of the step. The work of loads is integrated over the
-    stored states: the rise is less by three times what every second of them gives differently, so that few states feign none.
+class EnergyErrors(NamedTuple):
+    """What is off in the energy balance of a motion."""
+
+    drift: float  #: largest change [J]
+    rise: float  #: largest rise, over the size of the energies
+    fall: float  #: largest fall, over that size
+
+
+def energy_errors(trajectory: Trajectory) -> EnergyErrors:
+    """Errors of the energy balance: a rise is one of the step, a fall is what the method damps, unasked.
+
+    The work of loads is integrated over the stored states: rise and fall are less by three times what every second of them gives
+    differently, so that few states feign none.
     """
     stored, power = survey_of(trajectory)
     work = work_done(trajectory.times, power)
     balance, scale = stored.sum(axis=1) - work + lost(trajectory), size_of(stored)
-    drift = float(np.abs(balance - balance[0]).max())
+    change = balance - balance[0]
+    drift = float(np.abs(change).max())
     if len(power) < FEW:
-        return drift, 0.0
+        return EnergyErrors(drift, 0.0, 0.0)
     system = trajectory.system
     crossing = system.scale / float(np.ptp(trajectory.times))
     if scale <= STILL * system.weight * crossing * crossing:
-        return drift, 0.0
-    doubt = np.abs(work[::2] - work_done(trajectory.times[::2], power[::2])).max()
-    return drift, max(float((balance - balance[0]).max()) - UNSURE * float(doubt), 0.0) / scale
+        return EnergyErrors(drift, 0.0, 0.0)
+    doubt = UNSURE * float(np.abs(work[::2] - work_done(trajectory.times[::2], power[::2])).max())
+    rise, fall = (max(float(part.max()) - doubt, 0.0) / scale for part in (change, -change))
+    return EnergyErrors(drift, rise, fall)
 
 
 def residual_samples(
