@@ -351,7 +351,10 @@ def test_snapshots_between_steps_are_refused_with_their_line() -> None:
         (drive("0.01 * cos(-90.0) * t"), "scene:12: joints.clamp.displacement.0: cos(-90.0) takes radians"),
         (changed(PLANAR, ("n: 3}", "n: 3, a: tan(45)}")), "scene:3: parameters.a: tan(45) takes radians"),
         (PLANAR + "reduction: {snapshots: 50 ms}\n", "reduction.snapshots: 0.05 s leave no snapshot but the start of a motion of"),
-        (changed(PLANAR, ("loads:\n", "loads:\n  s: {type: torsion_spring, at: disc.frame}\n")), "loads.s: does nothing, it has"),
+        (
+            changed(PLANAR, ("loads:\n", "loads:\n  s: {type: torsion_spring, at: disc.frame}\n")),
+            "loads.s: does nothing without stiffness or",
+        ),
         (
             changed(PLANAR, ("step: 1 ms", "step: 1 ms, every: [{until: 5 ms, every: 1 ms}]")),
             "analysis.every: 'until: 0.005 s' of the last span does nothing, it lasts to the end at 0.01 s",
@@ -426,3 +429,20 @@ outputs: {disc: {type: velocity, at: disc}}
         warnings.simplefilter("error")
         meant = scenes.loads(text % ", center: [0, -2 m]")
     assert dynamics.outputs(meant.run().motion)["disc_x"][0] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("word", ["motor", "spring_damper", "constant_force", "rope", "stop", "torsion_spring", "bushing"])
+def test_loads_without_strength_are_named(word: str) -> None:
+    """All of their strengths are optional, one at least is meant."""
+    between = "" if word in ("motor", "torsion_spring") else ", to: far" + ", direction: [1, 0]" * (word == "stop")
+    text = f"""
+schema: 1
+dimension: 2
+bodies:
+  disc: {{type: rigid, mass: 1 kg, inertia: 1 kg m^2, center: [0, 0]}}
+  far: {{type: rigid, mass: 1 kg, inertia: 1 kg m^2, center: [1, 0]}}
+loads: {{idle: {{type: {word}, at: disc{between}}}}}
+analysis: {{type: dynamic, duration: 0.1 s, step: 1 ms}}
+"""
+    with pytest.warns(Notice, match="loads.idle: does nothing without"):
+        scenes.loads(text)

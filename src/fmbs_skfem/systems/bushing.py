@@ -45,6 +45,7 @@ class Bushing(Load):
     x_axis: fields.Direction | None = None
     y_axis: fields.Direction | None = None
     resists: ClassVar[bool] = True
+    strengths: ClassVar[tuple[str, ...]] = ("stiffness", "damping", "torsional_stiffness", "torsional_damping")
 
     @property
     def rests(self) -> bool:

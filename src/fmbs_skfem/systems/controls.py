@@ -96,6 +96,7 @@ class Motor(AngularLoad):
 
     stall_torque: Annotated[float, fields.quantity("N m")] = 0.0
     no_load_speed: Annotated[float, fields.quantity("rad/s", "> 0")] = 1.0
+    strengths: ClassVar[tuple[str, ...]] = ("stall_torque",)
 
     def law(self) -> OfState:
         numbers = {"stall": self.stall_torque, "speed": self.no_load_speed}

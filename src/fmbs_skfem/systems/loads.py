@@ -39,6 +39,7 @@ class Load(Declared, ABC):
 
     name: str
     resists: ClassVar[bool] = False  #: whether it is a spring or damper, which acts in modes about the unloaded reference
+    strengths: ClassVar[tuple[str, ...]] = ()  #: fields of which one at least makes it act
     drives: ClassVar[bool] = False  #: whether what reads velocities may bring energy, as a motor
 
     @property
@@ -48,7 +49,9 @@ class Load(Declared, ABC):
 
     def idle(self, undamped: str) -> Iterator[tuple[str, str]]:
         """Names of fields, "" for the load, that do nothing, and why; damping because it is `undamped`, "" where it is damped."""
-        if undamped and vars(self).get("damping"):
+        if self.strengths and not any(np.any(getattr(self, name) or 0.0) for name in self.strengths):
+            yield "", f"does nothing without {' or '.join(self.strengths)}"
+        elif undamped and vars(self).get("damping"):
             yield "damping", undamped
 
     @abstractmethod
@@ -169,6 +172,7 @@ class TorsionSpring(Load):
     rest_angle: Annotated[float, fields.quantity("rad")] = 0.0
     axis: fields.Axis | None = None
     resists: ClassVar[bool] = True
+    strengths: ClassVar[tuple[str, ...]] = ("stiffness", "damping")
 
     @property
     def rests(self) -> bool:
@@ -176,12 +180,6 @@ class TorsionSpring(Load):
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         yield from needs_axis(self.axis, dim)
-
-    def idle(self, undamped: str) -> Iterator[tuple[str, str]]:
-        if not (self.stiffness or self.damping):
-            yield "", "does nothing, it has neither stiffness nor damping"
-        elif self.damping and undamped:
-            yield "damping", undamped
 
     def push(self, draft: Draft) -> None:
         for name, value in (("stiffness", self.stiffness), ("damping", self.damping)):

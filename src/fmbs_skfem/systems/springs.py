@@ -92,6 +92,7 @@ class SpringDamper(Between):
     stiffness: Stiffness = 0.0
     damping: Damping = 0.0
     length: Length | None = None
+    strengths: ClassVar[tuple[str, ...]] = ("stiffness", "damping")
 
     @property
     def rests(self) -> bool:
@@ -113,6 +114,7 @@ class Rope(Between):
     length: Length | None = None
     smoothing: Smoothing = 0.0
     drawn: ClassVar[str] = "line"
+    strengths: ClassVar[tuple[str, ...]] = ("stiffness", "damping")
 
     @property
     def rests(self) -> bool:
@@ -138,6 +140,7 @@ class Stop(Between):
     smoothing: Smoothing = 0.0
     cut: Annotated[bool, "whether it never pulls"] = True
     drawn: ClassVar[str] = "line"
+    strengths: ClassVar[tuple[str, ...]] = ("stiffness", "damping")
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         yield from super().problems(dim)
@@ -165,6 +168,7 @@ class ConstantForce(Between):
     history: fields.History | None = None
     resists: ClassVar[bool] = False
     drawn: ClassVar[str] = "line"
+    strengths: ClassVar[tuple[str, ...]] = ("force",)
 
     def act(self, draft: Draft) -> None:
         need_direction(self, draft)
