@@ -310,7 +310,7 @@ def test_vtu_of_pyvista_with_fields_that_are_no_groups(tmp_path: Path) -> None:
 
 def test_missing_file_names_its_neighbour() -> None:
     refused(FOLDER / "beam_1000.msh", "no such file", "did you mean 'beam_100.msh'?")
-    refused(FOLDER.parent / "meshes", "a .msh or .vtu file")
+    refused(FOLDER.parent / "meshes", "a .msh, .vtu, .inp, .med or .vtk file")
 
 
 @pytest.mark.parametrize("name", ["a.msh", "a.vtu"])
@@ -324,7 +324,7 @@ def test_files_that_are_no_mesh(tmp_path: Path, name: str, capfd: pytest.Capture
 
 
 def test_unknown_formats(tmp_path: Path) -> None:
-    refused(saved(tmp_path, "v 0 0 0\n", "a.obj"), ".msh or .vtu", "'.obj'")
+    refused(saved(tmp_path, "v 0 0 0\n", "a.obj"), ".msh, .vtu", "'.obj'")
     refused(saved(tmp_path, TEXT_41.replace("4.1 0 8", "4.0 0 8")), "gmsh format 2.2 or 4.1", "4.0")
     refused(saved(tmp_path, TEXT_41.replace("4.1 0 8", "3 0 8")), "gmsh format 2.2 or 4.1")
     refused(saved(tmp_path, '<VTKFile type="PolyData"><PolyData/></VTKFile>', "a.vtu"), "PolyData")

@@ -4,8 +4,9 @@
     chain: cells of one body -> node ids (j,) such that (chain[i], chain[i+1]) is a cell
 
 Files are gmsh `.msh` (2.2 or 4.1; groups are its physical groups of points and curves, unnamed ones are called `tag_n`) or VTK
-`.vtu` (groups are integer arrays of zeros and ones, see `vtu`). A mesh that comes out of `read` has finite points, every one used
-by a cell, no cell of zero length and none twice; whatever is dropped on the way is told by a `Notice`.
+`.vtu` (groups are integer arrays of zeros and ones, see `vtu`); `.inp`, `.med` and `.vtk` come by meshio, see `foreign`. A mesh
+that comes out of `read` has finite points, every one used by a cell, no cell of zero length and none twice; whatever is dropped on
+the way is told by a `Notice`.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from scipy.sparse import coo_array, csgraph, csr_array
 
 from ..core import errors
 from ..core.notices import notify
-from . import msh, vtu
+from . import foreign, msh, vtu
 from .msh import Cells, Floats, Ints, Raw
 from .repair import merge_points
 
@@ -43,7 +44,7 @@ class LineMesh:
 Groups: TypeAlias = dict[str, dict[str, Ints]]  #: kind of groups -> name -> members
 Curve: TypeAlias = Callable[[Floats], Floats]  #: coordinate along a line (n,) -> points (n,3) [m]
 
-_READERS = {".msh": msh.read, ".vtu": vtu.read}
+_READERS = {".msh": msh.read, ".vtu": vtu.read} | dict.fromkeys(foreign.SUFFIXES, foreign.read)
 
 
 def straight(s: Floats) -> Floats:
@@ -96,8 +97,10 @@ def load(path: Path, where: str, repair: bool = False, unit: float = 1.0) -> Raw
     try:
         reader = _READERS.get(path.suffix.lower())
         if reader is None:
-            known = " or ".join(_READERS)
-            raise errors.InputError(errors.say(where, f"a {known} file", f"'{path.suffix}'", "export it as .msh 4.1"))
+            *known, last = _READERS
+            raise errors.InputError(
+                errors.say(where, f"a {', '.join(known)} or {last} file", f"'{path.suffix}'", "export it as .msh 4.1")
+            )
         present(path, where)
         size = path.stat().st_size
         if not 0 < size <= MAX_FILE:
