@@ -28,7 +28,17 @@ from ..dynamics.outputs import body_coordinates
 from ..dynamics.trajectory import Trajectory
 from ..systems import compiled
 from ..systems.compiled import compile_system
-from ..systems.system import Matrix, System, change_coordinates, driven_rows, is_linear, keep_constraints, linear_part, sizes
+from ..systems.system import (
+    Matrix,
+    System,
+    change_coordinates,
+    driven_rows,
+    is_linear,
+    keep_constraints,
+    linear_part,
+    loose_rows,
+    sizes,
+)
 from . import invariant as vectors
 from . import pivots, pod
 from .pod import Basis
@@ -308,6 +318,7 @@ class RowSamples:
 
     jacobians: np.ndarray  #: (s, m, n)
     gaps: np.ndarray  #: (s, m) of rows that may be left out, 0 for the others
+    loose: np.ndarray  #: (m,) bool, of joints that events release or lock: always kept
     distance: np.ndarray  #: (s,) of the states from the space of the reduced system [m]
     motion: np.ndarray  #: (s,) of the states from the start [m]
 
@@ -317,10 +328,12 @@ def row_samples(system: System, reduced: System, q: np.ndarray, times: np.ndarra
     x = projected(reduced, q)
     model, terms = compile_system(reduced), reduced.constraints
     found = [compiled.gap(model, state, float(t)) for state, t in zip(x, np.zeros(len(q)) if times is None else times, strict=True)]
-    may_go = ~is_linear(terms) & ~driven_rows(terms)
+    loose = loose_rows(terms)
+    may_go = ~is_linear(terms) & ~driven_rows(terms) & ~loose
     return RowSamples(
         np.array([jacobian for _, jacobian in found]),
         np.array([gap for gap, _ in found]) * may_go,
+        loose,
         sizes(system, q - x @ np.asarray(reduced.lift.matrix).T - reduced.lift.offset),
         sizes(system, q - reduced.lift(reduced.x0)),
     )
@@ -331,4 +344,7 @@ def rows_to_keep(samples: Sequence[RowSamples]) -> np.ndarray:
     fields = ("jacobians", "gaps", "distance", "motion")
     jacobians, gaps, distance, motion = (np.concatenate([getattr(sample, name) for sample in samples]) for name in fields)
     reach = max(REACH * np.sqrt(np.mean(distance**2)), NOISE * np.sqrt(np.mean(motion**2)))
-    return np.asarray(pivots.independent_rows(list(jacobians), gaps=gaps, reach=float(reach)))
+    loose = samples[0].loose
+    lasting, always = np.flatnonzero(~loose), np.flatnonzero(loose)
+    kept = pivots.independent_rows(list(jacobians[:, lasting]), gaps=gaps[:, lasting], reach=float(reach))
+    return np.union1d(lasting[kept], always)
