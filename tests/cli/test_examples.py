@@ -121,6 +121,28 @@ def test_gears_turn_in_the_ratio_of_their_teeth() -> None:
     assert geared.outputs["wheel"][-1] == pytest.approx(-300 * np.pi / 30 / 5, rel=1e-3)
 
 
+def test_a_trapeze_is_let_go_and_caught(tmp_path: Path) -> None:
+    """The report has its events, and outputs follow: the hand has no force in flight, and does not move after the catch."""
+    found = studies.run(EXAMPLES / "trapeze.yaml", out=tmp_path / "out")
+    fly, catch, end = found.report["events"]
+    assert [one["name"] for one in (fly, catch, end)] == ["fly", "catch", "end"]
+    assert found.times[-1] == end["time"] == pytest.approx(1.1, abs=1e-12)
+    at = [int(np.searchsorted(found.times, one["time"])) for one in (fly, catch)]
+    assert found.outputs["swing"][at[0]] == pytest.approx(np.deg2rad(-150.0), abs=2e-2)
+    assert np.ptp(found.outputs["grip_y"][at[1] :]) < 1e-10
+    assert not found.outputs["held_y_locked"][: at[1]].any()
+    assert "Events" in [view.title for view in found.lines if hasattr(view, "title")]
+
+
+def test_a_sampled_arm_holds_its_goal() -> None:
+    """At the end, with the torque that its weight asks for about the hinge."""
+    found = studies.run(EXAMPLES / "sampled_arm.yaml")
+    assert found.outputs["hinge"][-1] == pytest.approx(0.9, abs=1e-3)
+    mass = 1800 * np.pi * 0.01**2
+    weight = 9.81 * (mass * 0.5 + 0.1) * found.outputs["tip_x"][-1]
+    assert found.outputs["drive_torque"][-1] == pytest.approx(weight, rel=3e-2)
+
+
 RING = np.sqrt(3e9 * 2e-3**2 / 12 / (1200 * 0.2**4))  #: sqrt(E I / (rho A R^4)) of the hoop [rad/s]
 MOUNTS = 4.0 * np.array([1e5 / 100, 1e5 / 100, 2e5 / 100, 1e5 * 0.13 / 6, 2e5 * 0.04 / 3, 2e5 * 0.09 / 5])
 
