@@ -102,7 +102,7 @@ def test_greedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_sweep(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With scenes of a tenth of the time."""
     shorter(tmp_path)
-    assert "| tolerance 1e-4 |" in script("sweep", tmp_path, monkeypatch, EXAMPLES=tmp_path / "examples").main(3)
+    assert "| tolerance 1e-4 |" in script("sweep", tmp_path, monkeypatch, EXAMPLES=tmp_path / "examples").main(3, workers=1)
 
 
 def test_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
