@@ -55,6 +55,14 @@ def test_plate_bends_as_published(tmp_path: Path) -> None:
     assert 10.0 - found["outputs"]["x"]["final"] == pytest.approx(3.2895, abs=3e-4)
 
 
+def test_the_lightest_bracket_is_that_of_beam_theory() -> None:
+    """h = 2 b and h^4 = 8 P L^3 / (E w), 0.02857 m; scipy's SLSQP around runs of the scene. Large deflection counts for 0.05 %."""
+    found, h = script("light_bracket")(), (8.0 * 5.0 / (3e9 * 0.02)) ** 0.25
+    assert (found["h"], found["b"]) == pytest.approx((h, h / 2.0), rel=1e-3)
+    assert found["deflection"] == pytest.approx(0.02, rel=1e-5)
+    assert found["runs"] < 100
+
+
 def test_an_arm_under_lqr_comes_to_rest() -> None:
     """As the linear loop predicts with four modes, within 1 %; from 1 rad/s, with an amplitude above 5 % of the length."""
     found = script("lqr_arm")(duration=1.2)
