@@ -78,17 +78,17 @@ class Arrow:
 
 @dataclass(frozen=True)
 class Frames:
-    """All bodies and joints at the instants `times`; checked on construction."""
+    """All bodies and joints at the instants `times`, or at the load factors along a path; checked on construction."""
 
-    times: Array  #: (s,) increasing [s]
+    times: Array  #: (s,) [s]; load factors may turn
     bodies: Mapping[str, Shown]
     joints: Mapping[str, tuple[str, Array]] = field(default_factory=dict)  #: name -> (Kind or its text, (s,3) [m])
     arrows: Mapping[str, Arrow] = field(default_factory=dict)  #: loads, gravity, axes of joints
 
     def __post_init__(self) -> None:
         times = np.asarray(self.times)
-        if times.ndim != 1 or times.size == 0 or not np.isfinite(times).all() or (np.diff(times) <= 0).any():
-            raise InputError(say("frames: times", "finite, increasing instants (s,)", f"shape {times.shape}"))
+        if times.ndim != 1 or times.size == 0 or not np.isfinite(times).all() or (np.diff(times) == 0).any():
+            raise InputError(say("frames: times", "finite instants (s,), each once", f"shape {times.shape}"))
         if not self.bodies and not self.joints:
             raise InputError(say("frames: bodies", "at least one body or joint", "none"))
         try:
@@ -157,15 +157,17 @@ def nearest(times: Array, wanted: Sequence[float]) -> Indices:
 
 
 def spread(times: Array, count: int) -> Indices:
-    """Indices of `count` of the instants (s,), evenly spread (fewer where there are fewer)."""
+    """Indices of `count` of the instants (s,), evenly spread (fewer where there are fewer); of a path that turns, its points."""
     if count < 1:
         raise InputError(say("frames: number of instants", "at least 1", count))
+    if (np.diff(times) <= 0.0).any():
+        return np.unique(np.linspace(0, len(times) - 1, count).round()).astype(np.int64)
     return nearest(times, np.linspace(times[0], times[-1], count).tolist())
 
 
 def choose(times: Array, wanted: Sequence[float]) -> Indices:
     """As `nearest`, numbers (k,); InputError for no instant, and for one before the first of `times` or after the last."""
-    first, last = float(times[0]), float(times[-1])
+    first, last = float(np.min(times)), float(np.max(times))
     slack = 1e-9 * max(abs(first), abs(last))
     if not len(wanted) or not all(first - slack <= one <= last + slack for one in wanted):
         raise InputError(say("frames: instants", f"times between {first:g} and {last:g} s", list(wanted)))

@@ -99,7 +99,7 @@ def stamps(job: PictureJob, times: Array) -> list[str]:
 
 def _numbers(times: Array) -> list[str]:
     """Times or load factors as text, all with the decimals that tell them apart."""
-    gap = float(np.diff(times).min()) if times.size > 1 else float(abs(times[0])) or 1.0
+    gap = float(np.abs(np.diff(times)).min()) if times.size > 1 else float(abs(times[0])) or 1.0
     decimals = min(max(2 - math.floor(math.log10(gap)) - 1, 2), 7)
     return [f"{time:.{decimals}f}" for time in times]
 

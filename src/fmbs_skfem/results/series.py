@@ -127,6 +127,8 @@ def _forget_rest(parts: Path, count: int) -> None:
 
 
 def _collection(times: Array, name: str) -> str:
+    """The list of a series; along a path whose load factor turns, its points are numbered instead, since readers sort by time."""
+    times = np.arange(len(times), dtype=float) if (np.diff(times) <= 0.0).any() else times
     rows = "\n".join(
         f'    <DataSet timestep="{float(time)!r}" group="" part="0" file="{name}/{sample:05d}.vtu"/>'
         for sample, time in enumerate(times)

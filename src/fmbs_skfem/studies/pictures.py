@@ -84,9 +84,10 @@ def last(trajectory: Trajectory, path: Path, clock: str) -> list[Path]:
 def instants(scene: Scene, trajectory: Trajectory) -> list[float] | None:
     """The scene's instants that the trajectory reaches; None where there are none."""
     wanted = list(scene.pictures.instants) if scene.pictures else []
-    reached = [float(time) for time in wanted if time <= trajectory.times[-1] * (1 + 1e-9)]
+    end = float(np.max(trajectory.times))
+    reached = [float(time) for time in wanted if time <= end * (1 + 1e-9)]
     if len(reached) < len(wanted):
-        notify(f"pictures: {len(wanted) - len(reached)} instants after the end at {trajectory.times[-1]:g} are left out")
+        notify(f"pictures: {len(wanted) - len(reached)} instants after the end at {end:g} are left out")
     return reached or None
 
 
