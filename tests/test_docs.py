@@ -12,6 +12,7 @@ import sys
 import zlib
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote, urlsplit
 
 import pytest
@@ -124,6 +125,25 @@ def test_meshes_are_written_as_the_page_says(tmp_path: Path, monkeypatch: pytest
     bow = cable("bow", tmp_path / "bow.msh", Given(EA=1.0, EI=1.0, rhoA=2.0))
     assert lengths.masses([bow]) == pytest.approx([1.0], rel=1e-4)
     assert {"left", "right"} <= set(plate_meshes.read(tmp_path / "sheet.vtu", planar=True).edge_groups)
+
+
+def test_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its scene, its first lines of Python, and its system built body by body; the reduced model follows to 1 mm."""
+    text = (DOCS.parent / "README.md").read_text(encoding="utf-8")
+    (scene,) = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    first, second, *_ = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert max(len(block.strip().splitlines()) for block in (scene, first)) <= 10
+    (tmp_path / "meshes").mkdir()
+    for name in ("beam_20.msh", "beam_100.msh"):
+        (tmp_path / "meshes" / name).write_bytes((DOCS.parent / "meshes" / name).read_bytes())
+    (tmp_path / "pendulum.yaml").write_text(scene)
+    monkeypatch.chdir(tmp_path)
+    known: dict[str, Any] = {}
+    exec(compile(first, "README.md", "exec"), known)
+    assert known["small"].report["position_error"] < 1e-3
+    assert known["again"].outputs["tip_y"][-1] == pytest.approx(known["full"].outputs["tip_y"][-1], abs=1e-3)
+    exec(compile(second, "README.md", "exec"), known)
+    assert known["system"].size > 400
 
 
 def public_objects() -> list[tuple[str, object]]:
