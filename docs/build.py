@@ -24,10 +24,12 @@ def lay_out(source: Path, pictures: Path) -> None:
     """All pages of the site in one folder; those that the index does not name stand at its end."""
     shutil.copytree(ROOT / "docs", source, ignore=shutil.ignore_patterns("_build", "__pycache__", "*.py", "site"))
     shutil.copytree(SITE, source, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
-    shutil.copy(ROOT / "README.md", source.parent / "README.md")
+    for name in ("README.md", "CONTRIBUTING.md"):
+        text = (ROOT / name).read_text(encoding="utf-8")
+        (source / name).write_text(text.replace("](docs/", "]("), encoding="utf-8")
     index = source / "index.md"
     text = index.read_text(encoding="utf-8")
-    others = sorted(path.stem for path in source.glob("*.md") if path.stem not in ("index", *text.split()))
+    others = sorted(path.stem for path in source.glob("*.md") if path.stem not in ("index", "README", *text.split()))
     index.write_text(text.rstrip().removesuffix("```") + "\n".join([*others, "```\n"]), encoding="utf-8")
     reference_pages.write(source / "api")
     gallery.write(source / "gallery", pictures)

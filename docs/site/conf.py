@@ -21,6 +21,7 @@ release = version = importlib.metadata.version("fmbs_skfem")
 extensions = ["myst_parser", "sphinx.ext.autodoc"]
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 4
+exclude_patterns = ["README.md"]  # the index includes it
 html_theme = "furo"
 html_title = "fmbs_skfem"
 html_static_path = ["site.css"]

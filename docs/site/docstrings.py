@@ -35,6 +35,7 @@ def paragraphs(lines: list[str]) -> Iterator[str]:
     """The lines of a docstring in reStructuredText."""
     was_code = False
     for line in [*lines, ""]:
+        line = f"    {line}" if reference.EXAMPLE.match(line) else line
         is_code = line.startswith("    ") and bool(line.strip())
         if is_code and not was_code:
             yield from ("", "::", "")

@@ -50,7 +50,10 @@ class Section(Declared, ABC):
 
 @dataclass(frozen=True)
 class Circular(Section):
-    """Solid circular section, A = pi d^2/4, I = pi d^4/64."""
+    """Solid circular section, A = pi d^2/4, I = pi d^4/64.
+
+    {shape: circular, diameter: 10 mm}
+    """
 
     diameter: Length
 
@@ -65,7 +68,10 @@ class Circular(Section):
 
 @dataclass(frozen=True)
 class Rectangular(Section):
-    """Solid rectangular section, `height` in the plane of bending: A = w h, I = w h^3/12."""
+    """Solid rectangular section, `height` in the plane of bending: A = w h, I = w h^3/12.
+
+    {shape: rectangular, width: 20 mm, height: 3 mm}
+    """
 
     width: Length
     height: Length
@@ -85,7 +91,10 @@ class Rectangular(Section):
 
 @dataclass(frozen=True)
 class Given(Section):
-    """Stiffnesses and mass per length given directly; a material is not needed."""
+    """Stiffnesses and mass per length given directly; a material is not needed.
+
+    {shape: given, EA: 20 kN, EI: 5 mN m^2, rhoA: 50 g/m}
+    """
 
     EA: Annotated[float, quantity("N", "> 0")]
     EI: Annotated[float, quantity("N m^2", "> 0")]

@@ -145,7 +145,7 @@ def coarsen(part: Part, tolerance: float | None = None, modes: int | None = None
 
 
 def points_to(singular_values: np.ndarray, functions: int) -> float:
-    """eta of the points of so many functions: ETA of those that leave out eps = USUAL, and growing with the error, sqrt(eps)."""
+    """eta of the points of so many functions, singular values (i,): ETA where eps = USUAL is left out, and growing as sqrt(eps)."""
     square = singular_values**2
     return float(np.clip(ETA * np.sqrt(square[functions - 1 :].sum() / square.sum() / USUAL), ETA, LOOSE))
 

@@ -172,7 +172,7 @@ def _size(W: csr_array, x: Array) -> float:
 
 
 def outside(W: csr_array, x: Array, first: Array) -> Array:
-    """x without its part along the orthonormal columns `first`."""
+    """x (n,) or (n, k) without its part along the orthonormal columns `first` (n, r) in the metric W (n, n)."""
     for _ in range(2):
         x = x - first @ (first.conj().T @ (W @ x))
     return x

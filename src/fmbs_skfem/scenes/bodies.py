@@ -67,7 +67,10 @@ class SceneBody(Declared, ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class Cable(SceneBody):
-    """A thin cable or beam along a line of a mesh file; `refine` splits every mesh cell into that many."""
+    """A thin cable or beam along a line of a mesh file; `refine` splits every mesh cell into that many.
+
+    {type: cable, mesh: beam.msh, section: {shape: circular, diameter: 10 mm}, material: {young_modulus: 1 GPa, density: 1800}}
+    """
 
     name: str
     mesh: MeshFile
@@ -139,7 +142,10 @@ class Cable(SceneBody):
 
 @dataclass(frozen=True, kw_only=True)
 class PointMass(SceneBody):
-    """A mass point."""
+    """A mass point.
+
+    {type: point_mass, mass: 1 kg, position: [1 m, 0, 0]}
+    """
 
     name: str
     mass: Mass
@@ -169,6 +175,8 @@ class Rigid(RigidBody):
     """A rigid body of given mass and inertia about its centre of mass; its frame is `frame`, its centre `center`.
 
     Points are given in the frame of the scene; `rotation` turns the axes in which the inertia is given.
+
+    {type: rigid, mass: 8 kg, inertia: [0.4 kg m^2, 0.2 kg m^2, 0.2 kg m^2], center: [1 m, 0, 0]}
     """
 
     name: str
@@ -190,7 +198,10 @@ class Rigid(RigidBody):
 
 @dataclass(frozen=True, kw_only=True)
 class RigidPlate(RigidBody):
-    """The rigid body that a plate of a mesh file makes; single points of the mesh are its places, beside `frame` and `center`."""
+    """The rigid body that a plate of a mesh file makes; single points of the mesh are its places, beside `frame` and `center`.
+
+    {type: rigid_plate, mesh: crank.msh, thickness: 10 mm, density: 2700 kg/m^3}
+    """
 
     name: str
     mesh: MeshFile
@@ -245,6 +256,8 @@ class Plate(ThinBody):
 
     `arcs` are edges that are circular arcs, for ancf; `rims` makes rigid frames of named edges, with centres in the frame of the
     scene; `order` is the number of Gauss points a direction.
+
+    {type: plate, mesh: lug.msh, thickness: 5 mm, material: {young_modulus: 70 GPa, density: 2700}, rims: {hole: hole}}
     """
 
     name: str
@@ -290,6 +303,8 @@ class Shell(ThinBody):
     and faces have the names of the file and of its patches. Sides of patches that coincide are joined, also those of one patch,
     which closes it; `join: false` leaves all of them apart, for a surface with a slit. A joined side is no edge any more: supports
     and loads there are refused, unless `join: true` says that the line inside the surface is meant.
+
+    {type: shell, nurbs: roof.json, cells: 16, thickness: 0.25 m, material: {young_modulus: 432 MPa, density: 360}}
     """
 
     name: str
@@ -320,6 +335,8 @@ class PlacedPart(SceneBody, word="part"):
     `modes` it has the leading ones of its shape functions alone, and fewer points: it is faster, and errs
     more. Numbers of material and section are those of its training where they are not given; `fmbs part info` lists those that
     can be.
+
+    {type: part, file: arm.part.h5, origin: [1 m, 0, 0]}
     """
 
     name: str

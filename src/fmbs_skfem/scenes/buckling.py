@@ -22,7 +22,10 @@ LANCZOS = 60.0  #: solutions of an eigenproblem, usually
 
 @dataclass(frozen=True, kw_only=True)
 class Buckling(States):
-    """Load factors at which the loads take the stiffness away, predicted from small ones; the factor 1 stands for t = `time`."""
+    """Load factors at which the loads take the stiffness away, predicted from small ones; the factor 1 stands for t = `time`.
+
+    {type: buckling, count: 3}
+    """
 
     constraints: Form = None
     count: Count = 3

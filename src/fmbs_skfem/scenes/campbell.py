@@ -32,6 +32,8 @@ class Campbell(NearState):
 
     `steps` values are taken evenly over the range. Frequencies are those in the turning frame. `orders` draws the lines of so many
     multiples of the parameter, and lists where frequencies cross them.
+
+    {type: campbell, parameter: speed, spin: {rate: speed}, orders: 1}
     """
 
     parameter: Annotated[str, name_in("parameters", "a parameter with a range")] | None = None

@@ -32,6 +32,8 @@ class Dynamic(History):
 
     Without `constraints`, linear ones are eliminated, except where plates are large: sparse factors need them as multipliers.
     `solver` is that of large models: this package's, or PARDISO (the extra `pardiso`).
+
+    {type: dynamic, duration: 2 s, step: 1 ms}
     """
 
     constraints: Form = None

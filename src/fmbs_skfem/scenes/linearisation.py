@@ -26,6 +26,8 @@ class Linearise(NearState):
 
     Its states are amplitudes of vibration modes and their rates, of all modes unless `modes` says how many, the lowest. Inputs are
     those of the section `inputs`, outputs the columns of the section `outputs`; both count from the equilibrium.
+
+    {type: linearise, inputs: u, outputs: tip, modes: 4}
     """
 
     inputs: Names | None = None

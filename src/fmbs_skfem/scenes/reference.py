@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any, TypeAlias
+
+from ..core.declared import WORD
 
 Node: TypeAlias = Mapping[str, Any]
 
 TAGS = ("type", "shape")  #: keys that tell which of several models a mapping is
+EXAMPLE = re.compile(r"\n*^(\{(?:type|shape): .*\})$", re.MULTILINE)  #: the last line of a description
 HEAD = """# Scene files: reference
 
-Every section and every type with its keys, as `fmbs` checks them (`fmbs schema --page`); `scenes.md` says how they fit together.
+Every section and every type with an example and its keys, as `fmbs` checks them (`fmbs schema --page`); [scene files](scenes.md)
+says how they fit together.
 Keys without a default are required; (none) marks keys that may be left out. Quantities are numbers in SI units, texts with a
 unit, or expressions of parameters: `0.01`, `10 mm`, `d / 2`.
 """
@@ -42,12 +47,14 @@ def page(schema: Node) -> str:
 
 
 def describe(model: Node, name: str, titled: bool) -> Iterator[str]:
-    """Title, description and keys of a model."""
+    """Title, description, example and keys of a model."""
     entries = {key: value for key, value in model.get("properties", {}).items() if key not in TAGS}
-    tags = [f"`{key}: {word}`" for key in TAGS for word in words(model.get("properties", {}).get(key, {}))]
+    known = [word for key in TAGS for word in words(model.get("properties", {}).get(key, {}))]
+    text = model.get("description", "")
     if titled:
-        yield f"### {name}"
-    yield (" or ".join(tags) + ".\n" if tags else "") + model.get("description", "")
+        yield f"### {', '.join(f'`{word}`' for word in known or [plain(name)])}"
+    yield EXAMPLE.sub("", text)
+    yield from (f"```yaml\n{example}\n```" for example in EXAMPLE.findall(text))
     if entries:
         yield table(entries, model.get("required", ()))
 
@@ -63,6 +70,8 @@ def table(entries: Mapping[str, Node], required: Any) -> str:
 
 def takes(value: Node) -> str:
     """What a key takes, in words: its description, after the words or whole numbers that it may be."""
+    if "properties" in value:
+        return kind(value)
     known = " or ".join(f"`{word}`" for word in words(value)) or (kind(value) if value.get("type") == "integer" else "")
     if known or "description" in value:
         return ": ".join(part for part in (known, value.get("description")) if part)
@@ -70,7 +79,7 @@ def takes(value: Node) -> str:
     if options:
         return " or ".join(dict.fromkeys(takes(one) for one in options))
     if "$ref" in value:
-        return f"[{reference(value)}](#{reference(value).lower()})"
+        return f"[{plain(reference(value))}](#{plain(reference(value))})"
     return kind(value)
 
 
@@ -114,6 +123,11 @@ def models(value: Node) -> list[str]:
 def reference(value: Node) -> str:
     """Name of the model behind a `$ref`."""
     return str(value["$ref"]).rpartition("/")[2]
+
+
+def plain(name: str) -> str:
+    """The name of a model as the words of scenes are written."""
+    return WORD.sub("_", name).lower()
 
 
 def words(value: Node) -> list[str]:

@@ -29,6 +29,8 @@ class Static(History):
 
     The load factor s goes from 0 to 1 and stands for t = s `time`: histories and drives are taken there. Loads without a history,
     and displacements, angles and histories that are constant, grow with s.
+
+    {type: static, load_steps: 20}
     """
 
     method: Literal["load_steps", "arc_length"] = "load_steps"

@@ -42,6 +42,8 @@ class Modes(NearState):
 
     About the reference, of the loads only springs act. `damped` modes have a damping ratio each; follower forces and
     `spin`, with which joints and loads turn, need complex modes, too. A motion that grows is named: flutter or divergence.
+
+    {type: modes, count: 6}
     """
 
     count: Count = 10

@@ -33,6 +33,8 @@ class Bushing(Load):
     """Stiffness and damping along and about axes that `to`, a frame or the ground, carries: by default those of the scene.
 
     It rests in the reference. `x_axis` and, in space, a direction in the plane of x and y say other axes.
+
+    {type: bushing, at: engine.mount, stiffness: [100 kN/m, 100 kN/m, 200 kN/m]}
     """
 
     name: str

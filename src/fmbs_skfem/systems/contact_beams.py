@@ -41,7 +41,10 @@ FLAT = 0.2  #: angle between the ends of beams up to which they lie along one an
 
 @dataclass(frozen=True)
 class ContactBeam(Touch):
-    """Contact of a beam with another one, at their closest points."""
+    """Contact of a beam with another one, at their closest points.
+
+    {type: contact_beam, body: upper, other: lower, friction: 0.2}
+    """
 
     body: fields.BodyName = field(kw_only=True)
     other: fields.BodyName = field(kw_only=True)

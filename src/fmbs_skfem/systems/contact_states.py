@@ -25,6 +25,8 @@ class ContactState(Probe, word="contact"):
     """What a contact does: sums of its normal and its friction forces [N], its smallest gap [m], and how fast it slides [m/s].
 
     Friction is that of all points together, sliding that of the point which is pressed most, 0 where none touches.
+
+    {type: contact, load: floor}
     """
 
     load: Annotated[str, "a name of a contact"]

@@ -163,7 +163,10 @@ class Contact(Touch, ABC):
 
 @dataclass(frozen=True)
 class ContactPlane(Contact):
-    """Contact with a plane through a point; bodies are where its normal points to."""
+    """Contact with a plane through a point; bodies are where its normal points to.
+
+    {type: contact_plane, body: hoop, point: [0, 0], normal: [0, 1], stiffness: 20 kN/m}
+    """
 
     point: Annotated[Ground, fields.vector("m")] = field(kw_only=True)
     normal: fields.Direction = field(kw_only=True)
@@ -190,7 +193,10 @@ class Round(Contact, ABC):
 
 @dataclass(frozen=True)
 class ContactSphere(Round):
-    """Contact with a sphere, in the plane a circle."""
+    """Contact with a sphere, in the plane a circle.
+
+    {type: contact_sphere, at: finger.right, on: ball, diameter: 60 mm, friction: 0.5}
+    """
 
     def shape(self, name: str, dim: int) -> Shape:
         return Shape(contact_shapes.SPHERE, self.sizes(), self.origin(name, dim), np.eye(dim))
@@ -198,7 +204,10 @@ class ContactSphere(Round):
 
 @dataclass(frozen=True)
 class ContactCylinder(Round):
-    """Contact with the side of a cylinder, without end if it has no length; in the plane a circle."""
+    """Contact with the side of a cylinder, without end if it has no length; in the plane a circle.
+
+    {type: contact_cylinder, body: cable, center: [0, -0.3 m], diameter: 0.5 m, friction: 0.3}
+    """
 
     axis: fields.Axis | None = None
     length: Length | None = None
@@ -215,7 +224,10 @@ class ContactCylinder(Round):
 
 @dataclass(frozen=True)
 class ContactBox(Contact):
-    """Contact with a box from outside: its full sides, the first one along a direction, by default x."""
+    """Contact with a box from outside: its full sides, the first one along a direction, by default x.
+
+    {type: contact_box, body: hoop, sides: [1 m, 0.2 m], center: [2 m, 0.1 m], friction: 0.4}
+    """
 
     sides: Annotated[Ground, fields.vector("m")] = field(kw_only=True)
     center: Annotated[Ground | None, fields.vector("m")] = None
@@ -243,7 +255,10 @@ class ContactBox(Contact):
 
 @dataclass(frozen=True)
 class ContactHeights(Contact):
-    """Contact with heights over x and y, in the plane a profile over x, at steps from a corner on, smooth between them."""
+    """Contact with heights over x and y, in the plane a profile over x, at steps from a corner on, smooth between them.
+
+    {type: contact_heights, body: wheel, corner: [0, 0], step: [0.5 m], heights: [0 m, 0.1 m, 0 m]}
+    """
 
     corner: Annotated[Ground, fields.vector("m")] = field(kw_only=True)
     step: fields.Heights = field(kw_only=True)

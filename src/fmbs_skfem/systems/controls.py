@@ -32,7 +32,10 @@ Torque = Annotated[OfState, fields.response("N m")]
 
 @dataclass(frozen=True)
 class ControlForce(Load):
-    """A force on a place along a fixed direction, and its opposite on `to`; `stretch` and `rate` are theirs along it."""
+    """A force on a place along a fixed direction, and its opposite on `to`; `stretch` and `rate` are theirs along it.
+
+    {type: control_force, at: cart, direction: [1, 0], force: -20 N/m * stretch}
+    """
 
     name: str
     at: fields.Place
@@ -82,6 +85,8 @@ class ControlTorque(AngularLoad):
     """A torque about z or, in space, about `axis`, and its opposite on `to`.
 
     The torque is an expression, in which `angle` (since the reference, its turns counted) and `rate` are those between the places.
+
+    {type: control_torque, at: arm.left, torque: -60 N m * angle - 8 N m s * rate}
     """
 
     torque: Torque = field(kw_only=True)
@@ -92,7 +97,10 @@ class ControlTorque(AngularLoad):
 
 @dataclass(frozen=True)
 class Motor(AngularLoad):
-    """A torque that falls in a straight line from `stall_torque` at rest to zero at `no_load_speed`, and brakes beyond that."""
+    """A torque that falls in a straight line from `stall_torque` at rest to zero at `no_load_speed`, and brakes beyond that.
+
+    {type: motor, at: crank.left, stall_torque: 2 N m, no_load_speed: 3000 rpm}
+    """
 
     stall_torque: Annotated[float, fields.quantity("N m")] = 0.0
     no_load_speed: Annotated[float, fields.quantity("rad/s", "> 0")] = 1.0
@@ -105,7 +113,10 @@ class Motor(AngularLoad):
 
 @dataclass(frozen=True)
 class Actuator(Between):
-    """Pulls two places together with a force, an expression in which `stretch` counts from `length`, and `rate` is that of it."""
+    """Pulls two places together with a force, an expression in which `stretch` counts from `length`, and `rate` is that of it.
+
+    {type: actuator, at: boom.left, to: base.right, force: 2 kN/m * stretch + 10 N s/m * rate}
+    """
 
     force: Force
     length: Length | None = None

@@ -32,6 +32,8 @@ class Edge(Joint):
     """Edges of a plate held to the ground: components of the displacement (`fixed`, all by default), and of its derivative across.
 
     For a plate in x, y with an edge along y: clamped is slope `z`, hinged none, a plane of symmetry is fixed `x`, slope `yz`.
+
+    {type: edge, body: plate, edges: [left, right], slope: z}
     """
 
     name: str
@@ -69,7 +71,10 @@ class Edge(Joint):
 
 @dataclass(frozen=True)
 class RimNodes(Joint):
-    """Every node on edges of a plate keeps its distance to a place or a fixed point, so that the rim itself may deform."""
+    """Every node on edges of a plate keeps its distance to a place or a fixed point, so that the rim itself may deform.
+
+    {type: rim_nodes, body: plate, edges: hole, to: pin.center}
+    """
 
     name: str
     body: fields.Body

@@ -58,7 +58,10 @@ class Event:
 
 @dataclass(frozen=True)
 class Latch(Joint):
-    """Holds nothing until an event locks it: its two places then move as one, in whatever position they are."""
+    """Holds nothing until an event locks it: its two places then move as one, in whatever position they are.
+
+    {type: latch, at: gripper.frame, to: part.frame}
+    """
 
     name: str
     at: fields.Place

@@ -29,7 +29,10 @@ from .places import Draft
 
 @dataclass(frozen=True)
 class Revolute(Joint):
-    """A hinge: about z in the plane, about `axis` (of the reference) in space. Without `to` it stays where it is."""
+    """A hinge: about z in the plane, about `axis` (of the reference) in space. Without `to` it stays where it is.
+
+    {type: revolute, at: arm.frame, to: base.frame, axis: [0, 0, 1]}
+    """
 
     name: str
     at: fields.Place
@@ -50,7 +53,10 @@ class Revolute(Joint):
 
 @dataclass(frozen=True)
 class Universal(Joint):
-    """Two places coincide; the axis on `at` stays normal to `axis_to` on the other (or the ground), in space."""
+    """Two places coincide; the axis on `at` stays normal to `axis_to` on the other (or the ground), in space.
+
+    {type: universal, at: shaft.frame, axis: [0, 1, 0], to: fork.frame, axis_to: [0, 0, 1]}
+    """
 
     name: str
     at: fields.Place
@@ -73,7 +79,10 @@ class Universal(Joint):
 
 @dataclass(frozen=True)
 class Prismatic(Joint):
-    """Translation along a direction that `to` (or the ground) carries, without rotation."""
+    """Translation along a direction that `to` (or the ground) carries, without rotation.
+
+    {type: prismatic, at: carriage.frame, direction: [1, 0, 0]}
+    """
 
     name: str
     at: fields.Place
@@ -90,7 +99,10 @@ class Prismatic(Joint):
 
 @dataclass(frozen=True)
 class Cylindrical(Joint):
-    """Translation along and rotation about an axis that `to` (or the ground) carries, in space."""
+    """Translation along and rotation about an axis that `to` (or the ground) carries, in space.
+
+    {type: cylindrical, at: piston.frame, to: housing.frame, axis: [0, 0, 1]}
+    """
 
     name: str
     at: fields.Place
@@ -111,6 +123,8 @@ class Gear(Joint):
     """Two wheels with numbers of teeth (negative: inside teeth) on the ground or, in the plane, on a carrier that turns.
 
     In space they turn about `axis` and `axis_b`, which is the same unless given.
+
+    {type: gear, at: pinion.frame, to: wheel.frame, teeth: [12, 60]}
     """
 
     name: str

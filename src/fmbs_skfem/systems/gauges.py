@@ -32,6 +32,8 @@ class LoadState(Probe, word="load"):
     """What a load between places does: force [N], a pull being positive, stretch [m] and its rate; or torque, angle and its rate.
 
     Those of torsion springs, motors and control torques act on the first place; a control force is that along its direction.
+
+    {type: load, load: spring}
     """
 
     load: Annotated[str, "a name of a load"]

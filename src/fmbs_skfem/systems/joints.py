@@ -71,7 +71,10 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Pin(Joint, word=("pin", "spherical")):
-    """Two points coincide; `spherical` is the word in space. Without `to` the point stays where it is."""
+    """Two points coincide; `spherical` is the word in space. Without `to` the point stays where it is.
+
+    {type: pin, at: crank.right, to: coupler.left}
+    """
 
     name: str
     at: fields.Place
@@ -84,7 +87,10 @@ class Pin(Joint, word=("pin", "spherical")):
 
 @dataclass(frozen=True)
 class Clamp(Joint):
-    """Position and slope direction fixed."""
+    """Position and slope direction fixed.
+
+    {type: clamp, at: beam.left}
+    """
 
     name: str
     at: fields.Place
@@ -104,6 +110,8 @@ class Weld(Joint):
 
     Slopes of two lines that are parallel in the reference are tied as vectors; others only by their angle, and only in the plane
     (in space that needs torsion). Frames are held in all directions, slopes against frames in theirs.
+
+    {type: weld, at: hub.frame, to: blade.left}
     """
 
     name: str
@@ -141,7 +149,10 @@ class Weld(Joint):
 
 @dataclass(frozen=True)
 class Distance(Joint):
-    """A massless rigid link; its length [m] is that of the reference unless given."""
+    """A massless rigid link; its length [m] is that of the reference unless given.
+
+    {type: distance, at: beam.right, to: [1 m, 0.5 m, 0], length: 0.4 m}
+    """
 
     name: str
     at: fields.Place
@@ -165,7 +176,10 @@ class Distance(Joint):
 
 @dataclass(frozen=True)
 class Slider(Joint):
-    """A point stays on a line through its reference position, fixed to the ground or to the place `to`."""
+    """A point stays on a line through its reference position, fixed to the ground or to the place `to`.
+
+    {type: slider, at: rod.right, direction: [1, 0]}
+    """
 
     name: str
     at: fields.Place
@@ -184,6 +198,8 @@ class DrivenAngle(Joint):
     """The slope or frame turns by angle(t) [rad] from its reference, about z in the plane, about `axis` in space.
 
     Against the place `to`, which carries the axis, or the ground.
+
+    {type: driven_angle, at: crank.left, angle: 2 * pi * t}
     """
 
     name: str
@@ -217,7 +233,10 @@ class DrivenAngle(Joint):
 
 @dataclass(frozen=True)
 class DrivenPosition(Joint):
-    """A point is displaced from its reference position by functions of t [m], one a coordinate."""
+    """A point is displaced from its reference position by functions of t [m], one a coordinate.
+
+    {type: driven_position, at: cable.left, displacement: [0.1 * sin(t), 0, 0]}
+    """
 
     name: str
     at: fields.Place

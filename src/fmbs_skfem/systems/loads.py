@@ -66,7 +66,10 @@ def where(load: Load) -> str:
 
 @dataclass(frozen=True)
 class Gravity(Load):
-    """Uniform acceleration of all bodies."""
+    """Uniform acceleration of all bodies.
+
+    {type: gravity, acceleration: [0, 0, -9.81 m/s^2]}
+    """
 
     acceleration: Annotated[Ground, fields.vector("m/s^2")]
     name: str = "gravity"
@@ -79,7 +82,10 @@ class Gravity(Load):
 
 @dataclass(frozen=True)
 class PointForce(Load):
-    """A force of fixed direction at a point, times `history`."""
+    """A force of fixed direction at a point, times `history`.
+
+    {type: point_force, at: beam.right, force: [0, -5 N], history: sin(10 * t)}
+    """
 
     name: str
     at: fields.Place
@@ -95,7 +101,10 @@ class PointForce(Load):
 
 @dataclass(frozen=True)
 class Follower(Load):
-    """A force that turns with a slope, [tangential, normal] in the plane, tangential in space; or with a frame, along its axes."""
+    """A force that turns with a slope, [tangential, normal] in the plane, tangential in space; or with a frame, along its axes.
+
+    {type: follower, at: beam.right, force: [0, 10 N]}
+    """
 
     name: str
     at: fields.Place
@@ -117,7 +126,10 @@ class Follower(Load):
 
 @dataclass(frozen=True)
 class Moment(Load):
-    """A moment on a slope or frame: about z in the plane, a fixed vector in space (along a slope it does nothing)."""
+    """A moment on a slope or frame: about z in the plane, a fixed vector in space (along a slope it does nothing).
+
+    {type: moment, at: strip.right, moment: 2 N m}
+    """
 
     name: str
     at: fields.Place
@@ -130,7 +142,10 @@ class Moment(Load):
 
 @dataclass(frozen=True)
 class Torque(Load):
-    """A moment on a rigid frame: about z in the plane, a vector in space."""
+    """A moment on a rigid frame: about z in the plane, a vector in space.
+
+    {type: torque, at: crank.frame, torque: 15 N m}
+    """
 
     name: str
     at: fields.Place
@@ -162,6 +177,8 @@ class TorsionSpring(Load):
 
     In space `to` carries the axis, which is that of the reference.
     theta is the angle turned since the reference, its turns counted: of less than half a turn a step.
+
+    {type: torsion_spring, at: lid.frame, stiffness: 3 N m/rad, damping: 0.1 N m s/rad}
     """
 
     name: str
@@ -196,7 +213,10 @@ class TorsionSpring(Load):
 
 @dataclass(frozen=True)
 class SurfaceLoad(Load):
-    """A force per area of the reference surface [N/m2] on a plate or shell, or on named faces of it."""
+    """A force per area of the reference surface [N/m2] on a plate or shell, or on named faces of it.
+
+    {type: surface_load, body: roof, force: [0, 0, -90 Pa]}
+    """
 
     name: str
     body: fields.Body
@@ -215,6 +235,8 @@ class Pressure(Load):
     """A pressure along the normal of the reference surface on a plate or shell in space, or on named faces of it.
 
     With `follower` it is constant, and keeps the direction and the area of the deformed surface.
+
+    {type: pressure, body: shell, pressure: 2 kPa, follower: true}
     """
 
     name: str
@@ -243,7 +265,10 @@ class Pressure(Load):
 
 @dataclass(frozen=True)
 class EdgeLoad(Load):
-    """A force per length of named edges of a plate or shell in the reference [N/m]."""
+    """A force per length of named edges of a plate or shell in the reference [N/m].
+
+    {type: edge_load, body: plate, edges: right, force: [0, 0, 4 N/m]}
+    """
 
     name: str
     body: fields.Body
@@ -259,7 +284,10 @@ class EdgeLoad(Load):
 
 @dataclass(frozen=True)
 class NormalEdgeLoad(Load):
-    """A constant force per length [N/m] of named edges of a planar plate along their outward normal, which turns with them."""
+    """A constant force per length [N/m] of named edges of a planar plate along their outward normal, which turns with them.
+
+    {type: normal_edge_load, body: plate, edges: top, force: -3 kN/m}
+    """
 
     name: str
     body: fields.Body

@@ -182,14 +182,20 @@ class PointProbe(Probe, ABC):
 
 @dataclass(frozen=True)
 class Position(PointProbe):
-    """Position of a point [m], one column a coordinate; one `component` has the output's own name."""
+    """Position of a point [m], one column a coordinate; one `component` has the output's own name.
+
+    {type: position, at: beam.right, component: y}
+    """
 
     unit: ClassVar[str] = "m"
 
 
 @dataclass(frozen=True)
 class Velocity(PointProbe):
-    """Velocity of a point [m/s], one column a coordinate; one `component` has the output's own name."""
+    """Velocity of a point [m/s], one column a coordinate; one `component` has the output's own name.
+
+    {type: velocity, at: beam.right}
+    """
 
     unit: ClassVar[str] = "m/s"
 
@@ -207,14 +213,20 @@ class Velocity(PointProbe):
 
 @dataclass(frozen=True)
 class Slope(PointProbe):
-    """Slope dr/dS of a line at a point, one column a coordinate; one `component` has the output's own name."""
+    """Slope dr/dS of a line at a point, one column a coordinate; one `component` has the output's own name.
+
+    {type: slope, at: beam.right}
+    """
 
     derivative: ClassVar[int] = 1
 
 
 @dataclass(frozen=True)
 class Angle(Probe):
-    """Angle [rad] turned since the reference about z or, in space, about `axis`; its turns are counted between stored states."""
+    """Angle [rad] turned since the reference about z or, in space, about `axis`; its turns are counted between stored states.
+
+    {type: angle, at: crank.left}
+    """
 
     at: fields.Place
     axis: fields.Axis | None = None
@@ -252,6 +264,8 @@ class AngularVelocity(Probe):
 
     In space that of the vectors e_k of the place, e_k' = w x e_k, by least squares, sum_k (|e_k|^2 1 - e_k e_k^T) w =
     sum_k e_k x e_k'; one vector alone has no rate about itself.
+
+    {type: angular_velocity, at: rotor.frame, axis: [0, 0, 1]}
     """
 
     at: fields.Place
@@ -302,7 +316,10 @@ class AngularVelocity(Probe):
 
 @dataclass(frozen=True)
 class Stress(Probe):
-    """Von Mises stress [Pa] at a named point of a plate or shell: on the faces at -t/2 and t/2 along its normal."""
+    """Von Mises stress [Pa] at a named point of a plate or shell: on the faces at -t/2 and t/2 along its normal.
+
+    {type: stress, at: plate.corner}
+    """
 
     at: fields.OnSurface
     unit: ClassVar[str] = "Pa"
@@ -343,7 +360,10 @@ class Stress(Probe):
 
 @dataclass(frozen=True)
 class Deflection(Probe):
-    """Position of `tip` relative to `root`, normal to the root's slope [m]: with its sign in the plane, as a distance in space."""
+    """Position of `tip` relative to `root`, normal to the root's slope [m]: with its sign in the plane, as a distance in space.
+
+    {type: deflection, tip: beam.right, root: beam.left}
+    """
 
     tip: fields.Place
     root: fields.Place
@@ -381,7 +401,10 @@ class Deflection(Probe):
 
 @dataclass(frozen=True)
 class Energy(Probe):
-    """Kinetic, strain, potential energy and balance [J]; the balance is kinetic + strain - work of all loads and drives."""
+    """Kinetic, strain, potential energy and balance [J]; the balance is kinetic + strain - work of all loads and drives.
+
+    {type: energy}
+    """
 
     unit: ClassVar[str] = "J"
     known_to_all: ClassVar[bool] = False
@@ -405,6 +428,8 @@ class Reaction(Probe):
 
     The moment of a driven angle, in the column `NAME_angle`, is the torque of the drive. Of a held edge it is the resultant: the
     force NAME_x, ... and the moment NAME_mx, ... about the middle of the edge in the reference, about the axes of the scene.
+
+    {type: reaction, joint: hinge}
     """
 
     joint: fields.JointName

@@ -87,7 +87,10 @@ def need_direction(load: Between, draft: Draft) -> None:
 
 @dataclass(frozen=True)
 class SpringDamper(Between):
-    """Pulls with stiffness (d - length) + damping d' at a distance d; `length` without force, by default that of the reference."""
+    """Pulls with stiffness (d - length) + damping d' at a distance d; `length` without force, by default that of the reference.
+
+    {type: spring_damper, at: beam.right, to: [1 m, 0.3 m], stiffness: 20 N/m, damping: 0.1 N s/m}
+    """
 
     stiffness: Stiffness = 0.0
     damping: Damping = 0.0
@@ -107,7 +110,10 @@ class SpringDamper(Between):
 
 @dataclass(frozen=True)
 class Rope(Between):
-    """Pulls where it is longer than `length`, by default its length in the reference, and never pushes."""
+    """Pulls where it is longer than `length`, by default its length in the reference, and never pushes.
+
+    {type: rope, at: beam.right, to: [1 m, 0.5 m], stiffness: 1 kN/m, length: 0.6 m}
+    """
 
     stiffness: Stiffness = 0.0
     damping: Damping = 0.0
@@ -131,6 +137,8 @@ class Stop(Between):
 
     Damping acts while they touch, from the first instant on: a `smoothing` takes the jump out of it. It stops where it would pull;
     with `cut: false` it may (the law of Kelvin and Voigt).
+
+    {type: stop, at: beam.right, to: [1 m, -0.2 m], direction: [0, 1], stiffness: 1 kN/m}
     """
 
     stiffness: Stiffness = 0.0
@@ -162,7 +170,10 @@ class Stop(Between):
 
 @dataclass(frozen=True)
 class ConstantForce(Between):
-    """Pulls two places together with a force, times `history`, at any distance; a negative one pushes."""
+    """Pulls two places together with a force, times `history`, at any distance; a negative one pushes.
+
+    {type: constant_force, at: beam.right, to: [1 m, 1 m], force: 20 N}
+    """
 
     force: Annotated[float, fields.quantity("N")] = 0.0
     history: fields.History | None = None
