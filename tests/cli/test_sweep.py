@@ -294,9 +294,9 @@ def test_what_makes_no_sense_is_refused(arguments: tuple[str, ...], code: int, t
     assert not (tmp_path / "out").exists()
 
 
-def test_the_example_is_as_accurate_as_it_predicts_and_goes_on(address: str, tmp_path: Path) -> None:
+def test_the_example_is_as_accurate_as_it_predicts_and_goes_on(tmp_path: Path) -> None:
     """Coarse and short, with three full runs. Errors of displacements at the members against full runs at their parameters."""
-    options = sweeps.SweepOptions(scheduler=address)
+    options = sweeps.SweepOptions(executor=ThreadPoolExecutor(2))
     call = functools.partial(script("sweep_pendulum"), tmp_path, duration=0.05, cells=8, full_runs=3, options=options)
     assert call(count=4)["members"] == 4
     rom = parametric_model.load(tmp_path / "pendulum.h5")

@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import get_args
 
@@ -128,7 +129,7 @@ def test_notices_are_warnings_where_nobody_listens(tmp_path: Path) -> None:
 def test_members_that_fail_leave_the_others(tmp_path: Path) -> None:
     path = scene(tmp_path, SHORT, "where(load < 1, 1, where(t < 0.0055, 1, 1e12))")
     with pytest.raises(SweepFailure, match="1 of 2 samples failed") as caught:
-        studies.sweep(path, samples=2, design="grid", workers=1, ranges={"load": ("0.5 N", "2 N")})
+        studies.sweep(path, samples=2, design="grid", scheduler=ThreadPoolExecutor(1), ranges={"load": ("0.5 N", "2 N")})
     found = caught.value.result
     assert found.points[:, 0] == pytest.approx([0.5, 2.0])
     assert np.isfinite(found.outputs["tip_y"][0]).all()
