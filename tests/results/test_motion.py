@@ -91,6 +91,19 @@ def test_section_forces_of_a_cantilever_are_those_of_equilibrium(dim: int, tmp_p
     assert body.fields["axial_force"][-1] == pytest.approx(np.full(len(body.reference), F), rel=1e-4)
 
 
+def test_displacements_are_magnified_from_the_reference() -> None:
+    """Ten times the deflection of a bent cantilever, its clamp in place, the arrow at its tip."""
+    system = cantilever(4, lambda tip: [loads.PointForce("tip", tip, (0.0, 0.1))])
+    motion = drawn.frames(dynamics.solve_statics(system, 2))
+    large = frames.magnify(motion, motion, 10.0)
+    moved, ten = (frames.displacement(one.bodies["beam"])[-1] for one in (motion, large))
+    assert np.abs(moved).max() > 1e-2
+    np.testing.assert_allclose(ten, 10.0 * moved, atol=1e-14)
+    (arrow,) = large.arrows.values()
+    np.testing.assert_allclose(arrow.points[-1], large.bodies["beam"].points[-1, -1], atol=1e-12)
+    assert np.ptp(large.joints["clamp"][1], axis=0).max() < 1e-12
+
+
 def plate_motion(dim: int, states: np.ndarray, rates: np.ndarray) -> Trajectory:
     """A steel plate of 2 m x 1 m x 1 cm and 4 x 2 cells, whose reference is moved by the linear maps `states` (s, c, c)."""
     x, y = np.meshgrid(np.linspace(0, 2, 5), np.linspace(0, 1, 3), indexing="ij")

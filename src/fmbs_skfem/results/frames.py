@@ -188,6 +188,22 @@ def select(frames: Frames, indices: Indices) -> Frames:
     return Frames(frames.times[indices], bodies, joints, arrows)
 
 
+def magnify(frames: Frames, start: Frames, factor: float) -> Frames:
+    """Displacements `factor` times as large: of bodies from their reference, of joints and arrows from their place at `start`."""
+    bodies = {
+        name: replace(body, points=body.reference + factor * (body.points - body.reference)) for name, body in frames.bodies.items()
+    }
+    joints = {
+        name: (kind, start.joints[name][1][:1] + factor * (points - start.joints[name][1][:1]))
+        for name, (kind, points) in frames.joints.items()
+    }
+    arrows = {
+        name: replace(arrow, points=start.arrows[name].points[:1] + factor * (arrow.points - start.arrows[name].points[:1]))
+        for name, arrow in frames.arrows.items()
+    }
+    return replace(frames, bodies=bodies, joints=joints, arrows=arrows)
+
+
 def with_error(frames: Frames, full: Frames) -> Frames:
     """`frames` with the field 'error', e = |r - r_full| [m]; same instants, bodies and sampling points in both."""
     if frames.times.shape != full.times.shape or not np.allclose(frames.times, full.times, rtol=0, atol=1e-9 * np.ptp(full.times)):

@@ -258,6 +258,7 @@ def render(
     duration: Duration = None,
     frames: Annotated[int, Option("Frames of the animation.", least=1, most=1000)] = 60,
     gif: Annotated[bool, Option("Draw the animation.")] = True,
+    scale: Annotated[float, Option("Draw displacements so many times as large.", "FACTOR", least=0.0, above=True)] = 1.0,
     **shared: Unpack[Shared],
 ) -> "Run":
     """Solve a scene and draw pictures (PNG) and an animation (GIF).
@@ -269,7 +270,7 @@ def render(
     from . import runs
 
     with jobs.begin(source, **shared) as job:
-        return runs.render_scene(job, duration, frames, gif)
+        return runs.render_scene(job, duration, frames, gif, scale)
 
 
 def export(

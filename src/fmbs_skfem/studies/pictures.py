@@ -39,8 +39,12 @@ def scene(
     count: int = FRAMES,
     names: tuple[str, str] = (PICTURE, ANIMATION),
     rate: float = 15.0,
+    scale: float = 1.0,
 ) -> list[Order]:
-    """The picture of a trajectory at the instants of its scene, and its animation with `count` frames (none for 0)."""
+    """The picture of a trajectory at the instants of its scene, and its animation with `count` frames (none for 0).
+
+    Displacements are drawn `scale` times as large, which the title says.
+    """
     shade = color(scene, trajectory.system)
     rows = frames_.spread(trajectory.times, max(count, INSTANTS))
     fields = (shade,) if shade else ()
@@ -48,9 +52,13 @@ def scene(
     limits = pictures.limits(moving, shade) if shade else None
     wanted = instants(scene, trajectory)
     chosen = moving if wanted is None else motion.frames(trajectory, frames_.nearest(trajectory.times, wanted), fields)
-    clock = "s" if scene.analysis.clock else "load factor"
-    found: list[Order] = [partial(pictures.render, chosen, out / names[0], wanted, Look(shade, title=scene.name, clock=clock))]
-    look = Look(shade, limits=limits, title=scene.name, clock=clock, size=(800, 600))
+    clock, title = "s" if scene.analysis.clock else "load factor", scene.name
+    if scale != 1.0:
+        start = motion.frames(trajectory, np.array([0]), ())
+        moving, chosen = (frames_.magnify(one, start, scale) for one in (moving, chosen))
+        title = f"{title} (displacements x {scale:g})"
+    found: list[Order] = [partial(pictures.render, chosen, out / names[0], wanted, Look(shade, title=title, clock=clock))]
+    look = Look(shade, limits=limits, title=title, clock=clock, size=(800, 600))
     return [*found, partial(pictures.animate, moving, out / names[1], count, rate, look)] if count else found
 
 

@@ -90,7 +90,7 @@ def run_source(
     return conclude(solve(job, reports.fingerprint(scene), make, plots, limit=time_limit))
 
 
-def render_scene(job: Job, duration: float | None, frames: int, gif: bool) -> Run:
+def render_scene(job: Job, duration: float | None, frames: int, gif: bool, scale: float) -> Run:
     """A scene, with its picture and its animation."""
     from . import pictures
 
@@ -98,11 +98,13 @@ def render_scene(job: Job, duration: float | None, frames: int, gif: bool) -> Ru
     if isinstance(scene.analysis, States):
         from . import near_states
 
+        if scale != 1.0:
+            raise InputError(say("--scale", "a motion or an equilibrium", scene.analysis.word, "shapes have a size of their own"))
         draw = partial(near_states.pictures, scene.name, frames if gif else 0)
         return near_states.solve_states(job, scene, scene.analysis, draw, [near_states.PICTURE])
     names = [pictures.PICTURE, *([pictures.ANIMATION] if gif else [])]
     make = partial(scene_task, job, scene, duration)
-    draw = partial(pictures.scene, scene, count=frames if gif else 0)
+    draw = partial(pictures.scene, scene, count=frames if gif else 0, scale=scale)
     return conclude(solve(job, reports.fingerprint(scene), make, True, draw, names))
 
 
