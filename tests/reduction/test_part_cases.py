@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fmbs_skfem.bodies import Body, Circular, Material, cable
+from fmbs_skfem.bodies import Body, Circular, Material, Rim, cable
 from fmbs_skfem.bodies.body import point_mass
+from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, departures, integrate, outputs
@@ -21,8 +22,9 @@ from fmbs_skfem.dynamics.statics import solve_statics
 from fmbs_skfem.reduction import part_files, parts
 from fmbs_skfem.reduction.excitation import Excitation, excite
 from fmbs_skfem.scenes import build, reading
-from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate, joints, loads, probes
 from fmbs_skfem.systems.system import linear_part
+from fmbs_skfem.verification.vibration import ring
 from tests import models
 
 from .test_part_files import SCENE, alone, arm
@@ -84,6 +86,33 @@ def test_a_part_beside_its_full_twin() -> None:
         reduced = run(beam(*pair))
         assert apart(wanted, reduced) < 1e-4
         assert departures.find(reduced) == []
+
+
+@cache
+def washer() -> Body:
+    """A ring in space whose rims are rigid frames: nothing has a mass along their third axes."""
+    steel = Material(young_modulus=2e8, density=1000.0, poisson_ratio=0.3)
+    rims = {"hub": Rim(("inner",)), "edge": Rim(("outer",))}
+    return plate("washer", ring(0.1, 0.3, 8), 5e-3, steel, dim=3, rims=rims)
+
+
+def test_rims_and_frames_without_mass_in_space() -> None:
+    """Two rings, edge on hub by a weld, the first hinged at its hub and turned by a moment: parts that were trained alone."""
+    part = part_files.train(washer(), excite(washer(), Excitation(runs=2, step=2e-3, duration=0.1, samples=25)), 1e-10, None, 1e-3)
+    frame = washer().frames["hub"]
+    assert washer().mass.diagonal()[frame + 3] <= 1e-12 * washer().mass.diagonal().max()
+
+    def stack(body: Body) -> System:
+        bodies = [parts.placed(body, "I"), parts.placed(body, "II")]
+        held = [joints.Revolute("A", At("I", "hub"), axis=(0.0, 1.0, 0.0)), joints.Weld("W", At("I", "edge"), At("II", "hub"))]
+        turn = loads.Moment("turn", At("II", "edge"), (0.0, 2.0, 0.0))
+        return assemble(bodies, held, [turn], outputs={"free": probes.Slope(At("II", "edge"))})
+
+    check_system(eliminate(stack(part.body)))
+    wanted, reduced = run(stack(washer()), 0.1), run(stack(part.body), 0.1)
+    axis = np.stack([outputs(wanted)[f"free_{axis}"] for axis in "xyz"])
+    assert np.linalg.norm(axis[:, -1] - axis[:, 0]) > 0.05
+    assert apart(wanted, reduced) < 0.02 * np.linalg.norm(axis - axis[:, :1], axis=0).max()
 
 
 def test_joints_at_places_that_a_part_does_not_have() -> None:

@@ -16,7 +16,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg import eigh, qr
 from scipy.sparse import csr_array, vstack
 
 from ..bodies.body import Body, Cells, ShapePoints, locate, own, probe
@@ -62,11 +62,20 @@ def shape_functions(
 
 
 def with_places(part: Body, S: np.ndarray) -> np.ndarray:
-    """The space of S (b, m), its first coordinates the positions of independent places, where the others vanish: (b, m)."""
+    """The same space with the positions of independent places as its first coordinates; the others vanish there.
+
+    What has no mass, as the third axes of rims of a flat plate have none, is a coordinate of its own, the last ones.
+    """
     names = [*part.places, *part.frames]
-    if not names:
+    if names:
+        S = invariant.with_rows(S, csr_array(vstack([probe(part, locate(part, name)) for name in names])).toarray())
+    inertia, V = eigh(S.T @ (part.mass @ S), S.T @ (metric(part) @ S))
+    empty = V[:, inertia <= lengths.LIGHT * inertia[-1]]
+    if not empty.shape[1]:
         return S
-    return invariant.with_rows(S, csr_array(vstack([probe(part, locate(part, name)) for name in names])).toarray())
+    mixed = np.abs(empty).max(axis=1) > MISSES * np.abs(empty).max()
+    others = qr(empty[mixed])[0][:, empty.shape[1] :]
+    return np.hstack([S[:, ~mixed], S[:, mixed] @ others, S @ empty])
 
 
 def coordinates(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
