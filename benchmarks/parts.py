@@ -56,10 +56,12 @@ def alone(
     return part_files.train(body, states, eps, None, eta), time.process_time() - begun
 
 
-def coarser(kinds: Sequence[Part], make: Callable[..., System], eps: Sequence[float]) -> dict[str, System]:
-    """Systems of parts as they are, and with the leading shape functions that each eps asks for."""
+def coarser(
+    kinds: Sequence[Part], make: Callable[..., System], eps: Sequence[float], eta: float | None = None
+) -> dict[str, System]:
+    """Systems of parts as they are, and with the leading shape functions that each eps asks for, their points to eta."""
     found = {"part": make(*(one.body for one in kinds))}
-    return found | {f"part at {e:g}": make(*(part_files.coarsen(one, e).body for one in kinds)) for e in eps}
+    return found | {f"part at {e:g}": make(*(part_files.coarsen(one, e, None, eta).body for one in kinds)) for e in eps}
 
 
 def hung(body: Body, weight: tuple[float, ...] = DOWN, other: bool = False) -> System:
@@ -199,7 +201,7 @@ def four_bar(scale: float) -> Figures:
     """A closed spatial four-bar of plate links, one part trained alone, used three times."""
     full = link()
     part, spent = alone(full, 0.3, 1e-13, 1e-3, step=1e-3, samples=300, duration=1.5)
-    models = coarser([part], lambda body: links(body, body, body), (1e-11, 1e-9))
+    models = coarser([part], lambda body: links(body, body, body), (1e-13, 1e-11), 1e-2)
     found = against(links(full, full, full), models, 1.0 * scale, 1.0, rounds=1)
     return {"training [CPU s]": spent, "functions": float(part.notes["functions"])} | found
 
@@ -276,7 +278,7 @@ def example_3(scale: float) -> Figures:
     scene = scenes.read(EXAMPLE_3)
     bodies, h, duration = build.parts(scene), 1e-5, round(20_000 * scale) * 1e-5
     begun = time.process_time()
-    told = Excitation(force=3000.0, moment=15.0, duration=0.03, step=h, slowest=20.0, fastest=800.0, rise=0.0)
+    told = Excitation(runs=2, force=3000.0, moment=15.0, duration=0.02, step=h, slowest=20.0, fastest=800.0, rise=0.0)
     trained = {one.name: excitation.excite(one, told) for one in bodies if one.cells is not None}
     small = [part_files.train(one, trained[one.name], 1e-14, None, 1e-4).body if one.name in trained else one for one in bodies]
     found = {"training [CPU s]": time.process_time() - begun}
