@@ -6,6 +6,7 @@ import dataclasses
 import fcntl
 import importlib
 import inspect
+import json
 import re
 import subprocess
 import sys
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
+import numpy as np
 import pytest
 
 from fmbs_skfem.bodies import Given, cable
@@ -31,6 +33,7 @@ sys.path.insert(0, str(DOCS / "site"))
 
 import docstrings  # noqa: E402  both of docs/site
 import reference_pages  # noqa: E402
+import tutorials  # noqa: E402
 
 SHAPE = re.compile(r"\([\w+*/ -]*(?:,[^()]*|\.\.\.)\)")  #: (n,), (s, n), (cells + 1, 3), (3, ...), (...)
 FETCHED = re.compile(r"(?:url\(|@import|fetch\(|import\()\s*[\"']?https?:")
@@ -122,7 +125,7 @@ def test_meshes_are_written_as_the_page_says(tmp_path: Path, monkeypatch: pytest
     monkeypatch.chdir(tmp_path)
     (block,) = re.findall(r"```python\n(.*?)```", (DOCS / "own_mesh.md").read_text(encoding="utf-8"), re.DOTALL)
     exec(compile(block, "own_mesh.md", "exec"), {})
-    bow = cable("bow", tmp_path / "bow.msh", Given(EA=1.0, EI=1.0, rhoA=2.0))
+    bow = cable("bow", tmp_path / "bow.msh", Given(EA=1.0, EI=1.0, rhoA=2.0), dim=2)
     assert lengths.masses([bow]) == pytest.approx([1.0], rel=1e-4)
     assert {"left", "right"} <= set(plate_meshes.read(tmp_path / "sheet.vtu", planar=True).edge_groups)
 
@@ -144,6 +147,22 @@ def test_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     assert known["again"].outputs["tip_y"][-1] == pytest.approx(known["full"].outputs["tip_y"][-1], abs=1e-3)
     exec(compile(second, "README.md", "exec"), known)
     assert known["system"].size > 400
+
+
+def test_tutorials_run_and_come_out_as_they_say() -> None:
+    """Every cell of every page; a mode is the frequency of the motion, a reduced model follows, true errors lie in their bands."""
+    found = {}
+    for path in sorted(tutorials.PAGES.glob("*.md")):
+        page, found[path.stem] = tutorials.execute(tutorials.cells(path.read_text(encoding="utf-8")), path.name)
+        stored = json.loads(tutorials.notebook(page))["cells"]
+        assert [cell["cell_type"] == "code" for cell in stored] == [cell.code for cell in page]
+        assert any(cell.printed for cell in page)
+    first, reduced, swept = found["first_system"], found["reduction"], found["sweep"]
+    assert first["sunk"] == pytest.approx(first["linear"], rel=0.03)
+    assert 1 / np.diff(first["crossings"]).mean() == pytest.approx(first["frequency"], rel=5e-3)
+    assert reduced["error"] < 1e-4
+    checked = swept["found"].holdout
+    assert all(one.low <= true <= one.high for one, true in zip(checked.predictions, checked.true, strict=True))
 
 
 def public_objects() -> list[tuple[str, object]]:
