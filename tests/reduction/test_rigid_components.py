@@ -123,3 +123,21 @@ def test_noise_of_the_snapshots_costs_no_rows() -> None:
     assert {name for name in small.constraints.names if name[0] == "platform.frame"} == {
         name for name in raw.constraints.names if name[0] == "platform.frame"
     }
+
+
+def hub() -> System:
+    """A beam that is welded to a hub on an axle."""
+    beam = body.cable("beam", models.straight(10), models.SECTION, models.MATERIAL, dim=2)
+    held = [joints.Revolute("axle", At("hub", "frame")), joints.Weld("root", At("beam", "left"), At("hub", "frame"))]
+    return assemble([beam, rigid("hub", 0.5, 0.02, (0.0, 0.0), dim=2)], held, [loads.Gravity((0.0, -9.81))])
+
+
+@pytest.mark.parametrize("reach", [0.0, galerkin.REACH])
+def test_joints_between_components_are_never_let_go(reach: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever their gaps at projected snapshots are beside the distance of the basis."""
+    monkeypatch.setattr(galerkin, "REACH", reach)
+    raw, data, motion = full(hub)
+    reduced = galerkin.reduce_system(raw, body_level(raw), galerkin.bases(raw, data, body_level(raw), 1e-12), configurations=data.q)
+    assert ("root", "angle") in reduced.constraints.names
+    if reach:
+        assert reduction.compare(motion, integrate(reduced, STEP, 0.3, TIGHT)).maximum < 1e-4  # type: ignore[arg-type]

@@ -8,7 +8,8 @@ three classes (section 3.3 of the source), decided by structure and never by the
 1. linear, independent of time, inside one component: every snapshot satisfies them, they vanish and are dropped;          (24)-(28)
 2. linear, independent of time, between components: eliminated, xi = T y + d, or kept with multipliers;                    (29)-(36)
 3. all others are kept but those that depend on others in the reduced space, and those of time-independent joints and rigid frames
-   that the basis cannot meet: closing their gaps at projected snapshots would take REACH times the distance of the basis.
+   inside one component that the basis cannot meet: closing their gaps at projected snapshots would take REACH times the distance
+   of the basis. What is left out between components would let them go.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
 """
@@ -47,6 +48,7 @@ REACH = 1.0  #: change that closes the gaps of a constraint row, over the distan
 NOISE = 1e-8  #: change, over the motion, that is always within reach: snapshots close their joints to Newton's tolerance only
 ROUND = 1e-13  #: entry beside the diagonal, relative to the largest of all, that is round-off
 APART = 1e-9  #: part of a mode that is none of rigid bodies alone, from which it is a direction of its own
+SEEN = 1e-6  #: part of a row in a component, of that in another one, that is round-off
 FEW = 8  #: configurations, at least, at which dependent constraint rows are looked for
 
 
@@ -329,9 +331,14 @@ def row_samples(system: System, reduced: System, q: np.ndarray, times: np.ndarra
     model, terms = compile_system(reduced), reduced.constraints
     found = [compiled.gap(model, state, float(t)) for state, t in zip(x, np.zeros(len(q)) if times is None else times, strict=True)]
     loose = loose_rows(terms)
-    may_go = ~is_linear(terms) & ~driven_rows(terms) & ~loose
+    jacobians = np.array([jacobian for _, jacobian in found])
+    sizes_in = np.array(
+        [np.abs(jacobians[:, :, first:last]).max(axis=(0, 2), initial=0.0) for _, first, last in reduced.components]
+    )
+    linking = (sizes_in > SEEN * sizes_in.max(axis=0, initial=0.0)).sum(axis=0) > 1
+    may_go = ~is_linear(terms) & ~driven_rows(terms) & ~loose & ~linking
     return RowSamples(
-        np.array([jacobian for _, jacobian in found]),
+        jacobians,
         np.array([gap for gap, _ in found]) * may_go,
         loose,
         sizes(system, q - x @ np.asarray(reduced.lift.matrix).T - reduced.lift.offset),
