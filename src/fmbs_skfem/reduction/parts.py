@@ -62,7 +62,7 @@ def shape_functions(
 
 
 def with_places(part: Body, S: np.ndarray) -> np.ndarray:
-    """The same space with the positions of independent places as its first coordinates; the others vanish there.
+    """The space of S (b, m), its first coordinates the positions of independent places, where the others vanish: (b, m).
 
     What has no mass, as the third axes of rims of a flat plate have none, is a coordinate of its own, the last ones.
     """
