@@ -169,7 +169,7 @@ def test_a_full_disk_ends_a_run_that_goes_on_later(
 def test_short_runs_leave_results_only(tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert run(scene(tmp_path, MOTION), out).code == 0
-    assert sorted(item.name for item in out.iterdir()) == ["outputs.csv", "report.json"]
+    assert sorted(item.name for item in out.iterdir()) == ["outputs.csv", "outputs.units.json", "report.json"]
     assert fmbs("resume", out).code == 3
     assert run(tmp_path / "cantilever.yaml", out, "--checkpoint", "1000").code == 0
     assert len(segments.manifest(out).segments) == 1
@@ -191,7 +191,7 @@ def test_a_run_that_can_go_on_is_not_overwritten(stopped: Path) -> None:
 def test_the_history_of_another_run_is_kept(tmp_path: Path) -> None:
     path, out = scene(tmp_path, MOTION), tmp_path / "out"
     assert run(path, out, "--checkpoint", "1000").code == 0
-    for name in ("outputs.csv", "report.json"):
+    for name in ("outputs.csv", "outputs.units.json", "report.json"):
         (out / name).unlink()
     refused = run(path, out, "--set", "load=2 N")
     assert refused.code == 3
