@@ -98,9 +98,11 @@ def constant_parts(case: Case, of: Case) -> System:
         replace(a, gather=replace(a.gather, section=b.gather.section))  # type: ignore[union-attr]
         for a, b in zip(mine.elastic, other.elastic, strict=True)
     )
-    lines = tuple(replace(a, radius=b.radius) for a, b in zip(mine.lines, other.lines, strict=True))
+    lines = tuple(replace(a, radius=b.radius, EA=b.EA, EI=b.EI) for a, b in zip(mine.lines, other.lines, strict=True))
     lengths = {name: getattr(other, name) for name in ("mass", "metric", "weight", "scale")}
-    return replace(mine, loads=replace(mine.loads, constant=other.loads.constant), elastic=elastic, lines=lines, **lengths)
+    sensors = replace(mine.sensors, offset=other.sensors.offset)
+    loads = replace(mine.loads, constant=other.loads.constant)
+    return replace(mine, loads=loads, elastic=elastic, lines=lines, sensors=sensors, **lengths)
 
 
 @pytest.mark.parametrize("values", [(7.3e8, 0.0123, 11.0), (5e8, 5e-3, 5.0), (2e9, 0.02, 15.0), (1.9e9, 5.1e-3, 9.81)])
@@ -112,21 +114,25 @@ def test_a_reduced_model_is_the_one_assembled_anew(family: Family, model: Parame
     for one, two in zip(fast.system.elastic, anew.system.elastic, strict=True):
         for row, exact in zip(one.gather.section, two.gather.section, strict=True):  # type: ignore[union-attr]
             assert np.abs(row - exact).max() <= 1e-13 * np.abs(exact).max()
+    assert wrong(fast.system.sensors.offset, anew.system.sensors.offset) < 1e-14
     for one, two in zip(fast.system.lines, anew.system.lines, strict=True):
-        assert one.radius == pytest.approx(two.radius, rel=1e-14)
+        assert (one.radius, one.EA, one.EI) == pytest.approx((two.radius, two.EA, two.EI), rel=1e-13)
     assert same(constant_parts(fast, anew), anew.system)
     assert (fast.scheme, fast.duration, fast.newton) == (anew.scheme, anew.duration, anew.newton)
 
 
 def test_degrees_and_samples(model: ParametricCase) -> None:
-    """EA, EI by E d^2 and E d^4, mass by d^2, weight by g d^2, drawn radius by d."""
+    """EA, EI by E d^2 and E d^4, mass by d^2, weight by g d^2, drawn radius by d, drawn gravity by g."""
     assert affine.degrees(model) == {"E": 1, "d": 4, "g": 1}
     by_place = {part.place[1:]: part.order.degrees for part in model.varying}
     assert by_place == {
         **{("elastic", k, "gather", "section"): (1, 4, 0) for k in (0, 1)},
         **{("lines", k, "radius"): (0, 1, 0) for k in (0, 1)},
+        **{("lines", k, "EA"): (1, 2, 0) for k in (0, 1)},
+        **{("lines", k, "EI"): (1, 4, 0) for k in (0, 1)},
         ("mass",): (0, 2, 0),
         ("loads", "constant"): (0, 2, 1),
+        ("sensors", "offset"): (0, 0, 1),
     }
     # all masses go with d^2, all weights with g d^2: one array each is stored
     assert {part.place[1:]: len(part.values) for part in model.varying}[("mass",)] == 1
@@ -168,7 +174,7 @@ def test_a_parameter_without_influence_costs_nothing(family: Family) -> None:
     assert affine.degrees(two) == {"E": 1, "nothing": 0}
     assert [len(nodes) for nodes in two.nodes] == [2, 1]
     one = affine.fit(lambda values: family(values), (E,))
-    assert [len(part.values) for part in two.varying] == [len(part.values) for part in one.varying] == [1, 1]
+    assert [len(part.values) for part in two.varying] == [len(part.values) for part in one.varying] == [1] * 6
     none = affine.fit(lambda values: family({}), (E,))
     assert none.varying == ()
     assert none.evaluations == 1 + affine.CHECKS + 2  # nominal, two on the axis, two random points; the corners are on the axis
@@ -355,7 +361,10 @@ def test_what_is_not_smooth_is_refused() -> None:
         InputError, match=r"parameter 'F': expected numbers that are polynomials of it of degree 24 or less, to 1e-11"
     ):
         affine.fit(lambda values: loaded(abs(values["F"] - 0.3)), (Parameter("F", 0.0, 1.0),))
-    with pytest.raises(InputError, match=r"others \(system\.loads\.forces\[0\]\.coefficient\); keep it out of the parameters"):
+    with pytest.raises(
+        InputError,
+        match=r"others \(system\.loads\.forces\[0\]\.coefficient, system\.sensors\.offset\); keep it out of the parameters",
+    ):
         affine.fit(lambda values: loaded(math.sin(60.0 * values["F"])), (Parameter("F", 0.0, 1.0),))
     # along the axes nothing is wrong: min(a, b) has a kink on the diagonal of the box
     box = Parameter("a", 0.0, 1.0, value=0.0), Parameter("b", 0.0, 1.0, value=0.0)

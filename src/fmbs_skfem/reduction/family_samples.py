@@ -17,7 +17,7 @@ from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
 from ..core.ranges import Parameter
-from ..systems.system import Constraints
+from ..systems.system import Affine, Constraints
 from . import cases
 from . import parameters as boxes
 from .cases import Case, Family, Leaf, Leaves, Place
@@ -26,6 +26,7 @@ ROUND = 32 * np.finfo(float).eps  #: round-off of a sampled number, relative to 
 NEIGHBOURS = (-7, -3, 4, 9)  #: changes of the parameters that measure noise [units of round-off of the range]
 SURE = 8.0  #: noise over the largest difference seen
 NOISY = 1e-9  #: a difference above this, relative to the largest number, is no round-off
+OFFSET = "offset"  #: of affine maps of the unknowns
 HARD = "keep it out of the parameters, or take a smaller range"
 
 Key = tuple[int, int, int, int, int]  #: row, signal, i, j, and which of those that are equal
@@ -86,9 +87,17 @@ def stack(known: Samples, place: Place, rows: np.ndarray) -> tuple[Leaf, np.ndar
 
 
 def sizes_of(known: Samples, place: Place, base: Leaf, values: np.ndarray) -> np.ndarray:
-    """The size (k, n) to which round-off is relative: the largest magnitude in the row of a number, more where it is noisy."""
-    rows = rows_in(base)
-    size = by_row(rows, values)
+    """The size (k, n) to which round-off is relative: the largest magnitude in the row of a number, more where it is noisy.
+
+    The offset of an affine map is in the row of its matrix, whose numbers, or 1, multiply coordinates of the size of the system.
+    """
+    owner, rows = cases.leaf_at(known.nominal, place[:-1]), rows_in(base)
+    if isinstance(owner, Affine) and place[-1] == OFFSET:
+        rows = values.shape[1]
+        least = known.nominal.system.scale * max(1.0, float(abs(owner.matrix).max()) if min(owner.matrix.shape) else 0.0)
+        size = np.maximum(np.abs(values), least)
+    else:
+        size = by_row(rows, values)
     if place in known.noise:
         size = np.maximum(size, known.noise[place] / ROUND)
     return np.repeat(size, values.shape[1] // max(rows, 1), axis=1)

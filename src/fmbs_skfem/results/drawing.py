@@ -150,7 +150,7 @@ def gravity(plotter: Any, job: PictureJob, arrays: Arrays, box: Box) -> None:
 
     size = 0.14 * float(np.max(box.upper - box.lower))
     for j, kind in enumerate(job.arrows):
-        if kind == "gravity":
+        if kind == "gravity" and np.linalg.norm(arrays[f"aim_{j}"][0]) > 0.0:
             aim = arrays[f"aim_{j}"][0] / np.linalg.norm(arrays[f"aim_{j}"][0])
             corner = np.array([box.upper[0] - 0.3 * size, box.upper[1] - 0.3 * size, box.upper[2]])
             start = corner - np.maximum(aim, 0.0) * size

@@ -77,18 +77,17 @@ def mark(joint: Any, draft: Draft, kind: str, *ends: End) -> None:
 def point(name: str, draft: Draft, kind: str, at: At | None, direction: np.ndarray, *carriers: End) -> None:
     """Let pictures show a direction (c,) at a place: as the first of the carriers that can takes it along, or fixed without any.
 
-    Of a moment in the plane it is (1, 0), or (-1, 0) where it turns clockwise.
+    It may have any length, 0 included, and be a force or a moment itself, (M, 0) in the plane: the rows of a family of systems are
+    polynomials of a force then, wherever it points.
     """
     layout, first = draft.layout, []
-    if not direction.any():
-        return
     if at is not None:
         first.append(draft.sensors.add(layout.read(name, at)))
     taken = next((end for end in carriers if not isinstance(end, At) or carries(name, layout, end, direction)), None)
     if isinstance(taken, At):
         first.append(draft.sensors.add(rows_of(name, layout, taken, direction)))
     else:
-        first.append(draft.sensors.add(csr_array((layout.dim, layout.size)), direction / np.linalg.norm(direction)))
+        first.append(draft.sensors.add(csr_array((layout.dim, layout.size)), direction))
     draft.markers.append((name, kind, tuple(row + c for row in first for c in range(layout.dim))))
 
 
@@ -183,7 +182,7 @@ def rows_of(name: str, layout: Layout, end: At, direction: np.ndarray) -> csr_ar
         remedy = "name a rigid frame"
         raise InputError(say(name, f"a place that carries the direction {np.round(direction, 6)}", f"{end} with {kind}", remedy))
     parts = zip(np.linalg.lstsq(own.T, direction)[0], rows, strict=True)
-    return csr_array(sum(float(factor) * row for factor, row in parts if abs(factor) > 1e-14))
+    return csr_array(sum((float(factor) * row for factor, row in parts if abs(factor) > 1e-14), csr_array(rows[0].shape)))
 
 
 def carried(joint: Any, draft: Draft, end: End, direction: np.ndarray) -> Vector:

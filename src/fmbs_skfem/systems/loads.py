@@ -163,7 +163,7 @@ def push_moment(load: Moment | Torque, draft: Draft, size: float | Ground) -> No
     axes = directions(layout.body(where(load), load.at), load.at.place)
     if axes == 2 and layout.dim == 3:
         raise InputError(say(where(load), "a slope or a frame", f"{load.at} on a surface", "name a rigid frame of the plate"))
-    turn = np.array([np.sign(moment[0]), 0.0]) if layout.dim == 2 else moment
+    turn = np.array([moment[0], 0.0]) if layout.dim == 2 else moment
     point(where(load), draft, "moment", load.at, turn)
     signal, part = draft.signal(load.history), moment / (2.0 if axes > 1 else 1.0)
     for k in range(max(axes, 1)):
