@@ -165,6 +165,9 @@ def wave(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.sin(3.0 * x + 1.0) * np.cos(2.0 * y - x)
 
 
+BASIS = 100 * np.finfo(float).eps  #: error of a basis that is the inverse of a matrix, times coordinates far from the origin
+
+
 # ------------------------------------------------------------------------------------------------------------------ tests
 @pytest.mark.parametrize("name", [name for name in SURFACES if "64" not in name])
 def test_contract(name: str) -> None:
@@ -189,11 +192,12 @@ def test_slopes_are_continuous(name: str) -> None:
         cell, side = np.divmod(sided, sides)
         value, gradient, _, _ = gradients(space, cell, surface.side_points(space.parent, side, fraction))
         place = np.einsum("xb,xbc->xc", value, space.reference[space.nodes[cell]])
+        size = np.einsum("xb,xbc->xc", np.abs(value), np.abs(space.reference[space.nodes[cell]]))
         results.append(
             (place, np.einsum("xb,xb->x", value, c[space.nodes[cell]]), np.einsum("xcb,xb->xc", gradient, c[space.nodes[cell]]))
         )
     (place, value, gradient), (place_2, value_2, gradient_2) = results
-    assert_allclose(place, place_2, atol=1e-12, rtol=1e-14)
+    assert (np.abs(place - place_2) <= 1e-12 + BASIS * size).all()
     assert_allclose(value, value_2, rtol=0.0, atol=1e-12)
     assert_allclose(gradient, gradient_2, rtol=0.0, atol=1e-12 * np.abs(gradient).max())
 
