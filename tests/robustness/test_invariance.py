@@ -24,7 +24,7 @@ from ruamel.yaml import YAML
 from fmbs_skfem import bodies, reduction, scenes
 from fmbs_skfem.bodies.body import Body
 from fmbs_skfem.bodies.rigid import rigid
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs, solve_statics
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
 from fmbs_skfem.dynamics.outputs import lifted
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import meshes
@@ -115,7 +115,7 @@ def solved(scene: scenes.Scene, steps: int = STEPS, cells: int | None = None) ->
     """Equilibria of a static scene, some steps of another one, with the Newton iteration of the scene."""
     system = build.chosen_form(scene, build.system(scene, cells))
     if scene.analysis.word == "static":
-        return solve_statics(system, scene.analysis.load_steps, Newton(scene.analysis.tolerance), scene.analysis.time)
+        return scene.analysis.solve(system)
     analysis = build.dynamic(scene)
     scheme = GeneralizedAlpha(analysis.step, analysis.rho_inf)
     return integrate(system, scheme, steps * analysis.step, Newton(analysis.tolerance))

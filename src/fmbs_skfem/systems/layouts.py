@@ -30,10 +30,8 @@ from .system import System
 DENSE = 48  #: systems of at most this size are dense where nothing speaks for blocks
 WIDE = 20_000  #: systems from this size on are sparse without looking for a band
 BAND = 96  #: widest band that is factored as a band
-FULL, CROWDED = (
-    0.3,
-    2500,
-)  #: part of the entries from which on a matrix is dense, up to so many unknowns: beams that may meet anywhere
+FULL = 0.3  #: part of the entries from which on a matrix is dense, as that of beams that may meet anywhere
+CROWDED = 2500  #: unknowns up to which it is
 WORTH = 0.3  #: part of the numbers of dense or band factors below which blocks are faster: theirs come in shorter rows
 NO_TREE = Tree(*(np.zeros(0, kind) for kind in (np.int64, np.int64, np.int64, np.int32, np.int64)))
 
