@@ -106,7 +106,7 @@ def test_the_script_builds_the_files_in_the_folder(tmp_path: Path) -> None:
     for path in built:
         again, kept = plate_meshes.read(path, planar=True), plate_meshes.read(FOLDER / path.name, planar=True)
         np.testing.assert_allclose(again.points, kept.points, rtol=0, atol=1e-15 if "plate" in path.name else 1e-9)
-        same(again if "plate" in path.name else replace(again, points=kept.points), kept)
+        same(replace(again, points=kept.points), kept)  # processors round cosines otherwise
         assert path.stat().st_size < 300_000
 
 
