@@ -28,6 +28,7 @@ from scipy.sparse import csr_array
 from ..core import ranks
 from ..core.errors import InputError, say
 from ..core.linalg import is_identity
+from ..core.notices import notify
 from ..dynamics.outputs import body_coordinates, distances, lifted, positions, residual_samples
 from ..dynamics.scheme import GeneralizedAlpha
 from ..dynamics.trajectory import Trajectory
@@ -36,6 +37,7 @@ from ..systems.compiled import Compiled, compile_system
 from ..systems.system import System, is_linear, reads, sizes
 
 BLOCK = 4_000_000  #: numbers in a block of residuals
+ANOTHER_END = 0.01  #: part of its duration by which a motion may end elsewhere than the full one without a warning
 
 
 @dataclass(frozen=True)
@@ -100,11 +102,19 @@ def common_times(where: str, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, 
     return np.flatnonzero(same), near[same]
 
 
+def notify_other_end(full: np.ndarray, other: np.ndarray) -> None:
+    """A warning where a motion with times `other` (s,) [s] ends elsewhere than the full one (s,), as where an event stops one."""
+    ends = float(full[-1]), float(other[-1])
+    if abs(ends[0] - ends[1]) > ANOTHER_END * max(ends):
+        notify(f"a compared motion ends at {ends[1]:g} s, the full one at {ends[0]:g} s: errors are those until the earlier end")
+
+
 def compare(full: Trajectory, other: Trajectory) -> Errors:
     """Errors |q - p|_M over time of `other` (reduced, coarser, or with another step) against `full`, at the times both have stored.
 
-    InputError where they share fewer than two times.
+    InputError where they share fewer than two times; a warning where they end at different times.
     """
+    notify_other_end(full.times, other.times)
     i, j = common_times("errors.compare", full.times, other.times)
     q, p, system = body_coordinates(full)[i], body_coordinates(other)[j], full.system
     position, times = distances(system, q, other.system, p), full.times[i]
@@ -217,7 +227,7 @@ def indicator(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -> flo
 def part(motion: Trajectory, samples: slice) -> Trajectory:
     """Some stored states of a motion."""
     arrays = {name: getattr(motion, name)[samples] for name in ("times", "x", "v", "a", "multipliers")}
-    return replace(motion, **arrays)
+    return replace(motion, **arrays, memory=None if motion.memory is None else motion.memory[samples])
 
 
 def scaling(scheme: GeneralizedAlpha) -> float:

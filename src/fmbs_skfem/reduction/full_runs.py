@@ -28,7 +28,7 @@ from ..systems.system import System, sizes
 from . import cases, output_errors, pod
 from . import parameters as boxes
 from .cases import Case, Family
-from .errors import BLOCK, mean_error, part
+from .errors import BLOCK, common_times, mean_error, notify_other_end, part
 from .galerkin import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy, snapshots
 from .output_errors import OutputError
 from .plan import Plan, newton_for
@@ -152,9 +152,7 @@ def states(task: TrainingTask, raw: System, run: FullRun, samples: slice | np.nd
 
 def error(task: TrainingTask, raw: System, run: FullRun, motion: Trajectory) -> float:
     """Error of the displacements of a reduced motion at the samples of a full run, int |q - p|_M dt / int |q - q0|_M dt."""
-    if len(motion.times) != len(run.times) or np.abs(motion.times - run.times).max() > 1e-9 * run.times[-1]:
-        got = f"{len(motion.times)} and {len(run.times)} samples"
-        raise InputError(say("error of a reduced run", "the times of the full run", got, "take the same snapshots and step"))
+    run, motion = while_both_run(run, motion)
     block, apart, size = max(1, BLOCK // raw.size), [], []
     for first in range(0, len(run.times), block):
         samples = slice(first, first + block)
@@ -162,6 +160,17 @@ def error(task: TrainingTask, raw: System, run: FullRun, motion: Trajectory) -> 
         apart.append(sizes(raw, q - body_coordinates(part(motion, samples))))
         size.append(sizes(raw, q - raw.lift(raw.x0)))
     return mean_error(run.times, np.concatenate(apart), np.concatenate(size))
+
+
+def while_both_run(run: FullRun, motion: Trajectory) -> tuple[FullRun, Trajectory]:
+    """Both at their common samples: all of them, unless an event stops one earlier than the other."""
+    shorter = min(len(run.times), len(motion.times))
+    mine, others = common_times("error of a reduced run", run.times, motion.times)
+    if len(mine) < shorter - 1 or mine[-1] != len(mine) - 1 or others[-1] != len(mine) - 1:
+        got = f"{len(mine)} of {shorter} samples that both have"
+        raise InputError(say("error of a reduced run", "the times of the full run", got, "take the same snapshots and step"))
+    notify_other_end(run.times, motion.times)
+    return thin(run, mine), part(motion, slice(0, len(mine)))
 
 
 def wanted_error(task: TrainingTask, raw: System, run: FullRun, motion: Trajectory) -> float:
@@ -187,7 +196,10 @@ class OutputMeasure:
 
 def errors_of_outputs(raw: System, run: FullRun, motion: Trajectory) -> dict[str, OutputError]:
     """Errors of the outputs of a reduced motion at the samples of a full run; none where those of the run were not kept."""
-    return output_errors.between(run.outputs, output_errors.columns(motion), raw.outputs) if run.outputs else {}
+    if not run.outputs:
+        return {}
+    run, motion = while_both_run(run, motion)
+    return output_errors.between(run.outputs, output_errors.columns(motion), raw.outputs)
 
 
 def step_error(task: TrainingTask, values: Mapping[str, float], run: FullRun) -> float:
@@ -195,7 +207,8 @@ def step_error(task: TrainingTask, values: Mapping[str, float], run: FullRun) ->
     case = task.family(values)
     mine = np.round(run.times / case.scheme.step).astype(np.int64)
     pairs = round(case.duration / case.scheme.step) // 2
-    even = np.flatnonzero((mine % 2 == 0) & (mine <= 2 * pairs))
+    stored = np.abs(mine * case.scheme.step - run.times) < 1e-9 * max(1.0, run.times[-1])  # not where an event has stopped the run
+    even = np.flatnonzero((mine % 2 == 0) & (mine <= 2 * pairs) & stored)
     doubled = cases.with_step(replace(case, system=task.form(case.system)), 2.0 * case.scheme.step)
     rough = cases.run(replace(doubled, duration=pairs * doubled.scheme.step), mine[even] // 2)
     return wanted_error(task, case.system, thin(run, even), rough) / 3.0
