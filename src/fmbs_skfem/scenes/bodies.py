@@ -24,7 +24,7 @@ from ..core.declared import Declared
 from ..core.errors import InputError, say
 from ..core.fields import ANY, Count, Density, FileUnit, Length, Position, Tolerance, quantity, whole, word
 from ..core.problems import Problem, shown, unknown
-from ..shapes import meshes, nurbs_file, plate_meshes
+from ..shapes import meshes, nurbs_file, plate_meshes, structured
 from ..shapes.surface import Surface
 from ..systems.places import At
 from . import fields, figures, surfaces
@@ -51,6 +51,10 @@ class SceneBody(Declared, ABC):
     @abstractmethod
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
         """The body; `cells` replaces the cells of one that is divisible, `allow_outside` permits files outside the project."""
+
+    def files(self) -> dict[str, str]:
+        """Keys of the files that it is made of, and what stands there."""
+        return {self.made_of: getattr(self, self.made_of)} if self.made_of else {}
 
     def figures(self, part: Body, gravity: float) -> BodyFigures:
         """What it is in numbers, under gravity [m/s2]."""
@@ -214,7 +218,7 @@ class RigidPlate(RigidBody):
 
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
         path = meshes.path(self.mesh, scene.folder, allow_outside)
-        mesh = plate_meshes.read(path, scene.dimension == 2, repair=scene.repair, unit=self.unit)
+        mesh = plate_meshes.read(path, scene.dimension == 2, None, scene.repair, self.unit, corners=3)
         return rigid.rigid_from_mesh(self.name, mesh, self.thickness, self.density, dim=scene.dimension, **placed(self))
 
 
@@ -281,13 +285,14 @@ class Plate(ThinBody):
             yield "arcs", Problem("arcs with ancf only", got, "delete them")
 
     def surface(self, folder: Path, allow_outside: bool = False, repair: bool = False) -> Surface:
-        mesh = plate_meshes.read(meshes.path(self.mesh, folder, allow_outside), True, self.face, repair, self.unit)
+        chosen = surfaces.INTERPOLATIONS[self.interpolation]
+        path = meshes.path(self.mesh, folder, allow_outside)
+        mesh = plate_meshes.read(path, True, self.face, repair, self.unit, chosen.corners)
         height = float(np.abs(mesh.points[:, 2]).max())
         if height > surfaces.FLAT * float(np.ptp(mesh.points, axis=0).max()):
             raise InputError(
                 say(f"mesh {mesh.path}", "a plate in the plane z = 0", f"z = {height:.6g} m", "place it with 'origin'")
             )
-        chosen = surfaces.INTERPOLATIONS[self.interpolation]
         if mesh.cells.shape[1] != chosen.corners:
             wanted = f"{'triangles' if chosen.corners == 3 else 'quads'} for {self.interpolation}"
             got, remedy = ("quads", "ancf or bfs") if chosen.corners == 3 else ("triangles", "argyris")
@@ -297,18 +302,23 @@ class Plate(ThinBody):
 
 @dataclass(frozen=True, kw_only=True)
 class Shell(ThinBody):
-    """A thin plate or shell over the NURBS patches of a file (.json, .igs, .iges, .3dm).
+    """A thin plate or shell over the NURBS patches of a file (.json, .igs, .iges, .3dm), or through the nodes of a mesh file.
 
     Every span of the file is split into `cells` and raised to `degree`. Edges, points
     and faces have the names of the file and of its patches. Sides of patches that coincide are joined, also those of one patch,
     which closes it; `join: false` leaves all of them apart, for a surface with a slit. A joined side is no edge any more: supports
     and loads there are refused, unless `join: true` says that the line inside the surface is meant.
 
+    A `mesh` is one of structured quads, curved in space or flat, or the part of it that `face` names: a bicubic spline through all
+    nodes, whose groups are points, edges and faces, one cell a quad.
+
     {type: shell, nurbs: roof.json, cells: 16, thickness: 0.25 m, material: {young_modulus: 432 MPa, density: 360}}
     """
 
     name: str
-    nurbs: Annotated[str, "a file of NURBS patches, its path from the folder of the scene"]
+    nurbs: Annotated[str | None, "a file of NURBS patches, its path from the folder of the scene"] = None
+    mesh: Annotated[str | None, "a mesh file of structured quads, in place of `nurbs`"] = None
+    face: Annotated[str | None, "a named group of cells of the mesh; without it the whole mesh"] = None
     cells: Count = 1
     degree: Annotated[int, whole(1, 10)] | None = None
     unit: FileUnit = 1.0
@@ -319,11 +329,31 @@ class Shell(ThinBody):
     origin: Position | None = None
     rotation: fields.Rotation | None = None
     order: Annotated[int, whole(1, 12)] | None = None
-    made_of: ClassVar[str] = "nurbs"
+
+    def files(self) -> dict[str, str]:
+        return {key: name for key, name in (("nurbs", self.nurbs), ("mesh", self.mesh)) if name is not None}
+
+    def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
+        if (self.nurbs is None) == (self.mesh is None):
+            got, remedy = ("neither", "add one of the two") if self.mesh is None else ("both", "delete one of the two")
+            yield "nurbs", Problem("a file of NURBS patches or a mesh", got, remedy)
+        if self.mesh is not None and self.degree is not None and self.degree < structured.DEGREE:
+            yield "degree", Problem("degree 3 or more of the spline through a mesh", str(self.degree), "delete it")
+
+    def idle(self) -> Iterator[tuple[str, str]]:
+        if self.mesh is not None and self.join is not None:
+            yield "join", "does nothing beside a mesh, which is closed where its nodes are"
+        if self.nurbs is not None and self.face is not None:
+            yield "face", "does nothing beside NURBS patches"
 
     def surface(self, folder: Path, allow_outside: bool = False, repair: bool = False) -> Surface:
-        path = meshes.path(self.nurbs, folder, allow_outside)
-        found = nurbs_file.read(path, cells=self.cells, degree=self.degree, scale=self.unit, join=self.join)
+        if self.mesh is None:
+            path = meshes.path(self.nurbs or "", folder, allow_outside)
+            found = nurbs_file.read(path, cells=self.cells, degree=self.degree, scale=self.unit, join=self.join)
+            return surfaces.set_order(found, self.order)
+        mesh = plate_meshes.read(meshes.path(self.mesh, folder, allow_outside), False, self.face, repair, self.unit)
+        found, error = structured.surface(mesh, self.cells, self.degree)
+        surfaces.tell_rough(f"mesh {mesh.path}", error, self.thickness)
         return surfaces.set_order(found, self.order)
 
 

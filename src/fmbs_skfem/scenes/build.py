@@ -47,14 +47,14 @@ def system(scene: Scene, cells: int | None = None, allow_outside: bool = False) 
 
 def check_files(scene: Scene, allow_outside: bool = False) -> None:
     """Files of bodies are there, and within the project: before anything of them is read."""
-    for name, model in scene.bodies.items():
+    for body, model in scene.bodies.items():
         try:
-            if key := model.made_of:
-                path = meshes.path(getattr(model, key), scene.folder, allow_outside)
+            for key, name in model.files().items():
+                path = meshes.path(name, scene.folder, allow_outside)
                 if not path.exists():
                     meshes.present(path, f"{key} {path}")
         except InputError as error:
-            raise InputError(f"{where(scene, 'bodies', name)}: {error}") from error
+            raise InputError(f"{where(scene, 'bodies', body)}: {error}") from error
 
 
 def parts(scene: Scene, cells: int | None = None, allow_outside: bool = False) -> list[Body]:

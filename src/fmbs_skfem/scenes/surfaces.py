@@ -9,11 +9,13 @@ from typing import TypeVar
 import numpy as np
 
 from ..core.errors import InputError, closest, say
+from ..core.notices import notify
 from ..shapes import ancf_plate, skfem_surface
 from ..shapes.plate_meshes import PlateMesh
 from ..shapes.surface import Surface
 
 Make = TypeVar("Make", bound=Callable[[PlateMesh, "list[str] | None"], Surface])
+ROUGH = 0.05  #: of the thickness: distance of a surface through nodes from the one meant that is worth a notice
 FLAT = 1e-12  #: height of a mesh over the plane z = 0, relative to its extent, that is round-off
 
 
@@ -59,6 +61,16 @@ def bfs(mesh: PlateMesh, arcs: list[str] | None) -> Surface:
 @interpolation("argyris", 3)
 def argyris(mesh: PlateMesh, arcs: list[str] | None) -> Surface:
     return skfem_surface.argyris(mesh.points[:, :2], mesh.cells, mesh.point_groups, mesh.edge_groups, mesh.face_groups)
+
+
+def tell_rough(where: str, error: float, thickness: float | Mapping[str, float]) -> None:
+    """A notice where nodes define a surface to more than a part of its thickness [m] only."""
+    thin = min(thickness.values()) if isinstance(thickness, Mapping) else thickness
+    if error > ROUGH * thin:
+        text = (
+            f"the smooth surface through the nodes is defined to about {error:.2g} m, {100 * error / thin:.2g} % of its thickness"
+        )
+        notify(f"{where}: {text}: mesh it finer; where it has a kink, make two bodies that are joined there")
 
 
 def thickness(value: float | Mapping[str, float], surface: Surface) -> float | np.ndarray:

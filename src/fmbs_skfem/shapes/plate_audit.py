@@ -58,7 +58,7 @@ class Subject:
 def check(mesh: Subject, planar: bool) -> Ints:
     """The cells of a plate that has nothing wrong, counter-clockwise in a planar body; else InputError."""
     size = _check_extent(mesh, planar)
-    up = _check_corners(mesh, size)
+    up = check_corners(mesh)
     cells = _turned(mesh, up) if planar else mesh.cells
     mesh = Subject(mesh.where, mesh.points, cells, mesh.numbers, mesh.cell_numbers)
     _check_manifold(mesh)
@@ -110,13 +110,14 @@ def _check_extent(mesh: Subject, planar: bool) -> float:
         z = mesh.points[:, 2]
         off = np.flatnonzero(np.abs(z - np.median(z)) > CLOSE * size)
         if len(off):
-            remedy = "export a flat mesh in x and y; a curved surface is a shell, made of its NURBS patches (type: shell)"
+            remedy = "export a flat mesh in x and y; a curved surface in space is a shell (type: shell, mesh: or nurbs:)"
             raise mesh.bad("a mesh in a plane z = constant for a planar body", mesh.nodes(off), remedy)
     return size
 
 
-def _check_corners(mesh: Subject, size: float) -> Floats:
+def check_corners(mesh: Subject) -> Floats:
     """Refuse cells without area, bow-ties and angles of 180 degrees or more; the normals (e, 3) of the others."""
+    size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
     length = np.linalg.norm(np.diff(mesh.points[sides(mesh.cells)], axis=2)[:, :, 0], axis=2)
     short = np.flatnonzero((length <= 1e-12 * size).any(axis=1))
     if len(short):

@@ -4,8 +4,8 @@
 
 Files are gmsh `.msh` (2.2 or 4.1; groups are its physical groups of points, curves and surfaces, unnamed ones are called `tag_n`)
 or VTK `.vtu` (groups are arrays of zeros and ones, see `vtu`: on points a point group, on line cells an edge group, on triangles or
-quads a face group). What comes out of `read` is one piece of convex cells, all quads or all triangles, that meet side to side and
-turn the same way (`plate_audit`); whatever is dropped or turned on the way is told by a `Notice`.
+quads a face group). What comes out of `read` is one piece of convex cells, all quads or all triangles (`splitting`), that meet
+side to side and turn the same way (`plate_audit`); whatever is dropped or turned on the way is told by a `Notice`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..core import errors
-from . import meshes, plate_audit, vtu
+from . import meshes, plate_audit, splitting, vtu
 from .msh import Cells, Floats, Ints, Raw
 
 Kind = Literal["point", "edge", "face"]
@@ -37,15 +37,19 @@ class PlateMesh:
     path: Path | None = None  #: the file it was read from
 
 
-def read(path: Path | str, planar: bool, face: str | None = None, repair: bool = False, unit: float = 1.0) -> PlateMesh:
-    """The audited mesh in a `.msh` or `.vtu` file, or the part of it that a face group names.
+def read(
+    path: Path | str, planar: bool, face: str | None = None, repair: bool = False, unit: float = 1.0, corners: int | None = None
+) -> PlateMesh:
+    """The audited mesh in a file, or the part of it that a face group names.
 
     A planar body asks for a mesh in a plane z = constant. InputError names the file, and the ids and positions of what is wrong.
-    `repair` merges nodes at one place, see `repair`; `unit` is the length of the file's unit [m].
+    `repair` merges nodes at one place, see `repair`; `unit` is the length of the file's unit [m]. A mesh of quads and triangles is
+    split into cells of `corners` with a notice, see `splitting`; without `corners` it is refused.
     """
     path = Path(path)
     where = f"mesh {path}"
-    return _audited(meshes.load(path, where, repair, unit), where, path, planar, face)
+    raw = splitting.uniform(meshes.load(path, where, repair, unit), where, corners, face)
+    return _audited(raw, where, path, planar, face)
 
 
 def write(mesh: PlateMesh, path: Path | str) -> None:
@@ -174,10 +178,6 @@ def _faces(raw: Raw, where: str) -> Cells:
     """The triangles or the quads of a file, whichever there are."""
     used = "triangles, quads and their edges"
     meshes.require_cells(raw, where, ("quad", "triangle"), "export a surface mesh of first order", used)
-    if len(raw.triangles.nodes) and len(raw.quads.nodes):
-        few = min(raw.triangles, raw.quads, key=lambda part: len(part.nodes))
-        got = f"{len(raw.quads.nodes)} quads and {len(raw.triangles.nodes)} triangles, among them cells {few.numbers[:4].tolist()}"
-        raise errors.InputError(errors.say(where, "all quads or all triangles", got, "recombine or split them before export"))
     part, other = (raw.quads, raw.triangles) if len(raw.quads.nodes) else (raw.triangles, raw.quads)
     return Cells(part.nodes, part.numbers, other.groups | part.groups)
 

@@ -134,7 +134,7 @@ def scene_files(scene: Scene) -> list[Path]:
     """The file of a scene and the mesh, surface and Python files it reads, each once."""
     from ..shapes import meshes
 
-    names = {getattr(body, body.made_of) for body in scene.bodies.values() if body.made_of}
+    names = {name for body in scene.bodies.values() for name in body.files().values()}
     names |= set(scene.extensions or ())
     read = [meshes.path(name, scene.folder, allow_outside=True) for name in sorted(names)]
     return [path.absolute() for path in ([scene.path] if scene.path else []) + read]
