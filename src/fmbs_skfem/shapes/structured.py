@@ -107,7 +107,7 @@ def _named(shape: Surface, mesh: PlateMesh, found: Grid, cells: int) -> Surface:
     def fine(cell: Ints, i: Ints | int, j: Ints | int) -> Ints:
         return np.asarray((at[cell, 0] * cells + i) + e1 * cells * (at[cell, 1] * cells + j))
 
-    corner = {name: (int(fine(np.int64(c), int(x) * last, int(y) * last)), x, y) for name, (c, x, y) in points.items()}
+    corner = {name: (int(fine(np.array(c), int(x) * last, int(y) * last)), x, y) for name, (c, x, y) in points.items()}
     rows = {}
     for name, sides in edges.items():
         cell, side = sides.repeat(cells, axis=0).T
