@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -91,3 +92,21 @@ def test_a_blade_in_a_turning_frame(tmp_path: Path) -> None:
 def test_what_has_no_modes_is_refused(analysis: str, load: str, joint: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=message):
         studies.run(beam(tmp_path, analysis, load, joint))
+
+
+@pytest.mark.parametrize("method", ["load_steps", "arc_length"])
+def test_sweeps_of_equilibria(tmp_path: Path, method: str) -> None:
+    """Each member is the equilibrium that `run` finds; little bent, w = P L^3 / (3 EI)."""
+    text = beam(
+        tmp_path, f"{{type: static, load_steps: 4, method: {method}}}", "{type: point_force, at: beam.right, force: [0, P]}"
+    )
+    outputs = (
+        "outputs: {tip: {type: position, at: beam.right, component: y}}\nparameters: {P: {value: 0.01 N, range: [0.01 N, 2 N]}}\n"
+    )
+    text.write_text(text.read_text() + outputs)
+    with ThreadPoolExecutor(1) as threads:
+        found = studies.sweep(text, samples=3, design="grid", scheduler=threads)
+    np.testing.assert_allclose(found.points[:, 0], [0.01, 1.005, 2.0])
+    last = [column[np.isfinite(column)][-1] for column in found.outputs["tip"]]
+    assert last[0] == pytest.approx(0.01 / 3.0, rel=2e-5)
+    assert last[2] == pytest.approx(studies.run(text, parameters={"P": 2.0}).outputs["tip"][-1], rel=1e-12)

@@ -2,8 +2,8 @@
 
     task -> prepare, once a worker -> work, on one member after the other -> results
 
-A member is computed by itself: its numbers do not depend on which others ran in its process. Tasks: members of any family, and of a
-reduced model that was saved.
+A member is computed by itself: its numbers do not depend on which others ran in its process. Tasks: members of any family, of a
+reduced model that was saved, and paths of equilibria.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from ..core.errors import FmbsError, InputError, SolverError, say
 from ..core.notices import Notice
 
 if TYPE_CHECKING:
+    from ..dynamics.trajectory import Trajectory
     from ..systems.system import System
     from .cases import Case, Family
 
@@ -192,9 +193,22 @@ class ModelTask:
         return FamilyTask(family, {}, instants=self.instants).prepare()
 
 
+@dataclass(frozen=True)
+class PathTask:
+    """Paths of equilibria, which are solved as they are read."""
+
+    path: Callable[[Mapping[str, float]], Trajectory]  #: of values of the parameters
+    nominal: Mapping[str, float]  #: values at which the compiled code is made ready
+
+    def prepare(self) -> Work:
+        with warm_up():
+            self.path(self.nominal)
+        return lambda values: keep_outputs(self.path(values))
+
+
 @contextlib.contextmanager
 def warm_up() -> Iterator[None]:
-    """A step before time counts, so that everything is compiled; what fails or is worth a notice, the members say themselves."""
+    """A first run before time counts, so that all is compiled; what fails or is worth a notice, the members say themselves."""
     with contextlib.suppress(SolverError), warnings.catch_warnings():
         warnings.simplefilter("ignore", Notice)
         yield
@@ -202,11 +216,16 @@ def warm_up() -> Iterator[None]:
 
 def run_case(case: Case, instants: int) -> Result:
     """What a case gives; other threads of the worker get their turn now and then."""
-    from ..dynamics import outputs
-    from ..systems import probes
     from . import cases
 
-    motion = cases.run(case, choose_steps(case, instants), lambda fraction: None)
+    return keep_outputs(cases.run(case, choose_steps(case, instants), lambda fraction: None))
+
+
+def keep_outputs(motion: Trajectory) -> Result:
+    """The outputs at all stored states."""
+    from ..dynamics import outputs
+    from ..systems import probes
+
     return Result(motion.times, outputs(motion), probes.column_units(motion.system.outputs))
 
 

@@ -74,8 +74,11 @@ def scatter_matrix(sweep: Sweep, outputs: Sequence[str] = (), kind: str = "final
     return figure
 
 
-def fan(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figure:
-    """Histories of outputs over all members: the median, and bands that hold half, nine tenths and all of them."""
+def fan(sweep: Sweep, outputs: Sequence[str] = (), title: str = "", across: str = "time [s]") -> Figure:
+    """Histories of outputs over all members: the median, and bands that hold half, nine tenths and all of them.
+
+    `across` is the label of their common axis, along which the times of every member have to rise.
+    """
     chosen = choose_outputs(sweep, outputs, MOST_OUTPUTS)
     columns = 2 if len(chosen) > 3 else 1
     figure = charts.figure(7.2 if columns == 1 else 10.0, 2.5 * -(-len(chosen) // columns) + 0.9, title)
@@ -90,7 +93,7 @@ def fan(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figure:
         charts.rule(axes)
         axes.margins(x=0.0)
     for axes in grid[-1]:
-        axes.set_xlabel("time [s]")
+        axes.set_xlabel(across)
     charts.legend_below(figure, [name for _, _, name, _ in BANDS] + ["median"], [grid[0, 0]])
     return figure
 

@@ -23,6 +23,7 @@ from ..shapes.surface import Surface
 from ..systems import assembly, edges
 from ..systems.system import System, is_linear
 from . import times
+from .analyses import History
 from .consistency import places
 from .locations import where
 
@@ -119,6 +120,14 @@ def dynamic(scene: Scene) -> Dynamic:
     if not scene.analysis.moves:
         raise InputError(say(f"{scene.path or 'scene'}: analysis.type", "dynamic", scene.analysis.word))
     return cast("Dynamic", scene.analysis)
+
+
+def history(scene: Scene) -> History:
+    """The analysis of a scene that finds states over time or over the load factor."""
+    if not isinstance(scene.analysis, History):
+        wanted = "one with outputs, such as dynamic or static"
+        raise InputError(say(f"{scene.path or 'scene'}: analysis.type", wanted, scene.analysis.word))
+    return scene.analysis
 
 
 def _body(scene: Scene, name: str, cells: int | None, allow_outside: bool) -> Body:

@@ -16,6 +16,7 @@ from . import reading, schema
 
 if TYPE_CHECKING:
     from ..core.ranges import Parameter
+    from ..dynamics import Trajectory
     from ..reduction.cases import Case, Family
 
 
@@ -52,7 +53,20 @@ def member(
     from ..reduction.cases import Case
     from . import build
 
-    found = reading.again(scene, {name: float(value) for name, value in values.items()})
+    found = with_values(scene, values)
     analysis = build.dynamic(found)
     end = analysis.duration if duration is None else duration
     return Case(build.system(found, cells, allow_outside), analysis.scheme, end, analysis.newton)
+
+
+def equilibria(values: Mapping[str, float], scene: schema.Scene, allow_outside: bool = False) -> Trajectory:
+    """The path of a static scene with these values of its parameters; SolverError where it has none."""
+    from . import build
+
+    found = with_values(scene, values)
+    return build.history(found).solve(build.chosen_form(found, build.system(found, None, allow_outside)))
+
+
+def with_values(scene: schema.Scene, values: Mapping[str, float]) -> schema.Scene:
+    """The scene read again with other values of its parameters, SI."""
+    return reading.again(scene, {name: float(value) for name, value in values.items()})

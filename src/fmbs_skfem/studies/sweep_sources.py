@@ -20,11 +20,11 @@ from ..core.problems import Problem
 from ..core.ranges import Parameter, Scale
 from ..reduction import parameters as boxes
 from ..reduction import parametric_model, prediction, sensitivity
-from ..reduction.members import FamilyTask, ModelTask
+from ..reduction.members import FamilyTask, ModelTask, PathTask
 from ..results import sweep_files
 from ..scenes import build, yamlfile
 from ..scenes import parameters as texts
-from ..scenes.family import with_value
+from ..scenes.family import equilibria, with_value
 from . import job as jobs
 from . import models, reports
 from .job import Job
@@ -68,7 +68,11 @@ def of_scene(job: Job, ranges: Ranges, duration: float | None, instants: int) ->
     kept = tuple(own for own in known if own.name not in given and own.name not in job.changes)
     parameters = check_ranges(f"{job.path}", (*kept, *given.values()))
     nominal = boxes.completed(parameters, {})
-    task = FamilyTask(cases, nominal, functools.partial(build.chosen_form, read), instants)
+    task: Task
+    if build.history(read).moves:
+        task = FamilyTask(cases, nominal, functools.partial(build.chosen_form, read), instants)
+    else:
+        task = PathTask(functools.partial(equilibria, scene=read, allow_outside=job.allow_outside), nominal)
     title = read.name or job.path.stem
     return Members(title, parameters, task, f"{reports.fingerprint(read)} {instants}", scene=read)
 

@@ -174,7 +174,9 @@ def figures_of(job: Job, members: Members, table: Sweep) -> Figures:
     if table.columns:
         rules["response"] = partial(sweep_plots.response, table, title=members.name)
         rules["scatter"] = partial(sweep_plots.scatter_matrix, table, title=members.name)
-        rules["histories"] = partial(sweep_plots.fan, table, title=members.name)
+        across = "load factor" if members.scene is not None and not members.scene.analysis.clock else "time [s]"
+        if not (np.diff(table.times, axis=1) <= 0.0).any():  # as along a path whose load factor turns
+            rules["histories"] = partial(sweep_plots.fan, table, title=members.name, across=across)
     if members.predict is not None:
         model = parametric_model.load(job.path)
         if (found := prediction.read_record(model)) is not None:
