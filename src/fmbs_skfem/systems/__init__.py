@@ -14,6 +14,7 @@ from . import (
     loads,
     probes,
     springs,
+    stresses,
 )
 from .assembly import Motion, Rayleigh, assemble, eliminate
 from .checks import check_force, check_joint, check_system
@@ -37,6 +38,7 @@ __all__ = [
     "bushing",
     "probes",
     "gauges",
+    "stresses",
     "Rayleigh",
     "Motion",
     "System",

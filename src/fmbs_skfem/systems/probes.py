@@ -12,22 +12,18 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
-from scipy.sparse import csr_array, kron
+from scipy.sparse import csr_array
 
-from ..bodies import laws
-from ..bodies.body import locate, own
-from ..bodies.fields import recover
-from ..bodies.plate import local_table
 from ..core.declared import Declared
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
 from ..core.problems import Problem
-from ..shapes import surface
-from . import edges, fields, resultants
+from . import fields, resultants
 from .angles import continuous, turning
 from .constraint_functions import AXES, arm, needs_axis, unit
 from .own_symbols import norm, turned
 from .places import Draft
+from .surface_points import counts, recovered, surface_point
 from .system import Matrix, Output
 
 TIME = "t"  #: the first column of every table
@@ -325,37 +321,17 @@ class Stress(Probe):
     unit: ClassVar[str] = "Pa"
 
     def sense(self, name: str, draft: Draft) -> Output:
-        where, at = f"output '{name}'", self.at
-        part, shape = edges.shape_of(where, draft, at.body)
-        place = locate(part, at.place)
-        if not isinstance(place, tuple) or part.cells is None:
-            raise InputError(say(where, "a named point of a plate", at))
-        cell = int(place[0])
-        values = surface.basis(shape.space, np.array([cell]), np.array([place[1:]]))[None]
-        reference = part.shape_reference
-        local, _, curved = local_table(values, np.ones((1, 1)), reference[shape.nodes[[cell]]])
-        vectors, dim = part.cells.law.vectors, part.dim
-        indptr = np.arange(vectors + 1) * values.shape[3]
-        size = (vectors, shape.count)
-        gradients = csr_array((local[0, 0, :vectors].ravel(), np.tile(shape.nodes[cell], vectors), indptr), shape=size)
-        rows = draft.layout.widen(where, at.body, kron(own(part, gradients), np.eye(dim)))
-        section = part.cells.section[:, 0, cell].copy()
-        if dim == 3:
-            section[3:6] = curved[0, 0]
-        thickness = np.broadcast_to(part.thickness, len(shape.nodes))[cell]
-        parameters = (float(laws.number(part.cells.law)), float(thickness), *(float(value) for value in section))
-        return self.output(draft, (f"{name}_bottom", f"{name}_top"), [rows], parameters=parameters)
+        point = surface_point(f"output '{name}'", draft, self.at)
+        return self.output(draft, (f"{name}_bottom", f"{name}_top"), [point.rows], parameters=point.parameters)
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
-        law, thickness, *section = output.parameters
-        data = np.tile(np.array(section)[:, None], (1, len(sensed.times)))
-        return list(recover(laws.NUMBERS[int(law)], sensed.values.T, data, thickness).von_mises)
+        return list(recovered(output.parameters, sensed.values).von_mises)
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
-        law = laws.NUMBERS[int(output.parameters[0])]
-        return law.vectors * dim, 2, 2 + law.rows
+        rows, parameters = counts(output.parameters[0], dim)
+        return rows, 2, parameters
 
 
 @dataclass(frozen=True)

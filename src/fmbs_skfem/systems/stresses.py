@@ -1,0 +1,203 @@
+r"""Strains, stresses and section forces at a place, as outputs, with axes that move with the body.
+
+    surfaces    E(z) = E + z k,  S(z) = N/t + 12 z M/t^3 at z = -t/2, 0, t/2 along n; N = A C:E, M = B C:k (`bodies.fields`)
+    principal   s1, s2 = (s11 + s22)/2 +- sqrt((s11 - s22)^2/4 + s12^2),   angle of direction 1:  tan 2a = 2 s12 / (s11 - s22)
+    cables      N = EA (r'.r' - 1)/2,   M = EI (kappa - kappa0)                                                (`bodies.cable_law`)
+
+Components 1 and 2 refer to two orthonormal tangents of the reference shape, which the body carries along: axis 1 is the x axis of
+the scene as far as the surface allows (where it is nearly normal to x, the y axis), axis 2 = normal x axis 1. Stresses and forces
+are those of Piola and Kirchhoff, which are the true ones where strains are small. A positive M of a surface stretches the face
+z = t/2; that of a cable in the plane turns it counter-clockwise along its length, in space M is about the binormal.
+"""
+
+from __future__ import annotations
+
+from abc import ABC
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from scipy.sparse import csr_array, diags_array, kron, vstack
+
+from ..bodies import cable_law, laws
+from ..bodies.body import Body, locate, own
+from ..core.errors import InputError, say
+from ..shapes import line
+from ..shapes.surface import Surface
+from . import fields
+from .places import At, Draft
+from .probes import Probe, Sensed, Sizes
+from .surface_points import counts, recovered, surface_point
+from .system import Output
+
+FACES = ("bottom", "middle", "top")
+Face = Annotated[Literal["top", "middle", "bottom"], "on the face at t/2 along the normal, in the middle surface, or at -t/2"]
+COMPONENTS = ("11", "22", "12")
+TENSOR = (*COMPONENTS, "1", "2", "angle")
+CABLE_PLANE, CABLE_SPACE = ("N", "M"), ("N", "M", "Mx", "My", "Mz")
+RESULTANTS = ("N11", "N22", "N12", "N1", "N2", "M11", "M22", "M12", "M1", "M2")
+MEMBRANE = RESULTANTS[:5]
+
+
+def principal(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Principal values s1 >= s2 (...) and the angle of direction 1 from axis 1 [rad] of tensors 11, 22, 12 (3, ...)."""
+    middle, half = 0.5 * (tensor[0] + tensor[1]), 0.5 * (tensor[0] - tensor[1])
+    radius = np.hypot(half, tensor[2])
+    return middle + radius, middle - radius, 0.5 * np.arctan2(tensor[2], half)
+
+
+def axes_text(axes: np.ndarray) -> str:
+    """Axes 1 and 2 of the reference in words."""
+    shown = [", ".join(f"{value + 0.0:.4g}" for value in np.round(axis, 6)) for axis in axes]
+    return f"axis 1 ({shown[0]}), axis 2 ({shown[1]}) of the reference"
+
+
+class Tensor(Probe, ABC):
+    """A symmetric tensor at a named point of a plate or shell."""
+
+    at: fields.OnSurface
+    face: Face
+
+    def sense(self, name: str, draft: Draft) -> Output:
+        point = surface_point(f"output '{name}'", draft, self.at)
+        text = axes_text(point.axes)
+        turn = f"angle from axis 1 to the first principal direction, {text}"
+        labels = (*(f"{part}, {text}" for part in COMPONENTS), "first principal value", "second principal value", turn)
+        parameters = (float(FACES.index(self.face)), *point.parameters)
+        columns = tuple(f"{name}_{part}" for part in TENSOR)
+        return self.output(draft, columns, [point.rows], parameters=parameters, labels=labels)
+
+    @classmethod
+    def units(cls, name: str, output: Output) -> tuple[str, ...]:
+        return (*(cls.unit,) * 5, "rad")
+
+    @classmethod
+    def sizes(cls, output: Output, dim: int) -> Sizes:
+        rows, parameters = counts(output.parameters[1], dim)
+        return rows, len(TENSOR), 1 + parameters
+
+
+@dataclass(frozen=True)
+class StressTensor(Tensor):
+    """Stress [Pa] at a named point of a plate or shell: 11, 22, 12, principal values 1 and 2, angle [rad] of the first to axis 1.
+
+    Axis 1 is the x axis of the scene as far as the surface allows, axis 2 normal to it in the surface; both move with the body.
+
+    {type: stress_tensor, at: plate.corner, face: bottom}
+    """
+
+    at: fields.OnSurface
+    face: Face = "top"
+    unit: ClassVar[str] = "Pa"
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        stress = recovered(output.parameters[1:], sensed.values).stress[int(output.parameters[0])]
+        return [*stress, *principal(stress)]
+
+
+@dataclass(frozen=True)
+class StrainTensor(Tensor):
+    """Green's strain [-] at a named point of a plate or shell: 11, 22, 12, principal values 1 and 2, angle [rad] of the first.
+
+    Axes as those of `stress_tensor`; 12 is half of the angle of shear.
+
+    {type: strain_tensor, at: plate.corner, face: middle}
+    """
+
+    at: fields.OnSurface
+    face: Face = "top"
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        found = recovered(output.parameters[1:], sensed.values)
+        strain = found.strain + (0.5 * output.parameters[0] - 0.5) * output.parameters[2] * found.curvature
+        return [*strain, *principal(strain)]
+
+
+@dataclass(frozen=True)
+class SectionForces(Probe):
+    """Forces and moments of the section at a place of a cable, or at a named point of a plate or shell.
+
+    Cables have the axial force N [N] and the bending moment M [N m], in the plane with its sign (counter-clockwise along the line),
+    in space with its vector Mx, My, Mz. Plates and shells have membrane forces N11, N22, N12 [N/m] and moments M11, M22, M12 [N] a
+    length, positive where they stretch the face at t/2, with principal values N1, N2, M1, M2; axes as those of `stress_tensor`.
+
+    {type: section_forces, at: beam.left}
+    """
+
+    at: fields.Place
+    unit: ClassVar[str] = "N"
+
+    def sense(self, name: str, draft: Draft) -> Output:
+        where = f"output '{name}'"
+        part = draft.layout.body(where, self.at)
+        if isinstance(part.space, Surface):
+            point = surface_point(where, draft, self.at)
+            words = RESULTANTS if part.dim == 3 else MEMBRANE
+            text = axes_text(point.axes)
+            labels = tuple(f"{word}, {text}" if len(word) == 3 else "principal value" for word in words)
+            columns = tuple(f"{name}_{word}" for word in words)
+            return self.output(draft, columns, [point.rows], parameters=point.parameters, labels=labels)
+        rows, parameters = cable_point(where, part, self.at)
+        columns = tuple(f"{name}_{word}" for word in (CABLE_PLANE if part.dim == 2 else CABLE_SPACE))
+        wide = draft.layout.widen(where, self.at.body, kron(rows, np.eye(part.dim)))
+        return self.output(draft, columns, [wide], parameters=parameters)
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        if len(output.columns) in (len(CABLE_PLANE), len(CABLE_SPACE)) and len(output.parameters) == 4:
+            return cable_forces(output.parameters, sensed.values)
+        found = recovered(output.parameters, sensed.values)
+        t, (below, middle, above) = output.parameters[1], found.stress
+        N, M = t * middle, t**2 * (above - below) / 12.0
+        columns = [*N, *principal(N)[:2], *M, *principal(M)[:2]]
+        return columns[: len(output.columns)]
+
+    @classmethod
+    def units(cls, name: str, output: Output) -> tuple[str, ...]:
+        if len(output.parameters) == 4:
+            return ("N", *("N m",) * (len(output.columns) - 1))
+        return ("N/m",) * 5 + ("N",) * (len(output.columns) - 5)
+
+    @classmethod
+    def sizes(cls, output: Output, dim: int) -> Sizes:
+        if len(output.parameters) == 4:
+            return 2 * dim, len(CABLE_PLANE if dim == 2 else CABLE_SPACE), 4
+        rows, parameters = counts(output.parameters[0], dim)
+        return rows, len(RESULTANTS if dim == 3 else MEMBRANE), parameters
+
+
+def cable_point(where: str, part: Body, at: At) -> tuple[csr_array, tuple[float, ...]]:
+    """Rows (2, b) of r' and r'' at a place of a cable, by reference arc length; its law, EA [N], EI [N m2] and kappa0 [1/m]."""
+    xi = locate(part, at.place) if isinstance(part.space, line.BSpline | line.Hermite) else None
+    if part.cells is None or part.cells.law not in laws.CABLES or not isinstance(xi, float | int):
+        raise InputError(say(where, "a place of a cable with a law of this package, or a named point of a plate", at))
+    first, second = (own(part, line.sample(part.space, np.array([float(xi)]), k)) for k in (1, 2))
+    r1, r2 = first @ part.reference, second @ part.reference
+    J = np.linalg.norm(r1, axis=1)
+    slope = diags_array(1 / J) @ first
+    bend = diags_array(1 / J**2) @ second - diags_array(np.einsum("xc,xc->x", r1, r2) / J**4) @ first
+    rows = csr_array(vstack([slope, bend]))
+    law = part.cells.law
+    kappa0 = cable_law.curvatures(law.option, part.dim, (rows @ part.reference).reshape(1, -1))
+    breaks = line.breaks(part.space)
+    cell = int(np.clip(np.searchsorted(breaks, xi, side="right") - 1, 0, part.cells.section.shape[2] - 1))
+    EA, EI = part.cells.section[:2, :, cell].mean(axis=1)
+    return rows, (float(laws.number(law)), float(EA), float(EI), float(kappa0[0]))
+
+
+def cable_forces(parameters: tuple[float, ...], u: np.ndarray) -> list[np.ndarray]:
+    """N and M (s,), in space with the vector of M, of r' and r'' (s, 2 c)."""
+    number, EA, EI, kappa0 = parameters
+    dim = u.shape[1] // 2
+    slope, bend = u[:, :dim], u[:, dim:]
+    M = EI * (cable_law.curvatures(laws.NUMBERS[int(number)].option, dim, u) - kappa0)
+    N = EA * 0.5 * (np.sum(slope * slope, axis=1) - 1.0)
+    if dim == 2:
+        return [N, M]
+    normal = np.cross(slope, bend)
+    size = np.linalg.norm(normal, axis=1)
+    binormal = np.divide(normal, size[:, None], out=np.zeros_like(normal), where=size[:, None] > 0.0)
+    return [N, M, *(M[:, None] * binormal).T]

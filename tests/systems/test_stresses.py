@@ -1,0 +1,125 @@
+"""Strains, stresses and section forces as outputs, against beams and plates with known sections; their units and axes."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from skfem import MeshLine, MeshQuad
+
+from fmbs_skfem import scenes
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.shapes import meshes, plate_meshes
+from fmbs_skfem.systems.probes import column_labels, column_units
+
+FOLDER = Path(__file__).parents[2] / "meshes"
+BEAM = """\
+schema: 1
+dimension: {dim}
+bodies:
+  beam: {{type: cable, mesh: line.msh, section: {{shape: circular, diameter: 10 mm}}, rotation: {rotation},
+         material: {{young_modulus: 1 GPa, density: 1000}}}}
+joints: {{clamp: {{type: clamp, at: beam.left}}}}
+loads: {{push: {{type: point_force, at: beam.right, force: {force}}}}}
+analysis: {{type: static, load_steps: 1}}
+outputs: {{root: {{type: section_forces, at: beam.left}}, middle: {{type: section_forces, at: {{body: beam, s: 0.25 m}}}}}}
+"""
+PLATE = """\
+schema: 1
+dimension: {dim}
+bodies:
+  strip: {{type: plate, mesh: strip.msh, interpolation: {kind}, thickness: 10 mm, rotation: {rotation},
+          material: {{young_modulus: 1 GPa, density: 1000, poisson_ratio: {nu}}}}}
+joints: {{left: {{type: edge, body: strip, edges: left{slope}}}}}
+loads: {{tip: {{type: edge_load, body: strip, edges: right, force: {force}}}}}
+analysis: {{type: static, load_steps: 1}}
+outputs:
+  stress: {{type: stress_tensor, at: strip.{at}}}
+  below: {{type: stress_tensor, at: strip.{at}, face: bottom}}
+  strain: {{type: strain_tensor, at: strip.{at}}}
+  middle: {{type: strain_tensor, at: strip.{at}, face: middle}}
+  forces: {{type: section_forces, at: strip.{at}}}
+  mises: {{type: stress, at: strip.{at}}}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    line = MeshLine(np.linspace(0.0, 1.0, 5)).with_boundaries({"left": lambda x: x[0] == 0.0, "right": lambda x: x[0] == 1.0})
+    meshes.write(meshes.from_skfem(line), tmp_path / "line.msh")
+    quad = MeshQuad.init_tensor(np.linspace(0.0, 1.0, 5), np.linspace(0.0, 0.5, 3))
+    quad = quad.with_boundaries({"left": lambda x: x[0] == 0.0, "right": lambda x: x[0] == 1.0})
+    mesh = plate_meshes.from_skfem(quad)
+    at = [np.flatnonzero(np.all(np.abs(mesh.points[:, :2] - place) < 1e-12, axis=1)) for place in ([0.5, 0.25], [0.0, 0.0])]
+    named = {"middle": at[0], "root": at[1]}
+    plate_meshes.write(type(mesh)(mesh.points, mesh.cells, named, mesh.edge_groups, mesh.face_groups), tmp_path / "strip.msh")
+    return tmp_path
+
+
+def solved(text: str, folder: Path) -> dict[str, float]:
+    """Last values of all columns."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Notice)
+        return {name: float(values[-1]) for name, values in scenes.loads(text, folder).run().outputs.items()}
+
+
+def test_sections_of_a_cantilever(folder: Path) -> None:
+    """A tip load F: M = F (L - s), turning to the side of the force; in space about the axis e x F, however the beam lies."""
+    found = solved(BEAM.format(dim=2, rotation="30 deg", force="[-0.5e-6, 0.8660254037844387e-6]"), folder)
+    assert [found["root_M"], found["middle_M"]] == pytest.approx([1e-6, 0.75e-6], rel=1e-6)
+    assert abs(found["root_N"]) < 1e-9
+    found = solved(BEAM.format(dim=2, rotation="0 deg", force="[1 N, 0]"), folder)
+    assert found["root_N"] == pytest.approx(1.0, rel=1e-4)  # of Piola and Kirchhoff: N (1 + 1.3e-5) = F
+    space = BEAM.format(dim=3, rotation="{axis: [0, 0, 1], angle: 90 deg}", force="[0, 0, 1e-6 N]")
+    found = solved(space, folder)
+    assert [found[f"root_{word}"] for word in ("M", "Mx", "My", "Mz")] == pytest.approx([1e-6, 1e-6, 0, 0], rel=1e-6, abs=1e-13)
+
+
+def test_membrane_of_a_turned_strip(folder: Path) -> None:
+    """Uniaxial stress s along 30 degrees: S11 = s cos^2, S22 = s sin^2, S12 = s sin cos, principal values s and 0; E = S / E."""
+    c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
+    text = PLATE.format(dim=2, kind="ancf", rotation="30 deg", nu=0, slope="", force=f"[{10 * c}, {10 * s}]", at="middle")
+    found = solved(text, folder)
+    tensor = np.array([c * c, s * s, c * s, 1.0, 0.0])
+    words = ("11", "22", "12", "1", "2")
+    assert [found[f"stress_{word}"] for word in words] == pytest.approx(1e3 * tensor, rel=1e-5, abs=1e-6)
+    assert [found[f"strain_{word}"] for word in words] == pytest.approx(1e-6 * tensor, rel=1e-5, abs=1e-15)
+    assert [found[f"forces_N{word}"] for word in words] == pytest.approx(10 * tensor, rel=1e-5, abs=1e-8)
+    assert found["stress_angle"] == pytest.approx(np.pi / 6, rel=1e-6)
+    assert found["mises_top"] == pytest.approx(1e3, rel=1e-5)
+    assert not any(name.startswith("forces_M") for name in found)
+
+
+@pytest.mark.parametrize("turn", ["{axis: [0, 0, 1], angle: 0 deg}", "{axis: [0, 0, 1], angle: 90 deg}"])
+def test_bending_of_a_strip(folder: Path, turn: str) -> None:
+    """A line load q down at the tip, no Poisson's ratio: M = q L at the root stretches the top, S = +-6 M / t^2, E = S / E."""
+    text = PLATE.format(dim=3, kind="bfs", rotation=turn, nu=0, slope=", slope: xyz", force="[0, 0, -1e-3 N/m]", at="root")
+    found, along = solved(text, folder), "22" if "90" in turn else "11"
+    assert found[f"forces_M{along}"] == pytest.approx(1e-3, rel=1e-6)
+    assert [found["forces_M1"], found["forces_M2"]] == pytest.approx([1e-3, 0.0], rel=1e-6, abs=1e-12)
+    assert [found[f"stress_{along}"], found[f"below_{along}"]] == pytest.approx([60.0, -60.0], rel=1e-5)
+    assert [found[f"strain_{along}"], found[f"middle_{along}"]] == pytest.approx([6e-8, 0.0], rel=1e-5, abs=1e-12)
+    assert found["mises_bottom"] == pytest.approx(60.0, rel=1e-5)
+
+
+def test_units_and_labels(folder: Path) -> None:
+    text = PLATE.format(
+        dim=3, kind="bfs", rotation="{axis: [0, 0, 1], angle: 0 deg}", nu=0.3, slope="", force="[0, 0, 1]", at="root"
+    )
+    outputs = scenes.build.system(scenes.loads(text, folder)).outputs
+    units, labels = column_units(outputs), column_labels(outputs)
+    assert (units["stress_11"], units["stress_angle"], units["strain_2"]) == ("Pa", "rad", "")
+    assert (units["forces_N12"], units["forces_M12"], units["forces_M1"]) == ("N/m", "N", "N")
+    assert labels["stress_11"] == "11, axis 1 (1, 0, 0), axis 2 (0, 1, 0) of the reference"
+
+
+def test_places_without_a_section_are_refused(folder: Path) -> None:
+    text = BEAM.format(dim=2, rotation="0 deg", force="[0, 0]")
+    text = text.replace("joints:", "  hub: {type: rigid, mass: 1, inertia: 1, center: [0, 0]}\njoints:").replace(
+        "beam.left}, m", "hub}, m"
+    )
+    with pytest.raises(InputError, match="a place of a cable with a law of this package, or a named point of a plate"):
+        scenes.build.system(scenes.loads(text, folder))
