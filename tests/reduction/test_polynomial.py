@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fmbs_skfem.bodies import membrane_law
+from fmbs_skfem.bodies import laws
 from fmbs_skfem.bodies.laws import Law
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.reduction import polynomial
@@ -68,11 +68,11 @@ def all_points(sampled: Sampled, x: np.ndarray) -> tuple[float, np.ndarray, np.n
     points = sampled.section.shape[2]
     u = (sampled.rows @ x + sampled.offset).reshape(4, 1, points)
     S, D = np.zeros_like(u), np.zeros((4, 4, 1, points))
-    membrane_law.stress(u, u, 0.0, sampled.section, S)
-    membrane_law.modulus(u, 0.0, sampled.section, D)
+    laws.stress(Law.MEMBRANE, u, u, 0.0, sampled.section, S)
+    laws.modulus(Law.MEMBRANE, u, 0.0, sampled.section, D)
     J = sampled.rows.reshape(4, points, -1)
     tangent = np.einsum("ipr,ijp,jps->rs", J, D[:, :, 0], J, optimize=True)
-    return membrane_law.energy(u, sampled.section), sampled.rows.T @ S.ravel(), tangent
+    return laws.energy(Law.MEMBRANE, u, sampled.section), sampled.rows.T @ S.ravel(), tangent
 
 
 def evaluate(model: Quartic, x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:

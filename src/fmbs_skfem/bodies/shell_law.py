@@ -84,42 +84,46 @@ def bending_strains(u: np.ndarray, n: Vector, section: np.ndarray, p: int, e: in
     return dot(n, d1) - section[3, p, e], dot(n, d2) - section[4, p, e], dot(n, d3) - section[5, p, e]
 
 
-@jit
-def energy(u: np.ndarray, section: np.ndarray) -> float:
-    """Strain energy [J] summed over all points."""
-    total = 0.0
-    for p in range(u.shape[1]):
-        for e in range(u.shape[2]):
+@entry
+def energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+    """Strain energy [J] summed over all points: W[0]."""
+    u, section, total = carray(u, (rows, points, cells)), carray(section, (LINES, points, cells)), 0.0
+    for p in range(points):
+        for e in range(cells):
             a1, a2 = vector(u, 0, p, e), vector(u, 1, p, e)
             n, _ = normal(a1, a2)
             E, k, nu = membrane_strains(a1, a2), bending_strains(u, n, section, p, e), section[2, p, e]
-            W = quadratic(section[0, p, e], nu, E[0], E[1], E[2]) + quadratic(section[1, p, e], nu, k[0], k[1], k[2])
-            total += section[6, p, e] * W
-    return total
+            stretching, bending = (
+                quadratic(section[0, p, e], nu, E[0], E[1], E[2]),
+                quadratic(section[1, p, e], nu, k[0], k[1], k[2]),
+            )
+            total += section[6, p, e] * (stretching + bending)
+    carray(W, 1)[0] = total
 
 
-@jit
-def stress(u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
+@entry
+def stress_at(u: Any, rate: Any, section: Any, S: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
     """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (15, p, e).
 
     dW/dr,a = N_ab r,b - m_i G_i^a n,  dW/dr,i = m_i n,  with m = (M11, M22, 2 M12).
 
     Cells go through a block in which all rows have fixed places: so the compiler sees that they do not overlap, and vectorises.
     """
-    block = np.empty(15 * WIDTH)
-    for p in range(u.shape[1]):
-        for first in range(0, u.shape[2], WIDTH):
-            cells = min(WIDTH, u.shape[2] - first)
-            set_elastic(u, section, p, first, cells, block)
+    shape, block = (rows, points, cells), np.empty(15 * WIDTH)
+    u, rate, section, S = carray(u, shape), carray(rate, shape), carray(section, (LINES, points, cells)), carray(S, shape)
+    for p in range(points):
+        for first in range(0, cells, WIDTH):
+            count = min(WIDTH, cells - first)
+            set_elastic(u, section, p, first, count, block)
             for row in range(15):
-                target = S[row, p, first : first + cells]
-                for i in range(cells):
+                target = S[row, p, first : first + count]
+                for i in range(count):
                     target[i] = block[row * WIDTH + i]
             if beta > 0.0:
-                set_damping(u, rate, beta, section, p, first, cells, block)
+                set_damping(u, rate, beta, section, p, first, count, block)
                 for row in range(15):
-                    target = S[row, p, first : first + cells]
-                    for i in range(cells):
+                    target = S[row, p, first : first + count]
+                    for i in range(count):
                         target[i] += block[row * WIDTH + i]
 
 
@@ -205,12 +209,13 @@ def put_vector(block: np.ndarray, k: int, i: int, a: Vector) -> None:
     block[(3 * k + 2) * WIDTH + i] = a[2]
 
 
-@jit
-def modulus(u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
+@entry
+def modulus_at(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
     """D = weight d2W/du2 + beta (material part), shape (15, 15, p, e), symmetric; `beta` [-]: damping time times gh."""
-    frame, force, C, G = np.empty((8, 3)), np.empty((2, 3)), np.zeros((3, 3)), np.empty((2, 3))
-    for p in range(u.shape[1]):
-        for e in range(u.shape[2]):
+    shape, frame, force, C, G = (rows, points, cells), np.empty((8, 3)), np.empty((2, 3)), np.zeros((3, 3)), np.empty((2, 3))
+    u, section, D = carray(u, shape), carray(section, (LINES, points, cells)), carray(D, (rows, rows, points, cells))
+    for p in range(points):
+        for e in range(cells):
             set_frame(u, p, e, frame)
             set_forces(u, section, p, e, force)
             factor, nu = (1.0 + beta) * section[6, p, e], section[2, p, e]
@@ -297,22 +302,3 @@ def set_curvature_blocks(p: int, e: int, frame: np.ndarray, force: np.ndarray, C
             for j in range(i + 1):
                 for k in range(3 if j < i else c + 1):
                     D[row, 6 + 3 * j + k, p, e] = D[6 + 3 * j + k, row, p, e] = C[i, j] * n[c] * n[k]
-
-
-@entry
-def energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
-    """`energy` as an entry: W[0]."""
-    carray(W, 1)[0] = energy(carray(u, (rows, points, cells)), carray(section, (LINES, points, cells)))
-
-
-@entry
-def stress_at(u: Any, rate: Any, section: Any, S: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
-    """`stress` as an entry."""
-    shape = (rows, points, cells)
-    stress(carray(u, shape), carray(rate, shape), beta, carray(section, (LINES, points, cells)), carray(S, shape))
-
-
-@entry
-def modulus_at(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
-    """`modulus` as an entry."""
-    modulus(carray(u, (rows, points, cells)), beta, carray(section, (LINES, points, cells)), carray(D, (rows, rows, points, cells)))
