@@ -9,7 +9,7 @@ LAPACK counts along columns, numpy along rows, hence a row of an array is a colu
     right-hand sides    (i, n)            row i is one right-hand side, replaced by its solution
     symmetric band      (n, d+1)          band[j, i-j] = A[i, j] for i = j..j+d, lower half, d sub-diagonals
     general band        (n, 2l+u+1)       band[j, l+u+i-j] = A[i, j] for i = j-u..j+l; the first l columns are room to pivot
-    dense               (n, n)            matrix[j, i] = A[i, j], the transpose; solve with `T` for a matrix stored by rows
+    dense               (n, n)            matrix[j, i] = A[i, j], the transpose
     pivots              (n,) int32
 
 All arrays are C-contiguous, numbers are float64. Every function returns LAPACK's `info`: 0 done; i > 0 the i-th pivot is zero or
@@ -38,10 +38,7 @@ ADDRESSES: np.ndarray = np.array(
     [get_cython_function_address("scipy.linalg.cython_lapack", name) for name in _ROUTINES], dtype=np.int64
 )
 
-N = ord("N")  #: solve A x = b
-T = ord("T")  #: solve A^T x = b
-
-_LOWER = ord("L")
+_LOWER, _PLAIN = ord("L"), ord("N")  #: the half of a symmetric band, and A x = b instead of A^T x = b
 
 
 def _check(addresses: Any, arguments: Any) -> None:
@@ -105,14 +102,12 @@ def gbtrf(addresses: np.ndarray, band: np.ndarray, lower: int, upper: int, pivot
 
 
 @jit
-def gbtrs(
-    addresses: np.ndarray, band: np.ndarray, lower: int, upper: int, pivots: np.ndarray, rhs: np.ndarray, trans: int = N
-) -> int:
-    """Solve A x = b (`N`) or A^T x = b (`T`) in place for every row of `rhs` (i, n), with `band` and `pivots` from `gbtrf`."""
+def gbtrs(addresses: np.ndarray, band: np.ndarray, lower: int, upper: int, pivots: np.ndarray, rhs: np.ndarray) -> int:
+    """Solve A x = b in place for every row of `rhs` (i, n), with `band` and `pivots` from `gbtrf`."""
     n, width = band.shape
     if width != 2 * lower + upper + 1 or pivots.size != n or rhs.shape[1] != n:
         return -1
-    return _call(addresses, _GBTRS, (np.int8(trans), n, lower, upper, rhs.shape[0], band, width, pivots, rhs, max(n, 1)))
+    return _call(addresses, _GBTRS, (np.int8(_PLAIN), n, lower, upper, rhs.shape[0], band, width, pivots, rhs, max(n, 1)))
 
 
 @jit
@@ -125,12 +120,9 @@ def getrf(addresses: np.ndarray, matrix: np.ndarray, pivots: np.ndarray) -> int:
 
 
 @jit
-def getrs(addresses: np.ndarray, matrix: np.ndarray, pivots: np.ndarray, rhs: np.ndarray, trans: int = N) -> int:
-    """Solve A x = b (`N`) or A^T x = b (`T`) in place for every row of `rhs` (i, n), with `matrix` = A^T and `pivots` from `getrf`.
-
-    A matrix that was stored by rows, matrix[i, j] = K[i, j], is A = K^T: use `T` to solve K x = b.
-    """
+def getrs(addresses: np.ndarray, matrix: np.ndarray, pivots: np.ndarray, rhs: np.ndarray) -> int:
+    """Solve A x = b in place for every row of `rhs` (i, n), with `matrix` = A^T and `pivots` from `getrf`."""
     n = matrix.shape[0]
     if matrix.shape[1] != n or pivots.size != n or rhs.shape[1] != n:
         return -1
-    return _call(addresses, _GETRS, (np.int8(trans), n, rhs.shape[0], matrix, max(n, 1), pivots, rhs, max(n, 1)))
+    return _call(addresses, _GETRS, (np.int8(_PLAIN), n, rhs.shape[0], matrix, max(n, 1), pivots, rhs, max(n, 1)))

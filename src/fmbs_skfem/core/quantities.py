@@ -38,8 +38,8 @@ def convert(value: object, dimension: Dimension, parameters: Mapping[str, Quanti
     """The SI value of a number, text or expression of parameters, of the wanted dimension."""
     quantity = read(value, parameters)
     got, wanted = quantity.exponents, dimension.exponents
-    turns = got[:3] == wanted[:3] and (wanted[3] or _is_expression(value))  # radians are numbers: a velocity may be r * w
-    if got not in (wanted, NUMBER.exponents) and not turns:
+    # radians are numbers: a velocity may be r * w
+    if not (got in (wanted, NUMBER.exponents) or (got[:3] == wanted[:3] and (wanted[3] or _is_expression(value)))):
         raise Problem(str(dimension), f"{shown(value)} ({describe(got)})", _advice(dimension))
     refuse_cycles(quantity, dimension, value)
     return quantity.value

@@ -50,10 +50,7 @@ def assemble(table: Any) -> int:
     elif evaluation.sum_tangents(table) != 0:
         return 1
     scale(S.method.c, s.W)
-    if len(A.blocks.indptr) > 1:
-        kernels.add_pairs_to_rows(A.pairs, A.probes, s.H, A.blocks, s.W[0])
-    else:
-        kernels.add_pairs(A.pairs, A.probes, s.H, A.dense, s.W)
+    kernels.add_pairs(A.pairs, A.probes, s.H, A.dense, A.blocks, s.W)
     return 0
 
 

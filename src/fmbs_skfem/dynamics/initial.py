@@ -217,10 +217,9 @@ def first_state(model: Compiled, start: Start, c: float, memory: np.ndarray | No
     xc, vc, ac, early = (np.ascontiguousarray(part[model.order]) for part in (start.x, *moved, start.a))
     history, past = (np.zeros((stepping.HISTORY, len(part))) for part in (xc, start.multipliers))
     history[0], past[0] = early, start.multipliers * c
-    speed = np.array([compilation.size(model, start.v)])
-    known = np.array([1]), np.array([0]), speed, np.array([0]), np.array([np.inf])
-    kept = compilation.accepted(model, start.x, start.v) if memory is None else memory
-    return State(xc, vc, ac, early, start.multipliers * c, history, past, *known[:2], kept, *known[2:])
+    multipliers, memory = start.multipliers * c, compilation.accepted(model, start.x, start.v) if memory is None else memory
+    speed, halved, change = np.array([compilation.size(model, start.v)]), np.array([0]), np.array([np.inf])
+    return State(xc, vc, ac, early, multipliers, history, past, np.array([1]), np.array([0]), memory, speed, halved, change)
 
 
 def first_step(model: Compiled, start: Start, method: Method, stored: int) -> Step:

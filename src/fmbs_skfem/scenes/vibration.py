@@ -115,9 +115,10 @@ def real_motions(linear: Linear, free: Free, count: int) -> Motions:
 def complex_motions(linear: Linear, free: Free, count: int, system: System) -> Motions:
     """Complex modes; zeros of free motions, which come twice, each once."""
     idle = len(free.names)
+    wanted = count + idle
     if shapes.stands_alone(linear, free):
-        linear = shapes.apart_from(linear, free)
-    modes = dynamics.complex_modes(linear, min(count + idle, len(linear.x) - len(linear.rows)))
+        linear, wanted = shapes.apart_from(linear, free), max(count - idle, 1)
+    modes = dynamics.complex_modes(linear, min(wanted, len(linear.x) - len(linear.rows)))
     slow = np.abs(modes.eigenvalues) <= STILL * fastest(linear)
     kept = np.flatnonzero(~(slow & shapes.are_free(modes.shapes, free, system.metric)))[: max(count - idle, 0)]
     idle = min(idle, count)

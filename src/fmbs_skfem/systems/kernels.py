@@ -353,8 +353,11 @@ def constraint_slopes(A: Terms, y: np.ndarray, signals: np.ndarray, multipliers:
 
 
 @jit
-def add_pairs(A: Pairs, P: Csr, H: np.ndarray, dense: bool, W: np.ndarray) -> None:
-    """W += P^T H P for the probe pairs; a lower band takes the symmetric part. Most contacts are open: their H is zero."""
+def add_pairs(A: Pairs, P: Csr, H: np.ndarray, dense: bool, blocks: Csr, W: np.ndarray) -> None:
+    """W += P^T H P for the probe pairs. Most contacts are open: their H is zero.
+
+    A lower band takes the symmetric part, and so does W (1, k) by the rows of its upper triangle with the columns of `blocks`.
+    """
     for k in range(len(A.rows)):
         if H[k] == 0.0:
             continue
@@ -365,24 +368,13 @@ def add_pairs(A: Pairs, P: Csr, H: np.ndarray, dense: bool, W: np.ndarray) -> No
                 j = P.indices[q]
                 if dense:
                     W[i, j] += value * P.data[q]
+                    continue
+                low, part = min(i, j), (1.0 if i == j else 0.5) * value * P.data[q]
+                if len(blocks.indptr) > 1:
+                    start = blocks.indptr[low]
+                    W[0, start + np.searchsorted(blocks.indices[start : blocks.indptr[low + 1]], max(i, j))] += part
                 else:
-                    W[min(i, j), abs(i - j)] += (1.0 if i == j else 0.5) * value * P.data[q]
-
-
-@jit
-def add_pairs_to_rows(A: Pairs, P: Csr, H: np.ndarray, pattern: Csr, W: np.ndarray) -> None:
-    """As `add_pairs`, the symmetric part, for W by the rows of its upper triangle with the columns of `pattern`."""
-    for k in range(len(A.rows)):
-        if H[k] == 0.0:
-            continue
-        a, b = A.rows[k, 0], A.rows[k, 1]
-        for p in range(P.indptr[a], P.indptr[a + 1]):
-            i, value = P.indices[p], H[k] * P.data[p]
-            for q in range(P.indptr[b], P.indptr[b + 1]):
-                j = P.indices[q]
-                row = pattern.indices[pattern.indptr[min(i, j)] : pattern.indptr[min(i, j) + 1]]
-                at = pattern.indptr[min(i, j)] + np.searchsorted(row, max(i, j))
-                W[at] += (1.0 if i == j else 0.5) * value * P.data[q]
+                    W[low, abs(i - j)] += part
 
 
 @jit
