@@ -145,6 +145,22 @@ def test_strains_outside_are_told_with_time_place_and_remedy() -> None:
     assert parts.placed(old, "arm", shift).shapes.positions.size == 0  # type: ignore[union-attr]
 
 
+def test_many_strains_outside_are_summed_up_in_two_lines() -> None:
+    """The first that leaves its training is told at once, all others at the end: three arms, each of which turns faster."""
+    bodies = [parts.placed(alone().body, f"{k}", np.array([0.0, 2.0 * k, 0.0])) for k in range(3)]
+    held = [joints.Pin(f"A{k}", At(f"{k}", "left")) for k in range(3)]
+    spins = [60.0 + 5.0 * k for k in range(3)]
+    turns = {f"{k}": Motion((2.0 * k * w, 0.0, 0.0), angular_velocity=(0.0, 0.0, w)) for k, w in enumerate(spins)}
+    with pytest.warns(Notice) as shown:
+        motion = integrate(eliminate(assemble(bodies, held, initial=turns)), SCHEME, 0.1, SHARP)
+    told, found = [str(one.message) for one in shown], departures.find(motion)
+    assert len({one.body for one in found}) == 3
+    assert len(told) <= 2
+    worst = max(found, key=lambda one: one.excess)
+    assert f"part '{worst.body}': {worst.kind} {worst.value:.3g}" in told[-1]
+    assert f"{len(found) - 1} more of 3 parts are outside, too" in told[-1]
+
+
 def test_a_caller_that_takes_warnings_for_errors_stops_the_run_when_strains_leave_the_training() -> None:
     spin = Motion(angular_velocity=(0.0, 0.0, 60.0))
     system = assemble([alone().body], [joints.Pin("A", At("arm", "left"))], initial={"arm": spin})

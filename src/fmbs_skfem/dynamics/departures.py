@@ -9,7 +9,7 @@ surface. Their range is that of the training at the sampled points, where stored
 from __future__ import annotations
 
 import time as clock
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,6 +40,12 @@ class Departure:
     trained: tuple[float, float]
     time: float  #: of the first state outside [s]
     place: tuple[float, ...] = ()  #: where the value is, in the reference [m]; nothing in files that do not know it
+
+    @property
+    def excess(self) -> float:
+        """How far the value is outside, over the trained range."""
+        low, high = self.trained
+        return max(self.value - high, low - self.value) / (high - low) if high > low else np.inf
 
     def __str__(self) -> str:
         (low, high), place = self.trained, ", ".join(f"{x:.3g}" for x in self.place)
@@ -100,30 +106,43 @@ def find_in(system: System, times: np.ndarray, x: np.ndarray) -> list[Departure]
     return found
 
 
+def summarise(found: list[Departure]) -> str:
+    """The strain that is farthest outside, over its trained range, and how many others of how many parts are outside, too."""
+    worst = max(found, key=lambda one: one.excess)
+    others, bodies = len(found) - 1, len({one.body for one in found})
+    more = f"; {others} more of {bodies} part{'s' * (bodies > 1)} {'is' if others == 1 else 'are'} outside, too" if others else ""
+    return f"{worst}{more}; {REMEDY}"
+
+
 def warn(found: list[Departure]) -> None:
-    """A notice of every one."""
-    for one in found:
-        notify(f"{one}; {REMEDY}")
+    """One notice of all."""
+    if found:
+        notify(summarise(found))
 
 
 def watch(system: System) -> Record | None:
     """A record of `integrate` that shows a notice when strains first leave the training; None where no part knows its own.
 
-    A caller that takes notices for errors stops the run with it. Looks are rare enough to cost little.
+    A second one at the end of the run sums up what has left it since. A caller that takes notices for errors stops the run with the
+    first. Looks are rare enough to cost little.
     """
     if not trained_parts(system):
         return None
-    seen, due, told = 0, 0.0, set[tuple[str, str]]()
+    seen, due, told, known = 0, 0.0, 0, dict[tuple[str, str], Departure]()
 
     def look(moment: Moment) -> None:
-        nonlocal seen, due
-        begun = clock.perf_counter()
-        if moment.done < moment.steps and begun < due:
+        nonlocal seen, due, told
+        begun, last = clock.perf_counter(), moment.done >= moment.steps
+        if not last and begun < due:
             return
         rows = moment.rows(seen, moment.kept)
-        found = [one for one in find_in(system, rows.times, rows.x) if (one.body, one.kind) not in told]
+        for one in find_in(system, rows.times, rows.x):
+            before = known.get((one.body, one.kind), one)
+            farthest = max(before, one, key=lambda each: each.excess)
+            known[one.body, one.kind] = replace(farthest, time=before.time)
         seen, due = moment.kept, clock.perf_counter() + RARELY * (clock.perf_counter() - begun)
-        told.update((one.body, one.kind) for one in found)
-        warn(found)
+        if len(known) > told and (last or not told):
+            told = len(known)
+            warn(list(known.values()))
 
     return look
