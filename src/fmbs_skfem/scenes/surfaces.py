@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from ..core.errors import InputError, closest, say
 from ..core.notices import notify
@@ -15,6 +16,8 @@ from ..shapes.plate_meshes import PlateMesh
 from ..shapes.surface import Surface
 
 Make = TypeVar("Make", bound=Callable[[PlateMesh, "list[str] | None"], Surface])
+SMOOTH = 0.4  #: part of their functions that cells share across a line if slopes are among them, and do not share otherwise
+JUMP = 0.1  #: of a thickness between such cells, that is worth a notice
 ROUGH = 0.05  #: of the thickness: distance of a surface through nodes from the one meant that is worth a notice
 FLAT = 1e-12  #: height of a mesh over the plane z = 0, relative to its extent, that is round-off
 
@@ -89,4 +92,19 @@ def thickness(value: float | Mapping[str, float], surface: Surface) -> float | n
     if not found.all():
         bare = f"none for {int((found == 0).sum())} of {len(found)} cells"
         raise InputError(say("thickness", "a thickness of every cell", bare, "name the other faces too"))
+    tell_jumps(found, surface)
     return found
+
+
+def tell_jumps(thickness: np.ndarray, surface: Surface) -> None:
+    """A notice of a thickness (e,) [m] that jumps between cells which share their slopes, so that strains cannot jump with it."""
+    functions = surface.nodes.shape[1]
+    uses = csr_array((np.ones(surface.nodes.size), surface.nodes.ravel(), np.arange(0, surface.nodes.size + 1, functions)))
+    shared = (uses @ uses.T).tocoo()
+    smooth = shared.data > SMOOTH * functions
+    pairs = np.sort(thickness[np.array([shared.row[smooth], shared.col[smooth]])], axis=0)
+    ratio = pairs[0] / pairs[1]
+    if ratio.min() < 1.0 - JUMP:
+        low, high = pairs[:, np.argmin(ratio)]
+        text = f"jumps from {high:g} m to {low:g} m inside a surface whose strains are continuous from cell to cell"
+        notify(f"thickness: {text}: errors fall in proportion to the cells near that line, so mesh it finely there")
