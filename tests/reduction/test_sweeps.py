@@ -6,6 +6,8 @@ import logging
 import os
 import re
 import signal
+import subprocess
+import sys
 import warnings
 import weakref
 from collections.abc import Iterator, Mapping, Sequence
@@ -223,3 +225,14 @@ def test_an_address_without_a_scheduler_is_refused(monkeypatch: pytest.MonkeyPat
         warnings.simplefilter("ignore")  # of dask, which goes on trying for a moment
         with pytest.raises(InputError, match="the address of a running scheduler"):
             swept(Squares(), 2, SweepOptions(scheduler="tcp://127.0.0.1:9"))
+
+
+def test_a_script_that_its_processes_would_run_again_is_told(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from fmbs_skfem.reduction import sweeps\nwith sweeps.cluster(sweeps.SweepOptions(workers=1), 1):\n    pass\n"
+    )
+    found = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=120, check=False)
+    assert found.returncode == 1
+    assert found.stderr.count("__main__") >= 2
+    assert found.stderr.splitlines()[-1].endswith("run the whole script again; put what the script does below that line")

@@ -19,6 +19,7 @@ M. Rocklin, Dask: parallel computation with blocked algorithms and task scheduli
 from __future__ import annotations
 
 import contextlib
+import logging
 import math
 import signal
 import threading
@@ -28,6 +29,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, as_completed
 from dataclasses import dataclass, field
+from multiprocessing import process
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -40,7 +42,7 @@ from . import members
 from .members import Member, Record, Result, Status, Task, Work
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client, Future, LocalCluster, Security
 
 __all__ = ["Task", "Work", "Member", "Result", "Record", "Status", "SweepOptions", "SweepOutcome", "run"]
 
@@ -52,6 +54,13 @@ GRACE = 2.0  #: after which a batch on a worker that the scheduler does not know
 PATIENCE = 60.0  #: after which a sweep without any worker is given up [s]
 ATTEMPTS = 3  #: workers in a row that may end while they prepare
 ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+SETTINGS: dict[str, Any] = {  #: of dask, for processes of this machine
+    "distributed.scheduler.allowed-failures": 0,  # a batch whose worker ends comes back at once
+    "distributed.scheduler.worker-ttl": None,  # compiled code may leave no time for signs of life
+    "distributed.nanny.pre-spawn-environ": dict.fromkeys(ONE_THREAD, "1"),
+    "distributed.scheduler.http.routes": [],  # pages need no key
+    "distributed.worker.http.routes": [],
+}
 
 Keep: TypeAlias = Callable[[Record], object]
 
@@ -248,11 +257,9 @@ def serve(desk: Desk, total: int, asked: Sequence[int], progress: Callable[[floa
 def cluster(options: SweepOptions, members: int) -> Iterator[Client]:
     """A client of the given cluster, or of processes of this machine."""
     extras.need("cluster", "sweep")
-    import logging
-
     import dask
     from dask.system import CPU_COUNT
-    from distributed import Client, LocalCluster, Security
+    from distributed import Client, Security
 
     if options.scheduler:
         try:
@@ -262,32 +269,43 @@ def cluster(options: SweepOptions, members: int) -> Iterator[Client]:
         with client, client.as_current():
             yield client
         return
-    settings: dict[str, Any] = {
-        "distributed.scheduler.allowed-failures": 0,  # a batch whose worker ends comes back at once
-        "distributed.scheduler.worker-ttl": None,  # compiled code may leave no time for signs of life
-        "distributed.nanny.pre-spawn-environ": dict.fromkeys(ONE_THREAD, "1"),
-        "distributed.scheduler.http.routes": [],  # pages need no key
-        "distributed.worker.http.routes": [],
-    }
-    closed = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}
     secret = Security.temporary()
-    count, quiet = min(options.workers or CPU_COUNT, members), logging.CRITICAL
     with (
-        dask.config.set(settings),
-        LocalCluster(
+        dask.config.set(SETTINGS),
+        start_processes(min(options.workers or CPU_COUNT, members), secret) as local,
+        Client(local, security=secret, set_as_default=False) as client,
+        client.as_current(),
+    ):
+        yield client
+
+
+def start_processes(count: int, secret: Security) -> LocalCluster:
+    """Processes of this machine; InputError where they cannot start."""
+    from distributed import LocalCluster
+
+    unguarded = InputError(
+        say(
+            "sweep on processes of this machine",
+            'a script that does so below `if __name__ == "__main__":`',
+            "processes that cannot start, as where they would run the whole script again",
+            "put what the script does below that line",
+        )
+    )
+    if getattr(process.current_process(), "_inheriting", False):  # this is such a process, on its way through the script
+        raise unguarded
+    try:
+        return LocalCluster(
             n_workers=count,
             threads_per_worker=1,
             processes=True,
             host="127.0.0.1",
             protocol="tls://",
             security=secret,
-            silence_logs=quiet,
-            scheduler_kwargs=closed,
-        ) as local,
-        Client(local, security=secret, set_as_default=False) as client,
-        client.as_current(),
-    ):
-        yield client
+            silence_logs=logging.CRITICAL,
+            scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
+        )
+    except RuntimeError as error:
+        raise unguarded from error
 
 
 def look(desk: Desk) -> None:
