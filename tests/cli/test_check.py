@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import inspect
 import json
+import os
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -34,6 +37,15 @@ def test_examples_are_sound(name: str, dofs: int, constraints: int, multipliers:
     assert found["unknowns"] == dofs - (constraints - multipliers)
     assert found["redundant_constraints"] == 0
     assert found["notices"] == []
+
+
+def test_beams_are_checked_without_compiled_code(tmp_path: Path) -> None:
+    given = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-c", "from fmbs_skfem.cli.main import main; main()", "check"]
+    done = subprocess.run([*command, EXAMPLES / "double_pendulum.yaml"], env=given, capture_output=True, text=True, timeout=100)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "the scene is sound" in done.stdout
+    assert not list(tmp_path.rglob("*.nbi"))
 
 
 def test_masses_are_those_of_solid_cylinders() -> None:

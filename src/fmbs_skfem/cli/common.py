@@ -22,7 +22,7 @@ from ..core.errors import FmbsError, InputError
 from ..core.notices import Notice
 from ..studies.job import Job, Listener
 from ..studies.result import REASONS, Result, describe_error
-from . import options, screen
+from . import imports, options, screen
 
 INTERNAL, INTERRUPTED, BAD_INPUT, LIMIT = 1, 130, InputError.exit_code, 6
 
@@ -65,6 +65,7 @@ def command(name: str, study: Callable[..., Result], into: str = "") -> click.Co
 def perform(function: Callable[[], Result], call: Call, bar: screen.Bar) -> int:
     """Call the body of a command, print what it found, and give its exit code."""
     screen.occupy()
+    imports.prepare()
     try:
         found = function()
         bar.close()

@@ -7,10 +7,12 @@ Phi_q v0 + Phi_t = 0,    [ M      Phi_q^T ] [ q''    ]     [ f                  
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import coo_array, csr_array
 
 from ..bodies.laws import Law
 from ..core import direct, lapack, ranks, saddle
@@ -18,7 +20,7 @@ from ..core.errors import Reason, SolverError
 from ..core.notices import notify
 from ..systems import compiled as compilation
 from ..systems import evaluation, layouts, mechanism
-from ..systems.compiled import Compiled
+from ..systems.compiled import Compiled, signal_table
 from ..systems.layouts import Storage
 from ..systems.redundancy import rows_of, scale_of, singular_start, without_redundant
 from ..systems.system import System, driven_rows, is_linear, keep_constraints
@@ -30,10 +32,15 @@ from .step import Doors, Job, Method, State, Step, Work
 
 PLATES = (Law.MEMBRANE, Law.SHELL)
 DRIFT, CURVATURE = 1e-3, 0.25  #: distance d of the five instants of the differences for Phi_t and for Phi'' and Phi''', in steps
+ROUND_OFF = 1e-12  #: of the largest velocity: gaps in velocities that are none
 SECANTS = 4  #: kept beside dense factors that cost many corrections; beside others they cost more than they save
 RATE = np.array([-25.0, 48.0, -36.0, 16.0, -3.0])  #: first derivative at the first instant, times 12 d
 BEND = np.array([35.0, -104.0, 114.0, -56.0, 11.0])  #: second, times 12 d^2
 JERK = np.array([-5.0, 18.0, -24.0, 14.0, -3.0])  #: third, times 2 d^3
+
+
+Solver = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  #: (f, g) -> (a, l)
+Inverter = Callable[[csr_array, np.ndarray], Callable[[np.ndarray], np.ndarray] | None]  #: (M, J) -> b -> z
 
 
 class Instant(NamedTuple):
@@ -63,18 +70,55 @@ def startable(system: System, scheme: GeneralizedAlpha) -> System:
 
 
 def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np.ndarray]:
-    """x0 and v0 with Phi_q v + Phi_t = 0; SolverError where Phi(x0) is not zero. Of wide systems at rest nothing is solved."""
-    if system.size < layouts.WIDE or system.v0.any() or driven_rows(system.constraints).any():
-        return consistent_start(compilation.compile_system(system), scheme)[:2]
-    hold(system)
-    return system.x0, system.v0
+    """x0 and v0 with Phi_q v + Phi_t = 0, as `consistent_start`; SolverError where Phi(x0) is not zero.
+
+    Of wide systems at rest nothing is solved. Nothing is compiled, but where velocities of plates, or beside forces, are projected.
+    """
+    if system.size >= layouts.WIDE and not system.v0.any() and not driven_rows(system.constraints).any():
+        hold(system)
+        return system.x0, system.v0
+    J, gap = velocity_gaps(system, scheme)
+    by_mass = not system.loads.forces and not has_plates(system)
+    if by_mass or np.abs(gap).max(initial=0.0) <= ROUND_OFF * speed_of(system.v0):
+        try:
+            solve = kkt_solver(system, csr_array(system.mass), J)
+            return system.x0, projected(system.v0, solve, gap)
+        except SolverError:
+            if by_mass:
+                raise
+    return consistent_start(compilation.compile_system(system), scheme)[:2]
 
 
-def hold(system: System) -> None:
-    """SolverError(INCONSISTENT) where the joints do not hold in the initial positions, by name: Phi(x0) is not zero at t = 0."""
-    if system.constraints.names:
-        rows, z = rows_of(system)
-        closed(system, rows(z)[0])
+def hold(system: System) -> csr_array:
+    """Phi_x (m, n) at the start; SolverError(INCONSISTENT), by name, where the joints do not hold there: Phi(x0) is not zero."""
+    if not system.constraints.names:
+        return csr_array((0, system.size))
+    rows, z = rows_of(system)
+    phi, J = rows(z)
+    closed(system, phi)
+    J = coo_array(J)
+    return csr_array((J.data, (J.row, rows.used[J.col])), shape=(rows.count, system.size))
+
+
+def velocity_gaps(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np.ndarray]:
+    """Phi_x (m, n) and Phi_x v + Phi_t (m,) at the start."""
+    J = hold(system).toarray()
+    if is_linear(system.constraints).all():
+        return J, J @ system.v0
+    (rows, z), d = rows_of(system), DRIFT * scheme.step
+    table = signal_table(system, d * np.arange(5.0))
+    drift = RATE @ np.stack([replace(rows, signals=signals)(z)[0] for signals in table]) / (12 * d)
+    return J, J @ system.v0 + drift
+
+
+def has_plates(system: System) -> bool:
+    """Whether a body is a plate or a shell."""
+    return any(part.gather.law in PLATES for part in system.elastic)
+
+
+def speed_of(v: np.ndarray) -> float:
+    """The largest velocity in v (n,), at least 1."""
+    return max(1.0, float(np.abs(v).max(initial=0.0)))
 
 
 def closed(system: System, phi: np.ndarray) -> None:
@@ -103,13 +147,14 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     phi, J = (part[on] for part in compilation.gap(model, x, at.time))
     closed(held(system, on), phi)
     M = csr_array(system.mass)
-    if any(part.gather.law in PLATES for part in system.elastic):
+    if has_plates(system):
         method = method_of(scheme, Newton(), h, model)
         M = M + (compilation.tangent(model, x, np.zeros(len(on)), at.time, method.gh, at.memory)) / method.bh
     if len(model.arrays.forces.judged):  # what touches at the start is held by it
         method = method_of(scheme, Newton(), h, model)
         M = M + compilation.probe_tangent(model, x, np.zeros(len(on)), at.time, method.gh, at.memory, v) / method.bh
-    solve = kkt_solver(model, csr_array(M), J, on, at.memory is None)
+    invert = partial(augmented, model) if model.pattern else None
+    solve = kkt_solver(held(system, on), csr_array(M), J, at.memory is None, invert)
     still, k = np.zeros(len(x)), np.arange(5.0)[:, None]
 
     def along(d: float, *rates: np.ndarray) -> np.ndarray:
@@ -120,13 +165,8 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     steady = (is_linear(system.constraints) | ~on).all()  # straight paths stay on what is linear and independent of time
     d = DRIFT * h
     drift = np.zeros(len(phi)) if steady else RATE @ along(d, still) / (12 * d)
-    strike = solve if at.memory is None else kkt_solver(model, csr_array(system.mass), J, on, False)
-    change = strike(still, -(J @ v + drift))[0] if len(phi) else still
-    size = float(np.abs(change).max(initial=0.0))
-    if size > 1e-9 * max(1.0, float(np.abs(v).max(initial=0.0))) or at.memory is not None:
-        v = v + change
-        if at.memory is None:
-            notify(f"initial velocities are projected onto the joints; largest change {size:.3g} m/s")
+    strike = solve if at.memory is None else kkt_solver(held(system, on), csr_array(system.mass), J, False, invert)
+    v = projected(v, strike, J @ v + drift, at.memory is None)
     f = compilation.forces(model, x, v, at.time, at.memory)
     d = CURVATURE * h
     a, multipliers = solve(-f, np.zeros(len(phi)) if steady else -BEND @ along(d, v) / (12 * d * d))
@@ -134,6 +174,17 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     am, af, _, beta = scheme.coefficients
     late, h = am - af, span or h  # a is q'' at t + (am - af) h
     return Start(x, v, a, spread(multipliers, on), np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]))
+
+
+def projected(v: np.ndarray, solve: Solver, gap: np.ndarray, first: bool = True) -> np.ndarray:
+    """v (n,) and what closes a gap Phi_x v + Phi_t (m,); at the `first` instant a warning says so, and round-off stays."""
+    change = solve(np.zeros(len(v)), -gap)[0] if len(gap) else np.zeros(len(v))
+    size = float(np.abs(change).max(initial=0.0))
+    if first and size <= 1e-9 * speed_of(v):
+        return v
+    if first:
+        notify(f"initial velocities are projected onto the joints; largest change {size:.3g} m/s")
+    return np.asarray(v + change)
 
 
 def held(system: System, on: np.ndarray) -> System:
@@ -148,19 +199,18 @@ def spread(values: np.ndarray, on: np.ndarray) -> np.ndarray:
     return found
 
 
-def kkt_solver(
-    model: Compiled, M: csr_array, J: np.ndarray, on: np.ndarray, first: bool
-) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """Solve [[M, J^T], [J, 0]] (a, l) = (f, g) of the rows that hold; redundant ones are named in the error.
+def kkt_solver(system: System, M: csr_array, J: np.ndarray, first: bool = True, invert: Inverter | None = None) -> Solver:
+    """Solve [[M, J^T], [J, 0]] (a, l) = (f, g), J (m, n) of the rows that a system holds; redundant ones are named in the error.
 
-    In a singular position, where rows depend on each other for an instant, independent ones determine a, and l has least norm;
-    behind the `first` instant of a motion no position is looked at any further.
+    `invert` gives the inverse of this matrix of M and J, if not `saddle`. In a singular position, where rows depend on each other
+    for an instant, independent ones determine a, and l has least norm; behind the `first` instant of a motion no position is looked
+    at any further.
     """
-    system, size = model.system, float(abs(M).max()) or 1.0
+    size = float(abs(M).max()) or 1.0
     rows = ranks.independent_rows(J, units=scale_of(system))
-    if len(rows) < len(J) and first and not singular_start(held(system, on)):
-        raise dependent(held(system, on), np.setdiff1d(np.arange(len(J)), rows))
-    inverse = augmented(model, M / size, J[rows]) if model.pattern else saddle.inverse(saddle.matrix(M / size, J[rows]))
+    if len(rows) < len(J) and first and not singular_start(system):
+        raise dependent(system, np.setdiff1d(np.arange(len(J)), rows))
+    inverse = invert(M / size, J[rows]) if invert else saddle.inverse(saddle.matrix(M / size, J[rows]))
     if inverse is None:
         raise weightless(system, M)
 

@@ -19,7 +19,7 @@ from ..systems import compiled, free_motions, layouts
 from ..systems import mechanism as mechanisms
 from ..systems.redundancy import rows_of, without_redundant
 from ..systems.system import driven_rows
-from . import compiling, estimates, reports
+from . import estimates, reports
 from . import job as jobs
 from .job import Job
 from .result import Result, Table
@@ -54,7 +54,6 @@ def check_scene(job: Job, scene: Scene) -> Check:
     raw = lighter(build.of_parts(scene, list(parts.values()), pictures=False))
     known = plausibility.figures(scene, parts)
     warn_of_findings(scene, known)
-    compiling.announce(job, beside=False)
     redundant = contradictions(raw)
     counted = mechanism(scene, raw)
     reduced, initial = solved_form(scene, raw)

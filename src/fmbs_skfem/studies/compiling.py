@@ -13,7 +13,7 @@ from .job import Job
 _BESIDE: list[subprocess.Popen[bytes]] = []  #: processes that end with this one, whose end of their input they see
 
 
-def announce(job: Job, beside: bool = True, reduces: bool = False) -> bool:
+def announce(job: Job, reduces: bool = False) -> bool:
     """Whether no compiled step is cached; then the first run compiles, which is said.
 
     What it needs last, and what reductions need, is compiled by a process beside it, one for all runs that begin meanwhile. Each
@@ -23,7 +23,7 @@ def announce(job: Job, beside: bool = True, reduces: bool = False) -> bool:
     new = folder is None or cold(folder)
     if new:
         job.hear_compilation("the time step")
-    if new and beside and folder is not None and first(folder):
+    if new and folder is not None and first(folder):
         command = [sys.executable, "-m", f"{__package__}.beside", *(["reduction"] if reduces else [])]
         nowhere = subprocess.DEVNULL
         _BESIDE.append(subprocess.Popen(command, stdin=subprocess.PIPE, stdout=nowhere, stderr=nowhere))
