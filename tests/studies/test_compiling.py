@@ -44,6 +44,23 @@ def test_one_compiles_and_the_others_wait(tmp_path: Path, monkeypatch: pytest.Mo
     assert events == ["first", "second"]
 
 
+def test_functions_that_python_calls_are_compiled_by_one_as_well(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
+
+    @jit.jit
+    def double(x: float) -> float:
+        return 2.0 * x
+
+    events = list[str]()
+    other = threading.Thread(target=lambda: events.append(f"{double(1.5)}"))
+    with jit.alone(f"{double.__module__}.{double.__qualname__}.whole"):
+        other.start()
+        other.join(0.5)
+        events.append("compiled elsewhere")
+    other.join(60.0)
+    assert events == ["compiled elsewhere", "3.0"]
+
+
 def test_only_the_first_run_says_that_it_compiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
     said = list[str]()

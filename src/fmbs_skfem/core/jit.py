@@ -161,10 +161,10 @@ def without_collection() -> Iterator[None]:
 
 
 class Whole(CPUDispatcher):
-    """A function as Python calls it."""
+    """A function as Python calls it, compiled by this process or another one."""
 
     def compile(self, signature: Any) -> Any:
-        with without_collection():
+        with alone(f"{self.py_func.__module__}.{self.py_func.__qualname__}.whole"), without_collection():
             return super().compile(signature)
 
 

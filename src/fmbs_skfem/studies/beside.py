@@ -22,13 +22,15 @@ from ..systems.layouts import Storage
 def main(reduces: bool) -> None:
     """Compile routines from the last to the first."""
     threading.Thread(target=end_with_parent, daemon=True).start()
-    for one in (stepping.advance, evaluation.survey, stepping.settle, *reversed(factors.doors(Storage.BAND))):
+    factorise, solve = factors.doors(Storage.BAND)
+    after = evaluation.residuals, evaluation.take_over  #: what a run asks for behind its last step
+    for one in (stepping.advance, evaluation.survey, stepping.settle, solve, *after, factorise):
         int(one.address)
     if reduces:
         ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)
         ecsw.weights(np.eye(2), 0.5)
         terms = points.force, points.tangent, points.energy
-        for one in (*factors.doors(Storage.DENSE), *terms, evaluation.residuals, costs.repeat_calls):
+        for one in (*factors.doors(Storage.DENSE), *terms, costs.repeat_calls):
             int(one.address)
 
 
