@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 
 from fmbs_skfem.core.errors import FmbsError, InputError, MissingFeature
-from fmbs_skfem.results import camera, frames, pictures, render_child
+from fmbs_skfem.results import camera, frames, pictures, render_child, video
 from fmbs_skfem.results.frames import Frames, line
 from fmbs_skfem.results.pictures import Layout, Look
 
@@ -155,6 +155,34 @@ def test_animation(tmp_path: Path, temporary: Path) -> None:
     assert list(temporary.iterdir()) == []
 
 
+STAND_IN = """\
+#!{python}
+import pathlib, sys
+sent = sys.stdin.buffer.read()
+pathlib.Path(sys.argv[-1]).write_bytes(b"film" + len(sent).to_bytes(4, "big"))
+pathlib.Path(sys.argv[-1]).parents[0].joinpath("said").write_text(" ".join(sys.argv))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no scripts without a suffix")
+def test_films_go_through_ffmpeg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A stand-in for the program gets every pixel of every frame, with their size and rate; without it, what to install."""
+    images = [np.full((6, 9, 3), shade, np.uint8) for shade in (0, 128, 255)]
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr(video, "find_spec", lambda name: None)
+    with pytest.raises(MissingFeature, match=r"ffmpeg.*none on the path.*apt-get install ffmpeg") as caught:
+        pictures.animate(rollup.planar(), tmp_path / "a.mp4")
+    assert caught.value.exit_code == 7
+    (tmp_path / "ffmpeg").write_text(STAND_IN.format(python=sys.executable))
+    (tmp_path / "ffmpeg").chmod(0o755)
+    video.write(images, tmp_path / "a.mp4", 12.5)
+    assert (tmp_path / "a.mp4").read_bytes() == b"film" + (3 * 6 * 9 * 3).to_bytes(4, "big")
+    assert "-s 9x6 -r 12.5 -i -" in (tmp_path / "said").read_text()
+    (tmp_path / "ffmpeg").write_text(f"#!{sys.executable}\nimport sys\nsys.exit('no such codec')\n")
+    with pytest.raises(FmbsError, match="no such codec"):
+        video.write(images, tmp_path / "b.mp4", 12.5)
+
+
 KILLED = (sys.executable, "-c", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
 
 
@@ -207,8 +235,8 @@ def test_refused(tmp_path: Path) -> None:
         pictures.render(rollup.planar(), tmp_path / "a.png", look=Look(field="curvatur"))
     with pytest.raises(InputError, match=r"ending in \.png"):
         pictures.render(rollup.planar(), tmp_path / "a.bmp")
-    with pytest.raises(InputError, match=r"ending in \.gif"):
-        pictures.animate(rollup.planar(), tmp_path / "a.mp4")
+    with pytest.raises(InputError, match=r"ending in \.gif or \.mp4"):
+        pictures.animate(rollup.planar(), tmp_path / "a.avi")
     with pytest.raises(InputError, match="frames a second"):
         pictures.animate(rollup.planar(), tmp_path / "a.gif", rate=1000.0)
     with pytest.raises(InputError, match="200 to 8000 pixels"):

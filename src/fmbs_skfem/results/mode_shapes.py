@@ -80,7 +80,7 @@ def picture(shapes: Shapes, path: Path, title: str = "") -> Path:
 
 
 def animate(shapes: Shapes, number: int, path: Path, title: str = "", count: int = PHASES) -> Path:
-    """A period of one motion over the pale state as a GIF; growth and damping are left out."""
+    """A period of one motion over the pale state as a GIF or MP4; growth and damping are left out."""
     vectors, extent = unit_vectors(replace(shapes, vectors=shapes.vectors[:, [number]]))
     count = min(count, PHASES)
     phases = np.exp(2j * np.pi * np.arange(count) / count)

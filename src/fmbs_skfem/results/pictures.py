@@ -1,4 +1,4 @@
-"""Off-screen pictures of deformed configurations, as PNG or GIF.
+"""Off-screen pictures of deformed configurations, as PNG, GIF or MP4.
 
 VTK may kill the process that asks it for OpenGL where there is none. Therefore this module never imports it: a child process
 (`render_child`) first draws a probe, then the picture; when the child dies, the parent says what to install.
@@ -21,7 +21,7 @@ import numpy as np
 from ..core import extras
 from ..core.errors import FmbsError, InputError, MissingFeature, closest, say
 from . import frames as frames_
-from . import surfaces
+from . import surfaces, video
 from .frames import Frames
 from .job import Arrays, PictureJob, save
 
@@ -109,11 +109,17 @@ def animate(
     look: Look | None = None,
     command: Sequence[str] | None = None,
 ) -> Path:
-    """Draw `count` instants evenly spread in time into the animated GIF file `path`, `rate` of them a second."""
+    """Draw `count` instants evenly spread in time into the GIF or MP4 file `path`, `rate` of them a second.
+
+    MP4 takes ffmpeg; MissingFeature where there is none.
+    """
     if not 0.5 <= rate <= 50:
         raise InputError(say("pictures: rate", "0.5 to 50 frames a second", rate))
     chosen = frames_.select(frames, frames_.spread(frames.times, count))
-    return _draw(chosen, _check_suffix(path, ".gif"), look or Look(size=(800, 600)), "animation", rate, command)
+    target = _check_suffix(path, ".gif", video.SUFFIX)
+    if target.suffix.lower() == video.SUFFIX:
+        video.find_program(str(target))
+    return _draw(chosen, target, look or Look(size=(800, 600)), "animation", rate, command)
 
 
 def limits(frames: Frames, name: str, logarithmic: bool = False) -> tuple[float, float]:
@@ -140,10 +146,10 @@ def limits(frames: Frames, name: str, logarithmic: bool = False) -> tuple[float,
     )
 
 
-def _check_suffix(path: Path | str, suffix: str) -> Path:
+def _check_suffix(path: Path | str, *suffixes: str) -> Path:
     target = Path(path)
-    if target.suffix.lower() != suffix:
-        raise InputError(say(f"pictures: {target}", f"a file name ending in {suffix}", f"'{target.suffix}'"))
+    if target.suffix.lower() not in suffixes:
+        raise InputError(say(f"pictures: {target}", f"a file name ending in {' or '.join(suffixes)}", f"'{target.suffix}'"))
     return target
 
 

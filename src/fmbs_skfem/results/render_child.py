@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from . import camera as camera_
-from . import decor, drawing
+from . import decor, drawing, video
 from .camera import Box, Camera
 from .decor import Pixels, Text
 from .frames import Array, Indices
@@ -227,9 +227,12 @@ LAYOUTS = {"overlay": overlay, "multiples": multiples, "animation": animation}
 
 
 def _save(images: list[Pixels], path: Path, rate: float) -> None:
-    """A PNG, or a GIF that loops for ever, all its frames in one palette so that colours do not flicker."""
+    """A PNG, an MP4, or a GIF that loops for ever, all its frames in one palette so that colours do not flicker."""
     from PIL import Image
 
+    if path.suffix == video.SUFFIX:
+        video.write(images, path, rate)
+        return
     pictures = [Image.fromarray(image) for image in images]
     if path.suffix != ".gif":
         pictures[0].save(path)

@@ -258,19 +258,21 @@ def render(
     duration: Duration = None,
     frames: Annotated[int, Option("Frames of the animation.", least=1, most=1000)] = 60,
     gif: Annotated[bool, Option("Draw the animation.")] = True,
+    mp4: Annotated[bool, Option("Write the animation as MP4 in place of GIF; takes the program ffmpeg.")] = False,
     scale: Annotated[float, Option("Draw displacements so many times as large.", "FACTOR", least=0.0, above=True)] = 1.0,
     **shared: Unpack[Shared],
 ) -> "Run":
-    """Solve a scene and draw pictures (PNG) and an animation (GIF).
+    """Solve a scene and draw pictures (PNG) and an animation (GIF, or MP4).
 
     `out` gets picture.png, at the instants of the scene's section `pictures`, and animation.gif beside what `run` writes; of modes
-    and buckling modes.png with all shapes, and mode_1.gif, ... with a period of each. Without OpenGL these numbers are kept, and
-    MissingFeature is raised (exit code 7).
+    and buckling modes.png with all shapes, and mode_1.gif, ... with a period of each. Without OpenGL, or for MP4 without ffmpeg,
+    these numbers are kept, and MissingFeature is raised (exit code 7).
     """
+    from ..results import video
     from . import runs
 
     with jobs.begin(source, **shared) as job:
-        return runs.render_scene(job, duration, frames, gif, scale)
+        return runs.render_scene(job, duration, frames if gif else 0, video.SUFFIX if mp4 else ".gif", scale)
 
 
 def export(

@@ -90,8 +90,8 @@ def run_source(
     return conclude(solve(job, reports.fingerprint(scene), make, plots, limit=time_limit))
 
 
-def render_scene(job: Job, duration: float | None, frames: int, gif: bool, scale: float) -> Run:
-    """A scene, with its picture and its animation."""
+def render_scene(job: Job, duration: float | None, frames: int, ending: str, scale: float) -> Run:
+    """A scene, with its picture and its animation of `frames` instants (none for 0), `.gif` or `.mp4`."""
     from . import pictures
 
     scene = jobs.read_scene(job, duration)
@@ -100,11 +100,11 @@ def render_scene(job: Job, duration: float | None, frames: int, gif: bool, scale
 
         if scale != 1.0:
             raise InputError(say("--scale", "a motion or an equilibrium", scene.analysis.word, "shapes have a size of their own"))
-        draw = partial(near_states.pictures, scene.name, frames if gif else 0)
+        draw = partial(near_states.pictures, scene.name, frames, ending)
         return near_states.solve_states(job, scene, scene.analysis, draw, [near_states.PICTURE])
-    names = [pictures.PICTURE, *([pictures.ANIMATION] if gif else [])]
+    names = [pictures.PICTURE, *([Path(pictures.ANIMATION).stem + ending] if frames else [])]
     make = partial(scene_task, job, scene, duration)
-    draw = partial(pictures.scene, scene, count=frames if gif else 0, scale=scale)
+    draw = partial(pictures.scene, scene, count=frames, names=(names[0], names[-1]), scale=scale)
     return conclude(solve(job, reports.fingerprint(scene), make, True, draw, names))
 
 
