@@ -8,8 +8,11 @@ import functools
 import json
 import logging
 import os
+import platform
 import shutil
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -21,10 +24,11 @@ from distributed import LocalCluster
 
 from fmbs_skfem import dynamics, reduction, scenes, studies, systems
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.reduction import affine, parametric_model, prediction, sweeps
+from fmbs_skfem.reduction import affine, parametric_model, prediction, response_surfaces, sweeps
 from fmbs_skfem.reduction.members import Record
 from fmbs_skfem.reduction.parametric_model import ParametricModel
 from fmbs_skfem.results import sweep_files
+from fmbs_skfem.studies import sweeping
 
 from .calls import EXAMPLES, ROOT, fmbs
 from .test_examples import script
@@ -62,7 +66,7 @@ def test_sobol_indices_of_a_pendulum(tmp_path: Path) -> None:
     path.write_text(text.replace("mesh: beam_20.msh", "mesh: beam_5.msh"))
     shutil.copy(ROOT / "meshes" / "beam_5.msh", tmp_path)
     with ThreadPoolExecutor(2) as executor:
-        found = studies.sweep(path, samples=64, design="saltelli", scheduler=executor, out=tmp_path / "out")
+        found = studies.sweep(path, samples=64, design="saltelli", scheduler=executor, surfaces=True, out=tmp_path / "out")
     assert found.report["ok"] == 64 * 4
     last = found.report["sobol_indices"]["tip_y"]["final"]
     for kind in ("first", "total"):
@@ -71,8 +75,42 @@ def test_sobol_indices_of_a_pendulum(tmp_path: Path) -> None:
     assert abs(last["total"]["E"]) < 0.01
     assert "Sobol indices" in str(found)
     assert (tmp_path / "out" / "sensitivity.png").stat().st_size > 10_000
+    check_surfaces(found, tmp_path / "out")
+    with pytest.raises(InputError, match="at least 7 samples that run, for 2 parameters, got 6"):
+        studies.sweep(path, samples=6, scheduler=executor, surfaces=True)
     with pytest.raises(InputError, match="no workers, scheduler and timeout beside it"):
         studies.sweep(path, samples=16, scheduler=executor, workers=2)
+
+
+def check_surfaces(found: sweeping.SweepResult, out: Path) -> None:
+    """A short swing is as deep as g is large, whatever E."""
+    assert found.report["response_surfaces"]["tip_y"]["final"]["q2"] > 0.9999
+    (y,), _ = found.surface("tip_y").predict({"E": 1e9, "g": 10.0})
+    assert y == pytest.approx(
+        response_surfaces.read(out / "surfaces.json")["tip_y"]["final"].predict([[1e9, 10.0]])[0][0], rel=1e-9
+    )
+    assert y == pytest.approx(2.0 * found.surface("tip_y").predict({"E": 1e9, "g": 5.0})[0][0], rel=1e-2)
+    assert (out / "surfaces.png").stat().st_size > 10_000
+    with pytest.raises(InputError, match="did you mean 'tip_y'"):
+        found.surface("tip_yy")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a shell script")
+def test_the_batch_script_for_slurm(tmp_path: Path) -> None:
+    """Stand-ins of the programs say what they are asked for: a scheduler, workers under srun, then the sweep with its address."""
+    page = (ROOT / "docs" / "cluster.md").read_text(encoding="utf-8")
+    job = tmp_path / "job.sh"
+    job.write_text(page.split("```sh\n#!/bin/bash", 1)[1].split("```")[0].join(["#!/bin/bash", ""]))
+    assert subprocess.run(["bash", "-n", job], check=False).returncode == 0
+    for name in ("dask", "srun", "fmbs"):
+        wait = "sleep 0.3" if name == "fmbs" else "exec sleep 20"
+        (tmp_path / name).write_text(f'#!/bin/bash\necho "{name} $*" >> said\n{wait}\n')
+        (tmp_path / name).chmod(0o755)
+    done = subprocess.run(["bash", job], cwd=tmp_path, env=os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}"}, timeout=15)
+    assert done.returncode == 0
+    said = (tmp_path / "said").read_text()
+    assert "srun dask worker --scheduler-file scheduler.json" in said
+    assert f"--scheduler tcp://{platform.node()}:8786" in said
 
 
 @pytest.fixture(scope="module")

@@ -71,7 +71,7 @@ def fit(points: ArrayLike, values: ArrayLike, seed: int = 0) -> Surrogate:
     x, copies = np.unique(x, axis=0, return_inverse=True)
     y = np.bincount(copies.ravel(), y) / np.bincount(copies.ravel())
     shift, scale = float(y.mean()), max(float(y.std()), QUIET) if len(y) > 1 else 1.0
-    return Surrogate(x, y, shift, scale, _process(x, (y - shift) / scale, scale, seed))
+    return Surrogate(x, y, shift, scale, process(x, (y - shift) / scale, (ROUGH / scale) ** 2, seed))
 
 
 def predict(surrogate: Surrogate, points: ArrayLike) -> tuple[Array, Array]:
@@ -121,14 +121,16 @@ def likely_maximum(surrogate: Surrogate, candidates: ArrayLike, least: float = 0
     return best if expected[best] >= least else None
 
 
-def _process(x: Array, y: Array, scale: float, seed: int) -> Any:
-    """The Gaussian process of greatest likelihood; with one sample, one of the kernel's start values."""
+def process(x: Array, y: Array, largest: float, seed: int) -> Any:
+    """The Gaussian process of greatest likelihood, with a roughness of at most that variance; of one sample that of start values.
+
+    Points x (k, d) of the unit box and values y (k,) of mean zero and about unit variance.
+    """
     extras.need("families", "Kriging surrogate")
     from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
     one_length = len(x) <= FEW * x.shape[1]
     length = 0.5 if one_length else np.full(x.shape[1], 0.5)
-    largest = (ROUGH / scale) ** 2
     rough = WhiteKernel(min(1e-3, largest), (1e-10, largest))
     kernel = ConstantKernel(1.0, AMPLITUDE) * Matern(length, LENGTHS, nu=2.5) + rough
     return _regress(x, y, kernel, seed, "fmin_l_bfgs_b" if len(x) > 1 else None)

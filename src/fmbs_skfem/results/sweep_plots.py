@@ -1,4 +1,4 @@
-"""Figures of a sweep: the response over each parameter, a matrix of scatter plots, and histories as a fan of quantiles.
+"""Figures of a sweep: responses over each parameter, a matrix of scatter plots, histories as a fan of quantiles, fitted surfaces.
 
 Only members that ran are drawn as points; where members failed, crosses mark their parameters in the matrix.
 """
@@ -13,6 +13,8 @@ import numpy as np
 from ..core.errors import InputError, closest, say
 from ..core.ranges import Parameter, Scale
 from ..reduction.members import Status
+from ..reduction.parameters import from_box
+from ..reduction.response_surfaces import ResponseSurface
 from . import charts, palette
 from .frames import Array
 from .sweep_files import Sweep, add_unit, extremes
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 MOST_OUTPUTS = 6  #: outputs in one figure, unless they are named
 MOST_ROWS = 4  #: outputs over the parameters, unless they are named
 MOST_SIDES = 6  #: parameters and outputs in a matrix, unless the outputs are named
+GRID = 61  #: points of a curve, and along a side of a surface
 BINS = 24  #: of the histograms in the matrix
 BANDS = ((0.0, 1.0, "all", 0.14), (0.05, 0.95, "5 to 95 %", 0.26), (0.25, 0.75, "25 to 75 %", 0.42))  #: low, high, name, alpha
 KINDS = {"max": (palette.VERMILLION, "^"), "final": (palette.BLACK, "."), "min": (palette.BLUE, "v")}
@@ -116,6 +119,76 @@ def sensitivity(indices: Mapping[str, Any], title: str = "") -> Figure:
     grid[-1, 0].set_xticks(places, names)
     charts.legend_below(figure, ("alone", "with all others"), [grid[0, 0]])
     return figure
+
+
+def surfaces(found: Mapping[str, Mapping[str, ResponseSurface]], units: Mapping[str, str], title: str = "") -> Figure:
+    """Response surfaces of last values (largest ones of outputs that end alike) with their samples and errors, an output a row.
+
+    Two parameters have a surface, others curves over each of them, all others in the middle of their range.
+    """
+    shown = {name: next((kind, kinds[kind]) for kind in ("final", "max", "min") if kind in kinds) for name, kinds in found.items()}
+    chosen = list(shown.items())[:MOST_ROWS]
+    parameters = chosen[0][1][1].parameters
+    flat = len(parameters) == 2
+    columns = 1 if flat else len(parameters)
+    figure = charts.figure(5.6 if flat else 3.1 * columns + 1.2, (3.4 if flat else 2.4) * len(chosen) + 0.8, title)
+    grid = figure.subplots(len(chosen), columns, squeeze=False)
+    for row, (name, (kind, one)) in zip(grid, chosen, strict=True):
+        label = add_unit(f"{name} {kind}", units.get(name, ""))
+        row[0].set_title(f"{label}, error of unseen samples {one.rms_error:.2g} (q2 {one.q2:.3f})", fontsize=8, loc="left")
+        for number, axes in enumerate(row):
+            draw_map(figure, axes, one) if flat else draw_curve(axes, one, number)
+            scale_axis(axes, parameters[number])
+        if not flat:
+            row[0].set_ylabel(label)
+    if not flat:
+        charts.legend_below(figure, ("surface", "two standard deviations", "samples"), [grid[0, 0]])
+    return figure
+
+
+def draw_map(figure: Figure, axes: Axes, one: ResponseSurface) -> None:
+    """A surface over two parameters as colours, its samples as points in theirs."""
+    first, second = one.parameters
+    x, y = (from_box([own], np.linspace(0.0, 1.0, GRID)[:, None])[:, 0] for own in one.parameters)
+    mean = one.predict(np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2))[0].reshape(GRID, GRID)
+    low, high = min(mean.min(), one.values.min()), max(mean.max(), one.values.max())
+    shown = axes.contourf(x, y, mean.T, levels=np.linspace(low, high, 15), cmap="viridis")
+    axes.scatter(
+        one.points[:, 0],
+        one.points[:, 1],
+        c=one.values,
+        vmin=low,
+        vmax=high,
+        cmap="viridis",
+        s=14,
+        edgecolors="white",
+        linewidths=0.5,
+    )
+    figure.colorbar(shown, ax=axes)
+    axes.set_xlabel(add_unit(first.name, first.unit))
+    axes.set_ylabel(add_unit(second.name, second.unit))
+    if second.scale is Scale.LOG:
+        axes.set_yscale("log")
+
+
+def draw_curve(axes: Axes, one: ResponseSurface, number: int) -> None:
+    """A surface over one parameter, the others in the middle of their range, with all samples."""
+    own = one.parameters[number]
+    points = np.tile(from_box(one.parameters, np.full((1, len(one.parameters)), 0.5)), (GRID, 1))
+    points[:, number] = from_box([own], np.linspace(0.0, 1.0, GRID)[:, None])[:, 0]
+    mean, deviation = one.predict(points)
+    axes.fill_between(
+        points[:, number],
+        mean - 2 * deviation,
+        mean + 2 * deviation,
+        color=palette.SKY,
+        alpha=0.4,
+        lw=0,
+        label="two standard deviations",
+    )
+    axes.plot(points[:, number], mean, color=palette.BLUE, lw=1.4, label="surface")
+    axes.scatter(one.points[:, number], one.values, s=7, c=palette.BLACK, alpha=0.4, linewidths=0, label="samples")
+    axes.set_xlabel(add_unit(own.name, own.unit))
 
 
 def align(times: Array, values: Array) -> tuple[Array, Array]:

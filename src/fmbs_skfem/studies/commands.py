@@ -227,6 +227,7 @@ def sweep(
     workers: Annotated[int | None, Option("Processes on this machine, one a core by default.", least=1)] = None,
     timeout: Annotated[float | None, Option("Give up a sample that takes longer.", "SECONDS")] = None,
     resume: Annotated[bool, Option("Go on with a sweep that was stopped: missing samples only.")] = False,
+    surfaces: Annotated[bool, Option("Fit response surfaces of all outputs: surfaces.json, surfaces.png.")] = False,
     duration: Duration = None,
     instants: Annotated[int, Option("Stored instants of a history, at most.", least=2)] = 601,
     plots: Plots = True,
@@ -240,7 +241,7 @@ def sweep(
     (exit code 5), whose `result` has them. Extremes of outputs are those at the stored instants. In Python the scheduler may be
     any executor of concurrent.futures.
     """
-    from ..reduction import sweeps
+    from ..reduction import response_surfaces, sweeps
     from . import sweep_sources, sweeping
 
     with jobs.begin(source, **shared) as job:
@@ -249,7 +250,10 @@ def sweep(
         given = scheduler or (None if workers else os.environ.get("DASK_SCHEDULER_ADDRESS"))
         executor, address = (given, None) if isinstance(given, Executor) else (None, given)
         options = sweeps.SweepOptions(workers, address, timeout, executor=executor)
-        return sweeping.sweep_points(job, members, points, seed, options, resume, plots, design == sweep_sources.SALTELLI)
+        if surfaces:
+            response_surfaces.check_count(members.parameters, len(points))
+        more = sweeping.Wanted(design == sweep_sources.SALTELLI, surfaces)
+        return sweeping.sweep_points(job, members, points, seed, options, resume, plots, more)
 
 
 def render(

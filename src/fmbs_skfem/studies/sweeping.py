@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.errors import InputError, SweepFailure, say
-from ..reduction import parametric_model, prediction, sensitivity, sweeps
+from ..core.errors import InputError, SweepFailure, closest, say
+from ..core.notices import notify
+from ..reduction import parametric_model, prediction, response_surfaces, sensitivity, sweeps
 from ..reduction.members import Status
 from ..reduction.sweeps import SweepOptions
 from ..results import sweep_files, sweep_plots, training_plots
@@ -26,12 +27,22 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..reduction.members import Record
+    from ..reduction.response_surfaces import ResponseSurface
     from ..reduction.sweeps import SweepOutcome
     from ..results.sweep_files import Sweep
     from .sweep_sources import Members
 
-PLOTS = ("response", "scatter", "histories", "surrogate", "sensitivity")
+PLOTS = ("response", "scatter", "histories", "surrogate", "sensitivity", "surfaces")
+SURFACES = "surfaces.json"
 LISTED = 20  #: failed samples in the table on the screen
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is made of the samples of a sweep."""
+
+    indices: bool = False  #: Sobol indices of the design of Saltelli
+    surfaces: bool = False  #: response surfaces
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -45,6 +56,21 @@ class SweepResult(Result):
         """Values (k, d) of the parameters."""
         return self.table.points
 
+    def surface(self, output: str, kind: str = "final") -> ResponseSurface:
+        """The response surface of the min, max or final value of an output, with `predict`; InputError where there is none."""
+        known = {"output": tuple(self.table.columns), "kind": sweep_files.EXTREMES}
+        for what, word in (("output", output), ("kind", kind)):
+            if word not in known[what]:
+                expected = f"one of {', '.join(known[what])}"
+                raise InputError(say(f"SweepResult.surface, {what}", expected, f"'{word}'{closest(word, known[what])}"))
+        values = sweep_files.extremes(self.table.columns[output])[kind]
+        found = response_surfaces.fit(self.table.parameters, self.table.points, values)
+        if found is None:
+            raise InputError(
+                say(f"SweepResult.surface, {output} {kind}", "an output that varies", "a constant", "take another kind")
+            )
+        return found
+
     @property
     def times(self) -> np.ndarray:
         """(k, s) [s]; NaN where a member has no more."""
@@ -57,14 +83,14 @@ class SweepResult(Result):
 
 
 def sweep_points(
-    job: Job, members: Members, points: np.ndarray, seed: int, options: SweepOptions, resume: bool, plots: bool, saltelli: bool
+    job: Job, members: Members, points: np.ndarray, seed: int, options: SweepOptions, resume: bool, plots: bool, more: Wanted
 ) -> SweepResult:
-    """Members at points (k, d) of the parameters, which a design with a seed gave; Sobol indices of that of Saltelli."""
+    """Members at points (k, d) of the parameters, which a design with a seed gave, and what is made of them."""
     origin = reports.provenance(members.scene, () if members.scene else (job.path,), {"design": seed}, options.workers)
     out, done = open_folder(job, members, points, resume, origin)
     outcome, records = compute(job, members, points, options, out, done)
     origin["threads"]["workers"] = outcome.workers
-    return conclude(finish(job, members, points, out, outcome, records, origin, plots, saltelli))
+    return conclude(finish(job, members, points, out, outcome, records, origin, plots, more))
 
 
 def open_folder(
@@ -72,7 +98,7 @@ def open_folder(
 ) -> tuple[Path | None, dict[int, Record]]:
     """The output folder, and the records that are there already."""
     mark = sweep_sources.fingerprint(members, points)
-    names = (sweep_files.CSV, sweep_files.HDF5, sweep_files.MEMBERS, *(f"{name}.png" for name in PLOTS), reports.REPORT)
+    names = (sweep_files.CSV, sweep_files.HDF5, sweep_files.MEMBERS, SURFACES, *(f"{name}.png" for name in PLOTS), reports.REPORT)
     out = jobs.settle_folder(job, names, mark)
     if out is None:
         return None, {}
@@ -122,23 +148,28 @@ def finish(
     records: dict[int, Record],
     origin: Mapping[str, Any],
     plots: bool,
-    saltelli: bool,
+    more: Wanted,
 ) -> SweepResult:
     """Tables, plots and the report of a sweep."""
     table = sweep_files.collect(members.parameters, points, records)
     table = replace(table, numbers=table.numbers | sweep_sources.predict_errors(members, points))
     figures = figures_of(job, members, table)
     report = report_of(members, table, outcome, records) | {"fingerprint": sweep_sources.fingerprint(members, points)}
-    found = indices_of(table) if saltelli else {}
-    report |= {"provenance": origin, "notices": job.notices} | ({"sobol_indices": found} if saltelli else {})
+    found = indices_of(table) if more.indices else {}
+    fitted = surfaces_of(table) if more.surfaces else {}
+    report |= {"provenance": origin, "notices": job.notices} | ({"sobol_indices": found} if more.indices else {})
+    report |= {"response_surfaces": errors_of(fitted)} if more.surfaces else {}
     if found:
         figures = Figures({**figures.rules, "sensitivity": partial(sweep_plots.sensitivity, found, title=members.name)})
+    if fitted:
+        figures = Figures({**figures.rules, "surfaces": partial(sweep_plots.surfaces, fitted, table.units, title=members.name)})
     if out is not None:
         files = [sweep_files.write_csv(table, out / sweep_files.CSV), sweep_files.write_hdf5(table, out / sweep_files.HDF5)]
+        files += [response_surfaces.write(out / SURFACES, fitted)] if fitted else []
         report["files"] = [*files, *(figures.save(out) if plots else []), out / reports.REPORT]
         reports.write_report(out, report)
     error = SweepFailure(report["message"]) if report["failed"] else None
-    tables = [responses(table), *([sobol_table(found)] if found else [])]
+    tables = [responses(table), *([sobol_table(found)] if found else []), *([surface_table(fitted, table.units)] if fitted else [])]
     view: list[Table | str] = [summary(report), *tables, *([failures(report)] if error else []), *list_files(report)]
     about = f"{report['name']}: {report['ok']} of {report['members']} samples in {', '.join(report['parameters'])}"
     return SweepResult(about=about, report=report, lines=view, figures=figures, error=error, table=table)
@@ -157,6 +188,47 @@ def indices_of(table: Sweep) -> dict[str, Any]:
                     key: dict(zip(names, part.tolist(), strict=True)) for key, part in parts.items()
                 } | {"rows": one.rows}
     return found
+
+
+def surfaces_of(table: Sweep) -> dict[str, dict[str, ResponseSurface]]:
+    """Response surfaces of the smallest, largest and last value of every output that varies."""
+    found: dict[str, dict[str, ResponseSurface]] = {}
+    for name, column in table.columns.items():
+        for kind, values in sweep_files.extremes(column).items():
+            try:
+                one = response_surfaces.fit(table.parameters, table.points, values)
+            except InputError as problem:
+                notify(f"no response surface of {name}: {problem}")
+                break
+            found |= {name: found.get(name, {}) | {kind: one}} if one is not None else {}
+    return found
+
+
+def errors_of(found: Mapping[str, Mapping[str, ResponseSurface]]) -> dict[str, Any]:
+    """Errors of surfaces at samples that they have not seen, and their correlation lengths."""
+    return {
+        output: {
+            kind: {
+                "rms_error": one.rms_error,
+                "largest_error": one.largest_error,
+                "q2": one.q2,
+                "samples": len(one.values),
+                "lengths": dict(zip([own.name for own in one.parameters], one.lengths.tolist(), strict=True)),
+            }
+            for kind, one in kinds.items()
+        }
+        for output, kinds in found.items()
+    }
+
+
+def surface_table(found: Mapping[str, Mapping[str, ResponseSurface]], units: Mapping[str, str]) -> Table:
+    """Errors of all surfaces at samples that they have not seen."""
+    rows = [
+        (sweep_files.add_unit(output, units.get(output, "")), kind, one.rms_error, one.largest_error, one.q2)
+        for output, kinds in found.items()
+        for kind, one in kinds.items()
+    ]
+    return Table("Response surfaces: errors of unseen samples", ("output", "value", "rms error", "largest error", "q2"), rows)
 
 
 def sobol_table(found: Mapping[str, Any]) -> Table:
