@@ -32,6 +32,7 @@ from . import kriging
 from .parameters import check, row_of, to_box
 
 MOST = 200  #: samples of a fit, whose cost grows with their third power; further ones are its test
+LIKELY = 60  #: those of which amplitude, lengths and noise are found, which takes some hundred fits
 FACTOR = 3  #: samples that are needed, a parameter
 CONSTANT = 1e-9  #: of the largest value: outputs that vary less have no surface
 ROUGH = 0.5  #: largest variance of n over that of the samples
@@ -99,7 +100,8 @@ def fit(parameters: Sequence[Parameter], points: ArrayLike, values: ArrayLike, s
     order = np.random.default_rng(seed).permutation(len(y))
     kept, rest = np.sort(order[:MOST]), np.sort(order[MOST:])
     mean, scale = y[kept].mean(), y[kept].std()
-    process = kriging.process(to_box(parameters, given[kept]), (y[kept] - mean) / scale, ROUGH, seed)
+    some = order[:LIKELY]
+    process = kriging.process(to_box(parameters, given[some]), (y[some] - mean) / scale, ROUGH, seed)
     smooth, rough = process.kernel_.k1, process.kernel_.k2
     surface = ResponseSurface(
         tuple(parameters),
