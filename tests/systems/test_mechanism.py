@@ -49,6 +49,15 @@ def unheld(system: System) -> tuple[free_motions.Motion, ...]:
     return free
 
 
+def test_clamps_leave_no_rigid_motion() -> None:
+    """Of rigid bodies, rims and points of plates in space, nor in the plane."""
+    body = link("l", (0, 0, 0), (0.3, 0.1, 0.2), 3)
+    sheet, flat = plate("p", grid(2, 2), 0.01, Material(70e9, 2700.0), rims={"rim": Rim(("left",))}), link("l", X, Y, 2)
+    cases = [(body, "A"), (body, ""), (sheet, "rim"), (sheet, "middle"), (flat, "B")]
+    for part, place in cases:
+        assert mechanism.analyse(assemble([part], [joints.Clamp("c", At(part.name, place))])).at_start == 0
+
+
 FOUR_BAR = [(0, 0, 0), (0.1, 0.2, 0), (0.6, 0.4, 0), (0.5, 0, 0)]
 
 

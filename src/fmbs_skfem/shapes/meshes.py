@@ -5,8 +5,8 @@
 
 Files are gmsh `.msh` (2.2 or 4.1; groups are its physical groups of points and curves, unnamed ones are called `tag_n`) or VTK
 `.vtu` (groups are integer arrays of zeros and ones, see `vtu`); `.inp`, `.med` and `.vtk` come by meshio, see `foreign`. A mesh
-that comes out of `read` has finite points, every one used by a cell, no cell of zero length and none twice; whatever is dropped on
-the way is told by a `Notice`.
+that comes out of `read` has finite points, every one used by a cell, no cell of zero length and none twice; a `Notice` says what
+is dropped on the way.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@
 Files are gmsh `.msh` (2.2 or 4.1; groups are its physical groups of points, curves and surfaces, unnamed ones are called `tag_n`)
 or VTK `.vtu` (groups are arrays of zeros and ones, see `vtu`: on points a point group, on line cells an edge group, on triangles or
 quads a face group). What comes out of `read` is one piece of convex cells, all quads or all triangles (`splitting`), that meet
-side to side and turn the same way (`plate_audit`); whatever is dropped or turned on the way is told by a `Notice`.
+side to side and turn the same way (`plate_audit`); a `Notice` says what is dropped or turned on the way.
 """
 
 from __future__ import annotations

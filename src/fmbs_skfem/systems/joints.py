@@ -87,7 +87,10 @@ class Pin(Joint, word=("pin", "spherical")):
 
 @dataclass(frozen=True)
 class Clamp(Joint):
-    """Position and slope direction fixed.
+    """Position and directions fixed: the slope of a beam, all axes of a rigid body or rim, the tangent plane of a plate or shell.
+
+    What is no direction stays free: the stretch |dr/dS| at the end of a beam, strains and curvatures at a point of a plate; hold
+    whole edges with `edge`.
 
     {type: clamp, at: beam.left}
     """
@@ -102,6 +105,11 @@ class Clamp(Joint):
         first = draft.probes.add(draft.layout.read(where(self), self.at, 1))
         for k, normal in enumerate(normals(slope)):
             draft.constraints.row(self.name, f"slope {k + 1}", *dot(first, normal, draft.layout.dim), about=(slope, normal))
+        vectors, reference = basis(where(self), draft.layout, self.at)
+        if draft.layout.dim == 3 and len(vectors) > 1:  # which may still turn about the first
+            normal = np.cross(reference[0], reference[1])
+            second = draft.probes.add(vectors[1])
+            draft.constraints.row(self.name, "slope 3", *dot(second, normal, 3), about=(reference[1], normal))
 
 
 @dataclass(frozen=True)
