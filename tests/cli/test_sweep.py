@@ -324,6 +324,7 @@ def test_ranges_of_a_saved_model(model: Path, address: str, tmp_path: Path) -> N
         (("--samples", "4", "--timeout", "0"), 3, "timeout"),
         (("--samples", "4", "--workers", "2", "--scheduler", "tcp://127.0.0.1:9"), 3, "workers"),
         (("--samples", "4", "--design", "halton"), 2, "halton"),
+        (("--samples", "4", "--design", "saltelli"), 3, "at least 8 with --design saltelli, of which each is 3 runs, got 4"),
     ],
 )
 def test_what_makes_no_sense_is_refused(arguments: tuple[str, ...], code: int, text: str, scene: Path, tmp_path: Path) -> None:

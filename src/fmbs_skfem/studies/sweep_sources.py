@@ -168,6 +168,9 @@ def spread(
     if len(each) > 1:
         raise InputError(say("--samples", "one number", samples, "add --design grid"))
     if design == SALTELLI:
+        if each[0] < sensitivity.LEAST:
+            expected = f"at least {sensitivity.LEAST} with --design {SALTELLI}, of which each is {len(parameters) + 2} runs"
+            raise InputError(say("--samples", expected, each[0], "take more samples"))
         return sensitivity.design(parameters, each[0], seed)
     return (boxes.latin_hypercube if design == "lhs" else boxes.sobol)(parameters, each[0], seed)
 

@@ -181,7 +181,11 @@ def indices_of(table: Sweep) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, column in table.columns.items():
         for kind, values in sweep_files.extremes(column).items():
-            one = sensitivity.indices(values, len(names))
+            try:
+                one = sensitivity.indices(values, len(names))
+            except InputError as problem:  # of samples that failed: the others are kept
+                notify(f"no Sobol indices of {name}: {problem}")
+                break
             if np.isfinite(one.first).all():
                 parts = {"first": one.first, "total": one.total, "first_error": one.first_error, "total_error": one.total_error}
                 found.setdefault(name, {})[kind] = {
