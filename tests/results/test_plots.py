@@ -46,6 +46,15 @@ def test_histories_show_every_model(tmp_path: Path) -> None:
     assert count(path, palette.GREEN) == 0
 
 
+def test_a_saved_figure_has_the_pixels_of_savefig(tmp_path: Path) -> None:
+    outputs = {"x [m]": {"full": SWING}, "y [m]": {"full": 2 * SWING}}
+    path = plots.save(plots.history_grid(TIMES, outputs), tmp_path / "a.png")
+    plots.history_grid(TIMES, outputs).savefig(tmp_path / "b.png")
+    with Image.open(path) as one, Image.open(tmp_path / "b.png") as other:
+        assert one.info["dpi"] == other.info["dpi"]
+        np.testing.assert_array_equal(np.asarray(one), np.asarray(other))
+
+
 def test_slider_from_rest_and_turns_a_minute(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """x - x(0) starts at zero, and 200 pi rad/s are 6000 turns a minute."""
     drawn: dict[str, dict[str, np.ndarray]] = {}

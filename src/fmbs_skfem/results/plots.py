@@ -302,10 +302,14 @@ def _decades(axes: Axes, times: Array, models: Mapping[str, Array], label: str) 
 
 
 def save(figure: Figure, path: Path | str) -> Path:
-    """Write a figure to a file."""
+    """Write a figure to a file. As PNG it is drawn by the canvas itself: `savefig` would lay it out twice, for the same pixels."""
     target = Path(path)
     if target.suffix.lower() not in SUFFIXES:
         raise InputError(say(f"plots: {target}", "a file name ending in " + ", ".join(SUFFIXES), f"'{target.suffix}'"))
     target.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(target)
+    canvas: Any = figure.canvas
+    if target.suffix.lower() == ".png" and hasattr(canvas, "print_png"):
+        canvas.print_png(target)
+    else:
+        figure.savefig(target)
     return target
