@@ -110,7 +110,7 @@ class Expression:
     def __call__(self, t: float | npt.NDArray[np.float64]) -> float | npt.NDArray[np.float64]:
         if isinstance(t, np.ndarray):
             return self.at(t, {one.name: one(t) for one in self.inputs})
-        return _scalar(self.program, {one.name: float(one(np.array(t))) for one in self.inputs} | {"t": float(t)})
+        return value_of(self.program, {one.name: float(one(np.array(t))) for one in self.inputs} | {"t": float(t)})
 
     def at(self, t: npt.NDArray[np.float64], inputs: Mapping[str, npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
         """Its values at times (s,) with inputs of these values (s,)."""
@@ -179,8 +179,8 @@ def parse(text: str, names: Collection[str]) -> Program:
     return program
 
 
-def _scalar(program: Program, names: Mapping[str, float]) -> float:
-    """One value in Python floats; through numpy where those raise (division by zero, overflow, domain)."""
+def value_of(program: Program, names: Mapping[str, float]) -> float:
+    """The value of a program in Python floats; through numpy where those raise (division by zero, overflow, domain)."""
     try:
         return float(evaluate(program, names, SCALAR))
     except (ValueError, ArithmeticError):
@@ -196,7 +196,7 @@ def _fold(program: Program, values: Mapping[str, float], text: str) -> Program:
             first = len(stack) - ARITY[step]
             parts, constant = stack[first:], not any(isinstance(piece, str) for part in stack[first:] for piece in part)
             joined: Program = (*(piece for part in parts for piece in part), step)
-            stack[first:] = [(_finite(_scalar(joined, {}), text),) if constant else joined]
+            stack[first:] = [(_finite(value_of(joined, {}), text),) if constant else joined]
         elif isinstance(step, str):
             stack.append((step,) if step not in values else (_finite(values[step], text),))
         else:

@@ -6,7 +6,8 @@ r"""Events in a run: found by the sign of their values after every step, located
 
 Accelerations and reactions start anew behind an event, as at the start of a run, so that all stays of second order. Pieces below
 TINY of a step are too short for the method, whose reactions are noise there: they follow x + h v + h^2 q'' / 2. A value that is
-zero at the start counts as crossing zero there where it leaves in the direction of its event. An event that has happened is on
+zero at the start counts as crossing zero there where it leaves in the direction of its event. A value that is on
+the same side at both ends of a step may have been beyond zero between them (`dips`). An event that has happened is on
 guard again once its value is clearly not zero: neither its own action nor round-off make it happen twice at one instant.
 
 Source (events by the sign of functions, and starts after them): Hairer, Norsett, Wanner, Solving ordinary differential equations I,
@@ -28,7 +29,7 @@ from ..systems.events import numbers_of
 from ..systems.redundancy import scale_of
 from ..systems.system import System, loose_rows
 from . import checkpoint as checkpoints
-from . import stepping
+from . import dips, stepping
 from .checkpoint import Checkpoint
 from .dividing import divided, put, restart
 from .initial import Instant, consistent_start, first_state
@@ -66,25 +67,26 @@ class Watch:
         self.joints = np.array([joint for joint, _ in system.constraints.names], dtype=object)
         self.closed = ~locking(system)  #: rows that are to hold, whether or not others make them hold already
         self.sides = np.zeros(len(self.triggers), np.int64)  #: signs of values; 0 where an event is not on guard
-        self.noise = NOISY * np.abs(self.shaken(run))  #: values (t,) below which they are zero
+        self.numbers = [one.value for one in self.triggers]
+        self.noise = self.noise_of(run)  #: values (t,) below which they are zero
         self.size = np.zeros(len(self.triggers))  #: of the values in the last step with an event
         self.happened: list[Happening] = []
+        self.trail = (np.full(len(self.triggers), np.nan),) * 2  #: values (t,) of the last two steps
 
-    def shaken(self, run: Run) -> np.ndarray:
-        """Change of the values (t,) at the start where unknowns change by round-off, and their rates by that in a step."""
+    def noise_of(self, run: Run) -> np.ndarray:
+        """Values (t,) that are zero: what round-off of unknowns changes, and of columns of outputs that are read, of their size."""
         system, random = run.model.system, np.random.default_rng(0)
         d = NOISE * scale_of(system) * random.choice([-1.0, 1.0], system.size)
         states = ((system.x0, system.v0), (system.x0 + d, system.v0 + d / run.scheme.step))
-        memories = [compilation.accepted(run.model, *state) for state in states]
-        return np.asarray(np.diff([self.read(run, one) for one in memories], axis=0)[0])
+        first, last = (compilation.accepted(run.model, *state) for state in states)
+        self.values(run, 0.0)
+        kept = [NOISE * run.reader.size if k < 0 else last[run.kept_values[k]] - first[run.kept_values[k]] for k in self.numbers]
+        return NOISY * np.abs(np.array(kept))
 
-    def read(self, run: Run, memory: np.ndarray) -> np.ndarray:
-        """The values of all events (t,) in what forces keep."""
-        return np.array([memory[run.kept_values[one.value]] for one in self.triggers])
-
-    def values(self, run: Run) -> np.ndarray:
-        """The values of all events (t,) in the present state."""
-        return self.read(run, run.step.state.memory)
+    def values(self, run: Run, place: float) -> np.ndarray:
+        """The values of all events (t,) in the present state, at a place in the step."""
+        time = run.scheme.step * (run.done + place)
+        return np.array(run.reader.read(run, self.numbers, time, within=0.0 < place < 1.0))
 
     @property
     def ended(self) -> float | None:
@@ -93,24 +95,35 @@ class Watch:
 
     def look(self, run: Run, before: Sequence[np.ndarray]) -> int:
         """Let happen what happens in the step that was taken from the state `before`; the status of a piece that failed."""
-        now, due = self.values(run), np.zeros(0, np.int64)
+        due = np.zeros(0, np.int64)
         if run.done == 1:
-            then = self.read(run, before[list(run.step.state._fields).index("memory")])
+            after = [part.copy() for part in run.step.state]
+            put(run.step.state, before)
+            then = self.values(run, -1.0)
+            run.reader.keep()
+            put(run.step.state, after)
             self.guard(then)
+            self.trail = then, then
+        now = self.values(run, 0.0)
+        if run.done == 1:
             change = now - then
             due = np.flatnonzero((self.sides == 0) & (self.signs(change) != 0) & self.fits(np.sign(change)))
-        if not len(due) and not self.crossed(now).any():
+        dip = 1.0 if len(due) or self.crossed(now).any() else self.dip(run, before, now)
+        self.trail = self.trail[1], now
+        if not len(due) and not self.crossed(now).any() and dip == 1.0:
             self.guard(now)
+            run.reader.keep()
             return stepping.DONE
         put(run.step.state, before)
         run.done -= 1
         steps = int(run.step.job.counters[stepping.STEPS])
         try:
-            self.take_in_pieces(run, due)
+            self.take_in_pieces(run, due, dip)
         except Unreached as failed:
             return failed.status
         run.step.job.counters[stepping.STEPS] = steps
         run.done += 1
+        run.reader.keep()
         if self.ended is not None:
             run.end(self.ended)
         run.store()
@@ -134,14 +147,44 @@ class Watch:
         found[list(but)] = 0
         self.sides = np.where(found != 0, found, self.sides)
 
-    def take_in_pieces(self, run: Run, due: np.ndarray) -> None:
-        """Take a step from event to event, those that are due at its begin first, to its end or to that of the run."""
+    def dip(self, run: Run, before: Sequence[np.ndarray], now: np.ndarray) -> float:
+        """Where in the step that was taken from the state `before` a value is beyond zero that is not so at its end; 1 for none."""
+        last, h = self.trail[1], run.scheme.step
+        some = np.flatnonzero((self.sides != 0) & dips.near(self.trail[0], last, now))
+        if not len(some):
+            return 1.0
+        after, late = [part.copy() for part in run.step.state], dips.rates(run, self.numbers, h * run.done)
+        put(run.step.state, before)
+        early, found = dips.rates(run, self.numbers, h * (run.done - 1)), 1.0
+        for k in some.tolist():
+            s = self.sides[k]
+            if not (s * early[k] < 0.0 < s * late[k]):
+                continue
+            place, value = dips.deepest((s * last[k], s * now[k]), (s * early[k], s * late[k]))
+            if value <= self.noise[k]:
+                put(run.step.state, before)
+                run.done -= 1
+                take_piece(run, 0.0, place)
+                found = min(found, place) if s * self.values(run, place)[k] <= 0.0 else found
+                run.done += 1
+        put(run.step.state, after)
+        return found
+
+    def take_in_pieces(self, run: Run, due: np.ndarray, dip: float = 1.0) -> None:
+        """Take a step from event to event, those that are due at its begin first, to its end or to that of the run.
+
+        Up to a `dip` values are looked at by themselves.
+        """
         place, acted, count = 0.0, set[int](), 0
         while self.ended is None:
             if not len(due):
-                reached, due = self.go_on(run, place)
+                end = dip if place < dip else 1.0
+                reached, due = self.go_on(run, place, end)
                 if not len(due):
-                    return
+                    if end == 1.0:
+                        return
+                    place = end
+                    continue
                 acted = acted if reached - place < TOGETHER else set()
                 place = reached
             count += len(due)
@@ -149,38 +192,38 @@ class Watch:
                 raise endless([self.triggers[k].name for k in due], run.scheme.step * (run.done + place))
             self.act(run, due, place)
             acted |= set(due.tolist())
-            now = self.values(run)
+            now = self.values(run, place)
             due = np.setdiff1d(np.flatnonzero(self.crossed(now)), list(acted))
             self.guard(now, [*due, *(k for k in acted if abs(now[k]) <= STILL * self.size[k])])
 
-    def go_on(self, run: Run, place: float) -> tuple[float, np.ndarray]:
-        """Go from a place in the step, a part of it, to the next event or to the end: the place there, and the events."""
-        before, first = [part.copy() for part in run.step.state], self.values(run)
+    def go_on(self, run: Run, place: float, end: float) -> tuple[float, np.ndarray]:
+        """Go from a place in the step, a part of it, to the next event or to the `end`: the place there, and the events."""
+        before, first = [part.copy() for part in run.step.state], self.values(run, place)
 
         def move(to: float) -> np.ndarray:
             put(run.step.state, before)
             take_piece(run, place, to)
-            return self.values(run)
+            return self.values(run, to)
 
-        last = move(1.0) if place < 1.0 else first
+        last = move(end) if place < end else first
         self.size = np.maximum(np.abs(first), np.abs(last))
         due = np.flatnonzero(self.crossed(last))
         if not len(due):
             self.guard(last)
-            return 1.0, due
+            return end, due
         from scipy.optimize import brentq  # which imports all of scipy.optimize: here alone
 
-        known = {place: first, 1.0: last}
+        known = {place: first, end: last}
 
         def value(to: float, k: int) -> float:
             if to not in known:
                 known[to] = move(to)
             return float(known[to][k])
 
-        found = np.array([brentq(value, place, 1.0, args=(k,), xtol=EXACT) for k in due])
+        found = np.array([brentq(value, place, end, args=(k,), xtol=EXACT) for k in due])
         for number, k in enumerate(due.tolist()):  # jumps stand behind
             early = self.sides[k] * value(found[number], k) > STILL * self.size[k]
-            found[number] = min(found[number] + 4 * EXACT * early, 1.0)
+            found[number] = min(found[number] + 4 * EXACT * early, end)
         reached, due = float(found.min()), due[found - found.min() < TOGETHER]
         self.guard(move(reached), due.tolist())
         return reached, due

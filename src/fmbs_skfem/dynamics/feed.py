@@ -102,6 +102,7 @@ class Feed:
                 new = self.value(run, one)
                 changed = changed or new != told.values[-1]
                 told.values[-1] = new
+        run.reader.keep()
         for name, values in self.record.items():
             values.append(self.told[name].values[-1])
         if changed:
@@ -109,8 +110,8 @@ class Feed:
 
     def value(self, run: Run, one: Sampler) -> float:
         """What a controller tells."""
-        time, memory = self.scheme.step * run.done, run.step.state.memory
-        found = one.of.law(time, [float(memory[run.kept_values[k]]) for k in one.of.reads], one.memory)
+        time = self.scheme.step * run.done
+        found = one.of.law(time, run.reader.read(run, one.of.reads, time), one.memory)
         if not math.isfinite(found):
             text = f"controller '{one.of.name}' gives {found} at t = {time:.6g} s; look at what it reads, guard it with where(...)"
             raise SolverError(text, Reason.NOT_FINITE, time, ((f"controller {one.of.name}", found),))

@@ -28,6 +28,7 @@ from .feed import Feed
 from .histories import leading_signals, leading_values
 from .initial import Instant, Start, consistent_start, first_step, startable
 from .large import Large
+from .measuring import Reader
 from .names import row_names, told, worst
 from .outputs import survey_of
 from .scheme import GeneralizedAlpha, Newton, method_of, steps_in
@@ -98,6 +99,11 @@ class Run:
     def kept_values(self) -> list[int]:
         """Places of kept values in the memory of forces."""
         return [int(k) for k in responses.kept(self.model)]
+
+    @cached_property
+    def reader(self) -> Reader:
+        """What reads values for controllers and events."""
+        return Reader(self)
 
     def take(self, method: Method, signals: np.ndarray, rows: np.ndarray) -> tuple[int, int]:
         """Take a step for every row of `signals`, to be stored in `rows` of the trajectory: the status and the steps done."""
@@ -253,6 +259,7 @@ def restore(run: Run, held: Checkpoint) -> None:
     checkpoints.restore(held, facts_of(run), run.step, run.large)
     if run.feed:
         run.feed.put(held)
+        run.reader.put(run, held)
     if run.watch:
         run.watch.put(run, held)
     run.done = held.done
@@ -378,7 +385,7 @@ def moment(run: Run) -> Moment:
 
     def checkpoint() -> Checkpoint:
         facts, arrays = facts_of(run), checkpoints.arrays(run.step, run.large)
-        arrays |= (run.feed.arrays() if run.feed else {}) | (run.watch.arrays(run) if run.watch else {})
+        arrays |= (run.feed.arrays() | run.reader.arrays() if run.feed else {}) | (run.watch.arrays(run) if run.watch else {})
         seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
         return Checkpoint(run.done, count_stored(run), facts, arrays, *seconds)
 

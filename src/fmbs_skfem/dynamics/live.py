@@ -11,6 +11,7 @@ joint is the cubic through its last four values; any other one acts with the val
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,11 +21,9 @@ from ..systems.system import System
 from .checkpoint import Checkpoint
 from .initial import startable
 from .integration import begun, cost_of, march_fed, moment, restore
-from .outputs import outputs
+from .measuring import Meter, motion_of
 from .scheme import GeneralizedAlpha, Newton
 from .trajectory import Happening, Trajectory
-
-MOTION = ("times", "x", "v", "a", "multipliers")  #: of a trajectory
 
 
 def start(system: System, scheme: GeneralizedAlpha, newton: Newton | None = None) -> LiveRun:
@@ -39,7 +38,7 @@ class LiveRun:
         self.run = begun(system, scheme, newton, np.zeros(1, np.int64), 0, live=True)
         assert self.run.feed is not None
         self.feed = self.run.feed
-        self.seen: tuple[Trajectory, dict[str, float]] | None = None
+        self.meter = Meter()
 
     @property
     def time(self) -> float:
@@ -76,33 +75,17 @@ class LiveRun:
     @state.setter
     def state(self, held: Checkpoint) -> None:
         restore(self.run, held)
-        self.seen = None
+        self.meter.seen = None
 
     def outputs(self) -> dict[str, float]:
         """All named outputs of the present state; angles count their turns from call to call."""
         now = self.motion()
-        if self.seen is None:
-            found = {name: float(column[0]) for name, column in outputs(now).items()}
-        else:
-            before, values = self.seen
-            if before.times[0] == now.times[0]:
-                return dict(values)
-            columns = outputs(joined(before, now))
-            found = {name: float(b if values[name] == a else values[name] + (b - a)) for name, (a, b) in columns.items()}
-        self.seen = now, found
-        return dict(found)
+        if self.meter.seen is not None and self.meter.seen[0].times[0] == now.times[0]:
+            return dict(self.meter.seen[1])
+        found = self.meter.columns(now)
+        self.meter.keep()
+        return found
 
     def motion(self) -> Trajectory:
         """The present state as a trajectory of one instant."""
-        run, state = self.run, self.run.step.state
-        back = np.argsort(run.model.order)
-        x, v, a = (part[back][None] for part in (state.x, state.v, state.acceleration))
-        held = state.multipliers[None] / run.step.method.c
-        return Trajectory(run.model.system, np.array([self.time]), x, v, a, held, cost_of(run), state.memory[None].copy())
-
-
-def joined(one: Trajectory, other: Trajectory) -> Trajectory:
-    """A motion and its continuation."""
-    times, x, v, a, held = (np.concatenate([getattr(part, key) for part in (one, other)]) for key in MOTION)
-    memory = None if one.memory is None or other.memory is None else np.concatenate([one.memory, other.memory])
-    return Trajectory(other.system, times, x, v, a, held, other.statistics, memory)
+        return replace(motion_of(self.run, self.time), statistics=cost_of(self.run))

@@ -7,6 +7,7 @@ Energy balance of M q'' + f + Phi_q^T lambda = 0 with conservative constant load
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -152,10 +153,12 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     full = system.full
     if full is None or full is system:
         return {name: -trajectory.multipliers[:, k] for k, name in enumerate(system.constraints.names)}
+    known = {name: -trajectory.multipliers[:, k] for k, name in enumerate(system.constraints.names)}
+    if known.keys() >= set(full.constraints.names):
+        return {name: known[name] for name in full.constraints.names}
     q, v, a = lifted(trajectory)
     model = compile_system(full)
     rows, A, _ = linear_part(full)
-    known = {name: -trajectory.multipliers[:, k] for k, name in enumerate(system.constraints.names)}
     held = np.zeros((len(q), len(full.constraints.names)))
     for k, name in enumerate(full.constraints.names):
         held[:, k] = -known.get(name, 0.0)
@@ -194,13 +197,15 @@ def body_coordinates(trajectory: Trajectory) -> np.ndarray:
     return np.asarray(lift.matrix @ trajectory.x.T).T + lift.offset
 
 
-def outputs(trajectory: Trajectory) -> dict[str, np.ndarray]:
-    """All named outputs: column name -> values (s,)."""
+def outputs(trajectory: Trajectory, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
+    """Named outputs, all by default: column name -> values (s,)."""
     sensors, columns = trajectory.system.sensors, dict[str, np.ndarray]()
     y, rate, change = (np.asarray(sensors.matrix @ part.T).T for part in (trajectory.x, trajectory.v, trajectory.a))
     y = y + sensors.offset
     require_distinct_columns(trajectory.system.outputs)
     for name, output in trajectory.system.outputs.items():
+        if names is not None and name not in names:
+            continue
         rows = list(output.rows)
         whole = partial(energies, trajectory), partial(reactions, trajectory), partial(pushes, trajectory)
         forces = trajectory.system.loads.forces

@@ -82,7 +82,7 @@ def mend_loads(values: Tree) -> None:
 
 def mend_system(values: Tree) -> None:
     """Laws by number become forces; there are no events."""
-    values |= {name: () for name in ("locks", "triggers") if name not in values}
+    values |= {name: () for name in ("locks", "triggers", "readings") if name not in values}
     loads = values.get("loads")
     if isinstance(loads, Loads):
         found = [of_law(one, values["dim"]) if isinstance(one, PointLaw) else one for one in loads.forces]

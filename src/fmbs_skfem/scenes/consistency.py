@@ -19,7 +19,7 @@ from ..core.expressions import Expression
 from ..core.mappings import rules
 from ..core.problems import Found, Problem, unknown
 from ..core.responses import OfState, require
-from ..systems import joints, responses
+from ..systems import joints, readings, responses
 from ..systems.places import At
 from . import plausibility, yamlfile
 from .inputs import ends_early
@@ -219,7 +219,10 @@ def _responses(scene: Scene) -> Iterator[Found]:
     for section in ("loads", "controllers", "events"):
         for name, item in getattr(scene, section).items():
             for key, value in (*states_in(vars(item)), *(item.products() if section == "controllers" else ())):
+                if section != "loads" and any(readings.follows(one, scene.outputs, scene.dimension) for one in value.outputs):
+                    continue  # columns of outputs are known when the system is made, and looked at there
                 try:
+                    readings.refuse(value, scene.outputs, scene.dimension)
                     require(value, known | getattr(item, "own", {}))
                 except Problem as problem:
                     yield (section, name, *((key,) if isinstance(key, str) else key)), problem

@@ -22,11 +22,11 @@ from ..core.linalg import alike, diagonal
 from ..core.notices import notify
 from ..shapes import line, surface
 from ..shapes.surface import Surface
-from . import echelon, lengths, redundancy, responses, row_laws
+from . import echelon, lengths, readings, redundancy, responses, row_laws
 from . import probes as probe_rules
 from .constraint_functions import Joint
-from .controllers import Controller, connect
-from .events import Event, attend
+from .controllers import Controller, connect, gains_of
+from .events import Event, attend, watched
 from .forces import joined
 from .loads import Load
 from .places import At, Draft, Layout, Rows, Terms, vector
@@ -102,18 +102,21 @@ def assemble(
         joint.constrain(draft)
     for part in parts:
         orthonormal(part, draft)
-    steered = list(controllers)
+    steered, draft.outputs = list(controllers), dict(outputs or {})
     for one in steered:
         require_sound("controller", getattr(one, "name", ""), one, Controller, layout.dim)
-    told = connect(steered)
-    draft.outputs, draft.inputs = dict(outputs or {}), {one.name: one for one in (*inputs, *told)}
+    read = [(f"controller '{one.name}'", value) for one in steered for value in one.reads]
+    wanted = readings.sort([*read, *watched(events or {})], draft.outputs, layout.dim)
+    told = connect(steered, wanted.numbers)
+    draft.inputs = {one.name: one for one in (*inputs, *told)}
     unique("outputs, inputs and controllers", [*draft.outputs, *(one.name for one in (*inputs, *told))])
     for load in loads:
         require_sound("load", getattr(load, "name", ""), load, Load, layout.dim)
         load.push(draft)
-    read = [(f"controller '{one.name}'", value) for one in steered for value in one.reads]
-    triggers, locks, loose = attend(draft, events or {}, joints, len(read), constraints)
-    responses.keep(draft, [*read, *((f"event '{name}'", one.when) for name, one in (events or {}).items())])
+    triggers, locks, loose = attend(
+        draft, events or {}, joints, wanted.numbers[sum(len(one.reads) for one in steered) :], constraints
+    )
+    responses.keep(draft, wanted.kept)
     draft.locks = locks
     draft.signals += told
     forces, sensed = draft.forces, dict[str, Output]()
@@ -158,6 +161,7 @@ def assemble(
         origin=layout.origin,
         locks=locks,
         triggers=triggers,
+        readings=readings.collect(wanted, sensed, responses.known(draft), gains_of(steered)),
     )
 
 

@@ -3,6 +3,7 @@ r"""Discrete controllers: what they read of the state at every sample instant be
     pid              u_k = limited(kp e_k + I_k + kd e'_k),    I_k = I_k-1 + ki T e_k,    e'_k = (e_k - e_k-1) / T or given
     state_feedback   u_k = limited(u_0 - sum_i K_i x_i)
     table            u_k = straight lines through points of x_k, constant beyond them
+    measurement      u_k = x_k
     program          u_k = f(t_k, x_1, x_2, ...), a function of Python
 
 T is the sample time, e and x_i are expressions of outputs, inputs, t and parameters (`core.responses`). The integral of a PID
@@ -213,6 +214,37 @@ class StateFeedback(Limited):
 
 @storable
 @dataclass(frozen=True)
+class MeasurementLaw:
+    """The rule of `Measurement`."""
+
+    memory: tuple[float, ...] = ()
+
+    def __call__(self, t: float, values: Sequence[float], memory: list[float]) -> float:
+        return values[0]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measurement(Controller):
+    """The value of an expression `of`, held to the next sample: so forces read reactions and energies, one step late at least.
+
+    {type: measurement, unit: N, sample: 1 ms, of: hinge.x}
+    """
+
+    of: Read
+
+    @property
+    def reads(self) -> Sequence[OfState]:
+        return [self.of]
+
+    def law(self) -> MeasurementLaw:
+        return MeasurementLaw()
+
+    def products(self) -> Iterator[tuple[str, OfState]]:
+        yield "of", of_state(self.of.text, self.unit or "1", dict(self.of.parameters))
+
+
+@storable
+@dataclass(frozen=True)
 class TableLaw:
     """The rule of `Table`."""
 
@@ -284,14 +316,19 @@ class Controlled(Input):
 
     sample: float = 0.0  #: [s]
     law: Any = None
-    reads: tuple[int, ...] = ()  #: numbers of the kept values that it reads, see `responses.kept`
+    reads: tuple[int, ...] = ()  #: numbers of the values that it reads, see `readings`
 
 
-def connect(found: Sequence[Controller]) -> list[Controlled]:
-    """Controllers as inputs, whose values are kept in their order."""
+def gains_of(found: Sequence[Controller]) -> Iterator[tuple[str, OfState]]:
+    """Expressions of controllers that have to have a dimension, each with the place that messages name."""
+    return ((f"controller '{one.name}'.{key}", value) for one in found for key, value in one.products())
+
+
+def connect(found: Sequence[Controller], numbers: Sequence[int]) -> list[Controlled]:
+    """Controllers as inputs; numbers of the values that they read, one after the other."""
     first, signals = 0, list[Controlled]()
     for one in found:
-        reads = tuple(range(first, first + len(one.reads)))
+        reads = tuple(numbers[first : first + len(one.reads)])
         signals.append(Controlled(one.name, one.unit, number(one.start), one.sample, one.law(), reads))
         first += len(reads)
     return signals

@@ -92,15 +92,21 @@ class Holding:
         self.rows.row(self.joint.name, f"{label} locked", *terms)
 
 
-def attend(
-    draft: Draft, events: Mapping[str, Event], joints: Sequence[Joint], first: int, read: Read
-) -> tuple[tuple[Trigger, ...], tuple[Lock, ...], tuple[str, ...]]:
-    """Triggers, locks and the joints that are let loose of some events, whose values are kept from the number `first` on."""
-    known, triggers = {joint.name: joint for joint in joints}, list[Trigger]()
-    for k, (name, event) in enumerate(events.items()):
-        place = f"event '{name}'"
+def watched(events: Mapping[str, Event]) -> Iterator[tuple[str, OfState]]:
+    """Expressions that cross zero, each with the place that messages name."""
+    for name, event in events.items():
         if not isinstance(event, Event):
-            raise InputError(say(place, "an event", type(event).__name__))
+            raise InputError(say(f"event '{name}'", "an event", type(event).__name__))
+        yield f"event '{name}'", event.when
+
+
+def attend(
+    draft: Draft, events: Mapping[str, Event], joints: Sequence[Joint], numbers: Sequence[int], read: Read
+) -> tuple[tuple[Trigger, ...], tuple[Lock, ...], tuple[str, ...]]:
+    """Triggers, locks and the joints that are let loose of some events, whose values have these numbers."""
+    known, triggers = {joint.name: joint for joint in joints}, list[Trigger]()
+    for number, (name, event) in zip(numbers, events.items(), strict=True):
+        place = f"event '{name}'"
         for key, problem in event.problems():
             raise InputError(problem.at(f"{place}.{key}" if key else place))
         for key, names in (("release", event.release), ("lock", event.lock)):
@@ -109,7 +115,7 @@ def attend(
                     raise InputError(
                         say(f"{place}.{key}", f"one of the joints {listed(known, one)}", f"'{one}'") + closest(one, known)
                     )
-        triggers.append(Trigger(name, first + k, DIRECTIONS[event.direction], event.stop, event.release, event.lock))
+        triggers.append(Trigger(name, number, DIRECTIONS[event.direction], event.stop, event.release, event.lock))
     locked = dict.fromkeys(name for one in triggers for name in one.lock)
     for joint in joints:
         if events and isinstance(joint, Latch) and joint.name not in locked:

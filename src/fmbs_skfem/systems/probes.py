@@ -57,6 +57,7 @@ class Probe(Declared, ABC):
     filed: ClassVar[tuple[str, ...]] = ()  #: other words in files of reduced models
     known_to_all: ClassVar[bool] = True  #: whether every reduced model knows it, so that their histories are drawn together
     on_largest: ClassVar[bool] = False  #: whether errors of columns count relative to the largest of them
+    of_motions: ClassVar[tuple[str, ...]] = ()  #: parts that a whole motion has, and no instant of it
 
     @abstractmethod
     def sense(self, name: str, draft: Draft) -> Output:
@@ -68,7 +69,10 @@ class Probe(Declared, ABC):
         """Values (s,) of its columns on a motion."""
 
     def variables(self, dim: int) -> Mapping[str, str]:
-        """What expressions of the state read of it, `output.x` or by "" the output itself: parts with their SI units."""
+        """What forces read of it, `output.x` or by "" the output itself: parts with their SI units.
+
+        Without any, its columns are known of accepted states, for controllers and events alone.
+        """
         return {}
 
     @staticmethod
@@ -385,6 +389,7 @@ class Energy(Probe):
     unit: ClassVar[str] = "J"
     known_to_all: ClassVar[bool] = False
     on_largest: ClassVar[bool] = True
+    of_motions: ClassVar[tuple[str, ...]] = ("balance",)
 
     def sense(self, name: str, draft: Draft) -> Output:
         return self.output(draft, tuple(f"{name}_{part}" for part in ("kinetic", "strain", "potential", "balance")))

@@ -24,6 +24,7 @@ from ..core.errors import InputError, listed, say
 from ..core.expressions import of_time
 from ..core.problems import Problem
 from ..core.responses import OfState
+from . import readings
 from .constraint_functions import arm, rows_of
 from .force_laws import ForceLaw, LawForces
 from .own_symbols import norm, turned
@@ -141,15 +142,20 @@ def add(
 
 def require(draft: Draft, where: str, value: OfState, own: Mapping[str, str]) -> None:
     """InputError where an expression does not fit the outputs and inputs there are."""
-    known = variables(draft.outputs, draft.layout.dim) | {name: one.unit for name, one in draft.inputs.items()}
     try:
-        responses.require(value, known | dict(own))
+        readings.refuse(value, draft.outputs, draft.layout.dim)
+        responses.require(value, known(draft) | dict(own))
     except Problem as problem:
         raise InputError(problem.at(where)) from problem
 
 
+def known(draft: Draft) -> dict[str, str]:
+    """Names of functions of the state and of inputs, with their units."""
+    return variables(draft.outputs, draft.layout.dim) | {name: one.unit for name, one in draft.inputs.items()}
+
+
 def variables(outputs: Mapping[str, Probe], dim: int) -> dict[str, str]:
-    """Names that expressions of the state may use, with their units."""
+    """Names that forces may read of outputs, with their units."""
     return {named(name, part): unit for name, one in outputs.items() for part, unit in one.variables(dim).items()}
 
 

@@ -89,7 +89,7 @@ class Trigger:
     """An event: the value that crosses zero, and what happens then."""
 
     name: str
-    value: int  #: number of the kept value, see `responses.kept`
+    value: int  #: number of the value that is read, see `readings`
     direction: int  #: 1 rising, -1 falling, 0 both
     stop: bool
     release: tuple[str, ...]  #: joints
@@ -182,6 +182,7 @@ class System:
     origin: Annotated[np.ndarray, Reals("c")]  #: of q and of fixed points; sensors and pictures count from that of the scene [m]
     locks: Annotated[tuple[Lock, ...], Inside("y k")] = ()
     triggers: tuple[Trigger, ...] = ()
+    readings: tuple[Any, ...] = ()  #: what controllers and events read of outputs, see `readings`
     full: System | None = None  #: the form with all multipliers, from which reactions are recovered
 
     @property

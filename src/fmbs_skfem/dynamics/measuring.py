@@ -1,0 +1,122 @@
+"""Outputs of single states of a run, and what controllers and events read of them.
+
+Angles count their turns, and potential energies their changes, from the last state that was kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..systems import readings
+from . import checkpoint as checkpoints
+from .checkpoint import Checkpoint
+from .initial import Instant, consistent_start
+from .outputs import outputs
+from .trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from .integration import Run
+
+MOTION = ("times", "x", "v", "a", "multipliers")  #: of a trajectory
+
+
+class Meter:
+    """Columns of some outputs, or of all, state by state."""
+
+    def __init__(self, names: Sequence[str] | None = None) -> None:
+        self.names = names
+        self.seen: tuple[Trajectory, dict[str, float]] | None = None  #: what is counted from
+        self.last: tuple[Trajectory, dict[str, float]] | None = None
+
+    def columns(self, now: Trajectory) -> dict[str, float]:
+        """Columns of outputs of one instant."""
+        if self.seen is None:
+            found = {name: float(column[0]) for name, column in outputs(now, self.names).items()}
+        else:
+            before, values = self.seen
+            columns = outputs(joined(before, now), self.names)
+            found = {name: float(b if values[name] == a else values[name] + (b - a)) for name, (a, b) in columns.items()}
+        self.last = now, found
+        return dict(found)
+
+    def keep(self) -> None:
+        """Count from the last instant on."""
+        self.seen = self.last
+
+
+class Reader(Meter):
+    """Values that controllers and events of a run read, by number; see `systems.readings`."""
+
+    def __init__(self, run: Run) -> None:
+        self.readings = run.model.system.readings
+        super().__init__(readings.outputs_of(self.readings))
+        self.checked = False
+
+    def read(self, run: Run, numbers: Sequence[int], time: float, within: bool = False) -> list[float]:
+        """Their values in the present state, at this time [s]; `within` a step with reactions that are found anew."""
+        memory = run.step.state.memory
+        found = dict[str, float]()
+        if any(number < 0 for number in numbers):
+            found = self.columns(balanced(run, time) if within else motion_of(run, time))
+            if not self.checked:
+                for one in self.readings:
+                    readings.require_known(one, found)
+                self.checked = True
+
+        def kept(number: int) -> float:
+            return float(memory[run.kept_values[number]])
+
+        return [kept(k) if k >= 0 else readings.evaluate(self.readings[-1 - k], kept, found) for k in numbers]
+
+    @property
+    def size(self) -> float:
+        """The largest column of what was read last."""
+        return max(map(abs, self.last[1].values()), default=0.0) if self.last else 0.0
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What is to be kept of it, by name."""
+        if self.seen is None:
+            return {}
+        motion, values = self.seen
+        found = {f"read {key}": getattr(motion, key) for key in MOTION}
+        return found | {"read memory": motion.memory, "read values": np.array(list(values.values()))}
+
+    def put(self, run: Run, held: Checkpoint) -> None:
+        """Put back what was kept."""
+        self.seen = self.last = None
+        if "read values" not in held.arrays:
+            return
+        now = motion_of(run, 0.0)
+        kept: dict[str, Any] = {
+            key: checkpoints.fitting(held.arrays, f"read {key}", getattr(now, key)) for key in (*MOTION, "memory")
+        }
+        names = [column for name in self.names or () for column in run.model.system.outputs[name].columns]
+        values = checkpoints.fitting(held.arrays, "read values", np.zeros(len(names)))
+        self.seen = replace(now, **kept), dict(zip(names, values.tolist(), strict=True))
+
+
+def motion_of(run: Run, time: float) -> Trajectory:
+    """The present state of a run as a trajectory of one instant [s]."""
+    state, back = run.step.state, np.argsort(run.model.order)
+    x, v, a = (part[back][None] for part in (state.x, state.v, state.acceleration))
+    held = state.multipliers[None] / run.step.method.c
+    return Trajectory(run.model.system, np.array([time]), x, v, a, held, memory=state.memory[None].copy())
+
+
+def balanced(run: Run, time: float) -> Trajectory:
+    """The same with the accelerations and reactions that balance its forces: those of a short piece of a step are noise."""
+    now = motion_of(run, time)
+    off = run.step.space.off > 0.0
+    start = consistent_start(run.model, run.scheme, Instant(time, now.x[0], now.v[0], off, run.step.state.memory))
+    return replace(now, a=start.a[None], multipliers=start.multipliers[None])
+
+
+def joined(one: Trajectory, other: Trajectory) -> Trajectory:
+    """A motion and its continuation."""
+    times, x, v, a, held = (np.concatenate([getattr(part, key) for part in (one, other)]) for key in MOTION)
+    memory = None if one.memory is None or other.memory is None else np.concatenate([one.memory, other.memory])
+    return Trajectory(other.system, times, x, v, a, held, other.statistics, memory)
