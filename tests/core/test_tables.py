@@ -93,7 +93,7 @@ def test_scenes(tmp_path: Path) -> None:
         ("duration: 1 s", "duration: 3 s", r"tables.pull: expected a table from 0 to 3 s, .* got one from 0 to 2 s; 'hold: true'"),
         ("pull(t) -", "push(t) -", r"loads.f.force: expected one of .* got 'push\(t\)'; did you mean 'pull\(t\)'"),
         ("pull(t) -", "turn(t) -", r"of one dimension, got angle and force"),
-        ("pull(t) -", "pull(2) -", r"expected one of the functions .* got 'pull'"),
+        ("pull(t) -", "pull(2 m) -", r"loads.f.force: expected a time \[s\] in pull\(...\), got length"),
         ("file: a.csv, unit: N", "file: b.csv, unit: N", r"tables.pull: .*table .*b.csv: expected a file"),
         ("file: a.csv, unit: N", "file: ../../b.csv, unit: N", r"tables.pull: .*table path .*stays in its parent folder"),
         ("{pull:", "{sin:", r"tables.sin: expected a name"),

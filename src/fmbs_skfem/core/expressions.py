@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from .container import storable
 from .errors import Reason, SolverError, closest, listed, say
-from .inputs import Source
+from .inputs import Source, timed
 from .problems import Problem, shown
 from .units import UNITS, Quantity, measure
 
@@ -110,12 +110,14 @@ class Expression:
     def __call__(self, t: float | npt.NDArray[np.float64]) -> float | npt.NDArray[np.float64]:
         if isinstance(t, np.ndarray):
             return self.at(t, {one.name: one(t) for one in self.inputs})
-        return value_of(self.program, {one.name: float(one(np.array(t))) for one in self.inputs} | {"t": float(t)})
+        calls = {one.call: one for one in self.inputs if one.call}
+        return value_of(self.program, {one.name: float(one(np.array(t))) for one in self.inputs} | {"t": float(t)} | calls)
 
     def at(self, t: npt.NDArray[np.float64], inputs: Mapping[str, npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
         """Its values at times (s,) with inputs of these values (s,)."""
         with np.errstate(all="ignore"):
-            return np.zeros(t.shape) + evaluate(self.program, {"t": t, **inputs}, ARRAY)
+            calls = {one.call: one for one in self.inputs if one.call}
+            return np.zeros(t.shape) + evaluate(self.program, {"t": t, **inputs, **calls}, ARRAY)
 
 
 storable(Expression, inputs=lambda values: ())
@@ -126,8 +128,9 @@ def of_time(
 ) -> Expression:
     """The function of time written as `text`; `parameters` are names it may use beside t and pi, with their values, and inputs."""
     values, told = {"pi": math.pi} | dict(parameters or {}), dict(inputs or {})
-    program = parse(text, values.keys() | told.keys() | {"t"}) if isinstance(text, str) else (float(text),)
-    read = tuple(one for name, one in told.items() if name in program)
+    calls = {one.call for one in told.values() if one.call}
+    program = parse(text, values.keys() | timed(told.values()).keys() | calls | {"t"}) if isinstance(text, str) else (float(text),)
+    read = tuple(one for name, one in told.items() if name in program or one.call in program)
     fixed = values | {step: one.value for step, one in quantities(program).items()}
     return Expression(str(text), _fold(program, fixed, str(text)), read)
 
@@ -149,6 +152,11 @@ def is_quantity(step: float | str) -> TypeGuard[str]:
     return isinstance(step, str) and step[0] in "0123456789."
 
 
+def is_call(step: float | str) -> TypeGuard[str]:
+    """Whether a step of a program is a table, called with what stands before it: `goal()`."""
+    return isinstance(step, str) and step.endswith("()")
+
+
 def quantities(program: Program) -> dict[str, Quantity]:
     """The numbers with units of a program."""
     return {step: measure(step) for step in program if is_quantity(step)}
@@ -163,6 +171,8 @@ def evaluate(program: Program, names: Mapping[str, Any], algebra: Algebra, lift:
         elif step in ARITY:
             first = len(stack) - ARITY[step]
             stack[first:] = [algebra[step](*stack[first:])]
+        elif is_call(step):
+            stack[-1] = names[step](stack[-1])
         else:
             stack.append(names[step])
     return stack[0]
@@ -179,13 +189,14 @@ def parse(text: str, names: Collection[str]) -> Program:
     return program
 
 
-def value_of(program: Program, names: Mapping[str, float]) -> float:
+def value_of(program: Program, names: Mapping[str, Any]) -> float:
     """The value of a program in Python floats; through numpy where those raise (division by zero, overflow, domain)."""
     try:
         return float(evaluate(program, names, SCALAR))
     except (ValueError, ArithmeticError):
         with np.errstate(all="ignore"):
-            return float(evaluate(program, {name: np.float64(value) for name, value in names.items()}, ARRAY, np.float64))
+            lifted = {name: value if callable(value) else np.float64(value) for name, value in names.items()}
+            return float(evaluate(program, lifted, ARRAY, np.float64))
 
 
 def _fold(program: Program, values: Mapping[str, float], text: str) -> Program:
@@ -197,6 +208,8 @@ def _fold(program: Program, values: Mapping[str, float], text: str) -> Program:
             parts, constant = stack[first:], not any(isinstance(piece, str) for part in stack[first:] for piece in part)
             joined: Program = (*(piece for part in parts for piece in part), step)
             stack[first:] = [(_finite(value_of(joined, {}), text),) if constant else joined]
+        elif is_call(step):
+            stack[-1] = (*stack[-1], step)
         elif isinstance(step, str):
             stack.append((step,) if step not in values else (_finite(values[step], text),))
         else:
@@ -311,6 +324,11 @@ def _call(tokens: deque[Token], names: Collection[str], level: int, name: str) -
         for _ in range(3):
             tokens.popleft()
         return (f"{name}(t)",)
+    if name not in known and f"{name}()" in names:
+        tokens.popleft()
+        argument = _comparison(tokens, names, level + 1)
+        _close(tokens)
+        return (*argument, f"{name}()")
     if name not in known:
         hint = closest(name, known).removeprefix("; ")
         raise Problem(f"one of the functions {', '.join(sorted(known))}", shown(name), f"{hint} {GRAMMAR}".strip())

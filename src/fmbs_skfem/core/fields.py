@@ -113,7 +113,7 @@ def of_time(value: object, context: Context, dimension: units.Dimension = units.
         raise Problem("an expression of t", shown(value), expressions.GRAMMAR)
     found = expressions.of_time(value, {name: quantity.value for name, quantity in context.parameters.items()}, context.inputs)
     if isinstance(value, str):
-        functions.check(value, dimension, context.parameters, context.clock, {one.name: one.unit for one in found.inputs})
+        functions.check(value, dimension, context.parameters, context.clock, found.inputs)
     return found
 
 

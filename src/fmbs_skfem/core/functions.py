@@ -10,11 +10,13 @@ there is no parameter; so may t by itself. Numbers beside pi bring none: 2 pi T 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from . import expressions, quantities, units
 from .expressions import Program
+from .inputs import Source, calls_of, timed
 from .problems import Problem, shown
 from .units import NUMBER, PI, TIME, Dimension, Quantity
 
@@ -49,22 +51,23 @@ def check(
     dimension: Dimension,
     parameters: Mapping[str, Quantity],
     clock: bool = True,
-    inputs: Mapping[str, str] | None = None,
+    inputs: Iterable[Source] = (),
 ) -> None:
     """Raises a Problem where the function of time `text` cannot have a dimension; without `clock` t is a number, not a time.
 
-    Beside parameters it may read inputs, which have units.
+    Beside parameters it may read inputs, which have units, and call tables.
     """
-    told = inputs or {}
-    program = expressions.parse(text, parameters.keys() | told.keys() | {"t"})
-    names = {name: _constant(parameters[name]) for name in program if isinstance(name, str) and name in parameters}
+    told, tables = timed(inputs), calls_of(inputs)
+    program = expressions.parse(text, parameters.keys() | told.keys() | tables.keys() | {"t"})
+    names: dict[str, Any] = {name: _constant(parameters[name]) for name in program if isinstance(name, str) and name in parameters}
     names |= {step: Term(one) for step, one in expressions.quantities(program).items()}
     names |= {name: variable(unit) for name, unit in told.items()}
+    names |= {call: table(call, *pair) for call, pair in tables.items()}
     check_program(program, text, dimension, names, clock)
 
 
 def check_program(
-    program: Program, text: str, dimension: Dimension | None, known: Mapping[str, Term], clock: bool = True, of: str = "t"
+    program: Program, text: str, dimension: Dimension | None, known: Mapping[str, Any], clock: bool = True, of: str = "t"
 ) -> None:
     """The same of a program with its names, a function `of` what messages say; of any dimension where None is given."""
     names = {"pi": Term(PI, bare=True), "t": Term(Quantity(math.nan, TIME.exponents), number=not clock, bare=True)} | dict(known)
@@ -75,6 +78,18 @@ def check_program(
         got = f"{shown(text)} ({units.describe(found.quantity.exponents)})"
         raise Problem(f"{dimension} as a function of {of}", got, REMEDY)
     units.refuse_cycles(found.quantity, dimension, text)
+
+
+def table(call: str, of: str, unit: str) -> Rule:
+    """A table with the units of its argument and of its values."""
+    wanted = units.find_dimension(of) if of else NUMBER
+
+    def apply(argument: Term) -> Term:
+        if not argument.fits(wanted.exponents):
+            raise Problem(f"{wanted} in {call.removesuffix(')')}...)", units.describe(argument.quantity.exponents), REMEDY)
+        return variable(unit)
+
+    return apply
 
 
 def variable(unit: str) -> Term:

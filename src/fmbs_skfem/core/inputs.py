@@ -6,6 +6,7 @@ torque: "u - 0.1 N m s * hinge.rate"            u(t) = u_n+1 in the step from t_
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,14 +18,34 @@ ROUND = 1e-9  #: part of a step by which its end may be missed
 
 @dataclass(frozen=True)
 class Source(ABC):
-    """A function of time that expressions know by a name."""
+    """A function of time that expressions know by a name, or one of anything that they call."""
 
     name: str
     unit: str = ""  #: SI unit
 
+    @property
+    def call(self) -> str:
+        """How programs call it as a function of anything, `goal()`; empty where they cannot."""
+        return ""
+
+    @property
+    def units_of_call(self) -> tuple[str, str]:
+        """SI units of the argument of such a call, and of its value."""
+        return "s", self.unit
+
     @abstractmethod
     def __call__(self, t: np.ndarray) -> np.ndarray:
         """Its values at times (s,) [s]."""
+
+
+def calls_of(sources: Iterable[Source]) -> dict[str, tuple[str, str]]:
+    """Units of the argument and of the value of what can be called."""
+    return {one.call: one.units_of_call for one in sources if one.call}
+
+
+def timed(sources: Iterable[Source]) -> dict[str, str]:
+    """Units of what is a function of time, by name."""
+    return {one.name: one.unit for one in sources if one.units_of_call[0] == "s"}
 
 
 @storable

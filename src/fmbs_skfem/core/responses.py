@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from . import expressions, functions, units
 from .errors import closest, listed
@@ -45,9 +46,14 @@ class OfState:
     strict: bool = False  #: whether dimensions have to fit; else plain numbers stand for quantities in SI units
 
     @property
+    def calls(self) -> tuple[str, ...]:
+        """Tables that it calls with an argument of its own, `pull()`, each once."""
+        return tuple(dict.fromkeys(step for step in self.program if expressions.is_call(step)))
+
+    @property
     def outputs(self) -> tuple[str, ...]:
         """The names that it reads of a scene, each once."""
-        known = {name for name, _ in self.parameters} | {"t", "pi"}
+        known = {name for name, _ in self.parameters} | {"t", "pi", *self.calls}
         names = (step for step in self.program if isinstance(step, str) and step not in expressions.ARITY)
         return tuple(dict.fromkeys(name for name in names if name not in known and not expressions.is_quantity(name)))
 
@@ -78,8 +84,18 @@ def of_state(
     return OfState(text, program, values, tuple(known), units.find_dimension(unit) if strict and unit else None, strict)
 
 
-def require(found: OfState, variables: Mapping[str, str]) -> None:
-    """Raises a Problem for a name that is none of the variables, which have units, and for a dimension that does not fit."""
+def require(found: OfState, variables: Mapping[str, str], tables: Mapping[str, tuple[str, str]] | None = None) -> None:
+    """Raises a Problem for a name that is none of the variables, which have units, and for a dimension that does not fit.
+
+    Tables have the units of their argument and of their values.
+    """
+    tables = tables or {}
+    for call in found.calls:
+        if call not in tables:
+            there = [*(one.removesuffix("()") for one in tables), *sorted(expressions.FUNCTIONS), expressions.TABLE]
+            name = call.removesuffix("()")
+            expected = f"one of the functions and tables {listed(there, name)}"
+            raise Problem(expected, shown(name), closest(name, there).removeprefix("; "))
     for name in found.outputs:
         if name not in variables:
             known = [*variables, *found.known, "t", "pi"]
@@ -87,7 +103,8 @@ def require(found: OfState, variables: Mapping[str, str]) -> None:
             raise Problem(f"one of {listed(known, name)}", shown(name), near)
     if not found.strict:
         return
-    names = {name: functions.variable(unit) for name, unit in variables.items()}
+    names: dict[str, Any] = {name: functions.variable(unit) for name, unit in variables.items()}
+    names |= {call: functions.table(call, *tables[call]) for call in found.calls}
     names |= {name: Term(value, number=plain(value), bare=plain(value)) for name, value in found.parameters}
     names |= {step: Term(one) for step, one in expressions.quantities(found.program).items()}
     functions.check_program(found.program, found.text, found.dimension, names, of="the state")

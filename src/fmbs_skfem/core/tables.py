@@ -1,6 +1,7 @@
-"""Tables of a function of time, by name: straight lines or a smooth curve through points, constant before and behind them.
+"""Tables by name: straight lines or a smooth curve through points, constant before and behind them.
 
     torque: "Kp * (goal(t) - hinge.angle)"          Table("goal(t)", "rad", times, values)
+    force: "-pull(stretch) - c * rate"              Table("pull", "N", stretches, forces, of="m")
 
 A smooth one is the monotone cubic of Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300-304, doi 10.1137/0905021:
 it overshoots nowhere. Files are texts of comma-separated numbers below a line of titles with their units, `time [ms], angle [deg]`.
@@ -12,7 +13,6 @@ import csv
 import io
 import itertools
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -29,40 +29,70 @@ TITLE = re.compile(r"\s*([^\[\]]*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*")
 LARGEST = 50_000_000  #: size of a file [bytes]
 
 
-@storable
 @dataclass(frozen=True)
 class Table(Source):
-    """Points of a function of time; its name is how expressions call it, such as `goal(t)`."""
+    """Points of a function; its name is how expressions call it, `goal` or, as a function of time, `goal(t)`.
 
-    times: tuple[float, ...] = ()  #: (s,) growing [s]
+    Beyond its points it is constant: motions that get there with an argument that is no time end with a warning, unless it is to
+    `hold` the values at its ends.
+    """
+
+    times: tuple[float, ...] = ()  #: (s,) growing arguments
     values: tuple[float, ...] = ()  #: (s,)
     smooth: bool = False
+    of: str = "s"  #: SI unit of its argument
+    hold: bool = False
 
     def __post_init__(self) -> None:
+        if not self.name.endswith("(t)"):
+            object.__setattr__(self, "name", f"{self.name}(t)")
         points = np.array([self.times, self.values]) if len(self.times) == len(self.values) else np.full((2, 1), np.nan)
         if points.shape[1] < 2 or not np.isfinite(points).all():
-            got = f"{len(self.times)} times and {len(self.values)} values"
-            raise InputError(say(f"table '{self.name}'", "two points of finite numbers at least, a value for each time", got))
+            got = f"{len(self.times)} places and {len(self.values)} values"
+            raise InputError(
+                say(f"table '{self.name}'", "two points of finite numbers at least, a value for each time or place", got)
+            )
         for k, (a, b) in enumerate(itertools.pairwise(self.times)):
             if b <= a:
-                raise InputError(say(f"table '{self.name}'", "growing times", f"{b:g} s as point {k + 2} behind {a:g} s"))
+                got = f"{b:g} {self.of} as point {k + 2} behind {a:g} {self.of}"
+                raise InputError(say(f"table '{self.name}'", "growing times or places", got))
+
+    @property
+    def call(self) -> str:
+        return self.name.removesuffix("t)") + ")"
+
+    @property
+    def units_of_call(self) -> tuple[str, str]:
+        return self.of, self.unit
 
     @cached_property
-    def curve(self) -> Callable[[np.ndarray], np.ndarray]:
-        """The function between the ends."""
-        from scipy.interpolate import PchipInterpolator
-
-        if self.smooth:
-            return PchipInterpolator(self.times, self.values)
+    def cubics(self) -> np.ndarray:
+        """Coefficients (s - 1, 4) of powers 3 to 0 of the distance from the point before."""
         x, y = np.array(self.times), np.array(self.values)
-        return lambda t: np.interp(t, x, y)
+        if self.smooth:
+            from scipy.interpolate import PchipInterpolator
+
+            return np.asarray(PchipInterpolator(x, y).c.T)
+        none = np.zeros(len(x) - 1)
+        return np.stack([none, none, np.diff(y) / np.diff(x), y[:-1]], axis=1)
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """The table for compiled code, see `curves`."""
+        return np.concatenate([[float(self.hold), float(len(self.times))], self.times, self.cubics.ravel()])
 
     def __call__(self, t: np.ndarray) -> np.ndarray:
-        return np.asarray(self.curve(np.clip(t, self.times[0], self.times[-1])))
+        places, x = np.array(self.times), np.clip(t, self.times[0], self.times[-1])
+        i = np.clip(np.searchsorted(places, x, side="right") - 1, 0, len(places) - 2)
+        s, c = x - places[i], np.moveaxis(self.cubics[i], -1, 0)
+        return np.asarray(c[3] + s * (c[2] + s * (c[1] + s * c[0])))
 
 
-def read_columns(path: Path, names: tuple[str, str], unit: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Times [s] and values in SI units of two columns of a file, by their titles, or the first two where names are empty."""
+storable(Table, of=lambda values: "s", hold=lambda values: False)
+
+
+def read_columns(path: Path, names: tuple[str, str], unit: str, of: str = "s") -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Arguments and values in SI units of two columns of a file, by their titles, or the first two where names are empty."""
     where = f"table {path}"
     if not path.is_file() or path.stat().st_size > LARGEST:
         raise InputError(say(where, f"a file of at most {LARGEST:g} bytes", "a larger one" if path.is_file() else "none"))
@@ -71,7 +101,8 @@ def read_columns(path: Path, names: tuple[str, str], unit: str) -> tuple[tuple[f
     titles = [found.groups() for cell in head if (found := TITLE.fullmatch(cell))]
     if len(titles) < 2:
         raise InputError(say(where, "a first line of titles, such as 'time [s], angle [deg]'", shown(",".join(head))))
-    known, dimensions = [title for title, _ in titles], (units.TIME, units.find_dimension(unit) if unit else units.NUMBER)
+    known = [title for title, _ in titles]
+    dimensions = [units.find_dimension(one) if one else units.NUMBER for one in (of, unit)]
     for name in filter(None, names):
         if name not in known:
             raise InputError(say(where, f"one of the columns {listed(known, name)}", f"'{name}'") + closest(name, known))

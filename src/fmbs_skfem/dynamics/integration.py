@@ -163,8 +163,9 @@ def integrate(
             look(moment(run))
     motion = trajectory(run)
     warn_of_division(motion.statistics)
-    if text := unstable_loop(run):
-        notify(text)
+    for text in (*responses.beyond(run.model, run.step.state.memory), unstable_loop(run)):
+        if text:
+            notify(text)
     return motion
 
 

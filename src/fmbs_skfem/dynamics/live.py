@@ -17,6 +17,9 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from ..core.inputs import Held
+from ..core.notices import notify
+from ..systems import responses
+from ..systems.force_laws import LawForces
 from ..systems.system import System
 from .checkpoint import Checkpoint
 from .initial import startable
@@ -39,6 +42,8 @@ class LiveRun:
         assert self.run.feed is not None
         self.feed = self.run.feed
         self.meter = Meter()
+        #: whether nothing is to be said any more of tables that were left
+        self.beyond = not any(isinstance(one, LawForces) and one.law.tables for one in self.run.model.system.loads.forces)
 
     @property
     def time(self) -> float:
@@ -66,6 +71,9 @@ class LiveRun:
         if self.run.ended:
             raise InputError(say("run.step", "a run that goes on", f"one that an event has stopped at t = {self.time:g} s"))
         march_fed(self.run, self.feed, inputs or {})
+        for text in () if self.beyond else responses.beyond(self.run.model, self.run.step.state.memory):
+            self.beyond = True
+            notify(text)
 
     @property
     def state(self) -> Checkpoint:

@@ -16,7 +16,8 @@ from scipy.sparse import csr_array
 
 from ..core import saddle
 from ..core.errors import InputError, Reason, SolverError, say
-from ..systems import compiled, pressure
+from ..core.notices import notify
+from ..systems import compiled, pressure, responses
 from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import without_redundant
 from ..systems.system import System
@@ -135,6 +136,8 @@ def path(system: System, found: list[Equilibrium]) -> Trajectory:
     memory = np.array([start if state.memory is None else state.memory for state in found])
     states = Trajectory(system, np.array([s.at for s in found]), x, none, none, multipliers, statistics, memory)
     departures.warn(departures.find(states))
+    for text in responses.beyond(compile_system(system), memory[-1]):
+        notify(text)
     return states
 
 

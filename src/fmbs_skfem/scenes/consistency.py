@@ -16,6 +16,7 @@ import numpy as np
 from ..core import units
 from ..core.errors import listed
 from ..core.expressions import Expression
+from ..core.inputs import calls_of, timed
 from ..core.mappings import rules
 from ..core.problems import Found, Problem, unknown
 from ..core.responses import OfState, require
@@ -126,6 +127,7 @@ def inputs_in(values: Iterable[Any]) -> Iterator[str]:
             yield from inputs_in(value)
         elif isinstance(value, OfState):
             yield from value.outputs
+            yield from (call.replace("()", "(t)") for call in value.calls)
         elif isinstance(value, Expression):
             yield from (one.name for one in value.inputs)
 
@@ -214,8 +216,8 @@ def _responses(scene: Scene) -> Iterator[Found]:
         if problem := ends_early(table, scene.analysis.instants()):
             yield ("tables", name), problem
     known = responses.variables(scene.outputs, scene.dimension)
-    known |= {one.table.name: one.unit for one in scene.tables.values() if one.table is not None}
-    known |= {name: one.unit for group in (scene.inputs, scene.controllers) for name, one in group.items()}
+    tables = [one.table for one in scene.tables.values() if one.table is not None]
+    known |= timed(tables) | {name: one.unit for group in (scene.inputs, scene.controllers) for name, one in group.items()}
     for section in ("loads", "controllers", "events"):
         for name, item in getattr(scene, section).items():
             for key, value in (*states_in(vars(item)), *(item.products() if section == "controllers" else ())):
@@ -223,7 +225,7 @@ def _responses(scene: Scene) -> Iterator[Found]:
                     continue  # columns of outputs are known when the system is made, and looked at there
                 try:
                     readings.refuse(value, scene.outputs, scene.dimension)
-                    require(value, known | getattr(item, "own", {}))
+                    require(value, known | getattr(item, "own", {}), calls_of(tables))
                 except Problem as problem:
                     yield (section, name, *((key,) if isinstance(key, str) else key)), problem
 

@@ -80,15 +80,18 @@ def read_steered(name: str, entry: object, context: Context) -> Input:
 
 @dataclass(frozen=True)
 class TableModel:
-    """A function of time by the points of a file of comma-separated numbers, under titles with units: `time [ms], angle [deg]`.
+    """A function by the points of a file of comma-separated numbers, under titles with units: `time [ms], angle [deg]`.
 
-    Expressions call it `name(t)`. Between points are straight lines, or a smooth curve that overshoots nowhere. A run that begins
-    before the first point or ends behind the last one is refused, unless it is to `hold` their values there.
+    Expressions call it `name(t)` or, of another argument with the unit `of`, `name(stretch)`. Between points are straight lines, or
+    a smooth curve that overshoots nowhere; beyond the last ones it is constant. A run that leaves the times of a table is refused,
+    one that leaves other places ends with a warning, unless the table is to `hold` its values there.
     """
 
     file: str
     unit: Annotated[str, UNIT] = ""
-    time: Annotated[str, "title of the column of times, the first one by default"] = ""
+    of: Annotated[str, UNIT, "of its argument"] = "s"
+    argument: Annotated[str, "title of the column of arguments, the first one by default"] = ""
+    time: Annotated[str, "the same, of times"] = ""
     value: Annotated[str, "title of the column of values, the second one by default"] = ""
     smooth: bool = False
     hold: bool = False
@@ -106,13 +109,15 @@ def tables(raw: Any, context: Context, folder: Path) -> tuple[dict[str, TableMod
 def read_table(folder: Path, name: str, entry: object, context: Context) -> TableModel:
     """A table with what is in its file."""
     given: TableModel = TABLE_MODEL.read(entry, context)
-    columns = read_columns(meshes.path(given.file, folder, what="table"), (given.time, given.value), given.unit)
-    return replace(given, table=Table(f"{name}(t)", given.unit, *columns, given.smooth))
+    columns = read_columns(
+        meshes.path(given.file, folder, what="table"), (given.argument or given.time, given.value), given.unit, given.of
+    )
+    return replace(given, table=Table(name, given.unit, *columns, given.smooth, given.of, given.hold))
 
 
 def ends_early(given: TableModel, instants: np.ndarray) -> Problem | None:
     """What is wrong with a table that does not reach over all instants."""
-    if given.table is None or given.hold:
+    if given.table is None or given.hold or given.of != "s":
         return None
     first, last, begin, end = given.table.times[0], given.table.times[-1], float(instants.min()), float(instants.max())
     if first <= begin and end <= last * (1.0 + ROUND):

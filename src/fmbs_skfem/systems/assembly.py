@@ -161,7 +161,7 @@ def assemble(
         origin=layout.origin,
         locks=locks,
         triggers=triggers,
-        readings=readings.collect(wanted, sensed, responses.known(draft), gains_of(steered)),
+        readings=readings.collect(wanted, sensed, responses.known(draft), responses.tables_of(draft), gains_of(steered)),
     )
 
 

@@ -33,6 +33,7 @@ class ForceLaw(RowLaw):
     accept: Routine | None = None
     energy: Routine | None = None
     kept: int = 0  #: values of accepted states that it keeps behind these angles
+    tables: tuple[str, ...] = ()  #: curves that it reads, behind which it keeps how far it has been beyond their ends
     kind: ClassVar[str] = "force law"
     loops: ClassVar[str] = ".force_loops"
 
@@ -74,7 +75,7 @@ def _(found: LawForces, place: Place) -> Force:
     law, count = found.law, len(found)
     rows, numbers, signals = (np.ascontiguousarray(part) for part in (found.rows, found.numbers, found.signals))
     local = np.array(law.pairs, dtype=np.int64).reshape(-1, 2)
-    pairs = found.rows[:, local].reshape(-1, 2)
+    pairs, size = found.rows[:, local].reshape(-1, 2), law.memory + law.kept + len(law.tables)
     routines = Routines(law.force, law.slopes if len(local) else None, law.accept, law.energy)
     name = law.name.partition("|")[0].replace("_", " ")
     return Force(
@@ -82,8 +83,8 @@ def _(found: LawForces, place: Place) -> Force:
         routines,
         name,
         pairs,
-        np.zeros(count * (law.memory + law.kept)),
-        np.tile(np.arange(law.memory + law.kept) < law.memory, count),
+        np.zeros(count * size),
+        np.tile(np.arange(size) < law.memory, count),
         law.damped,
     )
 

@@ -14,7 +14,7 @@ last accepted state, so that it may change by up to half a turn in a step.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -40,12 +40,32 @@ IMPORTS = (
     "from fmbs_skfem.systems.one_sided import closing, keeps, kept, lift, ramp, touch",
 )
 
+CURVES = ("from fmbs_skfem.core.curves import beyond, lookup, lookup_slope",)  #: of laws that read tables
+
 
 class turned(sympy.Function):
     """An angle that counts its turns."""
 
     def fdiff(self, argindex: int = 1) -> Expression:
         return sympy.Integer(1)
+
+
+class lookup_slope(sympy.Function):
+    """Slope of a curve through points, see `core.curves`."""
+
+    def fdiff(self, argindex: int = 1) -> Expression:
+        return sympy.Integer(0)
+
+
+class lookup(sympy.Function):
+    """Its value at the first argument; the second one stands for its numbers."""
+
+    def fdiff(self, argindex: int = 1) -> Expression:
+        return lookup_slope(*self.args)
+
+
+class beyond(sympy.Function):
+    """How far the argument is beyond its ends."""
 
 
 class continued(sympy.Function):
@@ -96,6 +116,11 @@ def numbers(count: int, first: int = 0) -> sympy.Matrix:
     return sympy.Matrix(sympy.symbols(f"p{first}:{first + count}", real=True))
 
 
+def table(number: int) -> Expression:
+    """The numbers of a curve that a law reads."""
+    return sympy.Symbol(f"T{number}", real=True)
+
+
 def history(number: int = 0) -> Expression:
     """A function of time, 1 where there is none."""
     return sympy.Symbol(f"h{number}", real=True)
@@ -110,6 +135,7 @@ class Symbols:
     histories: int = 0
     energy: Expression = 0  #: potential [J] whose negative gradient is in the force
     kept: Sequence[Expression] = ()  #: values of accepted states that are kept beside angles
+    tables: Mapping[str, tuple[int, int]] = field(default_factory=dict)  #: first number and end of every curve by its name
 
     def unknown(self) -> set[Expression]:
         """Symbols in the forces that are none of the law's."""
@@ -129,7 +155,9 @@ def pruned(law: Symbols) -> tuple[Symbols, tuple[int, ...]]:
         [sympy.sympify(value).subs(fewer, simultaneous=True) for value in values]
         for values in ([law.force[k] for k in used], law.kept)
     )
-    return Symbols(found, law.numbers, law.histories, sympy.sympify(law.energy).subs(fewer, simultaneous=True), kept), used
+    return Symbols(
+        found, law.numbers, law.histories, sympy.sympify(law.energy).subs(fewer, simultaneous=True), kept, law.tables
+    ), used
 
 
 def text(name: str, law: Symbols) -> str:
@@ -146,7 +174,11 @@ def text(name: str, law: Symbols) -> str:
     potential = plain(law.energy)
     kept = [plain(value) for value in law.kept]
     angles = sorted(set().union(*(value.atoms(turned) for value in (*F, *kept, potential))), key=str)
-    size = len(angles) + len(kept)
+    curves = sorted(set().union(*(value.atoms(lookup) for value in (*F, *kept))), key=str)
+    outside = [beyond(*one.args) for one in curves]  # after what is kept, the largest one so far
+    size = len(angles) + len(kept) + len(outside)
+    held = [f"s.memory[F.memory + {size} * k + {n}]" for n in range(size)]
+    accepted = [f"{one} = {{}}" if n < size - len(outside) else f"{one} = max({one}, {{}})" for n, one in enumerate(held)]
     last = sympy.symbols(f"m0:{len(angles)}", real=True)
     known = {angle: continued(angle.args[0], m) for angle, m in zip(angles, last, strict=True)}
     places = {
@@ -154,12 +186,13 @@ def text(name: str, law: Symbols) -> str:
         **{v[k]: f"s.rates[F.rows[k, {k}]]" for k in range(count)},
         **{p: f"F.numbers[k, {k}]" for k, p in enumerate(numbers(law.numbers))},
         **{history(k): f"factor(s.signals, F.signals[k, {k}])" for k in range(law.histories)},
-        **{m: f"s.memory[F.memory + {size} * k + {n}]" for n, m in enumerate(last)},
+        **{table(k): f"F.numbers[k, {first}:{last}]" for k, (first, last) in enumerate(law.tables.values())},
+        **dict(zip(last, held, strict=False)),
     }
     parts = {
         "force": (F, [f"s.g[F.rows[k, {k}]] += {{}}" for k in range(count)]),
         "slopes": (slopes, [f"s.H[F.pair + {len(pairs)} * k + {n}] += c * ({{}})" for n in range(len(pairs))]),
-        "accept": ([*angles, *kept], [f"s.memory[F.memory + {size} * k + {n}] = {{}}" for n in range(size)]),
+        "accept": ([*angles, *kept, *outside], accepted),
         "energy": (
             [potential, *(plain(sympy.diff(potential, one)) for one in y)] if potential != 0 else [],
             ["s.energy[0] += {}", *(f"s.g[F.rows[k, {k}]] += {{}}" for k in range(count))],
@@ -173,6 +206,9 @@ def text(name: str, law: Symbols) -> str:
     damped = bool(set(v) & set().union(*(value.free_symbols for value in (*F, *kept))))
     given = [part for part in ("accept", "energy") if parts[part][0]]
     more = [*(f"{part}={name}_{part}" for part in given), *([f"kept={len(kept)}"] if kept else [])]
+    if curves:
+        names = list(law.tables)
+        more.append(f"tables={tuple(names[int(str(one.args[1])[1:])] for one in curves)}")
     functions = ", ".join([f"{name}_force, {name}_slopes", *more])
     facts = f"{count}, {law.numbers}, {law.histories}, {tuple(pairs)}, {len(angles)}, {damped}"
     return "\n\n\n".join([*routines, f'LAWS["{name}"] = ForceLaw("{name}", {facts}, {functions})'])
@@ -196,7 +232,8 @@ def routine(name: str, head: str, values: Sequence[Expression], targets: Sequenc
 
 def source(laws: Mapping[str, Symbols], about: str) -> str:
     """A module with LAWS of these names."""
-    return module(about, IMPORTS, ["LAWS = {}", *(text(name, law) for name, law in laws.items())])
+    more = () if not any(law.tables for law in laws.values()) else CURVES
+    return module(about, (*IMPORTS, *more), ["LAWS = {}", *(text(name, law) for name, law in laws.items())])
 
 
 def moment(dim: int) -> Symbols:

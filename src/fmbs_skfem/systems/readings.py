@@ -19,8 +19,10 @@ from ..core import expressions
 from ..core.container import storable
 from ..core.errors import InputError, say
 from ..core.expressions import Program
+from ..core.inputs import calls_of
 from ..core.problems import Problem, shown
 from ..core.responses import OfState, of_state, require
+from ..core.tables import Table
 from ..core.validation import Reals
 from .probes import Probe, kind_of, units
 from .system import Output
@@ -41,6 +43,7 @@ class Reading:
     columns: tuple[tuple[str, str, str], ...]  #: names, outputs and their columns
     parameters: tuple[str, ...]
     values: Annotated[np.ndarray, Reals("p")]  #: of the parameters
+    tables: tuple[Table, ...] = ()  #: that it calls
 
 
 class Wanted(NamedTuple):
@@ -86,7 +89,11 @@ def sort(wanted: Sequence[tuple[str, OfState]], outputs: Mapping[str, Probe], di
 
 
 def collect(
-    wanted: Wanted, outputs: Mapping[str, Output], known: Mapping[str, str], products: Iterable[tuple[str, OfState]] = ()
+    wanted: Wanted,
+    outputs: Mapping[str, Output],
+    known: Mapping[str, str],
+    tables: Mapping[str, Table],
+    products: Iterable[tuple[str, OfState]] = (),
 ) -> tuple[Reading, ...]:
     """The readings of expressions; InputError where their names or dimensions do not fit the outputs and what else is `known`.
 
@@ -104,16 +111,15 @@ def collect(
     for where, value in (*((where, value) for where, value, _ in wanted.late), *products):
         if late & set(value.outputs):
             try:
-                require(value, dimensions)
+                require(value, dimensions, calls_of(tables.values()))
             except Problem as problem:
                 raise InputError(problem.at(where)) from problem
     found = list[Reading]()
     for where, value, numbers in wanted.late:
         read = tuple((name, *columns[name]) for name in value.outputs if name not in numbers)
         parameters, values = [name for name, _ in value.parameters], [one.value for _, one in value.parameters]
-        found.append(
-            Reading(where, value.text, value.program, tuple(numbers.items()), read, tuple(parameters), np.array(values, float))
-        )
+        own = tuple(parameters), np.array(values, float), tuple(tables[call] for call in value.calls)
+        found.append(Reading(where, value.text, value.program, tuple(numbers.items()), read, *own))
     return tuple(found)
 
 
@@ -123,6 +129,7 @@ def evaluate(reading: Reading, kept: Callable[[int], float], columns: Mapping[st
     names |= {name: kept(number) for name, number in reading.kept}
     names |= {name: columns[column] for name, _, column in reading.columns}
     names |= {step: one.value for step, one in expressions.quantities(reading.program).items()}
+    names |= {one.call: one for one in reading.tables}
     return expressions.value_of(reading.program, names)
 
 

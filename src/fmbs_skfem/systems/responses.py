@@ -3,17 +3,18 @@ r"""Forces by an expression of the state: f(outputs, t, parameters) along a coor
     F = f dc/dy,      c = - |y|,  y,  p . d,  angle(y)        a pull, a push along a row or a carried vector p, a torque
 
 f is a text whose names are parts of outputs (`tip.x`), the coordinate's own (`stretch`, `rate`, `angle`), t and parameters; its
-derivatives by all of them are those of symbols. With a potential, an expression of the coordinate, it stores energy. Along none,
-values of expressions are kept of every accepted state, for what acts on them between steps.
+derivatives by all of them are those of symbols. Tables that it calls are curves of its numbers (`core.curves`). With a potential,
+an expression of the coordinate, it stores energy. Along none, values of expressions are kept of every accepted state, for what acts
+on them between steps.
 A law is known by its texts, so that files hold it: `response|coordinate|f|potential|parameters|outputs|inputs`, an output being
 `name:word:rows:numbers:parts...`. Inputs, and t, are its histories.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -22,8 +23,10 @@ from scipy.sparse import csr_array
 from ..core import expressions, extras, responses
 from ..core.errors import InputError, listed, say
 from ..core.expressions import of_time
+from ..core.inputs import calls_of, timed
 from ..core.problems import Problem
 from ..core.responses import OfState
+from ..core.tables import Table
 from . import readings
 from .constraint_functions import arm, rows_of
 from .force_laws import ForceLaw, LawForces
@@ -116,6 +119,20 @@ def kept(model: Compiled) -> np.ndarray:
     return np.array(found, dtype=np.int64)
 
 
+def beyond(model: Compiled, memory: np.ndarray) -> Iterator[str]:
+    """What is said of tables that accepted states have left, up to those with this memory (l,)."""
+    first, far = 0, dict[str, float]()
+    for source, force in zip(model.system.loads.forces, model.forces, strict=True):
+        if isinstance(source, LawForces):
+            held = memory[first : first + len(force.memory)].reshape(len(source), -1)
+            for name, part in zip(source.law.tables, held[:, source.law.memory + source.law.kept :].T, strict=True):
+                far[name] = max(far.get(name, 0.0), float(part.max()))
+        first += len(force.memory)
+    for name in (name for name, most in far.items() if most > 0.0):
+        text = f"table '{name.removesuffix('()')}' was read up to {far[name]:.3g} beyond its ends (SI units), where it is constant"
+        yield f"{text}; extend it, or say 'hold: true' if that is meant"
+
+
 def add(
     draft: Draft, where: str, coordinate: str, values: Sequence[OfState], potential: OfState, rows: Sequence[int], free: float
 ) -> None:
@@ -127,14 +144,16 @@ def add(
         require(draft, where, value, own)
     given = dict(one for value in (*values, potential) for one in value.parameters)
     numbers += [one.value for one in given.values()]
+    curves = {call: tables_of(draft)[call].numbers for call in dict.fromkeys(call for value in values for call in value.calls)}
     read = list(rows)
     for name in dict.fromkeys(one.partition(".")[0] for one in wanted if one not in draft.inputs):
         word, found, parameters = sense(draft, name)
         read += found
         numbers += parameters
         told.append(":".join([name, word, str(len(found)), str(len(parameters)), *draft.outputs[name].variables(draft.layout.dim)]))
-    texts = ";".join(value.text for value in values)
-    named = [WORD, coordinate, texts, potential.text, ",".join(given), ",".join(told), *(one.name for one in inputs)]
+    numbers += [float(number) for curve in curves.values() for number in curve]
+    texts, listed = ";".join(value.text for value in values), [*given, *(f"{call}:{len(curve)}" for call, curve in curves.items())]
+    named = [WORD, coordinate, texts, potential.text, ",".join(listed), ",".join(told), *(one.name for one in inputs)]
     law, used = made("|".join(named))
     signals = [draft.signal(of_time("t"))] if any(value.clocked for value in values) else []
     draft.forces.act(law, [read[k] for k in used], numbers, [*signals, *map(draft.signal, inputs)])
@@ -144,14 +163,19 @@ def require(draft: Draft, where: str, value: OfState, own: Mapping[str, str]) ->
     """InputError where an expression does not fit the outputs and inputs there are."""
     try:
         readings.refuse(value, draft.outputs, draft.layout.dim)
-        responses.require(value, known(draft) | dict(own))
+        responses.require(value, known(draft) | dict(own), calls_of(draft.inputs.values()))
     except Problem as problem:
         raise InputError(problem.at(where)) from problem
 
 
 def known(draft: Draft) -> dict[str, str]:
     """Names of functions of the state and of inputs, with their units."""
-    return variables(draft.outputs, draft.layout.dim) | {name: one.unit for name, one in draft.inputs.items()}
+    return variables(draft.outputs, draft.layout.dim) | timed(draft.inputs.values())
+
+
+def tables_of(draft: Draft) -> dict[str, Table]:
+    """Tables by how expressions call them."""
+    return {one.call: one for one in draft.inputs.values() if isinstance(one, Table)}
 
 
 def variables(outputs: Mapping[str, Probe], dim: int) -> dict[str, str]:
@@ -188,11 +212,14 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
 
     _, kind, text, potential, given, told, *inputs = name.split("|")
     coordinate, outputs = COORDINATES[kind], [part.split(":") for part in told.split(",") if part]
-    parameters = [part for part in given.split(",") if part]
+    listed = [part.split(":") for part in given.split(",") if part]
+    parameters, curves = [part[0] for part in listed if len(part) == 1], [part for part in listed if len(part) == 2]
     known = responses.Names(parameters)
     clocked = int(any("t" in expressions.parse(one, known) for one in text.split(";")))
     total = coordinate.rows + sum(int(one[2]) for one in outputs)
     count = 1 + len(parameters) + sum(int(one[3]) for one in outputs)
+    ends = np.cumsum([count, *(int(size) for _, size in curves)]).tolist()
+    tables = {call: (first, last) for (call, _), first, last in zip(curves, ends, ends[1:], strict=False)}
     y, v, p = written.rows(total), written.rates(total), written.numbers(count)
     along, own = coordinate.write(y[: coordinate.rows, :], v[: coordinate.rows, :], p[0])
     names = {"t": written.history(), "pi": sympy.pi}
@@ -205,6 +232,7 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     names |= zip(coordinate.own, own, strict=True)  # before outputs, and parameters before both
     names |= {one: written.history(clocked + k) for k, one in enumerate(inputs)}
     names |= {parameter: p[1 + k] for k, parameter in enumerate(parameters)}
+    names |= {call: partial(curve, table=written.table(k)) for k, call in enumerate(tables)}
 
     def value(text: str) -> Any:
         program = expressions.parse(text, known)
@@ -214,9 +242,16 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     values, stored = [value(one) for one in text.split(";")], value(potential)
     F = [values[0] * sympy.diff(along, one) for one in y]
     read = tuple(values) if kind == READING else ()
-    law, used = written.pruned(written.Symbols(F, count, clocked + len(inputs), stored, read))
+    law, used = written.pruned(written.Symbols(F, ends[-1], clocked + len(inputs), stored, read, tables))
     found: ForceLaw = symbols.import_text(written.source({"own": law}, "A force by an expression of the state.")).LAWS["own"]
     return found.named(name, law_of), used
+
+
+def curve(x: Any, table: Any) -> Any:
+    """The value of a table in symbols."""
+    from . import force_symbols as written
+
+    return written.lookup(x, table)
 
 
 def probe_of(law: str, word: str) -> type[Probe]:

@@ -1,0 +1,58 @@
+r"""Curves through points for compiled code: cubics from point to point, constant beyond the last ones.
+
+    f(x) = c_i0 (x - x_i)^3 + c_i1 (x - x_i)^2 + c_i2 (x - x_i) + c_i3,    x_i <= x <= x_i+1
+
+The numbers of a curve are: whether it is meant to hold its ends, n, x_i (n,), c (n - 1, 4).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .jit import jit
+
+FIRST = 2  #: number of the first place
+
+
+@jit
+def cell(x: float, T: np.ndarray) -> int:
+    """The piece in which a place is, the first or last one beyond the ends."""
+    low, high = 0, int(T[1]) - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if x < T[FIRST + middle]:
+            high = middle
+        else:
+            low = middle
+    return low
+
+
+@jit
+def lookup(x: float, T: np.ndarray) -> float:
+    """The value of a curve."""
+    if x != x:
+        return x
+    n = int(T[1])
+    x = min(max(x, T[FIRST]), T[FIRST + n - 1])
+    i = cell(x, T)
+    k, s = FIRST + n + 4 * i, x - T[FIRST + i]
+    return T[k + 3] + s * (T[k + 2] + s * (T[k + 1] + s * T[k]))
+
+
+@jit
+def lookup_slope(x: float, T: np.ndarray) -> float:
+    """Its derivative; at a kink that behind it, 0 beyond the ends."""
+    n = int(T[1])
+    if not T[FIRST] <= x <= T[FIRST + n - 1]:
+        return 0.0
+    i = cell(x, T)
+    k, s = FIRST + n + 4 * i, x - T[FIRST + i]
+    return T[k + 2] + s * (2.0 * T[k + 1] + s * 3.0 * T[k])
+
+
+@jit
+def beyond(x: float, T: np.ndarray) -> float:
+    """How far a place is beyond the ends of a curve that is not meant to hold them."""
+    if T[0] != 0.0:
+        return 0.0
+    return max(T[FIRST] - x, x - T[FIRST + int(T[1]) - 1], 0.0)
