@@ -14,7 +14,7 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.core.tables import Table
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs, solve_statics, start
+from fmbs_skfem.dynamics import GeneralizedAlpha, LiveRun, Newton, integrate, outputs, solve_statics, start
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate, joints, loads, probes
 from fmbs_skfem.systems.controls import Actuator, ControlTorque
@@ -70,6 +70,11 @@ def test_a_spring_of_two_stiffnesses(tmp_path: Path) -> None:
     assert 1 - outputs(motion)["ball_x"].min() == pytest.approx(0.4, abs=1e-4)
 
 
+def step_on(run: LiveRun, count: int) -> None:
+    for _ in range(count):
+        run.step()
+
+
 def test_what_is_beyond_a_table_is_told(tmp_path: Path) -> None:
     """Its ends hold, with a warning of how far, unless that is meant."""
     text = SCENE.replace("[0.4, 0]", "[1.2, 0]")
@@ -83,8 +88,7 @@ def test_what_is_beyond_a_table_is_told(tmp_path: Path) -> None:
     assert f"{far:.3g}" in str(told[0].message)
     run = start(scene(tmp_path, text), GeneralizedAlpha(5e-3), TIGHT)
     with pytest.warns(Notice, match="table 'pull' was read up to") as told:
-        for _ in range(400):
-            run.step()
+        step_on(run, 400)
     assert len(told) == 1
     with warnings.catch_warnings():
         warnings.simplefilter("error")
