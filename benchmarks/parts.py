@@ -209,16 +209,16 @@ def four_bar(scale: float) -> Figures:
 def corner(scale: float) -> Figures:
     """A thin plate hung at a corner and thrown round, more than a turn; modes of coordinates of this motion beside the part."""
     full = plate("sheet", rectangle("bfs", 6, 6, 0.5, 0.5), 3e-3, Material(2e9, 1200.0, 0.3), dim=3)
-    part, spent = alone(full, 0.3, 1e-8, 1e-3, step=1e-3, samples=300, duration=1.0)
+    part, spent = alone(full, 0.3, 1e-8, 1e-3, step=5e-4, samples=300, duration=1.0)
 
     def thrown(body: Body) -> System:
         start = {"sheet": Motion(angular_velocity=(0.0, 9.0, 2.0))}
         pin = joints.Pin("corner", At("sheet", "a"))
         return assemble([body], [pin], [loads.Gravity(DOWN)], outputs={"c": probes.Position(At("sheet", "c"))}, initial=start)
 
-    raw, duration = thrown(full), 1.0 * scale
-    modes = of_coordinates(raw, runner(raw, SCHEME, duration, SHARP)(), duration)
-    models = {"part": thrown(part.body), "modes of coordinates": modes}
+    raw, duration = thrown(full), 0.9 * scale
+    models = coarser([part], thrown, (5e-8, 1e-7), 3e-2)
+    models["modes of coordinates"] = of_coordinates(raw, runner(raw, SCHEME, duration, SHARP)(), duration)
     found = against(raw, models, duration, 0.5 * np.sqrt(2.0), rounds=1)
     return {"training [CPU s]": spent, "functions": float(part.notes["functions"])} | found
 
@@ -278,7 +278,7 @@ def example_3(scale: float) -> Figures:
     scene = scenes.read(EXAMPLE_3)
     bodies, h, duration = build.parts(scene), 1e-5, round(20_000 * scale) * 1e-5
     begun = time.process_time()
-    told = Excitation(runs=2, force=3000.0, moment=15.0, duration=0.02, step=h, slowest=20.0, fastest=800.0, rise=0.0)
+    told = Excitation(runs=2, force=3000.0, moment=15.0, duration=0.015, step=h, slowest=20.0, fastest=800.0, samples=300, rise=0.0)
     trained = {one.name: excitation.excite(one, told) for one in bodies if one.cells is not None}
     small = [part_files.train(one, trained[one.name], 1e-14, None, 1e-4).body if one.name in trained else one for one in bodies]
     found = {"training [CPU s]": time.process_time() - begun}

@@ -24,6 +24,7 @@ from fmbs_skfem.reduction.excitation import Excitation, excite
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate, joints, loads, probes
 from fmbs_skfem.systems.system import linear_part
+from fmbs_skfem.verification.plates import rectangle
 from fmbs_skfem.verification.vibration import ring
 from tests import models
 
@@ -118,6 +119,19 @@ def test_rims_and_frames_without_mass_in_space() -> None:
 def test_joints_at_places_that_a_part_does_not_have() -> None:
     with pytest.raises(InputError, match=r"one of its points \(left, right\), got 'middle'"):
         assemble([alone().body], [joints.Pin("A", At("arm", "middle"))])
+
+
+def test_edges_of_parts_are_not_held() -> None:
+    """A clamped edge asks for more than the functions of a part can give: the part would stand still, without a word."""
+    sheet = plate("sheet", rectangle("bfs", 2, 2, 0.4, 0.2), 3e-3, Material(2e9, 1200.0, 0.3), dim=3)
+    S = parts.shape_functions(sheet, sheet.reference[None] * np.linspace(0.9, 1.1, 3)[:, None, None], None, 3)
+    for joint in (
+        joints.Edge("held", "sheet", ("left",), slope="xyz"),
+        joints.RimNodes("held", "sheet", ("left",), (0.0, 0.0, 1.0)),
+    ):
+        assemble([sheet], [joint])
+        with pytest.raises(InputError, match=r"'held'.*a full body, got 'sheet', a reduced part"):
+            assemble([parts.reduced_body(sheet, S)], [joint])
 
 
 def test_a_part_that_its_joints_hold_everywhere() -> None:

@@ -106,6 +106,7 @@ def test_a_file_holds_the_part_and_runs_without_the_mesh(tmp_path: Path) -> None
         (body.cells.section, held.cells.section),  # type: ignore[union-attr]
     ):
         assert_array_equal(here, there)
+        assert here.strides == there.strides  # products of what lies otherwise in memory differ in the last digits
     assert file.stat().st_size < 200_000
 
 

@@ -111,8 +111,8 @@ def reduced_body(part: Body, S: np.ndarray) -> Body:
     axes = S[[at + k for _, at in first for k in range(1 + part.dim)]] if part.axes is None else part.axes @ S
     return replace(
         part,
-        reference=found[:, 1:],
-        constant=found[:, 0],
+        reference=np.ascontiguousarray(found[:, 1:]),
+        constant=np.ascontiguousarray(found[:, 0]),
         mass=symmetric(part.mass, S),
         stiffness=None if part.stiffness is None else symmetric(part.stiffness, S),
         cells=one_point(part.cells),
@@ -144,7 +144,8 @@ def symmetric(A: csr_array, S: np.ndarray) -> csr_array:
 
 def one_point(cells: Cells) -> Cells:
     """One quadrature point of every cell, which says law and section to pictures."""
-    return Cells(cells.law, cells.table[:, :1], cells.nodes, cells.dim, cells.section[:, :1], cells.spread)
+    table, section = np.ascontiguousarray(cells.table[:, :1]), np.ascontiguousarray(cells.section[:, :1])
+    return Cells(cells.law, table, cells.nodes, cells.dim, section, cells.spread)
 
 
 def sampled(part: Body, states: np.ndarray, tolerance: float = USUAL) -> Body:

@@ -48,7 +48,7 @@ class Edge(Joint):
 
     def constrain(self, draft: Draft) -> None:
         name, dim = where(self), draft.layout.dim
-        part, shape = shape_of(name, draft, self.body)
+        part, shape = whole_shape(name, draft, self.body)
         positions = components(f"{name}.fixed", AXES[:dim] if self.fixed is None else self.fixed, dim)
         slopes = components(f"{name}.slope", self.slope, dim)
         sides = edge(name, shape, self.edges)
@@ -86,7 +86,7 @@ class RimNodes(Joint):
 
     def constrain(self, draft: Draft) -> None:
         name, layout = where(self), draft.layout
-        part, shape = shape_of(name, draft, self.body)
+        part, shape = whole_shape(name, draft, self.body)
         cell, side = edge(name, shape, self.edges).T
         ends = [surface.side_points(shape.parent, side, np.full(len(side), s)) for s in (0.0, 1.0)]
         rows = own(part, surface.sample(shape, np.tile(cell, 2), np.concatenate(ends)))
@@ -112,6 +112,15 @@ def shape_of(name: str, draft: Draft, body: str) -> tuple[Body, Surface]:
     if not isinstance(part.space, Surface):
         raise InputError(say(name, "a plate or shell", f"'{body}', which is none"))
     return part, part.space
+
+
+def whole_shape(name: str, draft: Draft, body: str) -> tuple[Body, Surface]:
+    """A body with its surface, no reduced part: a held edge is more conditions than that has functions, and would lock it."""
+    part, shape = shape_of(name, draft, body)
+    if part.shapes is not None:
+        remedy = "hold a part at rims or at named points, which its functions know, or take the full body here"
+        raise InputError(say(name, "a full body", f"'{body}', a reduced part", remedy))
+    return part, shape
 
 
 def components(name: str, letters: str, dim: int) -> list[int]:
