@@ -139,6 +139,9 @@ def test_a_trapeze_is_let_go_and_caught(tmp_path: Path) -> None:
     assert found.outputs["swing"][at[0]] == pytest.approx(np.deg2rad(-150.0), abs=2e-2)
     assert np.ptp(found.outputs["grip_y"][at[1] :]) < 1e-10
     assert not found.outputs["held_y_locked"][: at[1]].any()
+    assert (
+        np.ptp(found.outputs["E_balance"]) < 5e-3 * found.outputs["E_kinetic"].max()
+    )  # damping behind the catch is faster than a step
     assert "Events" in [view.title for view in found.lines if hasattr(view, "title")]
 
 

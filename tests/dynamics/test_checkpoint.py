@@ -11,7 +11,7 @@ import pytest
 
 from fmbs_skfem.core import krylov
 from fmbs_skfem.core.errors import CorruptFile, SolverError
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Moment, Resumed, Rows
 from fmbs_skfem.systems import At, System, eliminate, loads
 from fmbs_skfem.systems.system import change_coordinates
@@ -46,7 +46,7 @@ def stopped(system: System, after: int, scheme: GeneralizedAlpha = SCHEME, steps
 
 def assert_same(one: Trajectory, other: Trajectory) -> None:
     """The same bits in all states, and the same work for them."""
-    for name in ("times", "x", "v", "a", "multipliers"):
+    for name in ("times", "x", "v", "a", "multipliers", "work"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     counts = [(t.statistics.steps, t.statistics.iterations, t.statistics.factorisations, t.statistics.halved) for t in (one, other)]
     assert counts[0] == counts[1]
@@ -78,6 +78,18 @@ def test_a_split_run_has_the_bits_of_an_unbroken_one(name: str) -> None:
     second = stopped(system, 60, every=3, resume=first)
     assert first.checkpoint.done < second.checkpoint.done
     assert_same(integrate(system, SCHEME, STEPS * SCHEME.step, every=3, resume=second), whole)
+
+
+def test_a_checkpoint_that_knows_no_work_is_taken_up() -> None:
+    """As those of earlier versions: the motion goes on in the same bits, and its work is that of the stored states."""
+    system = models.spin_up(4)
+    whole, part = integrate(system, SCHEME, STEPS * SCHEME.step), stopped(system, 60)
+    bare = {k: v for k, v in part.checkpoint.arrays.items() if k not in ("state work", "state push", "state way", "state signals")}
+    rows = replace(part.rows, work=np.full_like(part.rows.work, np.nan))
+    again = integrate(system, SCHEME, STEPS * SCHEME.step, resume=Resumed(replace(part.checkpoint, arrays=bare), rows))
+    assert again.work is None
+    assert_same(replace(again, work=whole.work), whole)
+    np.testing.assert_allclose(energies(again), energies(whole), atol=1e-3 * energies(whole)[:, 0].max())
 
 
 @pytest.mark.parametrize("form", [eliminate, lambda system: system], ids=["eliminated", "multipliers"])

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 from fmbs_skfem.bodies import Body, cable, point_mass, rigid, sections
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs, solve_statics
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate, outputs, solve_statics
 from fmbs_skfem.results import motion as pictures
 from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes import reading as scenes
@@ -459,6 +459,10 @@ def test_a_hoop_bounces_and_rolls() -> None:
     assert speed.mean() == pytest.approx(0.75, rel=0.05)
     assert -np.gradient(turned, motion.times)[late].mean() * 0.202 == pytest.approx(0.75, rel=0.05)
     assert found["floor_gap"][late].max() < 1e-3
+    kinetic, _, _, balance = energies(motion).T
+    assert motion.work is not None
+    assert motion.work[-1] < -0.9 * kinetic[0]  # friction and damping take nearly all there is
+    assert np.ptp(balance) < 0.01 * kinetic.max()
 
 
 def test_a_gripper_lifts_a_ball() -> None:

@@ -30,6 +30,7 @@ FACTORS = {
     4: ("lower", "diagonal", "schur", "schur_pivots", "spread", "J", "updates", "shares", "secants"),
 }  #: what `solve` reads, by the kind of the factors
 ADDRESSES = ("elastic", "lift", "laws", "forces", "calls")  #: arrays of a model that differ from process to process
+LATER = ("state work", "state push", "state way", "state signals")  #: which checkpoints of earlier versions do not hold
 INSTANTS = 65  #: at which the signals of two models are compared
 
 
@@ -43,6 +44,7 @@ class Rows:
     a: np.ndarray  #: (s, n)
     multipliers: np.ndarray  #: (s, m), physical
     memory: np.ndarray  #: (s, l) what forces keep, (s, 0) where that is not known
+    work: np.ndarray  #: (s,) of all that has no potential [J], not a number where that is not known
 
 
 @dataclass(frozen=True)
@@ -150,7 +152,7 @@ def restore(checkpoint: Checkpoint, now: Mapping[str, str], step: Step, large: L
     if large is None:
         targets |= {f"factors {name}": array for name, array in factors(step, kind).items()}
     for name, target in targets.items():
-        target[:] = fitting(held, name, target)
+        target[:] = np.nan if name in LATER and name not in held else fitting(held, name, target)
     if large is not None and kind:
         step.space.x[:] = fitting(held, "factored at", step.space.x)
         large.factorise(step)

@@ -248,9 +248,9 @@ class Watch:
         at = Instant(late, x, v, off > 0.0, state.memory)
         start = consistent_start(model, run.scheme, at, (1.0 - place) * h if place < 1.0 else h)
         kept = compilation.accepted(model, x, start.v, state.memory, late)
-        held = state.speed.copy(), state.parts.copy()
-        put(state, first_state(model, start, run.step.method.c, kept))
-        state.speed[:], state.parts[:] = held
+        held = state.speed.copy(), state.parts.copy(), state.work.copy()
+        put(state, first_state(model, start, run.step.method.c, kept, late))
+        state.speed[:], state.parts[:], state.work[:] = held
         restart(state, run.step.work)
         self.sides[due] = 0
         loss = 0.5 * float(v @ (system.mass @ v) - start.v @ (system.mass @ start.v))
@@ -326,10 +326,14 @@ def take_piece(run: Run, place: float, to: float) -> None:
         if status != stepping.DONE:
             raise Unreached(status)
         return
-    state.x[:] += span * state.v + 0.5 * span**2 * state.acceleration
+    way = span * state.v + 0.5 * span**2 * state.acceleration
+    state.x[:] += way
     state.v[:] += span * state.acceleration
     back = np.argsort(run.model.order)
     state.memory[:] = compilation.accepted(run.model, state.x[back], state.v[back], state.memory.copy(), begin + span)
+    push = compilation.working(run.model, state.x[back], state.v[back], begin + span, state.memory)
+    state.work[0] += 0.5 * (state.push + push) @ way
+    state.push[:] = push
     restart(state, run.step.work)
 
 

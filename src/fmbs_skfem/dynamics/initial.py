@@ -19,7 +19,7 @@ from ..core import direct, lapack, ranks, saddle
 from ..core.errors import Reason, SolverError
 from ..core.notices import notify
 from ..systems import compiled as compilation
-from ..systems import evaluation, layouts, mechanism
+from ..systems import evaluation, forces, layouts, mechanism
 from ..systems.compiled import Compiled, signal_table
 from ..systems.layouts import Storage
 from ..systems.redundancy import rows_of, scale_of, singular_start, without_redundant
@@ -261,7 +261,7 @@ def augmented(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.ndar
     return solve
 
 
-def first_state(model: Compiled, start: Start, c: float, memory: np.ndarray | None = None) -> State:
+def first_state(model: Compiled, start: Start, c: float, memory: np.ndarray | None = None, time: float = 0.0) -> State:
     """The state that the first step begins with, in the order of the model; `memory` as of `compiled.place`."""
     moved = start.v + start.shift[0], start.a + start.shift[1]
     xc, vc, ac, early = (np.ascontiguousarray(part[model.order]) for part in (start.x, *moved, start.a))
@@ -269,7 +269,15 @@ def first_state(model: Compiled, start: Start, c: float, memory: np.ndarray | No
     history[0], past[0] = early, start.multipliers * c
     multipliers, memory = start.multipliers * c, compilation.accepted(model, start.x, start.v) if memory is None else memory
     speed, halved, change = np.array([compilation.size(model, start.v)]), np.array([0]), np.array([np.inf])
-    return State(xc, vc, ac, early, multipliers, history, past, np.array([1]), np.array([0]), memory, speed, halved, change)
+    signals = signal_table(model.system, np.array([time]))[0] if histories_work(model.system) else np.zeros(0)
+    worked = np.zeros(1), compilation.working(model, start.x, start.v, time, memory), np.zeros_like(xc), signals
+    now, known = (xc, vc, ac, early, multipliers, history, past), (np.array([1]), np.array([0]))
+    return State(*now, *known, memory, speed, halved, change, *worked)
+
+
+def histories_work(system: System) -> bool:
+    """Whether histories drive joints, or stand in potentials of forces."""
+    return bool(driven_rows(system.constraints).any()) or any(map(forces.histories, system.loads.forces))
 
 
 def first_step(model: Compiled, start: Start, method: Method, stored: int) -> Step:
@@ -284,6 +292,7 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int) -> St
         np.zeros((3, stored, n)),
         np.zeros((stored, m)),
         np.zeros((stored, len(model.memory))),
+        np.zeros(stored),
         counters,
         np.zeros(1, np.int64),
     )

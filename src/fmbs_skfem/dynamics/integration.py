@@ -83,9 +83,7 @@ class Run:
     def store(self) -> None:
         """Store the present state, if it is to be."""
         if (row := self.row(self.done)) >= 0:
-            stepping.store(
-                self.step.state, self.step.method.c, row, self.step.job.out, self.step.job.multipliers, self.step.job.memory
-            )
+            stepping.store(self.step.state, self.step.method.c, row, self.step.job)
 
     @property
     def steps(self) -> int:
@@ -252,6 +250,7 @@ def take_up(run: Run, resume: Resumed) -> None:
     run.forgotten = resume.rows.memory.shape[1] < len(model.memory)
     if not run.forgotten:
         run.step.job.memory[: held.kept] = resume.rows.memory[: held.kept]
+    run.step.job.work[: held.kept] = resume.rows.work[: held.kept]
     run.cpu, run.wall = run.cpu - held.cpu_s, run.wall - held.wall_s
 
 
@@ -363,7 +362,7 @@ def states(run: Run, first: int, last: int) -> Rows:
     out, multipliers = run.step.job.out, run.step.job.multipliers
     x, v, a = (part[first:last] if run.large else part[first:last, inverse] for part in out)
     memory = run.step.job.memory[first:last, : 0 if run.forgotten else None]
-    return Rows(run.times[first:last], x, v, a, multipliers[first:last], memory)
+    return Rows(run.times[first:last], x, v, a, multipliers[first:last], memory, run.step.job.work[first:last])
 
 
 def trajectory(run: Run) -> Trajectory:
@@ -371,7 +370,8 @@ def trajectory(run: Run) -> Trajectory:
     found = states(run, 0, count_stored(run))
     system = run.feed.recorded() if run.feed else run.model.system
     events = tuple(run.watch.happened) if run.watch else ()
-    return Trajectory(system, found.times, found.x, found.v, found.a, found.multipliers, cost_of(run), found.memory, events)
+    motion = found.times, found.x, found.v, found.a, found.multipliers
+    return Trajectory(system, *motion, cost_of(run), found.memory, events, found.work if np.isfinite(found.work).all() else None)
 
 
 def cost_of(run: Run) -> Statistics:

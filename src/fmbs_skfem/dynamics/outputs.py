@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
 from ..core.structs import Routine
-from ..systems import evaluation
+from ..systems import evaluation, work
 from ..systems.compiled import Compiled, compile_system, memories, signal_table
 from ..systems.evaluation import Samples
 from ..systems.probes import Sensed, kind_of, require_distinct_columns
@@ -32,7 +32,20 @@ DELTA = 1e-6  #: relative time difference for Phi_t
 def energies(trajectory: Trajectory) -> np.ndarray:
     """Kinetic, strain, potential (from the start) and balance (kinetic + strain + potential - work + lost) [J], (s, 4)."""
     stored, power = survey_of(trajectory)
-    return np.column_stack([stored, stored.sum(axis=1) - work_done(trajectory.times, power) + lost(trajectory)])
+    return np.column_stack([stored, stored.sum(axis=1) - work_of(trajectory, power)[0] + lost(trajectory)])
+
+
+def work_of(trajectory: Trajectory, power: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Work of all that has no potential (s,) [J], and the doubt about it: none where the steps of the run have summed it.
+
+    Else it is that of its power (s,) [W] at the stored states, in doubt by what every second of them gives differently.
+    """
+    times = trajectory.times
+    if trajectory.work is not None and len(trajectory.work) == len(times):
+        return trajectory.work, np.zeros(len(times))
+    found = work_done(times, power)
+    every_second = np.abs(found[::2] - work_done(times[::2], power[::2]))
+    return found, UNSURE * np.maximum.accumulate(np.repeat(every_second, 2)[: len(times)])
 
 
 def lost(trajectory: Trajectory) -> np.ndarray:
@@ -57,7 +70,7 @@ def survey_of(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
     delta = DELTA * max(float(times[-1]), 1e-12)
     span = np.maximum(times - delta, 0.0), times + delta
     motion = times, trajectory.x, trajectory.v, trajectory.a
-    found = on_samples(evaluation.survey, compile_system(system), 3, *motion, trajectory.multipliers, span, trajectory.memory)
+    found = on_samples(work.survey, compile_system(system), 3, *motion, trajectory.multipliers, span, trajectory.memory)
     potential = -(trajectory.x - trajectory.x[0]) @ system.loads.constant
     return np.column_stack([found[:, :2], potential]), found[:, 2]
 
@@ -110,12 +123,12 @@ class EnergyErrors(NamedTuple):
 def energy_errors(trajectory: Trajectory) -> EnergyErrors:
     """Errors of the energy balance: a rise is one of the step, a fall is what the method damps, unasked.
 
-    The work of loads is integrated over the stored states: rise and fall are less by three times what every second of them gives
-    differently, so that few states feign none.
+    Where the work of loads is that of the stored states alone, rise and fall are less by three times what every second of them
+    gives differently, so that few states feign none.
     """
     stored, power = survey_of(trajectory)
-    work = work_done(trajectory.times, power)
-    balance, scale = stored.sum(axis=1) - work + lost(trajectory), size_of(stored)
+    done, doubts = work_of(trajectory, power)
+    balance, scale = stored.sum(axis=1) - done + lost(trajectory), size_of(stored)
     change = balance - balance[0]
     drift = float(np.abs(change).max())
     if len(power) < FEW:
@@ -124,7 +137,7 @@ def energy_errors(trajectory: Trajectory) -> EnergyErrors:
     crossing = system.scale / float(np.ptp(trajectory.times))
     if scale <= STILL * system.weight * crossing * crossing:
         return EnergyErrors(drift, 0.0, 0.0)
-    doubt = UNSURE * float(np.abs(work[::2] - work_done(trajectory.times[::2], power[::2])).max())
+    doubt = float(doubts.max())
     rise, fall = (max(float(part.max()) - doubt, 0.0) / scale for part in (change, -change))
     return EnergyErrors(drift, rise, fall)
 

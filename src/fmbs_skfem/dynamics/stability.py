@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..core.errors import Reason, SolverError
-from .outputs import STILL, UNSURE, lost, survey_of, work_done
+from .outputs import STILL, lost, survey_of, work_of
 from .trajectory import Trajectory
 
 SOUND = 0.05  #: rise over the known energy up to which a state is believed
@@ -23,16 +23,14 @@ TENFOLD = 9.0  #: rise over the known energy at which the energy is ten times wh
 def rises(trajectory: Trajectory) -> np.ndarray:
     """Rise of the energy balance over the known energy (s,), less than zero where it falls; 0 where it cannot be judged.
 
-    Where forces do work between states that are not stored, the balance says nothing.
+    Where forces do work between states that are not stored, and no step has summed it, the balance says nothing.
     """
     count = len(trajectory.times)
-    if count < 2 or (count <= trajectory.statistics.steps and not passive(trajectory)):
+    if count < 2 or (trajectory.work is None and count <= trajectory.statistics.steps and not passive(trajectory)):
         return np.zeros(count)
     stored, power = survey_of(trajectory)
-    work = work_done(trajectory.times, power)
+    work, doubt = work_of(trajectory, power)
     balance = stored.sum(axis=1) - work + lost(trajectory)
-    every_second = np.abs(work[::2] - work_done(trajectory.times[::2], power[::2]))
-    doubt = UNSURE * np.maximum.accumulate(np.repeat(every_second, 2)[: len(work)])
     known = stored[0, :2].sum() + np.maximum.accumulate(np.abs(stored[:, 2])) + np.maximum.accumulate(np.abs(work))
     system = trajectory.system
     crossing = system.scale / float(np.ptp(trajectory.times))
@@ -63,6 +61,7 @@ def unstable(trajectory: Trajectory, step: float) -> SolverError | None:
     good, at = last_sound(trajectory), int(wrong[0])
     steps = round(float(trajectory.times[good]) / step)
     arrays = {name: getattr(trajectory, name)[: good + 1] for name in ("times", "x", "v", "a", "multipliers")}
+    arrays["work"] = None if trajectory.work is None else trajectory.work[: good + 1]
     partial = replace(trajectory, **arrays, statistics=replace(trajectory.statistics, steps=steps))
     text = (
         f"{Reason.UNSTABLE.value}: at t = {trajectory.times[at]:.6g} s it is {1 + rise[at]:.3g} times what start, loads and drives "

@@ -44,6 +44,10 @@ class State(NamedTuple):
     speed: Vector  #: (1,) largest speed so far, root mean square [m/s]
     parts: Integers  #: (1,) halvings of the next step
     change: Vector  #: (1,) size of the second difference of q'' [m/s2], infinite where it is not known
+    work: Vector  #: (1,) of all that has no potential so far [J], see `systems.work`
+    push: Vector  #: (n,) its forces now
+    way: Vector  #: (n,) of the last step
+    signals: Vector  #: (s,) their values, none where histories change nothing at a standstill
 
 
 class Work(NamedTuple):
@@ -87,6 +91,7 @@ class Job(NamedTuple):
     out: Cube  #: (3, s, n) x, v, q''
     multipliers: Matrix  #: (s, m) physical
     memory: Matrix  #: (s, l)
+    work: Vector  #: (s,) [J]
     counters: Integers
     done: Integers  #: (1,) steps that were taken
 

@@ -41,8 +41,8 @@ import numpy as np
 
 from ..core.jit import jit, summing
 from ..core.structs import invoke, routine
-from ..systems import evaluation, kernels
-from .step import Method, State, opened
+from ..systems import evaluation, kernels, work
+from .step import Job, Method, State, opened
 
 DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED, TOO_LONG = range(7)
 STEPS, ITERATIONS, FACTORISATIONS, HALVED = range(4)  #: counters
@@ -125,6 +125,7 @@ def accept(table: Any) -> None:
     s.order[0], s.change[0] = best_order(S.arrays.norm, s.history, s.known[0], t.acceleration)
     for i in range(len(s.x)):
         s.a[i] = algorithmic(S.method, t.acceleration[i], s.acceleration[i], s.a[i])
+        s.way[i] = t.x[i] - s.x[i]
         s.x[i], s.v[i], s.acceleration[i] = t.x[i], t.v[i], t.acceleration[i]
     remember(s.history, t.acceleration)
     remember(s.past, t.multipliers)
@@ -136,6 +137,47 @@ def accept(table: Any) -> None:
     evaluation.take_over(table)
     for k in range(len(s.memory)):
         s.memory[k] = t.memory[k]
+
+
+@jit
+def place_accepted(table: Any) -> None:
+    """The trial state is the accepted one."""
+    S = opened(table)
+    s, t = S.state, S.space
+    kernels.copy(s.x, t.x)
+    kernels.copy(s.v, t.v)
+    kernels.copy(s.multipliers, t.multipliers)
+    kernels.copy(s.memory, t.memory)
+    t.c[0] = S.method.c
+
+
+@jit
+def change_signals(table: Any, signals: np.ndarray) -> float:
+    """Work [J] of a change of signals in the accepted state, which are the first of `signals`."""
+    S = opened(table)
+    count = len(S.state.signals)
+    if count == 0:
+        return 0.0
+    place_accepted(table)
+    return work.changed(table, S.state.signals, signals[:count])
+
+
+@jit
+def add_work(table: Any, begun: float, signals: np.ndarray) -> None:
+    """Add the work of the step that was accepted, `begun` that of its signals at its begin, by the trapezoidal rule."""
+    S = opened(table)
+    s, count = S.state, len(S.state.signals)
+    if count == 0 and work.idle(table):
+        return
+    place_accepted(table)
+    begun += kernels.dot(s.push, s.way)
+    work.find_forces(table)
+    kernels.copy(S.space.f, s.push)
+    begun += kernels.dot(s.push, s.way)
+    if count > 0:
+        begun += work.changed(table, s.signals, signals[:count])
+        kernels.copy(signals[:count], s.signals)
+    s.work[0] += 0.5 * begun
 
 
 @jit
@@ -397,6 +439,7 @@ def advance(table: Any, _: Any) -> int:
     # on steady joints velocities are at the end of a step, too
     job, moving = S.job, len(S.arrays.laws.records) > 0 or not kernels.steady(S.arrays.terms)
     for k in range(len(job.signals)):
+        begun = change_signals(table, job.signals[k])
         for i in range(job.signals.shape[1]):
             S.space.signals[i] = job.signals[k, i]
         predict(table)
@@ -411,9 +454,10 @@ def advance(table: Any, _: Any) -> int:
         if moving and invoke(S.doors.settle, table, 0) != 0:
             job.done[0] = k
             return STOPPED
+        add_work(table, begun, job.signals[k])
         job.counters[STEPS] += 1
         if job.rows[k] >= 0:
-            store(S.state, S.method.c, job.rows[k], job.out, job.multipliers, job.memory)
+            store(S.state, S.method.c, job.rows[k], job)
     job.done[0] = len(job.signals)
     return DONE
 
@@ -456,14 +500,20 @@ def jump(table: Any, _: Any) -> int:
         s.multipliers[m] -= d
         for k in range(len(s.past)):
             s.past[k, m] -= d
+    s.work[0] += change_signals(table, S.job.signals[0])
+    kernels.copy(S.job.signals[0, : len(s.signals)], s.signals)
+    work.find_forces(table)
+    kernels.copy(t.f, s.push)
     return DONE
 
 
 @jit
-def store(s: State, c: float, row: int, out: np.ndarray, multipliers: np.ndarray, memory: np.ndarray) -> None:
+def store(s: State, c: float, row: int, job: Job) -> None:
     """Row of the trajectory; multipliers become physical."""
+    out = job.out
     for i in range(len(s.x)):
         out[0, row, i], out[1, row, i], out[2, row, i] = s.x[i], s.v[i], s.acceleration[i]
     for m in range(len(s.multipliers)):
-        multipliers[row, m] = s.multipliers[m] / c
-    kernels.copy(s.memory, memory[row])
+        job.multipliers[row, m] = s.multipliers[m] / c
+    kernels.copy(s.memory, job.memory[row])
+    job.work[row] = s.work[0]

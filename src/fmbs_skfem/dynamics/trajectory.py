@@ -55,6 +55,7 @@ class Trajectory:
     statistics: Statistics = Statistics()  #: zeros of states that no run has made
     memory: np.ndarray | None = None  #: (s, l) what forces keep of the states, where it was stored
     events: tuple[Happening, ...] = ()
+    work: np.ndarray | None = None  #: (s,) of all that has no potential, summed over all steps [J], where that was done
 
     def __repr__(self) -> str:
         first, last = self.times[[0, -1]]

@@ -1,7 +1,7 @@
 """The history of a run on the disk while it runs: closed files, so that what kills the process loses the open one at most.
 
     run.lock                    who writes into the output folder, as long as it does
-    history/segment-00001.h5    HDF5: times (s,), x, v, a (s, n), multipliers (s, m), memory (s, l)
+    history/segment-00001.h5    HDF5: times (s,), x, v, a (s, n), multipliers (s, m), memory (s, l), work (s,)
     history/checkpoint-00001.h5 HDF5: all that the next step reads (`dynamics.checkpoint`), of the newest segment only
     history/manifest.json       the job, segments and checkpoint with sizes and SHA-256, and a SHA-256 of all that
 
@@ -40,6 +40,7 @@ SHARE = 0.02  #: of the time of a run that segments may take
 LARGEST = 2**28  #: states that wait for the next segment [bytes]
 COLUMNS = ("times", "x", "v", "a", "multipliers")
 MEMORY = "memory"  #: column without which what forces keep follows from the states
+WORK = "work"  #: column that segments of earlier versions do not have
 FACT = "fact "  #: before the names of facts, which cannot be taken for those of numbers beside them
 
 
@@ -198,12 +199,13 @@ def read(folder: Path, found: Manifest | None = None) -> Resumed:
         columns = {column: np.concatenate([part[column] for part in parts]) for column in COLUMNS}
         least = min(part[MEMORY].shape[1] if MEMORY in part else 0 for part in parts)
         memory = np.concatenate([part[MEMORY] if least else np.zeros((len(part["times"]), 0)) for part in parts])
+        work = np.concatenate([part.get(WORK, np.full(len(part["times"]), np.nan)) for part in parts])
     content = unpack(folder / FOLDER, found.checkpoint)
     with container.reading(folder / FOLDER / found.checkpoint.name, KIND):
         arrays = {name: value for name, value in content.items() if isinstance(value, np.ndarray)}
         facts = {name.removeprefix(FACT): str(text) for name, text in content.items() if name.startswith(FACT)}
         numbers = int(content["done"]), int(content["kept"]), facts, arrays, float(content["cpu_s"]), float(content["wall_s"])
-    return Resumed(Checkpoint(*numbers), Rows(**columns, memory=memory))
+    return Resumed(Checkpoint(*numbers), Rows(**columns, memory=memory, work=work))
 
 
 def unpack(folder: Path, entry: Entry) -> dict[str, Any]:

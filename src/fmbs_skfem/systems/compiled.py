@@ -13,7 +13,7 @@ from scipy.sparse import csr_array, diags_array
 
 from ..core.linalg import as_dense, is_sparse
 from ..core.structs import packed
-from . import cells, constraint_laws, corotation, evaluation, layouts, lifts, sparse
+from . import cells, constraint_laws, corotation, evaluation, layouts, lifts, sparse, work
 from . import forces as attachments
 from . import terms as storages
 from .angles import continuous
@@ -298,6 +298,14 @@ def accepted(
     evaluation.take_over(table)
     model.check()
     return found.space.memory.copy()
+
+
+def working(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, memory: np.ndarray | None = None) -> np.ndarray:
+    """Forces (n,) of all that has no potential [N], in the order of the model, see `work`; `memory` as in `place`."""
+    found, table = place(model, x, v, t, memory)
+    work.forces(table)
+    model.check()
+    return found.space.f.copy()
 
 
 def memories(

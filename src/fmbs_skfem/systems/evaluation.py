@@ -13,8 +13,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from ..core.direct import Tree
 from ..core.jit import jit
 from ..core.structs import Integers, Matrix, Vector, invoke, opener, routine
@@ -358,54 +356,6 @@ def residuals(table: Any, _: Any) -> int:
         place_sample(table, k)
         evaluate(table)
         kernels.copy(S.space.f, S.out[k])
-    return 0
-
-
-@routine
-def survey(table: Any, _: Any) -> int:
-    """out (s, 3) = kinetic energy, that of strains and springs [J], and the power of drives, other loads and damping [W].
-
-    The potential E(y, h) of a force counts as stored; what its histories h change of it is power, too.
-    """
-    S = samples_of(table)
-    A, s, n = S.arrays, S.space, len(S.space.x)
-    vy, low, rest = np.zeros(len(s.y)), np.zeros(len(s.multipliers)), np.zeros(n)
-    for k in range(len(S.x)):
-        place_sample(table, k)
-        kernels.clear(s.f)
-        kernels.add_operator(A.mass, s.v, s.f)
-        S.out[k, 0] = 0.5 * kernels.dot(s.v, s.f)
-        sum_energies(table)
-        kernels.clear(rest)
-        kernels.add_operator(A.stiffness, s.x, rest)
-        read_loads(table)
-        store_energies(table)
-        S.out[k, 1] = s.energy[0] + 0.5 * kernels.dot(s.x, rest)
-        kernels.clear(vy)
-        kernels.add_product(A.probes, 1.0, s.v, vy)
-        power = kernels.dot(s.g, vy)
-        kernels.copy(S.before[k], s.signals)
-        constrain(table)
-        kernels.copy(s.rhs[0, n:], low)
-        s.energy[0] = 0.0
-        store_energies(table)
-        earlier = s.energy[0]
-        kernels.copy(S.after[k], s.signals)
-        constrain(table)
-        s.energy[0] = -earlier
-        store_energies(table)
-        power += s.energy[0] / S.span[k]
-        for m in range(len(low)):
-            power += s.multipliers[m] * (s.rhs[0, n + m] - low[m]) / S.span[k]
-        kernels.clear(rest)
-        kernels.add_operator(A.damping, s.v, rest)
-        if A.elastic.damped:
-            elastic_forces(table)
-            power -= kernels.dot(S.v[k], s.f)
-            kernels.clear(s.v)
-            elastic_forces(table)
-            power += kernels.dot(S.v[k], s.f)
-        S.out[k, 2] = power - kernels.dot(S.v[k], rest)
     return 0
 
 

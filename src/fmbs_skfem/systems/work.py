@@ -1,0 +1,123 @@
+r"""The work of all that has no potential: forces and damping on their way, and what histories do at a standstill.
+
+    d(T + V)/dt = F . v + dG/dt|_(y, lambda),    F = P^T g - f_d,    G(y, lambda, s) = E(y, s) + lambda . Phi(y, s)
+
+g are forces on probe rows without those of potentials E, f_d those of damping, s histories: a drive works by lambda . Phi_t, a
+history in a potential by what it changes of the energy that is stored. In a step, and over all of them,
+
+    W += (F0 + F1) . (x1 - x0) / 2 + (G(y0, l0, s1) - G(y0, l0, s0) + G(y1, l1, s1) - G(y1, l1, s0)) / 2
+
+The way that the step has gone, not its speeds, keeps this right where damping is stiffer than the step resolves: what it takes of a
+motion m v0^2 / 2 in one step is F0 . (x1 - x0) / 2, and h F0 . v0 / 2 would be any multiple of that.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..core.jit import jit
+from ..core.structs import routine
+from . import kernels
+from .evaluation import (
+    constrain,
+    elastic_forces,
+    evaluation,
+    place_sample,
+    read_loads,
+    read_probes,
+    samples_of,
+    store_energies,
+    sum_energies,
+)
+
+
+@jit
+def idle(table: Any) -> bool:
+    """Whether there are neither forces on probe rows nor damping: F = 0 in all states."""
+    A = evaluation(table).arrays
+    undamped = not A.damping.full and len(A.damping.rows.indptr) < 2 and len(A.damping.offsets) == 0
+    return undamped and not A.elastic.damped and len(A.forces.records) == 0
+
+
+@jit
+def find_forces(table: Any) -> None:
+    """f = F in the state of the space; potentials of forces are added to its energy."""
+    E = evaluation(table)
+    A, s = E.arrays, E.space
+    if A.elastic.damped:
+        find_damping(table)
+    else:
+        kernels.clear(s.f)
+    kernels.add_operator(A.damping, s.v, s.f)
+    for i in range(len(s.f)):
+        s.f[i] = -s.f[i]
+    if len(A.forces.records) > 0:
+        read_loads(table)
+        store_energies(table)
+        kernels.add_transposed(A.probes, 1.0, s.g, s.f)
+
+
+@jit
+def find_damping(table: Any) -> None:
+    """f = f(x, v) - f(x, 0) of elastic terms."""
+    s = evaluation(table).space
+    v = s.v.copy()
+    elastic_forces(table)
+    damped = s.f.copy()
+    kernels.clear(s.v)
+    elastic_forces(table)
+    for i in range(len(v)):
+        s.f[i] = damped[i] - s.f[i]
+    kernels.copy(v, s.v)
+
+
+@jit
+def held(table: Any, signals: np.ndarray) -> float:
+    """G [J] of other values of the signals (s,), which the space takes over, with current y and c times the multipliers."""
+    s = evaluation(table).space
+    for k in range(len(signals)):
+        s.signals[k] = signals[k]
+    s.energy[0] = 0.0
+    store_energies(table)
+    constrain(table)
+    return s.energy[0] + kernels.dot(s.multipliers, s.rhs[0, len(s.f) :]) / s.c[0]
+
+
+@jit
+def changed(table: Any, before: np.ndarray, after: np.ndarray) -> float:
+    """What a change of the signals (s,) changes of G [J] in the state of the space, which has those after it."""
+    read_probes(table)
+    earlier = held(table, before)
+    return held(table, after) - earlier
+
+
+@routine
+def forces(table: Any, _: Any) -> int:
+    """f = F in the state of the space."""
+    find_forces(table)
+    return 0
+
+
+@routine
+def survey(table: Any, _: Any) -> int:
+    """out (s, 3) = kinetic energy, that of strains and springs [J], and the power of drives, other loads and damping [W].
+
+    The potential E(y, h) of a force counts as stored; what its histories h change of it is power, too.
+    """
+    S = samples_of(table)
+    A, s = S.arrays, S.space
+    for k in range(len(S.x)):
+        place_sample(table, k)
+        kernels.clear(s.f)
+        kernels.add_operator(A.mass, s.v, s.f)
+        S.out[k, 0] = 0.5 * kernels.dot(s.v, s.f)
+        kernels.clear(s.f)
+        kernels.add_operator(A.stiffness, s.x, s.f)
+        S.out[k, 1] = 0.5 * kernels.dot(s.x, s.f)
+        sum_energies(table)
+        find_forces(table)
+        S.out[k, 1] += s.energy[0]
+        S.out[k, 2] = kernels.dot(s.v, s.f) + changed(table, S.before[k], S.after[k]) / S.span[k]
+    return 0
