@@ -268,6 +268,34 @@ def test_a_disc_slides_until_it_rolls() -> None:
     assert found["floor_slip"][rolling].max() < 1e-3
 
 
+def test_a_ball_rolls_down_an_incline_in_space() -> None:
+    """5/7 g sin a, askew to the axes, with a friction of 2/7 m g sin a; what rolls loses nothing."""
+    slope, m, radius = 0.3, 2.0, 0.1
+    sphere = rigid.rigid("ball", m, 0.4 * m * radius**2 * np.eye(3), (0.0, 0.0, 0.0))
+    law = {"stiffness": 1e6, "damping": 500.0, "smoothing": 1e-7, "friction": 0.4, "overlap": "keep"}
+    at = At("ball", "center")
+    incline = ContactPlane("floor", at=at, radius=radius, point=(0.0, 0.0, -radius), normal=(0.0, 0.0, 1.0), **law)
+    weight = loads.Gravity((0.6 * G * np.sin(slope), 0.8 * G * np.sin(slope), -G * np.cos(slope)))
+    measured = {"x": probes.Position(at), "floor": ContactState("floor"), "E": probes.Energy()}
+    motion, found = run(eliminate(assemble([sphere], [], [incline, weight], outputs=measured)), 1e-3, 0.6, 0.8)
+    way, late = 0.6 * found["x_x"] + 0.8 * found["x_y"], motion.times > 0.2
+    assert 2 * np.polyfit(motion.times[late], way[late], 2)[0] == pytest.approx(5 / 7 * G * np.sin(slope), rel=3e-4)
+    assert found["floor_friction"][-1] == pytest.approx(2 / 7 * m * G * np.sin(slope), rel=1e-3)
+    assert np.ptp(found["E_balance"]) < 2e-4 * found["E_kinetic"][-1]
+
+
+@pytest.mark.parametrize("every", [1, 40])
+@pytest.mark.parametrize(("dissipation", "mu"), [(0.0, 0.3), (0.5, 0.1)])
+def test_an_oblique_impact(dissipation: float, mu: float, every: int) -> None:
+    """While it slides, friction takes mu times the impulse of the normal force; its work is what the impact loses."""
+    law = floor(stiffness=1e5, dissipation=dissipation, friction=mu, resolution=0.02)
+    motion = integrate(ball(law, at=(0.0, 1e-3), speed=(2.0, -1.0)), GeneralizedAlpha(1e-4, 1.0), 0.016, TIGHT, every)
+    v = motion.v[-1]
+    assert v[0] == pytest.approx(2.0 - mu * (1.0 + v[1]), rel=1e-9)
+    assert motion.work is not None
+    assert -motion.work[-1] == pytest.approx(2.5 - 0.5 * v @ v, abs=2e-4)
+
+
 def test_discs_that_meet_keep_their_momentum() -> None:
     """A spinning disc meets another one askew, with friction: momentum and its moment stay; so does the energy without friction."""
     for mu in (0.0, 0.4):

@@ -28,6 +28,7 @@ from .evaluation import evaluation
 from .forces import Force, Place, Routines
 from .one_sided import lift, ramp
 
+DISTANT = 10.0  #: steps like the last one that a point is away, at least, whose rows are not kept: only what touches reads them
 SEEN = 4  #: numbers of a point: clearance, distance from the origin of the shape, ways a unit of |dx| and of max |dx_n| at most
 
 
@@ -307,6 +308,9 @@ def accept(table: Any, record: Any) -> int:
             nearer, farther = approach(s, F, k, moved)
             s.room[seen] -= nearer
             s.room[seen + 1] += farther
+            if s.room[seen] > DISTANT * nearer:
+                last[0], last[1], last[2 : 2 + dim] = UNKNOWN, 1.0, 0.0
+                continue
             read(table, F, k, y)
         else:
             if near(table, F, k, y, v, w):
