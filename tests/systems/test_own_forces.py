@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,6 +15,7 @@ from sympy import atan2, symbols
 
 from fmbs_skfem.bodies import cable, point_mass, rigid, sections
 from fmbs_skfem.core.errors import CorruptFile, InputError
+from fmbs_skfem.core.notices import Remark
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, outputs, solve_statics, vibration_modes
 from fmbs_skfem.reduction import files
 from fmbs_skfem.systems import (
@@ -311,3 +313,15 @@ def test_wrong_classes_are_named() -> None:
     ):
         with pytest.raises(InputError, match=message):
             ball(2, kind("one", BALL))
+
+
+def test_what_functions_of_python_cost_is_told() -> None:
+    """One call a residual, and eight for each row and rate of a tangent; forces in symbols have nothing to tell."""
+    ball = [point_mass("ball", 1.0, np.zeros(2))]
+    system = assemble(ball, loads=[Wind("wind", BALL, 0.7)])
+    with pytest.warns(Remark, match=r"functions of Python were called \d+ times for forces, \S+ s beside \S+ s of the run") as told:
+        integrate(system, GeneralizedAlpha(1e-2), 0.5)
+    assert int(str(told[-1].message).split(" called ")[1].split()[0]) > 50
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        integrate(assemble(ball, loads=[Drag("drag", BALL, 0.7)]), GeneralizedAlpha(1e-2), 0.1)

@@ -11,9 +11,9 @@ import numpy as np
 
 from ..core import krylov
 from ..core.errors import InputError, Reason, SolverError, say
-from ..core.notices import notify
+from ..core.notices import notify, remark
 from ..core.structs import Routine
-from ..systems import compiled, responses
+from ..systems import compiled, forces, responses
 from ..systems.compiled import Compiled, compile_system
 from ..systems.controllers import Controlled
 from ..systems.events import with_locks
@@ -146,6 +146,7 @@ def integrate(
     steps = steps_in(scheme, duration)
     fitting(system, steps, len(every) if isinstance(every, np.ndarray) else steps // max(every, 1) + 1)
     run = begun(startable(system, scheme), scheme, newton or Newton(), kept_steps(every, steps), steps, resume)
+    before = forces.cost_of(run.model.forces)
     looks = [one for one in (record, departures.watch(run.model.system)) if one is not None]
     watched = progress is not None or len(looks) > 0
     chunk = WHOLE if watched else steps
@@ -161,10 +162,19 @@ def integrate(
             look(moment(run))
     motion = trajectory(run)
     warn_of_division(motion.statistics)
+    tell_cost(before, forces.cost_of(run.model.forces), motion.statistics)
     for text in (*responses.beyond(run.model, run.step.state.memory), unstable_loop(run)):
         if text:
             notify(text)
     return motion
+
+
+def tell_cost(before: forces.Cost, after: forces.Cost, cost: Statistics) -> None:
+    """A remark of what forces that are functions of Python cost in a run."""
+    if calls := after.calls - before.calls:
+        seconds = after.seconds - before.seconds
+        told = f"functions of Python were called {calls} times for forces, {seconds:.3g} s beside {cost.cpu_s:.3g} s of the run"
+        remark(f"{told}; in symbols they are compiled (docs/extensions.md)")
 
 
 def warn_of_division(cost: Statistics) -> None:

@@ -11,6 +11,7 @@ Nothing else asks which force it is. Most are laws in symbols (`force_laws`); `O
 
 from __future__ import annotations
 
+import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import singledispatch
@@ -41,6 +42,14 @@ class Place(NamedTuple):
     room: int
 
 
+@dataclass
+class Cost:
+    """What functions of Python cost so far."""
+
+    calls: int = 0
+    seconds: float = 0.0  #: of the process
+
+
 @dataclass(frozen=True)
 class Force(Piece):
     """A force for compiled code."""
@@ -55,6 +64,7 @@ class Force(Piece):
     room: int = 0  #: numbers that it finds out about accepted states, on which nothing but time depends
     alone: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))  #: rows that it alone reads, by itself
     skew: bool = False  #: whether its derivatives are far from symmetric
+    cost: Cost | None = None  #: of a function of Python
 
 
 @singledispatch
@@ -126,7 +136,13 @@ def difference(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> n
 
 @compile_force.register
 def _(force: OfPython, place: Place) -> Force:
-    rows, count = np.asarray(force.rows, np.int64), len(force.rows)
+    rows, count, cost = np.asarray(force.rows, np.int64), len(force.rows), Cost()
+
+    def called(y: np.ndarray, rates: np.ndarray, signals: np.ndarray, function: Callable[..., Any] = force.function) -> Any:
+        begin = clock.process_time()
+        found = function(y, rates, signals)
+        cost.calls, cost.seconds = cost.calls + 1, cost.seconds + clock.process_time() - begin
+        return found
 
     def read(table: int) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray]:
         s = unpacked(Evaluation, table).space
@@ -134,24 +150,30 @@ def _(force: OfPython, place: Place) -> Force:
 
     def push(table: int, _: int) -> None:
         s, y, rates, signals = read(table)
-        np.add.at(s.g, rows, force.function(y, rates, signals))
+        np.add.at(s.g, rows, called(y, rates, signals))
 
     def slopes(table: int, _: int) -> None:
         s, y, rates, signals = read(table)
         if force.slopes is not None:
-            by_row, by_rate = force.slopes(y, rates, signals)
+            by_row, by_rate = called(y, rates, signals, force.slopes)
         else:
-            by_row = difference(lambda z: force.function(z, rates, signals), y)
-            by_rate = difference(lambda z: force.function(y, z, signals), rates)
+            by_row = difference(lambda z: called(z, rates, signals), y)
+            by_rate = difference(lambda z: called(y, z, signals), rates)
         s.H[place.pair : place.pair + count**2] -= s.c[0] * (by_row + s.gh[0] * by_rate).ravel()
 
     pairs = np.stack([np.repeat(rows, count), np.tile(rows, count)], axis=1)
-    return Force(Nothing(), Routines(Callback(push), Callback(slopes)), "force of Python", pairs, damped=True)
+    return Force(Nothing(), Routines(Callback(push), Callback(slopes)), "force of Python", pairs, damped=True, cost=cost)
 
 
 @histories.register
 def _(force: OfPython) -> Sequence[tuple[int, int]]:
     return [(signal, int(force.rows[0])) for signal in force.signals]
+
+
+def cost_of(found: Sequence[Force]) -> Cost:
+    """What functions of Python among forces cost so far."""
+    known = [one.cost for one in found if one.cost is not None]
+    return Cost(sum(one.calls for one in known), sum(one.seconds for one in known))
 
 
 def addressed(found: Sequence[Force]) -> ForceTerms:
