@@ -48,7 +48,7 @@ def principal(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def axes_text(axes: np.ndarray) -> str:
-    """Axes 1 and 2 of the reference in words."""
+    """Axes 1 and 2 of the reference, rows of (2, c), in words."""
     shown = [", ".join(f"{value + 0.0:.4g}" for value in np.round(axis, 6)) for axis in axes]
     return f"axis 1 ({shown[0]}), axis 2 ({shown[1]}) of the reference"
 
