@@ -42,7 +42,7 @@ def loop(points: Sequence[Point], dim: int, axes: Sequence[Point | None]) -> Sys
     return assemble(links, [*hinges, hinge(f"h{last + 1}", At(f"l{last}", "B"), None, axes[-1])])
 
 
-def unheld(system: System) -> tuple[free_motions.Motion, ...]:
+def unheld(system: System) -> tuple[free_motions.FreeMotion, ...]:
     """Motions that nothing holds, where weight holds none."""
     free, hung = free_motions.unsupported(system)
     assert hung == ()

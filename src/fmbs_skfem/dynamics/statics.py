@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -69,19 +68,7 @@ def solve_statics(
         return newton_statics(pressure.at_load_factor(model, factor), last, newton, factor, "load factor")
 
     start = Equilibrium(0.0, system.x0, np.zeros(model.constraints), 0)
-    found, latest = [start], start
-    try:
-        for factor in np.arange(1, steps + 1) / steps:
-            size = (factor - latest.at) / parts(system, latest.at, factor)
-            for state in march(solve, latest, float(factor), size):
-                latest = state
-                if progress:
-                    progress(state.at)
-            found.append(latest)
-    except SolverError as error:
-        error.partial = path(system, found if latest is found[-1] else [*found, latest])
-        raise
-    return path(system, found)
+    return reach_targets(system, solve, start, np.arange(1, steps + 1) / steps, progress)
 
 
 def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = None) -> Trajectory:
@@ -100,14 +87,29 @@ def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = 
         finite_signals(system, np.array([time]))
         return newton_statics(model, last, newton, time, "time [s]")
 
-    found: list[Equilibrium] = []
+    start = solve(targets[0], Equilibrium(0.0, system.x0, np.zeros(model.constraints), 0))
+    return reach_targets(system, solve, start, targets[1:])
+
+
+def reach_targets(
+    system: System,
+    solve: Callable[[float, Equilibrium], Equilibrium],
+    start: Equilibrium,
+    targets: np.ndarray,
+    progress: Callable[[float], None] | None = None,
+) -> Trajectory:
+    """Equilibria at `start` and at the targets (s,) behind it; a SolverError carries them as far as they are found."""
+    found, latest = [start], start
     try:
-        found.append(solve(targets[0], Equilibrium(0.0, system.x0, np.zeros(model.constraints), 0)))
-        for last, target in pairwise(targets):
-            size = (target - last) / parts(system, last, target)
-            found.append(list(march(solve, found[-1], target, size))[-1])
+        for target in targets:
+            size = (target - latest.at) / parts(system, latest.at, target)
+            for state in march(solve, latest, float(target), size):
+                latest = state
+                if progress:
+                    progress(latest.at)
+            found.append(latest)
     except SolverError as error:
-        error.partial = path(system, found) if found else None
+        error.partial = path(system, found if latest is found[-1] else [*found, latest])
         raise
     return path(system, found)
 

@@ -97,7 +97,7 @@ def resolve(raw: Any, changed: Changes) -> Resolved:
     for name, entry in raw.items():
         key = ("parameters", name)
         try:
-            _check_name(name)
+            check_name(name)
             own, limits = (
                 read_range(name, entry, known.values) if isinstance(entry, dict) else (quantities.read(entry, known.values), None)
             )
@@ -115,7 +115,8 @@ def resolve(raw: Any, changed: Changes) -> Resolved:
     return known
 
 
-def _check_name(name: str) -> None:
+def check_name(name: str) -> None:
+    """A name of a parameter."""
     if not name.isascii() or not name.isidentifier() or name in expressions.RESERVED:
         taken = ", ".join(sorted(expressions.RESERVED))
         raise Problem(f"a name of letters, digits and _ that is not taken ({taken})", shown(name))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
-from scipy.sparse import csr_array, diags_array, kron, vstack
+from scipy.sparse import csr_array, diags_array, vstack
 from scipy.sparse.linalg import spsolve
 
 from ..bodies.body import Body, Cells, ShapePoints, own
@@ -184,7 +184,7 @@ def gather(part: Body, cells: Cells, layout: Layout) -> Cells:
     """Cells of a body that read all coordinates q, or the coordinates of its space where frames slave some of them."""
     if part.spread is None:
         return cells.moved(layout.first[part.name])
-    return cells.moved(0, widen(part.spread, part, layout))
+    return cells.moved(0, layout.spread(part, part.spread))
 
 
 def orthonormal(part: Body, draft: Draft) -> None:
@@ -265,7 +265,7 @@ def initial_velocity(layout: Layout, parts: list[Body], initial: Mapping[str, Mo
 def picture_line(part: Body, layout: Layout) -> Line:
     """Samples of the centre line for pictures and position errors, at the same places on every mesh."""
     if not isinstance(part.space, line.BSpline | line.Hermite) or part.cells is None:
-        return Line(part.name, widen(rigid_samples(part), part, layout), part.radius, Law.EXACT)
+        return Line(part.name, layout.spread(part, rigid_samples(part)), part.radius, Law.EXACT)
     breaks = line.breaks(part.space)
     xi = snapped(np.linspace(breaks[0], breaks[-1], SAMPLES), breaks)
     value, first, second = (own(part, line.sample(part.space, xi, k)) for k in range(3))
@@ -273,7 +273,7 @@ def picture_line(part: Body, layout: Layout) -> Line:
     J = np.linalg.norm(r1, axis=1)
     slope = diags_array(1 / J) @ first
     bend = diags_array(1 / J**2) @ second - diags_array(np.einsum("xc,xc->x", r1, r2) / J**4) @ first
-    samples = widen(csr_array(vstack([value, slope, bend])), part, layout)
+    samples = layout.spread(part, csr_array(vstack([value, slope, bend])))
     return Line(part.name, samples, part.radius, part.cells.law, *stiffnesses(part.cells))
 
 
@@ -328,12 +328,6 @@ def picture_skin(part: Body, layout: Layout) -> Skin:
     thickness = np.repeat(np.broadcast_to(part.thickness, count), points)
     first = layout.first[part.name]
     return Skin(part.name, rows, slice(first, first + part.reference.size), facets, thickness, cells.law, section)
-
-
-def widen(rows: csr_array, part: Body, layout: Layout) -> csr_array:
-    """Rows on the functions of one body as rows on all coordinates."""
-    block = kron(rows, np.eye(layout.dim)).tocoo()
-    return csr_array((block.data, (block.row, block.col + layout.first[part.name])), shape=(block.shape[0], layout.size))
 
 
 def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:

@@ -135,7 +135,7 @@ def flatten(system: System) -> Compiled:
         shown=triple(without(probes, [row for force in pushing for row in force.alone])),
         probes_offset=np.ascontiguousarray(system.probes.offset),
         terms=constraints,
-        laws=constraint_terms(laws),
+        laws=ConstraintTerms(*addresses(laws)),
         forces=attachments.addressed(pushing),
         pairs=Pairs(np.ascontiguousarray(pairs[:0] if large else pairs), len(pairs), any(force.skew for force in pushing)),
         load=np.ascontiguousarray(system.loads.constant[order]),
@@ -172,11 +172,14 @@ def split(system: System) -> Pieces:
 
 def sum_of(found: Sequence[Term]) -> ElasticTerms:
     """Terms by address; the caller keeps them."""
-    routines = [one.routines for one in found]
-    columns = [[one.force.address, one.tangent.address, one.energy.address] for one in routines]
-    force, tangent, energy = np.array(columns, dtype=np.int64).reshape(-1, 3).T.copy()
-    records = np.array([one.address for one in found], dtype=np.int64)
+    force, tangent, energy, records = addresses(found)
     return ElasticTerms(force, tangent, energy, records, any(one.damped for one in found))
+
+
+def addresses(found: Sequence[Piece]) -> np.ndarray:
+    """Those of the first three routines of every piece, and of its record, (4, t)."""
+    table = [[*(routine.address for routine in one.routines[:3]), one.address] for one in found]
+    return np.array(table, dtype=np.int64).reshape(-1, 4).T.copy()
 
 
 def storage(system: System) -> Layout:
@@ -201,13 +204,6 @@ def attached(system: System) -> tuple[Terms, tuple[Constraint, ...], tuple[Force
         place = Place(place.pair + len(last.pairs), place.memory + len(last.memory), place.room + last.room)
     pairs = np.concatenate([pairs, *(force.pairs for force in found)])
     return Terms(terms.row, terms.coefficient, terms.signal, terms.i, terms.j, first), tuple(laws), tuple(found), pairs
-
-
-def constraint_terms(laws: Sequence[Constraint]) -> ConstraintTerms:
-    """Constraint rows by laws by address; the caller keeps them."""
-    columns = [[routine.address for routine in one.routines] for one in laws]
-    constrain, slopes, drift = np.array(columns, dtype=np.int64).reshape(-1, 3).T.copy()
-    return ConstraintTerms(constrain, slopes, drift, np.array([one.address for one in laws], dtype=np.int64))
 
 
 def size(model: Compiled, displacement: np.ndarray) -> float:

@@ -64,7 +64,7 @@ class ContactBeam(Touch):
         beams = [layout.body(name, At(one)) for one in (self.body, self.other)]
         found = [node_rows(name, part, self.points) for part in beams]
         rows, (spans, others) = [one for one, _ in found], (span for _, span in found)
-        wide = [layout.widen(name, part.name, own_rows) for part, own_rows in zip(beams, rows, strict=True)]
+        wide = [layout.widen(part.name, own_rows) for part, own_rows in zip(beams, rows, strict=True)]
         first = draft.probes.add(csr_array(vstack(wide)))
         reference = np.concatenate([one @ part.reference.ravel() for part, one in zip(beams, rows, strict=True)])
         a, b = (float(part.constant @ (part.mass @ part.constant)) for part in beams)

@@ -42,7 +42,7 @@ def find_points(name: str, draft: Draft, at: At | None, body: str | None, count:
         read = [vstack([layout.read(name, place), *(axes_of(name, draft, place) if half > 0.0 else ())]) for place in places]
     else:
         functions = surface_rows(part, count or SIDE) if isinstance(part.space, Surface) else line_rows(part, count, half > 0.0)
-        read = [layout.widen(name, part.name, csr_array(rows)) for rows in functions]
+        read = [layout.widen(part.name, csr_array(rows)) for rows in functions]
     first = draft.probes.add(csr_array(vstack(read)))
     rows = first + np.arange(len(read) * read[0].shape[0]).reshape(len(read), -1)
     reference = np.concatenate([one.reference.ravel() for one in layout.bodies.values()])

@@ -56,13 +56,13 @@ class Edge(Joint):
         rows = {kind: held(part, shape, sides, *kind) for kind in kinds}
         order = [(c, rows[c in positions, c in slopes]) for c in sorted({*positions, *slopes})]
         for c, mine in order:
-            first = draft.probes.add(draft.layout.widen(name, self.body, kron(mine, np.eye(dim)[[c]])))
+            first = draft.probes.add(draft.layout.widen(self.body, kron(mine, np.eye(dim)[[c]])))
             for k, value in enumerate(mine @ part.reference[:, c]):
                 draft.constraints.row(self.name, f"{AXES[c]} {k + 1}", (1.0, -1, first + k, -1), (-float(value), -1, -1, -1))
         whole = csr_array(vstack([mine for _, mine in order]))
         weights = edge_weights(part, shape, sides)[:, 0]
         draft.constraints.resultants[self.name] = Resultant(
-            draft.layout.widen(name, self.body, kron(whole, np.eye(dim))),
+            draft.layout.spread(part, whole),
             np.repeat([c for c, _ in order], [mine.shape[0] for _, mine in order]),
             np.asarray(whole @ part.constant),
             weights @ part.reference / (weights @ part.constant) + draft.layout.origin,
@@ -94,7 +94,7 @@ class RimNodes(Joint):
         apart = np.asarray(rows @ part.reference) - center
         grid = np.round(apart / (1e-7 * np.ptp(apart, axis=0).max())).astype(np.int64)
         nodes = np.sort(np.unique(grid, axis=0, return_index=True)[1])
-        block = layout.widen(name, self.body, kron(rows[nodes], np.eye(layout.dim)))
+        block = layout.spread(part, rows[nodes])
         if isinstance(self.to, At):
             pin = csr_array(kron(np.ones((len(nodes), 1)), layout.read(name, self.to)))
             first = draft.probes.add(csr_array(block - pin))

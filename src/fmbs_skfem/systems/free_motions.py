@@ -28,7 +28,7 @@ STEP = 1e-3  #: of the size of the system, over which the potential is differenc
 
 
 @dataclass(frozen=True)
-class Motion:
+class FreeMotion:
     """One free rigid motion: velocity [m/s] of the middle of every body that moves, and its turning [rad/s]."""
 
     bodies: dict[str, tuple[np.ndarray, np.ndarray]]
@@ -38,7 +38,7 @@ class Motion:
         return "; ".join(said(name, v, w, self.places[name]) for name, (v, w) in self.bodies.items())
 
 
-def unsupported(system: System) -> tuple[tuple[Motion, ...], tuple[Motion, ...]]:
+def unsupported(system: System) -> tuple[tuple[FreeMotion, ...], tuple[FreeMotion, ...]]:
     """Rigid motions at the start that neither joints nor springs resist: those that nothing holds, and those that weight holds."""
     rows, Z = permitted(system)
     if not Z.shape[1]:
@@ -61,7 +61,7 @@ def permitted(system: System) -> tuple[Rows | None, np.ndarray]:
     return rows, np.linalg.qr(Z)[0] if Z.shape[1] else Z
 
 
-def left_by_drives(system: System) -> tuple[Motion, ...]:
+def left_by_drives(system: System) -> tuple[FreeMotion, ...]:
     """The rigid motions at the start that joints and drives permit, each of as few bodies as possible."""
     return tuple(motion(system, z) for z in sparse_basis(permitted(system)[1]))
 
@@ -127,14 +127,14 @@ def sparse_basis(Z: np.ndarray) -> np.ndarray:
     return np.asarray(found / np.abs(found).max(axis=1, keepdims=True))
 
 
-def motion(system: System, z: np.ndarray) -> Motion:
+def motion(system: System, z: np.ndarray) -> FreeMotion:
     """The motion z (z,) by bodies."""
     dim, size = system.dim, system.scale
     moving, places = {}, {}
     for (name, first, last), own in zip(system.coordinates, z.reshape(len(system.coordinates), -1), strict=True):
         if np.abs(own).max() > ranks.STATED:
             moving[name], places[name] = (own[:dim], own[dim:] / size), center(system, first, last)
-    return Motion(moving, places)
+    return FreeMotion(moving, places)
 
 
 def said(name: str, v: np.ndarray, w: np.ndarray, place: np.ndarray) -> str:

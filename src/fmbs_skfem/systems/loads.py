@@ -315,5 +315,5 @@ def push_whole(load: SurfaceLoad | Pressure | EdgeLoad, draft: Draft, values: np
     """One probe row that holds all nodal forces (b, c) [N] of a load; finite ones."""
     if not np.isfinite(values).all():
         raise InputError(say(where(load), "finite numbers", "others"))
-    row = draft.probes.add(draft.layout.widen(where(load), load.body, csr_array(values.reshape(1, -1))))
+    row = draft.probes.add(draft.layout.widen(load.body, csr_array(values.reshape(1, -1))))
     draft.forces.dead([row], [1.0], draft.signal(load.history))

@@ -103,19 +103,19 @@ class Layout:
     def read(self, where: str, at: At, derivative: int = 0) -> csr_array:
         """Rows (c, q) of the position or slope at a place."""
         part = self.body(where, at)
-        row = probe(part, locate(part, at.place), derivative)
-        block = csr_array(kron(row, np.eye(self.dim)))
-        block = block.tocoo()
-        return csr_array((block.data, (block.row, block.col + self.first[at.body])), shape=(self.dim, self.size))
+        return self.spread(part, probe(part, locate(part, at.place), derivative))
 
     def vectors(self, where: str, at: At) -> list[csr_array]:
         """Rows (c, q) of all vectors that a place carries; in the plane a slope also carries its normal."""
         found = [self.read(where, at, k + 1) for k in range(directions(self.body(where, at), at.place))]
         return [found[0], csr_array(QUARTER @ found[0])] if len(found) == 1 and self.dim == 2 else found
 
-    def widen(self, where: str, name: str, rows: csr_array) -> csr_array:
+    def spread(self, part: Body, rows: csr_array) -> csr_array:
+        """Rows (x, b) on the functions of one body as rows (x c, q)."""
+        return self.widen(part.name, kron(rows, np.eye(self.dim)))
+
+    def widen(self, name: str, rows: csr_array) -> csr_array:
         """Rows (x, b c) on the coordinates of one body as rows (x, q)."""
-        self.body(where, At(name, ""))
         block = csr_array(rows).tocoo()
         return csr_array((block.data, (block.row, block.col + self.first[name])), shape=(block.shape[0], self.size))
 

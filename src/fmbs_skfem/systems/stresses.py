@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from scipy.sparse import csr_array, diags_array, kron, vstack
+from scipy.sparse import csr_array, diags_array, vstack
 
 from ..bodies import cable_law, laws
 from ..bodies.body import Body, locate, own
@@ -142,7 +142,7 @@ class SectionForces(Probe):
             return self.output(draft, columns, [point.rows], parameters=point.parameters, labels=labels)
         rows, parameters = cable_point(where, part, self.at)
         columns = tuple(f"{name}_{word}" for word in (CABLE_PLANE if part.dim == 2 else CABLE_SPACE))
-        wide = draft.layout.widen(where, self.at.body, kron(rows, np.eye(part.dim)))
+        wide = draft.layout.spread(part, rows)
         return self.output(draft, columns, [wide], parameters=parameters)
 
     @staticmethod

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_array, kron
+from scipy.sparse import csr_array
 
 from ..bodies import laws
 from ..bodies.body import locate, own
@@ -40,7 +40,7 @@ def surface_point(where: str, draft: Draft, at: At) -> SurfacePoint:
     indptr = np.arange(vectors + 1) * values.shape[3]
     size = (vectors, shape.count)
     gradients = csr_array((local[0, 0, :vectors].ravel(), np.tile(shape.nodes[cell], vectors), indptr), shape=size)
-    rows = draft.layout.widen(where, at.body, kron(own(part, gradients), np.eye(dim)))
+    rows = draft.layout.spread(part, own(part, gradients))
     section = part.cells.section[:, 0, cell].copy()
     if dim == 3:
         section[3:6] = curved[0, 0]
