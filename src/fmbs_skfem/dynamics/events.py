@@ -34,6 +34,7 @@ from .checkpoint import Checkpoint
 from .dividing import divided, put, restart
 from .initial import Instant, consistent_start, first_state
 from .trajectory import Happening
+from .vanishing import empty, lengths
 
 if TYPE_CHECKING:
     from .feed import Feed
@@ -43,7 +44,6 @@ TINY = 0.01  #: of a step, below which a piece of it is taken by the Taylor seri
 LATE = 1e-6  #: of a step after its begin where inputs of the step count
 EXACT = 1e-12  #: of a step, to which events are located
 TOGETHER = 1e-8  #: of a step, within which events happen at once
-VANISHING = 1e-6  #: length of a row, over the longest, that is noise of a trained space
 NOISY = 3.0  #: on the change of a value by a change of all unknowns with arbitrary signs
 NOISE = 1e-10  #: change of unknowns, over changes that count as large, which values do not show
 STILL = 1e-6  #: of a value in its step, below which it is zero where it has just crossed zero
@@ -263,7 +263,7 @@ class Watch:
         size = lengths(model, x, time)
         for name in joints:
             mine = self.joints == name
-            if self.closed[mine].any() and (size[mine & self.closed] < VANISHING * size.max()).all():
+            if self.closed[mine].any() and empty(model, size)[mine & self.closed].all():
                 text = f"event '{event}' releases joint '{name}', which holds in all motions that the reduced model knows"
                 remedy = "train it with a run in which the event happens"
                 raise SolverError(f"{text}; {remedy}", Reason.INCONSISTENT, time, ((f"joint {name}", 0.0),))
@@ -298,11 +298,6 @@ def open_at_start(model: Compiled) -> np.ndarray:
     return np.asarray(~closed | follows(model, model.system.x0, 0.0, closed))
 
 
-def lengths(model: Compiled, x: np.ndarray, time: float) -> np.ndarray:
-    """Lengths of constraint rows (m,) over changes of unknowns that count as large."""
-    return np.asarray(np.linalg.norm(compilation.gap(model, x, time)[1] * scale_of(model.system), axis=1))
-
-
 def follows(model: Compiled, x: np.ndarray, time: float, closed: np.ndarray) -> np.ndarray:
     """Loose rows (m,) bool among the closed ones that follow from others, or hold in the whole space of a reduced model."""
     loose = loose_rows(model.system.constraints)
@@ -310,11 +305,11 @@ def follows(model: Compiled, x: np.ndarray, time: float, closed: np.ndarray) -> 
     if not (loose & closed).any():
         return found
     J, size = compilation.gap(model, x, time)[1] * scale_of(model.system), lengths(model, x, time)
-    empty = size < VANISHING * size[closed].max(initial=0.0)
-    rows = np.flatnonzero(closed & ~(loose & empty))
+    noise = empty(model, size)
+    rows = np.flatnonzero(closed & ~(loose & noise))
     rest = rows[ranks.part(J[rows], ranks.CLOSED, ~loose[rows])[1]]
     found[rest] = True
-    return np.asarray(loose & closed & (found | empty))
+    return np.asarray(loose & closed & (found | noise))
 
 
 def take_piece(run: Run, place: float, to: float) -> None:

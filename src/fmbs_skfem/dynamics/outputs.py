@@ -21,6 +21,7 @@ from ..systems.compiled import Compiled, compile_system, memories, signal_table
 from ..systems.evaluation import Samples
 from ..systems.probes import Sensed, kind_of, require_distinct_columns
 from ..systems.system import Line, System, linear_part
+from . import vanishing
 from .trajectory import Trajectory
 
 STILL = 1e-12  #: energy, over that of crossing the model once in the run, that is the round-off of a model at rest
@@ -160,12 +161,16 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     """Force of every constraint row on the system, - lambda (s,), by (joint, coordinate).
 
     Rows that were eliminated are recovered from the residual of the full system by least squares,
-    Phi_q^T lambda = - (M q'' + f - Q); redundant ones that were left out carry nothing.
+    Phi_q^T lambda = - (M q'' + f - Q); redundant ones that were left out carry nothing. Rows that hold in all
+    motions which a reduced model knows are NaN, where events release them.
     """
     system = trajectory.system
     full = system.full
     if full is None or full is system:
-        return {name: -trajectory.multipliers[:, k] for k, name in enumerate(system.constraints.names)}
+        held = -trajectory.multipliers
+        if system.constraints.loose:
+            held = np.where(vanishing.unknown(compile_system(system)), np.nan, held)
+        return {name: held[:, k] for k, name in enumerate(system.constraints.names)}
     known = {name: -trajectory.multipliers[:, k] for k, name in enumerate(system.constraints.names)}
     if known.keys() >= set(full.constraints.names):
         return {name: known[name] for name in full.constraints.names}

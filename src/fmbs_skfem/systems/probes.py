@@ -437,13 +437,17 @@ class Reaction(Probe):
         mine = [values for (joint, _), values in sensed.reactions().items() if joint == output.joint]
         if output.rows and len(mine) * sensed.dim == len(output.rows):
             return resultants.evaluate(output.parameters, sensed.dim, sensed.values, np.stack(mine, axis=1))
-        if not output.rows and len(mine) == len(output.columns):
+        if not output.rows and len(mine) == len(output.columns) and not any(np.isnan(part).all() for part in mine):
             return mine
         notify(
             f"the reaction of joint '{output.joint}' is given as NaN: "
             "a reduced model that has dropped the joint's constraint does not know it"
         )
-        return [np.full(len(sensed.times), np.nan)] * len(output.columns)
+        return (
+            mine
+            if not output.rows and len(mine) == len(output.columns)
+            else [np.full(len(sensed.times), np.nan)] * len(output.columns)
+        )
 
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:

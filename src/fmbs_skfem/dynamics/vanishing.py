@@ -1,0 +1,34 @@
+"""Rows of joints that events release, in a trained space: those that hold in all motions which it knows are noise there.
+
+Such rows carry no multiplier, and their reactions are not known.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..systems import compiled as compilation
+from ..systems.compiled import Compiled
+from ..systems.redundancy import scale_of
+from ..systems.system import loose_rows
+
+VANISHING = 1e-6  #: length of a row, over the longest or the size of the mechanism, that is noise of a trained space
+
+
+def lengths(model: Compiled, x: np.ndarray, time: float) -> np.ndarray:
+    """Lengths of constraint rows (m,) over changes of unknowns (n,) that count as large."""
+    return np.asarray(np.linalg.norm(compilation.gap(model, x, time)[1] * scale_of(model.system), axis=1))
+
+
+def empty(model: Compiled, size: np.ndarray) -> np.ndarray:
+    """Rows (m,) bool whose lengths (m,) are noise; they may all be."""
+    return np.asarray(size < VANISHING * max(float(size.max(initial=0.0)), model.system.scale))
+
+
+def unknown(model: Compiled) -> np.ndarray:
+    """Loose rows (m,) bool that are noise at the start."""
+    system = model.system
+    rows = loose_rows(system.constraints)
+    if not system.components or not rows.any():
+        return np.zeros(len(rows), dtype=bool)
+    return np.asarray(rows & empty(model, lengths(model, system.x0, 0.0)))
