@@ -29,6 +29,7 @@ import numba
 import platformdirs
 from numba.core import compiler, config, types
 from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 
 from fmbs_skfem.core import compilation
@@ -164,7 +165,12 @@ class Whole(CPUDispatcher):
     """A function as Python calls it, compiled by this process or another one."""
 
     def compile(self, signature: Any) -> Any:
-        with alone(f"{self.py_func.__module__}.{self.py_func.__qualname__}.whole"), without_collection():
+        name = f"{self.py_func.__module__}.{self.py_func.__qualname__}.whole"
+        with (
+            global_compiler_lock,
+            alone(name),
+            without_collection(),
+        ):  # numba's lock first, as where another function calls this one
             return super().compile(signature)
 
 
