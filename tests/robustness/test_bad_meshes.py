@@ -125,7 +125,7 @@ CELLS: dict[str, tuple[list[str], list[tuple[float, ...]], list[str]]] = {
         quads((1, 2, 3, 4), (5, 6, 7, 8)),
     ),
     "26 triangles and quads": (
-        ["all quads or all triangles, got 1 quads and 1 triangles, among them cells [1]"],
+        ["cells that hang together by sides, got parts that touch only at node 2"],
         TWO,
         ["2 2 7 7 2 5 6", *quads((1, 2, 3, 4))],
     ),
