@@ -51,6 +51,12 @@ def test_a_check_of_a_scene_imports_only_what_it_uses() -> None:
     assert done.stdout.splitlines()[-1] == "[]"
 
 
+def test_the_module_is_the_command() -> None:
+    call = [sys.executable, "-m", "fmbs_skfem.cli.main"]
+    assert subprocess.run([*call, "--version"], capture_output=True, text=True).stdout.startswith("fmbs, version")
+    assert subprocess.run([*call, "check", "nowhere.yaml"], capture_output=True, text=True).returncode == 3
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_explains_itself_and_takes_json_and_out(name: str) -> None:
     done = fmbs(name, "--help")

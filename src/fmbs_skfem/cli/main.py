@@ -134,3 +134,7 @@ def run_extensions(files: Sequence[str]) -> None:
             screen.tell(f"error: --extension {file}: {error}")
             sys.exit(error.exit_code)
         screen.tell(f"warning: ran the Python file {file}")
+
+
+if __name__ == "__main__":
+    main()
