@@ -11,7 +11,7 @@ import pytest
 from fmbs_skfem import scenes
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.scenes import build, reading
+from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import meshes, plate_meshes
 from tests.cli.calls import fmbs
 
@@ -298,7 +298,7 @@ def test_row_22_repair_of_a_line(tmp_path: Path) -> None:
     assert [str(notice.message).split(": ")[1][:8] for notice in told] == ["1 nodes ", "1 cells "]
     beam(tmp_path, BEAM, msh(LINE, [*POINTS, *lines((1, 2), (2, 3))], NAMES))
     assert np.array_equal(repaired.x0, build.system(scenes.read(path)).x0)
-    assert reading.again(scene, {"load": 1.0}).repair
+    assert scene.again({"load": 1.0}).repair
 
 
 def test_row_22_repair_by_the_command(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from fmbs_skfem.bodies import laws
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Remark
 from fmbs_skfem.reduction import files
-from fmbs_skfem.scenes import build, extensions, reading, schema
+from fmbs_skfem.scenes import build, extensions, schema
 from fmbs_skfem.scenes.analyses import Analysis
 from fmbs_skfem.scenes.bodies import SceneBody
 from fmbs_skfem.systems import probes
@@ -194,7 +194,7 @@ def test_reduced_models_know_them(project: Path, tmp_path: Path) -> None:
 def test_parameters_and_worker_processes(project: Path) -> None:
     """Another value of a parameter reads the scene again; what the file declares goes to another process by its module."""
     scene = quiet(project)
-    assert reading.again(scene, {}).joints == scene.joints
+    assert scene.again({}).joints == scene.joints
     child = "import pickle, sys; print(pickle.load(sys.stdin.buffer).joints['rail'])"
     command = [sys.executable, "-W", "error", "-c", child]
     done = subprocess.run(command, input=pickle.dumps(scene), capture_output=True, check=False)

@@ -14,7 +14,6 @@ from ..core.fields import Count, name_in
 from ..core.notices import notify
 from ..core.ranges import Parameter
 from ..dynamics.campbell import Found
-from . import reading
 from .analyses import StateTable, Work
 from .locations import Told, where
 from .near_state import NearState
@@ -69,7 +68,7 @@ class Campbell(NearState):
         last: list[StateTable] = []
 
         def modes_at(value: float, count: int) -> Found:
-            one = reading.again(scene, {name: value})
+            one = scene.again({name: value})
             assert isinstance(one.analysis, Campbell)
             modes = one.analysis.modes(count)
             raw, reduced, about = modes.model(one, allow_outside)

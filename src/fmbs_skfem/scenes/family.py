@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from . import reading, schema
+from . import schema
 
 if TYPE_CHECKING:
     from ..core.ranges import Parameter
@@ -69,4 +69,4 @@ def equilibria(values: Mapping[str, float], scene: schema.Scene, allow_outside: 
 
 def with_values(scene: schema.Scene, values: Mapping[str, float]) -> schema.Scene:
     """The scene read again with other values of its parameters, SI."""
-    return reading.again(scene, {name: float(value) for name, value in values.items()})
+    return scene.again({name: float(value) for name, value in values.items()})

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..core.errors import InputError, say
+from ..core.errors import InputError
 from ..core.fields import Context
 from ..core.mappings import read_struct
 from ..core.notices import notify
@@ -36,14 +37,6 @@ def loads(text: str, folder: Path | str = ".", parameters: Changes | None = None
     return _warn(_scene(yamlfile.parse(text, "scene"), "scene", None, Path(folder), parameters or {}))
 
 
-def again(scene: schema.Scene, changed: Changes) -> schema.Scene:
-    """The same scene with other values of parameters, on top of those it was read with; warnings are not repeated."""
-    if scene.node is None:
-        raise InputError(say("scene", "one that was read from a file or a text", "one made in Python"))
-    known = {**scene.changed, **changed}
-    return _scene(scene.node, str(scene.path or "scene"), scene.path, scene.folder, known, scene.repair)
-
-
 def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, changed: Changes, repair: bool = False) -> schema.Scene:
     data = yamlfile.plain(node)
     _stop(name, node, _version(data))
@@ -63,8 +56,9 @@ def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, chan
     except InputError as error:
         _stop(name, node, located(error))
         raise
-    read = {"path": path, "folder": folder, "node": node, "repair": repair}
-    scene: schema.Scene = replace(found, **read, ranges=known.ranges, changed=dict(changed), used=known.used())
+    origin: dict[str, Any] = {"path": path, "folder": folder, "node": node, "repair": repair}
+    origin["read"] = partial(_scene, node, name, path, folder, repair=repair)
+    scene: schema.Scene = replace(found, **origin, ranges=known.ranges, changed=dict(changed), used=known.used())
     _stop(name, node, consistency.problems(scene))
     return scene
 

@@ -8,11 +8,13 @@ Every section is a dataclass or a family, declared once (`core.mappings`), and k
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from ..core import mappings
+from ..core.errors import InputError, say
 from ..core.fields import Count, Takes, Time, Tolerance, word
 from ..core.inputs import Input
 from ..core.mappings import HIDDEN, names
@@ -32,7 +34,7 @@ from .campbell import Campbell
 from .dynamic import Dynamic
 from .inputs import INPUT, TABLE, TableModel
 from .linearisation import Linearise
-from .parameters import SCHEMA
+from .parameters import SCHEMA, Changes
 from .statics import Static
 from .training import Training
 from .vibration import Modes
@@ -151,6 +153,13 @@ class Scene:
     changed: dict[str, float | str] = field(default_factory=dict, metadata=HIDDEN)
     used: frozenset[str] = field(default=frozenset(), metadata=HIDDEN)
     repair: bool = field(default=False, metadata=HIDDEN)  #: whether nodes of meshes that are at one place are merged
+    read: Callable[[Changes], Scene] | None = field(default=None, metadata=HIDDEN, repr=False, compare=False)  #: for other values
+
+    def again(self, changed: Changes) -> Scene:
+        """The same scene with other values of parameters, on top of those it was read with; warnings are not repeated."""
+        if self.read is None:
+            raise InputError(say("scene", "one that was read from a file or a text", "one made in Python"))
+        return self.read({**self.changed, **changed})
 
     def run(self, **options: Any) -> Any:
         """`studies.run` of this scene, with its options: a `studies.Run`."""
