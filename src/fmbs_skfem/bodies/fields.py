@@ -63,6 +63,19 @@ def strains(u: np.ndarray, dim: int) -> np.ndarray:
     return 0.5 * np.stack([np.sum(a * a, axis=0) - 1.0, np.sum(b * b, axis=0) - 1.0, np.sum(a * b, axis=0)])
 
 
+def extreme_strains(law: Law, section: np.ndarray, u: np.ndarray, dim: int) -> np.ndarray:
+    """Axial strains (r'.r' - 1)/2 of a line at the points that carry its axial force, both principal strains of a surface.
+
+    Of gradients u (k c, p) at points with the section (i, p), `dim` = c.
+    """
+    if law not in COMPONENTS:
+        axial = np.abs(section[0].ravel())
+        return np.asarray(0.5 * (np.sum(u[:dim] ** 2, axis=0) - 1.0))[axial >= 0.5 * axial.mean()]
+    a, b, c = strains(u, dim)
+    radius = np.hypot(0.5 * (a - b), c)
+    return np.concatenate([0.5 * (a + b) - radius, 0.5 * (a + b) + radius])
+
+
 def normals(u: np.ndarray) -> np.ndarray:
     """Unit normals (3, ...) of the gradients u (15, ...) of a shell."""
     n = np.cross(u[:3], u[3:6], axis=0)

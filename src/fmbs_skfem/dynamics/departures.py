@@ -15,12 +15,11 @@ import numpy as np
 
 from ..bodies.body import ShapePoints
 from ..bodies.cable_law import curvatures
-from ..bodies.fields import COMPONENTS
+from ..bodies.fields import COMPONENTS, extreme_strains
 from ..bodies.laws import Law
 from ..core.notices import notify
 from ..systems.system import Elastic, System
 from .checkpoint import Moment, Record
-from .measurements import point_strains
 from .trajectory import Trajectory
 
 BLOCK = 200  #: states whose strains are found at a time
@@ -69,7 +68,7 @@ def strains_of_block(points: ShapePoints, states: np.ndarray) -> np.ndarray:
     u = points.table.reshape(K * P, B) @ states.transpose(1, 2, 0).reshape(B, -1)
     flat = np.ascontiguousarray(u.reshape(K, P, dim, s).transpose(0, 2, 3, 1)).reshape(K * dim, s * P)
     if points.law in COMPONENTS:
-        return point_strains(points, flat, dim).reshape(2, -1).T.reshape(s, P, 2)
+        return extreme_strains(points.law, points.section, flat, dim).reshape(2, -1).T.reshape(s, P, 2)
     axial = 0.5 * (np.sum(flat[:dim] ** 2, axis=0) - 1.0)
     option = (points.law if points.law.bends else Law.EXACT).option
     kappa = curvatures(option, dim, flat.T[None])[0]

@@ -15,15 +15,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.linalg import eigvalsh
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import norm
 
-from ..bodies.fields import COMPONENTS
-from ..bodies.fields import strains as plane_strains
+from ..bodies.fields import extreme_strains
 from ..core import ranks, saddle
 from ..core.errors import Reason, SolverError
 from ..core.saddle import Saddle
@@ -175,22 +173,9 @@ def strains(system: System, x: np.ndarray) -> dict[str, tuple[float, float]]:
     for elastic in system.elastic:
         gradients = terms.position_gradients(elastic.gather, x, q)
         if gradients is not None and not elastic.gather.law.follows:
-            e = point_strains(elastic.gather, gradients.reshape(len(gradients), -1), system.dim)
+            e = extreme_strains(elastic.gather.law, elastic.gather.section, gradients.reshape(len(gradients), -1), system.dim)
             found[elastic.name] = (float(e.min()), float(e.max()))
     return found
-
-
-def point_strains(gather: Any, gradients: np.ndarray, dim: int) -> np.ndarray:
-    """Axial strains (r'.r' - 1)/2 of a line at the points that carry its axial force, both principal strains of a surface.
-
-    `gradients` (k c, p) are derivatives of the position at all points of a storage.
-    """
-    if gather.law not in COMPONENTS:
-        axial = np.abs(gather.section[0].ravel())
-        return np.asarray(0.5 * (np.sum(gradients[:dim] ** 2, axis=0) - 1.0))[axial >= 0.5 * axial.mean()]
-    a, b, c = plane_strains(gradients, dim)
-    radius = np.hypot(0.5 * (a - b), c)
-    return np.concatenate([0.5 * (a + b) - radius, 0.5 * (a + b) + radius])
 
 
 def turns(system: System, x: np.ndarray, v: np.ndarray) -> dict[str, float]:
