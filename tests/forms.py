@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fmbs_skfem.dynamics import Trajectory
-from fmbs_skfem.reduction import files, galerkin, pod, sampling
+from fmbs_skfem.reduction import component, files, galerkin, pod, sampling
 from fmbs_skfem.systems import System
 
 
@@ -20,8 +20,8 @@ class Forms(NamedTuple):
 
 def forms(raw: System, full: Trajectory, tolerance: float, path: Path) -> Forms:
     """Forms of a system with all multipliers, trained on a motion of it; every body a component of its own."""
-    data, level = galerkin.snapshots(full), galerkin.body_level(raw)
-    bases = {name: pod.basis(data.q[:, galerkin.rows_of(raw, part)].T, tolerance) for name, part in level.items()}
+    data, level = galerkin.snapshots(full), component.body_level(raw)
+    bases = {name: pod.basis(data.q[:, component.rows_of(raw, part)].T, tolerance) for name, part in level.items()}
     reduced = galerkin.reduce_system(raw, level, bases)
     hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, galerkin.projected(reduced, data.q))], 1e-8))
     return Forms(reduced, hyper_reduced, files.load(files.save(hyper_reduced, path)))

@@ -17,7 +17,7 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_errors, integrate, outputs, start
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows
-from fmbs_skfem.reduction import files, galerkin, pod, sampling
+from fmbs_skfem.reduction import component, files, galerkin, pod, sampling
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, layouts, loads, probes
 from fmbs_skfem.systems.events import Event, Latch
@@ -235,8 +235,8 @@ def arm(dim: int, cells: int = 4) -> System:
 def test_reduced_hyper_reduced_and_saved_models(dim: int, tmp_path: Path) -> None:
     raw, scheme = arm(dim), GeneralizedAlpha(1e-3)
     full = integrate(eliminate(raw), scheme, 0.5, TIGHT)
-    data, level = galerkin.snapshots(full), galerkin.body_level(raw)
-    bases = {name: pod.basis(data.q[:, galerkin.rows_of(raw, part)].T, 1e-13) for name, part in level.items()}
+    data, level = galerkin.snapshots(full), component.body_level(raw)
+    bases = {name: pod.basis(data.q[:, component.rows_of(raw, part)].T, 1e-13) for name, part in level.items()}
     reduced = galerkin.reduce_system(raw, level, bases, configurations=data.q)
     hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, galerkin.projected(reduced, data.q))], 1e-8))
     saved = files.load(files.save(hyper_reduced, tmp_path / "model.h5"))
@@ -254,8 +254,8 @@ def test_reduced_hyper_reduced_and_saved_models(dim: int, tmp_path: Path) -> Non
 
 def test_a_space_that_knows_no_open_joint_says_so() -> None:
     raw, scheme = arm(2), GeneralizedAlpha(1e-3)
-    data, level = galerkin.snapshots(integrate(eliminate(raw), scheme, 0.1, TIGHT)), galerkin.body_level(raw)
-    bases = {name: pod.basis(data.q[:, galerkin.rows_of(raw, part)].T, 1e-10) for name, part in level.items()}
+    data, level = galerkin.snapshots(integrate(eliminate(raw), scheme, 0.1, TIGHT)), component.body_level(raw)
+    bases = {name: pod.basis(data.q[:, component.rows_of(raw, part)].T, 1e-10) for name, part in level.items()}
     reduced = galerkin.reduce_system(raw, level, bases)
     motion = integrate(reduced, scheme, 0.05)
     assert abs(motion.multipliers).max() == 0.0

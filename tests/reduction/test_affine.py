@@ -19,7 +19,7 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.linalg import is_sparse
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
 from fmbs_skfem.dynamics.outputs import lifted
-from fmbs_skfem.reduction import Level, affine, galerkin, parameters, polynomial, sampling
+from fmbs_skfem.reduction import Level, affine, component, galerkin, parameters, polynomial, sampling
 from fmbs_skfem.reduction.affine import ParametricCase
 from fmbs_skfem.reduction.cases import Case, Family
 from fmbs_skfem.reduction.parameters import Parameter, Scale
@@ -68,7 +68,7 @@ def family() -> Family:
     """The double pendulum, reduced by component and sampled at points: a case of E, d and g."""
     raw = pendulum({})
     data = galerkin.snapshots(integrate(eliminate(raw), SCHEME, DURATION, Newton(1e-12), 5))
-    components = galerkin.body_level(raw)
+    components = component.body_level(raw)
     bases = galerkin.bases(raw, data, components, 1e-10)
     system = galerkin.reduce_system(raw, components, bases)
     selections = sampling.train([(system, galerkin.projected(system, data.q))], 1e-3, Level.POINTS)

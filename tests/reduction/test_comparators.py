@@ -14,7 +14,7 @@ from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
-from fmbs_skfem.reduction import Elements, Exact, comparators, galerkin, grassmann, training
+from fmbs_skfem.reduction import Elements, Exact, comparators, component, grassmann, training
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.comparators import Comparator, Row
 from fmbs_skfem.reduction.full_runs import Full, FullRun, TrainingTask
@@ -162,7 +162,7 @@ def test_initial_state_and_linear_constraints_are_exact_everywhere(task: Trainin
     ]
     for values in ({"E": 0.8e9, "x": 0.0}, {"E": 0.9e9, "x": 1.7}):
         raw = spin_up(values).system
-        A, _ = galerkin.inner_constraints(raw, galerkin.rows_of(raw, ["beam"]))
+        A, _ = component.inner_constraints(raw, component.rows_of(raw, ["beam"]))
         assert A.shape == (2, raw.size)
         for comparator in several:
             system = comparator.family(values).system

@@ -14,7 +14,7 @@ from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
 from fmbs_skfem.dynamics.outputs import lifted
-from fmbs_skfem.reduction import galerkin, pod
+from fmbs_skfem.reduction import component, galerkin, pod
 from fmbs_skfem.reduction.pod import Basis
 from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads
 from fmbs_skfem.systems.system import linear_part
@@ -26,8 +26,8 @@ def complete(system: System, components: dict[str, tuple[str, ...]]) -> dict[str
     """Bases of all motions that satisfy the linear constraints inside each component."""
     found = {}
     for name, members in components.items():
-        rows = galerkin.rows_of(system, members)
-        inner, _ = galerkin.inner_constraints(system, rows)
+        rows = component.rows_of(system, members)
+        inner, _ = component.inner_constraints(system, rows)
         found[name] = Basis(null_space(inner) if len(inner) else np.eye(len(rows)), system.x0[rows], np.zeros(0))
     return found
 
@@ -114,8 +114,8 @@ def test_a_slender_beam_needs_its_initial_state_in_the_basis() -> None:
         """Reduced with bases that do not keep the initial state."""
         bases = {}
         for name, members in components.items():
-            rows = galerkin.rows_of(full.raw, members)
-            states = galerkin.satisfy(full.data.q[:, rows], *galerkin.inner_constraints(full.raw, rows))
+            rows = component.rows_of(full.raw, members)
+            states = component.satisfy(full.data.q[:, rows], *component.inner_constraints(full.raw, rows))
             bases[name] = pod.basis(states.T, tolerance)
         return reduction.reduce_system(full.raw, components, bases)
 
@@ -146,7 +146,7 @@ def test_hermite_coordinates_reproduce_the_published_sizes(example_2_hermite: Fu
     sizes = {}
     for level in (reduction.body_level, reduction.system_level):
         for name, members in level(full.raw).items():
-            rows = galerkin.rows_of(full.raw, members)
+            rows = component.rows_of(full.raw, members)
             sizes[name] = pod.basis(full.data.q[:, rows].T, 1e-12).modes.shape[1]
     assert abs(sizes["I"] - 33) <= 3
     assert abs(sizes["II"] - 32) <= 3

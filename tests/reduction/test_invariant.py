@@ -18,7 +18,7 @@ from fmbs_skfem.bodies.body import ShapePoints
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
-from fmbs_skfem.reduction import Elements, Exact, HyperReduction, Plan, Points, comparators, comparison, files, galerkin
+from fmbs_skfem.reduction import Elements, Exact, HyperReduction, Plan, Points, comparators, comparison, component, files, galerkin
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.comparison import ComparisonOptions
 from fmbs_skfem.reduction.full_runs import TrainingTask, task_of
@@ -64,7 +64,7 @@ def reduced(
 
 def raw_start(name: str) -> np.ndarray:
     raw = pendulum()
-    return raw.lift(raw.x0)[galerkin.rows_of(raw, (name,))]
+    return raw.lift(raw.x0)[component.rows_of(raw, (name,))]
 
 
 def test_the_basis_holds_every_turned_state_and_keeps_the_joints() -> None:
@@ -72,9 +72,9 @@ def test_the_basis_holds_every_turned_state_and_keeps_the_joints() -> None:
     raw = assemble(arms())
     data = reduction.snapshots(full())
     found = reduction.bases(raw, data, COMPONENTS, 1e-10, invariant=True)["II"]
-    rows = galerkin.rows_of(raw, ("II",))
+    rows = component.rows_of(raw, ("II",))
     states = data.q[::20, rows].reshape(-1, len(rows) // 3, 3)
-    W = galerkin.metric_of(raw, rows)
+    W = component.metric_of(raw, rows)
 
     def missed(values: np.ndarray) -> float:
         apart = (values.reshape(len(values), -1) - found.mean).T
@@ -86,7 +86,7 @@ def test_the_basis_holds_every_turned_state_and_keeps_the_joints() -> None:
     assert missed(states) > 0.0
     assert missed(states @ R.T + shift) == pytest.approx(missed(states), rel=1e-3)
     held = reduction.bases(pendulum(), data, COMPONENTS, 1e-10, invariant=True)["I"]
-    A = galerkin.inner_constraints(pendulum(), galerkin.rows_of(pendulum(), ("I",)))[0]
+    A = component.inner_constraints(pendulum(), component.rows_of(pendulum(), ("I",)))[0]
     assert np.abs(A @ held.modes).max() < 1e-12
     assert held.modes.shape[1] % 3 == 0
 

@@ -11,7 +11,7 @@ import pytest
 
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
-from fmbs_skfem.reduction import galerkin, output_errors
+from fmbs_skfem.reduction import component, galerkin, output_errors
 from fmbs_skfem.systems import eliminate, loads
 from fmbs_skfem.systems.system import Output
 from tests import models
@@ -86,7 +86,7 @@ def test_a_reduced_cantilever_in_all_its_outputs() -> None:
     full = models.cantilever(6, lambda tip: [loads.PointForce("tip", tip, (0.0, -1.0))], all_multipliers=True)
     scheme, sharp = GeneralizedAlpha(2e-3), Newton(1e-12)
     motion = integrate(eliminate(full), scheme, 0.2, sharp)
-    components = galerkin.system_level(full)
+    components = component.system_level(full)
     bases = galerkin.bases(full, galerkin.snapshots(motion), components, 1e-8)
     other = integrate(galerkin.reduce_system(full, components, bases), scheme, 0.2, sharp, 2)
     found = output_errors.compare(motion, other)

@@ -18,7 +18,7 @@ from fmbs_skfem.core.errors import CorruptFile, InputError
 from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
-from fmbs_skfem.reduction import affine, files, galerkin, parametric_model
+from fmbs_skfem.reduction import affine, component, files, galerkin, parametric_model
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.parameters import Parameter, Scale
 from fmbs_skfem.reduction.parametric_model import ParametricModel
@@ -48,7 +48,7 @@ def raw(values: Mapping[str, float]) -> System:
 def rom() -> ParametricModel:
     full = raw({"E": 1e9, "force": 1.0})
     data = galerkin.snapshots(integrate(full, SCHEME, DURATION, Newton(1e-12)))
-    components = galerkin.system_level(full)
+    components = component.system_level(full)
     bases = galerkin.bases(full, data, components, 1e-10)
     model = affine.fit(lambda values: Case(galerkin.reduce_system(raw(values), components, bases), SCHEME, DURATION), BOX)
     return ParametricModel(model, {"scene": "cantilever", "training": {"E": (1e9,), "force": (1.0,)}, "errors": [1e-5, 2e-5]})

@@ -12,7 +12,7 @@ from fmbs_skfem import reduction
 from fmbs_skfem.bodies import body
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
-from fmbs_skfem.reduction import body_level, galerkin
+from fmbs_skfem.reduction import body_level, component, galerkin
 from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads
 
 from .. import models
@@ -54,7 +54,7 @@ def test_rigid_bodies_keep_their_directions(make: object, rigid_modes: dict[str,
     for name, count in rigid_modes.items():
         modes = found[name].modes
         assert modes.shape[1] == count
-        W = galerkin.metric_of(raw, galerkin.rows_of(raw, (name,)))
+        W = component.metric_of(raw, component.rows_of(raw, (name,)))
         np.testing.assert_allclose(modes.T @ (W @ modes), np.eye(count), atol=1e-13)
     small = reduction.reduce_system(raw, parts, found, together, data.q)
     assert small.size < raw.size

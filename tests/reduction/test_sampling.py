@@ -10,7 +10,7 @@ from fmbs_skfem.bodies import sections
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import Newton, integrate
 from fmbs_skfem.dynamics.outputs import energies
-from fmbs_skfem.reduction import Level, galerkin, pod, sampling
+from fmbs_skfem.reduction import Level, component, pod, sampling
 from fmbs_skfem.reduction.galerkin import projected
 from fmbs_skfem.systems import System, compiled, terms
 from fmbs_skfem.systems.compiled import compile_system
@@ -81,7 +81,7 @@ def test_hermite_coordinates_reproduce_the_published_elements(example_2_hermite:
     for level, published in ((reduction.body_level, [18, 18]), (reduction.system_level, [36])):
         components = level(full.raw)
         bases = {
-            name: pod.basis(full.data.q[:, galerkin.rows_of(full.raw, members)].T, 1e-12) for name, members in components.items()
+            name: pod.basis(full.data.q[:, component.rows_of(full.raw, members)].T, 1e-12) for name, members in components.items()
         }
         system = reduction.reduce_system(full.raw, components, bases)
         found = sampling.train([(system, projected(system, full.data.q))])

@@ -27,6 +27,7 @@ from fmbs_skfem.reduction import (
     Points,
     affine,
     calibration,
+    component,
     error_budget,
     errors,
     full_runs,
@@ -121,7 +122,7 @@ def test_bases_of_factors_are_those_of_all_snapshots(spin: TrainingTask, two: tu
     """Equation (50): the SVD of [U_1 S_1, U_2 S_2] gives the modes and singular values of all snapshots together."""
     raw = spun({"E": 1e9}).system
     every = np.hstack([lifted(snapshots(spin, run.values)[1])[0].T for run in two]) - raw.x0[:, None]
-    metric = galerkin.metric_of(raw, np.arange(raw.size))
+    metric = component.metric_of(raw, np.arange(raw.size))
     direct = pod.basis(every, spin.plan.tolerance, mean=np.zeros(len(every)), metric=metric)
     found = reduced_models.bases(spin, raw, two)["beam"]
     r = found.modes.shape[1]
@@ -132,7 +133,7 @@ def test_bases_of_factors_are_those_of_all_snapshots(spin: TrainingTask, two: tu
 
 def test_modes_keep_the_inner_constraints(spin: TrainingTask, two: tuple[FullRun, ...]) -> None:
     raw = spun({"E": 1e9}).system
-    A, _ = galerkin.inner_constraints(raw, np.arange(raw.size))
+    A, _ = component.inner_constraints(raw, np.arange(raw.size))
     assert len(A) == 2
     assert np.abs(A @ reduced_models.bases(spin, raw, two)["beam"].modes).max() < 1e-14
 
@@ -253,7 +254,7 @@ def test_polynomials_that_differ_by_a_factor_are_made_once() -> None:
     scene = scenes.read(Path(__file__).resolve().parents[2] / "examples" / "crank_slider_coarse.yaml")
     raw = build.system(scene)
     rng = np.random.default_rng(0)
-    rows = {name: galerkin.rows_of(raw, members) for name, members in {"c": ["crank"], "l": ["linkage", "slider"]}.items()}
+    rows = {name: component.rows_of(raw, members) for name, members in {"c": ["crank"], "l": ["linkage", "slider"]}.items()}
     found = {name: pod.Basis(np.linalg.qr(rng.normal(size=(len(r), 4)))[0], raw.x0[r], np.ones(4)) for name, r in rows.items()}
     system = galerkin.reduce_system(raw, {"c": ["crank"], "l": ["linkage", "slider"]}, found)
     softer = dataclasses.replace(system, elastic=tuple(scaled_modulus(e, 0.6) for e in system.elastic))

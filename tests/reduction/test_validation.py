@@ -20,7 +20,7 @@ from fmbs_skfem.core.container import Kind
 from fmbs_skfem.core.errors import CorruptFile
 from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
-from fmbs_skfem.reduction import affine, files, galerkin, parametric_model, polynomial
+from fmbs_skfem.reduction import affine, component, files, galerkin, parametric_model, polynomial
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.parametric_model import ParametricModel
@@ -151,7 +151,7 @@ def test_every_damaged_array_is_refused_by_name(name: str, tmp_path: Path) -> No
 def rom() -> ParametricModel:
     raw = beam()
     data = galerkin.snapshots(integrate(raw, SCHEME, DURATION))
-    components = galerkin.system_level(raw)
+    components = component.system_level(raw)
     bases = galerkin.bases(raw, data, components, modes=4)
     box = (Parameter("E", 5e8, 2e9, value=1e9),)
     return ParametricModel(

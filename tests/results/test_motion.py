@@ -11,7 +11,7 @@ from fmbs_skfem import dynamics, scenes, systems
 from fmbs_skfem.bodies import plate, rigid, sections
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory
 from fmbs_skfem.dynamics.outputs import distances
-from fmbs_skfem.reduction import files, galerkin, pod
+from fmbs_skfem.reduction import component, files, galerkin, pod
 from fmbs_skfem.results import frames
 from fmbs_skfem.results import motion as drawn
 from fmbs_skfem.results.frames import Kind
@@ -78,7 +78,7 @@ def test_section_forces_of_a_cantilever_are_those_of_equilibrium(dim: int, tmp_p
     force = np.array([0.0, P, 0.0][:dim])
     raw = cantilever(20, lambda tip: [loads.PointForce("tip", tip, tuple(force))], dim=dim, all_multipliers=True)
     found = dynamics.solve_statics(systems.eliminate(raw), 4)
-    level = galerkin.body_level(raw)
+    level = component.body_level(raw)
     data = galerkin.snapshots(found)
     reduced = galerkin.reduce_system(raw, level, {"beam": pod.basis(data.q.T, 1e-14, keep=data.q[0])})
     saved = files.load(files.save(reduced, tmp_path / "model.h5"))

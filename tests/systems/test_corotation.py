@@ -9,7 +9,7 @@ import pytest
 
 from fmbs_skfem.bodies import body
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
-from fmbs_skfem.reduction import galerkin
+from fmbs_skfem.reduction import component, galerkin
 from fmbs_skfem.reduction.pod import Basis
 from fmbs_skfem.systems import At, Rayleigh, System, assemble, cells, compile_system, compiled, joints, loads, points
 from fmbs_skfem.systems.corotation import add_rotated_tangent
@@ -22,8 +22,8 @@ SCHEME, NEWTON, DURATION = GeneralizedAlpha(1e-3), Newton(tolerance=1e-10), 0.5
 
 def complete(raw: System) -> System:
     """The system in all its coordinates as a dense basis."""
-    components = galerkin.body_level(raw)
-    rows = {name: galerkin.rows_of(raw, members) for name, members in components.items()}
+    components = component.body_level(raw)
+    rows = {name: component.rows_of(raw, members) for name, members in components.items()}
     found = {name: Basis(np.eye(len(row)), raw.x0[row], np.zeros(0)) for name, row in rows.items()}
     return galerkin.reduce_system(raw, components, found)
 

@@ -16,7 +16,7 @@ from fmbs_skfem.bodies import cable, sections
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs, solve_statics
-from fmbs_skfem.reduction import files, galerkin, pod
+from fmbs_skfem.reduction import component, files, galerkin, pod
 from fmbs_skfem.systems import (
     At,
     System,
@@ -139,8 +139,8 @@ def test_a_drive_of_ones_own() -> None:
 def test_reduced_and_saved_models(tmp_path: Path) -> None:
     raw, scheme = swinging(2, Link("link", At("beam", "right"), (1.5, 0.5), np.sqrt(0.5))), GeneralizedAlpha(1e-3)
     full = integrate(eliminate(raw), scheme, 0.2, TIGHT)
-    data, level = galerkin.snapshots(full), galerkin.body_level(raw)
-    bases = {name: pod.basis(data.q[:, galerkin.rows_of(raw, part)].T, 1e-14) for name, part in level.items()}
+    data, level = galerkin.snapshots(full), component.body_level(raw)
+    bases = {name: pod.basis(data.q[:, component.rows_of(raw, part)].T, 1e-14) for name, part in level.items()}
     reduced = galerkin.reduce_system(raw, level, bases)
     saved, expected = files.load(files.save(reduced, tmp_path / "model.h5")), outputs(full)
     for system in (reduced, saved, pickle.loads(pickle.dumps(reduced))):

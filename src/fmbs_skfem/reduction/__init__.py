@@ -22,10 +22,11 @@ from . import (
     sampling,
 )
 from .cases import Case, Family
+from .component import body_level, system_level
 from .errors import Errors, Norms, compare, residual_norms
 from .ffrf import reduce_floating
 from .full_runs import TrainingTask, task_of
-from .galerkin import Snapshots, bases, body_level, reduce_system, snapshots, system_level
+from .galerkin import Snapshots, bases, reduce_system, snapshots
 from .hyper_reduction import NONE, HyperReduction
 from .parameters import Search, search
 from .plan import Plan

@@ -30,7 +30,7 @@ import numpy as np
 
 from ..core.errors import FmbsError, InputError, say
 from ..systems.system import System
-from . import affine, full_runs, galerkin, grassmann, hyper_reduction, parameters, reduced_models, sampling, training
+from . import affine, component, full_runs, grassmann, hyper_reduction, parameters, reduced_models, sampling, training
 from .cases import Case, Family
 from .full_runs import Full, FullRun, TrainingTask
 from .greedy import Options
@@ -181,7 +181,7 @@ def stages(found: Training) -> Iterator[Comparator]:
 def at_system_level(task: TrainingTask) -> TrainingTask:
     """The same with all bodies in one component."""
     raw, plan = task.family(parameters.completed(task.parameters, {})).system, task.plan
-    return replace(task, plan=with_components(plan, galerkin.system_level(raw)))
+    return replace(task, plan=with_components(plan, component.system_level(raw)))
 
 
 def compare(

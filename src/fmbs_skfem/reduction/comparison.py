@@ -25,10 +25,10 @@ from ..dynamics.trajectory import Trajectory
 from ..systems.system import System
 from . import cases, costs, full_runs, output_errors, polynomial, reduced_models
 from .cases import Case
+from .component import system_level
 from .errors import Errors, compare
 from .ffrf import reduce_floating
 from .full_runs import FullRun, TrainingTask
-from .galerkin import system_level
 from .hyper_reduction import NONE, USUAL, HyperReduction
 from .output_errors import OutputError
 from .plan import newton_for, newton_of_reduced, with_components

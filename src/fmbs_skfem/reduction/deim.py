@@ -25,7 +25,8 @@ from ..systems import compiled, terms
 from ..systems.compiled import Compiled, compile_system
 from ..systems.system import Affine, Elastic, Loads, Matrix, System
 from ..systems.terms import Lifts, Setting, Term
-from .galerkin import Snapshots, rows_of
+from .component import rows_of
+from .galerkin import Snapshots
 from .pod import truncation
 
 

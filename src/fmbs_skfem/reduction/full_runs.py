@@ -28,8 +28,9 @@ from ..systems.system import System, sizes
 from . import cases, output_errors, pod
 from . import parameters as boxes
 from .cases import Case, Family
+from .component import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy
 from .errors import BLOCK, common_times, mean_error, notify_other_end, part
-from .galerkin import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy, snapshots
+from .galerkin import snapshots
 from .output_errors import OutputError
 from .plan import Plan, newton_for
 

@@ -22,7 +22,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..core import ranks
 from ..core.errors import InputError, say
 from ..core.linalg import as_dense
 from ..dynamics.outputs import body_coordinates
@@ -42,6 +41,7 @@ from ..systems.system import (
 )
 from . import invariant as vectors
 from . import pivots, pod
+from .component import all_directions, check_components, inner_constraints, is_rigid, metric_of, rigid_directions, rows_of, satisfy
 from .pod import Basis
 
 REACH = 1.0  #: change that closes the gaps of a constraint row, over the distance of the snapshots from the basis
@@ -92,25 +92,6 @@ def find_places(times: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return np.asarray(near)
 
 
-def system_level(system: System) -> dict[str, tuple[str, ...]]:
-    """One component, `system`, that holds all bodies: {component: names of bodies}."""
-    return {"system": tuple(name for name, _, _ in system.coordinates)}
-
-
-def body_level(system: System) -> dict[str, tuple[str, ...]]:
-    """Every body a component of its own: {component: names of bodies}."""
-    return {name: (name,) for name, _, _ in system.coordinates}
-
-
-def rows_of(system: System, bodies: Sequence[str]) -> np.ndarray:
-    """Numbers (n,) in q of the coordinates of some bodies; InputError for none and for bodies that are not there."""
-    spans = {name: np.arange(first, last) for name, first, last in system.coordinates}
-    missing = [name for name in bodies if name not in spans]
-    if missing or not bodies:
-        raise InputError(say("reduction.components", f"bodies among {', '.join(spans)}", missing or "none"))
-    return np.concatenate([spans[name] for name in bodies])
-
-
 def bases(
     system: System,
     data: Snapshots,
@@ -159,51 +140,6 @@ def keeping(system: System, rows: np.ndarray, A: np.ndarray, basis: Basis) -> Ba
     return replace(basis, modes=modes)
 
 
-def rigid_directions(system: System, rows: np.ndarray, A: np.ndarray) -> np.ndarray:
-    """Directions (n, k) of the rigid bodies alone, among coordinates (n,), that keep A q = 0, A (m, n)."""
-    deforming = {elastic.name for elastic in system.elastic}
-    spans = [np.arange(first, last) for name, first, last in system.coordinates if name not in deforming]
-    mine = np.flatnonzero(np.isin(rows, np.concatenate([np.zeros(0, np.int64), *spans])))
-    own = A[np.abs(A[:, mine]).any(axis=1)][:, mine]
-    free = ranks.null_space(own) if len(own) else np.eye(len(mine))
-    found = np.zeros((len(rows), free.shape[1]))
-    found[mine] = free
-    return found
-
-
-def is_rigid(system: System, members: Sequence[str]) -> bool:
-    """Whether none of these bodies deforms."""
-    return not {elastic.name for elastic in system.elastic} & set(members)
-
-
-def metric_of(system: System, rows: np.ndarray) -> csr_array:
-    """The mass of some coordinates over that of all bodies (n, n): modes are orthonormal in it, singular values lengths."""
-    return csr_array(csr_array(system.metric)[rows][:, rows] / system.weight)
-
-
-def all_directions(W: csr_array, A: np.ndarray) -> np.ndarray:
-    """Modes (n, r) of all q with A q = 0, A (m, n), orthonormal in the metric W (n, n)."""
-    return np.ascontiguousarray(pod.left_singular(W, ranks.null_space(A))[0])
-
-
-def inner_constraints(system: System, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Linear constraints A q + a = 0 that touch the given coordinates only: A (m, rows), a (m,)."""
-    _, A, a = linear_part(system)
-    mine = np.setdiff1d(np.arange(A.shape[0]), touched_outside(A, rows))
-    return A[mine][:, rows].toarray(), a[mine]
-
-
-def satisfy(q: np.ndarray, A: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """The states (s, n) nearest to q with A q + a = 0."""
-    return q - (q @ A.T + a) @ np.linalg.pinv(A).T if len(a) else q
-
-
-def touched_outside(A: object, rows: np.ndarray) -> np.ndarray:
-    """Numbers (k,) of the rows of A (m, n) with entries outside the given coordinates (j,)."""
-    entries = A.tocoo()  # type: ignore[attr-defined]
-    return np.unique(entries.row[~np.isin(entries.col, rows)])
-
-
 @dataclass(frozen=True)
 class Classes:
     """Constraint rows of a full system by class."""
@@ -221,14 +157,6 @@ def classify(system: System, components: Mapping[str, Sequence[str]]) -> Classes
         owner[rows_of(system, members)] = number
     inside = np.array([len(np.unique(owner[A[[k]].indices])) == 1 for k in range(len(rows))], dtype=bool)
     return Classes(rows[inside], rows[~inside], np.flatnonzero(~is_linear(system.constraints)))
-
-
-def check_components(system: System, components: Mapping[str, Sequence[str]]) -> None:
-    """Every body belongs to exactly one component."""
-    members = [name for part in components.values() for name in part]
-    known = [name for name, _, _ in system.coordinates]
-    if sorted(members) != sorted(known):
-        raise InputError(say("reduction.components", f"every body of {', '.join(known)} in exactly one", f"{', '.join(members)}"))
 
 
 def reduce_system(

@@ -22,7 +22,7 @@ from ..bodies.body import Cells, ShapePoints
 from ..core import ranks
 from ..systems import shape_points
 from ..systems.system import Elastic, System, linear_part
-from . import galerkin, pivots, pod
+from . import component, pivots, pod
 from .pod import Basis
 
 APART = 1e-3  #: least pivot of the rows that are made coordinates, over the largest
@@ -34,7 +34,7 @@ def basis(system: System, rows: np.ndarray, deviations: np.ndarray, tolerance: f
 
     eps = `tolerance` refers to the deviations of the components from the field 1.
     """
-    A = galerkin.inner_constraints(system, rows)[0]
+    A = component.inner_constraints(system, rows)[0]
     count = None if modes is None else max(2, (modes + ranks.rank(A)) // system.dim if len(A) else modes // system.dim)
     found = make(system, rows, deviations, tolerance, count, A)
     while modes is not None and count is not None and found.modes.shape[1] > modes and count > 2:
@@ -48,9 +48,11 @@ def make(
 ) -> Basis:
     """The same with so many functions, or as many as the tolerance asks for, that keeps A q = A q0, A (i, n)."""
     dim, start = system.dim, system.lift(system.x0)[rows]
-    W = csr_array(galerkin.metric_of(system, rows)[::dim, ::dim])
+    W = csr_array(component.metric_of(system, rows)[::dim, ::dim])
     one, tolerance = system.unit[rows[::dim] // dim], None if count else tolerance
-    rigid = (np.abs(galerkin.rigid_directions(system, rows, np.zeros((0, len(rows))))).reshape(len(one), dim, -1) > 0.0).any(axis=1)
+    rigid = (np.abs(component.rigid_directions(system, rows, np.zeros((0, len(rows))))).reshape(len(one), dim, -1) > 0.0).any(
+        axis=1
+    )
     rigid = np.unique(rigid.astype(float), axis=1)
     if dim == 2:
         keep = np.column_stack([one, as_complex(start[:, None]), rigid])

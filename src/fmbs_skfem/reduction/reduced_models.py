@@ -28,8 +28,9 @@ from ..systems.system import System, keep_constraints
 from . import affine, cases, errors, galerkin, hyper_reduction, invariant, pod
 from .affine import ParametricCase
 from .cases import Case, Family
+from .component import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy
 from .full_runs import FullRun, TrainingTask, snapshot_steps, states
-from .galerkin import FEW, Snapshots, all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy
+from .galerkin import FEW, Snapshots
 from .hyper_reduction import NONE, HyperReduction, Rule, TrainingRun
 from .plan import Components, modes_of, newton_of_reduced
 from .pod import Basis
