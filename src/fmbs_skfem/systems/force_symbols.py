@@ -21,8 +21,8 @@ from typing import Any
 import sympy
 
 from ..core.symbols import Expression, module, statements
-from .own_symbols import norm
 
+SMALLEST = 1e-60  #: of the square of a length
 RATE = sympy.Symbol("gh", real=True)  #: factor of derivatives by rates
 SIGN = {sympy.Heaviside: lambda x, *_: sympy.Piecewise((0.0, x < 0), (1.0, True)), sympy.DiracDelta: lambda *_: sympy.Integer(0)}
 HEADS = {  #: of the routines of a law
@@ -41,6 +41,11 @@ IMPORTS = (
 )
 
 CURVES = ("from fmbs_skfem.core.curves import beyond, lookup, lookup_slope",)  #: of laws that read tables
+
+
+def norm(vector: sympy.Matrix) -> Expression:
+    """|vector|, whose derivatives are numbers where it is zero, too."""
+    return sympy.sqrt(vector.dot(vector) + SMALLEST)
 
 
 class turned(sympy.Function):

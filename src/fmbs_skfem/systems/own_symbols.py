@@ -23,7 +23,6 @@ from .places import At, Draft
 
 PLACES = (fields.PLACE, fields.END, fields.CARRIER)
 TIME = "t"
-SMALLEST = 1e-60  #: of the square of a length
 
 
 @dataclass(frozen=True)
@@ -49,9 +48,9 @@ class PlaceSymbols:
 
 def norm(vector: Any) -> Any:
     """|vector| in symbols, whose derivatives are numbers where it is zero, too."""
-    import sympy
+    from . import force_symbols
 
-    return sympy.sqrt(vector.dot(vector) + SMALLEST)
+    return force_symbols.norm(vector)
 
 
 def turned(angle: Any) -> Any:
