@@ -11,7 +11,7 @@ import pytest
 from fmbs_skfem import dynamics
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.reduction import files, parametric_model
-from fmbs_skfem.studies import models, runs
+from fmbs_skfem.studies import models, solving
 
 from .calls import fmbs
 from .test_train import REDUCTION, kept, written
@@ -207,7 +207,7 @@ def test_a_model_at_one_set_of_parameters(tmp_path: Path) -> None:
 def test_a_place_that_cannot_be_written_is_refused_before_the_run(
     model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(runs, "attempt", lambda *_: pytest.fail("it ran"))
+    monkeypatch.setattr(solving, "attempt", lambda *_: pytest.fail("it ran"))
     (tmp_path / "taken").write_text("a file in the way")
     done = fmbs("rom", "run", model, "--out", tmp_path / "taken" / "below")
     assert done.code == 3

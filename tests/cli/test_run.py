@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.results.plots import PANELS
-from fmbs_skfem.studies import panels, runs
+from fmbs_skfem.studies import panels, solving
 from fmbs_skfem.systems.system import Output
 
 from .calls import CANTILEVER, EXAMPLES, ROOT, fmbs, scene
@@ -343,7 +343,7 @@ def test_a_folder_of_another_run_is_refused_before_anything_is_solved(
     def never(*_: object, **__: object) -> None:
         raise AssertionError("solved")
 
-    monkeypatch.setattr(runs, "finish", never)
+    monkeypatch.setattr(solving, "finish", never)
     path = scene(tmp_path, "{type: static, load_steps: 1}")
     out = tmp_path / "out"
     out.mkdir()

@@ -11,7 +11,7 @@ from numba import types
 from fmbs_skfem import studies
 from fmbs_skfem.core import compilation, jit
 from fmbs_skfem.core.errors import MissingFeature
-from fmbs_skfem.studies import Listener, comparison, warming
+from fmbs_skfem.studies import Listener, examples, warming
 
 
 def double(x: float) -> float:
@@ -46,4 +46,4 @@ def test_warm_takes_steps_of_every_kind(monkeypatch: pytest.MonkeyPatch) -> None
 
 @pytest.mark.parametrize("kind", warming.KINDS, ids=lambda kind: kind.name)
 def test_the_scenes_of_warm_travel_with_the_package(kind: warming.Kind) -> None:
-    assert (comparison.examples() / kind.scene).is_file()
+    assert (examples.folder() / kind.scene).is_file()

@@ -23,7 +23,7 @@ from . import estimates, reports
 from . import job as jobs
 from .job import Job
 from .result import Result, Table
-from .runs import heading, sizes
+from .solving import heading, sizes
 
 if TYPE_CHECKING:
     from ..bodies.body import Body

@@ -21,11 +21,12 @@ from ..reduction.comparison import Comparison, ModelRecord
 from ..results import frames as frames_
 from ..results import motion, series, speed
 from ..scenes import Scene, build, read
-from . import compiling, figures, pictures, plans, reports, tables
+from . import compiling, examples, figures, pictures, plans, reports, tables
 from . import job as jobs
 from .job import Job
+from .outcome import SERIES
 from .result import Result, conclude, describe_error, list_files
-from .runs import SERIES, extremes
+from .solving import extremes
 
 if TYPE_CHECKING:
     pass
@@ -64,7 +65,7 @@ def compare_scene(job: Job, duration: float | None, quick: bool, picture: bool) 
 
 def demo_scene() -> Scene:
     """The scene of the demo."""
-    return lean(read(examples() / DEMO))
+    return lean(read(examples.folder() / DEMO))
 
 
 def show_demo(job: Job) -> ComparisonResult:
@@ -119,18 +120,11 @@ def run(
     return comparisons.run(plans.task(scene, raw, plans.plan(scene)), settings, coarse, progress)
 
 
-def examples() -> Path:
-    """The scenes that travel with the package; in a source tree those of the repository."""
-    package = Path(__file__).resolve().parents[1]
-    packed = package / "_demo" / "examples"
-    return packed if packed.is_dir() else package.parents[1] / "examples"
-
-
 def copy_examples(job: Job) -> Result:
     """The example scenes and their meshes, copied into the folder of a job."""
     if job.out is None:
         raise InputError(say("copy", "a folder for the examples", "none", "give one: out"))
-    source, out = examples(), reports.make_folder(job.out)
+    source, out = examples.folder(), reports.make_folder(job.out)
     if (out / source.name).exists() and not job.force:
         raise InputError(
             say(f"--out {out}", "a folder without examples", f"one with {source.name}", "choose another one, or --force")

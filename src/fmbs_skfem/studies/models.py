@@ -19,7 +19,7 @@ from ..reduction import cases, files, parametric_model, prediction
 from ..reduction import parameters as boxes
 from ..results import sweep_files
 from . import job as jobs
-from . import judging, reports, runs
+from . import judging, reports, solving
 from .job import Job
 from .outcome import Run
 from .result import Result, Table, conclude, format_value
@@ -38,7 +38,7 @@ def is_model(job: Job) -> bool:
     return job.scene is None and job.path.suffix in jobs.MODELS
 
 
-def task(job: Job, duration: float | None = None, step: float | None = None) -> runs.RunTask:
+def task(job: Job, duration: float | None = None, step: float | None = None) -> solving.RunTask:
     """The run of a saved model, with what is known of its error."""
     case, notes, facts = (at_values if parametric(job.path) else alone)(job, duration, step)
     identity = f"{mark(job.path)} {facts.get('parameters', '')} {case.duration} {case.scheme.step}"
@@ -48,7 +48,7 @@ def task(job: Job, duration: float | None = None, step: float | None = None) -> 
     def integrate(advance: Any, *_: object) -> dynamics.Trajectory:
         return cases.run(case, progress=advance)
 
-    return runs.RunTask(
+    return solving.RunTask(
         title(job.path, notes),
         identity,
         reports.provenance(files=[job.path]),
@@ -69,7 +69,7 @@ def run_saved(job: Job, duration: float | None, step: float | None, plots: bool,
 
     made = task(job, duration, step)
     draw = partial(pictures.model, made.title) if picture else None
-    return conclude(runs.solve(job, made.mark, lambda: made, plots, draw, [pictures.PICTURE] if picture else []))
+    return conclude(solving.solve(job, made.mark, lambda: made, plots, draw, [pictures.PICTURE] if picture else []))
 
 
 def at_values(job: Job, duration: float | None, step: float | None) -> tuple[Case, Mapping[str, Any], dict[str, Any]]:

@@ -19,7 +19,7 @@ from . import recording, reports
 from .job import Job
 from .outcome import Run
 from .result import Figures, Table, conclude, describe_error, list_files
-from .runs import heading, sizes
+from .solving import heading, sizes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 SLOW, DRAWN, SAMPLES = 1e-7, 16, 600  #: least rate drawn over the largest, states up to whose rate is drawn, frequencies
 PICTURE, ANIMATION, SERIES = "modes.png", "mode_{}.gif", "modes"
 
-Draw = Callable[["Shapes", Path], Sequence[Callable[[], Path]]]  #: as in `runs`
+Draw = Callable[["Shapes", Path], Sequence[Callable[[], Path]]]  #: as in `solving`
 
 
 def solve_states(

@@ -78,9 +78,9 @@ def hyper_reductions() -> Collection[str]:
 
 def examples() -> Collection[str]:
     """Names of the example scenes that travel with the package."""
-    from . import projects
+    from . import examples as scenes
 
-    return projects.examples()
+    return scenes.names()
 
 
 class OutputOptions(TypedDict, total=False):

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ..dynamics import Shapes, StateSpace, Trajectory
 
 OUTPUTS, UNITS = "outputs.csv", "outputs.units.json"
+SERIES = "motion"  #: of VTK files
 
 
 def write_outputs(out: Path, times: np.ndarray, columns: Mapping[str, np.ndarray], report: Mapping[str, Any]) -> list[Path]:

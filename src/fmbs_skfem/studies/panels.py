@@ -16,24 +16,30 @@ from .result import Figures
 
 if TYPE_CHECKING:
     from ..systems.system import Output
-    from .runs import RunTask
 
 FLAT = 0.02  #: of the largest range of a panel; a curve that moves less, but moves, has a panel of its own
 TOGETHER = 6  #: most curves of a panel
 
 
 def figures_of(
-    task: RunTask, times: np.ndarray, columns: Mapping[str, np.ndarray], marks: Sequence[tuple[float, str]] = ()
+    outputs: Mapping[str, Output],
+    times: np.ndarray,
+    columns: Mapping[str, np.ndarray],
+    title: str = "",
+    across: str = "time [s]",
+    marks: Sequence[tuple[float, str]] = (),
 ) -> Figures:
-    """The columns that are finite over time or load factor, in at most PANELS panels, with marks; none of a single instant."""
+    """The columns (s,) of `outputs` that are finite over `times` (s,), in at most PANELS panels, with marks.
+
+    There is no figure of a single instant.
+    """
     finite = {name: values for name, values in columns.items() if np.isfinite(values).all()}
     if len(times) < 2 or not finite:
         return Figures()
-    found = arrange(task.system.outputs, finite)
+    found = arrange(outputs, finite)
     shown = sum(len(panel.curves) for panel in found)
     left = f" ({shown} of {len(finite)} columns, the others are in {OUTPUTS})" if shown < len(finite) else ""
-    across = "time [s]" if task.scheme else "load factor"
-    return Figures({"outputs": partial(panel_grid, times, found, title=task.title + left, across=across, marks=marks)})
+    return Figures({"outputs": partial(panel_grid, times, found, title=title + left, across=across, marks=marks)})
 
 
 def arrange(outputs: Mapping[str, Output], known: Mapping[str, np.ndarray]) -> list[Panel]:

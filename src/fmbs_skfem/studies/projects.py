@@ -8,29 +8,23 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..core.errors import InputError, closest, say
-from . import comparison, reports
+from . import examples, reports
 from .job import Job
 from .result import Result, list_files
 
-SCENES = ".yaml"
 FILE = re.compile(r"[\w./-]+\.\w+")  #: what may be the name of a file in a scene
 NAME = re.compile(r"^name:.*$", re.MULTILINE)
 
 
-def examples() -> list[str]:
-    """Names of the example scenes."""
-    return sorted(path.stem for path in comparison.examples().glob(f"*{SCENES}"))
-
-
 def copy_example(job: Job, like: str) -> Result:
     """The scene NAME/NAME.yaml, where NAME is the name of the folder of a job, and what it reads beside it."""
-    if like not in (known := examples()):
+    if like not in (known := examples.names()):
         raise InputError(say("like", f"one of the examples {', '.join(known)}", f"'{like}'") + closest(like, known))
     out = job.path if job.out is None else job.out
-    scene = out / f"{out.name}{SCENES}"
+    scene = out / f"{out.name}{examples.SCENES}"
     if scene.exists() and not job.force:
         raise InputError(say(f"{out}", "a new folder", f"one with {scene.name}", "choose another name, or --force"))
-    source = comparison.examples() / f"{like}{SCENES}"
+    source = examples.folder() / f"{like}{examples.SCENES}"
     text = source.read_text(encoding="utf-8")
     files = []
     for name in dict.fromkeys(files_in(source, text)):

@@ -11,7 +11,7 @@ from ..core.errors import CorruptFile, InputError, say
 from ..core.notices import notify
 from ..dynamics.checkpoint import differences
 from ..results import segments
-from . import compiling, reports, runs
+from . import compiling, reports, runs, solving
 from . import job as jobs
 from .job import Job
 from .outcome import Run
@@ -33,9 +33,9 @@ def resume_run(job: Job, plots: bool, time_limit: float) -> Run:
         scene = jobs.read_scene(own, asked["duration"])
         task = runs.scene_task(own, scene, asked["duration"], asked["checkpoint"])
         compare(out, asked["provenance"], reports.plain(task.origin))
-        runs.warm_up(task, compiling.announce(own))
+        solving.warm_up(task, compiling.announce(own))
         record = segments.Recorder(out, asked, asked["checkpoint"], found)
-        return conclude(runs.finish(own, task, plots, None, record, segments.read(out, found), time_limit))
+        return conclude(solving.finish(own, task, plots, None, record, segments.read(out, found), time_limit))
 
 
 def compare(out: Path, then: Mapping[str, Any], now: Mapping[str, Any]) -> None:

@@ -7,18 +7,30 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from math import inf
 from typing import Any
 
 from ..core import compilation, jit
 from ..core.errors import FmbsError, MissingFeature
 from ..core.notices import Notice
-from . import commands, comparison
+from . import examples, plans, reducing, runs
+from . import job as jobs
 from .job import Job, Listener
 from .result import Result, Table
 
-RUN = partial(commands.run, plots=False)
 STEPS = 2  #: of every scene that moves
 SHORT = 0.02  #: duration of trainings [s]
+
+
+def run(job: Job, duration: float | None) -> Result:
+    """A run without plots."""
+    return runs.run_source(job, duration, None, False, False, None, inf)
+
+
+def reduce(sample: str, job: Job, duration: float | None) -> Result:
+    """A training with a hyper-reduction."""
+    scene = jobs.read_scene(job, duration)
+    return reducing.reduce_scene(job, scene, None, plans.plan_with(scene, "component", None, None, None, sample))
 
 
 @dataclass(frozen=True)
@@ -27,7 +39,7 @@ class Kind:
 
     name: str
     scene: str
-    study: Callable[..., Any] = RUN
+    study: Callable[[Job, float | None], Any] = run
     duration: float | None = None  #: [s]; STEPS steps of a motion
 
 
@@ -42,8 +54,8 @@ KINDS = (
     Kind("contact of cables", "cable_over_drum.yaml"),
     Kind("controllers, forces by expressions", "controlled_arm.yaml"),
     Kind("buckling", "buckling_strip.yaml"),
-    Kind("reduced models, points", "double_pendulum.yaml", partial(commands.reduce, sample="points"), SHORT),
-    Kind("reduced models, elements", "spin_up.yaml", partial(commands.reduce, sample="elements"), SHORT),
+    Kind("reduced models, points", "double_pendulum.yaml", partial(reduce, "points"), SHORT),
+    Kind("reduced models, elements", "spin_up.yaml", partial(reduce, "elements"), SHORT),
 )
 
 
@@ -79,13 +91,14 @@ def attempt(kind: Kind) -> str:
     """Compile one kind; how it went."""
     from ..scenes import build, read
 
-    scene = read(comparison.examples() / kind.scene)
+    scene = read(examples.folder() / kind.scene)
     duration = kind.duration
     if scene.analysis.moves and duration is None:
         analysis = build.dynamic(scene)
         duration, scene = STEPS * analysis.step, replace(scene, analysis=replace(analysis, every=1))
     try:
-        kind.study(scene, duration=duration, listener=Listener(notice=lambda _: None))
+        with jobs.begin(scene, listener=Listener(notice=lambda _: None)) as job:
+            kind.study(job, duration)
     except MissingFeature as missing:
         return f"left out: {missing}"
     except FmbsError as error:
