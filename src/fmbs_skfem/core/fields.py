@@ -1,4 +1,4 @@
-"""What fields of declarations take: quantities with a unit, vectors, functions of time, names; read from a scene, told to editors.
+"""What fields of declarations take: quantities with a unit, vectors, functions of time, names; read from a scene, shown to editors.
 
     stiffness: Annotated[float, fields.quantity("N m/rad", ">= 0"), "of the spring"] = 0.0
 
@@ -68,12 +68,12 @@ def within(number: float, bound: str) -> bool:
     return bool(expressions.SCALAR[sign](number, float(limit)))
 
 
-def read_vector(value: object, dimension: units.Dimension, context: Context, size: int | None = None) -> Vector:
-    """A list of `size` quantities, by default as many as the scene has dimensions."""
-    size = size or context.dimension
+def read_vector(value: object, dimension: units.Dimension, context: Context) -> Vector:
+    """A list of as many quantities as the scene has dimensions."""
+    size = context.dimension
     if not isinstance(value, list | tuple) or len(value) != size:
-        axes = ", ".join("xyz"[:size]) if size == context.dimension else f"{size} entries"
-        raise Problem(f"a list of {size} ({axes}), each {dimension}, in a scene of dimension {context.dimension}", shown(value))
+        axes = ", ".join("xyz"[:size])
+        raise Problem(f"a list of {size} ({axes}), each {dimension}, in a scene of dimension {size}", shown(value))
     return tuple(read_quantity(entry, dimension, context) for entry in value)
 
 
@@ -265,7 +265,6 @@ Length = Annotated[float, quantity("m", "> 0")]
 FileUnit = Annotated[float, Takes(read_file_unit, number_schema(units.find_dimension("m"), "> 0")), "unit of the file, such as mm"]
 Time = Annotated[float, quantity("s", "> 0")]
 Density = Annotated[float, quantity("kg/m^3", "> 0")]
-Number = Annotated[float, quantity("")]
 Tolerance = Annotated[float, quantity("", "> 0", "< 1")]
 Position = Annotated[Vector, vector("m")]
 Names = Annotated[tuple[str, ...], NAMED]

@@ -61,9 +61,9 @@ def stamp(package: Path = _PACKAGE) -> str:
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
 
 
-def remove_old(parent: Path, keep: Path, days: float = KEEP_DAYS) -> None:
-    """Remove the folders in `parent` other than `keep` that nobody used for `days`; what cannot be removed stays."""
-    limit = time.time() - 86400.0 * days
+def remove_old(parent: Path, keep: Path) -> None:
+    """Remove the folders in `parent` other than `keep` that nobody used for KEEP_DAYS; what cannot be removed stays."""
+    limit = time.time() - 86400.0 * KEEP_DAYS
     for folder in parent.iterdir():
         with contextlib.suppress(OSError):  # another process may remove it at the same time
             if folder != keep and folder.is_dir() and folder.stat().st_mtime < limit:
@@ -138,7 +138,7 @@ class Contained(JITCodeLibrary):
         return self
 
     def set_env(self, name: str, environment: Any) -> None:
-        """There is no code to tell it."""
+        """There is no code to pass it to."""
 
 
 class Containing(compiler.Compiler):

@@ -49,16 +49,16 @@ def independent_rows(a: Array, tolerance: float = EXACT, units: np.ndarray | flo
     return np.sort(order[found > tolerance * found.max(initial=0.0)])
 
 
-def rank(a: Array, tolerance: float = EXACT, units: np.ndarray | float = 1.0) -> int:
+def rank(a: Array, tolerance: float = EXACT) -> int:
     """Number of independent rows of `a` (m, n)."""
-    return len(independent_rows(a, tolerance, units))
+    return len(independent_rows(a, tolerance))
 
 
-def null_space(a: Array, tolerance: float = EXACT, units: np.ndarray | float = 1.0, alike: bool = False) -> np.ndarray:
+def null_space(a: Array, tolerance: float = EXACT, alike: bool = False) -> np.ndarray:
     """Orthonormal columns Z (n, n - rank) with a Z = 0, a (m, n)."""
     rows = as_dense(a)
     rows = np.asarray(np.linalg.qr(rows, mode="r")) if alike and len(rows) > rows.shape[1] else rows
-    rows = rows[independent_rows(rows, tolerance, units, alike)]
+    rows = rows[independent_rows(rows, tolerance, alike=alike)]
     return np.ascontiguousarray(qr(rows.T, mode="full")[0][:, len(rows) :]) if len(rows) else np.eye(a.shape[1])
 
 

@@ -9,6 +9,8 @@ from ..systems.constraint_functions import AXES
 from ..systems.system import System
 from .outputs import positions, skins
 
+SHOWN = 5  #: entries of a residual in a message
+
 
 def coordinate_names(system: System) -> list[str]:
     """A name for every unknown: body and coordinate of a full model, component and mode of a reduced one."""
@@ -47,10 +49,10 @@ def row_names(system: System) -> list[str]:
     return coordinate_names(system) + [f"joint {joint}.{label}" for joint, label in system.constraints.names]
 
 
-def worst(names: list[str], residual: np.ndarray, count: int = 5) -> tuple[tuple[str, float], ...]:
-    """The largest entries of a residual by name; what is no number counts as infinite."""
+def worst(names: list[str], residual: np.ndarray) -> tuple[tuple[str, float], ...]:
+    """The SHOWN largest entries of a residual by name; what is no number counts as infinite."""
     values = np.abs(np.nan_to_num(residual, nan=np.inf))
-    return tuple((names[k], float(values[k])) for k in np.argsort(values)[::-1][:count])
+    return tuple((names[k], float(values[k])) for k in np.argsort(values)[::-1][:SHOWN])
 
 
 def told(values: tuple[tuple[str, float], ...]) -> str:

@@ -21,11 +21,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..core.errors import InputError, say
-
-Array = NDArray[np.float64]
 
 SLOPES = (0.5, 1.5)  #: a fitted slope beyond these is cut: it comes from scatter, not from the indicator
 SLOPE = 0.25  #: standard deviation of a slope that is not fitted

@@ -31,6 +31,7 @@ from ..systems.system import Elastic, System
 from . import sampling
 
 BURST = 0.005  #: CPU time of one measurement [s]
+SOLUTIONS = 5  #: of which one is timed
 TRIES = 5  #: of measurements that contradict each other
 STEP = 1e-3  #: of measurements that do not depend on it [s]
 GATHER, PRODUCT, FORCE, TANGENT, FACTOR, SOLUTION = range(6)  #: pieces of the time step
@@ -77,9 +78,9 @@ def multiplications(dofs: Mapping[str, int], modes: Mapping[str, int], width: in
     return sum(dofs[name] * (width * modes[name] + modes[name] ** 2) for name in modes if name in dofs)
 
 
-def tangent_seconds(system: System, repeat: int = 5) -> float:
+def tangent_seconds(system: System) -> float:
     """CPU time [s] of one evaluation of the elastic tangent in the unknowns of the system at x0, the best of several bursts."""
-    return bench(compile_system(system), repeat=repeat)(TANGENT) if len(system.elastic) else 0.0
+    return bench(compile_system(system))(TANGENT) if len(system.elastic) else 0.0
 
 
 @dataclass(frozen=True)
@@ -118,16 +119,16 @@ def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 15) -> Sh
     return Shares(max(forces - products, 0.0), solving, products)
 
 
-def sparse_seconds(model: Compiled, scheme: GeneralizedAlpha, times: int = 5) -> tuple[float, float]:
+def sparse_seconds(model: Compiled, scheme: GeneralizedAlpha) -> tuple[float, float]:
     """CPU time [s] of a factorisation and of a solution of a large model."""
     step, solver = prepare_step(model, scheme), Large(model)
     table = packed(step)
     start = clock.process_time()
     solver.factorise(step)
     middle = clock.process_time()
-    for _ in range(times):
+    for _ in range(SOLUTIONS):
         solver.solve(step, address_of(table))
-    return middle - start, (clock.process_time() - middle) / times
+    return middle - start, (clock.process_time() - middle) / SOLUTIONS
 
 
 def prepare_step(model: Compiled, scheme: GeneralizedAlpha) -> Step:

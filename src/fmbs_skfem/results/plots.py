@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SUFFIXES = (".png", ".pdf", ".svg")
+LONGEST = 34  #: letters of a name
 PANELS = 24  #: most axes of one figure
 LETTERS = 26  #: of a line of the label beside a small axes
 
@@ -246,8 +247,8 @@ def _speed_key(key: Axes, axes: Axes, best: Sequence[Point], failed: int) -> Non
     key.text(-0.06, start, "\n".join(lines), transform=key.transAxes, va="top", fontsize=max(size, 5.0), linespacing=1.45)
 
 
-def _short(name: str, longest: int = 34) -> str:
-    return name if len(name) <= longest else name[: longest - 1] + "…"
+def _short(name: str) -> str:
+    return name if len(name) <= LONGEST else name[: LONGEST - 1] + "…"
 
 
 def _plain_ticks(axes: Axes) -> None:

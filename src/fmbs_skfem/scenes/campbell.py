@@ -22,8 +22,6 @@ from .vibration import LANCZOS, Modes
 if TYPE_CHECKING:
     from .schema import Scene
 
-LISTED = 12  #: values of the parameter in the table for people
-
 
 @dataclass(frozen=True, kw_only=True)
 class Campbell(NearState):

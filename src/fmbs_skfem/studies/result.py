@@ -80,13 +80,13 @@ def console(file: Any) -> Console:
     return Console(file=file, width=None if file.isatty() else WIDTH, highlight=False, soft_wrap=False)
 
 
-def format_value(value: object, empty: str = "-") -> str:
-    """A value of a table: numbers with six digits, entries by component as `I 24, II 23`, `empty` where there is none."""
+def format_value(value: object) -> str:
+    """A value of a table: numbers with six digits, entries by component as `I 24, II 23`, a dash where there is none."""
     if isinstance(value, Mapping):
-        return ", ".join(f"{name} {format_value(item)}" for name, item in value.items()) or empty
+        return ", ".join(f"{name} {format_value(item)}" for name, item in value.items()) or "-"
     if isinstance(value, list | tuple):
-        return "; ".join(format_value(item) for item in value) or empty
-    return empty if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+        return "; ".join(format_value(item) for item in value) or "-"
+    return "-" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 class Figures(Mapping[str, "Figure"]):

@@ -48,6 +48,7 @@ from .system import (
 FACETS = 2  #: quadrilaterals a direction that picture a cell of a surface
 SAMPLES = 201  #: points of a centre line in pictures and position errors
 LIGHT = 1e-9  #: part of the metric of unknowns without mass in the kinetic energy of changes of initial velocities
+MOVED = 1e-6  #: gap of a linear constraint at the start, over the size of the mechanism, that is named
 SNAP = 1e-12  #: distance from a break, over the length of a line, that is round-off
 
 
@@ -363,16 +364,16 @@ def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
     return replace(free, v0=admissible_velocity(system, T, free), full=system)
 
 
-def report_moved(system: System, rows: np.ndarray, gap: np.ndarray, tolerance: float = 1e-6) -> None:
+def report_moved(system: System, rows: np.ndarray, gap: np.ndarray) -> None:
     """Notice linear constraints that the initial state does not satisfy."""
-    wrong = [k for k in np.argsort(-np.abs(gap)) if abs(gap[k]) > tolerance * system.scale]
+    wrong = [k for k in np.argsort(-np.abs(gap)) if abs(gap[k]) > MOVED * system.scale]
     if wrong:
         listed = ", ".join(f"{'.'.join(system.constraints.names[rows[k]])} by {abs(gap[k]):.3g}" for k in wrong)
         notify(f"the initial state is moved, because it does not satisfy the joints: {listed}")
 
 
 def admissible_velocity(system: System, T: csr_array, free: System) -> np.ndarray:
-    """Initial velocities in the unknowns of `free`: (T^T M T) v = T^T M v0; a change is told by a notice.
+    """Initial velocities in the unknowns of `free`: (T^T M T) v = T^T M v0; a notice names a change.
 
     Axes without mass, of laminae and rods, weigh next to nothing, so that they keep their velocities where joints let them.
     """
