@@ -200,7 +200,9 @@ def arm() -> System:
 def test_an_unstable_loop_is_told_as_growth() -> None:
     """A rate that is fed back with the wrong sign: no word of the iteration, which fails at last; nor where the run ends before."""
     unstable = disc(StateFeedback(name="servo", sample=SAMPLE, states=[of_state("spin + 1e-3")], gains=[-0.4]))
-    with pytest.raises(SolverError, match=r"controller 'servo' tells rose from .* and the energy of the motion to") as caught:
+    with pytest.raises(
+        SolverError, match=r"the output of controller 'servo' rose from .* and the energy of the motion to"
+    ) as caught:
         integrate(unstable, GeneralizedAlpha(2e-2), 3.0, Newton(iterations=5))
     assert caught.value.reason is Reason.GROWING
     assert "Newton" not in str(caught.value)
@@ -276,7 +278,7 @@ def test_errors_of_runs() -> None:
         integrate(disc(broken), GeneralizedAlpha(5e-3), 0.3)
     assert caught.value.partial is not None
     assert caught.value.partial.times[-1] == pytest.approx(0.1)
-    with pytest.raises(InputError, match=r"got 'servo', which its controller tells"):
+    with pytest.raises(InputError, match=r"got 'servo', which its controller sets"):
         start(disc(PID), GeneralizedAlpha(5e-3)).step({"servo": 1.0})
     states = [of_state(f"{k} * k", "", {"k": k}) for k in (1.0, 2.0)]
     with pytest.raises(InputError, match=r"one value of the parameter 'k'"):

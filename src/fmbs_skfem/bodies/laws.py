@@ -56,7 +56,7 @@ class Law:
         self.section = section  #: rows of its section, the last one the quadrature weight
         self.dims = dims  #: numbers of components c that it serves
         self.entry = entry  #: address of its function of a kind in c components
-        self.option = option  #: what its functions are told beside the numbers
+        self.option = option  #: what its functions take beside the numbers
         self.follows = follows  #: whether it is a load that follows a surface or an edge
         if KNOWN.setdefault(name, self) is not self:
             raise InputError(say("law", "a name of its own", f"a second '{name}'"))

@@ -36,7 +36,7 @@ from .laws import Law
 from .sections import Material, positive
 from .values import of_plate
 
-SAMPLES = 8  #: points along a cell's side at which functions of an edge are told apart
+SAMPLES = 8  #: points along a cell's side at which functions of an edge are distinguished
 NOISE = 1e-12  #: trace of a function that counts as zero
 CLEAR = 1e-10  #: least pivot of the normal equations, relative to the largest, of columns that are independent without doubt
 

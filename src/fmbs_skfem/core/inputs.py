@@ -1,4 +1,4 @@
-"""Inputs: numbers by name that a run is told from step to step, held at their start where nobody tells it any.
+"""Inputs: numbers by name that a run is given from step to step, held at their start where it is given none.
 
 torque: "u - 0.1 N m s * hinge.rate"            u(t) = u_n+1 in the step from t_n to t_n+1
 """
@@ -51,7 +51,7 @@ def timed(sources: Iterable[Source]) -> dict[str, str]:
 @storable
 @dataclass(frozen=True)
 class Input(Source):
-    """A number that a run is told; as a function of time it is its start."""
+    """A number that a run is given; as a function of time it is its start."""
 
     start: float = 0.0
 
@@ -71,7 +71,7 @@ KEPT = PAST + 1  #: that are read of steps that are taken one by one: those of i
 
 @dataclass(eq=False)
 class Told:
-    """What an input was told at the end of every step; before the first value it was that one."""
+    """Values of an input at the end of every step; before the first value it was that one."""
 
     step: float  #: h [s]
     values: list[float]  #: (s,) after `first` steps, and after one more each

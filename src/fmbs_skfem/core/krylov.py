@@ -122,7 +122,7 @@ def memory() -> float:
 
 
 def free_memory() -> float:
-    """Memory [B] that no process uses; half of what is built in where the system does not tell."""
+    """Memory [B] that no process uses; half of what is built in where the system does not say."""
     if "SC_AVPHYS_PAGES" in os.sysconf_names:
         return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_AVPHYS_PAGES")
     return 0.5 * memory()

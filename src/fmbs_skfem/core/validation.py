@@ -133,7 +133,7 @@ def conform(kind: Any, value: Any, name: str, plain: bool) -> Any:
 
 
 def conform_one(kinds: Sequence[Any], value: Any, name: str, plain: bool) -> Any:
-    """A value of one of several annotations; of those that it is none of, the problem that lies deepest is told."""
+    """A value of one of several annotations; of those that it is none of, the problem that lies deepest is reported."""
     problems = []
     for kind in kinds:
         try:

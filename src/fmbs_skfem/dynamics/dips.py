@@ -1,6 +1,6 @@
-r"""Values that cross zero twice within a step: their sign is that of before at its end, and what tells are their rates.
+r"""Values that cross zero twice within a step: their sign is that of before at its end, and their rates show it.
 
-    s g > 0,  s g' < 0 at the begin,  s g > 0,  s g' > 0 at the end:    g dips, and where is told by the cubic through the four
+    s g > 0,  s g' < 0 at the begin,  s g > 0,  s g' > 0 at the end:    g dips, the cubic through the four says where
 
 Rates are differences along q' and q''. Of what is read of reactions and energies there are none: it is looked at at the ends alone.
 """

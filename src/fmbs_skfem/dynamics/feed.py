@@ -1,4 +1,4 @@
-"""What tells a run its inputs: others, from step to step, and controllers at their sample instants.
+"""The inputs of a run: given from outside, from step to step, or by controllers at their sample instants.
 
 The steps of a run that is fed are taken one by one, over one packed struct, at a few microseconds beside the compiled step.
 Histories without inputs are tabulated ahead. An input that drives a joint is the cubic through its last four values, any other one
@@ -33,7 +33,7 @@ AHEAD = 64  #: steps for which functions of time are tabulated at once
 FEW = 2  #: samples of a quarter
 TWICE = 2.0  #: times as much from quarter to quarter, where inputs grow beyond all bounds
 GROWN = 1e3  #: times as much from the first quarter to the last, there
-LATE = 1e-6  #: part of a step after an instant where what is told for the step after it counts
+LATE = 1e-6  #: part of a step after an instant where what is given for the step after it counts
 NEAR = 1e-6  #: part of a sample time by which whole steps may miss it: round-off
 
 
@@ -57,7 +57,7 @@ class Feed:
         self.samplers = [sampler(one, scheme) for one in self.inputs.values() if isinstance(one, Controlled)]
         held = [one for one in self.inputs.values() if isinstance(one, Held)]
         own = [one.of for one in self.samplers] + held
-        self.record = {one.name: [one.start] for one in own}  #: what controllers told, and events
+        self.record = {one.name: [one.start] for one in own}  #: what controllers gave, and events
         reading = [k for k, signal in enumerate(plain.signals) if read_inputs(signal)]
         #: columns of inputs that are signals as they are; None where others read them, which are evaluated in every step
         self.columns: list[tuple[int, Told]] | None = [
@@ -77,7 +77,7 @@ class Feed:
         for name, value in values.items():
             if name not in self.told or name in self.record:
                 free = [one for one in self.told if one not in self.record]
-                got = f"'{name}', which its controller tells" if name in self.record else f"'{name}'"
+                got = f"'{name}', which its controller sets" if name in self.record else f"'{name}'"
                 expected = f"one of the inputs {listed(free, name, 'of which there are none')}"
                 raise InputError(say("run.step", expected, got) + closest(name, free))
             if not math.isfinite(value):
@@ -89,12 +89,12 @@ class Feed:
             one.first += 1
 
     def hold(self, one: Held, value: float) -> None:
-        """What an event tells from now on."""
+        """Set an input from an event on."""
         self.told[one.name].values[:] = [value] * KEPT
         self.record[one.name][-1] = value
 
     def sample(self, run: Run) -> None:
-        """Let controllers act whose instant it is; the state jumps with what they tell for the next step."""
+        """Let controllers act whose instant it is; the state jumps with what they give for the next step."""
         changed = False
         for one in self.samplers:
             if run.done % one.every == 0:
@@ -109,7 +109,7 @@ class Feed:
             self.jump(run)
 
     def value(self, run: Run, one: Sampler) -> float:
-        """What a controller tells."""
+        """The output of a controller."""
         time = self.scheme.step * run.done
         found = one.of.law(time, run.reader.read(run, one.of.reads, time), one.memory)
         if not math.isfinite(found):
@@ -118,7 +118,7 @@ class Feed:
         return found
 
     def jump(self, run: Run) -> None:
-        """Accelerations and reactions of the present state with what is told now."""
+        """Accelerations and reactions of the present state with the inputs as they are now."""
         if self.columns is None or not run.done:
             self.row[0] = one_row(self.system, self.scheme, run.done + LATE)
         else:
@@ -166,12 +166,12 @@ class Feed:
         return int(routine.call(self.address, 0))
 
     def recorded(self) -> System:
-        """The system with what controllers told so far as histories."""
+        """The system with what controllers gave so far as histories."""
         told = {name: Told(self.scheme.step, values, smooth=self.told[name].smooth) for name, values in self.record.items()}
         return with_inputs(self.plain, {**self.told, **told})
 
     def growing(self) -> str:
-        """What is said of a controller that tells ever more, quarter by quarter of its samples; nothing of others."""
+        """What is said of a controller whose output grows ever more, quarter by quarter of its samples; nothing of others."""
         for one in self.samplers:
             told = np.abs(self.record[one.of.name][1 :: one.every])
             told = told[: int(np.argmax(told >= 0.5 * told.max(initial=0.0))) + 1]  # what has no more room to grow stays
@@ -179,7 +179,7 @@ class Feed:
                 continue
             most = np.array([part.max() for part in np.array_split(told, 4)])
             if (most[1:] > TWICE * most[:-1]).all() and most[3] > GROWN * most[0]:
-                rose = f"what controller '{one.of.name}' tells rose from {most[0]:.3g} to {most[3]:.3g} {one.of.unit}".rstrip()
+                rose = f"the output of controller '{one.of.name}' rose from {most[0]:.3g} to {most[3]:.3g} {one.of.unit}".rstrip()
                 return f"{rose} in {len(told)} samples, quarter by quarter"
         return ""
 

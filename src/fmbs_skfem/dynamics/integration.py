@@ -141,7 +141,7 @@ def integrate(
     is halved; SolverError carries reason, time, worst residuals by name and the partial trajectory.
 
     `record` sees the run a few times a second and may keep its states and a checkpoint; `resume` goes on from those, and ends in
-    the same numbers as a run that was never stopped. Strains of parts that leave those of their training are told when they do.
+    the same numbers as a run that was never stopped. A warning is shown when strains of parts leave those of their training.
     """
     steps = steps_in(scheme, duration)
     fitting(system, steps, len(every) if isinstance(every, np.ndarray) else steps // max(every, 1) + 1)
@@ -203,7 +203,7 @@ def begun(
     resume: Resumed | None = None,
     live: bool = False,
 ) -> Run:
-    """A run at its start, or where it was left; a live one is told its inputs."""
+    """A run at its start, or where it was left; a live one takes its inputs from outside."""
     facing = live or system.triggers or any(isinstance(one, Controlled) for one in system.signals)
     feed = Feed(system := with_locks(system), scheme) if facing else None
     model = compile_system(system)

@@ -1,11 +1,11 @@
-"""A motion that is taken step by step, with inputs that are told from outside: control and co-simulation from Python.
+"""A motion that is taken step by step, with inputs that are given from outside: control and co-simulation from Python.
 
     run = dynamics.start(system, GeneralizedAlpha(1e-3))
     while run.time < 2.0:
         run.step({"u": -40.0 * run.outputs()["hinge"]})
 
 A step is that of `integrate`, bit for bit, with histories that have the same values at the ends of steps. An input that drives a
-joint is the cubic through its last four values; any other one acts with the value that it is told for the step.
+joint is the cubic through its last four values; any other one acts with the value that it is given for the step.
 """
 
 from __future__ import annotations

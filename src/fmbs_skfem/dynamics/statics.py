@@ -130,7 +130,7 @@ def march(solve: Callable[[float, Equilibrium], Equilibrium], state: Equilibrium
 
 
 def path(system: System, found: list[Equilibrium]) -> Trajectory:
-    """Equilibria as a Trajectory over load factor or time; strains of parts that leave those of their training are told."""
+    """Equilibria as a Trajectory over load factor or time; a warning is shown for strains of parts beyond their training."""
     x, count = np.array([state.x for state in found]), sum(state.iterations for state in found)
     multipliers = np.array([state.multipliers for state in found]).reshape(len(found), -1)
     statistics = Statistics(len(found) - 1, count, count, 0, 0.0, 0.0)

@@ -79,7 +79,7 @@ class Doors(NamedTuple):
 
     residual: int
     factorise: int  #: factors at the trial state of the space, 0 or the reason for none
-    solve: int  #: rhs <- KKT^-1 rhs; told 1 where the front of rhs is zero
+    solve: int  #: rhs <- KKT^-1 rhs; its argument is 1 where the front of rhs is zero
     settle: int  #: the accepted velocities onto (4)
 
 

@@ -51,7 +51,7 @@ class ComparisonOptions:
     ffrf_modes: int | None = None
     repeat: int = 2  #: runs of which the fastest counts
     order: bool = True  #: observe the order in time by a quarter of the step
-    expensive: bool = False  #: only the steps in `steps` tell the error of the step, which is not halved twice
+    expensive: bool = False  #: only the steps in `steps` give the error of the step, which is not halved twice
     plain: bool = True  #: also run models without hyper-reduction where there is an exact polynomial
 
 

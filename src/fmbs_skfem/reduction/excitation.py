@@ -104,7 +104,7 @@ def excite(part: Body, excitation: Excitation, progress: Callable[[float], None]
 
 
 def advance(progress: Callable[[float], None], run: int, runs: int, done: float) -> None:
-    """Tell the finished part of all runs."""
+    """Report the finished part of all runs."""
     progress((run + done) / runs)
 
 

@@ -175,7 +175,7 @@ def while_both_run(run: FullRun, motion: Trajectory) -> tuple[FullRun, Trajector
 
 
 def wanted_error(task: TrainingTask, raw: System, run: FullRun, motion: Trajectory) -> float:
-    """e(mu) of the task at a full run; the error of the states where it has no measure, or one that tells nothing."""
+    """e(mu) of the task at a full run; the error of the states where it has no measure, or one that says nothing."""
     found = math.nan if task.measure is None else task.measure(raw, run, motion)
     return error(task, raw, run, motion) if math.isnan(found) else found
 

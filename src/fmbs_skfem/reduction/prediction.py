@@ -7,7 +7,7 @@ e is the error in the measure of the training: of the outputs, or of the displac
 against promising it, in words (`doubts`):
 
     one full run                   nothing shows how the error depends on the parameters
-    high > WIDE low                indicator and error do not go together, or nothing tells how they do
+    high > WIDE low                indicator and error do not go together, or nothing shows how they do
     hold-out e(mu) > high(mu)      the band has been seen to fail
     high > tolerance, e > tolerance, e >= 1,  no full motion
     a step too large for a full motion    what the models follow depends on the numbers of Newton's iteration
@@ -41,7 +41,7 @@ KEY = "prediction"  #: of the record in the notes of a model
 DOUBTS = "doubts"  #: in the notes of a model, why its training cannot promise the prediction
 BAND = 2.0  #: standard deviations of the surrogate
 FEWEST = 2  #: indicators away from full runs that are enough
-WIDE = 2.5  #: widest band that tells anything [decades]
+WIDE = 2.5  #: widest band that says anything [decades]
 LEFT = 0.1  #: part of the hold-out points that may lie above their bands
 WHOLE = 1.0  #: error of the size of what is predicted
 
@@ -134,7 +134,7 @@ def doubts(
     if unresolved:
         found.append(f"{unresolved} of {full_runs} full motions are hardly resolved: take a smaller time step")
     if math.isfinite(predicted[2]) and predicted[2] > 10.0**WIDE * predicted[1] > 0.0:
-        found.append(f"the predicted band spans a factor of {predicted[2] / predicted[1]:.2g}, too wide to tell anything")
+        found.append(f"the predicted band spans a factor of {predicted[2] / predicted[1]:.2g}, too wide to say anything")
     above = int(np.sum(e[known] > top[known])) if len(top) else 0
     if above > LEFT * known.sum():
         found.append(f"{above} of {int(known.sum())} hold-out points lie above the predicted band")

@@ -185,7 +185,7 @@ def loop(
 ) -> tuple[Outcome, Iteration]:
     """Algorithm 1, and its last iteration with the samples of the survey.
 
-    Where the wanted error is not reached, it goes on with a lower eps if that is the limit, or with what survey and checks tell.
+    Where the wanted error is not reached, it goes on with a lower eps if that is the limit, or with what survey and checks show.
     """
     while True:
         outcome = run_greedy(work, options, done, progress)

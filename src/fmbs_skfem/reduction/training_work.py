@@ -221,7 +221,7 @@ def recalibrate(work: TrainingState) -> None:
 def average_pairs(pairs: Sequence[Pair]) -> list[Pair]:
     """One pair in the middle of several, where they scatter no more than is expected of any.
 
-    At its own full runs a model errs alike, by what truncation leaves, which tells little of the scatter elsewhere.
+    At its own full runs a model errs alike, by what truncation leaves, which says little of the scatter elsewhere.
     """
     known = usable_pairs(pairs)
     logarithms = np.log10([(pair.indicator, pair.error) for pair in known]).reshape(-1, 2)

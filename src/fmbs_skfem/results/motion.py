@@ -243,7 +243,7 @@ def zigzag(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def shown(system: System, name: str, kind: str) -> str:
-    """What is drawn for a joint; its constraint rows tell a driven angle from a driven position."""
+    """What is drawn for a joint; its constraint rows distinguish a driven angle from a driven position."""
     turned = (name, "angle") in (system.full or system).constraints.names
     return (Kind.DRIVEN_ANGLE if kind == "driven" and turned else KINDS.get(kind, Kind.PIN)).value
 

@@ -128,7 +128,7 @@ def errors_over(
 def predicted(
     true: Array, prediction: Array, low: Array, high: Array, goal: float | None = None, label: str = "mean error"
 ) -> Figure:
-    """True errors (k,) of hold-out points against predicted ones with their bands, log scales; points outside are told apart."""
+    """True errors (k,) of hold-out points against predicted ones with their bands, log scales; points outside are marked."""
     true, prediction, low, high = (np.asarray(values, float) for values in (true, prediction, low, high))
     usable = np.isfinite(true) & np.isfinite(prediction) & (true > 0) & (prediction > 0)
     if not usable.any():

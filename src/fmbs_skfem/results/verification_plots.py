@@ -79,7 +79,7 @@ def _plain(axes: Axes, sizes: Sequence[float], below: int) -> None:
 
 
 def _orders(axes: Axes, name: str, curves: Mapping[str, Curve]) -> None:
-    """Errors over mesh size or step, log-log; the key tells the observed order."""
+    """Errors over mesh size or step, log-log; the key shows the observed order."""
     for number, (label, curve) in enumerate(curves.items()):
         sizes, errors = [size for size, _ in curve], [error for _, error in curve]
         observed = math.log(errors[-2] / errors[-1]) / math.log(sizes[-2] / sizes[-1])

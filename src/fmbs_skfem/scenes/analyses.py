@@ -41,7 +41,7 @@ class Work:
     solutions: float = 0.0
     calls: float = 0.0  #: of a compiled step
     counts: Mapping[str, int] = field(default_factory=dict)
-    steps: int = 0  #: of a motion, whose time a step is told
+    steps: int = 0  #: of a motion, whose time a step is estimated
     states: int = 0  #: that it stores
 
 

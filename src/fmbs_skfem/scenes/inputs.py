@@ -1,4 +1,4 @@
-"""Inputs of a scene: names of numbers that a run from Python is told from step to step, and tables of time.
+"""Inputs of a scene: names of numbers that a run from Python sets from step to step, and tables of time.
 
     inputs: {u: {unit: N m, start: 0}}
     tables: {goal: {file: goal.csv, value: angle, unit: rad, smooth: true}}          goal(t) in expressions
@@ -31,7 +31,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class InputModel:
-    """A number that a run from Python is told from step to step; a run from the command holds it at its start."""
+    """A number that a run from Python sets from step to step; a run from the command holds it at its start."""
 
     unit: Annotated[str, UNIT] = ""
     start: Annotated[Any, Takes(lambda value, context: value, ANY.told)] = 0.0

@@ -11,7 +11,7 @@ from ..core.declared import WORD
 
 Node: TypeAlias = Mapping[str, Any]
 
-TAGS = ("type", "shape")  #: keys that tell which of several models a mapping is
+TAGS = ("type", "shape")  #: keys that say which of several models a mapping is
 EXAMPLE = re.compile(r"\n*^(\{(?:type|shape): .*\})$", re.MULTILINE)  #: the last line of a description
 HEAD = """# Scene files: reference
 

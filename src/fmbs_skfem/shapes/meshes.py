@@ -252,7 +252,7 @@ def points_of(raw: Raw, used: Ints, where: str) -> dict[str, Ints]:
 
 
 def without_empty(where: str, *groups: dict[str, Ints], tell: bool = True) -> list[dict[str, Ints]]:
-    """Groups without those that have no members, which notices tell."""
+    """Groups without those that have no members, which notices name."""
     for name in [name for named in groups for name, ids in named.items() if tell and not len(ids)]:
         notify(f"{where}: group '{name}' is named but has no members in the mesh, and is dropped")
     return [{name: ids for name, ids in named.items() if len(ids)} for named in groups]

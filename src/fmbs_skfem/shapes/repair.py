@@ -17,7 +17,7 @@ CLOSE = 1e-9  #: of the extent: nodes nearer than this are at one place
 
 
 def merge_points(raw: Raw, where: str) -> Raw:
-    """The mesh with one node a place; notices tell how many nodes and cells are gone, the audit what is still wrong."""
+    """The mesh with one node a place; notices say how many nodes and cells are gone, the audit what is still wrong."""
     from scipy.spatial import cKDTree
 
     finite = np.flatnonzero(np.isfinite(raw.points).all(axis=1))

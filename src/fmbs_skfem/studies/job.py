@@ -71,7 +71,7 @@ class Job:
     compiled: int = 0  #: functions whose compilation has begun
 
     def hear_compilation(self, name: str) -> None:
-        """Tell once that this model compiles, and show how far it is."""
+        """Say once that this model compiles, and show how far it is."""
         self.compiled += 1
         if self.compiled == 1:
             self.listener.tell(COMPILES.format(name))

@@ -26,7 +26,7 @@ def write(job: Job, error: Exception) -> list[Path]:
     """Everything that can be written, one file after the other; their names, the record of the error first."""
     found: list[Path] = []
     for make in (record, states, outputs):
-        with contextlib.suppress(Exception):  # the error at hand is the one to be told
+        with contextlib.suppress(Exception):  # the error at hand is the one to report
             found.extend(make(job, error))
     return found
 

@@ -60,7 +60,7 @@ KINDS = (
 
 
 def compile_ahead(job: Job) -> Result:
-    """All kinds; what compiles is told by name, and how long each kind took."""
+    """All kinds; what compiles is shown by name, and how long each kind took."""
     rows: list[tuple[str, int, float, str]] = []
     for k, kind in enumerate(KINDS):
         job.listener.progress("compiling " + kind.name, k / len(KINDS))

@@ -22,7 +22,7 @@ from .terms import Piece
 
 
 class Routines(NamedTuple):
-    """What a record is acted on by; each is told the table of the evaluation and the record."""
+    """What a record is acted on by; each takes the table of the evaluation and the record."""
 
     constrain: Routine  #: rows of Phi and of dPhi/dy +=
     slopes: Routine  #: H += d(Phi_y^T lambda)/dy on its pairs, from the place it was given on

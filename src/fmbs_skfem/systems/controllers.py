@@ -312,7 +312,7 @@ storable(ProgramLaw)
 @storable
 @dataclass(frozen=True)
 class Controlled(Input):
-    """An input that a controller tells."""
+    """An input that a controller sets."""
 
     sample: float = 0.0  #: [s]
     law: Any = None

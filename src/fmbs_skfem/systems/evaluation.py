@@ -27,7 +27,7 @@ class ElasticTerms(NamedTuple):
     force: Integers  #: (t,) routines: f += L^T phi
     tangent: Integers  #: (t,) W += L^T phi' L, with damping times gh
     energy: Integers  #: (t,)
-    records: Integers  #: (t,) what these routines are told beside the table of the evaluation
+    records: Integers  #: (t,) what these routines take beside the table of the evaluation
     damped: bool  #: whether one of them reads velocities
 
 

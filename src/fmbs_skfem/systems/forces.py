@@ -25,7 +25,7 @@ from .terms import Nothing, Piece
 
 
 class Routines(NamedTuple):
-    """What a record is acted on by; each is told the table of the evaluation and the record."""
+    """What a record is acted on by; each takes the table of the evaluation and the record."""
 
     force: Routine | Callback  #: g += F
     slopes: Routine | Callback | None = None  #: H += - c (dF/dy + gh dF/dy') on its pairs, from the place it was given on

@@ -7,7 +7,7 @@ r"""Degrees of freedom of a mechanism, counted on the rigid motions of its bodie
 
 A body, rigid or flexible, has as many motions as its coordinates show: 2 or 3 a mass point, 3 or 6 a body, 5 a straight line in
 space, which carries no torsion. Drives are left out of F and G; they take degrees of freedom from what is left. Ranks are the
-largest of the start and of positions near it on Phi = 0, so that a dead centre is told from a mechanism. What rigid bodies
+largest of the start and of positions near it on Phi = 0, so that a dead centre is not taken for a mechanism. What rigid bodies
 overdetermine flexible ones may take up by deformation; rows that depend on each other in all coordinates are redundant, or
 contradict each other.
 

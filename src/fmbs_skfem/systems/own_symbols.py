@@ -1,4 +1,4 @@
-"""What forces and joints of one's own in symbols are told: their fields as places, numbers and histories.
+"""What forces and joints of one's own in symbols are given: their fields as places, numbers and histories.
 
 A class of such a family is a declaration (`core.declared`) whose functions name fields as their arguments, and `t`. A field that is
 a place comes as `PlaceSymbols`, a number as a symbol, a vector as a matrix of symbols, a history as its value.

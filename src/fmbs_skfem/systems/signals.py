@@ -87,7 +87,7 @@ def _(signal: Cosine | Sine, told: Mapping[str, Signal]) -> Signal:
 
 
 def told_by_name(system: System) -> dict[str, Input]:
-    """All that a system is told by name: inputs, those of controllers at the end of its signals, and numbers of locks."""
+    """All that a system is given by name: inputs, those of controllers at the end of its signals, and numbers of locks."""
     return {one.name: one for signal in system.signals for one in read_inputs(signal)}
 
 
