@@ -1,6 +1,7 @@
 """Reduced parts against full models of the same scenes, each by its name; without names all of them.
 
-    python benchmarks/parts.py [example_2 invariant other_end chain four_bar corner machine pushed example_3] [--scale 0.25]
+    python benchmarks/parts.py [--scale 0.25]
+        [example_2 invariant other_end chain four_bar corner machine pushed example_3 example_3_fine assembly]
 
 Errors are the largest distance of an output from that of the full model, over the length that is named; times are ratios by the
 least CPU time of alternating runs. `--scale` shortens all motions.
@@ -28,7 +29,7 @@ from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, 
 from fmbs_skfem.verification.beams import straight
 from fmbs_skfem.verification.plates import rectangle
 
-EXAMPLE_3 = Path(__file__).resolve().parents[1] / "examples" / "crank_slider_coarse.yaml"
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 DOWN, ASKEW = (0.0, 0.0, -9.81), (0.0, -9.81 / np.sqrt(2.0), 9.81 / np.sqrt(2.0))
 SHARP, USUAL = Newton(tolerance=1e-12), Newton(tolerance=2e-11)
@@ -123,9 +124,9 @@ def against(
     return found | {f"full over {name}": spent["full"] / spent[name] for name in models}
 
 
-def of_coordinates(raw: System, states: Trajectory, duration: float, invariant: bool = False, eps: float = 1e-12) -> System:
-    """Modes of a system from its own motion, sampled points at eta = 1e-3."""
-    plan = reduction.Plan(reduction.body_level(raw), eps, hyper=reduction.Points(1e-3), invariant=invariant, eliminate=invariant)
+def of_coordinates(raw: System, states: Trajectory, duration: float, invariant: bool = False, eta: float = 1e-3) -> System:
+    """Modes of a system from its own motion at eps = 1e-12, and sampled points."""
+    plan = reduction.Plan(reduction.body_level(raw), 1e-12, hyper=reduction.Points(eta), invariant=invariant, eliminate=invariant)
     task = reduction.task_of(reduction.Case(raw, SCHEME, duration), plan, interval=10 * SCHEME.step)
     return reduction.train(task, motion=states).model.system
 
@@ -149,8 +150,8 @@ def invariant(scale: float) -> Figures:
     """Bases of example 2 from its own motion: modes of coordinates and of vectors, with sampled points."""
     raw, duration = hung(beam()), 3.0 * scale
     motion = runner(raw, SCHEME, duration, SHARP)()
-    names = {"coordinates 1e-12": (False, 1e-12), "vectors 1e-11": (True, 1e-11), "vectors 1e-12": (True, 1e-12)}
-    models = {name: of_coordinates(raw, motion, duration, *kind) for name, kind in names.items()}
+    models = {"coordinates": of_coordinates(raw, motion, duration)}
+    models |= {f"vectors, eta {eta:g}": of_coordinates(raw, motion, duration, True, eta) for eta in (1e-3, 3e-4, 1e-4)}
     return against(raw, models, duration, 1.0, rounds=3)
 
 
@@ -218,6 +219,7 @@ def corner(scale: float) -> Figures:
 
     raw, duration = thrown(full), 0.9 * scale
     models = coarser([part], thrown, (5e-8, 1e-7), 3e-2)
+    models |= {f"part of {modes}": thrown(part_files.coarsen(part, None, modes, 3e-2).body) for modes in (21, 23)}
     models["modes of coordinates"] = of_coordinates(raw, runner(raw, SCHEME, duration, SHARP)(), duration)
     found = against(raw, models, duration, 0.5 * np.sqrt(2.0), rounds=1)
     return {"training [CPU s]": spent, "functions": float(part.notes["functions"])} | found
@@ -273,9 +275,9 @@ def pushed(scale: float, bays: int = 2) -> Figures:
     return against(machine_of(*full, bays, 20.0), models, 0.25 * scale, 1.0, rounds=1)
 
 
-def example_3(scale: float) -> Figures:
+def example_3(scale: float, name: str = "crank_slider_coarse") -> Figures:
     """Crank and linkage trained alone; x_C over 0.3 m, beside modes of coordinates with the exact polynomial."""
-    scene = scenes.read(EXAMPLE_3)
+    scene = scenes.read(EXAMPLES / f"{name}.yaml")
     bodies, h, duration = build.parts(scene), 1e-5, round(20_000 * scale) * 1e-5
     begun = time.process_time()
     told = Excitation(runs=2, force=3000.0, moment=15.0, duration=0.015, step=h, slowest=20.0, fastest=800.0, samples=300, rise=0.0)
@@ -302,6 +304,11 @@ def example_3(scale: float) -> Figures:
     return found
 
 
+def example_3_fine(scale: float) -> Figures:
+    """The same on the fine meshes."""
+    return example_3(scale, "crank_slider")
+
+
 def assembly(scale: float, count: int = 200) -> Figures:
     """Assembling many parts, and leaving out the constraints of their joints [CPU s]."""
     part = part_files.train(beam(), excitation.excite(beam(), Excitation(runs=2, duration=0.2 * scale, step=1e-3))).body
@@ -322,6 +329,7 @@ ALL: tuple[Callable[[float], Figures], ...] = (
     machine,
     pushed,
     example_3,
+    example_3_fine,
     assembly,
 )
 
