@@ -44,7 +44,7 @@ def test_stamp_sees_every_change_of_a_module(package: Path) -> None:
 
 def test_stamp_depends_on_the_numba_version(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first = stamp(package)
-    monkeypatch.setattr(module.numba, "__version__", "0.0.0")
+    monkeypatch.setattr("numba.__version__", "0.0.0")
     assert stamp(package) != first
 
 
@@ -109,9 +109,10 @@ def test_only_what_python_calls_becomes_a_function_of_its_own() -> None:
         return part(x) + 1.0
 
     assert caller(1.5) == 4.0
-    assert caller.whole.stats.cache_misses
+    assert caller.whole.stats.cache_misses or caller.whole.stats.cache_hits  # of an earlier run of the tests
     assert "whole" not in part.__dict__
-    assert [found.library.get_pointer_to_function(found.fndesc.llvm_func_name) for found in part.overloads.values()] == [0]
+    overloads = part.contained.overloads.values()
+    assert [found.library.get_pointer_to_function(found.fndesc.llvm_func_name) for found in overloads] == [0]
     assert part(1.5) == 3.0
     assert part(2) == 4
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 import math
 from typing import Any
 import numpy as np
-from numba import carray
 from fmbs_skfem.core.entries import LANES, entry, unfold
+from fmbs_skfem.core.jit import carray
 from .cable_law import fall
 
 

@@ -21,10 +21,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import carray
-
 from ..core.entries import entry
-from ..core.jit import jit
+from ..core.jit import carray, jit
 
 LINES = 3  #: rows of a section
 

@@ -25,9 +25,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import carray
-
 from ..core.entries import entry
+from ..core.jit import carray
 from .shell_law import cross, dot, vector
 
 LINES = 3  #: rows of a section

@@ -30,10 +30,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import carray
 
 from ..core.entries import entry
-from ..core.jit import jit
+from ..core.jit import carray, jit
 from .membrane_law import hooke, quadratic
 
 Vector = tuple[float, float, float]

@@ -130,6 +130,10 @@ def loop(law: Symbols, dim: int, kind: str, name: str) -> str:
 
 def source(laws: Sequence[tuple[str, Symbols, Sequence[int]]], about: str, imports: Sequence[str] = ()) -> str:
     """A module with the entries of laws (prefix of their names, symbols, dimensions)."""
-    needed = ["import numpy as np", "from numba import carray", "from fmbs_skfem.core.entries import LANES, entry, unfold"]
+    needed = [
+        "import numpy as np",
+        "from fmbs_skfem.core.entries import LANES, entry, unfold",
+        "from fmbs_skfem.core.jit import carray",
+    ]
     loops = [loop(law, dim, kind, f"{name}_{dim}_{kind}") for name, law, dims in laws for dim in dims for kind in KINDS]
     return module(about, [*needed, *imports], loops)

@@ -9,7 +9,7 @@
     jit.jit                                                        compiled functions with a cache that is never stale
     lapack                                                         factorise and solve inside compiled functions
 
-Modules are imported one by one, because `jit` and `lapack` load numba and `linalg` loads scipy.
+Modules are imported one by one, because `linalg` loads scipy. Numba is loaded when the first function is compiled or called.
 
 Axis letters, the same everywhere: `e` cell, `p` quadrature point, `k` derivative, `b` basis function, `c` component, `n` unknown,
 `m` constraint, `s` time sample, `r` mode, `x` any sampling point.

@@ -22,14 +22,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.core import types
-from numba.extending import intrinsic
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.linalg import spilu
 from threadpoolctl import threadpool_limits
 
 from fmbs_skfem.core.errors import InputError, Reason, SolverError, say
-from fmbs_skfem.core.jit import jit
+from fmbs_skfem.core.jit import deferred, jit
 from fmbs_skfem.core.structs import Integers, Shorts
 
 PANEL = 48  #: columns of a front that are eliminated before the rest of the front is updated
@@ -62,15 +60,7 @@ class Factors:
     pivots: np.ndarray  #: (n,) D, float64
 
 
-@intrinsic
-def _add_product(typing: Any, total: Any, a: Any, b: Any) -> Any:
-    """total + a b, where a sum of many may be taken in any order: lets the compiler use all lanes; NaN and infinity survive."""
-
-    def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        product = builder.fmul(values[1], values[2], flags=("contract",))
-        return builder.fadd(values[0], product, flags=("reassoc", "contract"))
-
-    return (total(total, a, b), code) if isinstance(total, types.Float) and total == a == b else None
+_add_product = deferred("fmbs_skfem.core.intrinsics", "add_product")
 
 
 # --- analysis: the compressed graph, its order, its tree -----------------------------------------------------------------------

@@ -17,27 +17,12 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils, compiler
-from numba.core.errors import TypingError
-from numba.extending import intrinsic
 
-from .errors import say
-from .jit import addressed, inlined
-from .structs import array_at
+from .jit import addressed, deferred, inlined
 
-POINTERS, INTEGERS = 4, 4
+POINTERS, INTEGERS = 4, 4  #: pointers to numbers and integers of an entry
 LANES = 32  #: points whose moduli are computed side by side
-SIGNATURE = types.void(*POINTERS * (types.CPointer(types.float64),), *INTEGERS * (types.int64,), types.float64)
-
-
-class Apart(compiler.Compiler):
-    """Compiles functions whose pointers do not overlap where one is written: loops become vector instructions without checks."""
-
-    def define_pipelines(self) -> Any:
-        self.state.flags.noalias = True
-        return super().define_pipelines()
+SIGNATURE = f"void({'CPointer(float64), ' * POINTERS}{'int64, ' * INTEGERS}float64)"
 
 
 def entry(function: Callable[..., None]) -> Callable[[], int]:
@@ -45,7 +30,7 @@ def entry(function: Callable[..., None]) -> Callable[[], int]:
 
     @functools.cache
     def compiled() -> Any:
-        return addressed(SIGNATURE, function, pipeline_class=Apart)
+        return addressed(SIGNATURE, function, apart=True)
 
     return lambda: int(compiled().address)
 
@@ -65,41 +50,5 @@ def unfold(T: np.ndarray, first: int, D: np.ndarray) -> None:
             row += 1
 
 
-@intrinsic
-def call(typing: Any, address: Any, arrays: Any, integers: Any, number: Any) -> Any:
-    """Call the entry at an address with the data of four arrays of float64, four integers and a number."""
-    numbers = [kind for kind in arrays if isinstance(kind, types.Array) and kind.dtype == types.float64 and kind.layout == "C"]
-    if len(numbers) != POINTERS or len(arrays) != POINTERS or len(integers) != INTEGERS:
-        expected = f"{POINTERS} C-contiguous arrays of float64 and {INTEGERS} integers"
-        raise TypingError(say("entries.call", expected, f"{arrays} and {integers}"))
-
-    def code(context: Any, builder: Any, signature: Any, values: Any) -> None:
-        pointers = [
-            builder.bitcast(context.make_array(kind)(context, builder, value).data, ir.DoubleType().as_pointer())
-            for kind, value in zip(arrays, cgutils.unpack_tuple(builder, values[1]), strict=True)
-        ]
-        counts = cgutils.unpack_tuple(builder, values[2])
-        kinds = [value.type for value in (*pointers, *counts, values[3])]
-        target = ir.FunctionType(ir.VoidType(), kinds).as_pointer()
-        builder.call(builder.inttoptr(values[0], target), [*pointers, *counts, values[3]])
-        return context.get_dummy_value()
-
-    return types.void(types.int64, arrays, types.UniTuple(types.int64, INTEGERS), types.float64), code
-
-
-@intrinsic
-def view(typing: Any, flat: Any, start: Any, shape: Any) -> Any:
-    """Numbers of an array from `start` on in a shape (a tuple of integers), C order, without count and check: it has to fit.
-
-    What numpy's `reshape` does, for a tenth of the compilation.
-    """
-    if not (isinstance(flat, types.Array) and flat.layout == "C"):
-        raise TypingError(say("entries.view", "a C-contiguous array", flat))
-    kind = types.Array(flat.dtype, len(shape), "C")
-
-    def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        source = context.make_array(flat)(context, builder, values[0])
-        data = builder.gep(source.data, [values[1]])
-        return array_at(context, builder, kind, data, cgutils.unpack_tuple(builder, values[2]))
-
-    return kind(flat, types.intp, types.UniTuple(types.intp, len(shape))), code
+call = deferred("fmbs_skfem.core.intrinsics", "call")
+view = deferred("fmbs_skfem.core.intrinsics", "view")

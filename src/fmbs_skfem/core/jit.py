@@ -6,8 +6,8 @@ Numba looks only at the file of the compiled function itself: code of other modu
 change. Here any change in a module with compiled functions leads to another folder. `NUMBA_CACHE_DIR` in the environment replaces
 the user's cache.
 
-A function that a compiled function calls becomes part of that one. Of its own it is only brought into the form in which it can be:
-optimised, translated and kept on disk are whole functions alone, those that Python calls and the routines of `structs`.
+A function that a compiled function calls becomes part of that one (`dispatchers`). Numba is imported when the first function is
+compiled, or called: what it takes to import is a third of the time of a program that calls none.
 """
 
 from __future__ import annotations
@@ -25,15 +25,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numba
-import platformdirs
-from numba.core import compiler, config, types
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler_lock import global_compiler_lock
-from numba.core.registry import CPUDispatcher
-
 from fmbs_skfem.core import compilation
-from fmbs_skfem.core.errors import InputError, say
 from fmbs_skfem.core.notices import notify
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -44,14 +36,11 @@ KEEP_DAYS = 30.0  #: folders of other versions are removed after so long without
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 
-if config.DISABLE_JIT:
-    raise InputError(
-        say("environment: NUMBA_DISABLE_JIT", "0, or no such variable", "1", "the kernels of this package run compiled only")
-    )
-
 
 def stamp(package: Path = _PACKAGE) -> str:
     """Hash of the numba version and of name, size and time stamp of every module below `package` that compiles functions."""
+    import numba
+
     parts = [f"numba {numba.__version__}"]
     for path in sorted(package.rglob("*.py")):
         if not any(mark in path.read_bytes() for mark in MARKS):
@@ -92,61 +81,11 @@ def tell_uncached(error: OSError) -> None:
 @functools.cache
 def cache_folder() -> Path | None:
     """The folder of the compiled code of this process; None where nothing can be cached."""
+    import platformdirs
+
     if given := os.environ.get("NUMBA_CACHE_DIR"):
         return prepare(Path(given).absolute() / "fmbs_skfem")
     return prepare(Path(platformdirs.user_cache_dir("fmbs_skfem", appauthor=False)) / "numba")
-
-
-def remember(resolve: Callable[..., Any]) -> Callable[..., Any]:
-    """What a built-in function returns for arguments of these types, found once in a process.
-
-    Every sum of a function is looked for among all that "+" may stand for: a seventh of a compilation, of laws two fifths.
-    """
-    found: dict[tuple[Any, ...], Any] = {}
-
-    @functools.wraps(resolve)
-    def remembered(function: Any, context: Any, arguments: Any, named: Any) -> Any:
-        if named:
-            return resolve(function, context, arguments, named)
-        key = function, context, *arguments
-        if key not in found:
-            found[key] = resolve(function, context, arguments, named)  # an error is not kept
-        return found[key]
-
-    return remembered
-
-
-builtin: Any = types.Function
-builtin.get_call_type = remember(builtin.get_call_type)
-
-
-class Contained(JITCodeLibrary):
-    """Code that callers take in as it is: they optimise and translate it with their own."""
-
-    def _optimize_final_module(self) -> None:
-        """Its callers do."""
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._finalized = True
-
-    def get_pointer_to_function(self, name: str) -> int:
-        return 0
-
-    @property
-    def codegen(self) -> Contained:
-        return self
-
-    def set_env(self, name: str, environment: Any) -> None:
-        """There is no code to pass it to."""
-
-
-class Containing(compiler.Compiler):
-    """Compiles into a Contained."""
-
-    def define_pipelines(self) -> Any:
-        self.state.library = Contained(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
-        return super().define_pipelines()
 
 
 @contextlib.contextmanager
@@ -161,31 +100,78 @@ def without_collection() -> Iterator[None]:
             gc.enable()
 
 
-class Whole(CPUDispatcher):
-    """A function as Python calls it, compiled by this process or another one."""
+class Deferred:
+    """What numba makes for compiled functions, such as an intrinsic, made when one that names it is compiled."""
 
-    def compile(self, signature: Any) -> Any:
-        name = f"{self.py_func.__module__}.{self.py_func.__qualname__}.whole"
-        with (
-            global_compiler_lock,
-            alone(name),
-            without_collection(),
-        ):  # numba's lock first, as where another function calls this one
-            return super().compile(signature)
+    def __init__(self, make: Callable[[], Any]) -> None:
+        self.make = make
+
+    @functools.cached_property
+    def made(self) -> Any:
+        """It is kept: its type does not keep it."""
+        return self.make()
+
+    @functools.cached_property
+    def _numba_type_(self) -> Any:
+        from . import dispatchers
+
+        return dispatchers.type_of(self.made)
+
+    def __reduce__(self) -> Any:
+        return Deferred, (self.make,)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Compiled functions alone can call it."""
+        raise TypeError("only compiled functions can call this")
 
 
-class Part(CPUDispatcher):
+def deferred(module: str, name: str) -> Any:
+    """What a module of numba's side calls `name`."""
+    return Deferred(functools.partial(taken, module, name))
+
+
+def taken(module: str, name: str) -> Any:
+    """What a module calls `name`."""
+    return getattr(importlib.import_module(module), name)
+
+
+carray = deferred("numba", "carray")
+
+
+class Part:
     """A function for compiled callers, which contain its code; called from Python it becomes a function of its own."""
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
-        super().__init__(function, {}, {"nopython": True, "no_cpython_wrapper": True, **options}, Containing)
-        self.options = options
+        functools.update_wrapper(self, function)
+        self.py_func, self.options = function, options
+
+    @functools.cached_property
+    def contained(self) -> Any:
+        """As compiled callers contain it."""
+        from . import dispatchers
+
+        return dispatchers.contained(self.py_func, self.options)
+
+    @property
+    def _numba_type_(self) -> Any:
+        return self.contained._numba_type_
+
+    @property
+    def targetoptions(self) -> dict[str, Any]:
+        """Where numba looks for `inline`."""
+        options: dict[str, Any] = self.contained.targetoptions
+        return options
+
+    def __reduce__(self) -> Any:
+        return Part, (self.py_func, self.options)
 
     @functools.cached_property
     def whole(self) -> Any:
         """As Python calls it, cached on disk."""
+        from . import dispatchers
+
         with caching() as cache:
-            found = Whole(self.py_func, {}, {"nopython": True, **self.options})
+            found = dispatchers.whole(self.py_func, self.options)
             if cache:
                 found.enable_caching()
             return found
@@ -194,8 +180,10 @@ class Part(CPUDispatcher):
         try:
             return self.whole(*arguments, **named)
         except OSError as error:  # compiled code raises none itself: there was no room to keep it
+            from . import dispatchers
+
             tell_uncached(error)
-            self.whole = Whole(self.py_func, {}, {"nopython": True, **self.options})
+            self.whole = dispatchers.whole(self.py_func, self.options)
             return self.whole(*arguments, **named)
 
 
@@ -227,6 +215,8 @@ def summing(function: F) -> F:
 @contextlib.contextmanager
 def caching() -> Iterator[bool]:
     """Functions decorated inside are cached in the folder of this process; whether there is one."""
+    from numba.core import config
+
     folder, before = cache_folder(), config.CACHE_DIR
     config.CACHE_DIR = "" if folder is None else str(folder)  # numba fixes the place of the cache at decoration
     try:
@@ -254,8 +244,16 @@ def kept() -> frozenset[str]:
     return frozenset() if folder is None else frozenset(path.name.rpartition("-")[0] for path in folder.rglob("*.nbi"))
 
 
-def addressed(signature: Any, function: Callable[..., Any], **more: Any) -> Any:
-    """`function` behind an address that anything can call, compiled now by this process or another one, cached on disk."""
+def addressed(signature: Any, function: Callable[..., Any], apart: bool = False) -> Any:
+    """`function` behind an address that anything can call, compiled now by this process or another one, cached on disk.
+
+    What its pointers point to does not overlap where one is written, if it says that they are `apart`.
+    """
+    import numba
+
+    from . import dispatchers
+
+    more = {"pipeline_class": dispatchers.Apart} if apart else {}
     name = f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}"
     with caching() as cache, alone(f"{function.__module__}.{function.__qualname__}"), without_collection():
         if name not in kept():

@@ -19,70 +19,31 @@ Source: E. Anderson et al., LAPACK Users' Guide, 3rd ed., SIAM 1999, doi:10.1137
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from llvmlite import ir
-from numba.core import cgutils, types
-from numba.core.errors import TypingError
-from numba.extending import get_cython_function_address, intrinsic
 
-from fmbs_skfem.core.errors import say
-from fmbs_skfem.core.jit import jit
+from fmbs_skfem.core.jit import deferred, jit
 
 _ROUTINES = ("dpbtrf", "dgbtrf", "dgbtrs", "dgetrf", "dgetrs")
 _PBTRF, _GBTRF, _GBTRS, _GETRF, _GETRS = range(len(_ROUTINES))
 
-#: addresses of the routines in this process, in the order of `_ROUTINES`
-ADDRESSES: np.ndarray = np.array(
-    [get_cython_function_address("scipy.linalg.cython_lapack", name) for name in _ROUTINES], dtype=np.int64
-)
-
 _LOWER, _PLAIN = ord("L"), ord("N")  #: the half of a symmetric band, and A x = b instead of A^T x = b
 
-
-def _check(addresses: Any, arguments: Any) -> None:
-    """Refuse at compilation what would crash at run time."""
-    if not isinstance(addresses, types.Array) or not addresses.mutable:
-        raise TypingError(
-            say("lapack", "ADDRESSES as an argument", "a constant", "pass lapack.ADDRESSES from Python down to the call")
-        )
-    for kind in arguments:
-        if isinstance(kind, types.Integer):
-            continue
-        fits = isinstance(kind, types.Array) and kind.layout == "C" and kind.mutable and kind.dtype in (types.float64, types.int32)
-        if not fits:
-            expected = "writable C-contiguous arrays of float64 (pivots: int32)"
-            raise TypingError(say("lapack", expected, kind, "copy the array first"))
+ADDRESSES: np.ndarray  #: of the routines in this process, in the order of `_ROUTINES`
 
 
-@intrinsic
-def _call(typing: Any, addresses: Any, routine: Any, arguments: Any) -> Any:
-    """Call LAPACK with pointers to `arguments` (arrays, int8 letters, integers) and to `info`, and return `info`.
+def __getattr__(name: str) -> np.ndarray:
+    """ADDRESSES, found when they are first asked for."""
+    if name != "ADDRESSES":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from numba.extending import get_cython_function_address
 
-    Integers are put on the stack; arrays are operands of the call, which keeps them alive until it returns.
-    """
-    _check(addresses, arguments)
+    found = [get_cython_function_address("scipy.linalg.cython_lapack", routine) for routine in _ROUTINES]
+    globals()[name] = np.array(found, dtype=np.int64)
+    addresses: np.ndarray = globals()[name]
+    return addresses
 
-    def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        byte = cgutils.voidptr_t
-        pointers = []
-        for kind, value in zip(arguments, cgutils.unpack_tuple(builder, values[2]), strict=True):
-            if isinstance(kind, types.Array):
-                pointer = context.make_array(kind)(context, builder, value).data
-            else:
-                width = ir.IntType(8 if kind.bitwidth == 8 else 32)
-                number = builder.trunc(value, width) if kind.bitwidth > width.width else value
-                pointer = cgutils.alloca_once_value(builder, number)
-            pointers.append(builder.bitcast(pointer, byte))
-        info = cgutils.alloca_once_value(builder, ir.Constant(ir.IntType(32), 0))
-        pointers.append(builder.bitcast(info, byte))
-        table = context.make_array(addresses)(context, builder, values[0]).data
-        target = ir.FunctionType(ir.VoidType(), [byte] * len(pointers)).as_pointer()
-        builder.call(builder.inttoptr(builder.load(builder.gep(table, [values[1]])), target), pointers)
-        return builder.sext(builder.load(info), ir.IntType(64))
 
-    return types.int64(addresses, types.int64, arguments), code
+_call = deferred("fmbs_skfem.core.intrinsics", "call_lapack")
 
 
 @jit

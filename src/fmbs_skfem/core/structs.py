@@ -26,35 +26,40 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from collections.abc import Callable, Sequence
-from typing import Annotated, Any, TypeAlias, get_type_hints
+from collections.abc import Callable
+from typing import Annotated, Any, NamedTuple, TypeAlias, get_type_hints
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.core.typing.templates import AttributeTemplate
-from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
-from numba.np.arrayobj import populate_array
 
 from .errors import say
-from .jit import addressed, jit
+from .jit import Deferred, addressed, deferred, jit
 
-Vector: TypeAlias = Annotated[np.ndarray, types.Array(types.float64, 1, "C")]
-Matrix: TypeAlias = Annotated[np.ndarray, types.Array(types.float64, 2, "C")]
-Cube: TypeAlias = Annotated[np.ndarray, types.Array(types.float64, 3, "C")]
-Tensor: TypeAlias = Annotated[np.ndarray, types.Array(types.float64, 4, "C")]
-Integers: TypeAlias = Annotated[np.ndarray, types.Array(types.int64, 1, "C")]
-IntegerMatrix: TypeAlias = Annotated[np.ndarray, types.Array(types.int64, 2, "C")]
-Shorts: TypeAlias = Annotated[np.ndarray, types.Array(types.int32, 1, "C")]
-SCALARS = {int: types.int64, float: types.float64, bool: types.boolean}
-SIGNATURE = types.int64(types.CPointer(types.int64), types.int64)
+
+class Kind(NamedTuple):
+    """An array in C order: of what, and with how many axes."""
+
+    item: str
+    ndim: int
+
+    def __str__(self) -> str:
+        return f"array({self.item}, {self.ndim}d, C)"
+
+
+Vector: TypeAlias = Annotated[np.ndarray, Kind("float64", 1)]
+Matrix: TypeAlias = Annotated[np.ndarray, Kind("float64", 2)]
+Cube: TypeAlias = Annotated[np.ndarray, Kind("float64", 3)]
+Tensor: TypeAlias = Annotated[np.ndarray, Kind("float64", 4)]
+Integers: TypeAlias = Annotated[np.ndarray, Kind("int64", 1)]
+IntegerMatrix: TypeAlias = Annotated[np.ndarray, Kind("int64", 2)]
+Shorts: TypeAlias = Annotated[np.ndarray, Kind("int32", 1)]
+SCALARS = (int, float, bool)
+SIGNATURE = "int64(CPointer(int64), int64)"
 FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)
 
 
 @functools.cache
 def fields(kind: type) -> tuple[tuple[str, Any], ...]:
-    """Names of a struct with their kinds: numba's type of an array, a type of SCALARS, or a struct."""
+    """Names of a struct with their kinds: Kind of an array, one of SCALARS, or a struct."""
     hints = get_type_hints(kind, include_extras=True)
     return tuple((name, hints[name].__metadata__[0] if hasattr(hints[name], "__metadata__") else hints[name]) for name in hints)
 
@@ -62,7 +67,7 @@ def fields(kind: type) -> tuple[tuple[str, Any], ...]:
 @functools.cache
 def items(kind: type) -> tuple[np.dtype | None, ...]:
     """What the arrays of a struct consist of, by field; None where a field is no array."""
-    return tuple(np.dtype(str(part.dtype)) if isinstance(part, types.Array) else None for _, part in fields(kind))
+    return tuple(np.dtype(part.item) if isinstance(part, Kind) else None for _, part in fields(kind))
 
 
 def packed(value: Any) -> np.ndarray:
@@ -96,98 +101,24 @@ def write(value: Any, found: list[int]) -> None:
 
 def width(kind: Any) -> int:
     """The number of integers of an entry of `fields`."""
-    if isinstance(kind, types.Array):
+    if isinstance(kind, Kind):
         return 1 + int(kind.ndim)
     return 1 if kind in SCALARS else sum(width(part) for _, part in fields(kind))
 
 
-class Opened(types.Type):
-    """A struct in compiled code: an address, from which fields are read where they are used."""
-
-    def __init__(self, kind: type) -> None:
-        self.kind = kind
-        super().__init__(f"Opened({kind.__module__}.{kind.__qualname__})")
-
-
-@register_model(Opened)
-class OpenedModel(models.PrimitiveModel):
-    """A pointer to integers."""
-
-    def __init__(self, manager: Any, kind: Opened) -> None:
-        super().__init__(manager, kind, ir.IntType(64).as_pointer())
-
-
-@infer_getattr
-class OpenedFields(AttributeTemplate):
-    """Types of fields."""
-
-    key = Opened
-
-    def generic_resolve(self, struct: Opened, name: str) -> Any:
-        kind = dict(fields(struct.kind)).get(name)
-        if kind is None or isinstance(kind, types.Array):
-            return kind
-        return SCALARS[kind] if kind in SCALARS else Opened(kind)
-
-
-def array_at(context: Any, builder: Any, kind: types.Array, data: Any, sizes: Sequence[Any]) -> Any:
-    """Code that makes an array, C order, of numbers that are there. It owns nothing and is not counted."""
-    item = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
-    strides = [item]
-    for size in reversed(sizes[1:]):
-        strides.insert(0, builder.mul(strides[0], size))
-    array = context.make_array(kind)(context, builder)
-    populate_array(array, data, cgutils.pack_array(builder, sizes), cgutils.pack_array(builder, strides), item, None)
-    return array._getvalue()
-
-
-@lower_getattr_generic(Opened)
-def read_field(context: Any, builder: Any, struct: Opened, start: Any, name: str) -> Any:
-    """Code that reads a field. Integers of a struct never change while it is open, so that reads may leave their loops."""
-    names = [field for field, _ in fields(struct.kind)]
-    kinds = dict(fields(struct.kind))
-    first = sum(width(kinds[before]) for before in names[: names.index(name)])
-
-    def slot(k: int) -> Any:
-        found = builder.load(builder.gep(start, [ir.Constant(ir.IntType(64), first + k)]))
-        found.set_metadata("invariant.load", builder.module.add_metadata([]))
-        return found
-
-    kind = kinds[name]
-    if isinstance(kind, types.Array):
-        data = builder.inttoptr(slot(0), context.get_data_type(kind.dtype).as_pointer())
-        return array_at(context, builder, kind, data, [slot(1 + k) for k in range(kind.ndim)])
-    if kind is float:
-        return builder.bitcast(slot(0), ir.DoubleType())
-    if kind is bool:
-        return builder.trunc(slot(0), ir.IntType(1))
-    return slot(0) if kind is int else builder.gep(start, [ir.Constant(ir.IntType(64), first)])
-
-
 def opener(kind: type) -> Callable[[Any], Any]:
     """A function for compiled code: the struct at an address, a pointer or a number. Its arrays own nothing."""
-
-    @intrinsic
-    def opened(typing: Any, table: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            return values[0] if isinstance(table, types.CPointer) else builder.inttoptr(values[0], ir.IntType(64).as_pointer())
-
-        return Opened(kind)(table), code
-
-    found: Callable[[Any], Any] = opened
-    return found
+    return Deferred(functools.partial(make_opener, kind))
 
 
-@intrinsic
-def invoke(typing: Any, address: Any, table: Any, more: Any) -> Any:
-    """Call the routine at an address inside compiled code; what it returns."""
+def make_opener(kind: type) -> Any:
+    """The intrinsic behind `opener`."""
+    from . import intrinsics
 
-    def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        integer = ir.IntType(64)
-        target = ir.FunctionType(integer, [integer.as_pointer(), integer]).as_pointer()
-        return builder.call(builder.inttoptr(values[0], target), [values[1], values[2]])
+    return intrinsics.opener(kind)
 
-    return types.int64(types.int64, types.CPointer(types.int64), types.int64), code
+
+invoke = deferred("fmbs_skfem.core.intrinsics", "invoke")
 
 
 class Routine:
@@ -248,8 +179,8 @@ def read_struct(kind: type, integers: Any, first: int = 0) -> Any:
     """A struct from its integers."""
     found: list[Any] = []
     for _, part in fields(kind):
-        if isinstance(part, types.Array):
-            shape, item = tuple(integers[first + 1 : first + 1 + part.ndim]), np.dtype(str(part.dtype))
+        if isinstance(part, Kind):
+            shape, item = tuple(integers[first + 1 : first + 1 + part.ndim]), np.dtype(part.item)
             memory: Any = (ctypes.c_char * (int(np.prod(shape)) * item.itemsize)).from_address(integers[first])
             found.append(np.ndarray(shape, item, memory))
         elif part is float:

@@ -19,16 +19,16 @@ multiplications each. Coefficients that start at a multiple of 64 bytes are read
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
-import numba
 import numpy as np
 
 from ..bodies.laws import Law
 from ..core.container import storable
 from ..core.entries import view
 from ..core.errors import InputError, say
-from ..core.jit import jit
+from ..core.jit import Deferred, jit
 from ..core.structs import Vector, opener, routine
 from ..core.validation import Range, Reals, Sizes, also, require
 from . import terms
@@ -40,8 +40,17 @@ if TYPE_CHECKING:
 
 LANES = 8  #: numbers of a cache line, to which rows are padded
 
-#: For dot products, whose sums the compiler may regroup to use all lanes; NaN and infinity keep their meaning.
-regrouped = numba.njit(error_model="numpy", fastmath={"reassoc", "contract"})
+
+def regrouped(function: Any) -> Any:
+    """For dot products, whose sums the compiler may regroup to use all lanes; NaN and infinity keep their meaning."""
+    return Deferred(partial(optimised, function))
+
+
+def optimised(function: Any) -> Any:
+    """Compiled by itself, not with its callers."""
+    import numba
+
+    return numba.njit(error_model="numpy", fastmath={"reassoc", "contract"})(function)
 
 
 @storable
