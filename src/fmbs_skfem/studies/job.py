@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 from ..core import compilation
 from ..core.errors import InputError, say
 from ..core.notices import Notice, Remark, notify
-from . import reports
+from . import notebooks, reports
 
 if TYPE_CHECKING:
     from ..dynamics import Trajectory
@@ -100,7 +100,9 @@ def begin(source: Source = "", **shared: Unpack[Shared]) -> Iterator[Job]:
             raise InputError(say("parameters", "the file of a scene", "a scene", "read it with them: scenes.read(path, changes)"))
     job.listener.begin(job)
     listening = compilation.heard_by(job.hear_compilation)
-    with threadpool_limits(limits=1, user_api="blas"), hear(job), listening:
+    with threadpool_limits(limits=1, user_api="blas"), hear(job), listening, notebooks.progress() as shown:
+        if shown is not None and "listener" not in given:
+            job.listener = Listener(progress=shown)
         yield job
 
 
@@ -167,8 +169,8 @@ def fit_step(scene: Scene) -> Scene:
 
 
 def title(scene: Scene) -> str:
-    """The name of a scene, or that of its file."""
-    return scene.name or (scene.path.stem if scene.path else "")
+    """The name of a scene, or that of its file; "scene" for one without both."""
+    return scene.name or (scene.path.stem if scene.path else "scene")
 
 
 def settle_file(job: Job, name: str) -> Path | None:
