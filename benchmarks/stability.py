@@ -148,7 +148,7 @@ def condition(system: System, h: float) -> dict[str, float]:
     method = method_of(SCHEME, Newton(), h, built)
     J = compiled.gap(built, system.x0)[1]
     W = as_dense(compiled.tangent(built, system.x0, np.zeros(len(J)))) + method.bh * as_dense(system.mass)
-    plain, scaled = saddle.matrix(W, J).toarray(), saddle.matrix(method.c * W, J).toarray()
+    plain, scaled = saddle.matrix(W, J), saddle.matrix(method.c * W, J)
     size = 1.0 / np.sqrt(np.abs(scaled).max(axis=1))
     return {
         "unscaled": float(np.linalg.cond(plain)),

@@ -74,7 +74,7 @@ def condition(system: System, h: float, scaled: bool) -> float:
     method = method_of(SCHEME, Newton(), h, built)
     J = compiled.gap(built, system.x0)[1]
     W = as_dense(compiled.tangent(built, system.x0, np.zeros(len(J)))) + method.bh * as_dense(system.mass)
-    return float(np.linalg.cond(saddle.matrix((method.c if scaled else 1.0) * W, J).toarray()))
+    return float(np.linalg.cond(saddle.matrix((method.c if scaled else 1.0) * W, J)))
 
 
 def test_the_scaling_makes_the_condition_number_independent_of_the_step() -> None:

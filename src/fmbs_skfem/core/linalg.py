@@ -23,6 +23,13 @@ def as_dense(a: Any) -> np.ndarray:
     return np.asarray(a.toarray() if is_sparse(a) else a, dtype=np.float64)
 
 
+def scaled(A: Array, rows: np.ndarray, columns: np.ndarray) -> Array:
+    """A_ij rows_i columns_j of A (i, j), sparse or dense as it is."""
+    if is_sparse(A):
+        return csr_array(scipy.sparse.diags_array(rows) @ A @ scipy.sparse.diags_array(columns))
+    return np.asarray(rows[:, None] * A * columns)
+
+
 def support(A: np.ndarray) -> slice:
     """Smallest range of columns of A (i, j) that holds all non-zeros."""
     used = np.flatnonzero(np.abs(A).max(axis=0) > 0)

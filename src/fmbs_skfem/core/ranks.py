@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import qr
+from scipy.linalg.lapack import dgeqp3
 
 from .linalg import Array, as_dense
 
@@ -20,6 +21,7 @@ EXACT = 1e-9  #: exact but for round-off: linear rows, traces of edges, Jacobian
 CLOSED = 1e-8  #: nonlinear rows in a position that an iteration has moved onto the joints, to some 1e-11 of its size
 STATED = 1e-6  #: rows on rigid motions: scenes state places and axes to some six digits
 NEAR = 1e-5  #: rows where the joints hold to some digits only: a start as it is stated, states in a trained space
+BLOCK = 32  #: columns that LAPACK takes at once
 
 
 def lengths(a: np.ndarray) -> np.ndarray:
@@ -37,9 +39,10 @@ def pivots(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The rows (min(m, n),) that pivoting takes first, and their distances to the span of those before, falling."""
     if not a.size:
         return np.zeros(0, np.int64), np.zeros(0)
-    triangle, order = qr(a.T, mode="r", pivoting=True)
+    room = 2 * len(a) + BLOCK * (len(a) + 1)
+    triangle, order, *_ = dgeqp3(np.asarray_chkfinite(a.T), lwork=room)
     found = np.abs(np.diag(triangle))
-    return order[: len(found)], found
+    return order[: len(found)].astype(np.int64) - 1, found
 
 
 def independent_rows(a: Array, tolerance: float = EXACT, units: np.ndarray | float = 1.0, alike: bool = False) -> np.ndarray:

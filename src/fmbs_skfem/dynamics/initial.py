@@ -17,6 +17,7 @@ from scipy.sparse import coo_array, csr_array
 from ..bodies.laws import Law
 from ..core import direct, lapack, ranks, saddle
 from ..core.errors import Reason, SolverError
+from ..core.linalg import Array
 from ..core.notices import notify
 from ..systems import compiled as compilation
 from ..systems import evaluation, forces, layouts, mechanism
@@ -40,7 +41,7 @@ JERK = np.array([-5.0, 18.0, -24.0, 14.0, -3.0])  #: third, times 2 d^3
 
 
 Solver = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  #: (f, g) -> (a, l)
-Inverter = Callable[[csr_array, np.ndarray], Callable[[np.ndarray], np.ndarray] | None]  #: (M, J) -> b -> z
+Inverter = Callable[[Array, np.ndarray], Callable[[np.ndarray], np.ndarray] | None]  #: (M, J) -> b -> z
 
 
 class Instant(NamedTuple):
@@ -81,7 +82,7 @@ def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np
     by_mass = not system.loads.forces and not has_plates(system)
     if by_mass or np.abs(gap).max(initial=0.0) <= ROUND_OFF * speed_of(system.v0):
         try:
-            solve = kkt_solver(system, csr_array(system.mass), J)
+            solve = kkt_solver(system, system.mass, J)
             return system.x0, projected(system.v0, solve, gap)
         except SolverError:
             if by_mass:
@@ -146,7 +147,7 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     system, h, on, x, v = model.system, scheme.step, ~at.off, at.x, at.v
     phi, J = (part[on] for part in compilation.gap(model, x, at.time))
     closed(held(system, on), phi)
-    M = csr_array(system.mass)
+    M = system.mass
     if has_plates(system):
         method = method_of(scheme, Newton(), h, model)
         M = M + (compilation.tangent(model, x, np.zeros(len(on)), at.time, method.gh, at.memory)) / method.bh
@@ -154,7 +155,7 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
         method = method_of(scheme, Newton(), h, model)
         M = M + compilation.probe_tangent(model, x, np.zeros(len(on)), at.time, method.gh, at.memory, v) / method.bh
     invert = partial(augmented, model) if model.pattern else None
-    solve = kkt_solver(held(system, on), csr_array(M), J, at.memory is None, invert)
+    solve = kkt_solver(held(system, on), M, J, at.memory is None, invert)
     still, k = np.zeros(len(x)), np.arange(5.0)[:, None]
 
     def along(d: float, *rates: np.ndarray) -> np.ndarray:
@@ -165,7 +166,7 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     steady = (is_linear(system.constraints) | ~on).all()  # straight paths stay on what is linear and independent of time
     d = DRIFT * h
     drift = np.zeros(len(phi)) if steady else RATE @ along(d, still) / (12 * d)
-    strike = solve if at.memory is None else kkt_solver(held(system, on), csr_array(system.mass), J, False, invert)
+    strike = solve if at.memory is None else kkt_solver(held(system, on), system.mass, J, False, invert)
     v = projected(v, strike, J @ v + drift, at.memory is None)
     f = compilation.forces(model, x, v, at.time, at.memory)
     d = CURVATURE * h
@@ -199,7 +200,7 @@ def spread(values: np.ndarray, on: np.ndarray) -> np.ndarray:
     return found
 
 
-def kkt_solver(system: System, M: csr_array, J: np.ndarray, first: bool = True, invert: Inverter | None = None) -> Solver:
+def kkt_solver(system: System, M: Array, J: np.ndarray, first: bool = True, invert: Inverter | None = None) -> Solver:
     """Solve [[M, J^T], [J, 0]] (a, l) = (f, g), J (m, n) of the rows that a system holds; redundant ones are named in the error.
 
     `invert` gives the inverse of this matrix of M and J, if not `saddle`. In a singular position, where rows depend on each other
@@ -233,7 +234,7 @@ def dependent(system: System, rows: np.ndarray) -> SolverError:
     return SolverError(text, Reason.INCONSISTENT, 0.0, names)
 
 
-def weightless(system: System, M: csr_array) -> SolverError:
+def weightless(system: System, M: Array) -> SolverError:
     """The error of a start whose accelerations are not determined: unknowns without mass that no joint holds."""
     m = M.diagonal()
     names = [coordinate_names(system)[k] for k in np.flatnonzero(m <= 1e-12 * m.max(initial=0.0))]
@@ -242,7 +243,7 @@ def weightless(system: System, M: csr_array) -> SolverError:
     return SolverError(text, Reason.SINGULAR_TANGENT, 0.0, tuple((name, 0.0) for name in names[:5]))
 
 
-def augmented(model: Compiled, M: csr_array, J: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+def augmented(model: Compiled, M: Array, J: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     """Solve [[M, J^T], [J, 0]] for large models by M + J^T J, which is definite where M is on the null space of J."""
     n, m = M.shape[0], len(J)
     scale = np.sqrt(M.diagonal().max()) / max(float(np.abs(J).max(initial=0.0)), 1e-300)

@@ -19,7 +19,6 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import eigvalsh
 from scipy.sparse import csr_array
-from scipy.sparse.linalg import norm
 
 from ..bodies.fields import extreme_strains
 from ..core import ranks, saddle
@@ -150,7 +149,7 @@ def weakest(stop: Stop) -> tuple[float, np.ndarray] | None:
     for _ in range(4):
         y = found.factors.solve(found.factors.solve(y, trans="T"))
         y = y / np.linalg.norm(y)
-    return (float(np.linalg.norm(A @ y) / norm(A, 1)), y) if np.isfinite(y).all() else None
+    return (float(np.linalg.norm(A @ y) / abs(A).sum(axis=0).max()), y) if np.isfinite(y).all() else None
 
 
 def eigenvalues(stop: Stop, x: np.ndarray, multipliers: np.ndarray, t: float) -> np.ndarray | None:

@@ -23,7 +23,7 @@ from .forces import Force, Place
 from .kernels import Operator, Pairs, Terms
 from .layouts import Layout, Pieces, Storage
 from .matrices import constant, permuted, triple
-from .system import COMPILED, System
+from .system import System, remembered
 from .terms import Lifts, Piece, Setting, Targets, Term
 
 NEARBY = 1e-4  #: distance of the states that rates of angles are taken from, over the time between two stored states
@@ -96,11 +96,7 @@ def compile_system(system: System) -> Compiled:
     """A system for compiled code, which it remembers, one for every thread: each has its own space. Wide ones are too large."""
     if system.size >= layouts.WIDE:
         return flatten(system)
-    known: dict[tuple[int, ...], Compiled] = system.__dict__.setdefault(COMPILED, {})
-    key = get_ident(), layouts.DENSE, layouts.WIDE, layouts.BAND
-    if key not in known:
-        known[key] = flatten(system)
-    return known[key]
+    return remembered(system, (get_ident(), layouts.DENSE, layouts.WIDE, layouts.BAND), lambda: flatten(system))
 
 
 def flatten(system: System) -> Compiled:
@@ -232,11 +228,10 @@ def constraint_pairs(system: System) -> tuple[np.ndarray, np.ndarray]:
 
 def signal_table(system: System, times: np.ndarray) -> np.ndarray:
     """Values of all signals, (s, k)."""
-    return (
-        np.array([np.broadcast_to(np.asarray(f(times), dtype=float), times.shape) for f in system.signals])
-        .T.reshape(len(times), -1)
-        .copy()
-    )
+    found = np.empty((len(times), len(system.signals)))
+    for k, signal in enumerate(system.signals):
+        found[:, k] = signal(times)
+    return found
 
 
 def place(

@@ -27,7 +27,7 @@ from ..core.responses import OfState
 from . import fields
 from .constraint_functions import AXES, Joint, Term, basis, mark, where
 from .places import QUARTER, At, Draft, Terms
-from .system import Constraints, Lock, System, Trigger
+from .system import Constraints, Lock, System, Trigger, remembered
 
 DIRECTIONS = {"rising": 1, "falling": -1, "both": 0}
 Names = Annotated[tuple[str, ...], NAMED, "of joints"]
@@ -206,13 +206,17 @@ def hold_angle(found: Holding, u: int, w: int | None) -> None:
 
 
 def with_locks(system: System) -> System:
-    """The system with the rows of its locks behind those of its joints."""
+    """The system with the rows of its locks behind those of its joints, always the same, so that it is compiled once."""
     known = system.constraints
     more = [one.rows for one in system.locks if not set(one.rows.names) & set(known.names)]
     if not more:
         return system
-    full = None if system.full is None else with_locks(system.full)
-    return replace(system, constraints=appended(known, more), full=full)
+
+    def find() -> System:
+        full = None if system.full is None else with_locks(system.full)
+        return replace(system, constraints=appended(known, more), full=full)
+
+    return remembered(system, "locks", find)
 
 
 def appended(known: Constraints, more: Sequence[Constraints]) -> Constraints:

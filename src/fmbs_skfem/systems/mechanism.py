@@ -26,6 +26,7 @@ from scipy.sparse import block_diag, coo_array, csgraph, csr_array
 
 from ..core import ranks
 from ..core.errors import Reason, SolverError
+from ..core.linalg import as_dense
 from ..core.rotations import rotation
 from . import redundancy
 from .redundancy import AMPLITUDES, ITERATIONS, Rows, relative, rows_of
@@ -163,8 +164,8 @@ def on_motions(system: System, rows: Rows | None, q: np.ndarray) -> np.ndarray:
     if rows is None:
         return np.zeros((0, B.shape[1]))
     J, B = rows(q[rows.used])[1], csr_array(B[rows.used])
-    A = (J @ B).toarray()
-    A[np.linalg.norm(A, axis=1) <= ranks.EXACT * np.linalg.norm((abs(J) @ abs(B)).toarray(), axis=1)] = 0.0
+    A = as_dense(J @ B)
+    A[np.linalg.norm(A, axis=1) <= ranks.EXACT * np.linalg.norm(as_dense(abs(J) @ abs(B)), axis=1)] = 0.0
     return A
 
 
@@ -302,8 +303,8 @@ def redundant(system: System) -> tuple[Dependence, ...]:
     if not names:
         return ()
     rows, z = rows_of(system)
-    phi, sparse = rows(z)
-    J = sparse.toarray() * rows.scale
+    phi, J = rows(z)
+    J = as_dense(J) * rows.scale
     labels, linear = [".".join(pair) for pair in names], is_linear(system.constraints)
     if ranks.rank(J, ranks.CLOSED) == len(names):
         return ()

@@ -18,23 +18,26 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, diags_array, eye_array
+from scipy.sparse import coo_array, csr_array, eye_array
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from ..core import ranks
 from ..core.errors import Reason, SolverError
+from ..core.linalg import Array, as_dense, is_sparse, scaled
 from ..core.notices import notify
 from . import constraint_laws, echelon, kernels
 from .compiled import signal_table
 from .constraint_laws import LawRows
-from .system import System, driven_rows, is_linear, keep_constraints, linear_part, loose_rows, reads
+from .system import System, driven_rows, is_linear, keep_constraints, linear_rows, loose_rows, reads, remembered
 
 DIGITS = 1e-12  #: change of a row in a large motion, relative to its summands, that is round-off
 SHIFT = 1e-14  #: of J J^T for unit rows, which lets factors of dependent rows exist
 AMPLITUDES = (0.05, 0.02, 0.005)  #: change of the coordinates, in units of their root mean square
 ITERATIONS = 20
 SMALL = 100_000  #: numbers of an array whose rank costs little
+FEW = 20_000  #: numbers of an array that is dense in a fraction of the time of a sparse one
+CHEAP = 200_000  #: products of a rank that costs less than to see which rows share coordinates
 ALONE = 1e-2  #: part of a change within which the joints hold at the start only, where they are singular
 AGREE = 1e-6  #: weight of a driven row in a combination of rows, below which it is not part of it
 
@@ -46,7 +49,7 @@ class Rows:
     terms: kernels.Terms
     laws: tuple[LawRows, ...]
     signals: np.ndarray
-    probes: csr_array  #: (j, u)
+    probes: Array  #: (j, u), dense where there are few
     offset: np.ndarray  #: (j,) y at z = 0
     count: int
     used: np.ndarray  #: (u,) coordinates that the constraints read
@@ -57,7 +60,7 @@ class Rows:
         slopes = [np.ones(own.rows.shape) for own in self.laws]
         return csr_array(self.on_probes(np.ones((len(self.terms.row), 2)), slopes) @ abs(self.probes))
 
-    def on_probes(self, slopes: np.ndarray, others: Sequence[np.ndarray]) -> csr_array:
+    def on_probes(self, slopes: np.ndarray, others: Sequence[np.ndarray]) -> Array:
         """Slopes (t, 2) of the terms in their two probe rows, and (t, r) of every law, as (m, j)."""
         places = np.stack([self.terms.i, self.terms.j], axis=1)
         on = places >= 0
@@ -66,8 +69,13 @@ class Rows:
             values.append(part.ravel())
             row.append(np.repeat(own.row, own.rows.shape[1]))
             column.append(own.rows.ravel())
-        entries = np.concatenate(values), (np.concatenate(row), np.concatenate(column))
-        return csr_array(coo_array(entries, shape=(self.count, len(self.offset))))
+        entries, spots = np.concatenate(values), (np.concatenate(row), np.concatenate(column))
+        shape = self.count, len(self.offset)
+        if is_sparse(self.probes):
+            return csr_array(coo_array((entries, spots), shape=shape))
+        found = np.zeros(shape)
+        np.add.at(found, spots, entries)
+        return found
 
     def of_terms(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Phi (m,) of the terms at probe rows y (j,), and their slopes (t, 2) in their two probe rows."""
@@ -77,7 +85,7 @@ class Rows:
         np.add.at(phi, terms.row, value * first * second)
         return phi, np.stack([value * second, value * first], axis=1)
 
-    def __call__(self, z: np.ndarray) -> tuple[np.ndarray, csr_array]:
+    def __call__(self, z: np.ndarray) -> tuple[np.ndarray, Array]:
         """Phi (m,) and Phi_z (m, u)."""
         y = self.probes @ z + self.offset
         phi, slopes = self.of_terms(y)
@@ -85,9 +93,9 @@ class Rows:
         for own, (values, _) in zip(self.laws, found, strict=True):
             phi[own.row] += values
         at_probes = self.on_probes(slopes, [part for _, part in found])
-        J, summands = csr_array(at_probes @ self.probes), abs(at_probes) @ np.abs(y)
+        J, summands = at_probes @ self.probes, abs(at_probes) @ np.abs(y)
         moves = abs(J) @ self.scale > DIGITS * summands  # other rows, such as one of a vector that is held, are round-off
-        return phi, csr_array(diags_array(moves.astype(float)) @ J)
+        return phi, scaled(J, moves.astype(float), np.ones(len(z)))
 
 
 def rows_of(system: System) -> tuple[Rows, np.ndarray]:
@@ -96,12 +104,13 @@ def rows_of(system: System) -> tuple[Rows, np.ndarray]:
     read = np.unique(reads(terms, len(system.probes.offset)).indices)
     place = np.full(len(system.probes.offset), -1)
     place[read] = np.arange(len(read))
-    matrix = csr_array(system.probes.matrix)[read]
+    matrix = csr_array(system.probes.matrix[read])
     used = np.unique(matrix.indices)
+    few = len(read) * len(used) <= FEW
     i, j = (np.where(part >= 0, place[part], -1) for part in (terms.i, terms.j))
     flat = kernels.Terms(terms.row, terms.coefficient, terms.signal, i, j, np.full(len(i), -1))
     signals = signal_table(system, np.zeros(1))[0]
-    probes, scale = csr_array(matrix[:, used]), scale_of(system)[used]
+    probes, scale = matrix[:, used].toarray() if few else csr_array(matrix[:, used]), scale_of(system)[used]
     laws = tuple(replace(own, rows=place[own.rows]) for own in terms.laws)
     return Rows(flat, laws, signals, probes, system.probes.offset[read], len(terms.names), used, scale), system.x0[used]
 
@@ -112,13 +121,17 @@ def scale_of(system: System) -> np.ndarray:
     if isinstance(matrix, np.ndarray):
         largest = np.abs(factor[:, None] * matrix).max(axis=0)
     else:
-        largest = abs(csr_array(matrix)).multiply(factor[:, None]).max(axis=0).toarray().ravel()
+        largest, entries = np.zeros(matrix.shape[1]), np.abs(matrix.data) * np.repeat(factor, np.diff(matrix.indptr))
+        np.maximum.at(largest, matrix.indices, entries)
     return 1.0 / np.where(largest > 0.0, largest, 1.0)
 
 
 def doubtful(rows: Rows, z: np.ndarray) -> np.ndarray:
     """Rows (i,) that may depend on each other at z: those within ranks.NEAR of others, and what is coupled to them."""
     unit = relative(rows, z)[1]
+    if rows.count * len(z) <= FEW and ranks.rank(unit, ranks.NEAR) == rows.count:
+        return np.zeros(0, np.int64)
+    unit = csr_array(unit)
     shifted = (unit @ unit.T + SHIFT * eye_array(rows.count)).tocsc()
     factors = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     near = factors.U.diagonal()[factors.perm_c] <= ranks.NEAR**2
@@ -132,7 +145,7 @@ def nearby(rows: Rows, z: np.ndarray) -> list[np.ndarray]:
     if not len(z):
         return [np.zeros((rows.count, 0))]
     random, found = np.random.default_rng(0), []
-    J = relative(rows, z)[1].toarray()
+    J = as_dense(relative(rows, z)[1])
     far = max(1.0, float(np.abs(z / rows.scale).max()))
     for amplitude in AMPLITUDES:
         change = amplitude * random.normal(size=len(z))
@@ -142,21 +155,20 @@ def nearby(rows: Rows, z: np.ndarray) -> list[np.ndarray]:
             gap, slopes = relative(rows, moved)
             if np.abs(gap).max() < 1e-13 * far:
                 break
-            moved = moved - rows.scale * ranks.least(slopes.toarray(), gap)
+            moved = moved - rows.scale * ranks.least(as_dense(slopes), gap)
         gap, slopes = relative(rows, moved)
         back = np.abs(moved - z) / rows.scale
         if np.abs(gap).max() < 1e-11 * far and not back.max() < ALONE * np.abs(change).max():
-            found.append(slopes.toarray())
+            found.append(as_dense(slopes))
     return found
 
 
-def relative(rows: Rows, z: np.ndarray) -> tuple[np.ndarray, csr_array]:
+def relative(rows: Rows, z: np.ndarray) -> tuple[np.ndarray, Array]:
     """Phi (m,) and Phi_z (m, u) in units of z and with rows of length 1, so that units of lengths and equations do not matter."""
     phi, J = rows(z)
-    J = csr_array(J @ diags_array(rows.scale))
-    length = np.sqrt(np.asarray((J * J).sum(axis=1)).ravel())
+    length = np.sqrt((J * J) @ rows.scale**2)
     factor = 1.0 / np.where(length > 0.0, length, 1.0)
-    return factor * phi, csr_array(diags_array(factor) @ J)
+    return factor * phi, scaled(J, factor, rows.scale)
 
 
 def singular_start(system: System) -> bool:
@@ -194,10 +206,13 @@ def without_redundant(system: System) -> System:
 
 def without_redundant_linear(system: System) -> System:
     """The system without rows that follow from other linear ones; SolverError where those contradict each other."""
-    rows, A, a = linear_part(system)
-    shared = connected_components(csr_array(abs(A) @ abs(A).T), directed=False)[1] if len(rows) else rows
-    mine = np.flatnonzero(np.bincount(shared)[shared] > 1) if len(rows) else rows
-    if not len(mine) or apart(csr_array(A[mine])):
+    rows, entries, a = linear_rows(system)
+    if not len(rows) or (len(rows) ** 2 * system.size <= CHEAP and apart(entries)):
+        return system
+    A = csr_array(entries)
+    shared = connected_components(csr_array(abs(A) @ abs(A).T), directed=False)[1]
+    mine = np.flatnonzero(np.bincount(shared)[shared] > 1)
+    if not len(mine) or apart(A[mine]):
         return system
     found = echelon.solve(csr_array(A[mine]), a[mine])
     dropped = rows[mine[found.left]]
@@ -205,7 +220,7 @@ def without_redundant_linear(system: System) -> System:
     return left_out(system, dropped) if len(dropped) else system
 
 
-def apart(A: csr_array) -> bool:
+def apart(A: Array) -> bool:
     """Whether rows (i, n) are found to be independent at small cost."""
     return A.shape[0] * A.shape[1] <= SMALL and ranks.rank(A, ranks.NEAR) == A.shape[0]
 
@@ -220,10 +235,14 @@ def refuse_gaps(names: list[tuple[str, str]], gap: np.ndarray, tolerance: float)
 
 
 def left_out(system: System, rows: np.ndarray) -> System:
-    """The system without some rows, which a notice names; their reactions are zero."""
+    """The system without some rows, always the same, which a notice names; their reactions are zero."""
     notify_left_out([system.constraints.names[k] for k in rows])
-    kept = keep_constraints(system, np.setdiff1d(np.arange(len(system.constraints.names)), rows))
-    return replace(kept, full=system.full or system)
+
+    def find() -> System:
+        kept = keep_constraints(system, np.setdiff1d(np.arange(len(system.constraints.names)), rows))
+        return replace(kept, full=system.full or system)
+
+    return remembered(system, ("left out", *rows), find)
 
 
 def notify_left_out(names: list[tuple[str, str]]) -> None:

@@ -11,9 +11,9 @@ Source of the equations: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cm
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, TypeAlias, TypeVar
 
 import numpy as np
 from scipy.sparse import csr_array, eye_array
@@ -28,6 +28,7 @@ from .constraint_laws import LawRows
 from .forces import is_force
 
 Matrix: TypeAlias = csr_array | np.ndarray
+Found = TypeVar("Found")
 Signal: TypeAlias = Callable[[np.ndarray], np.ndarray]  #: a scalar function of time, vectorised
 
 
@@ -149,7 +150,7 @@ class Output:
 storable(Output, labels=lambda values: ())
 
 
-COMPILED = "compiled"  #: where a system remembers what was compiled of it, see `compiled.compile_system`
+COMPILED = "compiled"  #: where a system remembers what was found of it, see `remembered`
 
 
 @dataclass(frozen=True, repr=False)
@@ -207,6 +208,14 @@ storable(
 )
 
 
+def remembered(system: System, key: Hashable, find: Callable[[], Found]) -> Found:
+    """What is found of a system, by a key, the first time; it goes with the system, and copies begin without it."""
+    known: dict[Hashable, Found] = system.__dict__.setdefault(COMPILED, {})
+    if key not in known:
+        known[key] = find()
+    return known[key]
+
+
 def in_scene(system: System, q: np.ndarray) -> np.ndarray:
     """Body coordinates (..., q) from the origin of the scene."""
     return q + np.kron(system.unit, system.origin)
@@ -259,17 +268,27 @@ def reads(constraints: Constraints, count: int) -> csr_array:
 
 def linear_part(system: System) -> tuple[np.ndarray, csr_array, np.ndarray]:
     """Time-independent linear constraints A x + a = 0: row numbers (i,), A (i, n), a (i,)."""
+    rows, A, a = linear_rows(system)
+    return rows, csr_array(A), a
+
+
+def linear_rows(system: System) -> tuple[np.ndarray, Matrix, np.ndarray]:
+    """As `linear_part`, with A dense where probes are."""
     terms = system.constraints
     rows = np.flatnonzero(is_linear(terms))
     place = np.full(len(terms.names), -1)
     place[rows] = np.arange(len(rows))
     mine = place[terms.row] >= 0
     on = mine & (terms.i >= 0)
-    size = (len(rows), len(system.probes.offset))
-    B = csr_array((terms.coefficient[on], (place[terms.row[on]], terms.i[on])), shape=size)
+    row, i, value, P = place[terms.row[on]], terms.i[on], terms.coefficient[on], system.probes.matrix
     a = np.zeros(len(rows))
     np.add.at(a, place[terms.row[mine & ~on]], terms.coefficient[mine & ~on])
-    return rows, csr_array(B @ system.probes.matrix), a + B @ system.probes.offset
+    np.add.at(a, row, value * system.probes.offset[i])
+    if isinstance(P, np.ndarray):
+        A = np.zeros((len(rows), system.size))
+        np.add.at(A, row, value[:, None] * P[i])
+        return rows, A, a
+    return rows, csr_array(csr_array((value, (row, i)), shape=(len(rows), len(P.indptr) - 1)) @ P), a
 
 
 def keep_constraints(system: System, rows: np.ndarray) -> System:

@@ -16,6 +16,7 @@ from scipy.sparse import csr_array
 
 from ..bodies import body
 from ..core import saddle
+from ..core.linalg import as_dense
 from ..dynamics import GeneralizedAlpha, Newton, integrate
 from ..dynamics.scheme import method_of
 from ..dynamics.step import Method
@@ -206,7 +207,7 @@ def bordered(h: float, scale: Callable[[Method], float]) -> np.ndarray:
     x, model = np.array([0.9, -0.43]), compile_system(system)
     method = method_of(GeneralizedAlpha(h, 0.8), TIGHT, h, model)
     W = method.bh * csr_array(system.mass) + compiled.tangent(model, x, np.array([12.0]))
-    return saddle.matrix(scale(method) * W, compiled.gap(model, x)[1]).toarray()
+    return as_dense(saddle.matrix(scale(method) * W, compiled.gap(model, x)[1]))
 
 
 def condition(A: np.ndarray) -> float:
