@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.rigid import rigid
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, energy_errors, integrate, outputs
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, energy_errors, integrate, outputs, solve_statics
 from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, loads, probes
 
 from .. import models
@@ -61,3 +61,12 @@ def test_a_gain_beside_a_drive_is_still_seen() -> None:
     held = [joints.Pin("hub", At("beam", "left")), joints.Revolute("pin", At("rod", "end")), motor]
     system = eliminate(assemble([beam, rod], held, initial={"beam": Motion(angular_velocity=10.0)}))
     assert energy_errors(integrate(system, GeneralizedAlpha(0.02, 1.0), 0.8)).rise > 0.25
+
+
+def test_equilibria_have_energies_and_no_balance() -> None:
+    """A rod driven up in five equilibria: its weight is lifted, and no balance is claimed of a way that nothing went."""
+    path = solve_statics(driven(lambda t: 0.5 * np.pi * t), 5)
+    found = outputs(path)
+    assert_allclose(found["E_potential"], 9.81 * 0.5 * np.sin(0.5 * np.pi * path.times), atol=1e-9)
+    assert not found["E_kinetic"].any()
+    assert np.isnan(found["E_balance"]).all()

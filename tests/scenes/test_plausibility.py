@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
+from skfem import MeshQuad
 
 from fmbs_skfem import scenes
 from fmbs_skfem.bodies import Material, body
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.scenes import figures, plausibility
+from fmbs_skfem.scenes import build, figures, plausibility
 from fmbs_skfem.scenes.figures import BodyFigures, CellShapes
-from fmbs_skfem.shapes import ancf_plate, skfem_surface
+from fmbs_skfem.shapes import ancf_plate, plate_meshes, skfem_surface
 
 from ..systems.rigid_parts import grid
 
@@ -271,3 +273,22 @@ analysis: {{type: static}}
         assert known["strip"].cells.across == (across if (dimension, ratio) == (3, 0.3) else 0)
         told = [str(finding) for finding in plausibility.findings(scene, known)]
         assert any("16 of 16 cells reach from edge to edge" in text for text in told) == (known["strip"].cells.across > 0)
+
+
+@pytest.mark.parametrize("kind", ["plate", "shell"])
+@pytest.mark.parametrize(("unit", "asked"), [("", True), ("unit: mm, ", False), ("unit: m, ", False)])
+def test_files_that_look_as_if_they_were_in_mm_are_asked_about(tmp_path: Path, kind: str, unit: str, asked: bool) -> None:
+    """A strip of 200 x 50 mm, 2 mm thick, as every CAD program writes it; what the scene says of the unit counts."""
+    mesh = MeshQuad.init_tensor(np.linspace(0.0, 200.0, 9), np.linspace(0.0, 50.0, 3)).with_boundaries(
+        {"left": lambda x: x[0] == 0}
+    )
+    plate_meshes.write(plate_meshes.from_skfem(mesh), tmp_path / "strip.vtu")
+    material = "{young_modulus: 210 GPa, density: 7850 kg/m^3}"
+    text = f"schema: 1\nbodies: {{strip: {{type: {kind}, mesh: strip.vtu, {unit}thickness: 2 mm, material: {material}}}}}\n"
+    text += "joints: {hold: {type: edge, body: strip, edges: left, slope: z}}\nanalysis: {type: static}\n"
+    with warnings.catch_warnings(record=True) as shown:
+        warnings.simplefilter("always")
+        build.system(scenes.loads(text, tmp_path))
+    found = [str(one.message) for one in shown]
+    expected = "scene:2: bodies.strip: its size is 206.2 m, 1e+05 times its thickness: is the file in mm? write unit: mm"
+    assert [text.startswith(expected) for text in found] == [True] * asked

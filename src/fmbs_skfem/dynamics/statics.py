@@ -136,7 +136,8 @@ def path(system: System, found: list[Equilibrium]) -> Trajectory:
     statistics = Statistics(len(found) - 1, count, count, 0, 0.0, 0.0)
     none, start = np.zeros_like(x), compile_system(system).memory
     memory = np.array([start if state.memory is None else state.memory for state in found])
-    states = Trajectory(system, np.array([s.at for s in found]), x, none, none, multipliers, statistics, memory)
+    unknown = np.full(len(found), np.nan)  # the work on the way from one equilibrium to the next
+    states = Trajectory(system, np.array([s.at for s in found]), x, none, none, multipliers, statistics, memory, work=unknown)
     departures.warn(departures.find(states))
     for text in responses.beyond(compile_system(system), memory[-1]):
         notify(text)

@@ -18,11 +18,12 @@ from ..core import expressions
 from ..core.errors import InputError, say
 from ..core.expressions import Expression
 from ..core.inputs import Source
+from ..core.notices import notify
 from ..shapes import meshes
 from ..shapes.surface import Surface
 from ..systems import assembly, edges
 from ..systems.system import System, is_linear
-from . import times
+from . import plausibility, times
 from .analyses import History
 from .consistency import places
 from .locations import where
@@ -59,8 +60,12 @@ def check_files(scene: Scene, allow_outside: bool = False) -> None:
 
 
 def parts(scene: Scene, cells: int | None = None, allow_outside: bool = False) -> list[Body]:
-    """The bodies of a scene; arguments as those of `system`."""
-    return [_body(scene, name, cells, allow_outside) for name in scene.bodies]
+    """The bodies of a scene; arguments as those of `system`. A warning is shown of files that look as if they were in mm."""
+    found = [_body(scene, name, cells, allow_outside) for name in scene.bodies]
+    for part in found:
+        if (odd := plausibility.file_unit(scene, part.name, part)) is not None:
+            notify(f"{where(scene, *odd.keys)}: {odd}")
+    return found
 
 
 def of_parts(scene: Scene, parts: list[Body], pictures: bool = True) -> System:

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..bodies.body import Body
+from ..bodies import Given
+from ..bodies.body import Body, extent
 from ..systems.loads import Gravity
 from .figures import BodyFigures, CellShapes
 
@@ -36,6 +37,7 @@ STRAIN, SAG = 0.01, 1e4  #: under the own weight; sag over length
 WEIGHT = 500.0  #: largest plausible gravity [m/s2]
 ASPECT, ANGLE, JACOBIAN, SIZES = 20.0, 15.0, 0.1, 1e3  #: of cells: largest, smallest [deg], smallest, largest
 RATIO = 1e4  #: of the largest body over the smallest
+LARGE, THINNEST = 50.0, 5e3  #: size [m], also over the thickness, from which a file without a unit may be one in mm
 TONNES = 1e12  #: 1 t/mm3 in kg/m3
 USUAL = (300.0, 1.5e4)  #: wave speeds of most solids [m/s]
 SLIPS = {  #: what may have been meant, and the factor it puts on E / rho
@@ -99,6 +101,28 @@ def findings(scene: Scene, known: Mapping[str, BodyFigures]) -> Iterator[Finding
         size = float(np.linalg.norm(load.acceleration))
         if size > WEIGHT:
             yield Finding(("loads", name, "acceleration"), f"gravity of {size:.4g} m/s2: write '{size:.4g} mm/s^2' if mm are meant")
+
+
+def file_unit(scene: Scene, name: str, part: Body) -> Finding | None:
+    """A body as large and thin as those whose file is in mm, where the scene does not say in which unit it is."""
+    model, size = scene.bodies[name], extent(part)
+    drawn = 0.0 if isinstance(getattr(model, "section", None), Given) else 2.0 * part.radius
+    thickness = float(np.mean(part.thickness)) or getattr(model, "thickness", drawn)
+    silent = hasattr(model, "unit") and not said(scene, "bodies", name, "unit")
+    if not silent or not thickness or size < max(LARGE, THINNEST * thickness):
+        return None
+    text = f"its size is {size:.4g} m, {size / thickness:.2g} times its thickness"
+    return Finding(("bodies", name), text, "is the file in mm? write unit: mm, or unit: m where it is in metres")
+
+
+def said(scene: Scene, *keys: str) -> bool:
+    """Whether a path of keys stands in the file of a scene."""
+    node = scene.node
+    for key in keys:
+        if node is None or not isinstance(node.value, dict):
+            return False
+        node = node.value.get(key)
+    return node is not None
 
 
 def _material(model: Any, name: str, own: BodyFigures, waves: bool) -> Iterator[Finding]:

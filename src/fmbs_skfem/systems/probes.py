@@ -383,6 +383,8 @@ class Deflection(Probe):
 class Energy(Probe):
     """Kinetic, strain, potential energy and balance [J]; the balance is kinetic + strain - work of all loads and drives.
 
+    Equilibria have no balance (NaN): nothing moves from one to the next.
+
     {type: energy}
     """
 
