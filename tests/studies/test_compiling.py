@@ -37,7 +37,7 @@ def test_one_compiles_and_the_others_wait(tmp_path: Path, monkeypatch: pytest.Mo
         other = threading.Thread(target=second)
         other.start()
         assert begun.wait(10.0)
-        with jit.alone("stepping.settle"):  # another function waits for nobody
+        with jit.alone("settling.settle"):  # another function waits for nobody
             other.join(0.2)
         events.append("first")
     other.join(10.0)

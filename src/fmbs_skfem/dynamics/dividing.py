@@ -10,7 +10,7 @@ import numpy as np
 from . import stepping
 from .histories import leading_signals
 from .scheme import method_of
-from .step import State, Work
+from .step import HALVED, STEPS, State, Work
 
 if TYPE_CHECKING:
     from .integration import Run
@@ -33,15 +33,15 @@ def divided(run: Run, status: int, begin: float, span: float, row: int, first: i
         for kept in (state.multipliers, state.past):
             kept *= method.c / full.c
         restart(state, run.step.work)
-        counters[stepping.HALVED] += status not in (stepping.TOO_LONG, stepping.DONE)
+        counters[HALVED] += status not in (stepping.TOO_LONG, stepping.DONE)
         signals, broken = leading_signals(run.model.system, begin + span * (np.arange(parts) + 1) / parts, method.h)
         status, taken = run.take(method, signals, np.append(np.full(parts - 1, -1), row))
-        counters[stepping.STEPS] -= taken
+        counters[STEPS] -= taken
         if status == stepping.DONE and broken is None:
             for kept in (state.multipliers, state.past):
                 kept *= full.c / method.c
             restart(state, run.step.work)
-            counters[stepping.STEPS] += 1
+            counters[STEPS] += 1
             state.parts[0] = max(halving - 1, 0) if touching else 0
             return status, begin + span
         reached = begin + span * taken / parts

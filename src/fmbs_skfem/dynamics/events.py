@@ -33,6 +33,7 @@ from . import dips, stepping
 from .checkpoint import Checkpoint
 from .dividing import divided, put, restart
 from .initial import Instant, consistent_start, first_state
+from .step import STEPS
 from .trajectory import Happening
 from .vanishing import empty, lengths
 
@@ -116,12 +117,12 @@ class Watch:
             return stepping.DONE
         put(run.step.state, before)
         run.done -= 1
-        steps = int(run.step.job.counters[stepping.STEPS])
+        steps = int(run.step.job.counters[STEPS])
         try:
             self.take_in_pieces(run, due, dip)
         except Unreached as failed:
             return failed.status
-        run.step.job.counters[stepping.STEPS] = steps
+        run.step.job.counters[STEPS] = steps
         run.done += 1
         run.reader.keep()
         if self.ended is not None:

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from ..bodies.laws import Law
-from ..core import direct, lapack, ranks, saddle
+from ..core import lapack, ranks, saddle, supernodes
 from ..core.errors import Reason, SolverError
 from ..core.linalg import Array
 from ..core.notices import notify
@@ -25,7 +25,7 @@ from ..systems.compiled import Compiled, signal_table
 from ..systems.layouts import Storage
 from ..systems.redundancy import rows_of, scale_of, singular_start, without_redundant
 from ..systems.system import System, driven_rows, is_linear, keep_constraints
-from . import factors, large, stepping
+from . import factors, large, settling, stepping
 from .histories import finite_signals
 from .names import coordinate_names
 from .scheme import GeneralizedAlpha, Newton, has_dear_factors, method_of
@@ -284,7 +284,7 @@ def histories_work(system: System) -> bool:
 def first_step(model: Compiled, start: Start, method: Method, stored: int) -> Step:
     """A step with its space and room for so many states."""
     n, m = model.system.size, model.constraints
-    routines = evaluation.evaluate, *factors.doors(model.layout.storage), stepping.settle
+    routines = evaluation.evaluate, *factors.doors(model.layout.storage), settling.settle
     doors = Doors(*(one.address for one in routines))
     counters, none = np.zeros(4, np.int64), np.zeros(0, np.int64)
     job = Job(
@@ -316,10 +316,10 @@ def workspace(model: Compiled) -> Work:
         np.zeros(m, np.int32),
         np.zeros((m, stored)),
         np.zeros((m, stored)),
-        np.zeros(direct.entries(tree)),
+        np.zeros(supernodes.entries(tree)),
         np.zeros(n if blocks else 0),
         np.zeros((max(1, m), n if blocks else 0)),
-        np.zeros(direct.height(tree)),
+        np.zeros(supernodes.height(tree)),
         np.zeros((secants, n + m)),
         np.zeros((secants, n)),
         np.zeros(1, np.int64),

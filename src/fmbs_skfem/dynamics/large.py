@@ -30,14 +30,14 @@ from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import spsolve
 
 from ..bodies.laws import Law
-from ..core import direct, krylov, pardiso
+from ..core import direct, krylov, pardiso, supernodes
 from ..core.linalg import is_identity
 from ..core.structs import Callback
 from ..systems import compiled, evaluation, terms
 from ..systems.compiled import Compiled
 from ..systems.evaluation import Space
 from ..systems.system import reads
-from . import factors, stepping
+from . import factors, settling
 from .scheme import Solver
 from .step import Step
 
@@ -110,10 +110,10 @@ class Large:
         self.close(step.space, now, self.inverse.solve(r[None, :])[0])
 
     def settle(self, step: Step, table: int) -> None:
-        """As `stepping.settle`, with the interface of the last correction."""
-        stepping.find_drift(table)
+        """As `settling.settle`, with the interface of the last correction."""
+        settling.find_drift(table)
         self.close(step.space, self.now, np.zeros(self.size))
-        if not stepping.move_velocities(table):
+        if not settling.move_velocities(table):
             step.work.kind[0] = 0
 
     def standing(self, step: Step, table: int) -> Standing:
@@ -224,8 +224,8 @@ def inverse(W: csr_array, motions: np.ndarray, solver: Solver = "own") -> Invers
     if solver == "pardiso":
         found = pardiso.factor(W)
         return Inverse(lambda rows: pardiso.solve(found, rows), f"PARDISO LDL^T with {found.numbers:.3g} numbers")
-    tree = direct.analyse(W)
-    fill = direct.entries(tree)
+    tree = supernodes.analyse(W)
+    fill = supernodes.entries(tree)
     if krylov.choose(W.shape[0], fill, krylov.free_memory(), 4.0) == "direct":
         factors = direct.factor(W, np.float32, tree)
         label = f"sparse LDL^T with {fill:.3g} numbers in single precision"

@@ -108,4 +108,6 @@ class Step(NamedTuple):
     job: Job
 
 
+STEPS, ITERATIONS, FACTORISATIONS, HALVED = range(4)  #: counters of a job
+
 opened = opener(Step)

@@ -13,7 +13,7 @@ import threading
 
 import numpy as np
 
-from ..dynamics import factors, stepping
+from ..dynamics import factors, settling, stepping
 from ..reduction import costs, ecsw
 from ..systems import evaluation, points, work
 from ..systems.layouts import Storage
@@ -24,7 +24,7 @@ def main(reduces: bool) -> None:
     threading.Thread(target=end_with_parent, daemon=True).start()
     factorise, solve = factors.doors(Storage.BAND)
     after = evaluation.residuals, evaluation.take_over  #: what a run asks for behind its last step
-    for one in (stepping.advance, work.survey, stepping.settle, solve, *after, factorise):
+    for one in (stepping.advance, work.survey, settling.settle, solve, *after, factorise):
         int(one.address)
     if reduces:
         ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)

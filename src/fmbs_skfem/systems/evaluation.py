@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..core.direct import Tree
 from ..core.jit import jit
 from ..core.structs import Integers, Matrix, Vector, invoke, opener, routine
+from ..core.supernodes import Tree
 from . import kernels
 from .corotation import CorotationalTangent
 from .kernels import Csr, Operator, Pairs, Terms

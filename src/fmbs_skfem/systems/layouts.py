@@ -19,9 +19,9 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, eye_array, triu
 from scipy.sparse.linalg import splu
 
-from ..core import direct
-from ..core.direct import Tree
+from ..core import supernodes
 from ..core.linalg import as_dense, is_sparse, mirrored
+from ..core.supernodes import Tree
 from . import terms
 from .lengths import LIGHT
 from .matrices import band_order, from_lower_band, lower_band
@@ -89,7 +89,7 @@ class Layout:
     def numbers(self) -> int:
         """Numbers that its factors have."""
         if self.storage is Storage.BLOCKS:
-            return direct.entries(self.tree)
+            return supernodes.entries(self.tree)
         return len(self.order) * self.width if self.storage is Storage.BAND else len(self.order) ** 2 // 2
 
     def flat(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
@@ -153,7 +153,7 @@ def in_blocks(pattern: csr_array) -> Layout:
     n = pattern.shape[0]
     whole = csr_array(abs(pattern) + eye_array(n), dtype=float)
     whole.sort_indices()
-    tree = direct.analyse(whole)
+    tree = supernodes.analyse(whole)
     upper = csr_array(triu(whole[tree.order][:, tree.order]))
     upper.sort_indices()
     width = int((upper.indices - np.repeat(np.arange(n), np.diff(upper.indptr))).max(initial=0))
