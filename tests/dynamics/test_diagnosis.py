@@ -17,7 +17,7 @@ from fmbs_skfem.bodies import body, rigid, sections
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import Reason, SolverError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, diagnosis, integrate, measurements, solve_statics
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, diagnosis, integrate, solve_statics, stopped
 from fmbs_skfem.dynamics.diagnosis import Diagnosis
 from fmbs_skfem.dynamics.integration import HALVINGS, FailedStep
 from fmbs_skfem.shapes import nurbs
@@ -278,14 +278,14 @@ def test_residuals_are_forces_in_newtons() -> None:
 def test_strains_of_a_stretched_beam() -> None:
     """(1.2^2 - 1)/2 everywhere."""
     model = pushed(lambda t: 0.0 * t)
-    assert measurements.strains(model, 1.2 * model.x0)["beam"] == pytest.approx((0.22, 0.22), abs=1e-12)
+    assert stopped.strains(model, 1.2 * model.x0)["beam"] == pytest.approx((0.22, 0.22), abs=1e-12)
 
 
 def test_turns_of_a_spinning_beam() -> None:
     """Every slope of a straight beam turns at the same rate."""
     model = assemble([beam()], [])
     spun = model.x0.reshape(-1, 2) @ np.array([[0.0, 3.0], [-3.0, 0.0]])
-    assert measurements.turns(model, model.x0, spun.ravel()) == {"beam": pytest.approx(3.0, rel=1e-12)}
+    assert stopped.turns(model, model.x0, spun.ravel()) == {"beam": pytest.approx(3.0, rel=1e-12)}
 
 
 def test_the_stiffest_wave_is_bounded_by_the_longest_cell() -> None:
@@ -293,16 +293,16 @@ def test_the_stiffest_wave_is_bounded_by_the_longest_cell() -> None:
     model = compile_system(pushed(lambda t: 0.0 * t))
     n, none = model.system.size, np.zeros(0)
     x = model.system.x0
-    stop = measurements.Stop(model, 0.0, 0.0, 1.0, x, 0 * x, none, x, np.zeros(n), (0.0, 0.0), (0.0, 0.0))
+    stop = stopped.Stop(model, 0.0, 0.0, 1.0, x, 0 * x, none, x, np.zeros(n), (0.0, 0.0), (0.0, 0.0))
     squares = eigh(compilation.tangent(model, x, none).toarray(), model.system.mass.toarray(), eigvals_only=True)
-    assert 0.1 * np.sqrt(squares[-1]) < measurements.stiffest(stop) <= np.sqrt(squares[-1])
+    assert 0.1 * np.sqrt(squares[-1]) < stopped.stiffest(stop) <= np.sqrt(squares[-1])
 
 
 def test_a_smooth_signal_is_no_jump() -> None:
     model = compile_system(pushed(lambda t: np.exp(60 * t)))
     x, none = model.system.x0, np.zeros(0)
-    stop = measurements.Stop(model, 0.1, 0.101, 1e-3, x, 0 * x, none, x, 0 * x, (0.0, 0.0), (0.0, 0.0))
-    assert measurements.jumps(stop) == []
+    stop = stopped.Stop(model, 0.1, 0.101, 1e-3, x, 0 * x, none, x, 0 * x, (0.0, 0.0), (0.0, 0.0))
+    assert stopped.jumps(stop) == []
 
 
 def test_a_limp_cable_is_not_advised_to_take_a_shorter_step() -> None:

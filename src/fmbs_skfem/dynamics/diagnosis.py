@@ -1,6 +1,6 @@
 r"""Why a solve failed: measured facts by the names of the model, likely causes, and what to try.
 
-    SolverError -> Stop (`measurements`), `replay` -> facts -> rules -> Diagnosis
+    SolverError -> Stop (`stopped`), `replay` -> facts -> rules -> Diagnosis
 
 Every rule looks at facts only and gives a sentence with their numbers, or nothing. The rules stand in the order of how sure they
 are: a signal that is no number explains everything that follows from it.
@@ -19,13 +19,13 @@ from ..core.errors import Reason, SolverError
 from ..core.linalg import is_sparse
 from ..systems import free_motions
 from ..systems.system import sizes
-from . import measurements
+from . import stopped
 from .integration import FailedStep
-from .measurements import Stop
 from .names import owners, row_names
 from .outputs import reactions
 from .replay import Attempt, replay
 from .stability import last_sound
+from .stopped import Stop
 from .trajectory import Trajectory
 
 LISTED = 5  #: names in a list
@@ -80,7 +80,7 @@ class Diagnosis:
 def explain(error: SolverError) -> Diagnosis:
     """The diagnosis of a failed time step, static solution or start."""
     found = Diagnosis(error.reason, str(error), float(error.time), residuals=error.worst)
-    stop = measurements.stop_of(error)
+    stop = stopped.stop_of(error)
     if stop is None:
         return replace(found, causes=(at_start(found),))
     with np.errstate(all="ignore"):
@@ -94,9 +94,9 @@ def measure(stop: Stop, error: SolverError, found: Diagnosis) -> Diagnosis:
     system = stop.system
     names, labels = owners(system), row_names(system)
     sizes = {name: float(np.linalg.norm(stop.residual[[k for k in range(len(names)) if names[k] == name]])) for name in set(names)}
-    weak = measurements.weakest(stop)
-    now = measurements.eigenvalues(stop, stop.x, stop.multipliers, stop.good)
-    start = measurements.eigenvalues(stop, system.x0, 0.0 * stop.multipliers, 0.0)
+    weak = stopped.weakest(stop)
+    now = stopped.eigenvalues(stop, stop.x, stop.multipliers, stop.good)
+    start = stopped.eigenvalues(stop, system.x0, 0.0 * stop.multipliers, 0.0)
     joints = len(system.constraints.names) > 0
     return replace(
         found,
@@ -108,14 +108,14 @@ def measure(stop: Stop, error: SolverError, found: Diagnosis) -> Diagnosis:
         multipliers=largest_reactions(error),
         attempts=replay(error.run) if isinstance(error, FailedStep) else (),
         weakness=weak[0] if weak else None,
-        null=largest(measurements.shares(names, weak[1])) if weak else (),
+        null=largest(stopped.shares(names, weak[1])) if weak else (),
         null_at=labels[int(np.abs(weak[1]).argmax())] if weak else "",
         negative=None if now is None else int((now < -WEAK).sum()),
         lowest=None if now is None or start is None else (float(start[0]), float(now[0])),
-        strains=measurements.strains(system, stop.x),
-        stiffest=measurements.stiffest(stop) if stop.h else None,
+        strains=stopped.strains(system, stop.x),
+        stiffest=stopped.stiffest(stop) if stop.h else None,
         **measure_sound_state(stop, error),
-        singular=(measurements.closeness(stop, system.x0)[0], nearest(stop)[0]) if joints else None,
+        singular=(stopped.closeness(stop, system.x0)[0], nearest(stop)[0]) if joints else None,
     )
 
 
@@ -126,7 +126,7 @@ def measure_sound_state(stop: Stop, error: SolverError) -> dict[str, Any]:
         return {"turns": {}}
     if (last := last_sound(motion)) < len(motion.times) - 1 or error.reason is Reason.UNSTABLE:
         x, v, since = motion.x[last], motion.v[last], float(motion.times[last])
-    turned = {name: stop.h * rate for name, rate in measurements.turns(stop.system, x, v).items()}
+    turned = {name: stop.h * rate for name, rate in stopped.turns(stop.system, x, v).items()}
     return {"turns": turned, "way": stop.h**2 * float(sizes(stop.system, motion.a[last])[0]), "sound": since}
 
 
@@ -145,8 +145,8 @@ def largest_reactions(error: SolverError) -> tuple[tuple[str, float], ...]:
 
 def nearest(stop: Stop) -> tuple[float, np.ndarray]:
     """The position at the failure, or ahead of it on the way that the last velocities go, that is nearest to a dead centre."""
-    places = (stop.x, stop.trial, measurements.ahead(stop))
-    return min((measurements.closeness(stop, x) for x in places), key=lambda found: found[0])
+    places = (stop.x, stop.trial, stopped.ahead(stop))
+    return min((stopped.closeness(stop, x) for x in places), key=lambda found: found[0])
 
 
 def at_start(found: Diagnosis) -> Cause:
@@ -170,7 +170,7 @@ def at_start(found: Diagnosis) -> Cause:
 
 def broken_signal(stop: Stop, found: Diagnosis) -> Cause | None:
     """A history that is no number."""
-    names = measurements.broken_signals(stop)
+    names = stopped.broken_signals(stop)
     return not_finite(f"the history of {', '.join(names)} is no finite number at t = {stop.at:.6g} s") if names else None
 
 
@@ -202,7 +202,7 @@ def dead_centre(stop: Stop, found: Diagnosis) -> Cause | None:
     if found.singular is None or found.singular[1] > CLOSE * max(found.singular[0], 1e-300) or found.singular[0] < 1e-8:
         return None
     names = owners(stop.system)[stop.system.size :]
-    joints = largest(measurements.shares(names, nearest(stop)[1]))
+    joints = largest(stopped.shares(names, nearest(stop)[1]))
     what = f"the joints are at a dead centre or at the end of their reach: their rows are dependent to {found.singular[1]:.2g} "
     what += f"(start: {found.singular[0]:.2g}), above all {list_names(joints)}"
     remedy = "drive another joint, shorten the driven motion, or let a body bend; through a dead centre start with some speed"
@@ -211,7 +211,7 @@ def dead_centre(stop: Stop, found: Diagnosis) -> Cause | None:
 
 def load_jump(stop: Stop, found: Diagnosis) -> Cause | None:
     """A load or drive that jumps in the failed step."""
-    listed = measurements.jumps(stop)
+    listed = stopped.jumps(stop)
     if not listed:
         return None
     what = "; ".join(f"{name} jumps from {before:.4g} to {after:.4g}" for name, before, after in listed[:LISTED])
@@ -221,9 +221,9 @@ def load_jump(stop: Stop, found: Diagnosis) -> Cause | None:
 def huge_load(stop: Stop, found: Diagnosis) -> Cause | None:
     """A load that would move its place far within one step."""
     free = not stop.h and found.lowest is not None and found.lowest[0] <= 1e-9
-    if free or measurements.broken_signals(stop):
+    if free or stopped.broken_signals(stop):
         return None
-    name, way = measurements.push(stop)
+    name, way = stopped.push(stop)
     size = stop.system.scale
     if way <= WHOLE * size:
         return None
@@ -248,7 +248,7 @@ def stiff_spring(stop: Stop, found: Diagnosis) -> Cause | None:
     """A spring whose vibration the step passes over, and which is stiffer than anything else."""
     if not stop.h:
         return None
-    name, pace = measurements.stiffest_force(stop)
+    name, pace = stopped.stiffest_force(stop)
     if not pace > UNRESOLVED or pace < SHARE * (found.stiffest or 0.0):
         return None
     what = f"a {name} vibrates with h omega = {pace:.3g}, which a step of {stop.h:.3g} s does not resolve"

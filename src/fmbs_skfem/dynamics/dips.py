@@ -15,7 +15,7 @@ import numpy as np
 from ..systems import compiled as compilation
 
 if TYPE_CHECKING:
-    from .integration import Run
+    from .run import Run
 
 NEAR = 1e-3  #: of a step, over which rates are differences
 AGAIN = 1e-6  #: of a step, next to whose ends nothing is looked for

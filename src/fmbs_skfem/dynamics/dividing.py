@@ -13,7 +13,7 @@ from .scheme import method_of
 from .step import HALVED, STEPS, State, Work
 
 if TYPE_CHECKING:
-    from .integration import Run
+    from .run import Run
 
 HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
 

@@ -39,7 +39,7 @@ from .vanishing import empty, lengths
 
 if TYPE_CHECKING:
     from .feed import Feed
-    from .integration import Run
+    from .run import Run
 
 TINY = 0.01  #: of a step, below which a piece of it is taken by the Taylor series
 LATE = 1e-6  #: of a step after its begin where inputs of the step count

@@ -27,7 +27,7 @@ from .histories import leading_signals
 from .scheme import GeneralizedAlpha
 
 if TYPE_CHECKING:
-    from .integration import Run
+    from .run import Run
 
 AHEAD = 64  #: steps for which functions of time are tabulated at once
 FEW = 2  #: samples of a quarter

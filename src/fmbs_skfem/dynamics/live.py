@@ -23,8 +23,9 @@ from ..systems.force_laws import LawForces
 from ..systems.system import System
 from .checkpoint import Checkpoint
 from .initial import startable
-from .integration import begun, cost_of, march_fed, moment, restore
+from .integration import begun, march_fed
 from .measuring import Meter, motion_of
+from .run import cost_of, moment, restore
 from .scheme import GeneralizedAlpha, Newton
 from .trajectory import Happening, Trajectory
 

@@ -19,7 +19,7 @@ from .outputs import outputs
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from .integration import Run
+    from .run import Run
 
 MOTION = ("times", "x", "v", "a", "multipliers")  #: of a trajectory
 

@@ -12,7 +12,8 @@ from ..systems import evaluation
 from . import stepping
 from .dividing import HALVINGS, restart
 from .histories import leading_signals
-from .integration import REASONS, Run
+from .integration import REASONS
+from .run import Run
 from .scheme import method_of
 from .step import State
 

@@ -29,8 +29,9 @@ from ..systems.compiled import Compiled, compile_system, signal_table
 from ..systems.system import System
 from .dividing import HALVINGS
 from .histories import signal_names
-from .integration import FailedStep, Run, last_residual
+from .integration import FailedStep
 from .names import owners
+from .run import Run, last_residual
 from .scheme import method_of
 
 SHIFT = 1e-13  #: of the balanced matrix, so that its factors exist where it is singular
