@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmbs_skfem import studies
+from fmbs_skfem import scenes, studies
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 
@@ -110,3 +110,34 @@ def test_sweeps_of_equilibria(tmp_path: Path, method: str) -> None:
     last = [column[np.isfinite(column)][-1] for column in found.outputs["tip"]]
     assert last[0] == pytest.approx(0.01 / 3.0, rel=2e-5)
     assert last[2] == pytest.approx(studies.run(text, parameters={"P": 2.0}).outputs["tip"][-1], rel=1e-12)
+
+
+MASSES = """\
+schema: 1
+dimension: 2
+bodies:
+  a: {type: point_mass, mass: 1 kg, position: [0, 0]}
+BODIES
+analysis: {type: modes, damped: DAMPED}
+"""
+
+
+@pytest.mark.parametrize("damped", ["true", "false"])
+def test_small_systems_have_as_many_modes_as_motions(damped: str) -> None:
+    """One free mass, and two on a spring, without a count: sqrt(k (1/m1 + 1/m2)) beside the free motions."""
+    two = "  b: {type: point_mass, mass: 3 kg, position: [1, 0]}\nloads: {s: {type: spring_damper, at: a, to: b, stiffness: 75}}"
+    text = MASSES.replace("DAMPED", damped)
+    assert studies.run(scenes.loads(text.replace("BODIES\n", ""))).frequencies == pytest.approx([0.0, 0.0])
+    found = studies.run(scenes.loads(text.replace("BODIES", two))).frequencies
+    assert found == pytest.approx([0.0, 0.0, 0.0, 10.0 / (2 * np.pi)])
+
+
+def test_what_is_held_everywhere_has_no_modes() -> None:
+    """It says so."""
+    rigid = "joints: {c: {type: clamp, at: b.frame}}"
+    body = "  b: {type: rigid, mass: 1, inertia: 1, center: [0, 0]}"
+    text = MASSES.replace("DAMPED", "false").replace(
+        "  a: {type: point_mass, mass: 1 kg, position: [0, 0]}\nBODIES", f"{body}\n{rigid}"
+    )
+    with pytest.raises(InputError, match="expected motions that the joints leave, got none; release a joint"):
+        studies.run(scenes.loads(text))

@@ -50,7 +50,7 @@ class Modes:
 def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None, multipliers: np.ndarray | None = None) -> Modes:
     """Lowest `count` modes about x (n,), by default the reference, and multipliers (m,), with all constraints in linear form.
 
-    Cables curved in space have no stiffness out of their plane in the reference, and are refused there.
+    All where there are fewer. Cables curved in space have no stiffness out of their plane in the reference, and are refused there.
     Found by Lanczos iteration on the inverse of the bordered matrix, shifted a little below zero so that free bodies have one;
     where most modes are wanted, by a dense solution on the null space of the constraints.
     """
@@ -63,10 +63,18 @@ def real_modes(linear: Linear, count: int = 10) -> Modes:
     """Lowest `count` modes (1) of linear equations, their damping and what is not symmetric in their stiffness left out."""
     K, M, J = linear.stiffness, linear.mass, linear.rows
     possible = len(linear.x) - len(J)
-    if not 1 <= count <= possible:
-        raise InputError(say("analysis.count", f"1 to {possible} modes", count))
+    count = at_most(count, possible)
     squares, vectors = (dense_modes if 3 * count + 20 > possible else sparse_modes)(0.5 * (K + K.T), M, J, count)
     return Modes(squares, vectors)
+
+
+def at_most(count: int, possible: int) -> int:
+    """`count`, or the number of independent motions where there are fewer; InputError where that is none."""
+    if count < 1:
+        raise InputError(say("modes, count", "1 or more", count))
+    if not possible:
+        raise InputError(say("modes", "motions that the joints leave", "none", "release a joint"))
+    return min(count, possible)
 
 
 def dense_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -125,14 +133,13 @@ class ComplexModes:
 
 
 def complex_modes(linear: Linear, count: int = 10) -> ComplexModes:
-    """The `count` slowest motions (2) of linear equations; InputError where there are not so many.
+    """The `count` slowest motions (2) of linear equations, all where there are fewer.
 
     All of a small system by a dense solution on the null space of the constraints, those of a large one by Arnoldi's iteration on
     the inverse; SolverError where that does not converge.
     """
     possible = len(linear.x) - len(linear.rows)
-    if not 1 <= count <= possible:
-        raise InputError(say("analysis.count", f"1 to {possible} modes", count))
+    count = at_most(count, possible)
     values, shapes = (all_eigenvalues if possible <= SMALL or 4 * count > possible else slow_eigenvalues)(linear, count)
     values = np.where(np.abs(values.imag) <= ROUND * np.abs(values), values.real, values)
     kept = np.flatnonzero(values.imag >= 0.0)

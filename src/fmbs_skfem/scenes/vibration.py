@@ -102,12 +102,13 @@ def warn(scene: Scene, found: Motions, about: str) -> None:
 
 def real_motions(linear: Linear, free: Free, count: int) -> Motions:
     """Undamped modes: the free motions, and those orthogonal to them."""
-    idle = min(len(free.names), count)
-    rest = dynamics.real_modes(shapes.apart_from(linear, free), count - idle) if count > idle else None
+    idle, others = min(len(free.names), count), shapes.apart_from(linear, free)
+    resisted = count > idle and (not idle or len(others.x) > len(others.rows))
+    rest = dynamics.real_modes(others, count - idle) if resisted else None
     squares = np.concatenate([np.zeros(idle), *([rest.squares] if rest else [])])
     vectors = np.concatenate([free.vectors[:, :idle], *([rest.shapes] if rest else [])], axis=1)
     order = np.argsort(squares, kind="stable")
-    squares, names = squares[order], [*free.names[:idle], *[""] * (count - idle)]
+    squares, names = squares[order], [*free.names[:idle], *[""] * (len(squares) - idle)]
     omega, growth = np.sqrt(np.maximum(squares, 0.0)), np.sqrt(np.maximum(-squares, 0.0))
     return Motions(omega, growth, None, vectors[:, order], tuple(names[k] for k in order))
 
@@ -116,9 +117,9 @@ def complex_motions(linear: Linear, free: Free, count: int, system: System) -> M
     """Complex modes; zeros of free motions, which come twice, each once."""
     idle = len(free.names)
     wanted = count + idle
-    if shapes.stands_alone(linear, free):
+    if idle < len(linear.x) - len(linear.rows) and shapes.stands_alone(linear, free):
         linear, wanted = shapes.apart_from(linear, free), max(count - idle, 1)
-    modes = dynamics.complex_modes(linear, min(wanted, len(linear.x) - len(linear.rows)))
+    modes = dynamics.complex_modes(linear, wanted)
     slow = np.abs(modes.eigenvalues) <= STILL * fastest(linear)
     kept = np.flatnonzero(~(slow & shapes.are_free(modes.shapes, free, system.metric)))[: max(count - idle, 0)]
     idle = min(idle, count)
