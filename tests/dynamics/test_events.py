@@ -40,6 +40,7 @@ def rod(
     weight: tuple[float, float] = (0.0, -G),
     spin: float = SPIN,
     more: Sequence[joints.Joint] = (),
+    pushed: Sequence[loads.Load] = (),
 ) -> System:
     """A rigid rod on a pin at the origin, 1 m below which is its centre."""
     outputs = {"tip": probes.Position(ROD), "angle": probes.Angle(ROD), "rate": probes.AngularVelocity(ROD)}
@@ -47,7 +48,7 @@ def rod(
         assemble(
             [rigid("rod", M, J, (0.0, -1.0), dim=2, places={"O": (0.0, 0.0)})],
             [joints.Pin("pin", PIN), *more],
-            [loads.Gravity(weight)],
+            [loads.Gravity(weight), *pushed],
             outputs=outputs | {"pin": probes.Reaction("pin"), "E": probes.Energy()},
             initial={"rod": Motion((0.0, 0.0), spin)},
             events=events,
@@ -100,6 +101,21 @@ def test_a_locked_hinge_stands_still_and_lets_go() -> None:
     assert found["tip_y"][-1] == pytest.approx(-np.cos(ANGLE) - G * 0.2**2 / 2, abs=1e-9)
     assert energy_errors(motion)[0] < 1e-3
     assert_allclose(found["E_balance"], energies(motion)[:, 3])
+
+
+@pytest.mark.parametrize("every", [1, 7])
+def test_the_balance_is_the_same_step_by_step(every: int) -> None:
+    """With what a lock loses, and the work of a force in all steps between two looks."""
+    wind = loads.PointForce("wind", ROD, (3.0, 0.0), lambda t: 1.0 + np.sin(40.0 * t))
+    system = rod({"brake": event("t - 0.213", lock=("pin",)), "go": event("t - 0.3", release=("pin",))}, pushed=[wind])
+    motion = integrate(system, GeneralizedAlpha(H), 0.42)
+    run, seen = start(system, GeneralizedAlpha(H)), []
+    for k in range(85):
+        if k % every == 0:
+            seen.append(run.outputs()["E_balance"])
+        run.step()
+    assert motion.events[0].loss > 1.0
+    assert_allclose(seen, outputs(motion)["E_balance"][:85:every], rtol=1e-9)
 
 
 def captured(dim: int, h: float = H) -> tuple[Trajectory, float]:

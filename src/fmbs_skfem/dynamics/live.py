@@ -87,8 +87,8 @@ class LiveRun:
         self.meter.seen = None
 
     def outputs(self) -> dict[str, float]:
-        """All named outputs of the present state; angles count their turns from call to call."""
-        now = self.motion()
+        """All named outputs of the present state; angles count their turns, and energies their work, from call to call."""
+        now = motion_of(self.run, self.time)
         if self.meter.seen is not None and self.meter.seen[0].times[0] == now.times[0]:
             return dict(self.meter.seen[1])
         found = self.meter.columns(now)
@@ -97,4 +97,4 @@ class LiveRun:
 
     def motion(self) -> Trajectory:
         """The present state as a trajectory of one instant."""
-        return replace(motion_of(self.run, self.time), statistics=cost_of(self.run))
+        return replace(motion_of(self.run, self.time), statistics=cost_of(self.run), events=(), work=None)

@@ -1,6 +1,6 @@
 """Outputs of single states of a run, and what controllers and events read of them.
 
-Angles count their turns, and potential energies their changes, from the last state that was kept.
+Angles count their turns, and potential energies, works and losses their changes, from the last state that was kept.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ class Meter:
     def columns(self, now: Trajectory) -> dict[str, float]:
         """Columns of outputs of one instant."""
         if self.seen is None:
-            found = {name: float(column[0]) for name, column in outputs(now, self.names).items()}
+            alone = replace(now, work=None, events=())  # what was done before is as little known as the potential at the start
+            found = {name: float(column[0]) for name, column in outputs(alone, self.names).items()}
         else:
             before, values = self.seen
             columns = outputs(joined(before, now), self.names)
@@ -83,7 +84,8 @@ class Reader(Meter):
             return {}
         motion, values = self.seen
         found = {f"read {key}": getattr(motion, key) for key in MOTION}
-        return found | {"read memory": motion.memory, "read values": np.array(list(values.values()))}
+        found |= {"read memory": motion.memory, "read values": np.array(list(values.values()))}
+        return found if motion.work is None else found | {"read work": motion.work}
 
     def put(self, run: Run, held: Checkpoint) -> None:
         """Put back what was kept."""
@@ -96,15 +98,18 @@ class Reader(Meter):
         }
         names = [column for name in self.names or () for column in run.model.system.outputs[name].columns]
         values = checkpoints.fitting(held.arrays, "read values", np.zeros(len(names)))
+        kept["work"] = held.arrays.get("read work")
         self.seen = replace(now, **kept), dict(zip(names, values.tolist(), strict=True))
 
 
 def motion_of(run: Run, time: float) -> Trajectory:
-    """The present state of a run as a trajectory of one instant [s]."""
+    """The present state of a run as a trajectory of one instant [s], with the work and the events so far."""
     state, back = run.step.state, np.argsort(run.model.order)
     x, v, a = (part[back][None] for part in (state.x, state.v, state.acceleration))
     held = state.multipliers[None] / run.step.method.c
-    return Trajectory(run.model.system, np.array([time]), x, v, a, held, memory=state.memory[None].copy())
+    work, events = state.work.copy() if np.isfinite(state.work).all() else None, run.watch.happened if run.watch else ()
+    now = np.array([time]), x, v, a, held
+    return Trajectory(run.model.system, *now, memory=state.memory[None].copy(), events=tuple(events), work=work)
 
 
 def balanced(run: Run, time: float) -> Trajectory:
@@ -119,4 +124,5 @@ def joined(one: Trajectory, other: Trajectory) -> Trajectory:
     """A motion and its continuation."""
     times, x, v, a, held = (np.concatenate([getattr(part, key) for part in (one, other)]) for key in MOTION)
     memory = None if one.memory is None or other.memory is None else np.concatenate([one.memory, other.memory])
-    return Trajectory(other.system, times, x, v, a, held, other.statistics, memory)
+    work = None if one.work is None or other.work is None else np.concatenate([one.work, other.work])
+    return Trajectory(other.system, times, x, v, a, held, other.statistics, memory, other.events, work)
