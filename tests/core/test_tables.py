@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.tables import Table, read_columns
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs
 from fmbs_skfem.reduction import files
@@ -109,3 +111,27 @@ def test_what_does_not_fit_is_named(tmp_path: Path, old: str, new: str, message:
         .replace("duration: 1 s", "duration: 3 s")
     )
     assert reading.loads(held, tmp_path).tables["pull"].hold
+
+
+@pytest.mark.parametrize(
+    "history, start",
+    [
+        ("turn(2 * t)", "1"),
+        ("turn(3 * t - 0.2 s)", "0"),
+        ("turn(1.5 * t)", "1.33"),
+        ("where(t < 0.9 s, turn(2 * t), 1 rad)", ""),
+        ("turn(mod(t, 1 s))", ""),
+        ("turn(t / 2)", ""),
+    ],
+)
+def test_a_table_that_is_left_by_its_argument_is_warned_of(tmp_path: Path, history: str, start: str) -> None:
+    """Where the value there counts: not in a branch that is not taken."""
+    (tmp_path / "a.csv").write_text(CSV, encoding="utf-8")
+    text = SCENE.replace("duration: 1 s", "duration: 2 s").replace("cos(turn(t))", f'"cos({history})"')
+    assert history in text
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", Notice)
+        reading.loads(text, tmp_path)
+    told = [str(one.message) for one in caught if "beyond its table" in str(one.message)]
+    assert len(told) == bool(start)
+    assert all(f"from 0 to 2 s, from t = {start}" in one and "hold: true" in one for one in told)

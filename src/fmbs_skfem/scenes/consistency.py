@@ -23,7 +23,7 @@ from ..core.responses import OfState, require
 from ..systems import joints, readings, responses
 from ..systems.places import At
 from . import plausibility, yamlfile
-from .inputs import ends_early
+from .inputs import ends_early, leaves
 from .locations import Told
 from .training import Allowed, without_ranges
 
@@ -57,6 +57,7 @@ def notices(scene: Scene) -> Iterator[Told]:
             yield ("parameters", name), f"{text} is outside the range of {limits}, where reduced models are trained"
     yield from ((finding.keys, str(finding)) for finding in plausibility.materials(scene))
     yield from _idle(scene)
+    yield from _leaving(scene)
     yield from _tilting(scene)
     yield from _turning(scene)
     yield from _degrees(() if scene.node is None else yamlfile.plain(scene.node), ())
@@ -95,6 +96,17 @@ def _angles(scene: Scene) -> Iterator[tuple[tuple[str, ...], float]]:
             for key, rule, value in rules(item):
                 if rule.angle is not None and (angle := rule.angle(value)) is not None:
                     yield (part, name, key), angle
+
+
+def _leaving(scene: Scene) -> Iterator[Told]:
+    """Functions of time that read tables beyond their ends."""
+    instants = scene.analysis.instants()
+    for section in ("joints", "loads"):
+        for name, item in getattr(scene, section).items():
+            for key, value in vars(item).items():
+                for one in value if isinstance(value, tuple) else (value,):
+                    if isinstance(one, Expression) and (text := leaves(one, instants)):
+                        yield (section, name, key), text
 
 
 def _idle(scene: Scene) -> Iterator[Told]:

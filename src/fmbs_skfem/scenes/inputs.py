@@ -18,6 +18,7 @@ import numpy as np
 
 from ..core import expressions, quantities, units
 from ..core.errors import InputError
+from ..core.expressions import Expression
 from ..core.fields import ANY, Context, Takes
 from ..core.inputs import ROUND, Input
 from ..core.mappings import HIDDEN, inline
@@ -27,6 +28,7 @@ from ..shapes import meshes
 from ..systems.controllers import UNIT
 
 T = TypeVar("T")
+SAMPLES = 1001  #: instants at which functions of time are looked at
 
 
 @dataclass(frozen=True)
@@ -124,6 +126,32 @@ def ends_early(given: TableModel, instants: np.ndarray) -> Problem | None:
         return None
     remedy = "'hold: true' keeps the values at its ends"
     return Problem(f"a table from {begin:g} to {end:g} s, over all of the analysis", f"one from {first:g} to {last:g} s", remedy)
+
+
+def leaves(given: Expression, instants: np.ndarray) -> str:
+    """What is said of a function of time that reads a table, by an argument such as 2 * t, beyond its ends; nothing if it does not.
+
+    The value there counts where it changes the function: not in the branch of `where` that is not taken.
+    """
+    times = np.linspace(float(instants.min()), float(instants.max()), SAMPLES)
+    for table in given.inputs:
+        if not isinstance(table, Table) or table.hold or table.call not in given.program:
+            continue
+        first, last = table.times[0], table.times[-1]
+        room = ROUND * (last - first)
+
+        def inside(x: np.ndarray, table: Table = table, low: float = first - room, high: float = last + room) -> np.ndarray:
+            return np.where((x < low) | (x > high), np.nan, table(x))
+
+        names = {one.call: one for one in given.inputs if one.call} | {table.call: inside}
+        with np.errstate(all="ignore"):
+            values = {one.name: one(times) for one in given.inputs}
+            found = np.zeros(SAMPLES) + expressions.evaluate(given.program, {"t": times, **values, **names}, expressions.ARRAY)
+        if (left := np.isnan(found) & ~np.isnan(given(times))).any():
+            since = f"from t = {times[left.argmax()]:.3g} s on"
+            where = f"reads {table.call[:-1]}...) beyond its table from {first:g} to {last:g} s, {since}"
+            return f"{where}: the table keeps its last value there; write 'hold: true' beside it if that is meant"
+    return ""
 
 
 def check_name(name: str, parameters: Mapping[str, Any]) -> None:
