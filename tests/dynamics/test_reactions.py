@@ -94,3 +94,18 @@ def test_redundant_joints_share_the_force() -> None:
     both, alone = reactions(two), reactions(one)
     for axis in "xy":
         np.testing.assert_allclose(both["a", axis] + both["b", axis], alone["a", axis], atol=1e-9)
+
+
+def test_the_force_of_a_slider_is_along_the_direction_that_stands_beside_its_column() -> None:
+    """A weight of 2 kg on a rail that is flat, and on one that rises by 45 degrees."""
+    masses = [body.point_mass("low", 2.0, np.zeros(2)), body.point_mass("high", 2.0, np.array([0.0, 1.0]))]
+    rails = [joints.Slider("flat", At("low", "center"), (1.0, 0.0)), joints.Slider("steep", At("high", "center"), (1.0, 1.0))]
+    held = {rail.name: probes.Reaction(rail.name) for rail in rails}
+    system = eliminate(assemble(masses, rails, [loads.Gravity((0.0, -10.0))], outputs=held))
+    assert probes.column_labels(system.outputs) == {
+        "flat_normal_1": "force along y",
+        "steep_normal_1": "force along (-0.7071, 0.7071)",
+    }
+    found = outputs(integrate(system, GeneralizedAlpha(1e-3), 2e-3))
+    assert found["flat_normal_1"][-1] == pytest.approx(20.0)
+    assert found["steep_normal_1"][-1] == pytest.approx(20.0 * np.sqrt(0.5))

@@ -117,6 +117,15 @@ def test_the_error_of_the_step_is_drawn_inside_of_the_axes(floor: float) -> None
     assert low < line.get_ydata()[0] < high
 
 
+def test_numbers_at_an_axis_are_whole(tmp_path: Path) -> None:
+    """A force that hardly changes stands as 19.62 N at its axis, not as what is to be added to 1.962e1."""
+    figure = plots.panel_grid(TIMES, [plots.Panel("pin [N]", {"z": 19.62 + 3e-4 * SWING})])
+    plots.save(figure, tmp_path / "whole.png")
+    axis = figure.axes[0].yaxis
+    assert axis.get_offset_text().get_text() == ""
+    assert all(label.get_text().startswith("19.6") for label in axis.get_ticklabels())
+
+
 def test_a_grid_has_no_more_panels_than_can_be_read() -> None:
     outputs = {f"force {k}": {"full": SWING} for k in range(plots.PANELS + 1)}
     with pytest.raises(InputError, match="1 to 24, got 25"):

@@ -29,6 +29,7 @@ SUFFIXES = (".png", ".pdf", ".svg")
 LONGEST = 34  #: letters of a name
 PANELS = 24  #: most axes of one figure
 LETTERS = 26  #: of a line of the label beside a small axes
+CLOSE = 1e-9  #: range of an axis, relative to its numbers, below which they are written as differences from one
 
 #: family -> (colour, marker, name in the legend)
 FAMILIES = {
@@ -120,10 +121,13 @@ def _require_room(count: int) -> None:
 
 
 def _finish(axes: Axes, label: str) -> None:
-    """The label beside an axes in short lines, pale lines at the ticks."""
+    """The label beside an axes in short lines, pale lines at the ticks, whose numbers are whole but where they are too CLOSE."""
     axes.set_ylabel("\n".join(part for line in label.split(": ", 1) for part in textwrap.wrap(line, LETTERS)))
     charts.rule(axes)
     axes.margins(x=0.01)
+    low, high = axes.get_ylim()
+    if high - low > CLOSE * max(abs(low), abs(high)):
+        axes.ticklabel_format(axis="y", useOffset=False)
 
 
 def errors(times: Array, models: Mapping[str, Array], floor: float | Array | None = None, label: str = "relative error") -> Figure:

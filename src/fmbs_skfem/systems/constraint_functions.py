@@ -262,7 +262,7 @@ def guided(joint: Any, draft: Draft, at: At, to: At | None, direction: np.ndarra
     first = draft.probes.add(csr_array(rows))
     for k, normal in enumerate(normals(direction)):
         terms = dot(first, carried(joint, draft, to, normal), layout.dim)
-        draft.constraints.row(joint.name, f"normal {k + 1}", *terms, (-float(normal @ apart), -1, -1, -1))
+        draft.constraints.row(joint.name, f"normal {k + 1}", *terms, (-float(normal @ apart), -1, -1, -1), along=normal)
 
 
 def arm(name: str, layout: Layout, at: At, axis: Ground | None) -> tuple[csr_array, np.ndarray, np.ndarray]:

@@ -160,14 +160,25 @@ class Terms:
     names: list[tuple[str, str]] = field(default_factory=list)
     terms: list[tuple[int, float, int, int, int]] = field(default_factory=list)
     axes: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)  #: (3,) of the rows whose multipliers are moments
+    directions: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)  #: (c,) of those that are forces, in the reference
     laws: list[LawRows] = field(default_factory=list)
     resultants: dict[str, Resultant] = field(default_factory=dict)  #: of joints with many rows, by name
 
     def row(
-        self, joint: str, coordinate: str, *terms: tuple[float, int, int, int], about: tuple[np.ndarray, np.ndarray] | None = None
+        self,
+        joint: str,
+        coordinate: str,
+        *terms: tuple[float, int, int, int],
+        about: tuple[np.ndarray, np.ndarray] | None = None,
+        along: np.ndarray | None = None,
     ) -> None:
-        """One constraint: terms (coefficient, signal, i, j); `about` is (u, n) of u . n = 0, a moment about u x n."""
+        """One constraint: terms (coefficient, signal, i, j).
+
+        `about` is (u, n) of u . n = 0, a moment about u x n; `along` is the direction of a force that is along no axis.
+        """
         self.names.append((joint, coordinate))
+        if along is not None:
+            self.directions[joint, coordinate] = along
         if about is not None:
             u, n = (np.pad(vector, (0, 3 - len(vector))) for vector in about)
             self.axes[joint, coordinate] = np.cross(u, n)

@@ -431,7 +431,7 @@ class Reaction(Probe):
             more = {"joint": self.joint, "parameters": one.numbers, "labels": resultants.labels(one.place)}
             return self.output(draft, resultants.columns(name, dim), [one.arms], **more)
         columns = tuple(f"{name}_{label.replace(' ', '_')}" for label in held)
-        labels = tuple(described(label, draft.constraints.axes.get((self.joint, label)), draft.layout.dim) for label in held)
+        labels = tuple(described(self.joint, label, draft) for label in held)
         return self.output(draft, columns, joint=self.joint, labels=labels)
 
     @staticmethod
@@ -464,10 +464,24 @@ class Reaction(Probe):
         return None, 3 * dim - 3, dim + 2 * len(output.rows) // dim
 
 
-def described(label: str, axis: np.ndarray | None, dim: int) -> str:
+def described(joint: str, label: str, draft: Draft) -> str:
     """What the reaction of a row of a joint is: `force along x`, `moment about (0, 0, 1)`, that axis in the reference."""
-    if axis is None:
-        return f"force along {label}" if label in tuple(AXES[:dim]) else ""
-    if dim == 2:
-        return "moment about z" if axis[2] > 0.0 else "moment about -z"
-    return "moment about (" + ", ".join(f"{value + 0.0:.4g}" for value in np.round(axis / np.linalg.norm(axis), 6)) + ")"
+    row, dim = (joint, label), draft.layout.dim
+    if (axis := draft.constraints.axes.get(row)) is not None:
+        return f"moment about {named(axis, dim)}"
+    if (direction := draft.constraints.directions.get(row)) is not None:
+        whole = [k for k in range(dim) if abs(direction[k]) > 1.0 - 1e-6]
+        alone = f"{'-' if direction[whole[0]] < 0.0 else ''}{AXES[whole[0]]}" if whole else components(direction)
+        return f"force along {alone}"
+    return f"force along {label}" if label in tuple(AXES[:dim]) else ""
+
+
+def named(axis: np.ndarray, dim: int) -> str:
+    """The axis (3,) of a moment: `z` or `-z` in the plane, components in space."""
+    return components(axis) if dim == 3 else "z" if axis[2] > 0.0 else "-z"
+
+
+def components(direction: np.ndarray) -> str:
+    """Those of a direction as text: `(0, 0.6, 0.8)`."""
+    unit = np.round(direction / np.linalg.norm(direction), 6)
+    return "(" + ", ".join(f"{value + 0.0:.4g}" for value in unit) + ")"
