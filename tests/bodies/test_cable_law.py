@@ -98,10 +98,11 @@ def driving_modulus(D: np.ndarray, beta: float) -> None:
         ({"stress": stress_times(1.0, absolute), "modulus": modulus_with(absolute_modulus)}, "power of the damping in a rigid"),
         ({"stress": stress_times(1.0, driving), "modulus": modulus_with(driving_modulus)}, "damping dissipates"),
         ({"energy": lambda law, u, section: np.nan}, "stress against the energy"),
+        ({"dissipation": lambda *given: 1.01 * laws.dissipation(*given)}, "dissipation against the power of the damping stress"),
     ],
 )
 def test_faults_are_named(changed: dict[str, Any], found: str) -> None:
-    rules: dict[str, Any] = {"energy": laws.energy, "stress": laws.stress, "modulus": laws.modulus}
+    rules: dict[str, Any] = {name: getattr(laws, name) for name in ("energy", "stress", "modulus", "dissipation")}
     check_law(Law.EXACT, 3, SimpleNamespace(**rules))
     with pytest.raises(InputError, match=rf"check_law\(EXACT, dimension 3\): {found}"):
         check_law(Law.EXACT, 3, SimpleNamespace(**(rules | changed)))

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fmbs_skfem import reduction
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, energy_drift, energy_errors, integrate, outputs, vibration_modes
@@ -104,6 +105,20 @@ def test_the_work_of_damping_is_that_of_all_steps(damping: Rayleigh) -> None:
     assert runs[0].work is not None
     np.testing.assert_array_equal(runs[1].work[:-1], runs[0].work[::35][: len(runs[1].work) - 1])
     assert runs[1].work[-1] == runs[0].work[-1]
+
+
+@pytest.mark.parametrize("hyper", [reduction.NONE, reduction.Points(1e-6)])
+def test_reduced_models_know_what_damping_takes(hyper: reduction.HyperReduction) -> None:
+    """Cells, modes and sampled points sum the same work of damping, and balance as the full model does."""
+    raw, scheme = models.double_pendulum(8, damping=Rayleigh(stiffness=1e-3), all_multipliers=True), GeneralizedAlpha(1e-3)
+    full = integrate(eliminate(raw), scheme, 0.5, TIGHT)
+    plan = reduction.Plan(reduction.body_level(raw), 1e-12, hyper=hyper)
+    task = reduction.task_of(reduction.Case(raw, scheme, 0.5), plan, 1e-3)
+    reduced = integrate(reduction.train(task, motion=full).model.system, scheme, 0.5, TIGHT)
+    assert full.work is not None
+    assert reduced.work is not None
+    np.testing.assert_allclose(reduced.work, full.work, atol=1e-3 * abs(full.work[-1]))
+    assert energy_drift(reduced) == pytest.approx(energy_drift(full), rel=0.05)
 
 
 @pytest.mark.parametrize("speed,gain", [(1e-12, 0.0), (1.0, 1.0)])

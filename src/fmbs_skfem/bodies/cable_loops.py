@@ -171,6 +171,20 @@ def planar_2_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points:
 
 
 @entry
+def planar_2_dissipation(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:
+    count = points * cells
+    u = carray(u, (rows, count))
+    s = carray(s, (4, count))
+    v = carray(v, (rows, count))
+    W = carray(out, count)
+    for q in range(count):
+        u0, u1, u2, u3, v0, v1, v2, v3, s0, s1, s3 = u[0, q], u[1, q], u[2, q], u[3, q], v[0, q], v[1, q], v[2, q], v[3, q], s[0, q], s[1, q], s[3, q]
+        x0 = (u0 * u0) + (u1 * u1)
+        x1 = option*(u0*u3 - u1*u2)/x0
+        W[q] = s3*(s0*((u0*v0 + u1*v1) * (u0*v0 + u1*v1)) + s1*((-u0*v3 + u1*v2 + v0*(u0*x1 - u3) + v1*(u1*x1 + u2)) * (-u0*v3 + u1*v2 + v0*(u0*x1 - u3) + v1*(u1*x1 + u2)))*((fall(x0, option)) * (fall(x0, option))))
+
+
+@entry
 def spatial_3_energy(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:
     count = points * cells
     u = carray(u, (rows, count))
@@ -705,6 +719,33 @@ def spatial_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points
 
 
 @entry
+def spatial_3_dissipation(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:
+    count = points * cells
+    u = carray(u, (rows, count))
+    s = carray(s, (4, count))
+    v = carray(v, (rows, count))
+    W = carray(out, count)
+    for q in range(count):
+        u0, u1, u2, u3, u4, u5, v0, v1, v2, v3, v4, v5, s0, s1, s3 = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], v[0, q], v[1, q], v[2, q], v[3, q], v[4, q], v[5, q], s[0, q], s[1, q], s[3, q]
+        x0 = u0*v0
+        x1 = u1*v1
+        x2 = u2*v2
+        x3 = (u0 * u0) + (u1 * u1) + (u2 * u2)
+        x4 = ((fall(x3, option)) * (fall(x3, option)))
+        x5 = u0*u4 - u1*u3
+        x6 = u0*u5 - u2*u3
+        x7 = u1*u5 - u2*u4
+        x8 = option/x3
+        x9 = x7*x8
+        x10 = -u1*v5 + u2*v4 + v1*(u1*x9 - u5) + v2*(u2*x9 + u4) + x0*x9
+        x11 = x5*x8
+        x12 = -u0*v4 + u1*v3 + v0*(u0*x11 - u4) + v1*(u1*x11 + u3) + x11*x2
+        x13 = -x6*x8
+        x14 = u0*v5 - u2*v3 + v0*(u0*x13 + u5) + v2*(u2*x13 - u3) - x1*x6*x8
+        W[q] = s3*(s0*((x0 + x1 + x2) * (x0 + x1 + x2)) + s1*x4*(0.01*(x10 * x10) + 0.01*(x12 * x12) + 0.01*(x14 * x14) + x4*((-x10*x7 - x12*x5 + x14*x6) * (-x10*x7 - x12*x5 + x14*x6)))/(x4*(x5 * x5) + x4*(x6 * x6) + x4*(x7 * x7) + 0.01))
+
+
+@entry
 def quadratic_2_energy(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:
     count = points * cells
     u = carray(u, (rows, count))
@@ -815,6 +856,18 @@ def quadratic_2_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, poin
         D[3, 1, q] = D[1, 3, q] = 0.0
         D[3, 2, q] = D[2, 3, q] = u2*u3*x11*(x7 + x8)
         D[3, 3, q] = D[3, 3, q] = x11*(x10 + x4*x7 + x9*(2.0*x4 + 0.02))
+
+
+@entry
+def quadratic_2_dissipation(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:
+    count = points * cells
+    u = carray(u, (rows, count))
+    s = carray(s, (4, count))
+    v = carray(v, (rows, count))
+    W = carray(out, count)
+    for q in range(count):
+        u0, u1, u2, u3, v0, v1, v2, v3, s0, s1, s3 = u[0, q], u[1, q], u[2, q], u[3, q], v[0, q], v[1, q], v[2, q], v[3, q], s[0, q], s[1, q], s[3, q]
+        W[q] = s3*(s0*((u0*v0 + u1*v1) * (u0*v0 + u1*v1)) + s1*(0.01*(v2 * v2) + 0.01*(v3 * v3) + ((u2*v2 + u3*v3) * (u2*v2 + u3*v3)))/((u2 * u2) + (u3 * u3) + 0.01))
 
 
 @entry
@@ -974,3 +1027,15 @@ def quadratic_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, poin
             T[19, k] = u4*u5*x18*x19
             T[20, k] = x18*(x11*x14 + x16*(2.0*x11 + 0.02) + x17)
         unfold(T, first, D)
+
+
+@entry
+def quadratic_3_dissipation(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:
+    count = points * cells
+    u = carray(u, (rows, count))
+    s = carray(s, (4, count))
+    v = carray(v, (rows, count))
+    W = carray(out, count)
+    for q in range(count):
+        u0, u1, u2, u3, u4, u5, v0, v1, v2, v3, v4, v5, s0, s1, s3 = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], v[0, q], v[1, q], v[2, q], v[3, q], v[4, q], v[5, q], s[0, q], s[1, q], s[3, q]
+        W[q] = s3*(s0*((u0*v0 + u1*v1 + u2*v2) * (u0*v0 + u1*v1 + u2*v2)) + s1*(0.01*(v3 * v3) + 0.01*(v4 * v4) + 0.01*(v5 * v5) + ((u3*v3 + u4*v4 + u5*v5) * (u3*v3 + u4*v4 + u5*v5)))/((u3 * u3) + (u4 * u4) + (u5 * u5) + 0.01))

@@ -26,13 +26,15 @@ BETA = 0.3  #: tested damping time [s]
 
 
 class Rules(Protocol):
-    """Energy, stress and modulus of gradients u (k c, p, e) with the section data (i, p, e) of a law; see `laws`."""
+    """Energy, stress, modulus and dissipation of gradients u (k c, p, e) with the section data (i, p, e) of a law; see `laws`."""
 
     def energy(self, law: Law, u: np.ndarray, section: np.ndarray, /) -> float: ...
 
     def stress(self, law: Law, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray, /) -> None: ...
 
     def modulus(self, law: Law, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray, /) -> None: ...
+
+    def dissipation(self, law: Law, u: np.ndarray, rate: np.ndarray, section: np.ndarray, /) -> float: ...
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,7 @@ def check_law(law: Law, dim: int, rules: Rules = laws, tolerance: float = 1e-8, 
         check_derivatives(case, random)
         check_rotation(case, random)
         check_damping(case, random)
+        check_dissipation(case, random)
 
 
 def samples(law: Law, dim: int, bent: bool, random: Generator) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
@@ -210,3 +213,11 @@ def check_damping(case: Case, random: Generator) -> None:
     bound = BETA * case.section[1] * case.section[3] * STRAIGHT * float(np.sum((spin - spin.T) ** 2)) / 2.0
     excess = np.sum(still * turning, axis=0) / bound - 1.0
     case.require("power of the damping in a rigid rotation over its bound beta EI s^2 omega^2", float(excess.max()))
+
+
+def check_dissipation(case: Case, random: Generator) -> None:
+    """The dissipation is the power of the damping stress."""
+    u, rate = case.gradients, random.normal(size=case.gradients.shape)
+    power = float(np.sum((case.stress(u, rate, BETA) - case.stress(u)) * rate))
+    heat = BETA * case.rules.dissipation(case.law, u, rate, case.section)
+    case.require("dissipation against the power of the damping stress", abs(heat - power) / (abs(power) or 1.0))

@@ -25,8 +25,8 @@ from ..core.entries import call
 from ..core.errors import InputError, closest, listed, say
 from ..core.jit import jit
 
-KINDS = ("energy", "stress", "modulus", "damped_stress", "damped_modulus")  #: functions of a law
-ENERGY, STRESS, MODULUS, OPTION, DIM = range(5)  #: columns of `addresses`
+KINDS = ("energy", "stress", "modulus", "damped_stress", "damped_modulus", "dissipation")  #: functions of a law
+ENERGY, STRESS, MODULUS, DISSIPATION, OPTION, DIM = range(6)  #: columns of `addresses`
 KNOWN: dict[str, Law] = {}  #: laws by name
 
 
@@ -126,8 +126,9 @@ ENUMS["Law"] = lambda value: find(value) if isinstance(value, str) else NUMBERS[
 
 def addresses(law: Law, dim: int, damped: bool) -> np.ndarray:
     """Where the functions of a law in `dim` components are, which serve any damping time or none alone; its option; `dim`."""
-    kinds = ("energy", "damped_stress", "damped_modulus") if damped else ("energy", "stress", "modulus")
-    return np.array([*(law.entry(dim, kind) for kind in kinds), law.option, dim], dtype=np.int64)
+    kinds = ("energy", "damped_stress", "damped_modulus", "dissipation") if damped else ("energy", "stress", "modulus")
+    found = [*(law.entry(dim, kind) for kind in kinds), 0][:OPTION]
+    return np.array([*found, law.option, dim], dtype=np.int64)
 
 
 @jit
@@ -151,6 +152,16 @@ def call_stress(calls: np.ndarray, u: np.ndarray, rate: np.ndarray, beta: float,
 
 
 @jit
+def call_dissipation(calls: np.ndarray, u: np.ndarray, rate: np.ndarray, section: np.ndarray, room: np.ndarray) -> float:
+    """`dissipation` in compiled code, with the `addresses` of a law that is damped and room for its points."""
+    call(calls[DISSIPATION], (u, rate, section, room), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), 0.0)
+    total = 0.0
+    for q in range(u.shape[1] * u.shape[2]):  # apart from the law, whose loop becomes vector instructions so
+        total += room[q]
+    return total
+
+
+@jit
 def call_modulus(calls: np.ndarray, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
     """`modulus` in compiled code, with the `addresses` of the law."""
     call(calls[MODULUS], (u, u, section, D), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
@@ -164,6 +175,11 @@ def energy(law: Law, u: np.ndarray, section: np.ndarray) -> float:
 def stress(law: Law, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
     """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (k c, p, e)."""
     call_stress(addresses(law, len(u) // law.vectors, beta > 0.0), u, rate, beta, section, S)
+
+
+def dissipation(law: Law, u: np.ndarray, rate: np.ndarray, section: np.ndarray) -> float:
+    """What a damping time of 1 s turns into heat [W] at gradients (k c, p, e) with their rates, summed over all points."""
+    return float(call_dissipation(addresses(law, len(u) // law.vectors, True), u, rate, section, np.zeros(u[0].size)))
 
 
 def modulus(law: Law, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:

@@ -89,6 +89,18 @@ def stress_at(u: Any, rate: Any, section: Any, S: Any, rows: int, points: int, c
 
 
 @entry
+def dissipation_at(u: Any, rate: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+    """W (p, e) = weight dE/dt : C : dE/dt of gradient rates, what a damping time of 1 s turns into heat [W]."""
+    count = points * cells
+    u, rate, section, W = carray(u, (rows, count)), carray(rate, (rows, count)), carray(section, (LINES, count)), carray(W, count)
+    for q in range(count):
+        x1, y1, x2, y2 = u[0, q], u[1, q], u[2, q], u[3, q]
+        v1, w1, v2, w2 = rate[0, q], rate[1, q], rate[2, q], rate[3, q]
+        e11, e22, e12 = x1 * v1 + y1 * w1, x2 * v2 + y2 * w2, 0.5 * (x1 * v2 + y1 * w2 + x2 * v1 + y2 * w1)
+        W[q] = 2.0 * section[2, q] * quadratic(section[0, q], section[1, q], e11, e22, e12)
+
+
+@entry
 def modulus_at(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
     """D = weight d2W/du2 + beta (material part), shape (4, 4, p, e), symmetric; `beta` [-]: damping time times gh.
 

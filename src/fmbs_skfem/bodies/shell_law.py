@@ -156,17 +156,40 @@ def set_damping(
         a1, a2, v1, v2 = vector(u, 0, p, e), vector(u, 1, p, e), vector(rate, 0, p, e), vector(rate, 1, p, e)
         n, inverse = normal(a1, a2)
         c1, c2 = cross(a2, n, inverse), cross(n, a1, inverse)
-        turn1, turn2 = dot(n, v1), dot(n, v2)
-        d, w = vector(u, 2, p, e), vector(rate, 2, p, e)
-        k1 = dot(n, w) - dot(c1, d) * turn1 - dot(c2, d) * turn2
-        d, w = vector(u, 3, p, e), vector(rate, 3, p, e)
-        k2 = dot(n, w) - dot(c1, d) * turn1 - dot(c2, d) * turn2
-        d, w = vector(u, 4, p, e), vector(rate, 4, p, e)
-        k3 = dot(n, w) - dot(c1, d) * turn1 - dot(c2, d) * turn2
+        k1, k2, k3 = bending_rates(u, rate, n, c1, c2, p, e)
         weight, nu = beta * section[6, p, e], section[2, p, e]
         N = hooke(weight * section[0, p, e], nu, dot(a1, v1), dot(a2, v2), 0.5 * (dot(a1, v2) + dot(a2, v1)))
         m = moments(weight * section[1, p, e], nu, k1, k2, k3)
         put(block, i, a1, a2, n, N, m, turning(u, p, e, c1, c2, m))
+
+
+@entry
+def dissipation_at(u: Any, rate: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+    """W (p, e) = weight (A dE/dt : C : dE/dt + B db/dt : C : db/dt) of gradient rates, as `set_damping` has them [W]."""
+    shape = (rows, points, cells)
+    u, rate, W = carray(u, shape), carray(rate, shape), carray(W, (points, cells))
+    section = carray(section, (LINES, points, cells))
+    for p in range(points):
+        for e in range(cells):
+            a1, a2, v1, v2 = vector(u, 0, p, e), vector(u, 1, p, e), vector(rate, 0, p, e), vector(rate, 1, p, e)
+            n, inverse = normal(a1, a2)
+            k1, k2, k3 = bending_rates(u, rate, n, cross(a2, n, inverse), cross(n, a1, inverse), p, e)
+            nu = section[2, p, e]
+            stretched = quadratic(section[0, p, e], nu, dot(a1, v1), dot(a2, v2), 0.5 * (dot(a1, v2) + dot(a2, v1)))
+            W[p, e] = 2.0 * section[6, p, e] * (stretched + quadratic(section[1, p, e], nu, k1, k2, k3))
+
+
+@jit
+def bending_rates(u: np.ndarray, rate: np.ndarray, n: Vector, c1: Vector, c2: Vector, p: int, e: int) -> Vector:
+    """db_i/dt = n.(v,i - G_i^a v,a), i = 11, 22, 12."""
+    turn1, turn2 = dot(n, vector(rate, 0, p, e)), dot(n, vector(rate, 1, p, e))
+    d, w = vector(u, 2, p, e), vector(rate, 2, p, e)
+    k1 = dot(n, w) - dot(c1, d) * turn1 - dot(c2, d) * turn2
+    d, w = vector(u, 3, p, e), vector(rate, 3, p, e)
+    k2 = dot(n, w) - dot(c1, d) * turn1 - dot(c2, d) * turn2
+    d, w = vector(u, 4, p, e), vector(rate, 4, p, e)
+    k3 = dot(n, w) - dot(c1, d) * turn1 - dot(c2, d) * turn2
+    return k1, k2, k3
 
 
 @jit

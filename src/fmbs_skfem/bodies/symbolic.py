@@ -37,6 +37,13 @@ FRAMES = {  # of a loop over all points, with where the results of a point go
     carray(out, 1)[0] = total""",
         "total +=",
     ),
+    "dissipation": (
+        """    {views}
+    W = carray(out, count)
+    for q in range(count):
+        {point}""",
+        "W[q] =",
+    ),
     "stress": (
         """    {views}
     S = carray(out, (rows, count))
@@ -103,7 +110,9 @@ def results(law: Symbols, dim: int, kind: str) -> tuple[list[Expression], list[E
     if kind == "energy":
         return [w * W], symbols
     S = [sympy.diff(W, x) for x in u]
-    R = law.dissipation(r, rates, *section) if kind.startswith("damped") and law.dissipation else sympy.Integer(0)
+    R = law.dissipation(r, rates, *section) if kind.startswith(("damped", "dissipation")) and law.dissipation else sympy.Integer(0)
+    if kind == "dissipation":
+        return [2 * w * R], symbols
     pull = [sympy.diff(R, y) for y in v]
     if kind.endswith("stress"):
         return [w * (a + beta * b) for a, b in zip(S, pull, strict=True)], symbols
@@ -122,7 +131,7 @@ def loop(law: Symbols, dim: int, kind: str, name: str) -> str:
     pairs = [(i, j) for i in range(count) for j in range(i + 1)]
     point = lines + [f"{target.format(k, *pair)} {value}" for k, (value, pair) in enumerate(zip(found, pairs, strict=False))]
     views = ["u = carray(u, (rows, count))", f"s = carray(s, ({numbers}, count))"]
-    views += ["v = carray(v, (rows, count))"] if "v[" in lines[0] else []
+    views += ["v = carray(v, (rows, count))"] if lines and "v[" in lines[0] else []
     indent = " " * (12 if target[0] == "T" else 8)
     text = frame.format(views="\n    ".join(views), point=f"\n{indent}".join(point), size=len(found))
     return f"@entry\ndef {name}{HEAD}\n    count = points * cells\n{text}"

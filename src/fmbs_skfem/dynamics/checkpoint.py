@@ -30,7 +30,8 @@ FACTORS = {
     4: ("lower", "diagonal", "schur", "schur_pivots", "spread", "J", "updates", "shares", "secants"),
 }  #: what `solve` reads, by the kind of the factors
 ADDRESSES = ("elastic", "lift", "laws", "forces", "calls")  #: arrays of a model that differ from process to process
-LATER = ("state work", "state push", "state way", "state signals")  #: which checkpoints of earlier versions do not hold
+PLACES = ("kept",)  #: in a space, which say nothing of the model
+LATER = ("state work", "state push", "state gradients", "state signals")  #: which checkpoints of earlier versions do not hold
 INSTANTS = 65  #: at which the signals of two models are compared
 
 
@@ -102,11 +103,11 @@ def facts(model: Compiled, method: Method, steps: int, kept: np.ndarray) -> dict
 
 
 def digest(value: Any) -> str:
-    """SHA-256 of an array, a number, or a named tuple of such; addresses are left out."""
+    """SHA-256 of an array, a number, or a named tuple of such; addresses and places are left out."""
     found = hashlib.sha256()
     if hasattr(value, "_asdict"):
         for name, part in value._asdict().items():
-            if name not in ADDRESSES:
+            if name not in ADDRESSES + PLACES:
                 found.update(f"{name} {digest(part)}".encode())
     else:
         array = np.ascontiguousarray(value)

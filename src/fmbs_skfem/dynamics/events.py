@@ -327,9 +327,9 @@ def take_piece(run: Run, place: float, to: float) -> None:
     state.v[:] += span * state.acceleration
     back = np.argsort(run.model.order)
     state.memory[:] = compilation.accepted(run.model, state.x[back], state.v[back], state.memory.copy(), begin + span)
-    push = compilation.working(run.model, state.x[back], state.v[back], begin + span, state.memory)
+    push, gradients = compilation.working(run.model, state.x[back], state.v[back], begin + span, state.memory)
     state.work[0] += 0.5 * (state.push + push) @ way
-    state.push[:] = push
+    state.push[:], state.gradients[:] = push, gradients
     restart(state, run.step.work)
 
 

@@ -271,7 +271,8 @@ def first_state(model: Compiled, start: Start, c: float, memory: np.ndarray | No
     multipliers, memory = start.multipliers * c, compilation.accepted(model, start.x, start.v) if memory is None else memory
     speed, halved, change = np.array([compilation.size(model, start.v)]), np.array([0]), np.array([np.inf])
     signals = signal_table(model.system, np.array([time]))[0] if histories_work(model.system) else np.zeros(0)
-    worked = np.zeros(1), compilation.working(model, start.x, start.v, time, memory), np.zeros_like(xc), signals
+    push, gradients = compilation.working(model, start.x, start.v, time, memory)
+    worked = np.zeros(1), push, gradients, signals
     now, known = (xc, vc, ac, early, multipliers, history, past), (np.array([1]), np.array([0]))
     return State(*now, *known, memory, speed, halved, change, *worked)
 
@@ -297,7 +298,10 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int) -> St
         counters,
         np.zeros(1, np.int64),
     )
-    return Step(compilation.space(model), model.arrays, doors, first_state(model, start, method.c), workspace(model), method, job)
+    space, state = compilation.space(model), first_state(model, start, method.c)
+    space.gradients[1] = state.gradients
+    state = state._replace(gradients=space.gradients[1])  # one memory, so that a step copies them once
+    return Step(space, model.arrays, doors, state, workspace(model), method, job)
 
 
 def workspace(model: Compiled) -> Work:

@@ -46,7 +46,7 @@ class State(NamedTuple):
     change: Vector  #: (1,) size of the second difference of q'' [m/s2], infinite where it is not known
     work: Vector  #: (1,) of all that has no potential so far [J], see `systems.work`
     push: Vector  #: (n,) its forces now
-    way: Vector  #: (n,) of the last step
+    gradients: Vector  #: (g,) of terms that read velocities, the second row of those of the space
     signals: Vector  #: (s,) their values, none where histories change nothing at a standstill
 
 

@@ -113,7 +113,7 @@ def accept(table: Any) -> None:
     s.order[0], s.change[0] = best_order(S.arrays.norm, s.history, s.known[0], t.acceleration)
     for i in range(len(s.x)):
         s.a[i] = algorithmic(S.method, t.acceleration[i], s.acceleration[i], s.a[i])
-        s.way[i] = t.x[i] - s.x[i]
+        t.way[i] = t.x[i] - s.x[i]
         s.x[i], s.v[i], s.acceleration[i] = t.x[i], t.v[i], t.acceleration[i]
     remember(s.history, t.acceleration)
     remember(s.past, t.multipliers)
@@ -154,14 +154,17 @@ def change_signals(table: Any, signals: np.ndarray) -> float:
 def add_work(table: Any, begun: float, signals: np.ndarray) -> None:
     """Add the work of the step that was accepted, `begun` that of its signals at its begin, by the trapezoidal rule."""
     S = opened(table)
-    s, count = S.state, len(S.state.signals)
+    s, t, count = S.state, S.space, len(S.state.signals)
+    if S.arrays.elastic.damped:
+        s.work[0] -= work.find_heat(table, S.method.h)
+        kernels.copy(t.gradients[0], s.gradients)
     if count == 0 and work.idle(table):
         return
     place_accepted(table)
-    begun += kernels.dot(s.push, s.way)
+    begun += kernels.dot(s.push, t.way)
     work.find_forces(table)
-    kernels.copy(S.space.f, s.push)
-    begun += kernels.dot(s.push, s.way)
+    kernels.copy(t.f, s.push)
+    begun += kernels.dot(s.push, t.way)
     if count > 0:
         begun += work.changed(table, s.signals, signals[:count])
         kernels.copy(signals[:count], s.signals)

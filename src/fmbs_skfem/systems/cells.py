@@ -43,6 +43,7 @@ class Record(NamedTuple):
     table: Tensor  #: (k, p, b, e)
     section: Cube  #: (i, p, e)
     targets: Targets
+    kept: int  #: first place in the gradients of a space, where it is damped
 
 
 opened = opener(Record)
@@ -150,12 +151,22 @@ def modulus_times_basis(D: np.ndarray, table: np.ndarray, p: int, b: int, c: int
 @jit
 def gradients(C: Record, q: np.ndarray, work: np.ndarray) -> np.ndarray:
     """Jets (k c, p, e) of the cells from their coordinates, in the front of `work`."""
-    vectors, points, basis, cells = C.table.shape
-    dim = laws.components(C.calls)
-    shape = (vectors * dim, points, cells)
-    local = view(work, shape[0] * points * cells, (basis, dim, cells))
-    gather_cells(C.nodes, C.table, q, local, view(work, 0, shape))
-    return view(work, 0, shape)
+    return gather_at(C, q, work, 0, work)
+
+
+@jit
+def gather_at(C: Record, q: np.ndarray, target: np.ndarray, at: int, work: np.ndarray) -> np.ndarray:
+    """The same in a place of `target`, with room behind the front of `work`."""
+    u, (_, _, basis, cells) = kept(C, target, at), C.table.shape
+    gather_cells(C.nodes, C.table, q, view(work, u.size, (basis, laws.components(C.calls), cells)), u)
+    return u
+
+
+@jit
+def kept(C: Record, target: np.ndarray, at: int) -> np.ndarray:
+    """Gradients (k c, p, e) from a place of `target` on."""
+    vectors, points, _, cells = C.table.shape
+    return view(target, at, (vectors * laws.components(C.calls), points, cells))
 
 
 @routine
@@ -163,8 +174,9 @@ def force(table: Any, record: Any) -> int:
     """Forces on the coordinates of the cells += B^T S."""
     E, C = evaluation(table), opened(record)
     body, work = E.space.body, E.space.work
-    u = gradients(C, body[0], work[0])
-    rate = gradients(C, body[1], work[1]) if C.beta > 0.0 else u
+    damped = C.beta > 0.0
+    u = gather_at(C, body[0], E.space.gradients[0], C.kept, work[0]) if damped else gradients(C, body[0], work[0])
+    rate = gather_at(C, body[1], E.space.gradients[0], C.kept + u.size, work[0]) if damped else u
     S = view(work[2], 0, u.shape)
     laws.call_stress(C.calls, u, rate, C.beta, C.section, S)
     basis, cells = C.nodes.shape
@@ -194,6 +206,17 @@ def tangent(table: Any, record: Any) -> int:
     return 0
 
 
+@routine
+def dissipate(table: Any, record: Any) -> int:
+    """Energy += the power of damping half way."""
+    E, C = evaluation(table), opened(record)
+    s = E.space
+    u, rate = kept(C, s.work[1], 0), kept(C, s.work[2], 0)
+    terms.half_way(s.gradients, C.kept, u, rate)
+    s.energy[0] += C.beta * laws.call_dissipation(C.calls, u, rate, C.section, s.work[0])
+    return 0
+
+
 @jit
 def put(T: Targets, entries: np.ndarray, W: np.ndarray) -> None:
     """W += the entries of the cell matrices, each in its place."""
@@ -206,7 +229,7 @@ def put(T: Targets, entries: np.ndarray, W: np.ndarray) -> None:
             W[T.target[k]] += T.factor[k] * entries[T.source[k]]
 
 
-ROUTINES = Routines(force, tangent, energy)
+ROUTINES = Routines(force, tangent, energy, dissipate=dissipate)
 
 
 @terms.carry.register(Cells)
@@ -263,8 +286,9 @@ def compile_term(cells: Cells, setting: Setting) -> Term:
     work = max(gradients**2 * points * count, gradients * points * count + size * count, (size * (size + 1) // 2 + vectors) * count)
     calls = laws.addresses(cells.law, dim, setting.beta > 0.0)
     nodes, table, section = (np.ascontiguousarray(part) for part in (cells.nodes, cells.table, cells.section))
-    record = Record(calls, setting.beta, nodes, table, section, setting.targets(couplings(cells)))
-    return Term(record, ROUTINES, work, setting.beta > 0.0)
+    record = Record(calls, setting.beta, nodes, table, section, setting.targets(couplings(cells)), setting.kept)
+    damped = setting.beta > 0.0
+    return Term(record, ROUTINES, work, damped, 2 * gradients * points * count if damped else 0)
 
 
 @terms.position_gradients.register(Cells)

@@ -87,6 +87,7 @@ def space(model: Compiled) -> Space:
         *(np.full(n, np.nan), np.zeros(2), np.zeros(sum(force.room for force in model.forces))),
         *(np.ones(1), np.zeros(1), np.zeros(1), np.zeros(1)),
         *(rhs[0, :n], rhs, W, W.reshape(-1) if entries is None else np.zeros(entries)),
+        *(np.zeros((2, sum(term.kept for term in model.terms))), np.zeros(n), np.ones(1)),
         *(np.zeros(j), np.zeros(j), np.zeros(j), np.zeros(A.pairs.size), np.zeros((4, j)), np.zeros(2), np.zeros((m, j))),
         *(np.zeros((3, places)), np.zeros((3, work))),
     )
@@ -112,7 +113,9 @@ def flatten(system: System) -> Compiled:
         return pattern.targets(local) if pattern else cells.targets(local, parts.matrix, layout)
 
     beta = [system.elastic[owner].beta for owner in parts.owners]
-    found = [storages.compile_term(one, Setting(system.dim, b, targets)) for one, b in zip(parts.storages, beta, strict=True)]
+    found = list[Term]()
+    for one, b in zip(parts.storages, beta, strict=True):
+        found.append(storages.compile_term(one, Setting(system.dim, b, targets, sum(term.kept for term in found))))
     probes = permuted(system.probes.matrix, order)
 
     def operator(A: csr_array | np.ndarray) -> Operator:
@@ -169,7 +172,8 @@ def split(system: System) -> Pieces:
 def sum_of(found: Sequence[Term]) -> ElasticTerms:
     """Terms by address; the caller keeps them."""
     force, tangent, energy, records = addresses(found)
-    return ElasticTerms(force, tangent, energy, records, any(one.damped for one in found))
+    heat = [one.routines.dissipate.address if one.damped and one.routines.dissipate else 0 for one in found]
+    return ElasticTerms(force, tangent, energy, records, np.array(heat, dtype=np.int64), any(one.damped for one in found))
 
 
 def addresses(found: Sequence[Piece]) -> np.ndarray:
@@ -291,12 +295,17 @@ def accepted(
     return found.space.memory.copy()
 
 
-def working(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, memory: np.ndarray | None = None) -> np.ndarray:
-    """Forces (n,) of all that has no potential [N], in the order of the model, see `work`; `memory` as in `place`."""
+def working(
+    model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, memory: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Forces (n,) of all that has no potential [N], in the order of the model, and gradients (g,) of elastic terms that are damped.
+
+    See `work`; `memory` as in `place`.
+    """
     found, table = place(model, x, v, t, memory)
     work.forces(table)
     model.check()
-    return found.space.f.copy()
+    return found.space.f.copy(), found.space.gradients[0].copy()
 
 
 def memories(

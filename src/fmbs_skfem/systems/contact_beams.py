@@ -26,7 +26,7 @@ from ..core.errors import InputError, say
 from ..core.fields import whole
 from ..core.problems import Problem
 from ..shapes import line
-from . import contact_pair_forces as contact_pair_forces
+from . import contact_pair_forces as contact_pair_forces  # which says how these contacts are compiled
 from . import fields
 from .constraint_functions import size_of
 from .contact_pairs import BeamContacts, gaps_of, measures

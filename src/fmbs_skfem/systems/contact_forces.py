@@ -351,8 +351,10 @@ def store(table: Any, record: Any) -> int:
     """energy += k lift(s), and the elastic forces out of g."""
     s, F = evaluation(table).space, opened(record)
     many, own, dim = F.rows.shape[1] + len(F.frame), F.rows.shape[1], F.placed.shape[1]
-    y, w = np.empty(many), np.empty((8, many))
+    y, w, moved = np.empty(many), np.empty((8, many)), carry(s, F)
     for k in range(len(F.rows)):
+        if asleep(s, F, k, moved):
+            continue
         read(table, F, k, y)
         overlap = -place(F, k, y, w)
         if overlap > 0.0:

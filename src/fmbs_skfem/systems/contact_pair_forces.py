@@ -190,11 +190,15 @@ def judge(table: Any, record: Any) -> int:
 def store(table: Any, record: Any) -> int:
     """energy += W k lift(s), and the elastic forces out of g."""
     s, F = evaluation(table).space, opened(record)
-    many, dim = len(F.rows), F.dim
+    way, many, dim = ahead(s, F), len(F.rows), F.dim
+    if not wakes(s, F, way):
+        return 0
     y, out, w = np.empty(many), np.empty(8 * dim), np.empty((ROOM, 3))
     read(table, F, y)
     far = longest(y, 2 * dim * (len(F.spans) + 1), len(F.others), dim)
     for k in range(len(F.spans) + 1):
+        if s.room[F.room + k] > way:
+            continue
         gap, p, q, _ = find(F, k, y, far, w)
         if gap < 0.0:
             places, weight, long = pieces(F, p, q), weigh(F, k, p), gap + F.radii[0] + F.radii[1]

@@ -28,6 +28,7 @@ class ElasticTerms(NamedTuple):
     tangent: Integers  #: (t,) W += L^T phi' L, with damping times gh
     energy: Integers  #: (t,)
     records: Integers  #: (t,) what these routines take beside the table of the evaluation
+    dissipate: Integers  #: (t,) energy += power of damping, 0 for terms that read no velocities
     damped: bool  #: whether one of them reads velocities
 
 
@@ -109,6 +110,9 @@ class Space(NamedTuple):
     rhs: Matrix  #: (1, n + m) residual
     W: Matrix
     entries: Vector  #: (z,) where tangents of cells go: all of W, or the lower triangle of K in `lifts`, zeros before and after
+    gradients: Matrix  #: (2, g) and their rates, of damped cells and points: of the last evaluation, of that of the accepted state
+    way: Vector  #: (n,) of the last step
+    span: Vector  #: (1,) its time [s]
     y: Vector  #: (j,) probe rows
     rates: Vector  #: (j,) their rates, current where a force reads them
     g: Vector  #: (j,) forces on them

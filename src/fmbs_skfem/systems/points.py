@@ -55,6 +55,7 @@ class Record(NamedTuple):
     turned: Rows  #: (r, k c p): forces read these alone, so that they stay in the cache from gather to scatter
     offset: Vector  #: (k c p,)
     section: Cube  #: (i, 1, p)
+    kept: int  #: first place in the gradients of a space, where it is damped
 
 
 opened = opener(Record)
@@ -63,13 +64,25 @@ opened = opener(Record)
 @jit
 def gather(P: Any, x: np.ndarray, fixed: float, work: np.ndarray) -> np.ndarray:
     """Jets (k c, 1, p) in the front of `work`, with `fixed` times the offset: 1 for positions, 0 for rates."""
+    return gather_at(P, x, fixed, work, 0)
+
+
+@jit
+def gather_at(P: Any, x: np.ndarray, fixed: float, target: np.ndarray, at: int) -> np.ndarray:
+    """The same in a place of `target`."""
     modes, size = P.turned.shape
-    points = P.section.shape[2]
-    flat = view(work, 0, (size,))
+    flat = view(target, at, (size,))
     for i in range(size):
         flat[i] = fixed * P.offset[i]
     add_combination(P.turned, view(x, P.first, (modes,)), flat)
-    return view(work, 0, (size // points, 1, points))
+    return kept(P, target, at)
+
+
+@jit
+def kept(P: Any, target: np.ndarray, at: int) -> np.ndarray:
+    """Gradients (k c, 1, p) from a place of `target` on."""
+    points = P.section.shape[2]
+    return view(target, at, (P.turned.shape[1] // points, 1, points))
 
 
 @routine
@@ -77,8 +90,9 @@ def force(table: Any, record: Any) -> int:
     """f += L^T S."""
     E, P = evaluation(table), opened(record)
     s, work = E.space, E.space.work
-    u = gather(P, s.x, 1.0, work[0])
-    rate = gather(P, s.v, 0.0, work[1]) if P.beta > 0.0 else u
+    damped = P.beta > 0.0
+    u = gather_at(P, s.x, 1.0, s.gradients[0], P.kept) if damped else gather(P, s.x, 1.0, work[0])
+    rate = gather_at(P, s.v, 0.0, s.gradients[0], P.kept + u.size) if damped else u
     laws.call_stress(P.calls, u, rate, P.beta, P.section, view(work[2], 0, u.shape))
     add_sums(P.turned, view(work[2], 0, (u.size,)), view(s.f, P.first, (len(P.turned),)))
     return 0
@@ -89,6 +103,17 @@ def energy(table: Any, record: Any) -> int:
     """Energy += the sum over all points."""
     E, P = evaluation(table), opened(record)
     E.space.energy[0] += laws.call_energy(P.calls, gather(P, E.space.x, 1.0, E.space.work[0]), P.section)
+    return 0
+
+
+@routine
+def dissipate(table: Any, record: Any) -> int:
+    """Energy += the power of damping half way."""
+    E, P = evaluation(table), opened(record)
+    s = E.space
+    u, rate = kept(P, s.work[1], 0), kept(P, s.work[2], 0)
+    terms.half_way(s.gradients, P.kept, u, rate)
+    s.energy[0] += P.beta * laws.call_dissipation(P.calls, u, rate, P.section, s.work[0])
     return 0
 
 
@@ -154,7 +179,7 @@ def modulus_times_rows(D: np.ndarray, gradients: np.ndarray, stress: np.ndarray)
                     target[r] += a * row_a[r]
 
 
-ROUTINES = Routines(force, tangent, energy, gather_alone, product_alone)
+ROUTINES = Routines(force, tangent, energy, gather_alone, product_alone, dissipate)
 
 
 @terms.carry.register(Sampled)
@@ -189,9 +214,11 @@ def compile_term(points: Sampled, setting: Setting) -> Term:
     """Its numbers behind each other, by rows and by columns."""
     calls = laws.addresses(points.law, setting.dim, setting.beta > 0.0)
     gradients, offset, section = (np.ascontiguousarray(part) for part in (points.rows, points.offset, points.section))
-    record = Record(calls, setting.beta, points.columns.start, gradients, np.ascontiguousarray(gradients.T), offset, section)
-    rows = points.law.vectors * setting.dim
-    return Term(record, ROUTINES, max(rows**2 * section.shape[2], gradients.size, 1), setting.beta > 0.0)
+    record = Record(
+        calls, setting.beta, points.columns.start, gradients, np.ascontiguousarray(gradients.T), offset, section, setting.kept
+    )
+    rows, damped = points.law.vectors * setting.dim, setting.beta > 0.0
+    return Term(record, ROUTINES, max(rows**2 * section.shape[2], gradients.size, 1), damped, 2 * len(gradients) if damped else 0)
 
 
 @terms.position_gradients.register(Sampled)

@@ -43,6 +43,7 @@ class Record(NamedTuple):
     turned: Rows  #: (b, k p)
     section: Cube  #: (i, 1, p)
     targets: Targets
+    kept: int  #: first place in the gradients of a space, where it is damped
 
 
 opened = opener(Record)
@@ -51,9 +52,21 @@ opened = opener(Record)
 @jit
 def gather(P: Any, q: np.ndarray, work: np.ndarray) -> np.ndarray:
     """Gradients (k c, 1, p) in the front of `work` from the coordinates q of all cells."""
+    return gather_at(P, q, work, 0, work)
+
+
+@jit
+def kept(P: Any, target: np.ndarray, at: int) -> np.ndarray:
+    """Gradients (k c, 1, p) from a place of `target` on."""
+    points = P.section.shape[2]
+    return view(target, at, (P.turned.shape[1] // points * laws.components(P.calls), 1, points))
+
+
+@jit
+def gather_at(P: Any, q: np.ndarray, target: np.ndarray, at: int, work: np.ndarray) -> np.ndarray:
+    """Those from the coordinates q of all cells, with room behind the front of `work`."""
     (functions, size), points, dim = P.turned.shape, P.section.shape[2], laws.components(P.calls)
-    vectors = size // points
-    u = view(work, 0, (vectors * dim, 1, points))
+    vectors, u = size // points, kept(P, target, at)
     part, values = view(work, u.size, (size,)), view(work, u.size + size, (functions,))
     for c in range(dim):
         clear(part)
@@ -86,8 +99,9 @@ def force(table: Any, record: Any) -> int:
     """Forces on the coordinates of the cells += N^T S."""
     E, P = evaluation(table), opened(record)
     body, work = E.space.body, E.space.work
-    u = gather(P, body[0], work[0])
-    rate = gather(P, body[1], work[1]) if P.beta > 0.0 else u
+    damped = P.beta > 0.0
+    u = gather_at(P, body[0], E.space.gradients[0], P.kept, work[0]) if damped else gather(P, body[0], work[0])
+    rate = gather_at(P, body[1], E.space.gradients[0], P.kept + u.size, work[0]) if damped else u
     S = view(work[2], 0, u.shape)
     laws.call_stress(P.calls, u, rate, P.beta, P.section, S)
     scatter(P, S, body[2], work[0])
@@ -99,6 +113,17 @@ def energy(table: Any, record: Any) -> int:
     """Energy += the sum over all points."""
     E, P = evaluation(table), opened(record)
     E.space.energy[0] += laws.call_energy(P.calls, gather(P, E.space.body[0], E.space.work[0]), P.section)
+    return 0
+
+
+@routine
+def dissipate(table: Any, record: Any) -> int:
+    """Energy += the power of damping half way."""
+    E, P = evaluation(table), opened(record)
+    s = E.space
+    u, rate = kept(P, s.work[1], 0), kept(P, s.work[2], 0)
+    terms.half_way(s.gradients, P.kept, u, rate)
+    s.energy[0] += P.beta * laws.call_dissipation(P.calls, u, rate, P.section, s.work[0])
     return 0
 
 
@@ -154,7 +179,7 @@ def packed(product: np.ndarray, functions: int, dim: int, room: np.ndarray) -> n
     return room
 
 
-ROUTINES = Routines(force, tangent, energy)
+ROUTINES = Routines(force, tangent, energy, dissipate=dissipate)
 
 
 @terms.carry.register(ShapePoints)
@@ -240,10 +265,11 @@ def compile_term(points: ShapePoints, setting: Setting) -> Term:
     calls = laws.addresses(points.law, setting.dim, setting.beta > 0.0)
     K, P, B = points.table.shape
     table, section = np.ascontiguousarray(points.table.reshape(K * P, B)), np.ascontiguousarray(points.section)
-    targets, dim = setting.targets(couplings(points)), setting.dim
-    record = Record(calls, setting.beta, points.columns.start, table, np.ascontiguousarray(table.T), section, targets)
+    targets, dim, damped = setting.targets(couplings(points)), setting.dim, setting.beta > 0.0
+    numbers = (table, np.ascontiguousarray(table.T), section)
+    record = Record(calls, setting.beta, points.columns.start, *numbers, targets, setting.kept)
     work = max((K * dim) ** 2 * P, K * dim * P + K * P + B, K * P * B * dim * (dim + 1) // 2, B * dim * (B * dim + 1) // 2)
-    return Term(record, ROUTINES, work, setting.beta > 0.0)
+    return Term(record, ROUTINES, work, damped, 2 * K * P * dim if damped else 0)
 
 
 @terms.rotation_weights.register(ShapePoints)

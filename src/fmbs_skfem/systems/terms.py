@@ -21,6 +21,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 from scipy.sparse import csr_array, vstack
 
+from ..core.entries import view
+from ..core.errors import InputError, say
+from ..core.jit import jit
 from ..core.linalg import as_dense, is_sparse
 from ..core.structs import Callback, Routine, Shorts, Vector, address_of, packed, unpacked
 from .evaluation import Space
@@ -38,6 +41,7 @@ class Routines(NamedTuple):
     energy: Routine | Callback
     gather: Routine | None = None  #: the product of dense modes with the unknowns alone, for reports of time
     product: Routine | None = None  #: the products U^T D U of a tangent alone
+    dissipate: Routine | Callback | None = None  #: of what reads velocities: energy += power of damping half way, see `work`
 
 
 @dataclass(frozen=True)
@@ -69,6 +73,12 @@ class Term(Piece):
     routines: Routines
     work: int  #: length of a work vector
     damped: bool = False  #: whether it reads velocities
+    kept: int = 0  #: numbers in the gradients of a space
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.damped and self.routines.dissipate is None:
+            raise InputError(say("a term that reads velocities", "a routine 'dissipate'", "none"))
 
 
 class Targets(NamedTuple):
@@ -89,6 +99,7 @@ class Setting:
     dim: int
     beta: float  #: stiffness-proportional damping time [s]
     targets: Callable[[np.ndarray], Targets]  #: of the cells that read coordinates p (l, e)
+    kept: int  #: first place in the gradients of a space
 
 
 @dataclass
@@ -124,6 +135,17 @@ class Lifts:
         rows = self.rows or [self.lift.matrix[:0]]
         matrix = csr_array(vstack(rows)) if all(map(is_sparse, rows)) else np.concatenate([as_dense(row) for row in rows])
         return matrix, np.ascontiguousarray(np.concatenate(self.offsets))
+
+
+@jit
+def half_way(gradients: np.ndarray, first: int, u: np.ndarray, rate: np.ndarray) -> None:
+    """u and rate (k c, p, e) between the last evaluation and the accepted state, from their places in `Space.gradients` on."""
+    size = u.size
+    now, before = view(gradients[0], first, (2 * size,)), view(gradients[1], first, (2 * size,))
+    mean, mean_rate = view(u, 0, (size,)), view(rate, 0, (size,))
+    for i in range(size):
+        mean[i] = 0.5 * (now[i] + before[i])
+        mean_rate[i] = 0.5 * (now[size + i] + before[size + i])
 
 
 @singledispatch
@@ -241,4 +263,10 @@ def of_python(force: OfPython) -> Term:
         s = unpacked(Space, table)
         s.energy[0] += force.energy(s.x)
 
-    return Term(Nothing(), Routines(Callback(add_force), Callback(add_tangent), Callback(add_energy)), 1, True)
+    def add_dissipation(table: int, _: int) -> None:
+        s = unpacked(Space, table)
+        between, rate = s.x - 0.5 * s.way, s.way / s.span[0]
+        s.energy[0] += float(rate @ (force.force(between, rate) - force.force(between, 0.0 * rate)))
+
+    routines = Routines(Callback(add_force), Callback(add_tangent), Callback(add_energy), dissipate=Callback(add_dissipation))
+    return Term(Nothing(), routines, 1, True)
