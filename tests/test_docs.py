@@ -120,6 +120,20 @@ def test_sources_of_the_theory_are_those_of_the_code() -> None:
     assert {doi for doi in listed if doi not in known} == set()
 
 
+def test_every_doi_has_the_form_of_one() -> None:
+    """10.PREFIX/SUFFIX, in pages, in docstrings and in links, which end where it ends."""
+    root = DOCS.parent
+    texts = [*root.glob("*.md"), *DOCS.rglob("*.md"), *(root / "src").rglob("*.py"), root / "CITATION.cff"]
+    found = [
+        (path.name, doi)
+        for path in texts
+        for doi in re.findall(r"(?:doi\.org/|\bdoi[: ]\s?)([^\s\])\"'`>|,;]+)", path.read_text(encoding="utf-8"), re.IGNORECASE)
+        if doi[0].isdigit() or "/" in doi
+    ]
+    assert len(found) > 100
+    assert [one for one in found if not re.fullmatch(r"10\.\d{4,9}/\S*[\w)][.:]?", one[1])] == []
+
+
 def test_meshes_are_written_as_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its Python, and bodies of both files: an arc of 0.5 m, and a sheet of 2 m by 1 m."""
     monkeypatch.chdir(tmp_path)

@@ -56,6 +56,9 @@ def test_row_16_every_command_names_a_missing_mesh(command: str, tmp_path: Path)
 
 def test_row_16_no_files(tmp_path: Path) -> None:
     refused(beam(tmp_path, changed(BEAM, "beam_5.msh", "beam_6.msh")), "no such file; did you mean 'beam_5.msh'?")
+    refused(
+        beam(tmp_path, changed(BEAM, "beam_5.msh", "meshes/none.msh")), "no such file; paths count from the folder of the scene"
+    )
     refused(beam(tmp_path, changed(BEAM, "beam_5.msh", ".")), "a .msh, .vtu, .inp, .med or .vtk file")
     refused(tmp_path / "no.yaml", "no.yaml: expected a readable file, got No such file or directory")
     (tmp_path / "folder.yaml").mkdir()

@@ -54,7 +54,8 @@ def check_files(scene: Scene, allow_outside: bool = False) -> None:
             for key, name in model.files().items():
                 path = meshes.path(name, scene.folder, allow_outside)
                 if not path.exists():
-                    meshes.present(path, f"{key} {path}")
+                    remedy = "paths count from the folder of the scene; `fmbs demo --copy` copies the meshes of the examples"
+                    meshes.present(path, f"{key} {path}", remedy)
         except InputError as error:
             raise InputError(f"{where(scene, 'bodies', body)}: {error}") from error
 

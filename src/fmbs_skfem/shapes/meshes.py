@@ -113,11 +113,11 @@ def load(path: Path, where: str, repair: bool = False, unit: float = 1.0) -> Raw
         raise errors.InputError(errors.say(where, "a readable file", error.strerror or str(error))) from None
 
 
-def present(path: Path, where: str) -> None:
-    """InputError where a path leads to no file."""
+def present(path: Path, where: str, remedy: str = "") -> None:
+    """InputError where a path leads to no file, with the name of one that is called alike, or else with a remedy."""
     if not path.is_file():
-        got = "something else" if path.exists() else "no such file"
-        raise errors.InputError(errors.say(where, "a file", got + _neighbour(path)))
+        got, near = "something else" if path.exists() else "no such file", _neighbour(path)
+        raise errors.InputError(errors.say(where, "a file", got + near, "" if near else remedy))
 
 
 def _neighbour(path: Path) -> str:
