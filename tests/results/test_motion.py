@@ -12,7 +12,7 @@ from fmbs_skfem.bodies import plate, rigid, sections
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory
 from fmbs_skfem.dynamics.outputs import distances
 from fmbs_skfem.reduction import component, files, galerkin, pod
-from fmbs_skfem.results import frames
+from fmbs_skfem.results import decor, frames
 from fmbs_skfem.results import motion as drawn
 from fmbs_skfem.results.frames import Kind
 from fmbs_skfem.scenes import build
@@ -190,3 +190,30 @@ def test_masses_and_driven_supports_are_told_apart() -> None:
     kinds = {name: kind for name, (kind, _) in found.joints.items()}
     assert kinds == {"left": Kind.DRIVEN_POSITION, "right": Kind.SPHERICAL, "hook": Kind.SPHERICAL, "mass": Kind.MASS}
     assert found.joints["mass"][1][0] == pytest.approx([1, 0, 0])
+
+
+def test_every_joint_has_its_own_name_in_pictures() -> None:
+    """Two rigid bodies with one joint of every kind: what the key calls it."""
+    text = """
+schema: 1
+bodies:
+  a: &body {type: rigid, mass: 1 kg, inertia: [1, 1, 1], center: [0, 0, 0]}
+  b: *body
+joints:
+  clamp: {type: clamp, at: a.frame}
+  weld: {type: weld, at: b.frame, to: a.frame}
+  revolute-joint: {type: revolute, at: b.frame, to: a.frame, axis: [0, 0, 1]}
+  spherical-joint: {type: spherical, at: b.frame, to: a.frame}
+  universal-joint: {type: universal, at: b.frame, to: a.frame, axis: [1, 0, 0], axis_to: [0, 1, 0]}
+  prismatic-joint: {type: prismatic, at: b.frame, to: a.frame, direction: [1, 0, 0]}
+  cylindrical-joint: {type: cylindrical, at: b.frame, to: a.frame, axis: [1, 0, 0]}
+  slider: {type: slider, at: b.frame, to: a.frame, direction: [1, 0, 0]}
+  latch: {type: latch, at: b.frame, to: a.frame}
+loads: {bushing: {type: bushing, at: b.frame, to: a.frame, stiffness: [1 N/m, 0, 0]}}
+analysis: {type: static}
+"""
+    system = build.system(scenes.loads(text))
+    kinds = {name: drawn.shown(system, name, kind) for name, kind, _ in system.markers if kind not in ("axis", "line")}
+    assert kinds == {name: name.replace("-", " ") for name in kinds}
+    assert len(kinds) == 10
+    assert {kind.value for kind in Kind} == set(decor.GLYPHS)

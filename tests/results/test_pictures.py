@@ -116,7 +116,7 @@ def test_instants_of_equilibria_are_load_factors() -> None:
     times = np.array([0.0, 0.25, 0.5])
     job, _ = pictures._order(rollup.planar(), Look(clock="load factor"), "multiples", 1.0, "a.png")
     assert render_child.stamps(job, times)[1] == "load factor 0.25"
-    assert render_child.marks(job, times)[1] == "0.25"
+    assert render_child.marks(job, times)[1] == "load x 0.25"
     job, _ = pictures._order(rollup.planar(), Look(), "multiples", 1.0, "a.png")
     assert render_child.stamps(job, times)[1] == "t = 0.25 s"
     assert render_child.marks(job, times)[1] == "0.25 s"

@@ -196,17 +196,17 @@ def _tube(points: Array, colours: Pixels, radius: float) -> Any:
 
 
 def _glyph(kind: str, centre: Array, radius: float) -> Any:
-    """Sphere: pin, spherical joint, mass; cube: clamp; small cube: weld; cone: driven; bar: slider."""
+    """Cube: clamp; small cube: what ties frames; cone: driven; bar: what slides; sphere: all others."""
     import pyvista
 
     x, y, z = (float(value) for value in centre)
-    if kind in ("clamp", "weld"):
+    if kind in ("clamp", "weld", "bushing", "latch"):
         side = (1.9 if kind == "clamp" else 1.4) * radius
         return pyvista.Cube(center=(x, y, z), x_length=side, y_length=side, z_length=side)
     if kind in ("driven angle", "driven position"):
         up = (0.0, 1.0, 0.0) if kind == "driven angle" else (1.0, 0.0, 0.0)
         return pyvista.Cone(center=(x, y, z), direction=up, height=2.6 * radius, radius=1.3 * radius, resolution=24)
-    if kind == "slider":
+    if kind in ("slider", "prismatic joint", "cylindrical joint"):
         return pyvista.Cube(center=(x, y, z), x_length=4.2 * radius, y_length=2.2 * radius, z_length=1.3 * radius)
     size = {"point mass": 1.5, "distance": 0.7}.get(kind, 1.0) * radius
     return pyvista.Sphere(radius=size, center=(x, y, z), theta_resolution=20, phi_resolution=20)

@@ -86,8 +86,8 @@ def strip_width(job: PictureJob) -> int:
 
 
 def marks(job: PictureJob, times: Array) -> list[str]:
-    """Instants (s,) beside a body: `0.25 s`, or the load factor alone."""
-    return [f"{number} s" if job.clock == "s" else number for number in _numbers(times)]
+    """Instants (s,) beside a body: `0.25 s`, or `load x 0.25` at a load factor."""
+    return [f"{number} s" if job.clock == "s" else f"load x {number}" for number in _numbers(times)]
 
 
 def stamps(job: PictureJob, times: Array) -> list[str]:

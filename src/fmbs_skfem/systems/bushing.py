@@ -61,7 +61,7 @@ class Bushing(Load):
             yield "y_axis", Problem("a y_axis beside an x_axis in space", "another scene")
 
     def push(self, draft: Draft) -> None:
-        mark(self, draft, "clamp", self.at)
+        mark(self, draft, "bushing", self.at)
         dim, axes = draft.layout.dim, frame(self, draft.layout.dim)
         for axis, k, c in zip(axes, *(given(self, key, dim) for key in ("stiffness", "damping")), strict=True):
             if k or c:

@@ -65,7 +65,7 @@ class Universal(Joint):
     to: fields.End = None
 
     def constrain(self, draft: Draft) -> None:
-        mark(self, draft, "spherical", self.at)
+        mark(self, draft, "universal", self.at)
         spatial(self, draft, "a spherical joint is a pin there")
         coincide(self, draft, self.at, self.to)
         a, b = unit(f"{where(self)}.axis", self.axis, 3), unit(f"{where(self)}.axis_to", self.axis_to, 3)
@@ -90,7 +90,7 @@ class Prismatic(Joint):
     to: fields.Carrier = None
 
     def constrain(self, draft: Draft) -> None:
-        mark(self, draft, "slider", self.at)
+        mark(self, draft, "prismatic", self.at)
         direction = unit(f"{where(self)}.direction", self.direction, draft.layout.dim)
         guided(self, draft, self.at, self.to, direction)
         locked(self, draft, self.at, self.to)
@@ -110,7 +110,7 @@ class Cylindrical(Joint):
     to: fields.Carrier = None
 
     def constrain(self, draft: Draft) -> None:
-        mark(self, draft, "slider", self.at)
+        mark(self, draft, "cylindrical", self.at)
         spatial(self, draft, "use a slider")
         axis = unit(f"{where(self)}.axis", self.axis, 3)
         guided(self, draft, self.at, self.to, axis)
@@ -142,7 +142,7 @@ class Gear(Joint):
 
     def constrain(self, draft: Draft) -> None:
         name = where(self)
-        mark(self, draft, "pin", self.at, self.to)
+        mark(self, draft, "gear", self.at, self.to)
         n = [int(k) for k in self.teeth]
         if len(n) != 2 or 0 in n or tuple(n) != tuple(self.teeth):
             raise InputError(say(f"{name}.teeth", "two whole numbers that are not zero", self.teeth))

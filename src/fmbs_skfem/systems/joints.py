@@ -127,7 +127,7 @@ class Weld(Joint):
     to: fields.Carrier = None
 
     def constrain(self, draft: Draft) -> None:
-        mark(self, draft, "clamp", self.at)
+        mark(self, draft, "weld", self.at)
         coincide(self, draft, self.at, self.to)
         layout, name = draft.layout, where(self)
         if self.to is None or not (is_line(draft, name, self.at) and is_line(draft, name, self.to)):

@@ -51,7 +51,7 @@ class OwnJoint(Joint, ABC, word=None):
         arguments = own_symbols.arguments_of(type(self), (type(self).equations,))
         read = own_symbols.read(where(self), self, draft, arguments)
         places = [getattr(self, name) for name, kind in arguments.items() if kind == "place"]
-        mark(self, draft, "pin", *(end for end in places if isinstance(end, At)))
+        mark(self, draft, "own", *(end for end in places if isinstance(end, At)))
         for name in functions_of(type(self), read.sizes):
             law, used = law_for(type(self), f"{type(self).word}|{read.sizes}|{name}")
             draft.constraints.law(self.name, name, law, [read.rows[k] for k in used], read.numbers, read.signals)
