@@ -172,3 +172,19 @@ def test_what_is_no_input_or_output_is_named(before: str, after: str, message: s
     text = HANGING if "drive" in after else HANGING.replace(", angle: {unit: rad}", "")
     with pytest.raises(InputError, match=message):
         found(text.replace(before, after))
+
+
+def test_few_modes_with_static_correction() -> None:
+    """Transfer functions about rest are those of all modes, reactions too; the error grows with the square of the frequency."""
+    text = HANGING.replace(", angle: {unit: rad}", "").replace("position, at: II.right", "position, at: I.right")
+    scene = scenes.loads(text.replace("damping: {mass: 2.5}\n", ""), MESHES)
+    system = build.chosen_form(scene, build.system(scene))
+    hanging = dynamics.solve_statics(system, 4)
+    linear = dynamics.linearise(hanging.system, hanging.x[-1], hanging.multipliers[-1], t=1.0)
+    omega = np.array([0.1, 0.2])
+    exact = dynamics.state_space(system, linear, 1.0).transfer(omega)
+    plain, static = (dynamics.state_space(system, linear, 1.0, count=2, static=one) for one in (False, True))
+    errors = [np.abs(one.transfer(omega) - exact).max(axis=(1, 2)) / np.abs(exact).max() for one in (plain, static)]
+    assert errors[0].min() > 0.3
+    assert errors[1].max() < 1e-3
+    assert errors[1][1] / errors[1][0] == pytest.approx(4.0, rel=0.05)

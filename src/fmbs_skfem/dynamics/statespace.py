@@ -3,7 +3,12 @@ r"""A mechanism near an equilibrium as a linear system from named inputs to name
     u = V y,  Phi_x V = 0,  V^T M V = 1:      y'' + V^T C V y' + V^T K V y = V^T Q_w w                                         (1)
     z = (y, y'):                              z' = A z + B w,    outputs = C z + D w   (changes from those of the equilibrium)  (2)
 
-V are the vibration modes of the symmetric part of K, all of them or the lowest. Outputs are differentiated with the accelerations
+V are the vibration modes of the symmetric part of K, all of them or the lowest. What the others bend at rest is asked for as static
+correction, u = V y + R w (residual flexibility), whose part in outputs is in D:
+
+    K R + Phi_x^T l + M V k = Q_w,   Phi_x R = 0,   V^T M R = 0                                                                (3)
+
+Outputs are differentiated with the accelerations
 and the multipliers that belong to a state by (1), so that accelerations, reactions and forces have their part of the inputs in D.
 
 Source: A. A. Shabana, Theory of Vibration, 3rd ed., Springer 2019, ch. 5.
@@ -18,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core import durable
+from ..core import durable, saddle
 from ..core.errors import InputError, closest, listed, say
 from ..systems import compiled, probes
 from ..systems.compiled import compile_system
@@ -97,10 +102,12 @@ def state_space(
     inputs: Sequence[str] | None = None,
     outputs: Sequence[str] | None = None,
     count: int | None = None,
+    static: bool = False,
 ) -> StateSpace:
     """The linear system (2) of a system about the equilibrium of its linear equations, which loads and drives have at `time` [s].
 
-    `inputs` are names of inputs, `outputs` of columns, all by default; `count` is the number of modes, the lowest, all by default.
+    `inputs` are names of inputs, `outputs` of columns, all by default; `count` is the number of modes, the lowest, all by default,
+    to which `static` adds (3): outputs are those of all modes then for inputs that are slow beside the modes left out.
     `linear` may be that of a load path at its end (`solve_statics`); `system` is the one over time. InputError for names that are
     none, and for inputs that drive joints: their accelerations would be inputs, too.
     """
@@ -114,7 +121,8 @@ def state_space(
     r, j = V.shape[1], len(chosen)
     A = np.block([[np.zeros((r, r)), np.eye(r)], [-V.T @ (linear.stiffness @ V), -V.T @ (linear.damping @ V)]])
     B = np.concatenate([np.zeros((r, j)), V.T @ push])
-    motion = admitted(system, linear, time, V, np.concatenate([A, B], axis=1), push)
+    rest = residual_flexibility(linear, V, push) if static and r < possible else np.zeros_like(push)
+    motion = admitted(system, linear, time, V, np.concatenate([A, B], axis=1), push, rest)
     found = differentiate(system, linear.x, time, motion, {name: known[name].start for name in chosen})
     columns = names_of("outputs", outputs, tuple(found))
     CD = np.array([found[name] for name in columns]).reshape(len(columns), 2 * r + j)
@@ -145,12 +153,22 @@ def slope(system: System, linear: Linear, time: float, name: str, start: float) 
     return np.asarray((down - up) / (2.0 * h))
 
 
+def residual_flexibility(linear: Linear, V: np.ndarray, push: np.ndarray) -> np.ndarray:
+    """R (n, j) of (3) for modes V (n, r) and inputs that push by Q_w (n, j)."""
+    rows = np.concatenate([linear.rows, V.T @ linear.mass])
+    found = saddle.regular_solution(saddle.matrix(linear.stiffness, rows), np.pad(push, [(0, len(rows)), (0, 0)]))
+    if found is None:
+        raise InputError(say("linearise, static", "modes with all free motions among them", f"{V.shape[1]} modes", "take more"))
+    return found[: len(push)]
+
+
 def admitted(
-    system: System, linear: Linear, time: float, V: np.ndarray, AB: np.ndarray, push: np.ndarray
+    system: System, linear: Linear, time: float, V: np.ndarray, AB: np.ndarray, push: np.ndarray, rest: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Changes by (1) of x, x', x'' (n, k + j) and multipliers (m, k + j) with states and inputs, AB (k, k + j)."""
+    """Changes by (1) of x, x', x'' (n, k + j) and multipliers (m, k + j) with states and inputs, AB (k, k + j), rest R (n, j)."""
     r, whole = V.shape[1], AB.shape[1]
     x, v, a = V @ np.eye(r, whole), V @ np.eye(r, whole, r), V @ AB[r:]
+    x[:, 2 * r :] = rest
     J = compiled.gap(compile_system(system), linear.x, time)[1]
     force = np.pad(push, [(0, 0), (2 * r, 0)]) - linear.mass @ a - linear.damping @ v - linear.stiffness @ x
     return x, v, a, np.linalg.lstsq(J.T, force, rcond=None)[0] if len(J) else np.zeros((0, whole))

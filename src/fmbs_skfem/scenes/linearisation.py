@@ -25,7 +25,8 @@ class Linearise(NearState):
     """The linear system x' = A x + B u, y = C x + D u about the equilibrium of the loads, or about the reference as if it were one.
 
     Its states are amplitudes of vibration modes and their rates, of all modes unless `modes` says how many, the lowest. Inputs are
-    those of the section `inputs`, outputs the columns of the section `outputs`; both count from the equilibrium.
+    those of the section `inputs`, outputs the columns of the section `outputs`; both count from the equilibrium. With `static` D
+    has the static bending of the modes that are left out.
 
     {type: linearise, inputs: u, outputs: tip, modes: 4}
     """
@@ -33,6 +34,7 @@ class Linearise(NearState):
     inputs: Names | None = None
     outputs: Names | None = None
     modes: Count | None = None
+    static: bool = False
     table: ClassVar[str] = "eigenvalues.csv"
     files: ClassVar[tuple[str, ...]] = ("linear.npz", "linear.mat")
     has_outputs: ClassVar[bool] = True
@@ -44,7 +46,7 @@ class Linearise(NearState):
         raw, reduced, about = self.model(scene, allow_outside, kept=True)
         linear = self.equations(reduced, about)
         time = self.time if about == "equilibrium" else 0.0
-        space = dynamics.state_space(reduced, linear, time, self.inputs, self.outputs, self.modes)
+        space = dynamics.state_space(reduced, linear, time, self.inputs, self.outputs, self.modes, self.static)
         return StateTable(
             raw,
             reduced,
