@@ -321,8 +321,7 @@ def struct(name: str, values: Tree, where: str) -> Any:
     kind, older = TYPES[name]
     if name in MENDS:
         MENDS[name](values)
-    if not older.keys() & values.keys():
-        values |= {key: make(values) for key, make in older.items()}
+    values |= {key: make(values) for key, make in older.items() if key not in values}
     expected, got = {part.name for part in fields(kind)}, set(values)
     if expected != got:
         raise ValueError(f"other fields of {name} at {where}: missing {sorted(expected - got)}, unknown {sorted(got - expected)}")
