@@ -15,15 +15,17 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from fmbs_skfem.bodies import Given, Law, cable, point_mass
+from fmbs_skfem.bodies import Given, Law, Material, cable, point_mass
 from fmbs_skfem.bodies.body import Body, Cells, locate, probe
 from fmbs_skfem.bodies.laws import CABLES
+from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import vibration_modes
 from fmbs_skfem.shapes import line
 from fmbs_skfem.systems import At, System, assemble, compile_system, compiled, eliminate
 from fmbs_skfem.systems.joints import Clamp
+from fmbs_skfem.verification.plates import rectangle
 
 from ..models import polyline, straight
 
@@ -237,6 +239,10 @@ def test_point_mass() -> None:
         (lambda: locate(cable("beam", straight(2), SECTION), float("nan")), "between 0 and 1 m, got nan m"),
         (lambda: locate(point_mass("bob", 1.0, np.zeros(3)), 0.0), r"'bob': expected one of its points \(center\), got 0\.0"),
         (lambda: locate(point_mass("bob", 1.0, np.zeros(3)), "centre"), "did you mean 'center'"),
+        (
+            lambda: locate(plate("lug", rectangle("ancf", 2, 1), 1e-3, Material(1e9, 1e3), dim=2), "right"),
+            "got the edge 'right'; take",
+        ),
         (lambda: probe(point_mass("bob", 1.0, np.zeros(3)), 0.0, 1), "expected a body with a slope"),
         (lambda: point_mass("bob", -1.0, np.zeros(3)), r"'bob'\.mass: expected a positive and finite number"),
         (lambda: cable("beam", wave(4), SECTION, dim=2), "plane z = 0, got z up to 0.5 m"),

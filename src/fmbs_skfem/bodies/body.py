@@ -341,6 +341,9 @@ def locate(body: Body, place: str | float) -> Place:
         known = {**body.frames, **body.places}
         if place not in known:
             expected = f"one of its points ({listed(sorted(known), place, 'none')})"
+            if isinstance(body.space, Surface) and place in body.space.edges:
+                remedy = "take what is for edges, or name a point of the mesh"
+                raise InputError(say(f"body '{body.name}'", expected, f"the edge '{place}'", remedy))
             raise InputError(say(f"body '{body.name}'", expected, f"'{place}'") + closest(place, known))
         return place if place in body.frames else body.places[place]
     if not isinstance(body.space, line.BSpline | line.Hermite):
