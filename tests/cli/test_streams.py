@@ -38,7 +38,7 @@ def shell(command: str, path: Path) -> subprocess.CompletedProcess[str]:
         ("$FMBS check nowhere.yaml --json >&-", 3, "nowhere.yaml"),
         ("$FMBS check $SCENE | true; exit ${PIPESTATUS[0]}", 3, "got broken pipe"),
         ("$FMBS --help > /dev/full", 6, "No space left"),
-        ("NUMBA_DISABLE_JIT=1 $FMBS check $SCENE", 3, "NUMBA_DISABLE_JIT: expected 0"),
+        ("NUMBA_DISABLE_JIT=1 $FMBS run $SCENE --out $OUT", 3, "NUMBA_DISABLE_JIT: expected 0"),
         ("$FMBS check $SCENE 2>&-", 0, ""),
         ("$FMBS check $SCENE --set nothing=1 2> /dev/full", 3, ""),
     ],

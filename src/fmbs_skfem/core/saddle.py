@@ -67,8 +67,8 @@ class Sparse:
 class Dense:
     """`Factors` of LAPACK."""
 
-    found: np.ndarray
-    order: np.ndarray
+    found: np.ndarray  #: (n, n)
+    order: np.ndarray  #: (n,) of its rows
 
     def solve(self, b: np.ndarray, trans: Literal["N", "T"] = "N") -> np.ndarray:
         return np.asarray(dgetrs(self.found, self.order, b, trans=int(trans == "T"))[0])

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.container import storable
-from ..core.structs import IntegerMatrix, Integers, Matrix, Routine, opener
+from ..core.structs import IntegerMatrix, Integers, Matrix, Routine, fields, opener
 from ..core.validation import Attributes, Indices
 from .evaluation import Space
 from .row_laws import Groups, RowLaw, group
@@ -90,9 +90,9 @@ def evaluate(found: LawRows, y: np.ndarray, signals: np.ndarray) -> tuple[np.nda
     """phi (t,) and its derivatives by the rows of each (t, r) at probe rows y (j,)."""
     count, size = found.rows.shape
     own = LawRows(found.law, np.arange(count * size).reshape(count, size), found.numbers, found.signals, np.arange(count))
-    piece, none, empty = compile_rows(own, 0), np.zeros(0), np.zeros((0, 0))
+    piece = compile_rows(own, 0)
     rhs, Jy = np.zeros((1, count)), np.zeros((count, count * size))
-    parts: dict[str, Any] = dict.fromkeys(Space._fields, none) | dict.fromkeys(("W", "body", "work", "paths"), empty)
+    parts = {name: np.zeros((0,) * kind.ndim) for name, kind in fields(Space)}
     parts |= {"y": np.ascontiguousarray(y[found.rows.ravel()]), "signals": signals, "multipliers": rhs[0], "rhs": rhs, "Jy": Jy}
     piece.routines.constrain(Space(**parts), piece.address)
     return rhs[0], Jy.reshape(count, count, size)[np.arange(count), np.arange(count)]
