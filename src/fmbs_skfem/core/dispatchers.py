@@ -83,11 +83,8 @@ class Whole(CPUDispatcher):
 
     def compile(self, signature: Any) -> Any:
         name = f"{self.py_func.__module__}.{self.py_func.__qualname__}.whole"
-        with (
-            global_compiler_lock,
-            jit.alone(name),
-            jit.without_collection(),
-        ):  # numba's lock first, as where another function calls this one
+        # numba's lock comes first, as where another function calls this one
+        with global_compiler_lock, jit.alone(name), jit.without_collection():
             return super().compile(signature)
 
 

@@ -174,9 +174,9 @@ def force(table: Any, record: Any) -> int:
     """Forces on the coordinates of the cells += B^T S."""
     E, C = evaluation(table), opened(record)
     body, work = E.space.body, E.space.work
-    damped = C.beta > 0.0
-    u = gather_at(C, body[0], E.space.gradients[0], C.kept, work[0]) if damped else gradients(C, body[0], work[0])
-    rate = gather_at(C, body[1], E.space.gradients[0], C.kept + u.size, work[0]) if damped else u
+    room, at = (E.space.gradients[0], C.kept) if C.beta > 0.0 else (work[0], 0)
+    u = gather_at(C, body[0], room, at, work[0])
+    rate = gather_at(C, body[1], room, at + u.size, work[0]) if C.beta > 0.0 else u
     S = view(work[2], 0, u.shape)
     laws.call_stress(C.calls, u, rate, C.beta, C.section, S)
     basis, cells = C.nodes.shape
@@ -208,12 +208,9 @@ def tangent(table: Any, record: Any) -> int:
 
 @routine
 def dissipate(table: Any, record: Any) -> int:
-    """Energy += the power of damping half way."""
-    E, C = evaluation(table), opened(record)
-    s = E.space
-    u, rate = kept(C, s.work[1], 0), kept(C, s.work[2], 0)
-    terms.half_way(s.gradients, C.kept, u, rate)
-    s.energy[0] += C.beta * laws.call_dissipation(C.calls, u, rate, C.section, s.work[0])
+    """Energy += the power of damping."""
+    s, C = evaluation(table).space, opened(record)
+    terms.add_damping_power(s, C, kept(C, s.work[1], 0), kept(C, s.work[2], 0))
     return 0
 
 

@@ -90,9 +90,9 @@ def force(table: Any, record: Any) -> int:
     """f += L^T S."""
     E, P = evaluation(table), opened(record)
     s, work = E.space, E.space.work
-    damped = P.beta > 0.0
-    u = gather_at(P, s.x, 1.0, s.gradients[0], P.kept) if damped else gather(P, s.x, 1.0, work[0])
-    rate = gather_at(P, s.v, 0.0, s.gradients[0], P.kept + u.size) if damped else u
+    room, at = (s.gradients[0], P.kept) if P.beta > 0.0 else (work[0], 0)
+    u = gather_at(P, s.x, 1.0, room, at)
+    rate = gather_at(P, s.v, 0.0, room, at + u.size) if P.beta > 0.0 else u
     laws.call_stress(P.calls, u, rate, P.beta, P.section, view(work[2], 0, u.shape))
     add_sums(P.turned, view(work[2], 0, (u.size,)), view(s.f, P.first, (len(P.turned),)))
     return 0
@@ -108,12 +108,9 @@ def energy(table: Any, record: Any) -> int:
 
 @routine
 def dissipate(table: Any, record: Any) -> int:
-    """Energy += the power of damping half way."""
-    E, P = evaluation(table), opened(record)
-    s = E.space
-    u, rate = kept(P, s.work[1], 0), kept(P, s.work[2], 0)
-    terms.half_way(s.gradients, P.kept, u, rate)
-    s.energy[0] += P.beta * laws.call_dissipation(P.calls, u, rate, P.section, s.work[0])
+    """Energy += the power of damping."""
+    s, P = evaluation(table).space, opened(record)
+    terms.add_damping_power(s, P, kept(P, s.work[1], 0), kept(P, s.work[2], 0))
     return 0
 
 

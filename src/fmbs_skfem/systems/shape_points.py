@@ -99,9 +99,9 @@ def force(table: Any, record: Any) -> int:
     """Forces on the coordinates of the cells += N^T S."""
     E, P = evaluation(table), opened(record)
     body, work = E.space.body, E.space.work
-    damped = P.beta > 0.0
-    u = gather_at(P, body[0], E.space.gradients[0], P.kept, work[0]) if damped else gather(P, body[0], work[0])
-    rate = gather_at(P, body[1], E.space.gradients[0], P.kept + u.size, work[0]) if damped else u
+    room, at = (E.space.gradients[0], P.kept) if P.beta > 0.0 else (work[0], 0)
+    u = gather_at(P, body[0], room, at, work[0])
+    rate = gather_at(P, body[1], room, at + u.size, work[0]) if P.beta > 0.0 else u
     S = view(work[2], 0, u.shape)
     laws.call_stress(P.calls, u, rate, P.beta, P.section, S)
     scatter(P, S, body[2], work[0])
@@ -118,12 +118,9 @@ def energy(table: Any, record: Any) -> int:
 
 @routine
 def dissipate(table: Any, record: Any) -> int:
-    """Energy += the power of damping half way."""
-    E, P = evaluation(table), opened(record)
-    s = E.space
-    u, rate = kept(P, s.work[1], 0), kept(P, s.work[2], 0)
-    terms.half_way(s.gradients, P.kept, u, rate)
-    s.energy[0] += P.beta * laws.call_dissipation(P.calls, u, rate, P.section, s.work[0])
+    """Energy += the power of damping."""
+    s, P = evaluation(table).space, opened(record)
+    terms.add_damping_power(s, P, kept(P, s.work[1], 0), kept(P, s.work[2], 0))
     return 0
 
 

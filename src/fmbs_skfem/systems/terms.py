@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 from scipy.sparse import csr_array, vstack
 
+from ..bodies import laws
 from ..core.entries import view
 from ..core.errors import InputError, say
 from ..core.jit import jit
@@ -138,14 +139,18 @@ class Lifts:
 
 
 @jit
-def half_way(gradients: np.ndarray, first: int, u: np.ndarray, rate: np.ndarray) -> None:
-    """u and rate (k c, p, e) between the last evaluation and the accepted state, from their places in `Space.gradients` on."""
+def add_damping_power(s: Any, P: Any, u: np.ndarray, rate: np.ndarray) -> None:
+    """Energy += the power of damping half way between the last evaluation and the accepted state, see `Space.gradients`.
+
+    Gradients and rates there are left in u and rate (k c, p, e).
+    """
     size = u.size
-    now, before = view(gradients[0], first, (2 * size,)), view(gradients[1], first, (2 * size,))
+    now, before = view(s.gradients[0], P.kept, (2 * size,)), view(s.gradients[1], P.kept, (2 * size,))
     mean, mean_rate = view(u, 0, (size,)), view(rate, 0, (size,))
     for i in range(size):
         mean[i] = 0.5 * (now[i] + before[i])
         mean_rate[i] = 0.5 * (now[size + i] + before[size + i])
+    s.energy[0] += P.beta * laws.call_dissipation(P.calls, u, rate, P.section, s.work[0])
 
 
 @singledispatch
