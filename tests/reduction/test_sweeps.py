@@ -90,8 +90,19 @@ def check_squares(records: Mapping[int, Record], numbers: Sequence[int]) -> None
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
-    """A cluster that was there before, with the usual settings of dask."""
-    with LocalCluster(2, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL) as cluster:
+    """A cluster that was there before, for tasks that leave its workers alive."""
+    yield from start_cluster()
+
+
+@pytest.fixture
+def fragile() -> Iterator[str]:
+    """A cluster for tasks that kill workers: dask may start them again or not."""
+    yield from start_cluster()
+
+
+def start_cluster() -> Iterator[str]:
+    """Two workers, with the usual settings of dask."""
+    with LocalCluster(2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL) as cluster:
         yield cluster.scheduler_address
 
 
@@ -125,12 +136,12 @@ def test_a_given_cluster_is_used_and_left_running(address: str) -> None:
         assert outcome.counts == {Status.OK: 200}
 
 
-def test_a_given_cluster_that_loses_workers(address: str, tmp_path: Path) -> None:
+def test_a_given_cluster_that_loses_workers(fragile: str, tmp_path: Path) -> None:
     """One member kills its worker always, another one's worker dies once: that one is no member's fault."""
-    records, outcome = swept(Squares(kills=(3.0,)), 12, SweepOptions(scheduler=address))
+    records, outcome = swept(Squares(kills=(3.0,)), 12, SweepOptions(scheduler=fragile))
     assert records[3].status is Status.KILLED
     check_squares(records, [k for k in range(12) if k != 3])
-    records, outcome = swept(Squares(once=tmp_path / "died"), 12, SweepOptions(scheduler=address))
+    records, outcome = swept(Squares(once=tmp_path / "died"), 12, SweepOptions(scheduler=fragile))
     check_squares(records, range(12))
     assert outcome.deaths == 1
 
@@ -163,9 +174,9 @@ def test_nobody_else_reaches_the_processes_of_a_sweep() -> None:
 
 
 @pytest.mark.parametrize(("how", "match"), [("refuses", "mesh: expected a file"), ("dies", "ended while they prepared")])
-def test_a_task_that_cannot_be_prepared_ends_the_sweep(address: str, how: str, match: str) -> None:
+def test_a_task_that_cannot_be_prepared_ends_the_sweep(fragile: str, how: str, match: str) -> None:
     with pytest.raises(InputError, match=match):
-        swept(Squares(unprepared=how), 4, SweepOptions(scheduler=address))
+        swept(Squares(unprepared=how), 4, SweepOptions(scheduler=fragile))
 
 
 def test_an_error_of_the_keeper_ends_the_sweep(address: str) -> None:

@@ -51,6 +51,7 @@ SHORTEST = 1e-4  #: time of a member, at least [s]
 CONNECT = 10.0  #: longest wait for a given cluster to answer [s]
 TICK = 0.5  #: longest time between two looks at the workers [s]
 GRACE = 2.0  #: after which a batch on a worker that the scheduler does not know is taken for lost [s]
+SETTLED = 0.3  #: after which a worker may end and be started again: one that ends while its nanny starts it is not [s]
 PATIENCE = 60.0  #: after which a sweep without any worker is given up [s]
 ATTEMPTS = 3  #: workers in a row that may end while they prepare
 ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -136,6 +137,7 @@ class Desk:
     alone: deque[Batch] = field(default_factory=deque)  #: members of lost batches, one by one
     token: str = field(default_factory=lambda: uuid.uuid4().hex)
     busy: dict[Future, Sent] = field(default_factory=dict)
+    met: dict[str, float] = field(default_factory=dict)  #: when workers were first seen [s]
     ready: set[str] = field(default_factory=set)  #: workers that have prepared the task
     counts: Counter[Status] = field(default_factory=Counter)
     shown: set[str] = field(default_factory=set)  #: notices of members, each given once
@@ -312,13 +314,15 @@ def look(desk: Desk) -> None:
     """Workers that came prepare the task; batches of workers that went are given up."""
     now, there = clock.monotonic(), set(desk.client.nthreads())
     desk.ready &= there
+    desk.met = {worker: desk.met.get(worker, now) for worker in there}
     for future, sent in list(desk.busy.items()):
         if sent.worker not in there and now - sent.since > GRACE and not future.done():
             del desk.busy[future]
             future.cancel()
             bury(desk, sent)
     occupied = {sent.worker for sent in desk.busy.values()}
-    new = sorted(there - desk.ready - occupied)
+    settled = {worker for worker, met in desk.met.items() if now - met >= SETTLED}
+    new = sorted(settled - desk.ready - occupied)
     if desk.options.first_alone and not desk.most:
         new = new[: 0 if occupied else 1]
     for worker in new:
