@@ -9,7 +9,9 @@ from scipy.sparse import block_diag, csr_array
 
 from fmbs_skfem.bodies import Material
 from fmbs_skfem.bodies.plate import plate
-from fmbs_skfem.systems import assemble, echelon, eliminate, joints
+from fmbs_skfem.core.linalg import as_dense
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.systems import At, assemble, echelon, eliminate, joints
 from fmbs_skfem.systems.system import linear_part
 from fmbs_skfem.verification.plates import rectangle
 
@@ -29,7 +31,7 @@ def test_blocks_have_the_pivots_of_the_whole(seed: int) -> None:
     A, a = shuffled(seed)
     found = echelon.solve(A, a, 1e-9)
     work = A.toarray()
-    pivots, left, right = echelon.eliminated(work, -a, 1e-9)
+    pivots, left, right = echelon.eliminated(work, -a, 1e-9, np.ones(A.shape[1]))
     rows, columns = np.array(pivots).T
     order, whole = np.argsort(found.dependent), np.argsort(columns)
     assert_array_equal(found.dependent[order], columns[whole])
@@ -76,3 +78,25 @@ def test_unknowns_of_falling_weight_are_solved_for_the_leading_ones() -> None:
     assert np.all(found.dependent % 20 < 5)
     assert np.linalg.cond(D[:, np.sort(found.dependent)]) < 20.0
     assert_allclose(found.solution @ x + found.fixed, x[found.dependent], atol=1e-9)
+
+
+def test_round_off_of_a_row_makes_no_constraint() -> None:
+    """Shape functions at a node are 1 and 0 to the last digit: a column of such zeros is no unknown that a row could take away."""
+    A = csr_array(np.array([[1.0, 0.0, 0.0], [1.0, 1e-17, 0.0], [0.0, 0.0, 1e-9]]))
+    found = echelon.solve(A, np.zeros(3))
+    assert_array_equal(np.sort(found.dependent), [0, 2])
+    assert len(found.left) == 1
+    beside = echelon.solve(csr_array(np.array([[1.0, 1e-9], [1.0, 2e-9]])), np.zeros(2), units=np.array([1.0, 1e3]))
+    assert len(beside.dependent) == 2  # slopes of small cells are as good as positions
+
+
+@pytest.mark.parametrize("cells", [5, 8])
+@pytest.mark.parametrize("kind", ["ancf", "bfs", "nurbs"])
+def test_a_held_corner_of_a_held_edge_takes_nothing_away_twice(kind: str, cells: int) -> None:
+    """A plate on two edges whose corner is pinned as well has lost as many unknowns as its rows have rank."""
+    body = plate("plate", rectangle(kind, cells, cells), 0.01, Material(1e9, 1e3))
+    system = assemble([body], [joints.Edge("edges", "plate", ("left", "bottom"), fixed="z"), joints.Pin("pin", At("plate", "a"))])
+    with pytest.warns(Notice, match=r"redundant.*pin\.z"):
+        free = eliminate(system)
+    singular_values = np.linalg.svd(as_dense(linear_part(system)[1]), compute_uv=False)
+    assert free.size == system.size - int((singular_values > 1e-6).sum())

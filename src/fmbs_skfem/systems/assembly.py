@@ -340,7 +340,7 @@ def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
     rows, A, a = linear_part(system)
     if len(rows) == 0:
         return replace(system, full=system)
-    found = echelon.solve(A, a, tolerance)
+    found = echelon.solve(A, a, tolerance, redundancy.scale_of(system))
     dropped = [system.constraints.names[rows[k]] for k in found.left]
     redundancy.refuse_gaps(dropped, found.gap, tolerance * system.scale)
     if dropped:

@@ -214,7 +214,7 @@ def without_redundant_linear(system: System) -> System:
     mine = np.flatnonzero(np.bincount(shared)[shared] > 1)
     if not len(mine) or apart(A[mine]):
         return system
-    found = echelon.solve(csr_array(A[mine]), a[mine])
+    found = echelon.solve(csr_array(A[mine]), a[mine], units=scale_of(system))
     dropped = rows[mine[found.left]]
     refuse_gaps([system.constraints.names[k] for k in dropped], found.gap, ranks.EXACT * system.scale)
     return left_out(system, dropped) if len(dropped) else system
