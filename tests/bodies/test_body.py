@@ -241,7 +241,7 @@ def test_point_mass() -> None:
         (lambda: locate(point_mass("bob", 1.0, np.zeros(3)), "centre"), "did you mean 'center'"),
         (
             lambda: locate(plate("lug", rectangle("ancf", 2, 1), 1e-3, Material(1e9, 1e3), dim=2), "right"),
-            "got the edge 'right'; take",
+            "got the edge 'right'; name a point of the mesh, or take what has `edges`: .*edge, edge_load",
         ),
         (lambda: probe(point_mass("bob", 1.0, np.zeros(3)), 0.0, 1), "expected a body with a slope"),
         (lambda: point_mass("bob", -1.0, np.zeros(3)), r"'bob'\.mass: expected a positive and finite number"),

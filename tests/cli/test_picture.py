@@ -16,7 +16,10 @@ from fmbs_skfem.dynamics import GeneralizedAlpha
 from fmbs_skfem.results import motion as picture
 from fmbs_skfem.results import series
 from fmbs_skfem.results.frames import Kind
+from fmbs_skfem.results.pictures import Look
 from fmbs_skfem.scenes import build
+from fmbs_skfem.studies import job, runs
+from fmbs_skfem.studies import pictures as study_pictures
 
 from ..models import mass_pendulum
 from .calls import EXAMPLES, ROOT, fmbs, scene
@@ -104,6 +107,20 @@ def test_export_writes_a_series_with_all_fields(tmp_path: Path) -> None:
     assert {"displacement", "strain", "curvature", "velocity"} <= set(data)
     assert np.linalg.norm(data["displacement"], axis=1).max() > 1e-3
     assert np.abs(data["displacement"][:, 2]).max() == 0
+
+
+def test_a_scene_without_a_name_has_that_of_its_file_in_every_title(rigid_scene: Path, tmp_path: Path) -> None:
+    rigid_scene.write_text(
+        RIGID.replace("name: rigid\n", "").replace("analysis:", "outputs: {B: {type: position, at: rod.B}}\nanalysis:")
+    )
+    (path := rigid_scene.with_name("slow_crank.yaml")).write_text(rigid_scene.read_text())
+    with job.begin(path) as work:
+        task = runs.scene_task(work, one := job.read_scene(work))
+    motion = dynamics.integrate(task.system, GeneralizedAlpha(1e-3), 2e-3)
+    drawn = study_pictures.scene(one, motion, tmp_path)
+    assert task.title == "slow_crank"
+    assert {look.title for order in drawn for look in order.args if isinstance(look, Look)} == {"slow_crank"}
+    assert len(drawn) == 2
 
 
 @pytest.mark.usefixtures("opengl")

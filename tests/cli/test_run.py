@@ -10,6 +10,7 @@ import pytest
 
 from fmbs_skfem.results.plots import PANELS
 from fmbs_skfem.studies import panels, solving
+from fmbs_skfem.systems import probes
 from fmbs_skfem.systems.system import Output
 
 from .calls import CANTILEVER, EXAMPLES, ROOT, fmbs, scene
@@ -399,3 +400,34 @@ def test_an_energy_that_rises_tenfold_ends_with_exit_code_4(duration: str, code:
     assert 0.25 < failure["turns"]["beam"] < 0.5
     assert [cause["name"] for cause in failure["causes"]] == ["unstable"]
     assert np.loadtxt(tmp_path / "out" / "outputs.csv", delimiter=",", skiprows=1)[-1, 0] == pytest.approx(end)
+
+
+@pytest.mark.parametrize("length, force", [(1.0, 1.0), (1e3, 1.0), (1.0, 1e-6), (1e-3, 1e6)])
+def test_reactions_that_are_round_off_are_drawn_as_zero_in_every_unit(length: float, force: float) -> None:
+    """Beside larger forces and moments of the model, at its size, or within the noise of accelerations; displacements never are."""
+    numbers = force * np.sin(np.linspace(0.0, 6.0, 50))
+    known = {
+        "hinge_x": numbers,
+        "hinge_y": 1e-10 * numbers,
+        "hinge_mz": 1e-10 * length * numbers,
+        "hinge_my": 1e-8 * length * numbers,
+        "free_x": 3e-10 * numbers,
+        "tip_x": length * numbers,
+        "tip_y": 1e-10 * length * numbers,
+    }
+    outputs = {
+        "hinge": Output("reaction", (), ("hinge_x", "hinge_y", "hinge_mz", "hinge_my")),
+        "free": Output("reaction", (), ("free_x",)),
+        "tip": Output("position", (), ("tip_x", "tip_y")),
+    }
+    units = {column: unit for column, unit in probes.column_units(outputs).items() if column.startswith("hinge")}
+    assert units == {"hinge_x": "N", "hinge_y": "N", "hinge_mz": "N m", "hinge_my": "N m"}
+    noise = panels.find_noise(outputs, known, length, 0.0)
+    assert noise == {"hinge_y", "hinge_mz", "free_x"}
+    drawn = {panel.label: panel.curves for panel in panels.arrange(outputs, known, noise)}
+    assert list(drawn) == ["hinge [N]", "hinge [N m]", "free_x [N], round-off", "tip_x [m]", "tip_y [m]"]
+    assert not drawn["hinge [N]"]["y, round-off"].any()
+    assert not drawn["free_x [N], round-off"]["x"].any()
+    alone = {"free": outputs["free"]}
+    assert panels.find_noise(alone, known, length, 1e-9 * force) == {"free_x"}
+    assert panels.find_noise(alone, known, length, 1e-10 * force) == frozenset()

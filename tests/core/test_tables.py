@@ -135,3 +135,27 @@ def test_a_table_that_is_left_by_its_argument_is_warned_of(tmp_path: Path, histo
     told = [str(one.message) for one in caught if "beyond its table" in str(one.message)]
     assert len(told) == bool(start)
     assert all(f"from 0 to 2 s, from t = {start}" in one and "hold: true" in one for one in told)
+
+
+@pytest.mark.parametrize(
+    "force, history, allowed",
+    [
+        ("pull(mod(t, 2 s))", "cos(turn(mod(t, 0.7 s)))", True),
+        ("pull(mod(t, 2 s))", "where(t < 1 s, cos(turn(t)), 1)", True),
+        ("pull(t)", "cos(turn(mod(t, 2 s)))", False),
+        ("pull(mod(t, 2 s))", "cos(turn(mod(t, 2.01 s)))", False),
+        ("pull(mod(t, 2 s))", "cos(turn(t))", False),
+        ("pull(mod(t, 2 s))", "where(t > 1 s, cos(turn(t)), 1)", False),
+    ],
+)
+def test_a_short_table_serves_a_run_that_never_leaves_it(tmp_path: Path, force: str, history: str, allowed: bool) -> None:
+    """A period of a signal drives a run of many; where one of its readers gets beyond it, also between samples, it is refused."""
+    (tmp_path / "a.csv").write_text(CSV, encoding="utf-8")
+    text = SCENE.replace("duration: 1 s", "duration: 1 h").replace("pull(t)", force).replace("cos(turn(t))", f'"{history}"')
+    assert force in text
+    assert history in text
+    if allowed:
+        assert reading.loads(text, tmp_path).analysis.instants()[-1] == 3600.0
+    else:
+        with pytest.raises(InputError, match=r"mod\(t, 2 s\)\) repeats"):
+            reading.loads(text, tmp_path)

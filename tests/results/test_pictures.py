@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 
 from fmbs_skfem.core.errors import FmbsError, InputError, MissingFeature
-from fmbs_skfem.results import camera, frames, pictures, render_child, video
+from fmbs_skfem.results import camera, decor, drawing, frames, pictures, render_child, video
 from fmbs_skfem.results.frames import Frames, line
 from fmbs_skfem.results.pictures import Layout, Look
 
@@ -250,3 +250,26 @@ def test_nothing_heavy_is_imported_before_it_is_used() -> None:
     code = f"import sys, fmbs_skfem.results; print(sorted({heavy} & {{name.split('.')[0] for name in sys.modules}}))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("crowded, free", [((1, 1), (0, 1)), ((0, 1), (1, 1)), ((0, 0), (1, 1))])
+@pytest.mark.parametrize("aim", [(0.0, -1.0, 0.0), (0.6, 0.8, 0.0)])
+def test_gravity_stands_where_no_text_and_no_body_is(
+    crowded: tuple[int, int], free: tuple[int, int], aim: tuple[float, float, float]
+) -> None:
+    """A time beside the end of a beam, or the beam itself, in the corner of the arrow drives it into the next one."""
+    box = camera.box(np.array([[0.0, 0.0, 0.0], [2.0, 1.0, 0.0]]), True, cells=4)
+    eye = camera.fit(box.corners, True, (800, 600), (50.0, 50.0, 50.0, 50.0))
+    order, _ = pictures._order(rollup.planar(), Look(), "overlay", 1.0, "a.png")
+    job = replace(order, arrows=("gravity",), bodies=("beam",))
+    middle = np.tile([1.0, 0.5, 0.0], (1, 2, 1))
+    arrow = drawing.gravity_at(np.array(aim), box, crowded)
+    place = camera.project(eye, arrow.mean(axis=0, keepdims=True))[0]
+    label = decor.Text("0.25 s", (float(place[0]), float(place[1])), "mm", 15)
+    arrays = {"aim_0": np.array([aim]), "points_0": middle}
+    assert render_child._free_corner(job, arrays, eye, box, [label]) == free
+    assert render_child._free_corner(job, arrays | {"points_0": arrow[None]}, eye, box, []) == free
+    assert render_child._free_corner(job, arrays, eye, box, []) == (1, 1)
+    ends = np.concatenate([drawing.gravity_at(np.array(aim), box, (a, b)) for a in (0, 1) for b in (0, 1)])
+    assert (ends >= box.lower - 1e-12).all()
+    assert (ends <= box.upper + 1e-12).all()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import multiprocessing
 from pathlib import Path
 
 import pytest
@@ -47,3 +48,24 @@ def test_warm_takes_steps_of_every_kind(monkeypatch: pytest.MonkeyPatch) -> None
 @pytest.mark.parametrize("kind", warming.KINDS, ids=lambda kind: kind.name)
 def test_the_scenes_of_warm_travel_with_the_package(kind: warming.Kind) -> None:
     assert (examples.folder() / kind.scene).is_file()
+
+
+def test_a_script_without_listeners_hears_once_that_it_compiles(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Python shows the log on stderr. Who listens hears it alone, and helpers that a process starts say nothing."""
+    monkeypatch.setattr(compilation, "_BEGUN", set())
+    with compilation.heard_by(lambda name: None):
+        compilation.begin("work.survey")
+    assert not caplog.messages
+    for parent, said in ((multiprocessing.current_process(), 0), (None, 1)):
+        monkeypatch.setattr(compilation, "_BEGUN", set())
+        monkeypatch.setattr(multiprocessing, "parent_process", lambda parent=parent: parent)
+        for name in ("work.survey", "stepping.advance"):
+            compilation.begin(name)
+        assert [one.count("compiling work.survey") for one in caplog.messages] == [1] * said
+    caplog.clear()
+    job = studies.Job()
+    for name in ("work.survey", "stepping.advance"):
+        job.hear_compilation(name)
+    assert [one.count("compiling work.survey") for one in caplog.messages] == [1]

@@ -329,6 +329,14 @@ def first(dim: int) -> Body:
         (lambda: assemble([first(2)], outputs={"y": "position"}), "output 'y': expected a probe, got str"),
         (lambda: assemble([first(2)], initial={"b": Motion()}), "initial: expected one of the bodies a, got 'b'"),
         (lambda: assemble([first(3)], initial={"a": Motion((1.0, 2.0))}), "initial 'a': expected 3 finite numbers"),
+        (
+            lambda: assemble(beams(2), damping={"mass": 0.1}),  # type: ignore[arg-type]
+            r"damping: expected a Rayleigh of systems, got a mapping; write systems.Rayleigh\(mass=...\)",
+        ),
+        (
+            lambda: assemble(beams(2), initial={"a": (1.0, 0.0)}),  # type: ignore[dict-item]
+            r"initial 'a': expected a Motion of systems, got a list of 2; write systems.Motion\(velocity=..., angular_velocity",
+        ),
         (lambda: Rayleigh(mass=-1.0), "damping: expected non-negative factors"),
         (lambda: Rayleigh(stiffness=float("nan")), "damping: expected non-negative factors"),
     ],

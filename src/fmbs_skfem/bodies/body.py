@@ -22,6 +22,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from ..core.container import storable
+from ..core.declared import words_with
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
 from ..core.validation import Attributes, Indices, Range, Reals, Sizes, also, require
@@ -342,7 +343,7 @@ def locate(body: Body, place: str | float) -> Place:
         if place not in known:
             expected = f"one of its points ({listed(sorted(known), place, 'none')})"
             if isinstance(body.space, Surface) and place in body.space.edges:
-                remedy = "take what is for edges, or name a point of the mesh"
+                remedy = f"name a point of the mesh, or take what has `edges`: {', '.join(words_with('edges'))}"
                 raise InputError(say(f"body '{body.name}'", expected, f"the edge '{place}'", remedy))
             raise InputError(say(f"body '{body.name}'", expected, f"'{place}'") + closest(place, known))
         return place if place in body.frames else body.places[place]

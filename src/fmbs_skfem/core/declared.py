@@ -15,6 +15,7 @@ from __future__ import annotations
 import re
 from abc import ABC
 from collections.abc import Iterator
+from dataclasses import fields
 from typing import Any, ClassVar
 
 from .errors import InputError, say
@@ -49,6 +50,12 @@ class Declared:
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
         """What is wrong with it in `dim` dimensions beyond single fields: names of fields, or paths of keys, and problems."""
         return iter(())
+
+
+def words_with(key: str) -> list[str]:
+    """First words of all that is declared, of whatever family, with this key."""
+    every = (one for family in Declared.__subclasses__() for one in family.known.values())
+    return sorted({one.word for one in every if any(field.name == key for field in fields(one))})
 
 
 def require_sound(what: str, name: str, item: Any, family: type[Declared], dim: int) -> None:

@@ -80,6 +80,13 @@ def plain(text: str) -> str:
     return f" {text}" if text.startswith("_") else text
 
 
+def extent(text: Text) -> tuple[float, float, float, float]:
+    """Left, top, right and bottom of a text as it is drawn [pixel], without what shifts it into the picture."""
+    from PIL import Image, ImageDraw
+
+    return ImageDraw.Draw(Image.new("L", (1, 1))).textbbox(text.place, text.words, font=_font(text.height), anchor=text.anchor)
+
+
 def letter(image: Pixels, texts: list[Text]) -> Pixels:
     """`image` (height, width, 3) with the texts on it, each on a white halo.
 

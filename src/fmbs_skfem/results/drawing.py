@@ -16,6 +16,7 @@ from .job import Arrays, PictureJob
 
 GLYPH = 3.1  #: radius of a joint, over the smallest radius of a tube
 REACH = 22.0  #: length of an arrow, over the smallest radius of a tube
+GRAVITY = 0.14  #: length of the arrow of gravity, over the longest side of the scene
 RAISED = 0.25  #: distance of flat surfaces in a planar scene, which lie in one plane, over the smallest radius of a tube
 DEPTH = 10.0  #: distance of one instant of a planar overlay in front of the one before, over the radius of a joint
 SHARP = 0.5  #: cosine of the turn of a line at a corner
@@ -144,19 +145,30 @@ def _arrow(kind: str, place: Array, aim: Array, reach: float) -> Any:
     return pyvista.lines_from_points(ring).tube(radius=0.03 * reach).merge(head)
 
 
-def gravity(plotter: Any, job: PictureJob, arrays: Arrays, box: Box) -> None:
-    """The direction of gravity as an arrow in the upper corner of the scene."""
+def gravities(job: PictureJob, arrays: Arrays) -> list[Array]:
+    """Directions (3,) of length 1 of the gravities that act."""
+    aims = [arrays[f"aim_{j}"][0] for j, kind in enumerate(job.arrows) if kind == "gravity"]
+    return [aim / np.linalg.norm(aim) for aim in aims if np.linalg.norm(aim) > 0.0]
+
+
+def gravity_at(aim: Array, box: Box, sides: tuple[int, int]) -> Array:
+    """Start and end (2, 3) [m] of the arrow of a gravity in a corner of the scene, at its lower (0) or upper (1) x and y."""
+    size = GRAVITY * float(np.max(box.upper - box.lower))
+    ahead, behind = np.maximum(aim, 0.0) * size, np.maximum(-aim, 0.0) * size
+    high, low = box.upper - 0.3 * size - ahead, box.lower + 0.3 * size + behind
+    start = np.array([*(high[k] if sides[k] else low[k] for k in range(2)), box.upper[2] - ahead[2]])
+    return np.array([start, start + size * aim])
+
+
+def gravity(plotter: Any, job: PictureJob, arrays: Arrays, box: Box, sides: tuple[int, int]) -> None:
+    """The direction of gravity as an arrow in a corner of the scene."""
     import pyvista
 
-    size = 0.14 * float(np.max(box.upper - box.lower))
-    for j, kind in enumerate(job.arrows):
-        if kind == "gravity" and np.linalg.norm(arrays[f"aim_{j}"][0]) > 0.0:
-            aim = arrays[f"aim_{j}"][0] / np.linalg.norm(arrays[f"aim_{j}"][0])
-            corner = np.array([box.upper[0] - 0.3 * size, box.upper[1] - 0.3 * size, box.upper[2]])
-            start = corner - np.maximum(aim, 0.0) * size
-            sizes = {"tip_length": 0.3, "tip_radius": 0.09, "shaft_radius": 0.03}
-            shape = pyvista.Arrow(start=start, direction=aim, scale=size, **sizes)
-            plotter.add_mesh(shape, color=decor.ARROWS[kind][1], name=f"gravity {j}", **FLAT, **STILL)
+    sizes = {"tip_length": 0.3, "tip_radius": 0.09, "shaft_radius": 0.03}
+    for j, aim in enumerate(gravities(job, arrays)):
+        start, end = gravity_at(aim, box, sides)
+        shape = pyvista.Arrow(start=start, direction=aim, scale=float(np.linalg.norm(end - start)), **sizes)
+        plotter.add_mesh(shape, color=decor.ARROWS["gravity"][1], name=f"gravity {j}", **FLAT, **STILL)
 
 
 def _joints(plotter: Any, job: PictureJob, centres: Arrays, thinnest: float, strength: float, slot: int) -> None:

@@ -117,19 +117,38 @@ def overlay(job: PictureJob, arrays: Arrays) -> list[Pixels]:
     """All instants in one scene, the earlier ones paler, each marked with its time at the end of the last body."""
     height, width = letters(job), strip_width(job)
     camera, box = view(job, arrays, (job.size[0] - width, job.size[1]), height)
+    texts = [Text(job.title, (height, height), "la", round(1.2 * height), "#000000")] if job.title else []
+    if job.bodies:
+        texts += _marks(camera, arrays, len(job.bodies), marks(job, arrays["times"]), height)
     plotter = drawing.stage(camera, box, job.planar)
-    drawing.gravity(plotter, job, arrays, box)
+    drawing.gravity(plotter, job, arrays, box, _free_corner(job, arrays, camera, box, texts))
     count = arrays["times"].size
     strengths = np.linspace(PALEST, 1.0, count) if count > 1 else np.ones(1)
     for sample in range(count):
         drawing.configuration(plotter, job, arrays, sample, _thinnest(camera, box), float(strengths[sample]), slot=sample)
     image = drawing.shot(plotter)
     plotter.close()
-    texts = [Text(job.title, (height, height), "la", round(1.2 * height), "#000000")] if job.title else []
-    if job.bodies:
-        texts += _marks(camera, arrays, len(job.bodies), marks(job, arrays["times"]), height)
     image = decor.letter(image, texts + decor.axis_texts(camera, box, job.planar, height))
     return _beside([image], job, width)
+
+
+def _free_corner(job: PictureJob, arrays: Arrays, camera: Camera, box: Box, texts: list[Text]) -> tuple[int, int]:
+    """The corner in which arrows of gravity cover fewest points of bodies and texts, the upper right one among equals."""
+    taken = [camera_.project(camera, arrays[f"points_{i}"].reshape(-1, 3)) for i in range(len(job.bodies))]
+    for text in texts:
+        left, top, right, bottom = decor.extent(text)
+        taken.append(np.array([(x, y) for x in np.linspace(left, right, 9) for y in (top, bottom)]))
+    found = np.concatenate([np.empty((0, 2)), *taken])
+
+    def covered(sides: tuple[int, int]) -> int:
+        count = 0
+        for aim in drawing.gravities(job, arrays):
+            ends = camera_.project(camera, drawing.gravity_at(aim, box, sides))
+            margin = 0.1 * float(np.abs(ends[1] - ends[0]).max())
+            count += int(((found >= ends.min(axis=0) - margin) & (found <= ends.max(axis=0) + margin)).all(axis=1).sum())
+        return count
+
+    return min(((1, 1), (0, 1), (1, 0), (0, 0)), key=covered)
 
 
 def _marks(camera: Camera, arrays: Arrays, bodies: int, words: list[str], height: int) -> list[Text]:
@@ -202,7 +221,7 @@ def animation(job: PictureJob, arrays: Arrays) -> list[Pixels]:
 def _instants(job: PictureJob, arrays: Arrays, size: tuple[int, int], height: int, title: str = "", room: int = 0) -> list[Pixels]:
     camera, box = view(job, arrays, size, height, room)
     plotter = drawing.stage(camera, box, job.planar)
-    drawing.gravity(plotter, job, arrays, box)
+    drawing.gravity(plotter, job, arrays, box, _free_corner(job, arrays, camera, box, []))
     axes, images = decor.axis_texts(camera, box, job.planar, height), []
     thinnest, samples = _thinnest(camera, box), drawn(job, arrays)
     if job.behind:

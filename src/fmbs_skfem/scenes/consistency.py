@@ -132,6 +132,13 @@ def _idle(scene: Scene) -> Iterator[Told]:
             yield ("parameters", name), "nothing in the scene uses this parameter, so that its value changes nothing"
 
 
+def _functions(scene: Scene) -> Iterator[Expression | OfState]:
+    """All functions of time and of the state that a run evaluates."""
+    for part in (scene.joints, scene.loads, scene.controllers, scene.events):
+        for value in (value for item in part.values() for value in vars(item).values()):
+            yield from (one for one in (value if isinstance(value, tuple) else (value,)) if isinstance(one, Expression | OfState))
+
+
 def inputs_in(values: Iterable[Any]) -> Iterator[str]:
     """Names that expressions among values read beside t and parameters: inputs, and outputs."""
     for value in values:
@@ -224,8 +231,9 @@ def _responses(scene: Scene) -> Iterator[Found]:
         for name in getattr(scene, section):
             if names[name] > 1:
                 yield (section, name), Problem("another name than those of outputs, inputs and controllers", f"'{name}'")
+    read = list(_functions(scene)) if scene.tables else []
     for name, table in scene.tables.items():
-        if problem := ends_early(table, scene.analysis.instants()):
+        if problem := ends_early(table, scene.analysis.instants(), read):
             yield ("tables", name), problem
     known = responses.variables(scene.outputs, scene.dimension)
     tables = [one.table for one in scene.tables.values() if one.table is not None]

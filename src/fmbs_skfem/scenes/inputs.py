@@ -8,7 +8,7 @@ They are known before all else of a scene is read: expressions of loads and join
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -23,6 +23,7 @@ from ..core.fields import ANY, Context, Takes
 from ..core.inputs import ROUND, Input
 from ..core.mappings import HIDDEN, inline
 from ..core.problems import Found, Problem, located, shown
+from ..core.responses import OfState
 from ..core.tables import Table, read_columns
 from ..shapes import meshes
 from ..systems.controllers import UNIT
@@ -85,8 +86,8 @@ class TableModel:
     """A function by the points of a file of comma-separated numbers, under titles with units: `time [ms], angle [deg]`.
 
     Expressions call it `name(t)` or, of another argument with the unit `of`, `name(stretch)`. Between points are straight lines, or
-    a smooth curve that overshoots nowhere; beyond the last ones it is constant. A run that leaves the times of a table is refused,
-    one that leaves other places ends with a warning, unless the table is to `hold` its values there.
+    a smooth curve that overshoots nowhere; beyond the last ones it is constant. A run whose functions of time leave a table that is
+    shorter than it is refused, one that leaves other places ends with a warning, unless the table is to `hold` its values there.
     """
 
     file: str
@@ -117,41 +118,53 @@ def read_table(folder: Path, name: str, entry: object, context: Context) -> Tabl
     return replace(given, table=Table(name, given.unit, *columns, given.smooth, given.of, given.hold))
 
 
-def ends_early(given: TableModel, instants: np.ndarray) -> Problem | None:
-    """What is wrong with a table that does not reach over all instants."""
+def ends_early(given: TableModel, instants: np.ndarray, read: Iterable[Expression | OfState]) -> Problem | None:
+    """What is wrong with a table of times that does not reach over all instants, where one of the functions `read` leaves it.
+
+    Those of the state leave it by t alone; by another argument they do as they move, which ends with a warning.
+    """
     if given.table is None or given.hold or given.of != "s":
         return None
-    first, last, begin, end = given.table.times[0], given.table.times[-1], float(instants.min()), float(instants.max())
+    table, begin, end = given.table, float(instants.min()), float(instants.max())
+    first, last = table.times[0], table.times[-1]
     if first <= begin and end <= last * (1.0 + ROUND):
         return None
-    remedy = "'hold: true' keeps the values at its ends"
+    if not any(table.name in one.program if isinstance(one, OfState) else left(one, table, instants).size for one in read):
+        return None
+    repeat = f", {table.call[:-1]}mod(t, {last:g} s)) repeats them" if first <= begin else ""
+    remedy = f"'hold: true' keeps the values at its ends{repeat}"
     return Problem(f"a table from {begin:g} to {end:g} s, over all of the analysis", f"one from {first:g} to {last:g} s", remedy)
 
 
 def leaves(given: Expression, instants: np.ndarray) -> str:
-    """What is said of a function of time that reads a table, by an argument such as 2 * t, beyond its ends; nothing if it does not.
-
-    The value there counts where it changes the function: not in the branch of `where` that is not taken.
-    """
-    times = np.linspace(float(instants.min()), float(instants.max()), SAMPLES)
+    """What is said of a function of time that reads a table, by an argument such as 2 * t, beyond its ends, or nothing."""
     for table in given.inputs:
         if not isinstance(table, Table) or table.hold or table.call not in given.program:
             continue
-        first, last = table.times[0], table.times[-1]
-        room = ROUND * (last - first)
-
-        def inside(x: np.ndarray, table: Table = table, low: float = first - room, high: float = last + room) -> np.ndarray:
-            return np.where((x < low) | (x > high), np.nan, table(x))
-
-        names = {one.call: one for one in given.inputs if one.call} | {table.call: inside}
-        with np.errstate(all="ignore"):
-            values = {one.name: one(times) for one in given.inputs}
-            found = np.zeros(SAMPLES) + expressions.evaluate(given.program, {"t": times, **values, **names}, expressions.ARRAY)
-        if (left := np.isnan(found) & ~np.isnan(given(times))).any():
-            since = f"from t = {times[left.argmax()]:.3g} s on"
-            where = f"reads {table.call[:-1]}...) beyond its table from {first:g} to {last:g} s, {since}"
-            return f"{where}: the table keeps its last value there; write 'hold: true' beside it if that is meant"
+        if (beyond := left(given, table, instants)).size:
+            where = f"reads {table.call[:-1]}...) beyond its table from {table.times[0]:g} to {table.times[-1]:g} s"
+            since = f"from t = {beyond[0]:.3g} s on: the table keeps its last value there"
+            return f"{where}, {since}; write 'hold: true' beside it if that is meant"
     return ""
+
+
+def left(given: Expression, table: Table, instants: np.ndarray) -> np.ndarray:
+    """Times (i,), of the instants (n,) and some between, at which a function of time reads a table beyond its ends.
+
+    The value there counts where it changes the function: not in the branch of `where` that is not taken.
+    """
+    times = np.union1d(np.linspace(float(instants.min()), float(instants.max()), SAMPLES), instants)
+    first, last = table.times[0], table.times[-1]
+    room = ROUND * (last - first)
+
+    def inside(x: np.ndarray) -> np.ndarray:
+        return np.where((x < first - room) | (x > last + room), np.nan, table(x))
+
+    names = {one.call: one for one in given.inputs if one.call} | {table.call: inside}
+    with np.errstate(all="ignore"):
+        values = {one.name: one(times) for one in given.inputs} | {table.name: inside(times)}
+        found = np.zeros(times.shape) + expressions.evaluate(given.program, {"t": times, **values, **names}, expressions.ARRAY)
+    return np.asarray(times[np.isnan(found) & ~np.isnan(given(times))])
 
 
 def check_name(name: str, parameters: Mapping[str, Any]) -> None:

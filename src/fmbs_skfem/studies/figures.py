@@ -20,6 +20,7 @@ from ..scenes import build
 from ..systems import probes
 from ..systems.joints import Pin, Revolute, Slider
 from ..systems.probes import AngularVelocity, Position
+from . import job as jobs
 from .result import Figures
 
 if TYPE_CHECKING:
@@ -63,8 +64,8 @@ def cloud(scene: Scene, study: Comparison) -> Figure:
     """CPU time against error; models that are wrong altogether are named in the title, not drawn."""
     wrong = [record.name for record in study.records if record.max_error > WRONG]
     shown = [point for point in points(study) if point.name not in wrong]
-    title = scene.name + (f" (not drawn, since wrong altogether: {', '.join(wrong)})" if wrong else "")
-    return plots.speed_error(shown, study.time_error.position if study.time_error else None, "largest position error [m]", title)
+    heading = jobs.title(scene) + (f" (not drawn, since wrong altogether: {', '.join(wrong)})" if wrong else "")
+    return plots.speed_error(shown, study.time_error.position if study.time_error else None, "largest position error [m]", heading)
 
 
 def histories(scene: Scene, study: Comparison) -> dict[str, Callable[[], Figure]]:
@@ -80,10 +81,10 @@ def histories(scene: Scene, study: Comparison) -> dict[str, Callable[[], Figure]
         if probes.kind_of(output).known_to_all:
             units = probes.units(name, output)
             grid = {add_unit(column, unit): curves(column) for column, unit in zip(output.columns, units, strict=True)}
-            rules[f"history_{name}"] = functools.partial(plots.history_grid, times, grid, title=scene.name)
+            rules[f"history_{name}"] = functools.partial(plots.history_grid, times, grid, title=jobs.title(scene))
     if (known := slider_columns(scene)) is not None:
         axis, position, speed = known
-        rules["slider"] = functools.partial(plots.slider, times, curves(position), curves(speed), axis, scene.name)
+        rules["slider"] = functools.partial(plots.slider, times, curves(position), curves(speed), axis, jobs.title(scene))
     return rules
 
 

@@ -28,9 +28,6 @@ if TYPE_CHECKING:
     Source = str | Path | Scene  #: a scene, or the file of a scene or of a saved reduced model
 
 
-COMPILES = (
-    "compiling {} and what else this model needs, once after installation (about half a minute); `fmbs warm` compiles all ahead"
-)
 TYPICAL = 25  #: functions that a first model compiles
 MODELS = (".h5", ".hdf5")  #: endings of files of reduced models
 
@@ -47,7 +44,7 @@ class Listener:
     """
 
     progress: Callable[[str, float], None] = ignore  #: what is being done, and the finished part of it, 0 to 1
-    tell: Callable[[str], None] = ignore  #: that it compiles, waits, or what a failed start is due to
+    tell: Callable[[str], None] = compilation.log  #: that it compiles, waits, or what a failed start is due to
     notice: Callable[[str], None] | None = None
     begin: Callable[[Job], None] = ignore
     strict: bool = False
@@ -74,7 +71,7 @@ class Job:
         """Say once that this model compiles, and show how far it is."""
         self.compiled += 1
         if self.compiled == 1:
-            self.listener.tell(COMPILES.format(name))
+            self.listener.tell(compilation.COMPILES.format(name))
         self.listener.progress("compiling", min(self.compiled / TYPICAL, 0.99))
 
     def progress(self, label: str) -> Callable[[float], None]:
@@ -102,7 +99,7 @@ def begin(source: Source = "", **shared: Unpack[Shared]) -> Iterator[Job]:
     listening = compilation.heard_by(job.hear_compilation)
     with threadpool_limits(limits=1, user_api="blas"), hear(job), listening, notebooks.progress() as shown:
         if shown is not None and "listener" not in given:
-            job.listener = Listener(progress=shown)
+            job.listener = Listener(progress=shown, tell=ignore)
         yield job
 
 

@@ -15,6 +15,7 @@ from ..dynamics.shapes import say_shares, shares
 from ..results import mode_shapes, response_plots, segments, series
 from ..results.plots import PANELS
 from ..results.sweep_files import add_unit
+from . import job as jobs
 from . import recording, reports
 from .job import Job
 from .outcome import Run
@@ -56,7 +57,7 @@ def solve_states(
             "units": dict.fromkeys(columns, "") | dict(zip(found.columns, map(unit_in, found.heads), strict=True)),
             "notices": job.notices,
         }
-        missing, figures = None, figures_of(found, scene.name)
+        missing, figures = None, figures_of(found, jobs.title(scene))
         if out is not None:
             with segments.room(out):
                 reports.write_csv(out / analysis.table, columns, ["%d", *["%.15g"] * (len(columns) - 1)])

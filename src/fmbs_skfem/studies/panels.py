@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 FLAT = 0.02  #: of the largest range of a panel; a curve that moves less, but moves, has a panel of its own
 TOGETHER = 6  #: most curves of a panel
+ROUND = 1e-9  #: of the largest reaction of a model; one that stays below is round-off of forces that balance each other
+SILENT = ", round-off"  #: said of what is drawn as zero
+POWERS = {"N": 0, "N m": 1, "N/m": -1}  #: of a length in the units of reactions, beside a force
 
 
 def figures_of(
@@ -28,22 +31,45 @@ def figures_of(
     title: str = "",
     across: str = "time [s]",
     marks: Sequence[tuple[float, str]] = (),
+    size: float = 1.0,
+    noise: float = 0.0,
 ) -> Figures:
     """The columns (s,) of `outputs` that are finite over `times` (s,), in at most PANELS panels, with marks.
 
-    There is no figure of a single instant.
+    Reactions that are round-off are drawn as zero: of a mechanism of this `size` [m] those within `noise` [N] as well. There is no
+    figure of a single instant.
     """
     finite = {name: values for name, values in columns.items() if np.isfinite(values).all()}
     if len(times) < 2 or not finite:
         return Figures()
-    found = arrange(outputs, finite)
+    found = arrange(outputs, finite, find_noise(outputs, finite, size, noise))
     shown = sum(len(panel.curves) for panel in found)
     left = f" ({shown} of {len(finite)} columns, the others are in {OUTPUTS})" if shown < len(finite) else ""
     return Figures({"outputs": partial(panel_grid, times, found, title=title + left, across=across, marks=marks)})
 
 
-def arrange(outputs: Mapping[str, Output], known: Mapping[str, np.ndarray]) -> list[Panel]:
-    """Panels of the known columns (s,), in the order of the outputs: at most PANELS, the first ones of every output."""
+def find_noise(outputs: Mapping[str, Output], known: Mapping[str, np.ndarray], size: float, noise: float) -> frozenset[str]:
+    """Known columns (s,) of reactions that are round-off: below ROUND of the largest one, or within `noise` [N].
+
+    Moments and forces per length are compared with forces by the `size` of the mechanism [m], so that no unit counts.
+    """
+    units = probes.column_units(outputs)
+    reactions = [column for one in outputs.values() if probes.kind_of(one).balances for column in one.columns if column in known]
+    forces = {
+        column: float(np.abs(known[column]).max()) / size ** POWERS[units[column]]
+        for column in reactions
+        if units[column] in POWERS
+    }
+    limit = max(noise, ROUND * max(forces.values(), default=0.0))
+    return frozenset(column for column, force in forces.items() if 0.0 < force <= limit)
+
+
+def arrange(outputs: Mapping[str, Output], known: Mapping[str, np.ndarray], noise: Collection[str] = ()) -> list[Panel]:
+    """Panels of the known columns (s,), in the order of the outputs: at most PANELS, the first ones of every output.
+
+    Columns of `noise` are drawn as zero, and say so.
+    """
+    known = {column: np.zeros_like(values) if column in noise else values for column, values in known.items()}
     units, labels = probes.column_units(outputs), probes.column_labels(outputs)
     found: list[tuple[int, Panel]] = []
     for name, output in outputs.items():
@@ -57,8 +83,11 @@ def arrange(outputs: Mapping[str, Output], known: Mapping[str, np.ndarray]) -> l
         for rank, ((unit, *_), group) in enumerate(groups.items()):
             alone = heading_of(units, labels, next(iter(group)))
             title = alone if len(group) == 1 else add_unit(name, str(unit))
-            curves = {labels.get(column, column.removeprefix(f"{name}_")): values for column, values in group.items()}
-            found.append((rank, Panel(title, curves if len(curves) == len(group) else group)))
+            names = {column: labels.get(column, column.removeprefix(f"{name}_")) for column in group}
+            names = names if len(set(names.values())) == len(names) else {column: column for column in group}
+            silent = group.keys() <= set(noise)
+            curves = {names[one] + SILENT * (one in noise and not silent): values for one, values in group.items()}
+            found.append((rank, Panel(title + SILENT * silent, curves)))
     last = sorted(rank for rank, _ in found)[:PANELS][-1]
     first = [panel for rank, panel in found if rank < last]
     room = iter(range(PANELS - len(first)))

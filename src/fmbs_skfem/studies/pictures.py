@@ -17,6 +17,7 @@ from ..core.notices import notify
 from ..results import frames as frames_
 from ..results import motion, pictures
 from ..results.pictures import Look
+from . import job as jobs
 
 if TYPE_CHECKING:
     from ..dynamics import Trajectory
@@ -52,13 +53,13 @@ def scene(
     limits = pictures.limits(moving, shade) if shade else None
     wanted = instants(scene, trajectory)
     chosen = moving if wanted is None else motion.frames(trajectory, frames_.nearest(trajectory.times, wanted), fields)
-    clock, title = "s" if scene.analysis.clock else "load factor", scene.name
+    clock, heading = "s" if scene.analysis.clock else "load factor", jobs.title(scene)
     if scale != 1.0:
         start = motion.frames(trajectory, np.array([0]), ())
         moving, chosen = (frames_.magnify(one, start, scale) for one in (moving, chosen))
-        title = f"{title} (displacements x {scale:g})"
-    found: list[Order] = [partial(pictures.render, chosen, out / names[0], wanted, Look(shade, title=title, clock=clock))]
-    look = Look(shade, limits=limits, title=title, clock=clock, size=(800, 600))
+        heading = f"{heading} (displacements x {scale:g})"
+    found: list[Order] = [partial(pictures.render, chosen, out / names[0], wanted, Look(shade, title=heading, clock=clock))]
+    look = Look(shade, limits=limits, title=heading, clock=clock, size=(800, 600))
     return [*found, partial(pictures.animate, moving, out / names[1], count, rate, look)] if count else found
 
 
@@ -68,7 +69,7 @@ def error(scene: Scene, study: Comparison, path: Path) -> list[Order]:
     if name is None:
         return []
     wanted = instants(scene, study.full)
-    look = Look("error", title=f"{scene.name}, {name}: error")
+    look = Look("error", title=f"{jobs.title(scene)}, {name}: error")
     return [partial(pictures.render, motion.errors(study.full, study.motions[name], wanted), path, wanted, look)]
 
 

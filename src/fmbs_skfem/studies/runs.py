@@ -64,7 +64,7 @@ def render_scene(job: Job, duration: float | None, frames: int, ending: str, sca
 
         if scale != 1.0:
             raise InputError(say("--scale", "a motion or an equilibrium", scene.analysis.word, "shapes have a size of their own"))
-        draw = partial(near_states.pictures, scene.name, frames, ending)
+        draw = partial(near_states.pictures, jobs.title(scene), frames, ending)
         return near_states.solve_states(job, scene, scene.analysis, draw, [near_states.PICTURE])
     names = [pictures.PICTURE, *([Path(pictures.ANIMATION).stem + ending] if frames else [])]
     make = partial(scene_task, job, scene, duration)
@@ -114,7 +114,7 @@ def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint
         "provenance": reports.plain(origin),
     }
     return RunTask(
-        scene.name,
+        jobs.title(scene),
         mark,
         origin,
         facts,

@@ -114,7 +114,10 @@ def finish(
         "notices": job.notices,
     }
     across, marks = "time [s]" if task.scheme else "load factor", [(one.time, one.name) for one in trajectory.events]
-    figures = panels.figures_of(task.system.outputs, trajectory.times, outputs, task.title, across, marks)
+    noise = (report.get("acceleration_noise") or 0.0) * trajectory.system.weight
+    figures = panels.figures_of(
+        task.system.outputs, trajectory.times, outputs, task.title, across, marks, trajectory.system.scale, noise
+    )
     missing = None
     if out is not None:
         with segments.room(out, out):

@@ -97,7 +97,7 @@ def attempt(kind: Kind) -> str:
         analysis = build.dynamic(scene)
         duration, scene = STEPS * analysis.step, replace(scene, analysis=replace(analysis, every=1))
     try:
-        with jobs.begin(scene, listener=Listener(notice=lambda _: None)) as job:
+        with jobs.begin(scene, listener=Listener(tell=jobs.ignore, notice=jobs.ignore)) as job:
             kind.study(job, duration)
     except MissingFeature as missing:
         return f"left out: {missing}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -20,6 +21,7 @@ from ..core.errors import InputError, listed, say
 from ..core.inputs import Source
 from ..core.linalg import alike, diagonal
 from ..core.notices import notify
+from ..core.problems import shown
 from ..shapes import line, surface
 from ..shapes.surface import Surface
 from . import echelon, lengths, readings, redundancy, responses, row_laws
@@ -92,10 +94,11 @@ def assemble(
 
     Expressions of the state read outputs, `inputs` (tables among them) and controllers by their names. `events` have names.
     """
-    joints, loads, damping, inputs = list(joints), list(loads), damping or Rayleigh(), list(inputs)
+    joints, loads, damping, inputs = list(joints), list(loads), Rayleigh() if damping is None else damping, list(inputs)
+    require_kind("damping", damping, Rayleigh)
     draft, layout = empty_draft(list(bodies))
     parts = list(layout.bodies.values())
-    shown = parts if pictures else []
+    pictured = parts if pictures else []
     for joint in joints:
         require_sound("joint", getattr(joint, "name", ""), joint, Joint, layout.dim)
     unique("joints", [joint.name for joint in joints])
@@ -148,8 +151,8 @@ def assemble(
         signals=tuple(draft.signals),
         sensors=replace(sensors, offset=sensors.offset + sensors.matrix @ layout.shift),
         outputs=sensed,
-        lines=tuple(picture_line(part, layout) for part in shown if not isinstance(part.space, Surface)),
-        skins=tuple(picture_skin(part, layout) for part in shown if isinstance(part.space, Surface)),
+        lines=tuple(picture_line(part, layout) for part in pictured if not isinstance(part.space, Surface)),
+        skins=tuple(picture_skin(part, layout) for part in pictured if isinstance(part.space, Surface)),
         markers=tuple(draft.markers),
         coordinates=tuple((p.name, layout.first[p.name], layout.first[p.name] + p.reference.size) for p in parts),
         components=(),
@@ -241,9 +244,19 @@ def uniform_field(layout: Layout, parts: list[Body], accelerations: list[np.ndar
     return np.concatenate([np.kron(part.constant, total) for part in parts])
 
 
+def require_kind(where: str, item: object, kind: type[Rayleigh | Motion]) -> None:
+    """Refuse a mapping, or whatever else is no such struct, in its place."""
+    if not isinstance(item, kind):
+        keys = [one.name for one in dataclasses.fields(kind)]
+        given = [key for key in keys if isinstance(item, Mapping) and key in item] or keys
+        call = f"{kind.__name__}({', '.join(f'{key}=...' for key in given)})"
+        raise InputError(say(where, f"a {kind.__name__} of systems", shown(item), f"write systems.{call}"))
+
+
 def initial_velocity(layout: Layout, parts: list[Body], initial: Mapping[str, Motion]) -> np.ndarray:
     """v = v0 + omega x (r - center) for the bodies that move at the start, the center in the scene."""
-    for name in initial:
+    for name, given in initial.items():
+        require_kind(f"initial '{name}'", given, Motion)
         if name not in layout.bodies:
             raise InputError(say("initial", f"one of the bodies {listed(layout.bodies, name)}", f"'{name}'"))
     v = []

@@ -58,6 +58,7 @@ class Probe(Declared, ABC):
     known_to_all: ClassVar[bool] = True  #: whether every reduced model knows it, so that their histories are drawn together
     on_largest: ClassVar[bool] = False  #: whether errors of columns count relative to the largest of them
     of_motions: ClassVar[tuple[str, ...]] = ()  #: parts that a whole motion has, and no instant of it
+    balances: ClassVar[bool] = False  #: whether its columns balance forces of the model, whose round-off they carry
 
     @abstractmethod
     def sense(self, name: str, draft: Draft) -> Output:
@@ -418,6 +419,7 @@ class Reaction(Probe):
     joint: fields.JointName
     unit: ClassVar[str] = "N"
     known_to_all: ClassVar[bool] = False
+    balances: ClassVar[bool] = True
 
     def sense(self, name: str, draft: Draft) -> Output:
         rows = [*draft.constraints.names, *(row for one in draft.locks for row in one.rows.names)]
