@@ -12,8 +12,9 @@ from scipy.sparse import csr_array
 
 from fmbs_skfem import dynamics, studies
 from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.results import mode_shapes
-from fmbs_skfem.systems import At, System, assemble, eliminate, joints
+from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads
 
 from ..models import straight
 
@@ -43,6 +44,19 @@ def bars(folder: Path, damped: str = "false") -> Path:
     path = folder / "scenes" / "bars.yaml"
     path.write_text(BARS.replace("DAMPED", damped))
     return path
+
+
+def test_shares_are_those_of_the_kinetic_energy() -> None:
+    """Two wheels on a common axis with a spring between: J_a w_a + J_b w_b = 0, so that the share of a is J_b / (J_a + J_b)."""
+    parts = [rigid("a", 1.0, [0.1, 0.2, 0.3], (0.0, 0.0, 0.0)), rigid("b", 1.0, [0.4, 0.2, 0.3], (1.0, 0.0, 0.0))]
+    a, b = At("a", "frame"), At("b", "frame")
+    held = [joints.Revolute("left", a, axis=(1.0, 0.0, 0.0)), joints.Revolute("right", b, axis=(1.0, 0.0, 0.0))]
+    system = assemble(parts, held, [loads.TorsionSpring("shaft", a, b, 5.0, axis=(1.0, 0.0, 0.0))])
+    linear = dynamics.linearise(system)
+    found = dynamics.complex_modes(linear, 2)
+    assert found.frequencies[-1] == pytest.approx(np.sqrt(5.0 / 0.1 + 5.0 / 0.4))
+    shares = dynamics.shares(dynamics.Shapes(system, linear.x, found.shapes[:, -1:], ("torsion",)))
+    assert (shares["a"], shares["b"]) == pytest.approx((0.8, 0.2))
 
 
 @pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")

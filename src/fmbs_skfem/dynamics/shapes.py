@@ -1,6 +1,6 @@
 r"""Small motions about a state, and what moves in them: shares of bodies, rigid motions that nothing resists.
 
-    share of body b     Re sum_(i in b) conj(v_i) (W v)_i / v^H W v,   W the metric of `systems.lengths`                   (1)
+    share of body b     Re sum_(i in b) conj(v_i) (M v)_i / v^H M v,   that of the kinetic energy                          (1)
     free motions        v = B z on the bodies with  Phi_x v = 0  and  K v = 0,  so that omega = 0                          (2)
 
 B are the rigid motions of every body. Free motions are found as such, and the others on the rows Phi_x and v^T M: zero then costs
@@ -48,11 +48,15 @@ class Free:
 
 
 def shares(shapes: Shapes) -> dict[str, np.ndarray]:
-    """Parts (i,) of every motion by (1) that belong to the bodies, to components of a model that is saved without them."""
+    """Parts (i,) of every motion by (1) that belong to the bodies, to components of a model that is saved without them.
+
+    Where a motion has no mass, W of `systems.lengths` takes the place of M.
+    """
     system, base = shapes.system, shapes.system.full or shapes.system
     v = shapes.vectors if base is system else system.lift.matrix @ shapes.vectors
     spans = base.coordinates if base.size == len(base.unit) * base.dim else base.components
-    density = np.real(np.conj(v) * (base.metric @ v)) / np.maximum(squares(v, base.metric), 1e-300)
+    M = base.mass if (squares(v, base.mass) > 0.0).all() else base.metric
+    density = np.real(np.conj(v) * (M @ v)) / np.maximum(squares(v, M), 1e-300)
     return {name: density[first:last].sum(axis=0) for name, first, last in spans}
 
 
