@@ -72,10 +72,51 @@ def test_sections_of_a_cantilever(folder: Path) -> None:
     assert [found["root_M"], found["middle_M"]] == pytest.approx([1e-6, 0.75e-6], rel=1e-6)
     assert abs(found["root_N"]) < 1e-9
     found = solved(BEAM.format(dim=2, rotation="0 deg", force="[1 N, 0]"), folder)
-    assert found["root_N"] == pytest.approx(1.0, rel=1e-4)  # of Piola and Kirchhoff: N (1 + 1.3e-5) = F
+    assert found["root_N"] == pytest.approx(1.0, rel=1e-4)
     space = BEAM.format(dim=3, rotation="{axis: [0, 0, 1], angle: 90 deg}", force="[0, 0, 1e-6 N]")
     found = solved(space, folder)
     assert [found[f"root_{word}"] for word in ("M", "Mx", "My", "Mz")] == pytest.approx([1e-6, 1e-6, 0, 0], rel=1e-6, abs=1e-13)
+
+
+FAR = """\
+schema: 1
+dimension: {dim}
+bodies:
+  beam: {{type: cable, mesh: line.msh, degree: 5, refine: 2, curvature: {curvature},
+         section: {{shape: given, EA: 1e4, EI: 1, rhoA: 0.3}}}}
+joints: {{clamp: {{type: clamp, at: beam.left}}}}
+loads:
+  weight: {{type: gravity, acceleration: [0, -10 m/s^2{zero}]}}
+  pull: {{type: point_force, at: beam.right, force: [0.5 N, 1 N{zero}]}}
+  turn: {{type: moment, at: beam.right, moment: {moment}}}
+analysis: {{type: static, load_steps: 20}}
+outputs:
+  at: {{type: slope, at: {{body: beam, s: 0.3 m}}}}
+  inside: {{type: section_forces, at: {{body: beam, s: 0.3 m}}}}
+  end: {{type: slope, at: beam.right}}
+  tip: {{type: section_forces, at: beam.right}}
+  root: {{type: section_forces, at: beam.left}}
+  clamp: {{type: reaction, joint: clamp}}
+"""
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("curvature", ["exact", "material", "quadratic"])
+def test_section_forces_balance_the_loads_of_a_beam_bent_far(curvature: str, dim: int, folder: Path) -> None:
+    """N = F.t of the loads beyond the section, and M at the tip is the moment there, whatever the law counts as curvature.
+
+    EI (kappa - kappa0) kappa, 0.5 N at the tip, is what EA times the strain differs by from the force along the line. The quadratic
+    law has a third part of N, - EI (d/dS)^2 |r'|, next to the ends: within some sqrt(EI/EA), 1 cm, nothing fixes the stretch there.
+    """
+    zero, moment = ("", "0.7 N m") if dim == 2 else (", 0", "[0, 0, 0.7 N m]")
+    found = solved(FAR.format(dim=dim, zero=zero, moment=moment, curvature=curvature), folder)
+    for place, slope, beyond in (("inside", "at", 0.7), ("tip", "end", 0.0))[: 1 if curvature == "quadratic" else 2]:
+        tangent = np.array([found[f"{slope}_x"], found[f"{slope}_y"]])
+        force = np.array([0.5, 1.0 - 3.0 * beyond])
+        assert found[f"{place}_N"] == pytest.approx(force @ tangent / np.linalg.norm(tangent), abs=5e-3)
+    assert found["tip_M"] == pytest.approx(0.7, rel=2e-4)
+    if curvature != "quadratic":
+        assert found["root_N"] == pytest.approx(-found["clamp_x"], abs=5e-3)
 
 
 def test_membrane_of_a_turned_strip(folder: Path) -> None:

@@ -13,7 +13,14 @@ is straight. Stiffness-proportional damping is of Kelvin-Voigt type,
 
     N = EA (eps + beta deps/dt),   M = EI (kappa - kappa0 + beta dkappa/dt),
 
-so that rigid motions are not damped.
+so that rigid motions are not damped. What balances the loads on a part of a line are the forces that belong to the stretch
+l = |r'| and to the rotation theta' per reference length, of which kappa = theta' l^(2 - m):
+
+    F.t = dW/dl = l EA eps - (m - 2) EI (kappa - kappa0) kappa / l,   M = dW/dtheta' = l^(2 - m) EI (kappa - kappa0)
+
+with m = 3 (exact), 2 (material) and 1 (quadratic, of constant stretch): (m - 2) M kappa apart, which is small beside stresses, and
+not beside the axial force of a slender line that is bent far.
+
 In space the rate of the curvature vector k is damped by (k k' + s^2 I) / (kappa^2 + s^2), where s is a curvature that counts as
 straight: along k, the one objective rate of a line without torsion, and in all directions where the line is straight. A rigid
 rotation omega of a line that is bent in space dissipates at most beta EI s^2 omega^2 a length.
@@ -55,3 +62,14 @@ def curvatures(n: int, dim: int, gradients: np.ndarray) -> np.ndarray:
     if dim == 2:
         return np.asarray((slope[..., 0] * bend[..., 1] - slope[..., 1] * bend[..., 0]) * a ** (-0.5 * n))
     return np.asarray(np.sqrt(np.maximum(a * d - b * b, 0.0)) * a ** (-0.5 * n))
+
+
+def section_forces(
+    n: int, dim: int, numbers: tuple[float, float], kappa0: np.ndarray | float, gradients: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """F.t [N] and M [N m], both (...), of EA and EI at gradients (..., 2c), with |r'|^n in the denominator of kappa (0: |r''|)."""
+    EA, EI = numbers
+    stretch, kappa = np.linalg.norm(gradients[..., :dim], axis=-1), curvatures(n, dim, gradients)
+    above = (n or 1) - 2
+    change = EI * (kappa - kappa0)
+    return EA * 0.5 * (stretch**2 - 1.0) * stretch - above * change * kappa / stretch, change * stretch**-above

@@ -184,11 +184,11 @@ def with_section_forces(shown: Shown, line: Line, gradients: np.ndarray, start: 
     """A cable with N and M, of its gradients (s, 3, x, c) and those of its reference (1, 3, x, c); others as they are."""
     if line.EI == 0.0:
         return shown
-    kappa, kappa0 = (
-        cable_law.curvatures(line.law.option, part.shape[3], np.concatenate([part[:, 1], part[:, 2]], axis=2))
-        for part in (gradients, start)
-    )
-    forces = {"axial_force": line.EA * shown.fields["strain"], "bending_moment": line.EI * (kappa - kappa0)}
+    dim = gradients.shape[3]
+    now, before = (np.concatenate([part[:, 1], part[:, 2]], axis=2) for part in (gradients, start))
+    kappa0 = cable_law.curvatures(line.law.option, dim, before)
+    N, M = cable_law.section_forces(line.law.option, dim, (line.EA, line.EI), kappa0, now)
+    forces = {"axial_force": N, "bending_moment": M}
     return replace(shown, fields={**shown.fields, **forces})
 
 

@@ -2,12 +2,12 @@ r"""Strains, stresses and section forces at a place, as outputs, with axes that 
 
     surfaces    E(z) = E + z k,  S(z) = N/t + 12 z M/t^3 at z = -t/2, 0, t/2 along n; N = A C:E, M = B C:k (`bodies.fields`)
     principal   s1, s2 = (s11 + s22)/2 +- sqrt((s11 - s22)^2/4 + s12^2),   angle of direction 1:  tan 2a = 2 s12 / (s11 - s22)
-    cables      N = EA (r'.r' - 1)/2,   M = EI (kappa - kappa0)                                                (`bodies.cable_law`)
+    cables      N along the line and M, which balance the loads on either side                         (`cable_law.section_forces`)
 
 Components 1 and 2 refer to two orthonormal tangents of the reference shape, which the body carries along: axis 1 is the x axis of
 the scene as far as the surface allows (where it is nearly normal to x, the y axis), axis 2 = normal x axis 1. Stresses and forces
-are those of Piola and Kirchhoff, which are the true ones where strains are small. A positive M of a surface stretches the face
-z = t/2; that of a cable in the plane turns it counter-clockwise along its length, in space M is about the binormal.
+of surfaces are those of Piola and Kirchhoff, which are the true ones where strains are small. A positive M of a surface stretches
+the face z = t/2; that of a cable in the plane turns it counter-clockwise along its length, in space M is about the binormal.
 """
 
 from __future__ import annotations
@@ -121,8 +121,10 @@ class SectionForces(Probe):
     """Forces and moments of the section at a place of a cable, or at a named point of a plate or shell.
 
     Cables have the axial force N [N] and the bending moment M [N m], in the plane with its sign (counter-clockwise along the line),
-    in space with its vector Mx, My, Mz. Plates and shells have membrane forces N11, N22, N12 [N/m] and moments M11, M22, M12 [N] a
-    length, positive where they stretch the face at t/2, with principal values N1, N2, M1, M2; axes as those of `stress_tensor`.
+    in space with its vector Mx, My, Mz: what balances the loads beyond the place, without damping. N of slender lines that bend
+    converges more slowly than M: where it matters, take more cells or `degree: 4`. Plates and shells have membrane forces N11, N22,
+    N12 [N/m] and moments M11, M22, M12 [N] a length, positive where they stretch the face at t/2, with principal values N1, N2, M1,
+    M2; axes as those of `stress_tensor`.
 
     {type: section_forces, at: beam.left}
     """
@@ -193,8 +195,7 @@ def cable_forces(parameters: tuple[float, ...], u: np.ndarray) -> list[np.ndarra
     number, EA, EI, kappa0 = parameters
     dim = u.shape[1] // 2
     slope, bend = u[:, :dim], u[:, dim:]
-    M = EI * (cable_law.curvatures(laws.NUMBERS[int(number)].option, dim, u) - kappa0)
-    N = EA * 0.5 * (np.sum(slope * slope, axis=1) - 1.0)
+    N, M = cable_law.section_forces(laws.NUMBERS[int(number)].option, dim, (EA, EI), kappa0, u)
     if dim == 2:
         return [N, M]
     normal = np.cross(slope, bend)
