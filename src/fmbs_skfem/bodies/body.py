@@ -25,12 +25,13 @@ from ..core.container import storable
 from ..core.declared import words_with
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
-from ..core.validation import Attributes, Indices, Range, Reals, Sizes, also, require
+from ..core.validation import Attributes, Indices, Inside, Range, Reals, Sizes, also, require
 from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface
 from ..shapes.table import Table
 from .cable_law import curvatures
 from .laws import Law
+from .missing_shapes import MissingShapes
 from .sections import Given, Material, Section, positive
 from .values import Value, of_line
 
@@ -112,6 +113,7 @@ class ShapePoints:
     matrix: csr_array | None = None  #: (b c, n) of the coordinates z in the unknowns
     offset: np.ndarray = field(default_factory=lambda: np.zeros(0))  #: (b c,) of the coordinates z, where there is a matrix
     positions: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))  #: (p, c) in the reference, where they are known [m]
+    missing: Annotated[MissingShapes | None, Inside("k i b c")] = None  #: shapes that it lacks, where it knows some
 
 
 storable(
@@ -119,6 +121,7 @@ storable(
     matrix=lambda values: None,
     offset=lambda values: np.zeros(0),
     positions=lambda values: np.zeros((0, 0)),
+    missing=lambda values: None,
 )
 
 

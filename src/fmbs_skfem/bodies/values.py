@@ -19,7 +19,7 @@ from ..core.errors import InputError, closest, listed, say
 from .sections import Material, Section, positive
 
 if TYPE_CHECKING:
-    from .body import Body
+    from .body import Body, ShapePoints
 
 MASS, SPRINGS, SIZE = "mass", "springs", "size"  #: of powers, beside rows of sections: M, constant springs, thickness or radius
 EXACT = 1e-12  #: relative distance from a monomial
@@ -104,8 +104,14 @@ def changed(part: Body, numbers: Mapping[str, float]) -> Body:
         mass=factors.get(MASS, 1.0) * part.mass,
         stiffness=None if part.stiffness is None else factors.get(SPRINGS, 1.0) * part.stiffness,
         cells=replace(part.cells, section=rows * part.cells.section),
-        shapes=None if part.shapes is None else replace(part.shapes, section=rows * part.shapes.section),
+        shapes=None if part.shapes is None else of_points(part.shapes, rows),
         radius=factors.get(SIZE, 1.0) * part.radius,
         thickness=factors.get(SIZE, 1.0) * part.thickness,
         values=known,
     )
+
+
+def of_points(points: ShapePoints, factors: np.ndarray) -> ShapePoints:
+    """Points with the rows of their section times factors (i, 1, 1)."""
+    missing = points.missing and replace(points.missing, section=factors * points.missing.section)
+    return replace(points, section=factors * points.section, missing=missing)

@@ -1,9 +1,10 @@
-"""Where strains of reduced parts leave those of their training, whose errors nobody knows there.
+"""Where reduced parts leave their training: strains beyond those of it, and displacements that their shapes cannot show.
 
     e(s, p) < low - r  or  e(s, p) > high + r,    r = BEYOND (high - low)
 
 Strains of lines are axial, (r'.r' - 1)/2, and the curvature [1/m]; of surfaces the smallest and the largest one of the middle
 surface. Their range is that of the training at the sampled points, where stored states of a run are looked at while it goes on.
+When it is over, some of them are looked at for what the shapes of a part lack, see `missing_shapes`.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from ..bodies.fields import COMPONENTS, extreme_strains
 from ..bodies.laws import Law
 from ..core.notices import notify
 from ..systems.system import Elastic, System
+from . import missing_shapes
 from .checkpoint import Moment, Record
 from .trajectory import Trajectory
 
@@ -26,12 +28,12 @@ BLOCK = 200  #: states whose strains are found at a time
 BEYOND = 0.1  #: part of the trained range that strains may leave it by
 RARELY = 30.0  #: time between two looks at a run, over that of a look
 KINDS = ("axial strain", "curvature [1/m]"), ("smallest strain", "largest strain")  #: of lines, of surfaces
-REMEDY = "its error is not known there: train it on such motions, or with larger forces (fmbs part train --alone)"
+REMEDY = "its error is not known there: train it on such motions, or with other forces and moments (fmbs part train --alone)"
 
 
 @dataclass(frozen=True)
 class Departure:
-    """Where strains of a reduced body leave those of its training."""
+    """Where a reduced body leaves its training."""
 
     body: str
     kind: str
@@ -81,8 +83,31 @@ def trained_parts(system: System) -> list[Elastic]:
 
 
 def find(trajectory: Trajectory) -> list[Departure]:
-    """What leaves the training in a motion, every body and kind of strain once, with the value that is farthest away."""
-    return find_in(trajectory.system, trajectory.times, trajectory.x)
+    """What leaves the training in a motion, every body and kind once, with the value that is farthest away."""
+    found = find_in(trajectory.system, trajectory.times, trajectory.x)
+    looked = missing_shapes.looked_at(len(trajectory.times))
+    rates = trajectory.v[looked], trajectory.a[looked]
+    return found + find_missing(trajectory.system, trajectory.times[looked], trajectory.x[looked], *rates)
+
+
+def find_missing(system: System, times: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> list[Departure]:
+    """Parts that miss displacements in states (s, n) with rates at times (s,); none in equilibria, whose loads are not known."""
+    if not a.any():
+        return []
+    (q, qv, qa), found = (np.asarray(system.lift.matrix @ part.T).T for part in (x, v, a)), list[Departure]()
+    q = q + system.lift.offset
+    for elastic in trained_parts(system):
+        points: ShapePoints = elastic.gather
+        tests = missing_shapes.tests(system, elastic)
+        if tests is None or points.missing is None:
+            continue
+        z, rate, turn = (part[:, points.columns].reshape(len(x), -1, points.dim) for part in (q, qv, qa))
+        sizes, places = zip(*(missing_shapes.displacement(tests, *one) for one in zip(z, rate, turn, strict=True)), strict=True)
+        over, limit = np.array(sizes) > missing_shapes.BAND * points.missing.left_out, (0.0, points.missing.left_out)
+        if over.any():
+            k, first = int(np.argmax(sizes)), float(times[int(np.argmax(over))])
+            found.append(Departure(elastic.name, missing_shapes.KIND, sizes[k], limit, first, tuple(places[k].tolist())))
+    return found
 
 
 def find_in(system: System, times: np.ndarray, x: np.ndarray) -> list[Departure]:
@@ -105,6 +130,12 @@ def find_in(system: System, times: np.ndarray, x: np.ndarray) -> list[Departure]
     return found
 
 
+def missing_in(system: System, moment: Moment) -> list[Departure]:
+    """What parts miss in a run that is over."""
+    rows = [moment.rows(int(k), int(k) + 1) for k in missing_shapes.looked_at(moment.kept)]
+    return find_missing(system, *(np.concatenate([getattr(one, name) for one in rows]) for name in ("times", "x", "v", "a")))
+
+
 def summarise(found: list[Departure]) -> str:
     """The strain that is farthest outside, over its trained range, and how many others of how many parts are outside, too."""
     worst = max(found, key=lambda one: one.excess)
@@ -122,8 +153,8 @@ def warn(found: list[Departure]) -> None:
 def watch(system: System) -> Record | None:
     """A record of `integrate` that shows a notice when strains first leave the training; None where no part knows its own.
 
-    A second one at the end of the run sums up what has left it since. A caller that takes notices for errors stops the run with the
-    first. Looks are rare enough to cost little.
+    A second one at the end of the run sums up what has left it since, and where shapes were missing. A caller that takes notices
+    for errors stops the run with the first. Looks are rare enough to cost little.
     """
     if not trained_parts(system):
         return None
@@ -135,7 +166,7 @@ def watch(system: System) -> Record | None:
         if not last and begun < due:
             return
         rows = moment.rows(seen, moment.kept)
-        for one in find_in(system, rows.times, rows.x):
+        for one in find_in(system, rows.times, rows.x) + (missing_in(system, moment) if last else []):
             before = known.get((one.body, one.kind), one)
             farthest = max(before, one, key=lambda each: each.excess)
             known[one.body, one.kind] = replace(farthest, time=before.time)

@@ -22,12 +22,13 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..bodies.body import Body
+from ..bodies.missing_shapes import MissingShapes
 from ..core import container, validation
 from ..core.container import Kind, storable
 from ..core.errors import InputError, say
 from ..core.validation import Misfit, Reals, require
 from ..dynamics import departures
-from . import parts, pod
+from . import missing_shapes, parts, pod
 
 KIND = Kind("fmbs_skfem part", "a part", 1, "copy the file again, or train the part anew", "train and save the part anew")
 USUAL = 1e-12  #: eps of the shape functions of a part
@@ -84,6 +85,8 @@ def train(
         found = replace(found, shapes=replace(found.shapes, trained=np.stack([np.minimum(a, c), np.maximum(b, d)])))
     assert found.shapes is not None
     kept = np.unique(np.linspace(0, len(z) - 1, KEPT).round().astype(np.int64))
+    found = replace(found, shapes=replace(found.shapes, missing=lacked(body, S, states, before)))
+    assert found.shapes is not None
     low, high = found.shapes.trained
     names = departures.kinds_of(found.shapes)
     record = {
@@ -99,6 +102,21 @@ def train(
         "training_s": clock.process_time() - begun,
     }
     return Part(found, record | notes, Memory(S, np.asarray(np.linalg.qr(columns.T, mode="r")).T, z[kept]))
+
+
+def lacked(body: Body, S: np.ndarray, states: np.ndarray, before: Part | None) -> MissingShapes | None:
+    """The shapes that a part of the functions S (b, m) lacks for states (s, b, c), and for those of before."""
+    some = states[np.unique(np.linspace(0, len(states) - 1, KEPT).round().astype(np.int64))]
+    columns = np.moveaxis(some, 0, 1).reshape(len(S), -1)
+    if before is None or before.memory is None:
+        return missing_shapes.find(body, S, states, columns)
+    known = before.memory
+    columns = np.hstack([known.functions @ known.factor, columns])
+    states = np.concatenate([np.einsum("bm,smc->sbc", known.functions, known.states), states])
+    found, points = missing_shapes.find(body, S, states, columns), before.body.shapes
+    if found is None or points is None or points.missing is None:
+        return found
+    return replace(found, left_out=max(found.left_out, points.missing.left_out))
 
 
 def recall(before: Part, body: Body) -> Memory:
@@ -137,7 +155,8 @@ def coarsen(part: Part, tolerance: float | None = None, modes: int | None = None
     eta = points_to(found.singular_values, S.shape[1]) if eta is None else eta
     small = parts.sampled(parts.reduced_body(body, S), z, eta)
     assert small.shapes is not None
-    points = replace(small.shapes, trained=body.shapes.trained)
+    missing = missing_shapes.coarser(body, S, known.states, known.factor)
+    points = replace(small.shapes, trained=body.shapes.trained, missing=missing)
     factor = parts.coordinates(body, S, known.factor.T[..., None])[..., 0]
     numbers = {"functions": S.shape[1], "points": points.table.shape[1], "tolerance": tolerance, "hyper_tolerance": eta}
     small = replace(small, shapes=points)

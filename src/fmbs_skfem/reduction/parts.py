@@ -106,7 +106,8 @@ def reduced_body(part: Body, S: np.ndarray) -> Body:
         points = shape_points.of_cells(part.cells, spread.toarray())
         points = replace(points, positions=cell_centres(part)[points.cell])
     else:
-        points = replace(part.shapes, table=np.ascontiguousarray(part.shapes.table @ S), columns=slice(0, S.shape[1] * part.dim))
+        table, columns = np.ascontiguousarray(part.shapes.table @ S), slice(0, S.shape[1] * part.dim)
+        points = replace(part.shapes, table=table, columns=columns, missing=None)
     first = sorted(part.frames.items(), key=lambda one: one[1])
     axes = S[[at + k for _, at in first for k in range(1 + part.dim)]] if part.axes is None else part.axes @ S
     return replace(
@@ -211,4 +212,6 @@ def placed(part: Body, name: str, origin: np.ndarray | None = None, rotation: np
     points = part.shapes
     if points is not None and points.positions.size:
         points = replace(points, positions=points.positions @ R.T + shift)
+    if points is not None and points.missing is not None:
+        points = replace(points, missing=replace(points.missing, positions=points.missing.positions @ R.T + shift))
     return replace(part, name=name, shapes=points, reference=part.reference @ R.T + np.outer(part.constant, shift))

@@ -1,0 +1,31 @@
+"""What the training of a reduced part showed beyond its shape functions, by which a run sees what the part cannot do.
+
+    F = [S, T],   T^T W S = 0,   T^T W T = 1
+
+S are the shape functions of the part, T the next ones of its training, W is the mass over that of the body.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from ..core.container import storable
+from ..core.validation import Indices, Number, Reals
+
+
+@storable
+@dataclass(frozen=True)
+class MissingShapes:
+    """The functions F (f) of a part of the shape functions S (b) at all quadrature points (g) of its body."""
+
+    functions: Annotated[np.ndarray, Reals("k g f")]  #: derivatives of F that the law reads [1/m, 1/m2]
+    positions: Annotated[np.ndarray, Reals("g c")]  #: of the points in the reference [m]
+    section: Annotated[np.ndarray, Reals("i 1 g")]  #: rows of the law, the last one the weight of a point
+    mass: Annotated[np.ndarray, Reals("f b")]  #: F^T M S over the mass of the body
+    metric: Annotated[np.ndarray, Reals("f f")]  #: F^T W F
+    rows: Annotated[np.ndarray, Reals("j f")]  #: positions, slopes and axes at places
+    place: Annotated[np.ndarray, Indices("j")]  #: number of the place of every row
+    left_out: Annotated[float, Number(0.0)]  #: largest root mean square of what S leaves out of a state of the training [m]

@@ -1,0 +1,128 @@
+r"""What a reduced part misses in a run: the displacement along shapes that it lacks, from the residual there with inertia.
+
+    e = |K_N|^-1 R_N,    R_N = N^T (f(S z) + M S (z'' + alpha z') - M 1 g),    K_N = N^T f'(S z) N,    N^T W N = 1     (1)
+
+N are combinations of the functions F = [S, T] of the part (`bodies.missing_shapes`) that vanish where joints and loads act, so that
+no force of theirs is in R_N, and are orthogonal in the mass to those of S that vanish there, on which the part is in equilibrium.
+|e| [m] is the root mean square of the displacement that is missing, to first order; a part is outside where it is larger than
+BAND times what its shape functions left out of its training. It is the gappy norm (39) of the residual, as the indicator (49) has
+it, on few functions. Stiffness-proportional damping acts on e as on S z, beta (f' z' + K_N e'), and is left out of both.
+
+Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (39), (49), doi 10.1016/j.cma.2019.112690.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..bodies import laws
+from ..bodies.body import ShapePoints
+from ..bodies.laws import Law
+from ..core import ranks
+from ..core.linalg import as_dense
+from ..systems.shape_points import modulus_times_functions
+from ..systems.system import Elastic, System, remembered
+
+KIND = "missing displacement [m]"
+BAND = 2.0  #: displacement that is missing, over what the training left out, from which a part is outside
+LOOKS = 6  #: states of a run that are looked at, evenly in time
+LIMP = 1e-9  #: least stiffness that counts, over the largest one: a cable without tension has none across
+ELSEWHERE = 1e-8  #: part of a row, over its size, by which a joint or load acts elsewhere than at a place
+
+
+@dataclass(frozen=True)
+class Tests:
+    """The test functions N (t) of a part in a system, with its law, loads and damping."""
+
+    law: Law
+    own: np.ndarray  #: (k, g, b) derivatives of S at all points
+    table: np.ndarray  #: (k, g, t) derivatives of N
+    section: np.ndarray  #: (i, 1, g)
+    positions: np.ndarray  #: (g, c) [m]
+    mass: np.ndarray  #: (t, b) N^T M S [kg]
+    weight: np.ndarray  #: (t, c) N^T M 1 g [N]
+    alpha: float  #: damping by mass [1/s]
+
+
+def looked_at(states: int) -> np.ndarray:
+    """Numbers of the states that are looked at, of so many: evenly, without the first one, whose acceleration no step has found."""
+    return np.unique(np.linspace(min(1, states - 1), states - 1, LOOKS).round().astype(np.int64))
+
+
+def tests(system: System, elastic: Elastic) -> Tests | None:
+    """Those of a part; None where it knows no missing shapes, or where something acts on it elsewhere than at its places."""
+    return remembered(system, (KIND, elastic.name), lambda: find_tests(system, elastic))
+
+
+def find_tests(system: System, elastic: Elastic) -> Tests | None:
+    """As `tests`, found anew."""
+    points: ShapePoints = elastic.gather
+    missing, whole, dim = points.missing, system.full or system, points.dim
+    if missing is None or whole.size != len(whole.lift.offset):
+        return None
+    columns = points.columns
+    mass, damping, springs = (as_dense(A[columns][:, columns]) for A in (whole.mass, whole.damping, whole.stiffness))
+    alpha = float(np.trace(damping) / np.trace(mass))
+    one, constant = system.unit[columns.start // dim : columns.stop // dim], whole.loads.constant[columns].reshape(-1, dim)
+    weight, total = mass[::dim, ::dim] @ one, float(one @ mass[::dim, ::dim] @ one)
+    g = weight @ constant / (weight @ weight)
+    others = (springs, damping - alpha * mass, constant - np.outer(weight, g))
+    sizes = (mass, damping, constant)
+    if any(np.abs(A).max() > ELSEWHERE * np.abs(B).max() for A, B in zip(others, sizes, strict=True)):
+        return None
+    acting = rows_that_act(points, as_dense(whole.probes.matrix[:, columns]))
+    if acting is None:
+        return None
+    b, f = missing.mass.shape[1], len(missing.mass)
+    free = ranks.null_space(acting[:, :b])
+    balanced = np.vstack([free, np.zeros((f - b, free.shape[1]))])
+    N = ranks.null_space(np.vstack([acting, balanced.T @ missing.metric]))
+    if not N.shape[1]:
+        return None
+    N = np.linalg.solve(np.linalg.cholesky(N.T @ missing.metric @ N), N.T).T
+    own, table = (np.ascontiguousarray(part) for part in (missing.functions[:, :, :b], missing.functions @ N))
+    inertia = total * (N.T @ missing.mass)
+    weights = np.outer(inertia @ one, g)
+    return Tests(points.law, own, table, missing.section, missing.positions, inertia, weights, alpha)
+
+
+def rows_that_act(points: ShapePoints, probes: np.ndarray) -> np.ndarray | None:
+    """Rows (j, f) on the functions F along which joints and loads act, of their probes (y, b c); None where one acts elsewhere."""
+    missing = points.missing
+    assert missing is not None
+    b = missing.mass.shape[1]
+    left = probes.reshape(len(probes), b, points.dim).transpose(0, 2, 1).reshape(-1, b)
+    left = left[np.abs(left).max(axis=1) > ELSEWHERE * np.abs(left).max(initial=0.0)]
+    found = [np.zeros((0, len(missing.mass)))]
+    for place in np.unique(missing.place):
+        rows = missing.rows[missing.place == place]
+        weights = np.linalg.lstsq(rows[:, :b].T, left.T, rcond=None)[0].T
+        here = np.linalg.norm(left - weights @ rows[:, :b], axis=1) <= ELSEWHERE * np.linalg.norm(left, axis=1)
+        found.append(weights[here] @ rows)
+        left = left[~here]
+    return None if len(left) else np.vstack(found)
+
+
+def displacement(tests: Tests, z: np.ndarray, v: np.ndarray, a: np.ndarray) -> tuple[float, np.ndarray]:
+    """|e| [m] of (1) in a state z (b, c) with its rates v and a, and where its strain energy is largest in the reference (c,)."""
+    (K, P, t), dim = tests.table.shape, z.shape[1]
+    u = np.ascontiguousarray((tests.own @ z).transpose(0, 2, 1)).reshape(K * dim, 1, P)
+    S, D = np.empty_like(u), np.empty((K * dim, K * dim, 1, P))
+    laws.stress(tests.law, u, u, 0.0, tests.section, S)
+    laws.modulus(tests.law, u, 0.0, tests.section, D)
+    T = tests.table.reshape(K * P, t).T
+    R = T @ S.reshape(K, dim, P).transpose(0, 2, 1).reshape(K * P, dim) + tests.mass @ (a + tests.alpha * v) - tests.weight
+    DT, D = np.empty((K * P, dim * (dim + 1) // 2, t)), D.reshape(K * dim, K * dim, P)
+    modulus_times_functions(D, tests.table, dim, DT)
+    product, tangent, at = (T @ DT.reshape(K * P, -1)).reshape(t, -1, t), np.empty((t, dim, t, dim)), 0
+    for c in range(dim):
+        for d in range(c + 1):
+            tangent[:, c, :, d], tangent[:, d, :, c], at = product[:, at], product[:, at].T, at + 1
+    stiffness, V = np.linalg.eigh(tangent.reshape(t * dim, t * dim))
+    stiffness = np.maximum(np.abs(stiffness), LIMP * np.abs(stiffness).max())
+    e = (V @ (V.T @ R.ravel() / stiffness)).reshape(t, dim)
+    bent = (tests.table @ e).transpose(0, 2, 1).reshape(K * dim, P)
+    energy = np.sum(bent * np.matmul(D.transpose(2, 0, 1), bent.T[:, :, None])[:, :, 0].T, axis=0)
+    return float(np.linalg.norm(e)), tests.positions[int(energy.argmax())]

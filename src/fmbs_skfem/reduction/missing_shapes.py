@@ -1,0 +1,98 @@
+r"""Shapes that a part lacks: the leading ones of what its shape functions S leave out of the states of its training.
+
+    T = leading left singular vectors of Y - P Y,   P = S (S^T W S)^-1 S^T W,    d = max_s |c_s - P c_s|_W
+
+d [m] is what the part is known to miss; `dynamics.missing_shapes` estimates what it misses in a run.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..bodies.body import Body, extent, locate, probe
+from ..bodies.missing_shapes import MissingShapes
+from ..core.errors import InputError
+from ..core.linalg import as_dense
+from ..systems import shape_points
+from . import parts, pod
+
+COUNT = 6  #: functions T
+MOST = 1_000_000  #: numbers in the tables of a part, up to which it has them
+ROUND = 1e-9  #: least that a part is said to miss, over the size of its body: Newton's iteration leaves as much
+
+
+def find(part: Body, S: np.ndarray, states: np.ndarray, columns: np.ndarray) -> MissingShapes | None:
+    """Those of a full body beside S (b, m) with d of states (s, b, c), T of columns (b, j).
+
+    None where springs act between its functions, where nothing is left out, or where the tables would be very large.
+    """
+    assert part.cells is not None
+    K, P, _, E = part.cells.shape
+    if part.stiffness is not None or K * P * E * (S.shape[1] + COUNT) > MOST:
+        return None
+    W, left_out = parts.metric(part), max(distance(part, S, states), ROUND * extent(part))
+    U, s = pod.left_singular(W, outside(part, S, columns))
+    T = U[:, s > ROUND * extent(part)][:, :COUNT]
+    if not T.shape[1]:
+        return None
+    F = np.hstack([S, T])
+    points = shape_points.of_cells(part.cells, F if part.spread is None else part.spread @ F)
+    rows, place = rows_of_places(part)
+    mass = F.T @ (part.mass @ S) / float(part.constant @ (part.mass @ part.constant))
+    positions = parts.cell_centres(part)[points.cell]
+    return MissingShapes(points.table, positions, points.section, mass, F.T @ (W @ F), rows @ F, place, left_out)
+
+
+def outside(part: Body, S: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Columns (b, j) without what S (b, m) holds of them."""
+    W = parts.metric(part)
+    for _ in range(2):
+        columns = columns - S @ np.linalg.solve(S.T @ (W @ S), S.T @ (W @ columns))
+    return columns
+
+
+def distance(part: Body, S: np.ndarray, states: np.ndarray) -> float:
+    """Largest distance in the mass of states (s, b, c) from S (b, m) [m]."""
+    rest = outside(part, S, np.moveaxis(states, 0, 1).reshape(len(S), -1))
+    squares = np.sum(rest * (parts.metric(part) @ rest), axis=0).reshape(len(states), -1).sum(axis=1)
+    return float(np.sqrt(max(squares.max(initial=0.0), 0.0)))
+
+
+def rows_of_places(part: Body) -> tuple[np.ndarray, np.ndarray]:
+    """Positions, slopes and axes at the places of a body (j, b), and the numbers of the places (j,)."""
+    found, place = [np.zeros((0, len(part.reference)))], list[int]()
+    for number, name in enumerate([*part.places, *part.frames]):
+        for vector in range(1 + part.dim):
+            try:
+                found.append(as_dense(probe(part, locate(part, name), vector)))
+            except InputError:  # a place has no more vectors
+                break
+            place.append(number)
+    return np.vstack(found), np.array(place, dtype=np.int64)
+
+
+def coarser(part: Body, S: np.ndarray, states: np.ndarray, factor: np.ndarray) -> MissingShapes | None:
+    """Those of a part with the functions S (b, m) over its own, for its states (s, b, c) and the factor (b, b) of its training.
+
+    What is left out of its own functions comes first, then what they lack themselves.
+    """
+    assert part.shapes is not None
+    known = part.shapes.missing
+    if known is None:
+        return None
+    U, s = pod.left_singular(parts.metric(part), outside(part, S, factor))
+    T = U[:, s > ROUND * extent(part)]
+    b, own = len(S), known.metric.shape[0] - len(S)
+    A = np.zeros((b + own, S.shape[1] + T.shape[1] + own))
+    A[:b, : S.shape[1]], A[:b, S.shape[1] : -own], A[b:, -own:] = S, T, np.eye(own)
+    A = A[:, : S.shape[1] + COUNT]
+    return replace(
+        known,
+        functions=np.ascontiguousarray(known.functions @ A),
+        mass=A.T @ known.mass @ S,
+        metric=A.T @ known.metric @ A,
+        rows=known.rows @ A,
+        left_out=max(distance(part, S, states), known.left_out),
+    )

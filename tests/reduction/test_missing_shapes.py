@@ -1,0 +1,136 @@
+"""Shapes that a part lacks: seen in runs whose strains stay inside of the training, as much as is missing, and nowhere else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from fmbs_skfem.bodies import Body, Circular, Material, cable
+from fmbs_skfem.bodies.values import changed
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, departures, integrate, missing_shapes
+from fmbs_skfem.reduction import part_files, parts
+from fmbs_skfem.reduction.excitation import Excitation, excite
+from fmbs_skfem.reduction.part_files import Part
+from fmbs_skfem.systems import At, Rayleigh, assemble, eliminate, joints, loads
+from tests import models
+
+from .test_part_files import alone, arm
+
+SCHEME, SHARP = GeneralizedAlpha(2e-3), Newton(tolerance=1e-12)
+WEIGHT = 9.81 * np.array([0.0, 0.0, -0.02])
+
+
+@cache
+def states() -> np.ndarray:
+    """Motions of the arm without moments at its ends."""
+    return excite(arm(), Excitation(runs=2, step=2e-3, moment=0.0))
+
+
+@cache
+def pinned() -> Part:
+    """The arm trained on them: its ends are never bent."""
+    return part_files.train(arm(), states())
+
+
+def clamped(body: Body, weight: np.ndarray = WEIGHT, *more: loads.Load, damping: Rayleigh | None = None) -> Trajectory:
+    """The arm clamped at its left end, bent by little."""
+    held = [joints.Weld("A", At("arm", "left"))]
+    system = assemble([body], held, [loads.Gravity(tuple(weight)), *more], damping=damping)
+    return integrate(eliminate(system), SCHEME, 0.6, SHARP, 3)
+
+
+def missing(run: Trajectory) -> list[departures.Departure]:
+    return [one for one in departures.find(run) if one.kind == missing_shapes.KIND]
+
+
+def left_out(S: np.ndarray, states: np.ndarray) -> float:
+    """Largest root mean square of what S leaves out of states (s, b, c) [m]."""
+    rest = states - S @ parts.coordinates(arm(), S, states)
+    return float(np.sqrt(np.einsum("sbc,bd,sdc->s", rest, parts.metric(arm()).toarray(), rest).max()))
+
+
+@pytest.mark.parametrize("damping", [None, Rayleigh(20.0, 0.1)])
+def test_a_clamp_that_the_training_has_not_seen_is_told_where_no_strain_leaves_it(damping: Rayleigh | None) -> None:
+    """By about as much as is missing in the full motion; near the clamp; not of a part that was trained with moments."""
+    with pytest.warns(Notice, match=r"part 'arm': missing displacement \[m\] .* near .* since .* other forces and moments"):
+        run = clamped(pinned().body, damping=damping)
+    (one,) = departures.find(run)
+    assert 0.0 < one.place[0] < 0.1
+    S, full = pinned().memory.functions, clamped(arm(), damping=damping)  # type: ignore[union-attr]
+    q = (full.system.lift.matrix @ full.x.T).T + full.system.lift.offset
+    wanted = left_out(S, q.reshape(len(q), -1, 3))
+    assert 0.3 * wanted < one.value < 5.0 * wanted
+    assert one.value > 2.0 * missing_shapes.BAND * one.trained[1]
+    assert departures.find(clamped(alone().body, damping=damping)) == []
+
+
+def test_what_is_missing_depends_on_no_place_and_no_direction() -> None:
+    turn = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+    (one,) = missing(clamped(pinned().body))
+    origin = np.array([300.0, -3.0, 2.0])
+    (other,) = missing(clamped(parts.placed(pinned().body, "arm", origin, turn), turn @ WEIGHT))
+    assert other.value == pytest.approx(one.value, rel=1e-6)
+    assert_allclose(other.place, turn @ one.place + origin, atol=1e-9)
+
+
+def test_what_is_missing_is_a_length_in_any_units() -> None:
+    """The arm in millimetres, tonnes and newtons."""
+    mesh = models.straight(16, end=(1000.0, 0.0, 0.0))
+    full = cable("arm", mesh, Circular(1e3 * models.SECTION.diameter), Material(1e3, 1.8e-9))
+    body = part_files.train(full, 1e3 * states()).body
+    assert Material(1e9, 1800.0) == models.MATERIAL
+    (one,), (other,) = missing(clamped(pinned().body)), missing(clamped(body, 1e3 * WEIGHT))
+    assert other.value == pytest.approx(1e3 * one.value, rel=1e-3)
+    assert other.trained[1] == pytest.approx(1e3 * one.trained[1], rel=1e-3)
+
+
+def functions_of(body: Body, *more: loads.Load) -> missing_shapes.Tests | None:
+    """The test functions of the clamped arm."""
+    held = [joints.Weld("A", At("arm", "left"))]
+    system = eliminate(assemble([body], held, [loads.Gravity(tuple(WEIGHT)), *more]))
+    return missing_shapes.tests(system, system.elastic[0])
+
+
+def test_test_functions_vanish_where_joints_and_loads_act() -> None:
+    """A force at the free end takes functions away; one between the places leaves none that is known."""
+    one = functions_of(pinned().body)
+    two = functions_of(pinned().body, loads.PointForce("F", At("arm", "right"), (0.0, 0.0, 1.0)))
+    assert one is not None
+    assert two is not None
+    assert functions_of(pinned().body, loads.PointForce("F", At("arm", 0.4), (0.0, 0.0, 1.0))) is None
+    run = clamped(alone().body, WEIGHT, loads.PointForce("F", At("arm", "right"), (0.0, 0.1, 0.0)))
+    assert missing(run) == []
+
+
+def test_parts_made_of_other_numbers_miss_the_same_where_all_forces_grow_alike() -> None:
+    stiff = changed(pinned().body, {"young_modulus": 4e9, "density": 7200.0})
+    one, other = functions_of(pinned().body), functions_of(stiff)
+    assert one is not None
+    assert other is not None
+    z, a = pinned().memory.states[50], 0.1 * pinned().memory.states[60]  # type: ignore[union-attr]
+    first, second = (missing_shapes.displacement(tests, z, 0.0 * z, a)[0] for tests in (one, other))
+    assert first > 0.0
+    assert second == pytest.approx(first, rel=1e-9)
+
+
+def test_coarser_parts_and_files_know_what_they_miss(tmp_path: Path) -> None:
+    part = part_files.resume(part_files.save(pinned(), tmp_path / "arm.part.h5"))
+    small = part_files.coarsen(part, 1e-8)
+    known = small.body.shapes.missing  # type: ignore[union-attr]
+    S = small.memory.functions  # type: ignore[union-attr]
+    wanted = left_out(S, states())
+    assert 0.5 * wanted < known.left_out < 1.1 * wanted
+    own = known.metric.shape[0] - S.shape[1]
+    assert_allclose(known.metric[:, -own:], np.eye(len(known.metric))[:, -own:], atol=1e-9)
+    assert missing(clamped(part.body))[0].value == missing(clamped(pinned().body))[0].value
+    more = excite(arm(), Excitation(runs=1, step=2e-3, duration=0.5))
+    again = part_files.train(arm(), more, 1e-10, None, 1e-4, part)
+    assert again.body.shapes.missing.left_out >= part.body.shapes.missing.left_out  # type: ignore[union-attr]
+    old = replace(part.body, shapes=replace(part.body.shapes, missing=None))  # type: ignore[type-var]
+    assert departures.find(clamped(old)) == []
