@@ -118,7 +118,7 @@ def against(
     for name, system in models.items():
         motion = runner(system, scheme, duration)()
         found[f"error {name}"] = distance(wanted, motion) / size
-        found[f"strains of {name} beyond the training"] = float(len(departures.find(motion)))
+        found[f"{name} beyond the training"] = float(len(departures.find(motion)))
         found[f"unknowns {name}"] = float(runner(system, scheme, scheme.step)().system.size)
     spent = least({name: runner(one, scheme, duration) for name, one in {"full": full, **models}.items()}, rounds)
     return found | {f"full over {name}": spent["full"] / spent[name] for name in models}

@@ -49,6 +49,19 @@ def test_info_says_sizes_places_and_the_strains_of_the_training(folder: Path, tm
     assert (tmp_path / "info.json").exists()
 
 
+def test_modes_say_which_frequencies_of_a_part_are_too_high(folder: Path, tmp_path: Path) -> None:
+    """The beam was trained without moments, and is clamped here."""
+    hung = CHAIN.replace("joints:\n  hinge: {type: pin, at: upper.left", "joints:\n  hinge: {type: weld, at: upper.left")
+    text = hung.replace("{type: dynamic, duration: 0.02 s, step: 1 ms}", "{type: modes, count: 4, about: reference}")
+    text = text.replace("beam.part.h5,", "beam.part.h5, modes: 4,")
+    found = fmbs("run", kept(folder / "modes.yaml", text), "--json", "--out", tmp_path / "out")
+    assert found.code == 0, found.err
+    assert len(found.json["too_high_by"]) == 4
+    assert max(found.json["too_high_by"]) > 0.01
+    (told,) = [one for one in found.json["notices"] if "too high" in one]
+    assert "frequencies of parts are too high, at least mode" in told
+
+
 def test_a_part_takes_the_place_of_its_full_body(folder: Path) -> None:
     found = fmbs("part", "check", folder / "beam.part.h5", folder / "scene.yaml", "--body", "beam", "--json").json
     assert found["output_errors"]["tip_x"]["error"] < 1e-3

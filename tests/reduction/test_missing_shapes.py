@@ -13,7 +13,16 @@ from numpy.testing import assert_allclose
 from fmbs_skfem.bodies import Body, Circular, Material, cable
 from fmbs_skfem.bodies.values import changed
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, departures, integrate, missing_shapes
+from fmbs_skfem.dynamics import (
+    GeneralizedAlpha,
+    Newton,
+    Trajectory,
+    departures,
+    integrate,
+    missing_shapes,
+    solve_statics,
+    vibration_modes,
+)
 from fmbs_skfem.reduction import part_files, parts
 from fmbs_skfem.reduction.excitation import Excitation, excite
 from fmbs_skfem.reduction.part_files import Part
@@ -70,6 +79,22 @@ def test_a_clamp_that_the_training_has_not_seen_is_told_where_no_strain_leaves_i
     assert departures.find(clamped(alone().body, damping=damping)) == []
 
 
+def test_an_equilibrium_that_needs_shapes_is_told_under_its_whole_load() -> None:
+    def bent(body: Body, weight: np.ndarray) -> Trajectory:
+        held = [joints.Weld("A", At("arm", "left"))]
+        return solve_statics(eliminate(assemble([body], held, [loads.Gravity(tuple(weight))])), 3)
+
+    with pytest.warns(Notice, match="missing displacement"):
+        run = bent(pinned().body, WEIGHT)
+    (one,) = missing(run)
+    S, full = pinned().memory.functions, bent(arm(), WEIGHT)  # type: ignore[union-attr]
+    q = full.system.lift.matrix @ full.x[-1] + full.system.lift.offset
+    wanted = left_out(S, q.reshape(1, -1, 3))
+    assert 0.3 * wanted < one.value < 5.0 * wanted
+    assert one.time == 1.0
+    assert departures.find(bent(alone().body, 10.0 * WEIGHT)) == []
+
+
 def test_what_is_missing_depends_on_no_place_and_no_direction() -> None:
     turn = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
     (one,) = missing(clamped(pinned().body))
@@ -106,6 +131,25 @@ def test_test_functions_vanish_where_joints_and_loads_act() -> None:
     assert functions_of(pinned().body, loads.PointForce("F", At("arm", 0.4), (0.0, 0.0, 1.0))) is None
     run = clamped(alone().body, WEIGHT, loads.PointForce("F", At("arm", "right"), (0.0, 0.1, 0.0)))
     assert missing(run) == []
+
+
+def test_frequencies_of_a_clamp_that_the_training_has_not_seen_are_too_high_by_as_much_as_is_said() -> None:
+    """An estimate from below by some shapes: 0.6 of it; nothing of a part that was trained with moments, or of a full body."""
+
+    def modes(body: Body) -> tuple[np.ndarray, np.ndarray | None]:
+        system = eliminate(assemble([body], [joints.Weld("A", At("arm", "left"))]))
+        found = vibration_modes(system, 6)
+        return found.frequencies, missing_shapes.too_high(system, system.x0, found.frequencies, found.shapes)
+
+    (wanted, none), (high, said), (_, little) = modes(arm()), modes(pinned().body), modes(alone().body)
+    assert none is None
+    assert said is not None
+    assert little is not None
+    true = high / wanted - 1.0
+    assert true.min() > 0.02
+    assert (said > 0.5 * true).all()
+    assert (said < 1.1 * true).all()
+    assert little.max() < 1e-5
 
 
 def test_parts_made_of_other_numbers_miss_the_same_where_all_forces_grow_alike() -> None:

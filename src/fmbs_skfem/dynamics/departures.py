@@ -83,16 +83,20 @@ def trained_parts(system: System) -> list[Elastic]:
 
 
 def find(trajectory: Trajectory) -> list[Departure]:
-    """What leaves the training in a motion, every body and kind once, with the value that is farthest away."""
+    """What leaves the training in a motion, every body and kind once, with the value that is farthest away.
+
+    Equilibria are looked at for what shapes lack under the whole load, where the constant loads are those of the system.
+    """
     found = find_in(trajectory.system, trajectory.times, trajectory.x)
-    looked = missing_shapes.looked_at(len(trajectory.times))
+    moves = bool(trajectory.a.any())
+    looked = missing_shapes.looked_at(len(trajectory.times)) if moves else np.flatnonzero(trajectory.times == 1.0)[-1:]
     rates = trajectory.v[looked], trajectory.a[looked]
     return found + find_missing(trajectory.system, trajectory.times[looked], trajectory.x[looked], *rates)
 
 
 def find_missing(system: System, times: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> list[Departure]:
-    """Parts that miss displacements in states (s, n) with rates at times (s,); none in equilibria, whose loads are not known."""
-    if not a.any():
+    """Parts that miss displacements in states (s, n) with rates at times (s,)."""
+    if not len(x):
         return []
     (q, qv, qa), found = (np.asarray(system.lift.matrix @ part.T).T for part in (x, v, a)), list[Departure]()
     q = q + system.lift.offset

@@ -72,7 +72,7 @@ def find_tests(system: System, elastic: Elastic) -> Tests | None:
     sizes = (mass, damping, constant)
     if any(np.abs(A).max() > ELSEWHERE * np.abs(B).max() for A, B in zip(others, sizes, strict=True)):
         return None
-    acting = rows_that_act(points, as_dense(whole.probes.matrix[:, columns]))
+    acting = rows_that_act(points, as_dense(whole.probes.matrix[:, columns]), weight)
     if acting is None:
         return None
     b, f = missing.mass.shape[1], len(missing.mass)
@@ -88,13 +88,18 @@ def find_tests(system: System, elastic: Elastic) -> Tests | None:
     return Tests(points.law, own, table, missing.section, missing.positions, inertia, weights, alpha)
 
 
-def rows_that_act(points: ShapePoints, probes: np.ndarray) -> np.ndarray | None:
-    """Rows (j, f) on the functions F along which joints and loads act, of their probes (y, b c); None where one acts elsewhere."""
+def rows_that_act(points: ShapePoints, probes: np.ndarray, weight: np.ndarray) -> np.ndarray | None:
+    """Rows (j, f) on the functions F along which joints and loads act, of their probes (y, b c); None where one acts elsewhere.
+
+    Rows along the `weight` (b,) are not among them: by those constant loads grow to their whole size in statics.
+    """
     missing = points.missing
     assert missing is not None
     b = missing.mass.shape[1]
     left = probes.reshape(len(probes), b, points.dim).transpose(0, 2, 1).reshape(-1, b)
     left = left[np.abs(left).max(axis=1) > ELSEWHERE * np.abs(left).max(initial=0.0)]
+    across = left - np.outer(left @ weight, weight) / (weight @ weight)
+    left = left[np.linalg.norm(across, axis=1) > ELSEWHERE * np.linalg.norm(left, axis=1)]
     found = [np.zeros((0, len(missing.mass)))]
     for place in np.unique(missing.place):
         rows = missing.rows[missing.place == place]
@@ -108,21 +113,70 @@ def rows_that_act(points: ShapePoints, probes: np.ndarray) -> np.ndarray | None:
 def displacement(tests: Tests, z: np.ndarray, v: np.ndarray, a: np.ndarray) -> tuple[float, np.ndarray]:
     """|e| [m] of (1) in a state z (b, c) with its rates v and a, and where its strain energy is largest in the reference (c,)."""
     (K, P, t), dim = tests.table.shape, z.shape[1]
-    u = np.ascontiguousarray((tests.own @ z).transpose(0, 2, 1)).reshape(K * dim, 1, P)
-    S, D = np.empty_like(u), np.empty((K * dim, K * dim, 1, P))
+    u = gradients(tests, z)
+    S, D = np.empty_like(u), modulus(tests, u)
     laws.stress(tests.law, u, u, 0.0, tests.section, S)
-    laws.modulus(tests.law, u, 0.0, tests.section, D)
-    T = tests.table.reshape(K * P, t).T
-    R = T @ S.reshape(K, dim, P).transpose(0, 2, 1).reshape(K * P, dim) + tests.mass @ (a + tests.alpha * v) - tests.weight
-    DT, D = np.empty((K * P, dim * (dim + 1) // 2, t)), D.reshape(K * dim, K * dim, P)
-    modulus_times_functions(D, tests.table, dim, DT)
-    product, tangent, at = (T @ DT.reshape(K * P, -1)).reshape(t, -1, t), np.empty((t, dim, t, dim)), 0
-    for c in range(dim):
-        for d in range(c + 1):
-            tangent[:, c, :, d], tangent[:, d, :, c], at = product[:, at], product[:, at].T, at + 1
-    stiffness, V = np.linalg.eigh(tangent.reshape(t * dim, t * dim))
-    stiffness = np.maximum(np.abs(stiffness), LIMP * np.abs(stiffness).max())
-    e = (V @ (V.T @ R.ravel() / stiffness)).reshape(t, dim)
+    R = scatter(tests, S) + tests.mass @ (a + tests.alpha * v) - tests.weight
+    l, V = stiffness(tests, D)
+    e = (V @ (V.T @ R.ravel() / l)).reshape(t, dim)
     bent = (tests.table @ e).transpose(0, 2, 1).reshape(K * dim, P)
     energy = np.sum(bent * np.matmul(D.transpose(2, 0, 1), bent.T[:, :, None])[:, :, 0].T, axis=0)
     return float(np.linalg.norm(e)), tests.positions[int(energy.argmax())]
+
+
+def gradients(tests: Tests, z: np.ndarray) -> np.ndarray:
+    """Gradients (k c, 1, g) of coordinates z (b, c) at all points."""
+    K, P, _ = tests.own.shape
+    return np.ascontiguousarray((tests.own @ z).transpose(0, 2, 1)).reshape(K * z.shape[1], 1, P)
+
+
+def scatter(tests: Tests, S: np.ndarray) -> np.ndarray:
+    """Forces (t, c) on the test functions of stresses (k c, 1, g)."""
+    K, P, t = tests.table.shape
+    return np.asarray(tests.table.reshape(K * P, t).T @ S.reshape(K, -1, P).transpose(0, 2, 1).reshape(K * P, -1))
+
+
+def modulus(tests: Tests, u: np.ndarray) -> np.ndarray:
+    """Moduli (k c, k c, g) at gradients (k c, 1, g)."""
+    D = np.empty((len(u), *u.shape))
+    laws.modulus(tests.law, u, 0.0, tests.section, D)
+    return D[:, :, 0]
+
+
+def stiffness(tests: Tests, D: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues of |K_N| (t c,) [N/m] and vectors (t c, t c), of moduli (k c, k c, g)."""
+    (K, P, t), dim = tests.table.shape, len(D) // len(tests.table)
+    DT = np.empty((K * P, dim * (dim + 1) // 2, t))
+    modulus_times_functions(D, tests.table, dim, DT)
+    product = (tests.table.reshape(K * P, t).T @ DT.reshape(K * P, -1)).reshape(t, -1, t)
+    tangent, at = np.empty((t, dim, t, dim)), 0
+    for c in range(dim):
+        for d in range(c + 1):
+            tangent[:, c, :, d], tangent[:, d, :, c], at = product[:, at], product[:, at].T, at + 1
+    l, V = np.linalg.eigh(tangent.reshape(t * dim, t * dim))
+    return np.maximum(np.abs(l), LIMP * np.abs(l).max()), V
+
+
+def too_high(system: System, x: np.ndarray, omega: np.ndarray, shapes: np.ndarray) -> np.ndarray | None:
+    """By what part of themselves angular frequencies (i,) [rad/s] of undamped modes (n, i) about x (n,) are too high, at least.
+
+        delta (omega^2) = - sum_parts R_N^T |K_N|^-1 R_N / (v^T M v),    R_N = N^T (K - omega^2 M) v                         (2)
+
+    None where no part knows shapes that it lacks; zeros of motions that nothing resists.
+    """
+    q, vectors = system.lift(x), np.asarray(system.lift.matrix @ shapes)
+    squares, found, any_known = omega**2, np.zeros(len(omega)), False
+    for elastic in system.elastic:
+        functions = tests(system, elastic) if isinstance(elastic.gather, ShapePoints) else None
+        if functions is None:
+            continue
+        any_known, columns, dim = True, elastic.gather.columns, elastic.gather.dim
+        D = modulus(functions, gradients(functions, q[columns].reshape(-1, dim)))
+        l, V = stiffness(functions, D)
+        for i, w in enumerate(squares):
+            v = vectors[columns, i].reshape(-1, dim)
+            stress = np.einsum("abg,bg->ag", D, gradients(functions, v)[:, 0])[:, None]
+            R = scatter(functions, stress) - w * (functions.mass @ v)
+            found[i] += float(np.sum((V.T @ R.ravel()) ** 2 / l))
+    size = np.einsum("ni,ni->i", shapes, np.asarray(system.mass @ shapes)) * squares
+    return 0.5 * np.divide(found, size, out=np.zeros_like(found), where=size > 0.0) if any_known else None
