@@ -7,10 +7,16 @@ from scipy.sparse import csr_array
 
 from ..core.errors import Reason, SolverError
 from ..core.linalg import as_dense
+from ..core.notices import notify
 from ..systems import forces
 from ..systems.compiled import signal_table
+from ..systems.signals import read_inputs
 from ..systems.system import System, driven_rows, driving
 from .names import owners
+
+INSIDE = 8  #: instants inside of a step at which histories are looked at
+MISSED = 0.05  #: of what a history gives over time, by the ends of steps alone, above which a warning is shown
+AT_ONCE = 10_000  #: steps
 
 
 def signal_names(system: System) -> list[str]:
@@ -70,3 +76,31 @@ def finite_signals(system: System, times: np.ndarray) -> np.ndarray:
     if broken is not None:
         raise broken
     return table
+
+
+def warn_of_coarse_steps(system: System, step: float, steps: int) -> None:
+    """A warning where histories change inside of steps [s], which read them at their ends alone.
+
+    The integral S(t) of a history s, for a load its impulse, is max |S - S_h| / max |S| off where S_h is that of the straight lines
+    between the ends of the steps.
+    """
+    known = [k for k, signal in enumerate(system.signals) if not read_inputs(signal)]
+    if not known:
+        return
+    carried = np.zeros((2, 1, len(known)))
+    largest = np.zeros((2, len(known)))  # of S and S_h together, of their difference
+    for first in range(0, steps, AT_ONCE):
+        number = np.arange(first, min(first + AT_ONCE, steps) + 1)
+        inside = step * (number[:-1, None] + (np.arange(INSIDE) + 0.5) / INSIDE)
+        with np.errstate(all="ignore"):
+            ends, within = (signal_table(system, times.ravel())[:, known] for times in (step * number, inside))
+            means = np.stack([within.reshape(*inside.shape, -1).mean(axis=1), 0.5 * (ends[1:] + ends[:-1])])
+            sums = carried + np.cumsum(np.where(np.isfinite(means), means, 0.0), axis=1)
+        carried = sums[:, -1:]
+        found = np.abs(sums).max(axis=(0, 1)), np.abs(sums[1] - sums[0]).max(axis=0)
+        largest = np.maximum(largest, found)
+    wrong = np.flatnonzero(largest[1] > MISSED * largest[0])
+    for k in wrong:
+        share, name = largest[1, k] / largest[0, k], signal_names(system)[known[k]]
+        text = f"the history of {name} changes inside of steps of {step:g} s, which give it wrong by up to {share:.0%} over time"
+        notify(f"{text}: take a smaller step")
