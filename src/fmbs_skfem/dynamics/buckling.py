@@ -35,6 +35,8 @@ class Buckling:
 
     factors: np.ndarray  #: (i,) of the loads of the system, by their size; negative ones for reversed loads
     shapes: np.ndarray  #: (n, i) of largest entry 1
+    stiffness: np.ndarray  #: (i,) v^T K0 v of the shapes
+    path: np.ndarray  #: (n,) by which the state changes with the load factor, of small loads
 
 
 def buckling(system: System, count: int = 1, time: float = 1.0) -> Buckling:
@@ -54,10 +56,11 @@ def buckling(system: System, count: int = 1, time: float = 1.0) -> Buckling:
 def predict_buckling(model: Compiled, count: int, probe: float) -> Buckling:
     """Buckling of a system over the load factor, with K1 from the equilibria at the factors `probe` and -`probe`."""
     system, n = model.system, model.system.size
-    start, sides = Equilibrium(0.0, system.x0, np.zeros(model.constraints), 0), []
+    start, sides, states = Equilibrium(0.0, system.x0, np.zeros(model.constraints), 0), [], []
     for factor in (probe, -probe):
         loaded = pressure.at_load_factor(model, factor)
         found = newton_statics(loaded, start, Newton(STATIC), factor, "load factor")
+        states.append(found.x)
         sides.append(compiled.tangent(loaded, found.x, found.multipliers, factor, 0.0, found.memory))
     J = compiled.gap(model, system.x0, 0.0)[1]
     J = J[ranks.independent_rows(J, units=scale_of(system))]
@@ -83,4 +86,5 @@ def predict_buckling(model: Compiled, count: int, probe: float) -> Buckling:
         raise InputError(
             say("buckling", "loads at which the system loses its stiffness", "none", "look at `complex_modes` for flutter")
         )
-    return Buckling(1.0 / inverses[kept].real, largest_one(vectors[:, kept].real))
+    shapes, path = largest_one(vectors[:, kept].real), (states[0] - states[1]) / (2.0 * probe)
+    return Buckling(1.0 / inverses[kept].real, shapes, np.einsum("ni,ni->i", shapes, np.asarray(K0 @ shapes)), path)

@@ -14,6 +14,7 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (39), (49), doi 10.1016
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,13 +23,19 @@ from ..bodies.body import ShapePoints
 from ..bodies.laws import Law
 from ..core import ranks
 from ..core.linalg import as_dense
+from ..core.notices import notify
 from ..systems.shape_points import modulus_times_functions
 from ..systems.system import Elastic, System, remembered
+
+if TYPE_CHECKING:
+    from .buckling import Buckling
 
 KIND = "missing displacement [m]"
 BAND = 2.0  #: displacement that is missing, over what the training left out, from which a part is outside
 LOOKS = 6  #: states of a run that are looked at, evenly in time
 LIMP = 1e-9  #: least stiffness that counts, over the largest one: a cable without tension has none across
+COARSE = 1e-2  #: part of itself by which a frequency or load factor is too high, from which a warning is shown
+REMEDY = "train them on such motions, or with moments where they are clamped (fmbs part train --alone)"
 ELSEWHERE = 1e-8  #: part of a row, over its size, by which a joint or load acts elsewhere than at a place
 
 
@@ -52,7 +59,9 @@ def looked_at(states: int) -> np.ndarray:
 
 
 def tests(system: System, elastic: Elastic) -> Tests | None:
-    """Those of a part; None where it knows no missing shapes, or where something acts on it elsewhere than at its places."""
+    """Those of a part that knows shapes that it lacks; None of others, and where something acts elsewhere than at its places."""
+    if not isinstance(elastic.gather, ShapePoints):
+        return None
     return remembered(system, (KIND, elastic.name), lambda: find_tests(system, elastic))
 
 
@@ -164,19 +173,42 @@ def too_high(system: System, x: np.ndarray, omega: np.ndarray, shapes: np.ndarra
 
     None where no part knows shapes that it lacks; zeros of motions that nothing resists.
     """
-    q, vectors = system.lift(x), np.asarray(system.lift.matrix @ shapes)
-    squares, found, any_known = omega**2, np.zeros(len(omega)), False
+    if not any(tests(system, one) for one in system.elastic):
+        return None
+    size = np.einsum("ni,ni->i", shapes, np.asarray(system.mass @ shapes)) * omega**2
+    found = np.array([taken_up(system, x, v, w**2) for v, w in zip(shapes.T, omega, strict=True)])
+    return 0.5 * np.divide(found, size, out=np.zeros_like(found), where=size > 0.0)
+
+
+def too_strong(system: System, found: Buckling) -> np.ndarray | None:
+    """By what part of themselves load factors (i,) of buckling are too large, at least, as `too_high`.
+
+    delta k / k = - sum_parts R_N^T |K_N|^-1 R_N / (v^T K0 v),    R_N = N^T f'(x0 + k x1) v                              (3)
+    """
+    if not any(tests(system, one) for one in system.elastic):
+        return None
+    states = [system.x0 + k * found.path for k in found.factors]
+    return np.array([taken_up(system, x, v, 0.0) for x, v in zip(states, found.shapes.T, strict=True)]) / found.stiffness
+
+
+def taken_up(system: System, x: np.ndarray, shape: np.ndarray, square: float) -> float:
+    """Sum over parts of R_N^T |K_N|^-1 R_N with R_N = N^T (K - square M) v of a `shape` v (n,) about x (n,)."""
+    q, vector, total = system.lift(x), np.asarray(system.lift.matrix @ shape), 0.0
     for elastic in system.elastic:
-        functions = tests(system, elastic) if isinstance(elastic.gather, ShapePoints) else None
+        functions = tests(system, elastic)
         if functions is None:
             continue
-        any_known, columns, dim = True, elastic.gather.columns, elastic.gather.dim
-        D = modulus(functions, gradients(functions, q[columns].reshape(-1, dim)))
+        columns, dim = elastic.gather.columns, elastic.gather.dim
+        D, v = modulus(functions, gradients(functions, q[columns].reshape(-1, dim))), vector[columns].reshape(-1, dim)
         l, V = stiffness(functions, D)
-        for i, w in enumerate(squares):
-            v = vectors[columns, i].reshape(-1, dim)
-            stress = np.einsum("abg,bg->ag", D, gradients(functions, v)[:, 0])[:, None]
-            R = scatter(functions, stress) - w * (functions.mass @ v)
-            found[i] += float(np.sum((V.T @ R.ravel()) ** 2 / l))
-    size = np.einsum("ni,ni->i", shapes, np.asarray(system.mass @ shapes)) * squares
-    return 0.5 * np.divide(found, size, out=np.zeros_like(found), where=size > 0.0) if any_known else None
+        stress = np.einsum("abg,bg->ag", D, gradients(functions, v)[:, 0])[:, None]
+        R = scatter(functions, stress) - square * (functions.mass @ v)
+        total += float(np.sum((V.T @ R.ravel()) ** 2 / l))
+    return total
+
+
+def warn_of_missing(where: str, what: str, high: np.ndarray) -> None:
+    """Say which numbers of modes (i,) the shapes of parts make too high."""
+    if listed := [f"mode {k + 1} by {high[k]:.2g}" for k in np.flatnonzero(high > COARSE)]:
+        text = f"{what} of parts are too high, at least {', '.join(listed[:3])}{' ...' if len(listed) > 3 else ''} of themselves"
+        notify(f"{where}: {text}; {REMEDY}")

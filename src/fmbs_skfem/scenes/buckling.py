@@ -10,9 +10,10 @@ import numpy as np
 
 from .. import dynamics
 from ..core.fields import Count, Time
+from ..dynamics.missing_shapes import too_strong, warn_of_missing
 from . import build
 from .analyses import Form, States, StateTable, Work, motion_only
-from .locations import Told
+from .locations import Told, where
 
 if TYPE_CHECKING:
     from .schema import Scene
@@ -43,10 +44,16 @@ class Buckling(States):
         reduced = build.chosen_form(scene, raw)
         found = dynamics.buckling(reduced, self.count, self.time)
         factors = found.factors
-        columns, heads = {"mode": np.arange(1, len(factors) + 1), "load_factor": factors}, ("mode", "load factor")
+        heads: tuple[str, ...] = ("mode", "load factor")
+        columns = {"mode": np.arange(1, len(factors) + 1), "load_factor": factors}
+        facts: dict[str, np.ndarray] = {"load_factors": factors}
+        if (high := too_strong(reduced, found)) is not None:
+            warn_of_missing(where(scene, "analysis"), "load factors", high)
+            facts, columns = facts | {"too_high_by": high}, columns | {"too_high_by": high}
+            heads = (*heads, "too high by, at least")
         captions = tuple(f"load factor {value:.4g}" for value in factors)
         shapes = dynamics.Shapes(reduced, reduced.x0, found.shapes, captions)
-        about, facts = f"{len(factors)} load factors", {"load_factors": factors}
+        about = f"{len(factors)} load factors"
         return StateTable(raw, reduced, about, "buckling", heads, columns, facts, shapes=shapes)
 
     def idle(self, scene: Scene) -> Iterator[Told]:

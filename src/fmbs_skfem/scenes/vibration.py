@@ -11,7 +11,8 @@ import numpy as np
 from .. import dynamics
 from ..core.fields import Count
 from ..core.notices import notify
-from ..dynamics import Linear, missing_shapes, shapes
+from ..dynamics import Linear, shapes
+from ..dynamics.missing_shapes import too_high, warn_of_missing
 from ..dynamics.modes import GROWS, STILL, fastest, grows
 from ..dynamics.shapes import Free
 from .analyses import StateTable, Work, motion_only
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from .schema import Scene
 
 LANCZOS = 60.0  #: solutions of an eigenproblem, usually
-REMEDY = "train them on such motions, or with moments where they are clamped (fmbs part train --alone)"
-COARSE = 1e-2  #: part of itself by which a frequency is too high, from which a warning is shown
 
 
 @dataclass(frozen=True)
@@ -68,9 +67,9 @@ class Modes(NearState):
             facts |= {"damping_ratios": found.damping, "growth_per_s": found.growth}
             columns |= {"damping_ratio": found.damping, "growth_per_s": found.growth}
             heads += ["damping ratio", "growth [1/s]"]
-        high = None if found.damping is not None else missing_shapes.too_high(reduced, linear.x, found.omega, found.vectors)
+        high = None if found.damping is not None else too_high(reduced, linear.x, found.omega, found.vectors)
         if high is not None:
-            warn_of_missing(scene, high)
+            warn_of_missing(where(scene, "analysis"), "frequencies", high)
             facts, columns, heads = (
                 facts | {"too_high_by": high},
                 columns | {"too_high_by": high},
@@ -100,15 +99,6 @@ class Modes(NearState):
             yield ("loads",), f"modes are those of the unloaded reference, in which these do nothing: {', '.join(unread)}"
         if self.about == "reference" and self.spin is not None:
             yield ("analysis", "about"), "the reference is no equilibrium in a turning frame, whose pull stretches the bodies"
-
-
-def warn_of_missing(scene: Scene, high: np.ndarray) -> None:
-    """Say which frequencies the shapes of parts make too high."""
-    if listed := [f"mode {k + 1} by {high[k]:.2g}" for k in np.flatnonzero(high > COARSE)]:
-        text = (
-            f"frequencies of parts are too high, at least {', '.join(listed[:3])}{' ...' if len(listed) > 3 else ''} of themselves"
-        )
-        notify(f"{where(scene, 'analysis')}: {text}; {REMEDY}")
 
 
 def warn(scene: Scene, found: Motions, about: str) -> None:
