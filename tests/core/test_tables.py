@@ -37,6 +37,11 @@ def test_files_have_units(tmp_path: Path) -> None:
     path.write_text(CSV, encoding="utf-8")
     assert read_columns(path, ("", ""), "N") == ((0.0, 0.5, 1.0, 2.0), (0.0, 1.0, 1.0, -3.0))
     assert_allclose(read_columns(path, ("time", "turn"), "rad")[1], [0, np.pi / 2, np.pi, np.pi])
+    path.write_text("time, force [N]\n0, 0\n500, 2", encoding="utf-8")
+    assert read_columns(path, ("", ""), "kN", "ms") == ((0.0, 0.5), (0.0, 2.0))
+    path.write_text("time, force\n0, 0\n500, 2", encoding="utf-8")
+    assert read_columns(path, ("", ""), "kN", "ms") == ((0.0, 0.5), (0.0, 2000.0))
+    assert read_columns(path, ("", ""), "N") == ((0.0, 500.0), (0.0, 2.0))
 
 
 @pytest.mark.parametrize(

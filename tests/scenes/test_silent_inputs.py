@@ -446,3 +446,26 @@ analysis: {{type: dynamic, duration: 0.1 s, step: 1 ms}}
 """
     with pytest.warns(Notice, match="loads.idle: does nothing without"):
         scenes.loads(text)
+
+
+def test_tables_without_units_in_their_titles_are_in_those_of_the_scene(tmp_path: Path) -> None:
+    """`unit: kN, of: ms`: numbers are not taken for N and s."""
+    (tmp_path / "wave.csv").write_text("time, force\n0, 0\n10, 2\n")
+    text = """\
+schema: 1
+dimension: 2
+tables: {wave: {file: wave.csv, unit: kN, of: ms, hold: true}}
+bodies: {ball: {type: point_mass, mass: 1 kg, position: [0, 0]}}
+loads: {push: {type: control_force, at: ball, direction: [1, 0], force: wave(t)}}
+analysis: {type: dynamic, duration: 20 ms, step: 1 ms}
+"""
+    table = scenes.loads(text, tmp_path).tables["wave"].table
+    assert table is not None
+    assert (table.times, table.values) == ((0.0, 0.01), (0.0, 2000.0))
+    with pytest.raises(InputError, match=r"expected a table from 0 to 0\.02 s"):
+        scenes.loads(text.replace(", hold: true", ""), tmp_path)
+
+
+def test_inputs_in_other_than_si_units_are_told() -> None:
+    with pytest.warns(Notice, match=r"inputs\.u: plain numbers are in N, not in kN: write `unit: N`"):
+        scenes.loads(PLANAR + "inputs: {u: {unit: kN, start: 5}}\n", EXAMPLES)

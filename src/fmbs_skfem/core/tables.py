@@ -92,7 +92,10 @@ storable(Table, of=lambda values: "s", hold=lambda values: False)
 
 
 def read_columns(path: Path, names: tuple[str, str], unit: str, of: str = "s") -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Arguments and values in SI units of two columns of a file, by their titles, or the first two where names are empty."""
+    """Arguments and values in SI units of two columns of a file, by their titles, or the first two where names are empty.
+
+    Numbers are in the units of the titles, or of `of` and `unit` under titles without one.
+    """
     where = f"table {path}"
     if not path.is_file() or path.stat().st_size > LARGEST:
         raise InputError(say(where, f"a file of at most {LARGEST:g} bytes", "a larger one" if path.is_file() else "none"))
@@ -108,8 +111,8 @@ def read_columns(path: Path, names: tuple[str, str], unit: str, of: str = "s") -
             raise InputError(say(where, f"one of the columns {listed(known, name)}", f"'{name}'") + closest(name, known))
     places = [known.index(name) if name else k for k, name in enumerate(names)]
     columns = list[tuple[float, ...]]()
-    for place, dimension in zip(places, dimensions, strict=True):
-        scale = quantities.convert(f"1 {titles[place][1] or ''}", dimension)
+    for place, dimension, given in zip(places, dimensions, (of, unit), strict=True):
+        scale = quantities.convert(f"1 {titles[place][1] or given}", dimension)
         columns.append(tuple(scale * number(where, row, place, line) for line, row in enumerate(rows, 2)))
     return columns[0], columns[1]
 

@@ -22,6 +22,7 @@ from ..core.expressions import Expression
 from ..core.fields import ANY, Context, Takes
 from ..core.inputs import ROUND, Input
 from ..core.mappings import HIDDEN, inline
+from ..core.notices import notify
 from ..core.problems import Found, Problem, located, shown
 from ..core.responses import OfState
 from ..core.tables import Table, read_columns
@@ -32,11 +33,17 @@ T = TypeVar("T")
 SAMPLES = 1001  #: instants at which functions of time are looked at
 
 
+def read_written(value: object, context: Context) -> str:
+    """A unit as it is written."""
+    UNIT.read(value, context)
+    return str(value)
+
+
 @dataclass(frozen=True)
 class InputModel:
     """A number that a run from Python sets from step to step; a run from the command holds it at its start."""
 
-    unit: Annotated[str, UNIT] = ""
+    unit: Annotated[str, Takes(read_written, UNIT.schema)] = ""
     start: Annotated[Any, Takes(lambda value, context: value, ANY.told)] = 0.0
 
 
@@ -67,8 +74,17 @@ def inputs(raw: Any, context: Context) -> tuple[dict[str, Input], list[Found]]:
 def read_input(name: str, entry: object, context: Context) -> Input:
     """An input in SI units."""
     given: InputModel = MODEL.read(entry, context)
-    dimension = units.find_dimension(given.unit) if given.unit else units.NUMBER
-    return Input(name, given.unit, quantities.convert(given.start, dimension, context.parameters))
+    unit, dimension = unit_of(f"inputs.{name}", given.unit, context)
+    return Input(name, unit, quantities.convert(given.start, dimension, context.parameters))
+
+
+def unit_of(where: str, written: object, context: Context) -> tuple[str, units.Dimension]:
+    """The SI unit of a unit and its dimension, with a notice where numbers might be taken for those of another unit."""
+    unit = str(UNIT.read(written, context))
+    dimension = units.find_dimension(unit) if unit else units.NUMBER
+    if unit and quantities.convert(f"1 {written}", dimension) != 1.0:
+        notify(f"{where}: plain numbers are in {unit}, not in {written}: write `unit: {unit}`")
+    return unit, dimension
 
 
 def steered(raw: Any, context: Context) -> tuple[dict[str, Input], list[Found]]:
@@ -78,12 +94,14 @@ def steered(raw: Any, context: Context) -> tuple[dict[str, Input], list[Found]]:
 
 def read_steered(name: str, entry: object, context: Context) -> Input:
     """What a controller will give."""
-    return Input(name, UNIT.read(entry.get("unit", ""), context) if isinstance(entry, dict) else "")
+    return Input(name, unit_of(f"controllers.{name}", entry.get("unit", ""), context)[0] if isinstance(entry, dict) else "")
 
 
 @dataclass(frozen=True)
 class TableModel:
     """A function by the points of a file of comma-separated numbers, under titles with units: `time [ms], angle [deg]`.
+
+    Under titles without units, numbers are in the units `of` and `unit`.
 
     Expressions call it `name(t)` or, of another argument with the unit `of`, `name(stretch)`. Between points are straight lines, or
     a smooth curve that overshoots nowhere; beyond the last ones it is constant. A run whose functions of time leave a table that is
@@ -91,8 +109,8 @@ class TableModel:
     """
 
     file: str
-    unit: Annotated[str, UNIT] = ""
-    of: Annotated[str, UNIT, "of its argument"] = "s"
+    unit: Annotated[str, Takes(read_written, UNIT.schema)] = ""
+    of: Annotated[str, Takes(read_written, UNIT.schema), "of its argument"] = "s"
     argument: Annotated[str, "title of the column of arguments, the first one by default"] = ""
     time: Annotated[str, "the same, of times"] = ""
     value: Annotated[str, "title of the column of values, the second one by default"] = ""
@@ -115,7 +133,8 @@ def read_table(folder: Path, name: str, entry: object, context: Context) -> Tabl
     columns = read_columns(
         meshes.path(given.file, folder, what="table"), (given.argument or given.time, given.value), given.unit, given.of
     )
-    return replace(given, table=Table(name, given.unit, *columns, given.smooth, given.of, given.hold))
+    unit, of = (str(UNIT.read(one, context)) for one in (given.unit, given.of))
+    return replace(given, table=Table(name, unit, *columns, given.smooth, of, given.hold))
 
 
 def ends_early(given: TableModel, instants: np.ndarray, read: Iterable[Expression | OfState]) -> Problem | None:
@@ -123,7 +142,7 @@ def ends_early(given: TableModel, instants: np.ndarray, read: Iterable[Expressio
 
     Those of the state leave it by t alone; by another argument they do as they move, which ends with a warning.
     """
-    if given.table is None or given.hold or given.of != "s":
+    if given.table is None or given.hold or given.table.of != "s":
         return None
     table, begin, end = given.table, float(instants.min()), float(instants.max())
     first, last = table.times[0], table.times[-1]
