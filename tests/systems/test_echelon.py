@@ -100,3 +100,10 @@ def test_a_held_corner_of_a_held_edge_takes_nothing_away_twice(kind: str, cells:
         free = eliminate(system)
     singular_values = np.linalg.svd(as_dense(linear_part(system)[1]), compute_uv=False)
     assert free.size == system.size - int((singular_values > 1e-6).sum())
+
+
+def test_many_rows_of_one_kind_are_told_by_their_number() -> None:
+    body = plate("plate", rectangle("bfs", 8, 1), 0.01, Material(1e9, 1e3))
+    held = [joints.Edge(name, "plate", ("bottom",), fixed="z") for name in ("once", "twice")]
+    with pytest.warns(Notice, match=r"\(their reactions are not unique\): (once|twice)\.z \(18 rows\)$"):
+        eliminate(assemble([body], held))

@@ -39,6 +39,7 @@ SMALL = 100_000  #: numbers of an array whose rank costs little
 FEW = 20_000  #: numbers of an array that is dense in a fraction of the time of a sparse one
 CHEAP = 200_000  #: products of a rank that costs less than to see which rows share coordinates
 ALONE = 1e-2  #: part of a change within which the joints hold at the start only, where they are singular
+MANY = 3  #: rows of one kind up to which each is named
 AGREE = 1e-6  #: weight of a driven row in a combination of rows, below which it is not part of it
 
 
@@ -246,8 +247,11 @@ def left_out(system: System, rows: np.ndarray) -> System:
 
 
 def notify_left_out(names: list[tuple[str, str]]) -> None:
-    """The notice of rows that are left out."""
-    listed = ", ".join(sorted({".".join(name) for name in names}))
+    """The notice of rows that are left out; of many of one kind, as of an edge that is held twice, their number."""
+    kinds: dict[str, list[str]] = {}
+    for joint, row in sorted(set(names)):
+        kinds.setdefault(f"{joint}.{row.split()[0]}", []).append(f"{joint}.{row}")
+    listed = ", ".join(", ".join(rows) if len(rows) <= MANY else f"{kind} ({len(rows)} rows)" for kind, rows in kinds.items())
     notify(f"redundant constraint rows are left out (their reactions are not unique): {listed}")
 
 
