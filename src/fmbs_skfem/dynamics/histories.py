@@ -14,7 +14,7 @@ from ..systems.signals import read_inputs
 from ..systems.system import System, driven_rows, driving
 from .names import owners
 
-INSIDE = 8  #: instants inside of a step at which histories are looked at
+INSIDE = 4  #: instants inside of a step at which histories are looked at
 MISSED = 0.05  #: of what a history gives over time, by the ends of steps alone, above which a warning is shown
 AT_ONCE = 10_000  #: steps
 
