@@ -59,7 +59,6 @@ def test_factors_are_freed_and_others_stay() -> None:
 @needed
 def test_a_large_model_moves_as_with_own_factors(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
-    monkeypatch.setattr("fmbs_skfem.systems.layouts.CROWDED", 0)
     system, scheme = hanging(), GeneralizedAlpha(2e-4)
     own, other = (integrate(system, scheme, 4e-3, Newton(tolerance=1e-12, solver=name)) for name in ("own", "pardiso"))
     assert other.statistics.solver.startswith("PARDISO LDL^T")

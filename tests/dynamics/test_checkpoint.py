@@ -111,7 +111,6 @@ def test_a_split_between_re_used_factors_keeps_them(form: Callable[[System], Sys
 def test_large_models_make_their_factors_again(memory: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """A plate on two corners turns: its factors of an earlier configuration serve on both sides of the split."""
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
-    monkeypatch.setattr("fmbs_skfem.systems.layouts.CROWDED", 0)
     monkeypatch.setattr(krylov, "free_memory", lambda: memory)
     system, scheme, steps = hanging(), GeneralizedAlpha(1e-3), 40
     whole = integrate(system, scheme, steps * scheme.step)
@@ -128,7 +127,6 @@ def test_halved_steps_before_and_after_a_split(large: bool, monkeypatch: pytest.
     system, scheme, steps = models.double_pendulum(8), GeneralizedAlpha(0.02), 50
     if large:
         monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
-        monkeypatch.setattr("fmbs_skfem.systems.layouts.CROWDED", 0)
         system, scheme, steps = hanging(4), GeneralizedAlpha(2e-2), 12
     whole = integrate(system, scheme, steps * scheme.step)
     assert whole.statistics.halved > 0

@@ -255,7 +255,6 @@ def test_an_attempt_repeats_the_iteration() -> None:
 def test_a_large_model_is_explained_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """Sparse factors: the same rules, and the first and the last of the step lengths."""
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
-    monkeypatch.setattr("fmbs_skfem.systems.layouts.CROWDED", 0)
     shape = nurbs.surface(*nurbs.rectangle(1.0, 0.5, 6, 4, 2))
     sheet = plate("sheet", replace(shape, points={"c": nurbs.place(shape, 1.0, 0.5)}), 1e-3, sections.Material(1e9, 1000.0, 0.3))
     push = loads.PointForce("push", At("sheet", "c"), (0.0, 0.0, 1.0), lambda t: np.where(t < 0.0055, 0.0, 1e12))

@@ -37,7 +37,6 @@ def run(system: System, steps: int = 40) -> Trajectory:
 @pytest.fixture
 def sparse(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
-    monkeypatch.setattr("fmbs_skfem.systems.layouts.CROWDED", 0)
 
 
 def test_sparse_and_band_agree(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -46,7 +45,6 @@ def test_sparse_and_band_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     band = run(system)
     assert band.statistics.solver.startswith(("band", "dense"))
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
-    monkeypatch.setattr("fmbs_skfem.systems.layouts.CROWDED", 0)
     found = run(system)
     assert found.statistics.solver.startswith("sparse LDL^T")
     assert_allclose(found.x, band.x, atol=1e-10 * np.linalg.norm(system.x0))
@@ -142,7 +140,6 @@ def test_constant_operators_of_sparse_systems_act(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 10_000)
     band, still = run(damped), run(replace(damped, damping=0.0 * csr_array(free.mass)))
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
-    monkeypatch.setattr("fmbs_skfem.systems.layouts.CROWDED", 0)
     found = run(damped)
     assert found.statistics.solver.startswith("sparse")
     assert np.abs(still.x - band.x).max() > 1e-6

@@ -81,7 +81,6 @@ def test_the_bits_of_integrate(name: str) -> None:
 
 def test_large_models(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
-    monkeypatch.setattr("fmbs_skfem.systems.layouts.CROWDED", 0)
     system, scheme = hanging(4), GeneralizedAlpha(H)
     expected = integrate(system, scheme, 24 * H)
     assert expected.statistics.solver.startswith("sparse")

@@ -121,7 +121,6 @@ def test_large_models_count_turns(monkeypatch: pytest.MonkeyPatch) -> None:
     system, scheme = rotor(), GeneralizedAlpha(2e-3)
     band = integrate(system, scheme, 1.0, TIGHT)
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 1)
-    monkeypatch.setattr("fmbs_skfem.systems.layouts.CROWDED", 0)
     monkeypatch.setattr("fmbs_skfem.systems.layouts.DENSE", 1)
     large = integrate(system, scheme, 1.0, TIGHT)
     assert large.statistics.solver.startswith("sparse")

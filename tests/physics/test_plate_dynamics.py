@@ -45,7 +45,6 @@ def test_large_rotation_with_one_factorisation(monkeypatch: pytest.MonkeyPatch) 
     """
     h, steps = 2e-4, 480
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 40)
-    monkeypatch.setattr("fmbs_skfem.systems.layouts.CROWDED", 0)
     large = flywheel(h, steps, Newton(1e-13))
     assert compile_system(large.system).pattern is not None
     assert large.statistics.factorisations <= 2

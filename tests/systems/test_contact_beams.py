@@ -8,17 +8,34 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 from fmbs_skfem.bodies import Body, Given, cable
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
+from fmbs_skfem.reduction import parts
+from fmbs_skfem.reduction.excitation import Excitation, excite
 from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes import reading as scenes
-from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, check_force, compiled, eliminate, joints, loads, probes
+from fmbs_skfem.systems import (
+    At,
+    Motion,
+    Rayleigh,
+    System,
+    assemble,
+    check_force,
+    compiled,
+    eliminate,
+    joints,
+    layouts,
+    loads,
+    probes,
+)
 from fmbs_skfem.systems.contact_beams import ContactBeam
 from fmbs_skfem.systems.contact_states import ContactState
+from fmbs_skfem.systems.contacts import ContactPlane
 
+from ..dynamics.test_checkpoint import stopped
 from ..forms import forms
 from ..models import straight
 
@@ -149,10 +166,10 @@ def test_friction_acts_where_planar_beams_touch() -> None:
     assert np.ptp(L[:, 2]) < 1e-5 * np.abs(L[:, 2]).max()
 
 
-def crossing(cells: int = 6) -> System:
+def crossing(cells: int = 6, height: float = 0.12) -> System:
     """A cantilever falls on another one, below and across, and slides."""
     lower = cable("lower", straight(cells, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), SOFT)
-    upper = cable("upper", straight(cells, (0.7, -0.5, 0.12), (0.7, 0.5, 0.12)), SOFT)
+    upper = cable("upper", straight(cells, (0.7, -0.5, height), (0.7, 0.5, height)), SOFT)
     held = [joints.Clamp("root", At("lower", "left")), joints.Pin("hinge", At("upper", "left"))]
     start, measured = (
         {"upper": Motion(velocity=(0.0, 0.0, -0.2))},
@@ -203,3 +220,44 @@ def test_wrong_scenes_are_named(old: str, new: str, message: str) -> None:
     text = EXAMPLE.read_text(encoding="utf-8").replace(old, new).replace("90 deg", "1 deg" if "along" in new else "90 deg")
     with pytest.raises(InputError, match=message):
         build.system(scenes.loads(text, EXAMPLE.parent))
+
+
+def limbs() -> System:
+    """A part of few functions falls on another one, held below and across, and slides."""
+    full = cable("low", straight(8, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), SOFT)
+    low = parts.reduced_body(full, parts.shape_functions(full, excite(full, Excitation(runs=1, duration=0.1, step=1e-3)), None, 5))
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    high = parts.placed(low, "high", np.array([0.7, -0.5, 0.1001]), turn)
+    held = [joints.Clamp("root", At("low", "left")), joints.Pin("hinge", At("high", "left"))]
+    law = ContactBeam("touch", body="high", other="low", radius=0.05, stiffness=500.0, friction=0.2)
+    start = {"high": Motion(velocity=(0.0, 0.0, -0.5))}
+    return eliminate(assemble([low, high], held, [law], outputs={"touch": ContactState("touch")}, initial=start))
+
+
+@pytest.mark.parametrize("name", ["band", "blocks"])
+def test_factors_without_contact_and_a_term_of_low_rank_for_it(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Narrow bands and blocks, corrected for what touches, move as a dense matrix with all of it, and resumed in the same bits."""
+    scheme, steps = GeneralizedAlpha(1e-3, 0.8), 200
+    monkeypatch.setattr(layouts, "WORTH", 10.0 if name == "blocks" else 0.0)
+
+    def make() -> System:
+        return limbs() if name == "blocks" else eliminate(crossing(height=0.1001))
+
+    system = make()
+    assert compiled.storage(system).storage is layouts.Storage(name)
+    motion = integrate(system, scheme, steps * scheme.step, TIGHT)
+    part = stopped(system, 16, scheme, steps, newton=TIGHT)
+    assert np.count_nonzero(outputs(motion)["touch_friction"]) > 50
+    assert_array_equal(integrate(make(), scheme, steps * scheme.step, TIGHT, resume=part).x, motion.x)
+    monkeypatch.setattr(layouts, "DENSE", 10_000)
+    monkeypatch.setattr(layouts, "WORTH", 0.0)
+    dense = make()
+    assert compiled.storage(dense).storage is layouts.Storage.DENSE
+    assert_allclose(integrate(dense, scheme, steps * scheme.step, TIGHT).x, motion.x, atol=1e-9)
+
+
+def test_contact_leaves_the_band_as_narrow_as_it_is() -> None:
+    beams, up = pair(1.2, (0.0, 0.0, 0.2), cells=20), (0.0, 0.0, 1.0)
+    floor = ContactPlane("floor", body="lower", point=(0.0, 0.0, 0.0), normal=up, friction=0.2)
+    free, both = (compiled.storage(eliminate(assemble(beams, loads=found))) for found in ([], [touch(friction=0.2), floor]))
+    assert (both.storage, both.width) == (layouts.Storage.BAND, free.width)

@@ -87,7 +87,6 @@ def test_a_choice_of_unknowns_is_no_product() -> None:
 
 def test_the_pattern_of_functions_is_that_of_the_tangent(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
-    monkeypatch.setattr("fmbs_skfem.systems.layouts.CROWDED", 0)
     system = clamped(5, joints.Edge("clamp", "plate", ("left",)))
     model = compiled.compile_system(system)
     assert compiled.storage(system).storage is layouts.Storage.SPARSE

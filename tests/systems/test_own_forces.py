@@ -260,7 +260,6 @@ def test_large_models(monkeypatch: pytest.MonkeyPatch) -> None:
     raw, scheme = swinging(2), GeneralizedAlpha(1e-3)
     expected = outputs(integrate(raw, scheme, 0.1, TIGHT))
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 1)
-    monkeypatch.setattr("fmbs_skfem.systems.layouts.CROWDED", 0)
     monkeypatch.setattr("fmbs_skfem.systems.layouts.DENSE", 1)
     motion = integrate(raw, scheme, 0.1, TIGHT)
     assert motion.statistics.solver.startswith("sparse")

@@ -152,7 +152,6 @@ def test_large_models(monkeypatch: pytest.MonkeyPatch) -> None:
     raw, scheme = swinging(2, Link("link", At("beam", "right"), (1.5, 0.5), np.sqrt(0.5))), GeneralizedAlpha(1e-3)
     expected = outputs(integrate(raw, scheme, 0.05, TIGHT))
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 1)
-    monkeypatch.setattr("fmbs_skfem.systems.layouts.CROWDED", 0)
     monkeypatch.setattr("fmbs_skfem.systems.layouts.DENSE", 1)
     motion = integrate(raw, scheme, 0.05, TIGHT)
     assert motion.statistics.solver.startswith("sparse")

@@ -32,6 +32,7 @@ FACTORS = {
 ADDRESSES = ("elastic", "lift", "laws", "forces", "calls")  #: arrays of a model that differ from process to process
 PLACES = ("kept",)  #: in a space, which say nothing of the model
 LATER = ("state work", "state push", "state gradients", "state signals")  #: which checkpoints of earlier versions do not hold
+LOW = "terms of low rank"  #: in the factors
 INSTANTS = 65  #: at which the signals of two models are compared
 
 
@@ -133,12 +134,19 @@ def arrays(step: Step, large: Large | None) -> dict[str, np.ndarray]:
 def kept(step: Step) -> dict[str, np.ndarray]:
     """Motion and counters by name."""
     found = {f"state {name}": array for name, array in step.state._asdict().items()}
-    return found | {"counters": step.job.counters, "kind": step.work.kind}
+    found |= {"counters": step.job.counters, "kind": step.work.kind}
+    return found | ({LOW: step.space.low.used} if step.doors.fill else {})
 
 
 def factors(step: Step, kind: int) -> dict[str, np.ndarray]:
-    """Factors of a kind by name."""
-    return {name: step.space.W if name == "W" else getattr(step.work, name) for name in FACTORS[kind]}
+    """Factors of a kind by name, with as many columns of low rank as there are."""
+    found = {name: step.space.W if name == "W" else getattr(step.work, name) for name in FACTORS[kind]}
+    if kind == 0 or step.doors.fill == 0:
+        return found
+    low, work, count = step.space.low, step.work, int(step.space.low.used[0])
+    rank = count * low.left.shape[1]
+    found |= {"lows": work.lows[:rank], "inner": work.inner[: rank * rank], "inner_pivots": work.inner_pivots[:rank]}
+    return found | {"low_rows": low.rows[:count], "low_right": low.right[:count]}
 
 
 def restore(checkpoint: Checkpoint, now: Mapping[str, str], step: Step, large: Large | None) -> None:
@@ -149,6 +157,8 @@ def restore(checkpoint: Checkpoint, now: Mapping[str, str], step: Step, large: L
         raise CorruptFile(say("checkpoint", "the model and the method it was taken of", "; ".join(other), remedy))
     held = checkpoint.arrays
     kind = int(fitting(held, "kind", step.work.kind)[0])
+    if step.doors.fill:
+        step.space.low.used[:] = fitting(held, LOW, step.space.low.used)
     targets = kept(step)
     if large is None:
         targets |= {f"factors {name}": array for name, array in factors(step, kind).items()}

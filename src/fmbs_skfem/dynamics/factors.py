@@ -16,10 +16,11 @@ import numpy as np
 from ..core import direct, lapack
 from ..core.entries import view
 from ..core.jit import jit
-from ..core.structs import Routine, routine
-from ..systems import corotation, evaluation, kernels
+from ..core.structs import Routine, invoke, routine
+from ..systems import corotation, evaluation, kernels, low_rank
 from ..systems.layouts import Storage
 from .step import Work, opened
+from .woodbury import JOINTS, RHS, rank_of
 
 CHOLESKY, BAND, FULL, BLOCKS = 1, 2, 3, 4  #: kinds of factors: Cholesky band, general band, dense, L D L^T of blocks
 
@@ -51,6 +52,8 @@ def assemble(table: Any) -> int:
         return 1
     scale(S.method.c, s.W)
     kernels.add_pairs(A.pairs, A.probes, s.H, A.dense, A.blocks, s.W)
+    if A.dense and len(s.low.rows) > 0:
+        low_rank.add_dense(s.low, A.probes, s.W)
     return 0
 
 
@@ -180,13 +183,28 @@ def factor_band(table: Any) -> int:
         if S.arrays.pairs.skew:
             kernels.add_skew_pairs(S.arrays.pairs, S.arrays.probes, S.space.H, w.general)
         info = lapack.gbtrf(w.addresses, w.general, width, width, w.pivots)
-    if info != 0 or m == 0:
+    if info != 0:
         return info
+    if S.doors.fill != 0:
+        invoke(S.doors.fill, table, 0)
+        substitute_rows(table, view(w.lows, 0, (rank_of(table), n)))
     for k in range(m):
         for i in range(n):
             w.spread[k, i] = w.J[k, i]
     substitute_rows(table, w.spread)
-    return factor_joints(w, S.space.off)
+    return close_factors(table)
+
+
+@jit
+def close_factors(table: Any) -> int:
+    """What follows from the rows W^-1 U of `lows` and W^-1 J^T of `spread`; 0, or LAPACK's info."""
+    S = opened(table)
+    if S.doors.fill != 0:
+        info = invoke(S.doors.close, table, 0)
+        if info != 0:
+            return info
+        invoke(S.doors.correct, table, JOINTS)
+    return factor_joints(S.work, S.space.off) if len(S.space.multipliers) > 0 else 0
 
 
 @jit
@@ -213,13 +231,17 @@ def factorise_blocks(table: Any, _: Any) -> int:
     w.kind[0] = w.kind[2] = BLOCKS
     if direct.eliminate(A.tree, A.blocks.indptr, A.blocks.indices, W[0], w.lower, w.diagonal) != direct.DONE:
         return 1
-    if m == 0:
-        return 0
+    n = len(S.space.x)
+    if S.doors.fill != 0:
+        invoke(S.doors.fill, table, 0)
+        for k in range(rank_of(table)):
+            direct.substitute(A.tree, w.lower, w.diagonal, view(w.lows, k * n, (1, n)), w.columns, w.front)
     for k in range(m):
-        for i in range(len(S.space.x)):
+        for i in range(n):
             w.spread[k, i] = w.J[k, i]
-    direct.substitute(A.tree, w.lower, w.diagonal, w.spread, w.columns, w.front)
-    return factor_joints(w, S.space.off)
+    if m > 0:
+        direct.substitute(A.tree, w.lower, w.diagonal, w.spread, w.columns, w.front)
+    return close_factors(table)
 
 
 @routine
@@ -229,6 +251,8 @@ def solve_blocks(table: Any, joints: Any) -> int:
     rhs, n, w = S.space.rhs, len(S.space.x), S.work
     if joints == 0:
         direct.substitute(S.arrays.tree, w.lower, w.diagonal, view(rhs, 0, (1, n)), w.columns, w.front)
+        if S.doors.fill != 0:
+            invoke(S.doors.correct, table, RHS)
     if len(S.space.multipliers) > 0:
         close(w, rhs)
     return 0
@@ -241,6 +265,8 @@ def solve_band(table: Any, joints: Any) -> int:
     rhs, n = S.space.rhs, len(S.space.x)
     if joints == 0:
         substitute_rows(table, view(rhs, 0, (1, n)))
+        if S.doors.fill != 0:
+            invoke(S.doors.correct, table, RHS)
     if len(S.space.multipliers) > 0:
         close(S.work, rhs)
     return 0

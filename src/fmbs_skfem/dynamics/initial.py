@@ -25,7 +25,7 @@ from ..systems.compiled import Compiled, signal_table
 from ..systems.layouts import Storage
 from ..systems.redundancy import rows_of, scale_of, singular_start, without_redundant
 from ..systems.system import System, driven_rows, is_linear, keep_constraints
-from . import factors, large, settling, stepping
+from . import factors, large, settling, stepping, woodbury
 from .histories import finite_signals
 from .names import coordinate_names
 from .scheme import GeneralizedAlpha, Newton, has_dear_factors, method_of
@@ -285,7 +285,8 @@ def histories_work(system: System) -> bool:
 def first_step(model: Compiled, start: Start, method: Method, stored: int) -> Step:
     """A step with its space and room for so many states."""
     n, m = model.system.size, model.constraints
-    routines = evaluation.evaluate, *factors.doors(model.layout.storage), settling.settle
+    apart = (woodbury.fill, woodbury.close, woodbury.correct) if columns_apart(model) else ()
+    routines = evaluation.evaluate, *factors.doors(model.layout.storage), settling.settle, *apart
     doors = Doors(*(one.address for one in routines))
     counters, none = np.zeros(4, np.int64), np.zeros(0, np.int64)
     job = Job(
@@ -304,12 +305,18 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int) -> St
     return Step(space, model.arrays, doors, state, workspace(model), method, job)
 
 
+def columns_apart(model: Compiled) -> int:
+    """Largest number of columns of derivatives of low rank that are not added to W; 0 where all are."""
+    apart = model.layout.storage in (Storage.BAND, Storage.BLOCKS)
+    return sum(force.low.terms for force in model.forces) * max([0, *(force.low.rank for force in model.forces)]) if apart else 0
+
+
 def workspace(model: Compiled) -> Work:
     """Space of the solver; without factors where these are kept elsewhere."""
     A, n, m = model.arrays, model.system.size, model.constraints
     form, tree = model.layout.storage, model.layout.tree
     stored, blocks = 0 if model.pattern else n, form is Storage.BLOCKS
-    band = stored if form is Storage.BAND else 0
+    band, rank = stored if form is Storage.BAND else 0, columns_apart(model)
     secants = SECANTS if (A.dense or blocks) and has_dear_factors(model) else 0
     return Work(
         lapack.ADDRESSES,
@@ -324,6 +331,9 @@ def workspace(model: Compiled) -> Work:
         np.zeros(n if blocks else 0),
         np.zeros((max(1, m), n if blocks else 0)),
         np.zeros(supernodes.height(tree)),
+        np.zeros((rank, n)),
+        np.zeros(rank * rank),
+        np.zeros(rank, np.int32),
         np.zeros((secants, n + m)),
         np.zeros((secants, n)),
         np.zeros(1, np.int64),

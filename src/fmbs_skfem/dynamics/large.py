@@ -147,7 +147,8 @@ class Large:
         space.gh[0] = step.method.gh
         evaluation.probe_slopes(table)
         y = np.zeros((len(space.y), len(space.y)))
-        np.add.at(y, tuple(self.model.pairs.T), space.H)
+        pairs, H = compiled.row_slopes(self.model, space)
+        np.add.at(y, tuple(pairs.T), H)
         return np.asarray(self.probes.T @ y @ self.probes - np.diag(self.shift))
 
 
@@ -155,7 +156,7 @@ def interface(model: Compiled, whole: bool) -> np.ndarray:
     """Unknowns read by constraints or by loads that depend on the configuration, in whole vectors where rotations act."""
     system = model.system
     rows = {int(k) for k in reads(system.constraints, len(system.probes.offset)).indices}
-    rows |= {int(k) for k in model.pairs.ravel()}
+    rows |= {int(k) for k in model.pairs.ravel()} | {int(k) for force in model.forces if force.low.terms for k in force.alone}
     touched = np.unique(csr_array(system.probes.matrix)[sorted(rows)].indices)
     if whole:
         first = np.unique(touched // system.dim) * system.dim

@@ -65,6 +65,9 @@ class Work(NamedTuple):
     diagonal: Vector  #: (n,) D of blocks
     columns: Matrix  #: (1 or m, n) room of a solution with blocks
     front: Vector  #: room of a supernode
+    lows: Matrix  #: (r, n) W^-1 U of derivatives of low rank, see `woodbury`
+    inner: Vector  #: (r r,) factors of 1 + V^T W^-1 U
+    inner_pivots: Shorts
     updates: Matrix  #: (u, n + m) what secants add to solutions with the factors, u of them at most
     shares: Matrix  #: (u, n) by how much: rows of the scalar product with the displacement of a solution
     secants: Integers  #: (1,) number of secants since the factors; the last u are kept
@@ -81,6 +84,9 @@ class Doors(NamedTuple):
     factorise: int  #: factors at the trial state of the space, 0 or the reason for none
     solve: int  #: rhs <- KKT^-1 rhs; its argument is 1 where the front of rhs is zero
     settle: int  #: the accepted velocities onto (4)
+    fill: int = 0  #: `woodbury.fill`, and the two behind it; 0 where no derivatives of low rank are apart from W
+    close: int = 0
+    correct: int = 0
 
 
 class Job(NamedTuple):

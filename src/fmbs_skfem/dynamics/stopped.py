@@ -219,14 +219,14 @@ def stiffest_force(stop: Stop) -> tuple[str, float]:
     on these rows that the joints permit, M a + J^T l = P^T, J a = 0.
     """
     system, model = stop.system, stop.model
-    if not any(len(force.pairs) for force in model.forces) or system.size > SPARSE:
+    if not any(len(force.pairs) or force.low.terms for force in model.forces) or system.size > SPARSE:
         return "", 0.0
     factors = saddle.factor(saddle.matrix(system.mass, compiled.gap(model, stop.x, stop.good)[1]), SHIFT)
     if factors is None:
         return "", 0.0
     names, P, found = owners(system), csr_array(system.probes.matrix), []
-    for force, slopes in compiled.force_slopes(model, stop.x, stop.v, stop.good, stop.memory):
-        rows, local = np.unique(force.pairs, return_inverse=True)
+    for force, pairs, slopes in compiled.force_slopes(model, stop.x, stop.v, stop.good, stop.memory):
+        rows, local = np.unique(pairs, return_inverse=True)
         S, pushed = np.zeros((len(rows), len(rows))), np.zeros((system.size + model.constraints, len(rows)))
         np.add.at(S, tuple(local.reshape(-1, 2).T), slopes)
         pushed[: system.size] = P[rows].toarray().T

@@ -13,7 +13,7 @@ from scipy.sparse import csr_array, diags_array
 
 from ..core.linalg import as_dense, is_sparse
 from ..core.structs import packed
-from . import cells, constraint_laws, corotation, evaluation, layouts, lifts, sparse, work
+from . import cells, constraint_laws, corotation, evaluation, layouts, lifts, low_rank, sparse, work
 from . import forces as attachments
 from . import terms as storages
 from .angles import continuous
@@ -90,6 +90,7 @@ def space(model: Compiled) -> Space:
         *(np.zeros((2, sum(term.kept for term in model.terms))), np.zeros(n), np.ones(1)),
         *(np.zeros(j), np.zeros(j), np.zeros(j), np.zeros(A.pairs.size), np.zeros((4, j)), np.zeros(2), np.zeros((m, j))),
         *(np.zeros((3, places)), np.zeros((3, work))),
+        low=low_rank.room([force.low for force in model.forces]),
     )
 
 
@@ -395,29 +396,35 @@ def probe_tangent(
 ) -> csr_array:
     """What joints and forces on probe rows add to the tangent (n, n)."""
     P = csr_array(model.system.probes.matrix)
-    if not len(model.pairs):
+    if not len(model.pairs) and not any(force.low.terms for force in model.forces):
         return csr_array((len(x), len(x)))
     found, table = place(model, x, v, t, memory, multipliers)
     found.space.gh[0] = gh
     evaluation.probe_slopes(table)
     model.check()
-    i, j = model.pairs.T
-    return csr_array(P.T @ csr_array((found.space.H, (i, j)), shape=(P.shape[0], P.shape[0])) @ P)
+    pairs, H = row_slopes(model, found.space)
+    return csr_array(P.T @ csr_array((H, tuple(pairs.T)), shape=(P.shape[0], P.shape[0])) @ P)
+
+
+def row_slopes(model: Compiled, space: Space) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (h, 2) of probe rows and H (h,) as `evaluation.slopes` has left them, those of low rank behind the others."""
+    pairs, H = low_rank.entries(space.low)
+    return np.concatenate([model.pairs, pairs]), np.concatenate([space.H, H])
 
 
 def force_slopes(
     model: Compiled, x: np.ndarray, v: np.ndarray, t: float, memory: np.ndarray | None
-) -> Iterator[tuple[Force, np.ndarray]]:
-    """Forces with derivatives, and - dF/dy on their pairs (h,), in a state as of `place`."""
+) -> Iterator[tuple[Force, np.ndarray, np.ndarray]]:
+    """Forces with derivatives, their pairs of rows (h, 2), and - dF/dy on them (h,), in a state as of `place`."""
     found, table = place(model, x, v, t, memory)
     found.space.gh[0] = 0.0
     evaluation.probe_slopes(table)
     model.check()
-    first = len(model.pairs) - sum(len(force.pairs) for force in model.forces)
+    first, (low, more) = len(model.pairs) - sum(len(force.pairs) for force in model.forces), low_rank.entries(found.space.low)
     for force in model.forces:
-        last = first + len(force.pairs)
-        if last > first:
-            yield force, found.space.H[first:last].copy()
+        last, own = first + len(force.pairs), np.isin(low[:, 0], force.alone) & (force.low.terms > 0)
+        if last > first or own.any():
+            yield force, np.concatenate([force.pairs, low[own]]), np.concatenate([found.space.H[first:last], more[own]])
         first = last
 
 

@@ -9,14 +9,15 @@ import numpy as np
 from ..core.jit import jit
 from ..core.structs import routine
 from . import forces
-from .contact_curves import bulge, correction, find_chord, longest, trace
-from .contact_law import MU, STEP, UNKNOWN, E, K
+from .contact_curves import bulge, correction, find_chord, longest, piece, shares, trace
+from .contact_law import STEP, UNKNOWN, E, K
 from .contact_pairs import (
     NODE,
     ROOM,
     BeamContacts,
     ahead,
     find,
+    follow,
     opened,
     pieces,
     press,
@@ -31,8 +32,10 @@ from .contact_pairs import (
 )
 from .evaluation import evaluation
 from .forces import Force, Place, Routines
+from .low_rank import Size
 from .one_sided import lift, ramp
 
+SAME = 1e-9  #: distance in p and q of places that are one
 WAYS = 4  #: bounds of the ways of A and of B a unit of |dx| and of max |dx_n|
 
 
@@ -54,33 +57,28 @@ def push(table: Any, record: Any) -> int:
         if gap < 0.0:
             places, first = pieces(F, p, q), F.memory + many + NODE * k
             read_rates(table, F, places, v)
-            press(F, k, y, v, z, s.memory[first : first + NODE], p, q, w, out)
+            follow(F, v, z, p, q, w)
+            press(F, k, s.memory[first : first + NODE], p, q, w, out)
             for j in range(8 * dim):
                 s.g[F.rows[row_of(j, places, dim)]] += out[j]
     return 0
 
 
-@jit
-def copy_pieces(x: np.ndarray, places: tuple[int, int], many: int, y: np.ndarray) -> None:
-    """y = x in `many` rows of two pieces."""
-    for start in places:
-        for j in range(start, start + many):
-            y[j] = x[j]
-
-
 @routine
 def slopes(table: Any, record: Any) -> int:
-    """H += - c (dF/dy + gh dF/dy') by complex steps along y_j + gh y_j', with one correction of the closest points."""
+    """H += - c (dF/dy + gh dF/dy') by complex steps along d, A_p, B_q and their rates, with one correction of the closest points.
+
+    Nodes beside a crossing meet at one place, and share one term of low rank.
+    """
     s, F = evaluation(table).space, opened(record)
     way, many, dim, second = ahead(s, F), len(F.rows), F.dim, 2 * F.dim * (len(F.spans) + 1)
     if not wakes(s, F, way):
         return 0
     y, v, z, w = np.empty(many), np.empty(many), np.empty(many), np.empty((ROOM, 3))
-    yc, vc, zc = np.empty(many, np.complex128), np.empty(many, np.complex128), np.empty(many, np.complex128)
     out, wc = np.empty(8 * dim, np.complex128), np.empty((ROOM, 3), np.complex128)
     read(table, F, y)
     since(F, s, y, z)
-    far = longest(y, second, len(F.others), dim)
+    far, before = longest(y, second, len(F.others), dim), (-1.0, -1.0)
     for k in range(len(F.spans) + 1):
         if s.room[F.room + k] > way:
             continue
@@ -89,23 +87,48 @@ def slopes(table: Any, record: Any) -> int:
             continue
         places, first = pieces(F, p, q), F.memory + many + NODE * k
         read_rates(table, F, places, v)
-        copy_pieces(y, places, 4 * dim, yc)
-        copy_pieces(v, places, 4 * dim, vc)
-        copy_pieces(z, places, 4 * dim, zc)
-        for j in range(8 * dim):
-            r = row_of(j, places, dim)
-            yc[r], vc[r], zc[r] = complex(y[r], STEP), complex(v[r], STEP * s.gh[0]), complex(z[r], STEP)
-            trace(yc, 0, F.spans, complex(p, 0.0), 3, dim, wc, 0)
-            trace(yc, second, F.others, complex(q, 0.0), 3, dim, wc, 3)
+        if abs(p - before[0]) > SAME or abs(q - before[1]) > SAME or places != pieces(F, before[0], before[1]):
+            begin_term(s.low, F, places, p, q)
+            before = p, q
+        left = s.low.left[s.low.used[0] - 1]
+        for f in range(3 * dim):
+            trace(y, 0, F.spans, complex(p, 0.0), 3, dim, wc, 0)
+            trace(y, second, F.others, complex(q, 0.0), 3, dim, wc, 3)
+            wc[(0, 1, 4)[f // dim], f % dim] += complex(0.0, STEP)
             dp, dq = correction(dim, wc, held, True)
             pc, qc = complex(p, dp.imag), complex(q, dq.imag)
-            trace(yc, 0, F.spans, pc, 2, dim, wc, 0)
-            trace(yc, second, F.others, qc, 2, dim, wc, 3)
-            press(F, k, yc, vc, zc, s.memory[first : first + NODE], pc, qc, wc, out)
-            yc[r], vc[r], zc[r] = y[r], v[r], z[r]
-            for i in range(8 * dim):
-                s.H[F.pair + row_of(i, places, dim) * many + r] -= s.c[0] * out[i].imag / STEP
+            trace(y, 0, F.spans, pc, 2, dim, wc, 0)
+            trace(y, second, F.others, qc, 2, dim, wc, 3)
+            follow(F, v, z, pc, qc, wc)
+            wc[(0, 1, 4)[f // dim], f % dim] += complex(0.0, STEP)
+            wc[(14, 15, 17)[f // dim], f % dim] += complex(0.0, STEP * s.gh[0])
+            wc[(18, 19, 21)[f // dim], f % dim] += complex(0.0, STEP)
+            press(F, k, s.memory[first : first + NODE], pc, qc, wc, out)
+            for j in range(8 * dim):
+                left[f, j] -= s.c[0] * out[j].imag / STEP
     return 0
+
+
+@jit
+def begin_term(low: Any, F: Any, places: tuple[int, int], p: float, q: float) -> None:
+    """The next term of low rank: d, A_p and B_q from the rows of two pieces, and no forces yet."""
+    dim, t = F.dim, low.used[0]
+    low.used[0] += 1
+    for j in range(8 * dim):
+        low.rows[t, j] = F.rows[row_of(j, places, dim)]
+        for f in range(3 * dim):
+            low.left[t, f, j] = low.right[t, f, j] = 0.0
+    i, j = piece(p, F.spans), piece(q, F.others)
+    at, by, other, along = (
+        shares(p - i, 0, F.spans[i]),
+        shares(p - i, 1, F.spans[i]),
+        shares(q - j, 0, F.others[j]),
+        shares(q - j, 1, F.others[j]),
+    )
+    for k in range(4):
+        for c in range(dim):
+            low.right[t, c, dim * k + c], low.right[t, c, dim * (4 + k) + c] = at[k], -other[k]
+            low.right[t, dim + c, dim * k + c], low.right[t, 2 * dim + c, dim * (4 + k) + c] = by[k], along[k]
 
 
 @jit
@@ -153,7 +176,8 @@ def accept(table: Any, record: Any) -> int:
             gap, p, q, _ = find(F, k, y, far, w)
             if gap < 0.0:
                 read_rates(table, F, pieces(F, p, q), v)
-                N = press(F, k, y, v, z, last, p, q, w, out)
+                follow(F, v, z, p, q, w)
+                N = press(F, k, last, p, q, w, out)
         for i in range(2):
             last[2 + i] = w[12, i] if N > 0.0 else 0.0
         last[0], last[1] = max(N, 0.0), 1.0 if N <= 0.0 else last[1]
@@ -181,7 +205,8 @@ def judge(table: Any, record: Any) -> int:
         gap, p, q, _ = find(F, k, y, far, w)
         if gap < 0.0:
             read_rates(table, F, pieces(F, p, q), v)
-            N = press(F, k, y, v, z, last, p, q, w, out)
+            follow(F, v, z, p, q, w)
+            N = press(F, k, last, p, q, w, out)
         s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
     return 0
 
@@ -218,6 +243,7 @@ def _(found: BeamContacts, place: Place) -> Force:
     record, count = record_of(found, place), len(found.rows)
     memory = np.zeros(count + NODE * len(found))
     memory[count::NODE] = UNKNOWN
-    pairs = np.stack([np.repeat(record.rows, count), np.tile(record.rows, count)], axis=1)
-    routines, room, skew = Routines(push, slopes, accept, store, judge), len(found) + WAYS, bool(found.law[MU] > 0.0)
-    return Force(record, routines, "contact of beams", pairs, memory, damped=True, skew=skew, room=room, alone=record.rows)
+    routines, low = Routines(push, slopes, accept, store, judge), Size(len(found), 8 * found.dim, 3 * found.dim)
+    return Force(
+        record, routines, "contact of beams", memory=memory, damped=True, room=len(found) + WAYS, alone=record.rows, low=low
+    )

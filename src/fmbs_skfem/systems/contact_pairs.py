@@ -14,7 +14,8 @@ axis, so that friction along the circumference finds no resistance in it, and th
 
 Every node of A meets B at one place, the nearest one. The memory holds the rows, and of a node the last normal force, whether it
 was ever free, and the bristle along n x t_B x n and n x t_B. Where no node can have come near since the last accepted state, no
-row is read. Derivatives are those of a complex step through one correction of the closest points, exact to round-off.
+row is read. Derivatives are those of a complex step through one correction of the closest points, exact to round-off. Forces
+depend on the rows by d, A_p and B_q alone: their derivatives are of rank 3 c, on the rows of two pieces.
 
 Sources: Wriggers and Zavarise, Commun. Numer. Methods Eng. 13 (1997) 429-438,
 doi 10.1002/(SICI)1099-0887(199706)13:6<429::AID-CNM70>3.0.CO;2-X (closest points of beams); Zavarise and Wriggers, Int. J. Numer.
@@ -40,7 +41,7 @@ from .evaluation import evaluation
 from .forces import Place
 
 NODE = 4  #: numbers of a node in the memory: normal force, whether it was ever free, bristle
-ROOM = 18  #: vectors of work
+ROOM = 22  #: vectors of work
 
 
 @storable
@@ -83,7 +84,6 @@ class Record(NamedTuple):
     radii: Vector
     law: Vector
     share: float
-    pair: int  #: first place in H
     memory: int  #: first place in the memory: the rows, then NODE numbers a node
     room: int  #: first place in the room: clearances of the nodes, then bounds of ways
 
@@ -167,15 +167,22 @@ def turn(w: np.ndarray, slope: int, change: int, out: int, factor: Scalar, dim: 
 
 
 @jit
-def change(F: Any, z: np.ndarray, p: Scalar, q: Scalar, arms: tuple[Scalar, Scalar], w: np.ndarray, out: int) -> None:
-    """w[out] = change of the material points that meet, of which the rows change by z (f,)."""
-    dim = F.dim
-    trace(z, 0, F.spans, p, 2, dim, w, 14)
-    trace(z, 2 * dim * (len(F.spans) + 1), F.others, q, 2, dim, w, 16)
+def follow(F: Any, v: np.ndarray, z: np.ndarray, p: Scalar, q: Scalar, w: np.ndarray) -> None:
+    """w[14:18] = A, A_p, B, B_q of the rates v (f,) of the rows, w[18:22] of their change z (f,)."""
+    second = 2 * F.dim * (len(F.spans) + 1)
+    trace(v, 0, F.spans, p, 2, F.dim, w, 14)
+    trace(v, second, F.others, q, 2, F.dim, w, 16)
+    trace(z, 0, F.spans, p, 2, F.dim, w, 18)
+    trace(z, second, F.others, q, 2, F.dim, w, 20)
+
+
+@jit
+def change(w: np.ndarray, first: int, arms: tuple[Scalar, Scalar], out: int, dim: int) -> None:
+    """w[out] = change of the material points that meet, with A, A_p, B, B_q of it from w[first] on."""
     for c in range(dim):
-        w[out, c] = w[14, c] - w[16, c]
-    turn(w, 1, 15, out, arms[0], dim)
-    turn(w, 4, 17, out, arms[1], dim)
+        w[out, c] = w[first, c] - w[first + 2, c]
+    turn(w, 1, first + 1, out, arms[0], dim)
+    turn(w, 4, first + 3, out, arms[1], dim)
 
 
 @jit
@@ -212,22 +219,11 @@ def lay_axes(w: np.ndarray, dim: int) -> None:
 
 
 @jit
-def press(
-    F: Any,
-    k: int,
-    y: np.ndarray,
-    v: np.ndarray,
-    z: np.ndarray,
-    last: np.ndarray,
-    p: Scalar,
-    q: Scalar,
-    w: np.ndarray,
-    out: np.ndarray,
-) -> Scalar:
-    """out (16 c,) = forces of a node on the rows of the pieces where it meets; its normal force times its weight.
+def press(F: Any, k: int, last: np.ndarray, p: Scalar, q: Scalar, w: np.ndarray, out: np.ndarray) -> Scalar:
+    """out (8 c,) = forces of a node on the rows of the pieces where it meets; its normal force times its weight.
 
-    `last` is its memory, z (f,) the change of the rows since. w[0:6] must be current; w[12, :2] becomes the bristle, w[8] the speed
-    of sliding.
+    `last` is its memory. w[0:6] and, by `follow`, w[14:22] must be current, these with the change of the rows since; w[12, :2]
+    becomes the bristle, w[8] the speed of sliding.
     """
     dim = F.dim
     for c in range(dim):
@@ -237,7 +233,7 @@ def press(
     for c in range(dim):
         w[6, c] = w[7, c] / long
     arms = F.radii[0] + 0.5 * gap, F.radii[1] + 0.5 * gap
-    change(F, v, p, q, arms, w, 8)
+    change(w, 14, arms, 8, dim)
     for c in range(dim):
         rate -= w[6, c] * w[8, c]
     N = normal_force(F.law, -gap, rate)
@@ -246,7 +242,7 @@ def press(
         w[9, c] = 0.0 * long
     w[12, 0] = w[12, 1] = 0.0 * long
     if N.real > 0.0 and F.law[MU] > 0.0:
-        stick(F, z, N, last, p, q, arms, w)
+        stick(F, N, last, arms, w)
     weight = weigh(F, k, p)
     share_out(F.spans, p, 1, weight, arms[0] * weight, N * weight, w, out[: 4 * dim], dim)
     share_out(F.others, q, 4, -weight, arms[1] * weight, -N * weight, w, out[4 * dim :], dim)
@@ -254,14 +250,12 @@ def press(
 
 
 @jit
-def stick(
-    F: Any, z: np.ndarray, N: Scalar, last: np.ndarray, p: Scalar, q: Scalar, arms: tuple[Scalar, Scalar], w: np.ndarray
-) -> None:
+def stick(F: Any, N: Scalar, last: np.ndarray, arms: tuple[Scalar, Scalar], w: np.ndarray) -> None:
     """w[9] = T, w[12, :2] the bristle in the axes across the normal."""
     dim, along = F.dim, 0.0 * N
     lay_axes(w, dim)
     if last[0] >= 0.0:
-        change(F, z, p, q, arms, w, 13)
+        change(w, 18, arms, 13, dim)
     for c in range(dim):
         if last[0] < 0.0:
             w[13, c] = BEFORE * w[8, c]
@@ -310,7 +304,8 @@ def since(F: Any, s: Any, y: np.ndarray, z: np.ndarray) -> None:
 def record_of(found: BeamContacts, place: Place) -> Record:
     """A contact for compiled code."""
     numbers = (found.rows, found.spans, found.others, found.radii, found.law)
-    return Record._make((found.dim, bool(found.along), *(np.ascontiguousarray(part) for part in numbers), found.share, *place))
+    arrays = [np.ascontiguousarray(part) for part in numbers]
+    return Record._make((found.dim, bool(found.along), *arrays, found.share, place.memory, place.room))
 
 
 @routine
@@ -325,7 +320,8 @@ def measure(table: Any, _: Any) -> int:
             gap, p, q, _ = find(F, k, S.y[i], far, w)
             S.out[i, k, 0] = gap
             if gap < 0.0:
-                S.out[i, k, 1] = press(F, k, S.y[i], S.v[i], z, z, p, q, w, forces_there)
+                follow(F, S.v[i], z, p, q, w)
+                S.out[i, k, 1] = press(F, k, z, p, q, w, forces_there)
                 S.out[i, k, 2] = size(w[8], dim)
                 for c in range(dim):
                     S.out[i, k, 3 + c] = w[6, c]

@@ -19,6 +19,7 @@ from ..core.supernodes import Tree
 from . import kernels
 from .corotation import CorotationalTangent
 from .kernels import Csr, Operator, Pairs, Terms
+from .low_rank import LowRank
 
 
 class ElasticTerms(NamedTuple):
@@ -122,6 +123,7 @@ class Space(NamedTuple):
     Jy: Matrix  #: (m, j) dPhi/dy
     body: Matrix  #: (3, p) coordinates of the cells, their rates, forces on them
     work: Matrix  #: (3, w) of terms
+    low: LowRank  #: second derivatives on rows that are others in every state
 
 
 class Evaluation(NamedTuple):
@@ -299,10 +301,11 @@ def sum_energies(table: Any, _: int = 0) -> int:
 
 @jit
 def slopes(table: Any) -> None:
-    """H = - c d g/dy - c gh dg/dy' + d(Phi_y^T lambda)/dy, on pairs of probe rows, with current y and y'."""
+    """H = - c d g/dy - c gh dg/dy' + d(Phi_y^T lambda)/dy, on pairs of probe rows and of low rank, with current y and y'."""
     E = evaluation(table)
     A, s = E.arrays, E.space
     kernels.clear(s.H)
+    s.low.used[0] = 0
     for k in range(len(A.forces.sloped)):
         invoke(A.forces.slopes[k], table, A.forces.sloped[k])
     kernels.constraint_slopes(A.terms, s.y, s.signals, s.multipliers, s.H)

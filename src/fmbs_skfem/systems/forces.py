@@ -21,6 +21,7 @@ import numpy as np
 
 from ..core.structs import Callback, Routine, unpacked
 from .evaluation import Evaluation, ForceTerms
+from .low_rank import NONE, Size
 from .terms import Nothing, Piece
 
 
@@ -63,7 +64,8 @@ class Force(Piece):
     damped: bool = False  #: whether it reads the rates y'
     room: int = 0  #: numbers that it finds out about accepted states, on which nothing but time depends
     alone: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))  #: rows that it alone reads, by itself
-    skew: bool = False  #: whether its derivatives are far from symmetric
+    skew: bool = False  #: whether its derivatives on pairs are far from symmetric
+    low: Size = NONE  #: of its derivatives on rows that are others in every state, which it alone reads
     cost: Cost | None = None  #: of a function of Python
 
 

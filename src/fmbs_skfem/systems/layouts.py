@@ -30,8 +30,6 @@ from .system import System
 DENSE = 48  #: systems of at most this size are dense where nothing speaks for blocks
 WIDE = 20_000  #: systems from this size on are sparse without looking for a band
 BAND = 96  #: widest band that is factored as a band
-FULL = 0.3  #: part of the entries from which on a matrix is dense, as that of beams that may meet anywhere
-CROWDED = 2500  #: unknowns up to which it is
 WORTH = 0.3  #: part of the numbers of dense or band factors below which blocks are faster: theirs come in shorter rows
 NO_TREE = Tree(*(np.zeros(0, kind) for kind in (np.int64, np.int64, np.int64, np.int32, np.int64)))
 
@@ -135,8 +133,7 @@ def chosen(system: System, parts: Pieces, pairs: np.ndarray, skew: bool) -> Layo
         return Layout(Storage.DENSE, natural, system.size - 1)
     pattern, small = coupling(system, parts, pairs), system.size <= DENSE
     order, width = (natural, system.size - 1) if small else band_order(pattern)
-    crowded = system.size <= CROWDED and pattern.nnz > FULL * system.size**2
-    dense = small or crowded or (3 * width > system.size and system.size <= 4 * BAND)
+    dense = small or (3 * width > system.size and system.size <= 4 * BAND)
     full = any(terms.numbers_read(one.gather) > 0.0 for one in system.elastic)  # of which bands are narrow, and plates turn
     blocks = None if full or skew or not parts.storages else in_blocks(pattern)
     loose = (not dense or blocks is not None) and massless(system, parts)

@@ -1,0 +1,75 @@
+r"""Factors of W + U V^T from those of W, by the terms of low rank of `systems.low_rank`.
+
+    (W + U V^T)^-1 = W^-1 - Z (1 + V^T Z)^-1 V^T W^-1,    Z = W^-1 U
+
+Few pieces of beams touch at a time: their rows cost as many solutions with W as they have columns, and the factors of W stay those
+of a narrow symmetric band.
+
+Source: Hager, SIAM Rev. 31 (1989) 221-239, doi 10.1137/1031049.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..core import lapack
+from ..core.entries import view
+from ..core.jit import jit
+from ..core.structs import routine
+from ..systems import low_rank
+from .step import opened
+
+RHS, JOINTS = 0, 1  #: what is corrected: the front of the right-hand side, rows W^-1 J^T
+
+
+@jit
+def rank_of(table: Any) -> int:
+    """Number of columns of U."""
+    low = opened(table).space.low
+    return low.used[0] * low.left.shape[1]
+
+
+@routine
+def fill(table: Any, _: Any) -> int:
+    """The rows of `lows` become those of U^T."""
+    S = opened(table)
+    low, Z, rank = S.space.low, S.work.lows, S.space.low.left.shape[1]
+    for k in range(low.used[0]):
+        for i in range(rank):
+            row = Z[rank * k + i]
+            row[:] = 0.0
+            low_rank.add_column(S.arrays.probes, low.rows[k], low.left[k, i], row)
+    return 0
+
+
+@routine
+def close(table: Any, _: Any) -> int:
+    """Factors of 1 + V^T Z from the rows Z^T of `lows`; 0, or LAPACK's info."""
+    S = opened(table)
+    w, rank = S.work, rank_of(table)
+    A = view(w.inner, 0, (rank, rank))
+    for a in range(rank):
+        low_rank.read_terms(S.space.low, S.arrays.probes, w.lows[a], A[a])
+        A[a, a] += 1.0
+    return lapack.getrf(w.addresses, A, w.inner_pivots[:rank])
+
+
+@routine
+def correct(table: Any, which: Any) -> int:
+    """Solutions with the factors of W, RHS or JOINTS, become those of W + U V^T."""
+    S = opened(table)
+    w, n, rank = S.work, len(S.space.x), rank_of(table)
+    if rank == 0:
+        return 0
+    found = np.empty((1, rank))
+    rows = view(S.space.rhs, 0, (1, n)) if which == RHS else w.spread
+    A = view(w.inner, 0, (rank, rank))
+    for k in range(len(rows)):
+        low_rank.read_terms(S.space.low, S.arrays.probes, rows[k], found[0])
+        lapack.getrs(w.addresses, A, w.inner_pivots[:rank], found)
+        for a in range(rank):
+            for i in range(n):
+                rows[k, i] -= found[0, a] * w.lows[a, i]
+    return 0
