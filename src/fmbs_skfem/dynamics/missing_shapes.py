@@ -35,6 +35,7 @@ BAND = 2.0  #: displacement that is missing, over what the training left out, fr
 LOOKS = 6  #: states of a run that are looked at, evenly in time
 LIMP = 1e-9  #: least stiffness that counts, over the largest one: a cable without tension has none across
 COARSE = 1e-2  #: part of itself by which a frequency or load factor is too high, from which a warning is shown
+REST = 1e-12  #: displacement over the size of a body, with which its energy is round-off
 REMEDY = "train them on such motions, or with moments where they are clamped (fmbs part train --alone)"
 ELSEWHERE = 1e-8  #: part of a row, over its size, by which a joint or load acts elsewhere than at a place
 
@@ -131,6 +132,29 @@ def displacement(tests: Tests, z: np.ndarray, v: np.ndarray, a: np.ndarray) -> t
     bent = (tests.table @ e).transpose(0, 2, 1).reshape(K * dim, P)
     energy = np.sum(bent * np.matmul(D.transpose(2, 0, 1), bent.T[:, :, None])[:, :, 0].T, axis=0)
     return float(np.linalg.norm(e)), tests.positions[int(energy.argmax())]
+
+
+def too_stiff(system: System, x: np.ndarray) -> dict[str, float]:
+    """By what part of itself each part bends too little in an equilibrium x (n,) under its whole load, by name, at least.
+
+        R_N^T |K_N|^-1 R_N / (2 U)                                                                                           (4)
+
+    U is the strain energy: of small displacements, the work of the loads is too small by this part. Parts at rest are left out.
+    """
+    q, found = system.lift(x), dict[str, float]()
+    for elastic in system.elastic:
+        functions = tests(system, elastic)
+        if functions is None:
+            continue
+        u = gradients(functions, q[elastic.gather.columns].reshape(-1, elastic.gather.dim))
+        S = np.empty_like(u)
+        laws.stress(functions.law, u, u, 0.0, functions.section, S)
+        l, V = stiffness(functions, modulus(functions, u))
+        energy, size = laws.energy(functions.law, u, functions.section), np.linalg.norm(np.ptp(functions.positions, axis=0))
+        if energy > l.max() * (REST * size) ** 2:
+            R = V.T @ (scatter(functions, S) - functions.weight).ravel()
+            found[elastic.name] = float(np.sum(R**2 / l) / (2.0 * energy))
+    return found
 
 
 def gradients(tests: Tests, z: np.ndarray) -> np.ndarray:

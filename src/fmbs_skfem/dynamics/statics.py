@@ -20,7 +20,7 @@ from ..systems import compiled, pressure, responses
 from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import without_redundant
 from ..systems.system import System
-from . import departures
+from . import departures, missing_shapes
 from .histories import finite_signals
 from .loading import parts, ramp
 from .names import row_names, told, worst
@@ -139,6 +139,10 @@ def path(system: System, found: list[Equilibrium]) -> Trajectory:
     unknown = np.full(len(found), np.nan)  # the work on the way from one equilibrium to the next
     states = Trajectory(system, np.array([s.at for s in found]), x, none, none, multipliers, statistics, memory, work=unknown)
     departures.warn(departures.find(states))
+    stiff = missing_shapes.too_stiff(system, x[-1]) if found[-1].at == 1.0 else {}
+    for name, share in stiff.items():
+        if share > missing_shapes.COARSE:
+            notify(f"part '{name}': it bends too little, at least {share:.2g} of itself; {missing_shapes.REMEDY}")
     for text in responses.beyond(compile_system(system), memory[-1]):
         notify(text)
     return states
