@@ -11,6 +11,7 @@ import pytest
 from fmbs_skfem import scenes
 from fmbs_skfem.bodies import Body
 from fmbs_skfem.dynamics import GeneralizedAlpha, departures, integrate, outputs
+from fmbs_skfem.reduction import part_files
 from fmbs_skfem.scenes import Scene, build
 from fmbs_skfem.scenes.bodies import PlacedPart
 
@@ -37,6 +38,17 @@ def with_full_bodies(scene: Scene) -> list[Body]:
 
 def test_there_are_five() -> None:
     assert MECHANISMS == ["four_bar", "mobile", "pendulum", "rotor", "swing"]
+
+
+@pytest.mark.parametrize("name", ["arm", "link", "blade"])
+def test_the_parts_can_be_made_coarser_and_know_what_they_lack(name: str) -> None:
+    part = part_files.resume(FOLDER / f"{name}.part.h5")
+    small = part_files.coarsen(part, 1e-7)
+    assert small.notes["functions"] < part.notes["functions"]
+    fine, coarse = (one.body.shapes.missing for one in (part, small))  # type: ignore[union-attr]
+    assert fine is not None
+    assert coarse is not None
+    assert 0.0 < 2.0 * fine.left_out < coarse.left_out
 
 
 @pytest.mark.parametrize("name", MECHANISMS)
