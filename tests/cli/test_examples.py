@@ -176,7 +176,7 @@ def test_a_controlled_arm_reduced(tmp_path: Path) -> None:
     """Reduced and hyper-reduced arms follow the full one to 1e-3 of the stroke; all of them reach their goal."""
     run = fmbs("run", EXAMPLES / "controlled_arm.yaml", "--json", "--out", tmp_path / "run", "--no-plots").json
     assert run["outputs"]["hinge"]["final"] == pytest.approx(0.9, abs=2e-3)
-    done = fmbs("compare", EXAMPLES / "controlled_arm.yaml", "--json", "--out", tmp_path / "out").json
+    done = fmbs("compare", EXAMPLES / "controlled_arm.yaml", "--json", "--no-picture", "--out", tmp_path / "out").json
     assert len(done["models"]) > 2
     for model in done["models"]:
         assert model["status"] == "done"

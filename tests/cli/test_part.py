@@ -74,7 +74,7 @@ def test_a_part_takes_the_place_of_its_full_body(folder: Path) -> None:
 def test_a_scene_of_parts_runs_and_is_checked(folder: Path, tmp_path: Path) -> None:
     (folder / "chain.yaml").write_text(CHAIN, encoding="utf-8")
     assert fmbs("check", folder / "chain.yaml", "--json").json["status"] == "ok"
-    found = fmbs("run", folder / "chain.yaml", "--json", "--out", tmp_path / "out")
+    found = fmbs("run", folder / "chain.yaml", "--json", "--no-plots", "--out", tmp_path / "out")
     assert found.code == 0, found.err
     assert any(name.endswith("beam.part.h5") for name in found.json["provenance"]["files"])
 

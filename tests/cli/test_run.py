@@ -102,7 +102,7 @@ def test_static_deflection_of_a_cantilever(tmp_path: Path) -> None:
     """Small load: w = F L^3 / (3 E I), E I = 1e9 pi d^4 / 64; doubled by --set."""
     path, stiffness = scene(tmp_path, STATIC), 1e9 * np.pi * 0.01**4 / 64
     for load in (1e-4, 2e-4):
-        done = fmbs("run", path, "--json", "--out", tmp_path / f"{load}", "--set", f"load={load} N")
+        done = fmbs("run", path, "--json", "--no-plots", "--out", tmp_path / f"{load}", "--set", f"load={load} N")
         assert done.code == 0
         final = done.json["outputs"]
         assert final["tip_y"]["final"] == pytest.approx(load / (3 * stiffness), rel=1e-5)
@@ -326,11 +326,11 @@ def test_noise_of_reactions_is_told(tmp_path: Path) -> None:
     """Round-off of positions, over the square of a tiny step, shows in reactions: at 10 us it does not, though nothing damps it."""
     scene = tmp_path / "scene.yaml"
     scene.write_text(TOP)
-    noisy = fmbs("run", scene, "--json", "--out", tmp_path / "noisy")
+    noisy = fmbs("run", scene, "--json", "--no-plots", "--out", tmp_path / "noisy")
     assert noisy.code == 0, noisy.err
     assert "of noise in accelerations and reactions" in noisy.err
     scene.write_text(TOP.replace("5 ms, step: 0.1 us, rho_inf: 1.0, every: 100", "0.5 s, step: 10 us, rho_inf: 1.0, every: 100"))
-    quiet = fmbs("run", scene, "--json", "--out", tmp_path / "quiet")
+    quiet = fmbs("run", scene, "--json", "--no-plots", "--out", tmp_path / "quiet")
     assert "noise" not in quiet.err
     assert quiet.json["acceleration_noise"] == pytest.approx(1e-4 * noisy.json["acceleration_noise"], rel=1e-6)
     tension = quiet.json["outputs"]["tension_length"]

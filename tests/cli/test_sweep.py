@@ -182,7 +182,7 @@ def test_a_member_that_fails_is_listed(scene: Path, address: str, tmp_path: Path
     assert "young_modulus" in failed["message"]
     assert "1 of 3 samples failed" in done.err
     assert [row["status"] for row in rows(out)[1]] == ["ok", "failed", "ok"]
-    again = fmbs(*call, "--resume")
+    again = fmbs(*call, "--resume", "--no-plots")
     assert again.code == 5
     assert "0 computed" in again.out
     assert "bad input" in again.out
@@ -225,7 +225,8 @@ def test_a_sweep_goes_on_and_another_one_is_refused(scene: Path, address: str, t
 def test_members_of_a_saved_model(model: Path, tmp_path: Path) -> None:
     """On processes of this machine, with fewer instants than steps."""
     out = tmp_path / "out"
-    done = fmbs("sweep", model, "--samples", "5", "--design", "lhs", "--instants", "11", "--workers", "1", "--out", out, "--json")
+    sizes = ("--samples", "5", "--design", "lhs", "--instants", "11", "--workers", "1")
+    done = fmbs("sweep", model, *sizes, "--out", out, "--no-plots", "--json")
     assert done.code == 0, done.err
     rom = parametric_model.load(model)
     _, table = rows(out)
@@ -244,7 +245,7 @@ def test_a_full_disk_ends_a_sweep(model: Path, address: str, tmp_path: Path, mon
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(Path, "write_bytes", full)
-    done = fmbs("sweep", model, "--samples", "2", "--scheduler", address, "--out", tmp_path / "out", "--json")
+    done = fmbs("sweep", model, "--samples", "2", "--scheduler", address, "--out", tmp_path / "out", "--no-plots", "--json")
     assert (done.code, done.json["reason"]) == (6, "limit reached")
     assert "room on the disk" in done.err
     assert "--resume" in done.err

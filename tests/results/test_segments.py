@@ -31,7 +31,7 @@ from .. import models
 from ..hard_cases import child, ended
 
 SCHEME, STEPS, EVERY = GeneralizedAlpha(5e-4), 20_000, 20
-KILLS = 50
+KILLS = 25
 SYSTEM = models.spin_up(3)
 JOB = {"scene": "spin-up", "changes": {"E": "2 GPa"}}
 

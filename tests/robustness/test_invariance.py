@@ -37,7 +37,7 @@ from .. import models
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 STEPS = 40
-LARGE = ("crank_slider", "gripper")  #: examples of which two steps are enough
+LARGE = ("crank_slider", "gripper", "deep_arch")  #: examples of which two steps, and one change of all parameters, are enough
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  #: a turn of 90 degrees about z
 POINTS, VECTORS = ("to",), ("direction", "axis", "force", "acceleration", "moment")  #: fields of joints and loads
 MANY = int(os.environ.get("INVARIANCE", "40"))
