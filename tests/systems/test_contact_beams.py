@@ -37,7 +37,7 @@ from fmbs_skfem.systems.contacts import ContactPlane
 
 from ..dynamics.test_checkpoint import stopped
 from ..forms import forms
-from ..models import straight
+from ..models import polyline, straight
 
 SOFT, STIFF = Given(EA=2000.0, EI=3.0, rhoA=0.5), Given(EA=1e7, EI=1e6, rhoA=0.5)
 TIGHT = Newton(tolerance=1e-12)
@@ -222,32 +222,36 @@ def test_wrong_scenes_are_named(old: str, new: str, message: str) -> None:
         build.system(scenes.loads(text, EXAMPLE.parent))
 
 
-def limbs() -> System:
-    """A part of few functions falls on another one, held below and across, and slides."""
+def limbs(angle: float) -> System:
+    """A part of few functions falls on another one, held below at an angle, and slides."""
     full = cable("low", straight(8, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), SOFT)
     low = parts.reduced_body(full, parts.shape_functions(full, excite(full, Excitation(runs=1, duration=0.1, step=1e-3)), None, 5))
-    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    high = parts.placed(low, "high", np.array([0.7, -0.5, 0.1001]), turn)
+    c, s = np.cos(angle), np.sin(angle)
+    place = np.array([0.7 * s, -0.5 * s, 0.1001])
+    high = parts.placed(low, "high", place, np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]))
     held = [joints.Clamp("root", At("low", "left")), joints.Pin("hinge", At("high", "left"))]
     law = ContactBeam("touch", body="high", other="low", radius=0.05, stiffness=500.0, friction=0.2)
     start = {"high": Motion(velocity=(0.0, 0.0, -0.5))}
     return eliminate(assemble([low, high], held, [law], outputs={"touch": ContactState("touch")}, initial=start))
 
 
-@pytest.mark.parametrize("name", ["band", "blocks"])
-def test_factors_without_contact_and_a_term_of_low_rank_for_it(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Narrow bands and blocks, corrected for what touches, move as a dense matrix with all of it, and resumed in the same bits."""
+@pytest.mark.parametrize("name, angle", [("band", np.pi / 2), ("blocks", np.pi / 2), ("blocks", 0.0)])
+def test_factors_without_contact_and_a_term_of_low_rank_for_it(name: str, angle: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Narrow bands and blocks, corrected for what touches, move as a dense matrix with all of it, and resumed in the same bits.
+
+    Parallel parts touch at so many nodes that the rank is larger than the number of unknowns.
+    """
     scheme, steps = GeneralizedAlpha(1e-3, 0.8), 200
     monkeypatch.setattr(layouts, "WORTH", 10.0 if name == "blocks" else 0.0)
 
     def make() -> System:
-        return limbs() if name == "blocks" else eliminate(crossing(height=0.1001))
+        return limbs(angle) if name == "blocks" else eliminate(crossing(height=0.1001))
 
     system = make()
     assert compiled.storage(system).storage is layouts.Storage(name)
     motion = integrate(system, scheme, steps * scheme.step, TIGHT)
     part = stopped(system, 16, scheme, steps, newton=TIGHT)
-    assert np.count_nonzero(outputs(motion)["touch_friction"]) > 50
+    assert np.count_nonzero(outputs(motion)["touch_friction"]) > 20
     assert_array_equal(integrate(make(), scheme, steps * scheme.step, TIGHT, resume=part).x, motion.x)
     monkeypatch.setattr(layouts, "DENSE", 10_000)
     monkeypatch.setattr(layouts, "WORTH", 0.0)
@@ -261,3 +265,78 @@ def test_contact_leaves_the_band_as_narrow_as_it_is() -> None:
     floor = ContactPlane("floor", body="lower", point=(0.0, 0.0, 0.0), normal=up, friction=0.2)
     free, both = (compiled.storage(eliminate(assemble(beams, loads=found))) for found in ([], [touch(friction=0.2), floor]))
     assert (both.storage, both.width) == (layouts.Storage.BAND, free.width)
+
+
+HARD = Given(EA=1e8, EI=1e8, rhoA=0.5)  #: of what stands still
+
+
+def slide(ground: list[Body], beam: Body, laws: list[ContactBeam], speed: tuple[float, ...], duration: float) -> Trajectory:
+    """The motion of a beam that lies on others, which are clamped, and slides."""
+    weight = loads.Gravity((0.0, 0.0, -9.81) if len(speed) == 3 else (0.0, -9.81))
+    held = [joints.Clamp(f"{end} of {part.name}", At(part.name, end)) for part in ground for end in ("left", "right")]
+    out = {"left": probes.Position(At("up", "left")), "E": probes.Energy()} | {law.name: ContactState(law.name) for law in laws}
+    system = assemble([*ground, beam], held, [weight, *laws], outputs=out, initial={"up": Motion(velocity=speed)})
+    return integrate(eliminate(system), GeneralizedAlpha(1e-3, 0.8), duration, TIGHT)
+
+
+def assert_slides(motion: Trajectory, names: list[str], v: float, mu: float, mass: float) -> None:
+    """It stops after v^2 / (2 mu g), pressed by its weight, in which no change of cells is felt; no energy comes from nowhere."""
+    found, weight = outputs(motion), 9.81 * mass
+    N = np.sum([found[f"{name}_force"] for name in names], axis=0)
+    assert np.ptp(found["left_x"][[0, -1]]) == pytest.approx(v**2 / (2 * mu * 9.81), rel=2e-3)
+    assert_allclose(N, weight, rtol=2e-3)
+    assert np.abs(np.diff(N))[5:].max() < 2e-4 * weight
+    assert np.ptp(found["E_balance"]) < 1e-4 * 0.5 * mass * v**2
+    assert np.ptp(found["left_x"][-50:]) < 2e-3 * np.ptp(found["left_x"])
+
+
+@pytest.mark.filterwarnings("ignore:load .* overlap")
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_beam_slides_along_another_one(dim: int) -> None:
+    """Its nodes pass from cell to cell of the other one."""
+    stiffness, v, mu = 500.0, 1.0, 0.2
+    high = 0.1 - 0.5 * 9.81 / (6 * stiffness)
+    low = cable("low", straight(14, (-0.3, 0.0, 0.0), (2.0, 0.0, 0.0)), HARD, dim=dim)
+    ends = [((x, 0.0, high) if dim == 3 else (x, high, 0.0)) for x in (0.0, 1.0)]
+    up = cable("up", straight(5, *ends), Given(EA=1e6, EI=1e4, rhoA=0.5), dim=dim)
+    law = ContactBeam("touch", body="up", other="low", radius=0.05, stiffness=stiffness, friction=mu)
+    assert_slides(slide([low], up, [law], (v, 0.0, 0.0)[:dim], 0.6), ["touch"], v, mu, 0.5)
+
+
+@pytest.mark.filterwarnings("ignore:load .* overlap")
+def test_a_beam_slides_across_rails() -> None:
+    """Its closest points pass from cell to cell of the rails."""
+    stiffness, v, mu = 2000.0, 1.0, 0.2
+    high = 0.1 - 0.5 * 9.81 / (2 * stiffness)
+    rails = [cable(n, straight(14, (-0.2, y, 0.0), (1.0, y, 0.0)), HARD) for n, y in (("port", -0.3), ("starboard", 0.3))]
+    up = cable("up", straight(5, (0.0, -0.5, high), (0.0, 0.5, high)), STIFF)
+    laws = [
+        ContactBeam(f"on {part.name}", body="up", other=part.name, radius=0.05, stiffness=stiffness, friction=mu) for part in rails
+    ]
+    assert_slides(slide(rails, up, laws, (v, 0.0, 0.0), 0.6), [law.name for law in laws], v, mu, 0.5)
+
+
+def test_a_cable_on_a_beam() -> None:
+    """A limp cable, drawn over a quarter of a beam as thick as a drum: T2 / T1 = exp(mu phi) (Euler and Eytelwein)."""
+    mu, phi, radius, thin, period = 0.3, np.pi / 2, 0.1, 1e-4, 0.3
+    angle, ends = np.linspace(0.0, phi, 11)[:, None], np.linspace(0.0, 0.1, 6)[1:, None]
+    arc = (radius + thin) * np.hstack([np.sin(angle), -np.cos(angle)])
+    points = np.concatenate([arc[0] - ends[::-1] * [1.0, 0.0], arc, arc[-1] + ends * [0.0, 1.0]])
+    limp, thick = Given(EA=2e4, EI=2e-5, rhoA=0.1, radius=thin), Given(EA=1e9, EI=1e6, rhoA=1.0, radius=radius)
+    bodies = [
+        cable("c", polyline(np.pad(points, ((0, 0), (0, 1)))), limp),
+        cable("b", straight(3, (0, 0, -0.1), (0, 0, 0.1)), thick),
+    ]
+
+    def drawn(t: np.ndarray) -> np.ndarray:
+        return np.asarray(0.006 * (t / period - np.sin(2 * np.pi * t / period) / (2 * np.pi)))
+
+    still = [joints.Clamp(end, At("b", end)) for end in ("left", "right")]
+    pull = joints.DrivenPosition("pull", At("c", "right"), (lambda t: 0.0 * t, drawn, lambda t: 0.0 * t))
+    weight = loads.PointForce("weight", At("c", "left"), (-10.0, 0.0, 0.0), lambda t: np.minimum(t / 0.05, 1.0))
+    law = ContactBeam("touch", body="c", other="b", stiffness=2e5, friction=mu, resolution=0.0, along=True)
+    out = {"pull": probes.Reaction("pull"), "touch": ContactState("touch")}
+    system = eliminate(assemble(bodies, [pull, *still], [weight, law], Rayleigh(mass=40.0, stiffness=1e-4), outputs=out))
+    found = outputs(integrate(system, GeneralizedAlpha(2e-3, 0.5), 0.22, Newton(1e-10)))
+    assert found["touch_slip"][-8:].min() > 1e-3
+    assert found["pull_y"][-8:].mean() == pytest.approx(10.0 * np.exp(mu * phi), rel=1e-2)

@@ -145,7 +145,8 @@ def factors(step: Step, kind: int) -> dict[str, np.ndarray]:
         return found
     low, work, count = step.space.low, step.work, int(step.space.low.used[0])
     rank = count * low.left.shape[1]
-    found |= {"lows": work.lows[:rank], "inner": work.inner[: rank * rank], "inner_pivots": work.inner_pivots[:rank]}
+    size = min(rank, len(step.space.x))
+    found |= {"lows": work.lows[:rank], "inner": work.inner[: size * size], "inner_pivots": work.inner_pivots[:size]}
     return found | {"low_rows": low.rows[:count], "low_right": low.right[:count]}
 
 

@@ -66,7 +66,7 @@ class Work(NamedTuple):
     columns: Matrix  #: (1 or m, n) room of a solution with blocks
     front: Vector  #: room of a supernode
     lows: Matrix  #: (r, n) W^-1 U of derivatives of low rank, see `woodbury`
-    inner: Vector  #: (r r,) factors of 1 + V^T W^-1 U
+    inner: Vector  #: (r r,) factors of 1 + V^T W^-1 U, or (n n,) of 1 + W^-1 U V^T
     inner_pivots: Shorts
     updates: Matrix  #: (u, n + m) what secants add to solutions with the factors, u of them at most
     shares: Matrix  #: (u, n) by how much: rows of the scalar product with the displacement of a solution

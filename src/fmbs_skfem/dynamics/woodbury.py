@@ -1,7 +1,8 @@
 r"""Factors of W + U V^T from those of W, by the terms of low rank of `systems.low_rank`.
 
-    (W + U V^T)^-1 = W^-1 - Z (1 + V^T Z)^-1 V^T W^-1,    Z = W^-1 U
+    (W + U V^T)^-1 = W^-1 - Z (1 + V^T Z)^-1 V^T W^-1 = (1 + Z V^T)^-1 W^-1,    Z = W^-1 U
 
+by the smaller of the two matrices in brackets.
 Few pieces of beams touch at a time: their rows cost as many solutions with W as they have columns, and the factors of W stay those
 of a narrow symmetric band.
 
@@ -18,7 +19,7 @@ from ..core import lapack
 from ..core.entries import view
 from ..core.jit import jit
 from ..core.structs import routine
-from ..systems import low_rank
+from ..systems import kernels, low_rank
 from .step import opened
 
 RHS, JOINTS = 0, 1  #: what is corrected: the front of the right-hand side, rows W^-1 J^T
@@ -46,14 +47,26 @@ def fill(table: Any, _: Any) -> int:
 
 @routine
 def close(table: Any, _: Any) -> int:
-    """Factors of 1 + V^T Z from the rows Z^T of `lows`; 0, or LAPACK's info."""
+    """Factors of 1 + V^T Z, or of 1 + Z V^T, from the rows Z^T of `lows`; 0, or LAPACK's info."""
     S = opened(table)
-    w, rank = S.work, rank_of(table)
-    A = view(w.inner, 0, (rank, rank))
+    w, low, rank, n = S.work, S.space.low, rank_of(table), len(S.space.x)
+    size = min(rank, n)
+    A, v = view(w.inner, 0, (size, size)), np.empty(n)
+    kernels.clear_rows(A)
     for a in range(rank):
-        low_rank.read_terms(S.space.low, S.arrays.probes, w.lows[a], A[a])
+        if rank <= n:
+            low_rank.read_terms(low, S.arrays.probes, w.lows[a], A[a])
+            continue
+        k, i = a // low.right.shape[1], a % low.right.shape[1]
+        kernels.clear(v)
+        low_rank.add_column(S.arrays.probes, low.rows[k], low.right[k, i], v)
+        for j in range(n):
+            if v[j] != 0.0:
+                for b in range(n):
+                    A[j, b] += v[j] * w.lows[a, b]
+    for a in range(size):
         A[a, a] += 1.0
-    return lapack.getrf(w.addresses, A, w.inner_pivots[:rank])
+    return lapack.getrf(w.addresses, A, w.inner_pivots[:size])
 
 
 @routine
@@ -63,9 +76,11 @@ def correct(table: Any, which: Any) -> int:
     w, n, rank = S.work, len(S.space.x), rank_of(table)
     if rank == 0:
         return 0
-    found = np.empty((1, rank))
+    found, size = np.empty((1, rank)), min(rank, n)
     rows = view(S.space.rhs, 0, (1, n)) if which == RHS else w.spread
-    A = view(w.inner, 0, (rank, rank))
+    A = view(w.inner, 0, (size, size))
+    if rank > n:
+        return lapack.getrs(w.addresses, A, w.inner_pivots[:size], rows)
     for k in range(len(rows)):
         low_rank.read_terms(S.space.low, S.arrays.probes, rows[k], found[0])
         lapack.getrs(w.addresses, A, w.inner_pivots[:rank], found)
