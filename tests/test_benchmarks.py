@@ -45,7 +45,7 @@ def test_full_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_contacts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Landing takes place after 0.2 s on a floor that is near; the reduced model follows."""
-    rows = script("contacts", tmp_path, monkeypatch, DURATION=0.3, REPEATS=1, NEAR=-0.2).main(10)
+    rows = script("contacts", tmp_path, monkeypatch, DURATION=0.3, REPEATS=1, NEAR=-0.2, CELLS=(10,)).main(10)
     assert [row.model.split(",")[0] for row in rows] == ["full"] * 3 + ["reduced"]
     assert rows[2].iterations > rows[0].iterations
     assert rows[3].difference < 0.05

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
@@ -58,6 +58,7 @@ class Feed:
         held = [one for one in self.inputs.values() if isinstance(one, Held)]
         own = [one.of for one in self.samplers] + held
         self.record = {one.name: [one.start] for one in own}  #: what controllers gave, and events
+        self.free = [name for name in self.told if name not in self.record]
         reading = [k for k, signal in enumerate(plain.signals) if read_inputs(signal)]
         #: columns of inputs that are signals as they are; None where others read them, which are evaluated in every step
         self.columns: list[tuple[int, Told]] | None = [
@@ -67,6 +68,7 @@ class Feed:
         ]
         if len(self.columns) < len(reading):
             self.columns = None
+        self.histories = len(reading) < len(plain.signals)  #: whether there are others beside inputs
         self.ahead, self.first = np.zeros((0, 0)), 0
         self.row = np.zeros((1, len(plain.signals) * (4 if driven_rows(plain.constraints).any() else 1)))
         self.stored = np.array([-1])
@@ -75,18 +77,21 @@ class Feed:
     def tell(self, values: Mapping[str, float]) -> None:
         """New values of inputs for the next step; those that are not named keep theirs."""
         for name, value in values.items():
-            if name not in self.told or name in self.record:
-                free = [one for one in self.told if one not in self.record]
-                got = f"'{name}', which its controller sets" if name in self.record else f"'{name}'"
-                expected = f"one of the inputs {listed(free, name, 'of which there are none')}"
-                raise InputError(say("run.step", expected, got) + closest(name, free))
-            if not math.isfinite(value):
-                raise InputError(say(f"run.step: input '{name}'", "a finite number", value))
+            if name not in self.free or not math.isfinite(value):
+                self.refuse(name, value)
         for name, one in self.told.items():
             kept = one.values
             kept.append(float(values[name]) if name in values else kept[-1])
             del kept[0]
             one.first += 1
+
+    def refuse(self, name: str, value: float) -> NoReturn:
+        """The error of a value that no input takes."""
+        if name in self.free:
+            raise InputError(say(f"run.step: input '{name}'", "a finite number", value))
+        got = f"'{name}', which its controller sets" if name in self.record else f"'{name}'"
+        expected = f"one of the inputs {listed(self.free, name, 'of which there are none')}"
+        raise InputError(say("run.step", expected, got) + closest(name, self.free))
 
     def hold(self, one: Held, value: float) -> None:
         """Set an input from an event on."""
@@ -133,7 +138,8 @@ class Feed:
         if self.columns is None:
             self.row[0] = one_row(self.system, self.scheme, run.done + 1)
         else:
-            self.row[0] = self.tabulated(run.done)
+            if self.histories:
+                self.row[0] = self.tabulated(run.done)
             self.write()
         self.stored[0] = run.row(run.done + 1)
         return self.call(run, stepping.advance)
