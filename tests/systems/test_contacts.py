@@ -459,7 +459,7 @@ def test_scenes() -> None:
             r"loads.floor.at: expected one place \(at\) or one body \(body\), got both",
         ),
         ("body: ball", "body: bal", "loads.wall.body: expected .*did you mean 'ball'"),
-        ("center: [300 mm, 0], ", "", "load 'bowl': expected a point where the shape is, got none"),
+        ("center: [300 mm, 0], ", "", "load 'bowl': expected the center of the shape, or a place that carries it, got neither"),
         ("heights: [0, 10 mm, 0]", "heights: [0]", "loads.hill.heights: expected a list of two heights or more"),
         (", stiffness: 1 kN/mm, friction", ", friction", "load 'floor'.stiffness: expected a stiffness, as points have no size"),
     ],

@@ -156,7 +156,7 @@ class Contact(Touch, ABC):
             return shape.origin
         if self.on is None:
             raise InputError(
-                say(where(self), "a point where the shape is", "none", "give it, or a place that carries the shape (on)")
+                say(where(self), "the center of the shape, or a place that carries it", "neither", "give center or on")
             )
         return draft.layout.reference(where(self), self.on) + draft.layout.origin
 
