@@ -79,6 +79,19 @@ def test_an_excitation_begins_at_all_places_and_is_the_same_with_the_same_seed()
     assert np.abs(ends[0] - ends[1]).max() < 1e-12  # every run begins in the reference
 
 
+def test_a_body_may_turn_at_the_start() -> None:
+    """Spun alone about its pinned end a bar stretches by rho w^2 L^2 / 2 E at the root, and twice as far on its way about that."""
+    bar, w = cable("bar", models.straight(8), models.SECTION, models.MATERIAL, dim=2), 20.0
+    told = Excitation(runs=2, force=0.0, moment=0.0, gravity=0.0, duration=0.2, step=2e-4, spin=w)
+    states = excite(bar, told)
+    assert_allclose(states[0], bar.reference, atol=1e-12)
+    ends = states[125][np.argmax(bar.reference[:, 0])] @ np.array([1.0, 1.0j])
+    assert abs(np.angle(ends)) == pytest.approx(1.0, abs=2e-3)  # w t, whole lines turn
+    high = part_files.train(bar, states).body.shapes.trained[1, 0]
+    stretched = models.MATERIAL.density * w**2 / (2.0 * models.MATERIAL.young_modulus)
+    assert 1.8 * stretched < high < 2.2 * stretched
+
+
 def test_strains_outside_of_the_training_are_told_with_time_and_place() -> None:
     bob, spin = point_mass("bob", 5.0, np.array([1.0, 0.0, 0.0])), Motion(angular_velocity=(0.0, 0.0, 30.0))
     held = [joints.Pin("A", At("arm", "left")), joints.Pin("B", At("arm", "right"), At("bob"))]

@@ -2,6 +2,7 @@ r"""Motions of a single body under what it can meet at its places, to train it a
 
     run k:   place k (in turn) pinned, weight m g in a random direction, forces at every other place, moments at all
              F_i(t) = F sin(phi_i(t)) w(t),   phi_i' = 2 pi (f_0 + (f_1 - f_0) t/T),   along every axis i
+             v = w x r at the start, w = spin in a random direction
 
 The frequencies f_0 and f_1 [Hz] of every sweep are those of the excitation times a random factor, and so is its phase; w rises
 smoothly from 0 to 1 over the first part of a run, so that nothing jumps, or is 1, for machines whose loads begin as steps.
@@ -12,19 +13,19 @@ Moments bend the ends, as welds and clamps do; points of surfaces take none.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Annotated
 
 import numpy as np
 
-from ..bodies.body import Body, extent
+from ..bodies.body import Body, extent, locate, probe
 from ..core import fields
 from ..core.container import storable
 from ..core.errors import InputError, SolverError, say
 from ..dynamics.integration import integrate
 from ..dynamics.scheme import GeneralizedAlpha, Newton
-from ..systems import At, assemble, eliminate, joints, loads
+from ..systems import At, Motion, assemble, eliminate, joints, loads
 from ..systems.lengths import masses
 from ..systems.places import directions
 from .galerkin import snapshots
@@ -56,6 +57,8 @@ class Excitation:
     samples: int = 600  #: states kept of every run
     rise: Annotated[float, "part of a run over which loads rise; 0: they begin as steps, which send waves"] = RISE
     seed: int = 0
+    #: at which it turns about the place that is pinned, at the start
+    spin: Annotated[float, fields.quantity("rad/s", ">= 0")] = 0.0
 
 
 def settle(excitation: Excitation, part: Body) -> Excitation:
@@ -64,18 +67,14 @@ def settle(excitation: Excitation, part: Body) -> Excitation:
     duration = LONG / pace if excitation.duration is None else excitation.duration
     step = duration / STEPS if excitation.step is None else excitation.step
     force = masses([part])[0] * GRAVITY if excitation.force is None else excitation.force
-    return Excitation(
-        runs=excitation.runs,
+    return replace(
+        excitation,
         force=force,
         moment=BENDING * force * extent(part) if excitation.moment is None else excitation.moment,
-        gravity=excitation.gravity,
         duration=float(step * round(duration / step)),
         slowest=SLOW * float(pace) if excitation.slowest is None else excitation.slowest,
         fastest=FAST * float(pace) if excitation.fastest is None else excitation.fastest,
         step=float(step),
-        samples=excitation.samples,
-        rise=excitation.rise,
-        seed=excitation.seed,
     )
 
 
@@ -92,7 +91,8 @@ def excite(part: Body, excitation: Excitation, progress: Callable[[float], None]
     every = max(1, round(told.duration / told.step / told.samples))
     for run in range(told.runs):
         held = names[run % len(names)]
-        system = eliminate(assemble([part], [joints.Pin(held, At(part.name, held))], pushes(part, told, held, random)))
+        pin, begin = joints.Pin(held, At(part.name, held)), {part.name: turning(part, told, held, run)}
+        system = eliminate(assemble([part], [pin], pushes(part, told, held, random), initial=begin))
         done = None if progress is None else partial(advance, progress, run, told.runs)
         try:
             motion = integrate(system, scheme, told.duration, SHARP, every, done)
@@ -101,6 +101,14 @@ def excite(part: Body, excitation: Excitation, progress: Callable[[float], None]
             raise
         found.append(snapshots(motion).q.reshape(len(motion.times), -1, part.dim))
     return np.concatenate(found)
+
+
+def turning(part: Body, told: Excitation, held: str, run: int) -> Motion:
+    """Rotation about the place that is held, in a direction of its own in every run."""
+    center = np.asarray(probe(part, locate(part, held)) @ part.reference)[0]
+    axis = np.random.default_rng((told.seed, run)).normal(size=3)
+    rate = told.spin * (np.sign(axis[2]) if part.dim == 2 else axis / np.linalg.norm(axis))
+    return Motion(angular_velocity=float(rate) if part.dim == 2 else tuple(rate), center=tuple(center))
 
 
 def advance(progress: Callable[[float], None], run: int, runs: int, done: float) -> None:

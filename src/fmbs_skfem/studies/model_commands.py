@@ -71,6 +71,7 @@ def train_part(
     rise: Annotated[
         float, Option("Part of a motion over which forces and moments rise; 0: they begin as steps.", "PART", least=0.0, most=1.0)
     ] = 0.05,
+    spin: Annotated[float, Option("Its turning at the start, about random axes.", "RAD/S", least=0.0)] = 0.0,
     samples: Annotated[int, Option("States that are kept of a motion.", "N", least=10)] = 600,
     seed: Annotated[int, Option("Of random directions, phases and frequencies.", "N")] = 0,
     before: Annotated[
@@ -87,7 +88,7 @@ def train_part(
     from . import parts
 
     with jobs.begin(source, **shared) as job:
-        told = Excitation(runs, push, moment, gravity, duration, slowest, fastest, step, samples, rise, seed)
+        told = Excitation(runs, push, moment, gravity, duration, slowest, fastest, step, samples, rise, seed, spin)
         known, excited = None if before is None else Path(before), told if alone else None
         return parts.train(job, jobs.read_scene(job), body, excited, tolerance, modes, hyper or None, known)
 
