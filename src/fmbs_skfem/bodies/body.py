@@ -367,6 +367,11 @@ def locate(body: Body, place: str | float) -> Place:
     return float(np.interp(place, arc, fine))
 
 
+def reference_at(body: Body, place: str | float, derivative: int = 0) -> np.ndarray:
+    """Position or vector (c,) at a place in the reference, as of `locate` and `probe`."""
+    return np.asarray(probe(body, locate(body, place), derivative) @ body.reference)[0]
+
+
 def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:
     """Row (1, b) that takes coordinates to the position (derivative 0) or to a vector (derivative 1, 2, 3) at a place.
 

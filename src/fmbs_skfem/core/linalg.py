@@ -23,6 +23,11 @@ def as_dense(a: Any) -> np.ndarray:
     return np.asarray(a.toarray() if is_sparse(a) else a, dtype=np.float64)
 
 
+def evenly(first: int, last: int, count: int) -> np.ndarray:
+    """At most `count` whole numbers from `first` to `last`, evenly spread, ascending."""
+    return np.unique(np.linspace(first, last, count).round().astype(np.int64))
+
+
 def scaled(A: Array, rows: np.ndarray, columns: np.ndarray) -> Array:
     """A_ij rows_i columns_j of A (i, j), sparse or dense as it is."""
     if is_sparse(A):

@@ -100,17 +100,14 @@ def find_missing(system: System, times: np.ndarray, x: np.ndarray, v: np.ndarray
         return []
     (q, qv, qa), found = (np.asarray(system.lift.matrix @ part.T).T for part in (x, v, a)), list[Departure]()
     q = q + system.lift.offset
-    for elastic in trained_parts(system):
-        points: ShapePoints = elastic.gather
-        tests = missing_shapes.tests(system, elastic)
-        if tests is None or points.missing is None:
-            continue
+    for points, name, tests in missing_shapes.lacking(system):
+        assert points.missing is not None
         z, rate, turn = (part[:, points.columns].reshape(len(x), -1, points.dim) for part in (q, qv, qa))
         sizes, places = zip(*(missing_shapes.displacement(tests, *one) for one in zip(z, rate, turn, strict=True)), strict=True)
         over, limit = np.array(sizes) > missing_shapes.BAND * points.missing.left_out, (0.0, points.missing.left_out)
         if over.any():
             k, first = int(np.argmax(sizes)), float(times[int(np.argmax(over))])
-            found.append(Departure(elastic.name, missing_shapes.KIND, sizes[k], limit, first, tuple(places[k].tolist())))
+            found.append(Departure(name, missing_shapes.KIND, sizes[k], limit, first, tuple(places[k].tolist())))
     return found
 
 

@@ -100,7 +100,8 @@ def warn_of_coarse_steps(system: System, step: float, steps: int) -> None:
         found = np.abs(sums).max(axis=(0, 1)), np.abs(sums[1] - sums[0]).max(axis=0)
         largest = np.maximum(largest, found)
     wrong = np.flatnonzero(largest[1] > MISSED * largest[0])
+    names = signal_names(system) if len(wrong) else []
     for k in wrong:
-        share, name = largest[1, k] / largest[0, k], signal_names(system)[known[k]]
-        text = f"the history of {name} changes inside of steps of {step:g} s, which give it wrong by up to {share:.0%} over time"
+        where, share = f"the history of {names[known[k]]}", largest[1, k] / largest[0, k]
+        text = f"{where} changes inside of steps of {step:g} s, which give it wrong by up to {share:.0%} over time"
         notify(f"{text}: take a smaller step")

@@ -22,7 +22,7 @@ from ..bodies import laws
 from ..bodies.body import ShapePoints
 from ..bodies.laws import Law
 from ..core import ranks
-from ..core.linalg import as_dense
+from ..core.linalg import as_dense, evenly
 from ..core.notices import notify
 from ..systems.shape_points import modulus_times_functions
 from ..systems.system import Elastic, System, remembered
@@ -56,7 +56,7 @@ class Tests:
 
 def looked_at(states: int) -> np.ndarray:
     """Numbers of the states that are looked at, of so many: evenly, without the first one, whose acceleration no step has found."""
-    return np.unique(np.linspace(min(1, states - 1), states - 1, LOOKS).round().astype(np.int64))
+    return evenly(min(1, states - 1), states - 1, LOOKS)
 
 
 def tests(system: System, elastic: Elastic) -> Tests | None:
@@ -64,6 +64,12 @@ def tests(system: System, elastic: Elastic) -> Tests | None:
     if not isinstance(elastic.gather, ShapePoints):
         return None
     return remembered(system, (KIND, elastic.name), lambda: find_tests(system, elastic))
+
+
+def lacking(system: System) -> list[tuple[ShapePoints, str, Tests]]:
+    """Parts that know shapes that they lack, by their points, names and test functions."""
+    known = ((one.gather, one.name, tests(system, one)) for one in system.elastic)
+    return [(points, name, functions) for points, name, functions in known if functions is not None]
 
 
 def find_tests(system: System, elastic: Elastic) -> Tests | None:
@@ -124,9 +130,8 @@ def displacement(tests: Tests, z: np.ndarray, v: np.ndarray, a: np.ndarray) -> t
     """|e| [m] of (1) in a state z (b, c) with its rates v and a, and where its strain energy is largest in the reference (c,)."""
     (K, P, t), dim = tests.table.shape, z.shape[1]
     u = gradients(tests, z)
-    S, D = np.empty_like(u), modulus(tests, u)
-    laws.stress(tests.law, u, u, 0.0, tests.section, S)
-    R = scatter(tests, S) + tests.mass @ (a + tests.alpha * v) - tests.weight
+    D = modulus(tests, u)
+    R = unbalanced(tests, u) + tests.mass @ (a + tests.alpha * v)
     l, V = stiffness(tests, D)
     e = (V @ (V.T @ R.ravel() / l)).reshape(t, dim)
     bent = (tests.table @ e).transpose(0, 2, 1).reshape(K * dim, P)
@@ -142,19 +147,25 @@ def too_stiff(system: System, x: np.ndarray) -> dict[str, float]:
     U is the strain energy: of small displacements, the work of the loads is too small by this part. Parts at rest are left out.
     """
     q, found = system.lift(x), dict[str, float]()
-    for elastic in system.elastic:
-        functions = tests(system, elastic)
-        if functions is None:
-            continue
-        u = gradients(functions, q[elastic.gather.columns].reshape(-1, elastic.gather.dim))
-        S = np.empty_like(u)
-        laws.stress(functions.law, u, u, 0.0, functions.section, S)
+    for points, name, functions in lacking(system):
+        u = gradients(functions, q[points.columns].reshape(-1, points.dim))
         l, V = stiffness(functions, modulus(functions, u))
         energy, size = laws.energy(functions.law, u, functions.section), np.linalg.norm(np.ptp(functions.positions, axis=0))
         if energy > l.max() * (REST * size) ** 2:
-            R = V.T @ (scatter(functions, S) - functions.weight).ravel()
-            found[elastic.name] = float(np.sum(R**2 / l) / (2.0 * energy))
+            found[name] = work(l, V, unbalanced(functions, u)) / (2.0 * energy)
     return found
+
+
+def unbalanced(tests: Tests, u: np.ndarray) -> np.ndarray:
+    """N^T (f - M 1 g) (t, c) at gradients u (k c, 1, g)."""
+    S = np.empty_like(u)
+    laws.stress(tests.law, u, u, 0.0, tests.section, S)
+    return scatter(tests, S) - tests.weight
+
+
+def work(l: np.ndarray, V: np.ndarray, R: np.ndarray) -> float:
+    """R_N^T |K_N|^-1 R_N of forces R_N (t, c), with eigenvalues and vectors of |K_N|."""
+    return float(np.sum((V.T @ R.ravel()) ** 2 / l))
 
 
 def gradients(tests: Tests, z: np.ndarray) -> np.ndarray:
@@ -197,7 +208,7 @@ def too_high(system: System, x: np.ndarray, omega: np.ndarray, shapes: np.ndarra
 
     None where no part knows shapes that it lacks; zeros of motions that nothing resists.
     """
-    if not any(tests(system, one) for one in system.elastic):
+    if not lacking(system):
         return None
     size = np.einsum("ni,ni->i", shapes, np.asarray(system.mass @ shapes)) * omega**2
     found = np.array([taken_up(system, x, v, w**2) for v, w in zip(shapes.T, omega, strict=True)])
@@ -209,7 +220,7 @@ def too_strong(system: System, found: Buckling) -> np.ndarray | None:
 
     delta k / k = - sum_parts R_N^T |K_N|^-1 R_N / (v^T K0 v),    R_N = N^T f'(x0 + k x1) v                              (3)
     """
-    if not any(tests(system, one) for one in system.elastic):
+    if not lacking(system):
         return None
     states = [system.x0 + k * found.path for k in found.factors]
     return np.array([taken_up(system, x, v, 0.0) for x, v in zip(states, found.shapes.T, strict=True)]) / found.stiffness
@@ -218,16 +229,13 @@ def too_strong(system: System, found: Buckling) -> np.ndarray | None:
 def taken_up(system: System, x: np.ndarray, shape: np.ndarray, square: float) -> float:
     """Sum over parts of R_N^T |K_N|^-1 R_N with R_N = N^T (K - square M) v of a `shape` v (n,) about x (n,)."""
     q, vector, total = system.lift(x), np.asarray(system.lift.matrix @ shape), 0.0
-    for elastic in system.elastic:
-        functions = tests(system, elastic)
-        if functions is None:
-            continue
-        columns, dim = elastic.gather.columns, elastic.gather.dim
-        D, v = modulus(functions, gradients(functions, q[columns].reshape(-1, dim))), vector[columns].reshape(-1, dim)
+    for points, _, functions in lacking(system):
+        at, v = (part[points.columns].reshape(-1, points.dim) for part in (q, vector))
+        D = modulus(functions, gradients(functions, at))
         l, V = stiffness(functions, D)
         stress = np.einsum("abg,bg->ag", D, gradients(functions, v)[:, 0])[:, None]
         R = scatter(functions, stress) - square * (functions.mass @ v)
-        total += float(np.sum((V.T @ R.ravel()) ** 2 / l))
+        total += work(l, V, R)
     return total
 
 

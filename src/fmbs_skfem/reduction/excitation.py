@@ -19,7 +19,7 @@ from typing import Annotated
 
 import numpy as np
 
-from ..bodies.body import Body, extent, locate, probe
+from ..bodies.body import Body, extent, reference_at
 from ..core import fields
 from ..core.container import storable
 from ..core.errors import InputError, SolverError, say
@@ -105,7 +105,7 @@ def excite(part: Body, excitation: Excitation, progress: Callable[[float], None]
 
 def turning(part: Body, told: Excitation, held: str, run: int) -> Motion:
     """Rotation about the place that is held, in a direction of its own in every run."""
-    center = np.asarray(probe(part, locate(part, held)) @ part.reference)[0]
+    center = reference_at(part, held)
     axis = np.random.default_rng((told.seed, run)).normal(size=3)
     rate = told.spin * (np.sign(axis[2]) if part.dim == 2 else axis / np.linalg.norm(axis))
     return Motion(angular_velocity=float(rate) if part.dim == 2 else tuple(rate), center=tuple(center))

@@ -14,7 +14,7 @@ import numpy as np
 from ..bodies.body import Body, extent, locate, probe
 from ..bodies.missing_shapes import MissingShapes
 from ..core.errors import InputError
-from ..core.linalg import as_dense
+from ..core.linalg import as_dense, squares
 from ..systems import shape_points
 from . import parts, pod
 
@@ -47,17 +47,16 @@ def find(part: Body, S: np.ndarray, states: np.ndarray, columns: np.ndarray) -> 
 
 def outside(part: Body, S: np.ndarray, columns: np.ndarray) -> np.ndarray:
     """Columns (b, j) without what S (b, m) holds of them."""
-    W = parts.metric(part)
     for _ in range(2):
-        columns = columns - S @ np.linalg.solve(S.T @ (W @ S), S.T @ (W @ columns))
+        columns = columns - S @ parts.projected(part, S, columns)
     return columns
 
 
 def distance(part: Body, S: np.ndarray, states: np.ndarray) -> float:
     """Largest distance in the mass of states (s, b, c) from S (b, m) [m]."""
     rest = outside(part, S, np.moveaxis(states, 0, 1).reshape(len(S), -1))
-    squares = np.sum(rest * (parts.metric(part) @ rest), axis=0).reshape(len(states), -1).sum(axis=1)
-    return float(np.sqrt(max(squares.max(initial=0.0), 0.0)))
+    found = squares(rest, parts.metric(part)).reshape(len(states), -1).sum(axis=1)
+    return float(np.sqrt(found.max(initial=0.0)))
 
 
 def rows_of_places(part: Body) -> tuple[np.ndarray, np.ndarray]:

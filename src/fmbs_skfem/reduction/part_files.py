@@ -26,6 +26,7 @@ from ..bodies.missing_shapes import MissingShapes
 from ..core import container, validation
 from ..core.container import Kind, storable
 from ..core.errors import InputError, say
+from ..core.linalg import evenly
 from ..core.validation import Misfit, Reals, require
 from ..dynamics import departures
 from . import missing_shapes, parts, pod
@@ -76,7 +77,7 @@ def train(
     z, found = parts.coordinates(body, S, states), parts.reduced_body(body, S)
     columns = np.moveaxis(z, 0, 1).reshape(len(z[0]), -1)
     if known is not None and earlier is not None:
-        columns = np.hstack([parts.coordinates(body, S, earlier.T[..., None])[..., 0].T, columns])
+        columns = np.hstack([parts.projected(body, S, earlier), columns])
         z = np.concatenate([parts.coordinates(body, S, np.einsum("bm,smc->sbc", known.functions, known.states)), z])
     found = parts.ranged(found, z) if eta is None else parts.sampled(found, z, eta)
     assert found.shapes is not None
@@ -84,7 +85,7 @@ def train(
         (a, b), (c, d) = found.shapes.trained, before.body.shapes.trained
         found = replace(found, shapes=replace(found.shapes, trained=np.stack([np.minimum(a, c), np.maximum(b, d)])))
     assert found.shapes is not None
-    kept = np.unique(np.linspace(0, len(z) - 1, KEPT).round().astype(np.int64))
+    kept = evenly(0, len(z) - 1, KEPT)
     found = replace(found, shapes=replace(found.shapes, missing=lacked(body, S, states, before)))
     assert found.shapes is not None
     low, high = found.shapes.trained
@@ -106,7 +107,7 @@ def train(
 
 def lacked(body: Body, S: np.ndarray, states: np.ndarray, before: Part | None) -> MissingShapes | None:
     """The shapes that a part of the functions S (b, m) lacks for states (s, b, c), and for those of before."""
-    some = states[np.unique(np.linspace(0, len(states) - 1, KEPT).round().astype(np.int64))]
+    some = states[evenly(0, len(states) - 1, KEPT)]
     columns = np.moveaxis(some, 0, 1).reshape(len(S), -1)
     if before is None or before.memory is None:
         return missing_shapes.find(body, S, states, columns)
@@ -157,7 +158,7 @@ def coarsen(part: Part, tolerance: float | None = None, modes: int | None = None
     assert small.shapes is not None
     missing = missing_shapes.coarser(body, S, known.states, known.factor)
     points = replace(small.shapes, trained=body.shapes.trained, missing=missing)
-    factor = parts.coordinates(body, S, known.factor.T[..., None])[..., 0]
+    factor = parts.projected(body, S, known.factor).T
     numbers = {"functions": S.shape[1], "points": points.table.shape[1], "tolerance": tolerance, "hyper_tolerance": eta}
     small = replace(small, shapes=points)
     return Part(small, part.notes | numbers, Memory(known.functions @ S, np.asarray(np.linalg.qr(factor, mode="r")).T, z))

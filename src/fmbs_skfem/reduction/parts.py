@@ -80,12 +80,14 @@ def with_places(part: Body, S: np.ndarray) -> np.ndarray:
 
 def coordinates(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Coordinates z (s, m, c) of the states (s, b, c) of a full body nearest in the mass."""
+    found = projected(part, S, np.moveaxis(states, 0, 1).reshape(len(S), -1))
+    return found.reshape(S.shape[1], len(states), -1).transpose(1, 0, 2)
+
+
+def projected(part: Body, S: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Coordinates (m, j) of columns (b, j) of a component, (S^T W S)^-1 S^T W Y."""
     W = metric(part)
-    return (
-        np.asarray(np.linalg.solve(S.T @ (W @ S), S.T @ (W @ np.moveaxis(states, 0, 1).reshape(len(S), -1))))
-        .reshape(S.shape[1], len(states), -1)
-        .transpose(1, 0, 2)
-    )
+    return np.asarray(np.linalg.solve(S.T @ (W @ S), S.T @ (W @ columns)))
 
 
 def reduced_body(part: Body, S: np.ndarray) -> Body:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ..core import validation
 from ..core.arrays import finite
 from ..core.errors import InputError, closest, say
+from ..core.linalg import evenly
 from ..core.validation import Misfit, Reals, require
 
 Array = NDArray[np.float64]
@@ -168,7 +169,7 @@ def spread(times: Array, count: int) -> Indices:
     if count < 1:
         raise InputError(say("frames: number of instants", "at least 1", count))
     if (np.diff(times) <= 0.0).any():
-        return np.unique(np.linspace(0, len(times) - 1, count).round()).astype(np.int64)
+        return evenly(0, len(times) - 1, count)
     return nearest(times, np.linspace(times[0], times[-1], count).tolist())
 
 

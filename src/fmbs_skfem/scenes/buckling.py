@@ -44,13 +44,13 @@ class Buckling(States):
         reduced = build.chosen_form(scene, raw)
         found = dynamics.buckling(reduced, self.count, self.time)
         factors = found.factors
-        heads: tuple[str, ...] = ("mode", "load factor")
         columns = {"mode": np.arange(1, len(factors) + 1), "load_factor": factors}
-        facts: dict[str, np.ndarray] = {"load_factors": factors}
+        facts, heads = {"load_factors": factors}, ["mode", "load factor"]
         if (high := too_strong(reduced, found)) is not None:
             warn_of_missing(where(scene, "analysis"), "load factors", high)
-            facts, columns = facts | {"too_high_by": high}, columns | {"too_high_by": high}
-            heads = (*heads, "too high by, at least")
+            facts |= {"too_high_by": high}
+            columns |= {"too_high_by": high}
+            heads += ["too high by, at least"]
         captions = tuple(f"load factor {value:.4g}" for value in factors)
         shapes = dynamics.Shapes(reduced, reduced.x0, found.shapes, captions)
         about = f"{len(factors)} load factors"

@@ -39,11 +39,14 @@ def read_written(value: object, context: Context) -> str:
     return str(value)
 
 
+WRITTEN = Takes(read_written, UNIT.schema)
+
+
 @dataclass(frozen=True)
 class InputModel:
     """A number that a run from Python sets from step to step; a run from the command holds it at its start."""
 
-    unit: Annotated[str, Takes(read_written, UNIT.schema)] = ""
+    unit: Annotated[str, WRITTEN] = ""
     start: Annotated[Any, Takes(lambda value, context: value, ANY.told)] = 0.0
 
 
@@ -109,8 +112,8 @@ class TableModel:
     """
 
     file: str
-    unit: Annotated[str, Takes(read_written, UNIT.schema)] = ""
-    of: Annotated[str, Takes(read_written, UNIT.schema), "of its argument"] = "s"
+    unit: Annotated[str, WRITTEN] = ""
+    of: Annotated[str, WRITTEN, "of its argument"] = "s"
     argument: Annotated[str, "title of the column of arguments, the first one by default"] = ""
     time: Annotated[str, "the same, of times"] = ""
     value: Annotated[str, "title of the column of values, the second one by default"] = ""

@@ -70,11 +70,9 @@ class Modes(NearState):
         high = None if found.damping is not None else too_high(reduced, linear.x, found.omega, found.vectors)
         if high is not None:
             warn_of_missing(where(scene, "analysis"), "frequencies", high)
-            facts, columns, heads = (
-                facts | {"too_high_by": high},
-                columns | {"too_high_by": high},
-                [*heads, "too high by, at least"],
-            )
+            facts |= {"too_high_by": high}
+            columns |= {"too_high_by": high}
+            heads += ["too high by, at least"]
         title = f"vibration modes about the {about}"
         captions = tuple(f"mode {k + 1}: {value:.4g} Hz" for k, value in enumerate(hertz))
         moving = dynamics.Shapes(reduced, linear.x, found.vectors, captions)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..bodies.body import Body, locate, probe
+from ..bodies.body import Body, reference_at
 from ..core.errors import InputError, closest, listed, say
 from ..dynamics import Newton, Trajectory, departures, integrate
 from ..reduction import excitation, output_errors, part_files, parts, snapshots
@@ -173,4 +173,4 @@ def at_place(part: Body, full: Body) -> Body:
 
 def points_of(body: Body, names: list[str]) -> np.ndarray:
     """Reference positions (x, c) of places."""
-    return np.array([np.asarray(probe(body, locate(body, name)) @ body.reference)[0] for name in names])
+    return np.array([reference_at(body, name) for name in names])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_array, kron, vstack
 
-from ..bodies.body import Body, Cells, locate, probe
+from ..bodies.body import Body, Cells, locate, probe, reference_at
 from ..core import mappings
 from ..core.errors import InputError, closest, listed, say
 from ..core.inputs import Source
@@ -134,8 +134,7 @@ class Layout:
         """Reference position or slope (c,) of a place or fixed point."""
         if not isinstance(at, At):
             return self.fixed(where, at)
-        part = self.body(where, at)
-        return np.asarray(probe(part, locate(part, at.place), derivative) @ part.reference)[0]
+        return reference_at(self.body(where, at), at.place, derivative)
 
 
 def directions(part: Body, place: str | float) -> int:
