@@ -24,7 +24,7 @@ def as_dense(a: Any) -> np.ndarray:
 
 
 def evenly(first: int, last: int, count: int) -> np.ndarray:
-    """At most `count` whole numbers from `first` to `last`, evenly spread, ascending."""
+    """At most `count` whole numbers (i,) from `first` to `last`, evenly spread, ascending."""
     return np.unique(np.linspace(first, last, count).round().astype(np.int64))
 
 
