@@ -54,12 +54,17 @@ def test_modes_say_which_frequencies_of_a_part_are_too_high(folder: Path, tmp_pa
     hung = CHAIN.replace("joints:\n  hinge: {type: pin, at: upper.left", "joints:\n  hinge: {type: weld, at: upper.left")
     text = hung.replace("{type: dynamic, duration: 0.02 s, step: 1 ms}", "{type: modes, count: 4, about: reference}")
     text = text.replace("beam.part.h5,", "beam.part.h5, modes: 4,")
+    unread = text[text.index("loads:") : text.index("analysis:")], text[text.index("outputs:") :]
+    text = text.replace(unread[0], "").replace(unread[1], "")
     found = fmbs("run", kept(folder / "modes.yaml", text), "--json", "--out", tmp_path / "out")
     assert found.code == 0, found.err
     assert len(found.json["too_high_by"]) == 4
     assert max(found.json["too_high_by"]) > 0.01
     (told,) = [one for one in found.json["notices"] if "too high" in one]
     assert "frequencies of parts are too high, at least mode" in told
+    strict = fmbs("run", folder / "modes.yaml", "--json", "--strict", "--out", tmp_path / "strict")
+    assert (strict.code, strict.json["reason"], strict.json["too_high_by"]) == (3, "notice", found.json["too_high_by"])
+    assert (tmp_path / "strict" / "modes.csv").read_bytes() == (tmp_path / "out" / "modes.csv").read_bytes()
 
 
 def test_a_part_takes_the_place_of_its_full_body(folder: Path) -> None:
@@ -118,4 +123,6 @@ def test_strains_beyond_the_training_are_told_and_strict_stops(folder: Path, tmp
     assert {one["body"] for one in found.json["beyond_training"]} <= {"upper", "lower"}
     assert "near (" in found.err
     assert "trained from" in found.err
-    assert fmbs("run", folder / "pushed.yaml", "--strict", "--no-plots", "--out", tmp_path / "strict").code != 0
+    strict = fmbs("run", folder / "pushed.yaml", "--strict", "--json", "--no-plots", "--out", tmp_path / "strict")
+    assert (strict.code, strict.json["reason"]) == (3, "notice")
+    assert "(an error by --strict)" in strict.err

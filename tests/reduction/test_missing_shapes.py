@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -31,6 +32,7 @@ from fmbs_skfem.reduction.excitation import Excitation, excite
 from fmbs_skfem.reduction.part_files import Part
 from fmbs_skfem.systems import At, Rayleigh, assemble, eliminate, joints, loads, probes
 from tests import models
+from tests.cli.calls import fmbs
 
 from .test_part_files import alone, arm
 
@@ -98,6 +100,47 @@ def test_an_equilibrium_that_needs_shapes_is_told_under_its_whole_load() -> None
     assert departures.find(bent(alone().body, 10.0 * WEIGHT)) == []
 
 
+def said_of(looks: dict[str, missing_shapes.Look]) -> float:
+    """By how much the arm bends too little; nothing of a full body."""
+    return looks["arm"].share if looks else 0.0
+
+
+SCENE = """\
+schema: 1
+bodies: {arm: {type: part, file: arm.part.h5}}
+joints: {clamp: {type: weld, at: arm.left, to: ground}}
+loads: {weight: {type: gravity, acceleration: [0, 0, -0.2]}}
+outputs: {tip: {type: position, at: arm.right}}
+analysis: {type: ANALYSIS}
+"""
+
+
+@pytest.mark.parametrize("analysis", ["dynamic, duration: 0.2 s, step: 2 ms", "static"])
+def test_strict_keeps_the_results_of_a_run_that_is_found_outside_when_it_is_over(tmp_path: Path, analysis: str) -> None:
+    part_files.save(pinned(), tmp_path / "arm.part.h5")
+    (tmp_path / "scene.yaml").write_text(SCENE.replace("ANALYSIS", analysis), encoding="utf-8")
+    done, strict = (
+        fmbs("run", tmp_path / "scene.yaml", "--json", "--no-plots", "--out", tmp_path / f"out{k}", *options)
+        for k, options in enumerate(((), ("--strict",)))
+    )
+    assert done.code == 0, done.err
+    assert [one["kind"] for one in done.json["beyond_training"]] == [missing_shapes.KIND]
+    assert (strict.code, strict.json["status"], strict.json["reason"]) == (3, "error", "notice")
+    assert "missing displacement" in strict.json["message"]
+    for key in ("end", "steps", "beyond_training", "outputs"):
+        assert strict.json[key] == done.json[key]
+    assert json.loads((tmp_path / "out1" / "report.json").read_text(encoding="utf-8"))["status"] == "error"
+    assert (tmp_path / "out1" / "outputs.csv").read_bytes() == (tmp_path / "out0" / "outputs.csv").read_bytes()
+
+
+@pytest.mark.filterwarnings("error::fmbs_skfem.core.notices.Notice")
+def test_a_run_that_is_stopped_by_a_warning_keeps_what_there_is() -> None:
+    with pytest.raises(Notice, match="outside since") as caught:
+        clamped(pinned().body, 100.0 * WEIGHT)
+    assert caught.value.partial.times[-1] > 0.0
+    assert missing(caught.value.partial)
+
+
 def test_equilibria_that_bend_too_little_are_told() -> None:
     """Coarse functions carry what they lack along the line: errors of 2e-4 to 0.2 are said within a factor of five."""
 
@@ -106,7 +149,7 @@ def test_equilibria_that_bend_too_little_are_told() -> None:
         seen = {"free": probes.Position(At("arm", "right"))}
         system = eliminate(assemble([body], held, [pull], outputs=seen))
         run = solve_statics(system, 4)
-        return float(outputs(run)["free_z"][-1]), missing_shapes.too_stiff(system, run.x[-1]).get("arm", 0.0)
+        return float(outputs(run)["free_z"][-1]), said_of(missing_shapes.look(system, run.x[-1]))
 
     wanted, none = sag(arm())
     assert none == 0.0
@@ -199,7 +242,7 @@ def test_parts_made_of_other_numbers_miss_the_same_where_all_forces_grow_alike()
     assert one is not None
     assert other is not None
     z, a = pinned().memory.states[50], 0.1 * pinned().memory.states[60]  # type: ignore[union-attr]
-    first, second = (missing_shapes.displacement(tests, z, 0.0 * z, a)[0] for tests in (one, other))
+    first, second = (missing_shapes.look_at(tests, z, 0.0 * z, a).size for tests in (one, other))
     assert first > 0.0
     assert second == pytest.approx(first, rel=1e-9)
 

@@ -25,6 +25,12 @@ class InputError(FmbsError, ValueError):
     exit_code = 3
 
 
+class Warned(FmbsError, RuntimeError):
+    """A warning about a result, where warnings are to be errors; the result is kept."""
+
+    exit_code = 3
+
+
 class NoModel(FmbsError, RuntimeError):
     """A training can make no reduced model of the kind that was asked for."""
 

@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 
 class Notice(UserWarning):
-    """A warning; the command prints it on stderr, `--json` lists it under `notices`."""
+    """A warning; the command prints it on stderr, `--json` lists it under `notices`.
+
+    Where it is raised, `partial` is the trajectory up to it, None where there is none.
+    """
+
+    partial: Any = None
 
 
 class Remark(Notice):

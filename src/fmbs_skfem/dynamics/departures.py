@@ -22,6 +22,7 @@ from ..core.notices import notify
 from ..systems.system import Elastic, System
 from . import missing_shapes
 from .checkpoint import Moment, Record
+from .missing_shapes import Look
 from .trajectory import Trajectory
 
 BLOCK = 200  #: states whose strains are found at a time
@@ -83,31 +84,29 @@ def trained_parts(system: System) -> list[Elastic]:
 
 
 def find(trajectory: Trajectory) -> list[Departure]:
-    """What leaves the training in a motion, every body and kind once, with the value that is farthest away.
+    """What leaves the training in a motion, every body and kind once, with the value that is farthest away."""
+    return find_in(trajectory.system, trajectory.times, trajectory.x) + find_missing(trajectory.system, *looks(trajectory))
 
-    Equilibria are looked at for what shapes lack under the whole load, where the constant loads are those of the system.
-    """
-    found = find_in(trajectory.system, trajectory.times, trajectory.x)
+
+def looks(trajectory: Trajectory) -> tuple[np.ndarray, list[dict[str, Look]]]:
+    """What parts miss at some times (s,) of a motion; of equilibria under the whole load, where constant loads have their size."""
     moves = bool(trajectory.a.any())
     looked = missing_shapes.looked_at(len(trajectory.times)) if moves else np.flatnonzero(trajectory.times == 1.0)[-1:]
-    rates = trajectory.v[looked], trajectory.a[looked]
-    return found + find_missing(trajectory.system, trajectory.times[looked], trajectory.x[looked], *rates)
+    states = zip(trajectory.x[looked], trajectory.v[looked], trajectory.a[looked], strict=True)
+    return trajectory.times[looked], [missing_shapes.look(trajectory.system, *one) for one in states]
 
 
-def find_missing(system: System, times: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> list[Departure]:
-    """Parts that miss displacements in states (s, n) with rates at times (s,)."""
-    if not len(x):
-        return []
-    (q, qv, qa), found = (np.asarray(system.lift.matrix @ part.T).T for part in (x, v, a)), list[Departure]()
-    q = q + system.lift.offset
-    for points, name, tests in missing_shapes.lacking(system):
+def find_missing(system: System, times: np.ndarray, seen: list[dict[str, Look]]) -> list[Departure]:
+    """Parts that miss displacements, of what they miss at times (s,)."""
+    found = list[Departure]()
+    for points, name, _ in missing_shapes.lacking(system) if seen else ():
         assert points.missing is not None
-        z, rate, turn = (part[:, points.columns].reshape(len(x), -1, points.dim) for part in (q, qv, qa))
-        sizes, places = zip(*(missing_shapes.displacement(tests, *one) for one in zip(z, rate, turn, strict=True)), strict=True)
-        over, limit = np.array(sizes) > missing_shapes.BAND * points.missing.left_out, (0.0, points.missing.left_out)
+        sizes = np.array([one[name].size for one in seen])
+        over, limit = sizes > missing_shapes.BAND * points.missing.left_out, (0.0, points.missing.left_out)
         if over.any():
             k, first = int(np.argmax(sizes)), float(times[int(np.argmax(over))])
-            found.append(Departure(name, missing_shapes.KIND, sizes[k], limit, first, tuple(places[k].tolist())))
+            place = tuple(seen[k][name].place.tolist())
+            found.append(Departure(name, missing_shapes.KIND, float(sizes[k]), limit, first, place))
     return found
 
 
@@ -134,7 +133,8 @@ def find_in(system: System, times: np.ndarray, x: np.ndarray) -> list[Departure]
 def missing_in(system: System, moment: Moment) -> list[Departure]:
     """What parts miss in a run that is over."""
     rows = [moment.rows(int(k), int(k) + 1) for k in missing_shapes.looked_at(moment.kept)]
-    return find_missing(system, *(np.concatenate([getattr(one, name) for one in rows]) for name in ("times", "x", "v", "a")))
+    seen = [missing_shapes.look(system, one.x[0], one.v[0], one.a[0]) for one in rows]
+    return find_missing(system, np.concatenate([one.times for one in rows]), seen)
 
 
 def summarise(found: list[Departure]) -> str:

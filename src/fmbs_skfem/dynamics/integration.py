@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core import krylov
 from ..core.errors import InputError, Reason, SolverError, say
-from ..core.notices import notify, remark
+from ..core.notices import Notice, notify, remark
 from ..systems import forces, responses
 from ..systems.compiled import compile_system
 from ..systems.controllers import Controlled
@@ -64,8 +64,25 @@ def integrate(
     run = begun(startable(system, scheme), scheme, newton or Newton(), kept_steps(every, steps), steps, resume)
     before = forces.cost_of(run.model.forces)
     looks = [one for one in (record, departures.watch(run.model.system)) if one is not None]
+    try:
+        follow(run, looks, progress)
+        motion = trajectory(run)
+        warn_of_division(motion.statistics)
+        warn_of_coarse_steps(system, scheme.step, steps)
+        tell_cost(before, forces.cost_of(run.model.forces), motion.statistics)
+        for text in (*responses.beyond(run.model, run.step.state.memory), unstable_loop(run)):
+            if text:
+                notify(text)
+    except Notice as notice:
+        notice.partial = trajectory(run)
+        raise
+    return motion
+
+
+def follow(run: Run, looks: Sequence[Record], progress: Callable[[float], None] | None = None) -> None:
+    """Take all steps of a run, which is looked at between some of them."""
     watched = progress is not None or len(looks) > 0
-    chunk = WHOLE if watched else steps
+    chunk = WHOLE if watched else run.steps
     while run.done < run.steps:
         begin = clock.perf_counter()
         past = run.done % WHOLE
@@ -76,14 +93,6 @@ def integrate(
             progress(run.done / run.steps)
         for look in looks:
             look(moment(run))
-    motion = trajectory(run)
-    warn_of_division(motion.statistics)
-    warn_of_coarse_steps(system, scheme.step, steps)
-    tell_cost(before, forces.cost_of(run.model.forces), motion.statistics)
-    for text in (*responses.beyond(run.model, run.step.state.memory), unstable_loop(run)):
-        if text:
-            notify(text)
-    return motion
 
 
 def tell_cost(before: forces.Cost, after: forces.Cost, cost: Statistics) -> None:

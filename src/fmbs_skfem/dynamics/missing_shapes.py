@@ -126,34 +126,44 @@ def rows_that_act(points: ShapePoints, probes: np.ndarray, weight: np.ndarray) -
     return None if len(left) else np.vstack(found)
 
 
-def displacement(tests: Tests, z: np.ndarray, v: np.ndarray, a: np.ndarray) -> tuple[float, np.ndarray]:
-    """|e| [m] of (1) in a state z (b, c) with its rates v and a, and where its strain energy is largest in the reference (c,)."""
+@dataclass(frozen=True)
+class Look:
+    """What a part misses in a state."""
+
+    size: float  #: |e| of (1) [m]
+    place: np.ndarray  #: where the strain energy of e is largest in the reference (c,) [m]
+    share: float  #: of (4); 0 of parts at rest
+
+
+def look(system: System, x: np.ndarray, v: np.ndarray | None = None, a: np.ndarray | None = None) -> dict[str, Look]:
+    """What the parts miss, by their names, in a state x (n,) with its rates v and a, without them at rest.
+
+    Beside the displacement that is missing it is the part of itself by which a part bends too little, at least, in an equilibrium
+    under its whole load: of small displacements, the work of the loads is too small by
+
+        R_N^T |K_N|^-1 R_N / (2 U),    U the strain energy                                                               (4)
+    """
+    q, none = system.lift(x), np.zeros(len(system.lift.offset))
+    rate, turn = (none if part is None else np.asarray(system.lift.matrix @ part) for part in (v, a))
+    return {
+        name: look_at(functions, *(part[points.columns].reshape(-1, points.dim) for part in (q, rate, turn)))
+        for points, name, functions in lacking(system)
+    }
+
+
+def look_at(tests: Tests, z: np.ndarray, v: np.ndarray, a: np.ndarray) -> Look:
+    """What a part misses in a state z (b, c) of its own with rates v and a."""
     (K, P, t), dim = tests.table.shape, z.shape[1]
     u = gradients(tests, z)
-    D = modulus(tests, u)
+    D, energy = modulus(tests, u), laws.energy(tests.law, u, tests.section)
     R = unbalanced(tests, u) + tests.mass @ (a + tests.alpha * v)
     l, V = stiffness(tests, D)
     e = (V @ (V.T @ R.ravel() / l)).reshape(t, dim)
     bent = (tests.table @ e).transpose(0, 2, 1).reshape(K * dim, P)
-    energy = np.sum(bent * np.matmul(D.transpose(2, 0, 1), bent.T[:, :, None])[:, :, 0].T, axis=0)
-    return float(np.linalg.norm(e)), tests.positions[int(energy.argmax())]
-
-
-def too_stiff(system: System, x: np.ndarray) -> dict[str, float]:
-    """By what part of itself each part bends too little in an equilibrium x (n,) under its whole load, by name, at least.
-
-        R_N^T |K_N|^-1 R_N / (2 U)                                                                                           (4)
-
-    U is the strain energy: of small displacements, the work of the loads is too small by this part. Parts at rest are left out.
-    """
-    q, found = system.lift(x), dict[str, float]()
-    for points, name, functions in lacking(system):
-        u = gradients(functions, q[points.columns].reshape(-1, points.dim))
-        l, V = stiffness(functions, modulus(functions, u))
-        energy, size = laws.energy(functions.law, u, functions.section), np.linalg.norm(np.ptp(functions.positions, axis=0))
-        if energy > l.max() * (REST * size) ** 2:
-            found[name] = work(l, V, unbalanced(functions, u)) / (2.0 * energy)
-    return found
+    density = np.sum(bent * np.matmul(D.transpose(2, 0, 1), bent.T[:, :, None])[:, :, 0].T, axis=0)
+    strained = energy > l.max() * (REST * np.linalg.norm(np.ptp(tests.positions, axis=0))) ** 2
+    share = work(l, V, R) / (2.0 * energy) if strained else 0.0
+    return Look(float(np.linalg.norm(e)), tests.positions[int(density.argmax())], share)
 
 
 def unbalanced(tests: Tests, u: np.ndarray) -> np.ndarray:
@@ -237,6 +247,13 @@ def taken_up(system: System, x: np.ndarray, shape: np.ndarray, square: float) ->
         R = scatter(functions, stress) - square * (functions.mass @ v)
         total += work(l, V, R)
     return total
+
+
+def warn_of_stiffness(looks: dict[str, Look]) -> None:
+    """Say which parts bend too little in an equilibrium under its whole load."""
+    for name, one in looks.items():
+        if one.share > COARSE:
+            notify(f"part '{name}': it bends too little, at least {one.share:.2g} of itself; {REMEDY}")
 
 
 def warn_of_missing(where: str, what: str, high: np.ndarray) -> None:

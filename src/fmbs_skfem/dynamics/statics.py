@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 
 from ..core import saddle
 from ..core.errors import InputError, Reason, SolverError, say
-from ..core.notices import notify
+from ..core.notices import Notice, notify
 from ..systems import compiled, pressure, responses
 from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import without_redundant
@@ -138,14 +138,23 @@ def path(system: System, found: list[Equilibrium]) -> Trajectory:
     memory = np.array([start if state.memory is None else state.memory for state in found])
     unknown = np.full(len(found), np.nan)  # the work on the way from one equilibrium to the next
     states = Trajectory(system, np.array([s.at for s in found]), x, none, none, multipliers, statistics, memory, work=unknown)
-    departures.warn(departures.find(states))
-    stiff = missing_shapes.too_stiff(system, x[-1]) if found[-1].at == 1.0 else {}
-    for name, share in stiff.items():
-        if share > missing_shapes.COARSE:
-            notify(f"part '{name}': it bends too little, at least {share:.2g} of itself; {missing_shapes.REMEDY}")
-    for text in responses.beyond(compile_system(system), memory[-1]):
-        notify(text)
+    try:
+        warn(states)
+    except Notice as notice:
+        notice.partial = states
+        raise
     return states
+
+
+def warn(states: Trajectory) -> None:
+    """Say what speaks against equilibria: parts beyond their training, or that bend too little, and tables beyond their ends."""
+    times, seen = departures.looks(states)
+    beyond = departures.find_in(states.system, states.times, states.x)
+    departures.warn(beyond + departures.find_missing(states.system, times, seen))
+    for one in seen:
+        missing_shapes.warn_of_stiffness(one)
+    for text in responses.beyond(compile_system(states.system), states.memory[-1]):
+        notify(text)
 
 
 def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: float, unit: str) -> Equilibrium:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 from ..core import compilation
-from ..core.errors import InputError, say
+from ..core.errors import InputError, Warned, say
 from ..core.notices import Notice, Remark, notify
 from . import notebooks, reports
 
@@ -66,6 +66,7 @@ class Job:
     made: Path | None = None  #: the output folder, once it is there
     trajectory: Trajectory | None = None  #: the motion, once there is one
     compiled: int = 0  #: functions whose compilation has begun
+    warned: str = ""  #: the first warning about a result, where warnings are to be errors
 
     def hear_compilation(self, name: str) -> None:
         """Say once that this model compiles, and show how far it is."""
@@ -112,7 +113,10 @@ def hear(job: Job) -> Iterator[None]:
         def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
             if not issubclass(category, Notice):
                 usual(message, category, *place, **more)
-            elif str(message) not in job.notices:
+                return
+            if job.listener.strict and not issubclass(category, Remark):
+                job.warned = job.warned or str(message)
+            if str(message) not in job.notices:
                 job.notices.append(str(message))
                 if job.listener.notice is None:
                     usual(message, category, *place, **more)
@@ -123,6 +127,20 @@ def hear(job: Job) -> Iterator[None]:
         warnings.simplefilter("always", Remark)
         warnings.showwarning = show
         yield
+
+
+@contextlib.contextmanager
+def keep_results() -> Iterator[None]:
+    """Warnings about a result that there is already are shown, also where they are to be errors; see `refused`."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", Notice)
+        yield
+
+
+def refused(job: Job, warning: str = "") -> Warned | None:
+    """The error of a `warning`, or of the first one about a result, where warnings are to be errors; None without one."""
+    found = warning or job.warned
+    return Warned(f"{found} (an error by --strict)") if found else None
 
 
 def read_scene(job: Job, duration: float | None = None) -> Scene:

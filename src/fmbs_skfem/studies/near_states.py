@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.errors import InputError, MissingFeature, say
+from ..core.errors import FmbsError, InputError, MissingFeature, say
 from ..dynamics.shapes import say_shares, shares
 from ..results import mode_shapes, response_plots, segments, series
 from ..results.plots import PANELS
@@ -41,13 +41,15 @@ def solve_states(
     """What the analysis of a scene finds, also in its file of columns, and what is drawn of its shapes."""
     mark = reports.fingerprint(scene)
     with recording.place(job, (analysis.table, *analysis.files, reports.REPORT, *names), mark) as out:
-        found = analysis.find(scene, job.allow_outside)
+        with jobs.keep_results():
+            found = analysis.find(scene, job.allow_outside)
+        error: FmbsError | None = jobs.refused(job)
         if draw and found.shapes is None:
             raise InputError(say("analysis.type", "one that finds shapes, such as modes", analysis.word, "use fmbs run"))
         moves = motions(found)
         columns: dict[str, Any] = {**found.columns} | {f"share_{name}": values for name, values in moves.get("shares", {}).items()}
         report: dict[str, Any] = {
-            "status": "ok",
+            **describe_error(error),
             **heading(scene),
             **sizes(found.raw, found.reduced),
             "fingerprint": mark,
@@ -57,7 +59,7 @@ def solve_states(
             "units": dict.fromkeys(columns, "") | dict(zip(found.columns, map(unit_in, found.heads), strict=True)),
             "notices": job.notices,
         }
-        missing, figures = None, figures_of(found, jobs.title(scene))
+        figures = figures_of(found, jobs.title(scene))
         if out is not None:
             with segments.room(out):
                 reports.write_csv(out / analysis.table, columns, ["%d", *["%.15g"] * (len(columns) - 1)])
@@ -68,7 +70,7 @@ def solve_states(
                     orders = draw(found.shapes, out) if draw and found.shapes else ()
                     report["files"] = [*report["files"], *(order() for order in orders)]
                 except MissingFeature as problem:
-                    missing, report = problem, report | describe_error(problem)
+                    error, report = problem, report | describe_error(problem)
                 reports.write_report(out, report)
     heads, rows = [*found.heads], [[*row] for row in zip(*(values.tolist() for values in found.columns.values()), strict=True)]
     if found.shapes is not None:
@@ -76,7 +78,7 @@ def solve_states(
     table = Table(f"{report['scene']}: {found.title}", tuple(heads), rows)
     view: list[Table | str] = [table, *list_files(report)]
     about = f"{report['scene']}: {found.about}"
-    made = Run(about=about, report=report, lines=view, figures=figures, error=missing)
+    made = Run(about=about, report=report, lines=view, figures=figures, error=error)
     more = {name: np.asarray(values) for name, values in columns.items()}
     return conclude(replace(made, outputs=more, frequencies=found.frequencies, shapes=found.shapes, linear=found.linear))
 

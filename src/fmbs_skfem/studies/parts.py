@@ -19,7 +19,7 @@ from ..scenes import build
 from . import compiling, models, reports, tables
 from . import job as jobs
 from .job import Job
-from .result import Result, Table, format_value
+from .result import Result, Table, conclude, describe_error, format_value
 
 if TYPE_CHECKING:
     from ..scenes import Scene
@@ -138,19 +138,20 @@ def check(job: Job, scene: Scene, found: Part, path: Path, body: str) -> PartRes
         raise InputError(say(f"{path}", f"a part of dimension {full.dim}", found.body.dim))
     own = at_place(found.body, full)
     compiling.announce(job)
-    wanted = solve(job, scene, bodies, "full model")
-    reduced = solve(job, scene, [own if one.name == body else one for one in bodies], "with the part")
+    with jobs.keep_results():
+        wanted = solve(job, scene, bodies, "full model")
+        reduced = solve(job, scene, [own if one.name == body else one for one in bodies], "with the part")
+    error = jobs.refused(job)
     beyond = departures.find(reduced)
     errors = {column: asdict(one) for column, one in output_errors.compare(wanted, reduced).items()}
     cpu = {"cpu_s_full": wanted.statistics.cpu_s, "cpu_s": reduced.statistics.cpu_s}
     sizes = {key: found.notes[key] for key in ("functions", "points")}
-    report = {"status": "ok", "part": path, "body": body, **sizes, **cpu, "output_errors": errors}
+    report = {**describe_error(error), "part": path, "body": body, **sizes, **cpu, "output_errors": errors}
     report |= {"beyond_training": [asdict(one) for one in beyond], "notices": job.notices}
     rows = [(key, format_value(value)) for key, value in (sizes | cpu).items()]
     times = Table(f"'{body}' in {jobs.title(scene)}", ("", "value"), rows)
-    return PartResult(
-        about=f"{path} in {jobs.title(scene)}", report=report, lines=[times, *tables.output_errors(errors)], part=found
-    )
+    about, lines = f"{path} in {jobs.title(scene)}", [times, *tables.output_errors(errors)]
+    return conclude(PartResult(about=about, report=report, lines=lines, part=found, error=error))
 
 
 def at_place(part: Body, full: Body) -> Body:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..core import extras
-from ..core.errors import FmbsError, SolverError
+from ..core.errors import FmbsError, SolverError, Warned
 from ..core.notices import notify
 
 if TYPE_CHECKING:
@@ -162,6 +162,8 @@ def list_files(report: Mapping[str, Any]) -> list[str]:
 
 def reason(error: FmbsError) -> str:
     """What kind of error, as one short text."""
+    if isinstance(error, Warned):
+        return "notice"
     return error.reason.value if isinstance(error, SolverError) else REASONS.get(error.exit_code, "error")
 
 

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import dynamics
-from ..core.errors import FmbsError, MissingFeature, SolverError
+from ..core.errors import FmbsError, MissingFeature, SolverError, Warned
+from ..core.notices import Notice
 from ..dynamics import GeneralizedAlpha, Trajectory, departures
 from ..results import segments
 from ..results.segments import Recorder
@@ -88,9 +89,11 @@ def finish(
     cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
     trajectory, out = job.trajectory, job.made
     beyond = departures.find(trajectory)
-    if error is not None:
-        departures.warn(beyond)  # what a run sees that ends early may be older
-    outputs, cost = dynamics.outputs(trajectory), trajectory.statistics
+    with jobs.keep_results():
+        if isinstance(error, SolverError):
+            departures.warn(beyond)  # what a run sees that ends early may be older
+        outputs, cost, judged = dynamics.outputs(trajectory), trajectory.statistics, task.judge(trajectory)
+    error = error or jobs.refused(job)
     report: dict[str, Any] = {
         **describe_error(error),
         **task.facts,
@@ -102,7 +105,7 @@ def finish(
         "solver": cost.solver,
         "cpu_s": cost.cpu_s if task.scheme else cpu,
         "wall_s": cost.wall_s if task.scheme else wall,
-        **task.judge(trajectory),
+        **judged,
         **({"events": [asdict(one) for one in trajectory.events]} if trajectory.events else {}),
         **({"beyond_training": [asdict(one) for one in beyond]} if beyond else {}),
         "outputs": {name: extremes(values) for name, values in outputs.items()},
@@ -123,7 +126,7 @@ def finish(
         with segments.room(out, out):
             files = [*write_outputs(out, trajectory.times, outputs, report), out / reports.REPORT]
             report["files"] = files + (figures.save(out) if plots else [])
-            report = failures.write_failure(out, report, error, plots)
+            report = failures.write_failure(out, report, error if isinstance(error, SolverError) else None, plots)
             reports.write_report(out, report)
             if draw is not None:
                 try:
@@ -148,15 +151,18 @@ def finish(
 
 def warm_up(task: RunTask, cold: bool) -> None:
     """Compile what a motion needs before it is timed and recorded."""
-    with contextlib.suppress(FmbsError):  # the run itself will say what is wrong
+    with contextlib.suppress(FmbsError, Notice):  # the run itself will say what is wrong
         if cold and task.scheme is not None:
             dynamics.integrate(task.system, task.scheme, task.scheme.step)
 
 
 def attempt(
     job: Job, task: RunTask, record: Recorder | None = None, resume: Resumed | None = None, limit: float = np.inf
-) -> tuple[Trajectory, SolverError | None]:
-    """The trajectory of a task, or the part up to a failure with its error; a task that never starts is explained."""
+) -> tuple[Trajectory, SolverError | Warned | None]:
+    """The trajectory of a task, or the part up to a failure with its error; a task that never starts is explained.
+
+    Where warnings are to be errors, a run ends with one that it gives, and keeps what there is as well.
+    """
     try:
         with recording.stoppable(record, limit) as watch:
             trajectory = task.solve(job.progress(task.label), watch, resume)
@@ -164,6 +170,10 @@ def attempt(
         if broken is None:
             return trajectory, None
         raise broken
+    except Notice as notice:
+        if notice.partial is None:
+            raise
+        return notice.partial, jobs.refused(job, str(notice))
     except SolverError as error:
         if record is not None:
             record.fail()
