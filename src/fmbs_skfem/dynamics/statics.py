@@ -139,21 +139,21 @@ def path(system: System, found: list[Equilibrium]) -> Trajectory:
     unknown = np.full(len(found), np.nan)  # the work on the way from one equilibrium to the next
     states = Trajectory(system, np.array([s.at for s in found]), x, none, none, multipliers, statistics, memory, work=unknown)
     try:
-        warn(states)
+        warn(states, memory[-1])
     except Notice as notice:
         notice.partial = states
         raise
     return states
 
 
-def warn(states: Trajectory) -> None:
-    """Say what speaks against equilibria: parts beyond their training, or that bend too little, and tables beyond their ends."""
+def warn(states: Trajectory, last: np.ndarray) -> None:
+    """Say what speaks against equilibria: parts beyond their training or too stiff, tables beyond their ends at the `last` one."""
     times, seen = departures.looks(states)
     beyond = departures.find_in(states.system, states.times, states.x)
     departures.warn(beyond + departures.find_missing(states.system, times, seen))
     for one in seen:
         missing_shapes.warn_of_stiffness(one)
-    for text in responses.beyond(compile_system(states.system), states.memory[-1]):
+    for text in responses.beyond(compile_system(states.system), last):
         notify(text)
 
 
