@@ -3,26 +3,45 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
+from typing import TypeAlias
 
 import numpy as np
 import pytest
 
 from fmbs_skfem.bodies import point_mass
+from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
-from fmbs_skfem.systems import At, assemble, loads
+from fmbs_skfem.systems import At, assemble, joints, loads
+from fmbs_skfem.systems.controls import ControlForce
 
 STEP = 0.01  #: [s]
+Push: TypeAlias = Callable[[str], loads.Load]
 
 
-def velocity(history: str) -> float:
-    """Velocity at t = 1 s of 1 kg at rest, pushed by 1 N times a history: its integral."""
-    push = loads.PointForce("push", At("m"), (1.0, 0.0), of_time(history))
+def pushed(history: str) -> loads.Load:
+    """1 N times a history."""
+    return loads.PointForce("push", At("m"), (1.0, 0.0), of_time(history))
+
+
+def controlled(history: str) -> loads.Load:
+    """The same as an expression of the state, which changes it by less than 1e-6."""
+    return ControlForce("push", At("m"), (1.0, 0.0), of_state(f"({history}) * (1 + 1e-9 * stretch * rate)"))
+
+
+PUSHES = pytest.mark.parametrize("push", [pushed, controlled])
+
+
+def velocity(push: loads.Load) -> float:
+    """Velocity at t = 1 s of 1 kg at rest under a load: its impulse."""
     motion = integrate(assemble([point_mass("m", 1.0, np.zeros(2))], [], [push]), GeneralizedAlpha(STEP), 1.0)
     return float(motion.v[-1, 0])
 
 
+@PUSHES
 @pytest.mark.parametrize(
     ("history", "exact"),
     [
@@ -32,20 +51,39 @@ def velocity(history: str) -> float:
         ("where(t < 0.02, 100 * sin(pi * t / 0.02), 0)", 4.0 / np.pi),  # two steps long
     ],
 )
-def test_what_the_ends_of_steps_do_not_see_is_warned_of(history: str, exact: float) -> None:
+def test_what_the_ends_of_steps_do_not_see_is_warned_of(push: Push, history: str, exact: float) -> None:
     with pytest.warns(Notice, match="a load on m changes inside of steps of 0.01 s"):
-        found = velocity(history)
+        found = velocity(push(history))
     assert abs(found - exact) > 0.05 * exact
 
 
+@PUSHES
 @pytest.mark.parametrize(
     "history",
     ["1", "where(t < 0.5, 0, 1)", "sin(2 * pi * t / 0.1)", "where(t < 0.1, sin(pi * t / 0.1)**2, 0)", "1 + sin(t / 1e-3)"],
 )
-def test_what_they_see_is_not(history: str) -> None:
+def test_what_they_see_is_not(push: Push, history: str) -> None:
     """Steps and pulses of some steps, and what averages out beside the rest: the velocity is right to some percent."""
     fine = (np.arange(100_000) + 0.5) / 100_000
     with warnings.catch_warnings():
         warnings.filterwarnings("error", message=".*inside of steps")
-        found = velocity(history)
+        found = velocity(push(history))
     assert found == pytest.approx(of_time(history)(fine).mean(), abs=0.02)
+
+
+def test_a_force_that_follows_a_history_is_measured_by_all_of_it() -> None:
+    """Of a stiff servo little is left: the trapezoid of its goal, 0.8 % off, is many times what it pushes with."""
+    servo = ControlForce("servo", At("m"), (1.0, 0.0), of_state("1e6 * (sin(2 * pi * 5 * t) - stretch) - 2e3 * rate"))
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", message=".*inside of steps")
+        velocity(servo)
+
+
+def test_what_is_missed_is_said_once_for_a_drive() -> None:
+    """A driven joint reads the cosine and the sine of its angle."""
+    wheel = rigid("wheel", 1.0, 0.1, (0.0, 0.0), dim=2)
+    spin = joints.DrivenAngle("drive", At("wheel", "frame"), of_time("pi / 2 * sin(2 * pi * t / 0.01)**2"))
+    system = assemble([wheel], [joints.Pin("hub", At("wheel", "center")), spin], [])
+    with pytest.warns(Notice, match="inside of steps") as told:
+        integrate(system, GeneralizedAlpha(STEP), 0.1)
+    assert len([one for one in told if "inside of steps" in str(one.message)]) == 1

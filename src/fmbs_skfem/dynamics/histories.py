@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+
 import numpy as np
 from scipy.sparse import csr_array
 
@@ -10,9 +12,11 @@ from ..core.linalg import as_dense
 from ..core.notices import notify
 from ..systems import forces
 from ..systems.compiled import signal_table
+from ..systems.force_laws import ForceLaw, LawForces, evaluate
 from ..systems.signals import read_inputs
 from ..systems.system import System, driven_rows, driving
 from .names import owners
+from .trajectory import Trajectory
 
 INSIDE = 4  #: instants inside of a step at which histories are looked at
 MISSED = 0.05  #: of what a history gives over time, by the ends of steps alone, above which a warning is shown
@@ -24,12 +28,15 @@ def signal_names(system: System) -> list[str]:
     names: list[list[str]] = [[] for _ in system.signals]
     for row, signal in driving(system.constraints):
         names[signal].append(f"joint {system.constraints.names[row][0]}")
-    mine = owners(system)
-    probes = csr_array(system.probes.matrix)
     for signal, row in (pushed for force in system.loads.forces for pushed in forces.histories(force)):
-        weights = np.abs(as_dense(probes[[row]])[0])
-        names[signal].append(f"a load on {mine[int(weights.argmax())]}" if weights.any() else "a load")
+        names[signal].append(pushed_body(system, row))
     return [", ".join(dict.fromkeys(found)) or f"signal {k}" for k, found in enumerate(names)]
+
+
+def pushed_body(system: System, row: int) -> str:
+    """The load on a probe row, by the body or component that it acts on."""
+    weights = np.abs(as_dense(csr_array(system.probes.matrix)[[row]])[0])
+    return f"a load on {owners(system)[int(weights.argmax())]}" if weights.any() else "a load"
 
 
 def leading_signals(system: System, times: np.ndarray, step: float) -> tuple[np.ndarray, SolverError | None]:
@@ -78,30 +85,74 @@ def finite_signals(system: System, times: np.ndarray) -> np.ndarray:
     return table
 
 
-def warn_of_coarse_steps(system: System, step: float, steps: int) -> None:
-    """A warning where histories change inside of steps [s], which read them at their ends alone.
+def warn_of_coarse_steps(motion: Trajectory, step: float, steps: int) -> None:
+    """A warning where histories and forces by expressions of t change inside of steps [s], which read them at their ends alone.
 
     The integral S(t) of a history s, for a load its impulse, is max |S - S_h| / max |S| off where S_h is that of the straight lines
     between the ends of the steps.
     """
+    wrong = dict[str, float]()
+    for owner, share in (*coarse_histories(motion.system, step, steps), *coarse_forces(motion, step, steps)):
+        wrong[owner] = max(wrong.get(owner, 0.0), share)
+    for owner, share in wrong.items():
+        text = f"the history of {owner} changes inside of steps of {step:g} s, which give it wrong by up to {share:.0%} over time"
+        notify(f"{text}: take a smaller step")
+
+
+def coarse_histories(system: System, step: float, steps: int) -> Iterator[tuple[str, float]]:
+    """What is driven by histories that are too far off, and the share that is missed; those that read inputs are left out."""
     known = [k for k, signal in enumerate(system.signals) if not read_inputs(signal)]
-    if not known:
-        return
-    carried = np.zeros((2, 1, len(known)))
-    largest = np.zeros((2, len(known)))  # of S and S_h together, of their difference
+    size, missed = integrals(lambda times: signal_table(system, times.ravel())[:, known], step, steps)
+    for k in np.flatnonzero(missed > MISSED * size):
+        yield signal_names(system)[known[k]], missed[k] / size[k]
+
+
+def coarse_forces(motion: Trajectory, step: float, steps: int) -> Iterator[tuple[str, float]]:
+    """The same of forces that read histories by a law of one's own.
+
+    |S| is at least what it is with the state of the start: of a force that follows a history little is left in the motion.
+    """
+    system = motion.system
+    for found in (one for one in system.loads.forces if isinstance(one, LawForces) and one.law.maker):
+        for rows, numbers, signals in zip(found.rows, found.numbers, found.signals, strict=True):
+            read = [system.signals[k] for k in signals if k >= 0]
+            if len(rows) and read and not any(read_inputs(one) for one in read):
+                size, missed = (part.max() for part in integrals(pushes(motion, found.law, rows, numbers, signals), step, steps))
+                if missed > MISSED * size:
+                    yield pushed_body(system, int(rows[0])), missed / size
+
+
+def pushes(
+    motion: Trajectory, law: ForceLaw, rows: np.ndarray, numbers: np.ndarray, signals: np.ndarray
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Forces (s i, 2 r) by times (s, i) in s steps: with the state of the middle of a step, and with that of the start."""
+    system = motion.system
+    matrix = csr_array(system.probes.matrix)[rows]
+    states = (matrix @ motion.x.T).T + system.probes.offset[rows], (matrix @ motion.v.T).T
+
+    def pushed(times: np.ndarray) -> np.ndarray:
+        middle, (steps, count), table = times.mean(axis=1), times.shape, signal_table(system, times.ravel())
+        histories = np.where(signals < 0, 1.0, table[:, signals])
+        many = np.repeat(numbers[None], steps * count, axis=0)
+        begin = [np.repeat(part[:1], steps * count, axis=0) for part in states]
+        between = (np.stack([np.interp(middle, motion.times, row) for row in part.T], axis=1) for part in states)
+        now = [np.repeat(part, count, axis=0) for part in between]
+        return np.hstack([evaluate(law, y, rates, many, histories) for y, rates in (now, begin)])
+
+    return pushed
+
+
+def integrals(values: Callable[[np.ndarray], np.ndarray], step: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
+    """max |S| (k,) and max |S - S_h| (k,) of functions of times (s, i) in s steps, with values (s i, k)."""
+    inside = np.array([0.0, *(np.arange(INSIDE) + 0.5) / INSIDE, 1.0])
+    carried, size, missed = np.zeros(1), np.zeros(1), np.zeros(1)
     for first in range(0, steps, AT_ONCE):
-        number = np.arange(first, min(first + AT_ONCE, steps) + 1)
-        inside = step * (number[:-1, None] + (np.arange(INSIDE) + 0.5) / INSIDE)
+        times = step * (np.arange(first, min(first + AT_ONCE, steps))[:, None] + inside)
         with np.errstate(all="ignore"):
-            ends, within = (signal_table(system, times.ravel())[:, known] for times in (step * number, inside))
-            means = np.stack([within.reshape(*inside.shape, -1).mean(axis=1), 0.5 * (ends[1:] + ends[:-1])])
+            found = values(times).reshape(*times.shape, -1)
+            means = np.stack([found[:, 1:-1].mean(axis=1), 0.5 * (found[:, 0] + found[:, -1])])
             sums = carried + np.cumsum(np.where(np.isfinite(means), means, 0.0), axis=1)
         carried = sums[:, -1:]
-        found = np.abs(sums).max(axis=(0, 1)), np.abs(sums[1] - sums[0]).max(axis=0)
-        largest = np.maximum(largest, found)
-    wrong = np.flatnonzero(largest[1] > MISSED * largest[0])
-    names = signal_names(system) if len(wrong) else []
-    for k in wrong:
-        where, share = f"the history of {names[known[k]]}", largest[1, k] / largest[0, k]
-        text = f"{where} changes inside of steps of {step:g} s, which give it wrong by up to {share:.0%} over time"
-        notify(f"{text}: take a smaller step")
+        size = np.maximum(size, np.abs(sums).max(axis=(0, 1)))
+        missed = np.maximum(missed, np.abs(sums[1] - sums[0]).max(axis=0))
+    return size, missed

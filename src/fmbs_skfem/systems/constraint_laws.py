@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.container import storable
-from ..core.structs import IntegerMatrix, Integers, Matrix, Routine, fields, opener
+from ..core.structs import IntegerMatrix, Integers, Matrix, Routine, opener
 from ..core.validation import Attributes, Indices
-from . import low_rank
-from .evaluation import Space
+from .evaluation import space_of
 from .row_laws import Groups, RowLaw, group
 from .terms import Piece
 
@@ -93,7 +92,6 @@ def evaluate(found: LawRows, y: np.ndarray, signals: np.ndarray) -> tuple[np.nda
     own = LawRows(found.law, np.arange(count * size).reshape(count, size), found.numbers, found.signals, np.arange(count))
     piece = compile_rows(own, 0)
     rhs, Jy = np.zeros((1, count)), np.zeros((count, count * size))
-    parts = {name: np.zeros((0,) * kind.ndim) for name, kind in fields(Space) if name != "low"}
-    parts |= {"y": np.ascontiguousarray(y[found.rows.ravel()]), "signals": signals, "multipliers": rhs[0], "rhs": rhs, "Jy": Jy}
-    piece.routines.constrain(Space(**parts, low=low_rank.room([])), piece.address)
+    space = space_of(y=np.ascontiguousarray(y[found.rows.ravel()]), signals=signals, multipliers=rhs[0], rhs=rhs, Jy=Jy)
+    piece.routines.constrain(space, piece.address)
     return rhs[0], Jy.reshape(count, count, size)[np.arange(count), np.arange(count)]

@@ -13,10 +13,12 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ..core.jit import jit
-from ..core.structs import Integers, Matrix, Vector, invoke, opener, routine
+from ..core.structs import Integers, Matrix, Vector, fields, invoke, opener, routine
 from ..core.supernodes import Tree
-from . import kernels
+from . import kernels, low_rank
 from .corotation import CorotationalTangent
 from .kernels import Csr, Operator, Pairs, Terms
 from .low_rank import LowRank
@@ -124,6 +126,12 @@ class Space(NamedTuple):
     body: Matrix  #: (3, p) coordinates of the cells, their rates, forces on them
     work: Matrix  #: (3, w) of terms
     low: LowRank  #: second derivatives on rows that are others in every state
+
+
+def space_of(**parts: np.ndarray) -> Space:
+    """A space of these arrays alone, for routines that read no others."""
+    none = {name: np.zeros((0,) * kind.ndim) for name, kind in fields(Space) if name != "low"}
+    return Space(**(none | parts), low=low_rank.room([]))
 
 
 class Evaluation(NamedTuple):

@@ -17,6 +17,7 @@ from ..core.jit import jit
 from ..core.structs import IntegerMatrix, Matrix, Routine, opener
 from ..core.validation import Attributes
 from . import forces, row_laws
+from .evaluation import space_of
 from .forces import Force, Place, Routines
 from .kernels import remainder
 from .row_laws import Groups, RowLaw, group
@@ -87,6 +88,15 @@ def _(found: LawForces, place: Place) -> Force:
         np.tile(np.arange(size) < law.memory, count),
         law.damped,
     )
+
+
+def evaluate(law: ForceLaw, y: np.ndarray, rates: np.ndarray, numbers: np.ndarray, histories: np.ndarray) -> np.ndarray:
+    """F (s, r) on its rows at s states: y, y' (s, r), numbers (s, p), histories (s, h); angles count no turns."""
+    count, rows, signals = len(y), np.arange(y.size).reshape(y.shape), np.arange(histories.size).reshape(histories.shape)
+    piece = forces.compile_force(LawForces(law, rows, numbers, signals), Place(0, 0, 0))
+    parts = {"y": y.ravel(), "rates": rates.ravel(), "signals": histories.ravel(), "memory": piece.memory, "g": np.zeros(y.size)}
+    law.force(found := space_of(**parts), piece.address)
+    return found.g.reshape(count, -1)
 
 
 @forces.histories.register
