@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -25,6 +25,7 @@ from ..core.container import storable
 from ..core.declared import words_with
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
+from ..core.records import dataclass
 from ..core.validation import Attributes, Indices, Inside, Range, Reals, Sizes, also, require
 from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface

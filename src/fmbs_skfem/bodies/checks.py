@@ -9,13 +9,13 @@ with gradients u and rates v (k c, p, e), stresses S (k c, p, e) and moduli D (k
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.random import Generator
 
 from ..core.errors import InputError, require, say
+from ..core.records import dataclass
 from . import laws
 from .cable_law import STRAIGHT
 from .laws import Law

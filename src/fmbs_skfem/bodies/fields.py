@@ -12,11 +12,10 @@ shape, behind.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 from .laws import Law
 
 COMPONENTS = {Law.MEMBRANE: 2, Law.SHELL: 3}  #: c of the laws with fields

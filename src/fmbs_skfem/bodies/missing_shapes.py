@@ -7,12 +7,12 @@ S are the shape functions of the part, T the next ones of its training, W is the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 
 from ..core.container import storable
+from ..core.records import dataclass
 from ..core.validation import Indices, Number, Reals
 
 

@@ -15,7 +15,7 @@ tied there, exactly where that is possible (`smoothing.tied`), else by constant 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial, singledispatch
 from typing import Any
 
@@ -28,6 +28,7 @@ from ..core.errors import InputError, closest, listed, say
 from ..core.fields import Names, Position
 from ..core.mappings import HIDDEN
 from ..core.notices import notify
+from ..core.records import dataclass
 from ..shapes import ancf_plate, interfaces, nurbs, smoothing
 from ..shapes import surface as surfaces
 from ..shapes.surface import Surface

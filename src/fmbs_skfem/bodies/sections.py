@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from ..core.declared import Declared
 from ..core.errors import InputError, say
 from ..core.fields import Density, Length, quantity
+from ..core.records import dataclass
 
 
 def positive(where: str, **values: float) -> None:

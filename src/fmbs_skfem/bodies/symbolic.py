@@ -14,11 +14,11 @@ instructions.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import sympy
 
+from ..core.records import dataclass
 from ..core.symbols import Expression, module, statements
 from .laws import KINDS
 

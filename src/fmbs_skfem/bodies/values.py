@@ -9,13 +9,14 @@ A reduced part keeps those of its training, and takes others where it is used.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..core.container import storable
 from ..core.errors import InputError, closest, listed, say
+from ..core.records import dataclass
 from .sections import Material, Section, positive
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import functools
 import sys
 import traceback
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from .. import __version__
 from ..core import durable
 from ..core.errors import FmbsError, InputError
 from ..core.notices import Notice
+from ..core.records import dataclass
 from ..studies.job import Job, Listener
 from ..studies.result import REASONS, Result, describe_error
 from . import imports, options, screen

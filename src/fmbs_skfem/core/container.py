@@ -18,7 +18,7 @@ import io
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import field, fields, is_dataclass
 from enum import Enum
 from functools import singledispatch
 from pathlib import Path
@@ -30,6 +30,7 @@ from scipy.sparse import csr_array
 from . import durable, validation
 from .errors import CorruptFile, InputError, say
 from .linalg import is_sparse
+from .records import dataclass
 from .validation import Misfit, require
 
 if TYPE_CHECKING:

@@ -15,7 +15,6 @@ Source: J. W. H. Liu, SIAM Review 34, 1992, doi:10.1137/1034004 (multifrontal me
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from threadpoolctl import threadpool_limits
 
 from fmbs_skfem.core.errors import InputError, Reason, SolverError, say
 from fmbs_skfem.core.jit import deferred, jit
+from fmbs_skfem.core.records import dataclass
 from fmbs_skfem.core.supernodes import Tree, analyse, entries, height
 
 PANEL = 48  #: columns of a front that are eliminated before the rest of the front is updated

@@ -17,7 +17,6 @@ import operator
 import re
 from collections import deque
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
 from typing import Any, TypeAlias, TypeGuard, overload
 
 import numpy as np
@@ -27,6 +26,7 @@ from .container import storable
 from .errors import Reason, SolverError, closest, listed, say
 from .inputs import Source, timed
 from .problems import Problem, shown
+from .records import dataclass
 from .units import UNITS, Quantity, measure
 
 Program: TypeAlias = tuple[float | str, ...]

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Annotated, Any, TypeAlias
 
 from . import expressions, functions, quantities, units
@@ -20,6 +20,7 @@ from .expressions import Expression
 from .inputs import Source
 from .problems import Problem, shown
 from .ranges import Parameter
+from .records import dataclass
 from .responses import OfState, of_state
 
 Vector: TypeAlias = tuple[float, ...]

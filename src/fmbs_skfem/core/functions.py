@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from . import expressions, quantities, units
 from .expressions import Program
 from .inputs import Source, calls_of, timed
 from .problems import Problem, shown
+from .records import dataclass
 from .units import NUMBER, PI, TIME, Dimension, Quantity
 
 Rule = Callable[..., "Term"]

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
 from .container import storable
+from .records import dataclass
 
 ROUND = 1e-9  #: part of a step by which its end may be missed
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import os
 import warnings
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -22,6 +21,7 @@ from scipy.sparse import bsr_array, csr_array, diags_array
 from scipy.sparse.linalg import LinearOperator, cg
 
 from .errors import InputError, Reason, SolverError, say
+from .records import dataclass
 
 SPARE = 0.8  #: share of the free memory that factors may take
 COARSEST = 100  #: nodes of the coarsest level, which is solved densely

@@ -45,8 +45,7 @@ class Entry:
 @functools.cache
 def entries(kind: Any) -> dict[str, Entry]:
     """The keys of a dataclass: its fields but hidden ones, and the name of a declaration."""
-    if "__dataclass_fields__" not in vars(kind):
-        raise InputError(say(f"class {kind.__qualname__}", "a dataclass", "none", "write @dataclass(frozen=True) above it"))
+    require_dataclass(kind)
     hints, found = get_type_hints(kind, include_extras=True), dict[str, Entry]()
     for field in dataclasses.fields(kind):
         if "hidden" not in field.metadata and not (field.name == NAME and issubclass(kind, Declared)):
@@ -55,6 +54,12 @@ def entries(kind: Any) -> dict[str, Entry]:
             needed = default is dataclasses.MISSING and made is dataclasses.MISSING
             found[field.name] = Entry(takes(hints[field.name]), default, needed)
     return found
+
+
+def require_dataclass(kind: type) -> None:
+    """Refuse a class that inherits fields and has none of its own."""
+    if "__dataclass_fields__" not in vars(kind):
+        raise InputError(say(f"class {kind.__qualname__}", "a dataclass", "none", "write @dataclass(frozen=True) above it"))
 
 
 def rules(item: Any) -> Iterator[tuple[str, Takes, Any]]:
@@ -221,7 +226,7 @@ def read_family(family: type[Declared], value: object, context: Context) -> Any:
         raise Problem("a mapping", shown(value))
     known: Mapping[str, Any] = family.known
     for kind in known.values():
-        entries(kind)  # all of them are dataclasses
+        require_dataclass(kind)
     words = sorted(known)
     if family.tag not in value:
         raise Problem(f"the key '{family.tag}'", "no such key", f"write one of {', '.join(words)}")

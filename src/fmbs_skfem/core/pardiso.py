@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import importlib.util
 import weakref
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array, triu
 
 from .errors import MissingFeature, Reason, SolverError, say
+from .records import dataclass
 
 SYMMETRIC = -2  #: PARDISO's number of real, symmetric, indefinite matrices
 REPLACED, NUMBERS = 14, 18  #: PARDISO's parameters that count replaced pivots, and numbers in the factors

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from enum import Enum
 
 from .container import storable
 from .errors import InputError, say
+from .records import dataclass
 
 
 @storable

@@ -7,7 +7,6 @@ Kp * (goal - hinge.angle) - Kd * hinge.rate
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from . import expressions, functions, units
@@ -15,6 +14,7 @@ from .errors import closest, listed
 from .expressions import Program
 from .functions import Term
 from .problems import Problem, shown
+from .records import dataclass
 from .units import NUMBER, Dimension, Quantity
 
 

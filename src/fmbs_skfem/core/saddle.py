@@ -13,7 +13,6 @@ Source: J. R. Bunch, Equilibration of symmetric matrices in the max-norm, J. ACM
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import Literal, Protocol
 
@@ -23,6 +22,7 @@ from scipy.sparse import block_array, csr_array, eye_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from .linalg import Array, as_dense, is_sparse, scaled
+from .records import dataclass
 
 SMALL = 200  #: unknowns and rows up to which a sparse matrix is as fast as a dense one
 PIVOT = 0.01  #: share of the largest entry of a column at which its diagonal entry serves as the pivot: little fill in thin plates

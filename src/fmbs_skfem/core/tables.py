@@ -13,7 +13,6 @@ import csv
 import io
 import itertools
 import re
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -24,6 +23,7 @@ from .container import storable
 from .errors import InputError, closest, listed, say
 from .inputs import Source
 from .problems import shown
+from .records import dataclass
 
 TITLE = re.compile(r"\s*([^\[\]]*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*")
 LARGEST = 50_000_000  #: size of a file [bytes]

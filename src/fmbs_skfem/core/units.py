@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
 from .errors import closest
 from .problems import Problem, shown
+from .records import dataclass
 
 Exponents: TypeAlias = tuple[Fraction, ...]
 

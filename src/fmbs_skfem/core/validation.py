@@ -16,7 +16,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from enum import EnumType
 from functools import singledispatch
 from types import UnionType
@@ -26,6 +26,7 @@ import numpy as np
 
 from .errors import say
 from .linalg import is_sparse
+from .records import dataclass
 
 T = TypeVar("T")
 Sizes: TypeAlias = dict[str, int]  #: values of letters

@@ -16,13 +16,13 @@ Theory, Academic Press 1977, 359-384 (bordering); Ramm, in: Nonlinear Finite Ele
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from ..core import saddle
 from ..core.errors import InputError, Reason, SolverError, say
+from ..core.records import dataclass
 from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import without_redundant

@@ -8,14 +8,13 @@ Source: de Borst, Crisfield, Remmers and Verhoosel, Non-Linear Finite Element An
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.linalg import eig
 from scipy.sparse.linalg import LinearOperator, eigs
 
 from ..core import ranks, saddle
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import scale_of, without_redundant

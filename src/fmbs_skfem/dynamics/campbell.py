@@ -12,11 +12,11 @@ Source of the correlation: R. J. Allemang, The modal assurance criterion: twenty
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..core.linalg import Array, squares
+from ..core.records import dataclass
 from .modes import grows
 
 MORE = 4  #: motions beyond those asked for, among which each goes on

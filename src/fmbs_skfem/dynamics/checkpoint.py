@@ -12,12 +12,12 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..core.errors import CorruptFile, say
+from ..core.records import dataclass
 from ..systems.compiled import Compiled, signal_table
 from .large import Large
 from .step import Method, Step

@@ -10,7 +10,7 @@ When it is over, some of them are looked at for what the shapes of a part lack, 
 from __future__ import annotations
 
 import time as clock
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from ..bodies.cable_law import curvatures
 from ..bodies.fields import COMPONENTS, extreme_strains
 from ..bodies.laws import Law
 from ..core.notices import notify
+from ..core.records import dataclass
 from ..systems.system import Elastic, System
 from . import missing_shapes
 from .checkpoint import Moment, Record

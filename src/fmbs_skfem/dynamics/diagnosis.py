@@ -9,7 +9,7 @@ are: a signal that is no number explains everything that follows from it.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from ..bodies.body import LIMP, STIFF
 from ..core.errors import Reason, SolverError
 from ..core.linalg import is_sparse
+from ..core.records import dataclass
 from ..systems import free_motions
 from ..systems.system import sizes
 from . import stopped

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
 from ..core.errors import InputError, Reason, SolverError, closest, listed, say
 from ..core.inputs import KEPT, Held, Input, Told
+from ..core.records import dataclass
 from ..core.structs import Routine, address_of, packed
 from ..systems.controllers import Controlled
 from ..systems.signals import driving_inputs, read_inputs, told_by_name, with_inputs

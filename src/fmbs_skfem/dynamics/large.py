@@ -21,7 +21,6 @@ Engrg. 194 (2005) 2285-2335, doi 10.1016/j.cma.2004.07.035.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +31,7 @@ from scipy.sparse.linalg import spsolve
 from ..bodies.laws import Law
 from ..core import direct, krylov, pardiso, supernodes
 from ..core.linalg import is_identity
+from ..core.records import dataclass
 from ..core.structs import Callback
 from ..systems import compiled, evaluation, terms
 from ..systems.compiled import Compiled

@@ -14,7 +14,7 @@ Source: Geradin and Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, ch. 2.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -24,6 +24,7 @@ from ..core import ranks
 from ..core.errors import InputError, say
 from ..core.fields import AXIS, quantity, vector
 from ..core.linalg import is_sparse
+from ..core.records import dataclass
 from ..systems import compiled, matrices
 from ..systems.compiled import compile_system
 from ..systems.redundancy import scale_of

@@ -8,7 +8,7 @@ So a load of history t / T is a load without one, a constant displacement is rea
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import singledispatch
 from typing import Any
 
@@ -16,6 +16,7 @@ import numpy as np
 from scipy.sparse import csr_array, vstack
 
 from ..core.linalg import is_sparse
+from ..core.records import dataclass
 from ..systems import forces
 from ..systems.dead_loads import DeadLoads
 from ..systems.signals import Cosine, Sine

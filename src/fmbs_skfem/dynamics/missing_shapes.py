@@ -13,7 +13,6 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (39), (49), doi 10.1016
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +23,7 @@ from ..bodies.laws import Law
 from ..core import ranks
 from ..core.linalg import as_dense, evenly
 from ..core.notices import notify
+from ..core.records import dataclass
 from ..systems.shape_points import modulus_times_functions
 from ..systems.system import Elastic, System, remembered
 

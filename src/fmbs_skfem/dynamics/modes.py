@@ -12,8 +12,6 @@ Appl. 26 (2004) 252-256, doi 10.1137/S0895479803434914 (scaling of the quadratic
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.linalg import eig, eigh
 from scipy.sparse import csr_array
@@ -21,6 +19,7 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, eigsh
 
 from ..core import ranks, saddle
 from ..core.errors import InputError, Reason, SolverError, say
+from ..core.records import dataclass
 from ..systems import free_motions
 from ..systems.system import System
 from .linear import Linear, linearise

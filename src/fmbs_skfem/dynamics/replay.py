@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ..core.errors import Reason
+from ..core.records import dataclass
 from ..systems import evaluation
 from . import stepping
 from .dividing import HALVINGS, restart

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time as clock
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..core.errors import SolverError
+from ..core.records import dataclass
 from ..core.structs import Routine
 from ..systems import compiled, responses
 from ..systems.compiled import Compiled

@@ -5,7 +5,6 @@ Source: Arnold and Bruels, Multibody Syst. Dyn. 18 (2007) 185-202, doi 10.1007/s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -15,6 +14,7 @@ from ..core.container import storable
 from ..core.errors import InputError, say
 from ..core.linalg import is_sparse
 from ..core.notices import notify
+from ..core.records import dataclass
 from ..systems import terms
 from ..systems.compiled import Compiled
 from ..systems.lengths import DIGITS

@@ -9,7 +9,7 @@ no digits of the lowest frequencies, and says which motion it is.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import block_diag, csr_array
@@ -17,6 +17,7 @@ from scipy.sparse.linalg import splu
 
 from ..core import ranks
 from ..core.linalg import as_dense, is_sparse, squares
+from ..core.records import dataclass
 from ..systems import free_motions, mechanism
 from ..systems.system import System
 from .linear import Linear

@@ -17,7 +17,7 @@ Source: A. A. Shabana, Theory of Vibration, 3rd ed., Springer 2019, ch. 5.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +25,7 @@ import numpy as np
 
 from ..core import durable, saddle
 from ..core.errors import InputError, closest, listed, say
+from ..core.records import dataclass
 from ..systems import compiled, probes
 from ..systems.compiled import compile_system
 from ..systems.signals import driving_inputs, inputs_of, with_inputs

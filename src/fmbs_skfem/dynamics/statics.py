@@ -8,7 +8,6 @@ What grows with the load factor s and what follows its history: `loading`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -16,6 +15,7 @@ from scipy.sparse import csr_array
 from ..core import saddle
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import Notice, notify
+from ..core.records import dataclass
 from ..systems import compiled, pressure, responses
 from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import without_redundant

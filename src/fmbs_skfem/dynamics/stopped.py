@@ -13,7 +13,6 @@ Source of the inverse iteration: Golub and Van Loan, Matrix Computations, 4th ed
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -23,6 +22,7 @@ from scipy.sparse import csr_array
 from ..bodies.fields import extreme_strains
 from ..core import ranks, saddle
 from ..core.errors import Reason, SolverError
+from ..core.records import dataclass
 from ..core.saddle import Saddle
 from ..systems import compiled, terms
 from ..systems.compiled import Compiled, compile_system, signal_table

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from ..core.records import dataclass
 from ..systems.system import System
 
 OFTEN = 0.1  #: failures of the iteration over steps, from which a motion is doubted

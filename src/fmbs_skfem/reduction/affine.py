@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
@@ -28,6 +27,7 @@ import scipy.linalg
 from ..core.container import storable
 from ..core.errors import InputError, say
 from ..core.ranges import Parameter, Scale
+from ..core.records import dataclass
 from ..core.validation import Indices, Reals
 from . import cases, family_samples
 from . import parameters as boxes

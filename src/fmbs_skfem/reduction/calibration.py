@@ -17,13 +17,13 @@ doi 10.1002/9781118625590; error and indicator: Hou, Liu, Hu, CMAME 361 (2020) 1
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 
 SLOPES = (0.5, 1.5)  #: a fitted slope beyond these is cut: it comes from scatter, not from the indicator
 SLOPE = 0.25  #: standard deviation of a slope that is not fitted

@@ -7,7 +7,7 @@ place, the fields, keys and positions on the way to it. Two cases of one structu
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import field, fields, is_dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -18,6 +18,7 @@ from ..core.errors import InputError, say
 from ..core.expressions import Expression
 from ..core.linalg import is_sparse
 from ..core.notices import notify
+from ..core.records import dataclass
 from ..dynamics.checkpoint import Record, Resumed
 from ..dynamics.integration import integrate
 from ..dynamics.scheme import GeneralizedAlpha, Newton

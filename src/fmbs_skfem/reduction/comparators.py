@@ -24,11 +24,12 @@ import functools
 import math
 import time as clock
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from ..core.errors import FmbsError, InputError, say
+from ..core.records import dataclass
 from ..systems.system import System
 from . import affine, component, full_runs, grassmann, hyper_reduction, parameters, reduced_models, sampling, training
 from .cases import Case, Family

@@ -16,11 +16,12 @@ import contextlib
 import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from ..core.errors import FmbsError
+from ..core.records import dataclass
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System
 from . import cases, costs, full_runs, output_errors, polynomial, reduced_models

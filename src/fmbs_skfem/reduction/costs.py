@@ -12,12 +12,12 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
 
+from ..core.records import dataclass
 from ..core.structs import Callback, Routine, address_of, invoke, opener, packed, routine
 from ..dynamics import factors
 from ..dynamics.initial import Start, first_step

@@ -13,7 +13,7 @@ Source: Chaturantabut and Sorensen, SIAM J. Sci. Comput. 32 (2010) 2737-2764, do
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -21,6 +21,7 @@ from scipy.sparse import csr_array
 from ..bodies.laws import Law
 from ..core.errors import InputError, say
 from ..core.linalg import as_dense
+from ..core.records import dataclass
 from ..systems import compiled, terms
 from ..systems.compiled import Compiled, compile_system
 from ..systems.system import Affine, Elastic, Loads, Matrix, System

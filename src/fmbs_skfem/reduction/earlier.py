@@ -8,12 +8,13 @@ version 2     loads in columns and laws by number; angles of gears as constraint
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import IntEnum
 
 import numpy as np
 
 from ..core.container import MENDS, Tree, storable
+from ..core.records import dataclass
 from ..systems import constraint_laws, force_laws, row_laws
 from ..systems.dead_loads import DeadLoads
 from ..systems.system import Loads, System

@@ -18,7 +18,6 @@ C. L. Lawson, R. J. Hanson, Solving Least Squares Problems, chapter 23, doi 10.1
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,6 +26,7 @@ from ..core.arrays import finite
 from ..core.container import storable
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.jit import jit
+from ..core.records import dataclass
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

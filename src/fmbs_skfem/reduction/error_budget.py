@@ -12,9 +12,10 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (14), (45), doi 10.1016
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ..core.errors import FmbsError, InputError, say
+from ..core.records import dataclass
 from . import full_runs
 from .full_runs import FullRun, TrainingTask
 from .hyper_reduction import NONE

@@ -18,7 +18,7 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,7 @@ from ..core import ranks
 from ..core.errors import InputError, say
 from ..core.linalg import is_identity
 from ..core.notices import notify
+from ..core.records import dataclass
 from ..dynamics.outputs import body_coordinates, distances, lifted, positions, residual_samples
 from ..dynamics.scheme import GeneralizedAlpha
 from ..dynamics.trajectory import Trajectory

@@ -13,7 +13,7 @@ Moments bend the ends, as welds and clamps do; points of surfaces take none.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Annotated
 
@@ -23,6 +23,7 @@ from ..bodies.body import Body, extent, reference_at
 from ..core import fields
 from ..core.container import storable
 from ..core.errors import InputError, SolverError, say
+from ..core.records import dataclass
 from ..dynamics.integration import integrate
 from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..systems import At, Motion, assemble, eliminate, joints, loads

@@ -10,13 +10,14 @@ are compared to what a change of the parameters by round-off does to them, and c
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
 from ..core.ranges import Parameter
+from ..core.records import dataclass
 from ..systems.system import Affine, Constraints
 from . import cases
 from . import parameters as boxes

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from ..core import container
 from ..core.container import Kind
 from ..core.errors import CorruptFile, InputError, say
 from ..core.problems import shown
+from ..core.records import dataclass
 from ..dynamics.scheme import GeneralizedAlpha
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -21,6 +21,7 @@ import numpy as np
 from ..core.errors import InputError, SolverError, say
 from ..core.notices import notify
 from ..core.ranges import Parameter
+from ..core.records import dataclass
 from ..dynamics.outputs import body_coordinates
 from ..dynamics.trajectory import Trajectory
 from ..systems.assembly import eliminate

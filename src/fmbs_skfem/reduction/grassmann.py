@@ -15,7 +15,6 @@ SIAM J. Matrix Anal. Appl. 20 (1998) 303-353, doi 10.1137/S0895479895290954.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
@@ -23,6 +22,7 @@ import scipy.linalg
 from ..core import ranks
 from ..core.arrays import finite
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 from . import affine
 
 RIGHT = 1e-7  #: cosine below which an angle counts as a right one

@@ -25,7 +25,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 from typing import TypeVar
 
@@ -34,6 +34,7 @@ from numpy.typing import NDArray
 
 from ..core import extras
 from ..core.errors import FmbsError, InputError, NoModel, NoRoom, say
+from ..core.records import dataclass
 from . import kriging
 
 Array = NDArray[np.float64]

@@ -11,13 +11,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 import numpy as np
 
 from ..core.errors import InputError, closest, say
+from ..core.records import dataclass
 from ..systems.system import System, multiply_out
 from .galerkin import projected
 

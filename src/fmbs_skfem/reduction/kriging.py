@@ -16,7 +16,6 @@ W. J. Welch, J. Global Optim. 13 (1998) 455-492, doi 10.1023/A:1008306431147. Us
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -26,6 +25,7 @@ from scipy.linalg import cho_solve
 from ..core import extras
 from ..core.arrays import finite
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ import threading
 import time as clock
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
@@ -24,6 +24,7 @@ import numpy as np
 from ..core.container import storable
 from ..core.errors import FmbsError, InputError, SolverError, say
 from ..core.notices import Notice
+from ..core.records import dataclass
 
 if TYPE_CHECKING:
     from ..dynamics.trajectory import Trajectory

@@ -14,11 +14,11 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..core.notices import Notice
+from ..core.records import dataclass
 from ..dynamics.outputs import outputs as histories
 from ..dynamics.trajectory import Trajectory
 from ..systems import probes

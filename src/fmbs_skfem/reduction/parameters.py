@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from numpy.typing import ArrayLike
 from ..core.arrays import finite
 from ..core.errors import InputError, closest, say
 from ..core.ranges import Parameter, Scale
+from ..core.records import dataclass
 
 NEAR = 1e-9  #: part of the box that is round-off
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ import numpy as np
 from ..core import container, durable
 from ..core.errors import InputError, say
 from ..core.ranges import Parameter
+from ..core.records import dataclass
 from ..dynamics.trajectory import Trajectory
 from . import affine, cases, files
 from . import parameters as boxes

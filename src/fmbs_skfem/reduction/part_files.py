@@ -15,7 +15,7 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equation (50), doi 10.1016/j.cma.
 from __future__ import annotations
 
 import time as clock
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -27,6 +27,7 @@ from ..core import container, validation
 from ..core.container import Kind, storable
 from ..core.errors import InputError, say
 from ..core.linalg import evenly
+from ..core.records import dataclass
 from ..core.validation import Misfit, Reals, require
 from ..dynamics import departures
 from . import missing_shapes, parts, pod

@@ -16,7 +16,6 @@ doi 10.1016/j.cma.2019.112690.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +25,7 @@ from scipy.sparse import csr_array, diags_array, eye_array
 from ..core.arrays import finite
 from ..core.errors import InputError, say
 from ..core.notices import notify
+from ..core.records import dataclass
 
 Array = NDArray[np.float64]
 

@@ -19,7 +19,7 @@ Tensors of a polynomial energy: J. Barbic, D. L. James, ACM Trans. Graph. 24 (20
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -27,6 +27,7 @@ from scipy.linalg.blas import dsyrk
 
 from ..bodies.laws import Law
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 from ..systems import quartic
 from ..systems.points import Sampled
 from ..systems.quartic import Quartic

@@ -15,7 +15,7 @@ from __future__ import annotations
 import contextlib
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 
 import numpy as np
@@ -23,6 +23,7 @@ import numpy as np
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.ranges import Parameter
+from ..core.records import dataclass
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System, keep_constraints
 from . import affine, cases, errors, galerkin, hyper_reduction, invariant, pod

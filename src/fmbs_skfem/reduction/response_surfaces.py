@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import InputError, say
 from ..core.ranges import Parameter, Scale
+from ..core.records import dataclass
 from . import kriging
 from .parameters import check, row_of, to_box
 

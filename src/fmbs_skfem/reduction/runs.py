@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from ..core.records import dataclass
 from ..dynamics.trajectory import Trajectory
 from . import cases
 from .cases import Case

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 from functools import partial
 from typing import ClassVar, TypeAlias
@@ -27,6 +27,7 @@ from scipy.sparse import csr_array
 from ..bodies import laws
 from ..core.container import storable
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 from ..systems import terms
 from ..systems.points import Sampled
 from ..systems.system import Elastic, System, multiply_out

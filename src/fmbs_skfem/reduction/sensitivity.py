@@ -14,13 +14,13 @@ I. M. Sobol', Math. Comput. Simul. 55 (2001) 271-280, doi:10.1016/S0378-4754(00)
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import InputError, say
 from ..core.ranges import Parameter
+from ..core.records import dataclass
 from .parameters import check, check_count, from_box
 
 RESAMPLED = 200  #: sets of rows for standard errors

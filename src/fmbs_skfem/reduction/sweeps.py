@@ -28,7 +28,7 @@ import uuid
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, as_completed
-from dataclasses import dataclass, field
+from dataclasses import field
 from multiprocessing import process
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -38,6 +38,7 @@ from numpy.typing import ArrayLike
 from ..core import extras
 from ..core.errors import InputError, SolverError, say
 from ..core.notices import notify
+from ..core.records import dataclass
 from . import members
 from .members import Member, Record, Result, Status, Task, Work
 

@@ -16,13 +16,14 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from ..core import durable
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 from ..dynamics.trajectory import Trajectory
 from . import calibration, error_budget, full_runs, greedy
 from . import parameters as boxes

@@ -22,7 +22,7 @@ import itertools
 import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, fields, is_dataclass
+from dataclasses import asdict, fields, is_dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -34,6 +34,7 @@ from ..core import container, durable, validation
 from ..core.container import Kind
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.linalg import is_sparse
+from ..core.records import dataclass
 from ..core.structs import Routine
 from ..systems.row_laws import RowLaw
 from ..systems.system import Signal, System

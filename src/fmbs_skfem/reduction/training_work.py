@@ -16,12 +16,13 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 
 import numpy as np
 
 from ..core.errors import NoModel, SolverError
+from ..core.records import dataclass
 from ..dynamics.trajectory import Trajectory
 from . import calibration, error_budget, full_runs, greedy
 from . import parameters as boxes

@@ -8,10 +8,10 @@ Planar scenes are seen from +z, spatial ones along (-1, 1, -1) / sqrt(3): isomet
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.records import dataclass
 from .frames import Array
 
 Margins = tuple[float, float, float, float]

@@ -5,13 +5,13 @@ All of it is laid over the pixels afterwards, at places that `camera.project` gi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..core.records import dataclass
 from . import camera as camera_
 from . import palette
 from .camera import Box, Camera

@@ -9,7 +9,7 @@ z = 0).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import StrEnum
 from typing import Annotated
 
@@ -20,6 +20,7 @@ from ..core import validation
 from ..core.arrays import finite
 from ..core.errors import InputError, closest, say
 from ..core.linalg import evenly
+from ..core.records import dataclass
 from ..core.validation import Misfit, Reals, require
 
 Array = NDArray[np.float64]

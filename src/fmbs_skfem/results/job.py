@@ -7,13 +7,14 @@ quads_i (f,4), edges_i (i,2), the pairs of points between which its outline is d
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
 
 from ..core import container
+from ..core.records import dataclass
 
 Arrays: TypeAlias = dict[str, np.ndarray]
 

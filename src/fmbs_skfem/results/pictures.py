@@ -12,7 +12,6 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
@@ -20,6 +19,7 @@ import numpy as np
 
 from ..core import extras
 from ..core.errors import FmbsError, InputError, MissingFeature, closest, say
+from ..core.records import dataclass
 from . import frames as frames_
 from . import surfaces, video
 from .frames import Frames

@@ -19,7 +19,7 @@ import json
 import os
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from enum import Enum
 from pathlib import Path
 from typing import IO, Any
@@ -30,6 +30,7 @@ from ..core import container, durable, validation
 from ..core.container import Kind
 from ..core.errors import InputError, say
 from ..core.notices import notify
+from ..core.records import dataclass
 from ..dynamics.checkpoint import Checkpoint, Moment, Resumed, Rows
 
 FOLDER, MANIFEST, LOCK = "history", "manifest.json", "run.lock"

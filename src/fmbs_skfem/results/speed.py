@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 
 #: families that are full models: the reference, coarser meshes, larger steps
 FULL = frozenset({"full", "coarse", "step"})

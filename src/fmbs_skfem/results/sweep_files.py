@@ -15,7 +15,6 @@ import csv
 import io
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +25,7 @@ from ..core.container import Dataset, Kind
 from ..core.errors import CorruptFile, InputError, say
 from ..core.notices import notify
 from ..core.ranges import Parameter
+from ..core.records import dataclass
 from ..reduction.members import Record, Result, Status
 
 MEMBERS = "members"

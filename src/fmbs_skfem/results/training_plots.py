@@ -9,7 +9,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from ..core import ranks
 from ..core.errors import InputError, say
 from ..core.ranges import Parameter, Scale
+from ..core.records import dataclass
 from ..reduction import kriging
 from ..reduction import parameters as boxes
 from ..reduction.kriging import Surrogate

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
@@ -18,6 +18,7 @@ import numpy as np
 from ..core.declared import Declared
 from ..core.errors import InputError, say
 from ..core.problems import Found
+from ..core.records import dataclass
 from ..dynamics import initial
 from .locations import Told, where
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -24,6 +24,7 @@ from ..core.declared import Declared
 from ..core.errors import InputError, say
 from ..core.fields import ANY, Count, Density, FileUnit, Length, Position, Tolerance, quantity, whole, word
 from ..core.problems import Problem, shown, unknown
+from ..core.records import dataclass
 from ..shapes import meshes, nurbs_file, plate_meshes, structured
 from ..shapes.surface import Surface
 from ..systems.places import At

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from .. import dynamics
 from ..core.fields import Count, Time
+from ..core.records import dataclass
 from ..dynamics.missing_shapes import too_strong, warn_of_missing
 from . import build
 from .analyses import Form, States, StateTable, Work, motion_only

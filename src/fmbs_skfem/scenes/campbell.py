@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
@@ -13,6 +13,7 @@ from ..core.errors import InputError, listed, say
 from ..core.fields import Count, name_in
 from ..core.notices import notify
 from ..core.ranges import Parameter
+from ..core.records import dataclass
 from ..dynamics.campbell import Found
 from .analyses import StateTable, Work
 from .locations import Told, where

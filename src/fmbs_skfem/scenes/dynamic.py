@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
@@ -12,6 +11,7 @@ from .. import dynamics
 from ..core.errors import InputError, say
 from ..core.fields import Time, quantity
 from ..core.problems import Found, Keys, Problem
+from ..core.records import dataclass
 from ..dynamics import GeneralizedAlpha, Newton, Trajectory
 from . import fields, times
 from .analyses import Form, History, Work

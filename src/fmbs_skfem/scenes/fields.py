@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -29,6 +28,7 @@ from ..core.fields import (
 )
 from ..core.mappings import inline, list_of, names
 from ..core.problems import Problem, shown
+from ..core.records import dataclass
 from ..core.rotations import rotation
 
 COUNT = 1_000_000  #: largest number of steps between stored states, and of modes

@@ -8,7 +8,7 @@ cells          aspect s_1 / s_2 and angle asin(s_1 s_2 / (|a_1| |a_2|)) of the t
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from ..bodies import body as bodies
 from ..bodies.body import Body
 from ..bodies.plate import on_nodes
 from ..bodies.sections import Given, Material
+from ..core.records import dataclass
 from ..shapes import line, surface
 from ..shapes.surface import Parent, Surface
 

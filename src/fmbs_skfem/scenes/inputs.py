@@ -9,7 +9,7 @@ They are known before all else of a scene is read: expressions of loads and join
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -24,6 +24,7 @@ from ..core.inputs import ROUND, Input
 from ..core.mappings import HIDDEN, inline
 from ..core.notices import notify
 from ..core.problems import Found, Problem, located, shown
+from ..core.records import dataclass
 from ..core.responses import OfState
 from ..core.tables import Table, read_columns
 from ..shapes import meshes

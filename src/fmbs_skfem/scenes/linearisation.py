@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from .. import dynamics
 from ..core.fields import Count, Names
+from ..core.records import dataclass
 from ..dynamics.statespace import StateSpace
 from .analyses import StateTable, Work
 from .near_state import NearState

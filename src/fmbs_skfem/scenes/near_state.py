@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from .. import dynamics
 from ..core.fields import Count, Time
+from ..core.records import dataclass
 from ..dynamics import Linear, Newton
 from ..dynamics.linear import Spin
 from ..systems import free_motions

@@ -9,7 +9,7 @@ Without a value it is the middle of the range on its scale, (low + high) / 2 or 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from typing import Annotated, Any, NamedTuple, TypeAlias
 
@@ -19,6 +19,7 @@ from ..core.fields import Context, Schema, Takes, array_schema, word
 from ..core.mappings import inline
 from ..core.problems import Found, Problem, Problems, located, read_all, shown
 from ..core.ranges import Parameter, Scale
+from ..core.records import dataclass
 from ..core.units import Quantity
 
 Changes: TypeAlias = Mapping[str, float | str]

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..bodies import Given
 from ..bodies.body import Body, extent
+from ..core.records import dataclass
 from ..systems.loads import Gravity
 from .figures import BodyFigures, CellShapes
 

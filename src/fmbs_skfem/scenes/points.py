@@ -6,12 +6,12 @@ rows (k, d) of values in SI units, a column for every parameter with a range, in
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..core.errors import InputError
 from ..core.ranges import Parameter
+from ..core.records import dataclass
 from ..reduction import parameters as sets
 from . import schema
 from .training import Design, Grid, Listed, Spread, Training, without_ranges

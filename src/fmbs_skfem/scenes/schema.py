@@ -9,7 +9,7 @@ Every section is a dataclass or a family, declared once (`core.mappings`), and k
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -19,6 +19,7 @@ from ..core.fields import Count, Takes, Time, Tolerance, word
 from ..core.inputs import Input
 from ..core.mappings import HIDDEN, names
 from ..core.ranges import Parameter
+from ..core.records import dataclass
 from ..reduction import hyper_reduction
 from ..systems.assembly import Motion, Rayleigh
 from ..systems.constraint_functions import Joint

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
 from .. import dynamics
 from ..core.fields import Count, Time
+from ..core.records import dataclass
 from ..dynamics import Newton, Trajectory, initial, loading
 from ..systems import free_motions
 from . import fields

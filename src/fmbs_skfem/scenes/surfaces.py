@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -11,6 +11,7 @@ from scipy.sparse import csr_array
 
 from ..core.errors import InputError, closest, say
 from ..core.notices import notify
+from ..core.records import dataclass
 from ..shapes import ancf_plate, skfem_surface
 from ..shapes.plate_meshes import PlateMesh
 from ..shapes.surface import Surface

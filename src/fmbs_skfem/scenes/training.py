@@ -9,7 +9,6 @@ candidates: [40 GPa, 55 GPa]                         points; with several parame
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
 from ..core import quantities, units
@@ -17,6 +16,7 @@ from ..core.errors import closest
 from ..core.fields import Context, Count, Takes, array_schema, read_quantity, whole, word
 from ..core.mappings import inline
 from ..core.problems import Problem, shown
+from ..core.records import dataclass
 
 Row: TypeAlias = tuple[float, ...]
 

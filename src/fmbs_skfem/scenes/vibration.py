@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from .. import dynamics
 from ..core.fields import Count
 from ..core.notices import notify
+from ..core.records import dataclass
 from ..dynamics import Linear, shapes
 from ..dynamics.missing_shapes import too_high, warn_of_missing
 from ..dynamics.modes import GROWS, STILL, fastest, grows

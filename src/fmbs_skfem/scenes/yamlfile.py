@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -20,6 +20,7 @@ from ruamel.yaml.events import SequenceStartEvent as ListStartEvent
 
 from ..core.errors import InputError, say
 from ..core.problems import printable
+from ..core.records import dataclass
 
 BYTES = 2 * 1024 * 1024  #: largest file
 WIDTH = 100_000  #: longest line [characters]; a parser in Python would take seconds for longer ones

@@ -17,13 +17,13 @@ Aided Geom. Des. 8, 1991, doi:10.1016/0167-8396(91)90007-X). Tangents as long as
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.container import storable
 from ..core.errors import InputError, closest, say
+from ..core.records import dataclass
 from . import groups, plate_audit
 from . import surface as surfaces
 from .groups import Groups

@@ -8,7 +8,6 @@ parabola. de Boor, A Practical Guide to Splines, rev. ed., ISBN 978-0-387-95366-
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import InputError, say
 from ..core.notices import notify
+from ..core.records import dataclass
 from .table import Curve, Floats, inside
 
 if TYPE_CHECKING:

@@ -9,12 +9,12 @@ degree times, as in every circle of quadratic arcs. `penalty_stiffness` keeps th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array
 
 from ..core.errors import InputError, closest, say
+from ..core.records import dataclass
 from . import line, nurbs
 from . import surface as surfaces
 from .surface import VERTICES, Surface

@@ -10,7 +10,6 @@ otherwise. Piegl and Tiller, The NURBS Book, 2nd ed., doi:10.1007/978-3-642-5922
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from scipy.sparse.linalg import splu
 
 from ..core.container import storable
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 from . import knotvector
 from .table import Curve, Floats, Ints, Table, breaks, fit, inside, reproduce, sample, sample_field, tabulate
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import contextlib
 import io
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -23,6 +23,7 @@ from scipy.sparse import coo_array, csgraph, csr_array
 
 from ..core import errors
 from ..core.notices import notify
+from ..core.records import dataclass
 from . import foreign, msh, vtu
 from .msh import Cells, Floats, Ints, Raw
 from .repair import merge_points

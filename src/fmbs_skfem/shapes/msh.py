@@ -14,7 +14,7 @@ import mmap
 import re
 import shlex
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from ..core import errors
 from ..core.problems import printable
+from ..core.records import dataclass
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]

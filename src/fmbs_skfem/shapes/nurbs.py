@@ -14,7 +14,7 @@ element data structures based on Bezier extraction, Int. J. Numer. Meth. Engng 8
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TypeAlias
 
 import numpy as np
@@ -24,6 +24,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..core.container import storable
 from ..core.errors import InputError, closest, say
+from ..core.records import dataclass
 from . import knotvector, line, table
 from . import surface as surfaces
 from .surface import DERIVATIVES, Parent, Surface

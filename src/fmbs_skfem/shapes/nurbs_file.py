@@ -18,7 +18,7 @@ from __future__ import annotations
 import importlib
 import json
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -26,6 +26,7 @@ import numpy as np
 
 from ..core.errors import InputError, MissingFeature, closest, say
 from ..core.problems import shown
+from ..core.records import dataclass
 from . import line, nurbs, plate_audit
 from .surface import Surface
 from .table import Floats, Ints

@@ -10,13 +10,12 @@ P. M. Knupp, SIAM J. Sci. Comput. 23 (2001) 193-218, doi 10.1137/S10648275003714
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.sparse import coo_array, csgraph
 
 from ..core import errors
 from ..core.notices import notify
+from ..core.records import dataclass
 from . import surface
 from .meshes import position, several
 from .msh import Floats, Ints

@@ -10,13 +10,14 @@ side to side and turn the same way (`plate_audit`); a `Notice` says what is drop
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
 from ..core import errors
+from ..core.records import dataclass
 from . import meshes, plate_audit, splitting, vtu
 from .msh import Cells, Floats, Ints, Raw
 

@@ -21,7 +21,6 @@ T. Gustafsson, G. D. McBain, scikit-fem, J. Open Source Softw. 5 (2020) 2369, do
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,6 +28,7 @@ from numpy.typing import ArrayLike
 
 from ..core.container import storable
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 from . import groups, plate_audit
 from . import surface as surfaces
 from .groups import Groups, Named

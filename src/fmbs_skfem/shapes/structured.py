@@ -11,12 +11,13 @@ Splines, Springer 1978, ch. 4.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 from . import groups, meshes, nurbs, plate_audit
 from .plate_meshes import PlateMesh
 from .surface import VERTICES, Parent, Surface

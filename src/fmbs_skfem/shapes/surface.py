@@ -12,7 +12,7 @@ places. `check_table` tests any surface, a user's own too.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import IntEnum
 from functools import singledispatch
 from typing import Any
@@ -22,6 +22,7 @@ from scipy.sparse import csr_array
 
 from ..core.container import storable
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 from . import table
 from .table import Floats, Ints, Table
 

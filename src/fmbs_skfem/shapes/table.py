@@ -8,7 +8,6 @@ A space is a frozen struct; `breaks`, `tabulate`, `sample`, `fit`, `sample_field
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial, singledispatch
 from typing import Any, NoReturn, Protocol
 
@@ -18,6 +17,7 @@ from scipy import sparse
 
 from ..core import errors
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

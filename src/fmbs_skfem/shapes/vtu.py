@@ -13,7 +13,6 @@ import base64
 import contextlib
 import warnings
 import zlib
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -22,6 +21,7 @@ import numpy as np
 
 from ..core import errors
 from ..core.problems import printable
+from ..core.records import dataclass
 from .msh import MAX_COUNT, Array, Cells, Ints, Raw
 
 MAX_BYTES = 64 * 2**20  #: unpacked size of one array

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import notify
+from ..core.records import dataclass
 from ..dynamics import initial
 from ..dynamics.scheme import GeneralizedAlpha
 from ..results import segments

@@ -10,12 +10,13 @@ import math
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import InputError, MissingFeature, say
+from ..core.records import dataclass
 from ..reduction import comparison as comparisons
 from ..reduction.comparison import Comparison, ModelRecord
 from ..results import frames as frames_

@@ -11,7 +11,7 @@ import hashlib
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,7 @@ import numpy as np
 
 from ..core.errors import FmbsError
 from ..core.notices import notify
+from ..core.records import dataclass
 from ..reduction import comparators, full_runs, parameters, prediction, reduced_models
 from ..reduction import training_store as store
 from ..reduction.comparators import Comparator, Row

@@ -11,13 +11,14 @@ import contextlib
 import functools
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 from ..core import compilation
 from ..core.errors import InputError, Warned, say
 from ..core.notices import Notice, Remark, notify
+from ..core.records import dataclass
 from . import notebooks, reports
 
 if TYPE_CHECKING:

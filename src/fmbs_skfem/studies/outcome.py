@@ -5,13 +5,14 @@ from __future__ import annotations
 import importlib
 import importlib.util
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 from ..results import blocks, mode_shapes
 from ..results import motion as motions
 from ..results.frames import nearest

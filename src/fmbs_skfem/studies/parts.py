@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from ..bodies.body import Body, reference_at
 from ..core.errors import InputError, closest, listed, say
+from ..core.records import dataclass
 from ..dynamics import Newton, Trajectory, departures, integrate
 from ..reduction import excitation, output_errors, part_files, parts, snapshots
 from ..reduction.excitation import Excitation

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import reduction
+from ..core.records import dataclass
 from ..reduction import cases, costs, files, output_errors
 from ..reduction.plan import newton_for
 from ..reduction.runs import kept_steps

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from ..core import extras
 from ..core.errors import FmbsError, SolverError, Warned
 from ..core.notices import notify
+from ..core.records import dataclass
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

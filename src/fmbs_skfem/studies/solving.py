@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,7 @@ import numpy as np
 from .. import dynamics
 from ..core.errors import FmbsError, MissingFeature, SolverError, Warned
 from ..core.notices import Notice
+from ..core.records import dataclass
 from ..dynamics import GeneralizedAlpha, Trajectory, departures
 from ..results import segments
 from ..results.segments import Recorder

@@ -6,7 +6,7 @@ import functools
 import hashlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
 from ..core.problems import Problem
 from ..core.ranges import Parameter, Scale
+from ..core.records import dataclass
 from ..reduction import parameters as boxes
 from ..reduction import parametric_model, prediction, sensitivity
 from ..reduction.members import FamilyTask, ModelTask, PathTask

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ import numpy as np
 
 from ..core.errors import InputError, SweepFailure, closest, say
 from ..core.notices import notify
+from ..core.records import dataclass
 from ..reduction import parametric_model, prediction, response_surfaces, sensitivity, sweeps
 from ..reduction.members import Status
 from ..reduction.sweeps import SweepOptions

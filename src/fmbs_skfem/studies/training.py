@@ -8,12 +8,13 @@ from __future__ import annotations
 import functools
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import scenes
 from ..core.errors import InputError, NoModel, say
+from ..core.records import dataclass
 from ..reduction import comparators, greedy, parameters, parametric_model, prediction
 from ..reduction import training as trainings
 from ..reduction import training_store as store

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__, verification
 from ..core import durable
 from ..core.errors import FmbsError
+from ..core.records import dataclass
 from ..results import verification_plots
 from . import compiling, reports
 from . import job as jobs

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from math import inf
 from typing import Any
@@ -13,6 +13,7 @@ from typing import Any
 from ..core import compilation, jit
 from ..core.errors import FmbsError, MissingFeature
 from ..core.notices import Notice
+from ..core.records import dataclass
 from . import examples, plans, reducing, runs
 from . import job as jobs
 from .job import Job, Listener

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -22,6 +22,7 @@ from ..core.inputs import Source
 from ..core.linalg import alike, diagonal
 from ..core.notices import notify
 from ..core.problems import shown
+from ..core.records import dataclass
 from ..shapes import line, surface
 from ..shapes.surface import Surface
 from . import echelon, lengths, readings, redundancy, responses, row_laws

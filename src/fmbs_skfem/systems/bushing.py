@@ -11,7 +11,6 @@ the forces and moments on both bodies are in balance, as those of a potential ar
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -19,6 +18,7 @@ from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
 from ..core.problems import Problem
+from ..core.records import dataclass
 from ..core.responses import of_state
 from . import fields, responses
 from .constraint_functions import mark, rows_of, unit

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, partial
 from threading import get_ident
 from typing import Any
@@ -12,6 +12,7 @@ import numpy as np
 from scipy.sparse import csr_array, diags_array
 
 from ..core.linalg import as_dense, is_sparse
+from ..core.records import dataclass
 from ..core.structs import packed
 from . import cells, constraint_laws, corotation, evaluation, layouts, lifts, low_rank, sparse, work
 from . import forces as attachments

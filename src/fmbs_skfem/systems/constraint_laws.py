@@ -7,13 +7,13 @@ in `constraint_loops`, which `constraint_symbols` writes; a user's own are made 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.container import storable
+from ..core.records import dataclass
 from ..core.structs import IntegerMatrix, Integers, Matrix, Routine, opener
 from ..core.validation import Attributes, Indices
 from .evaluation import space_of

@@ -11,12 +11,12 @@ for rows y, their rates v and accelerations a, histories h with the derivatives 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import sympy
 
+from ..core.records import dataclass
 from ..core.symbols import Expression, module
 from .force_symbols import history, numbers, plain, rates, routine, rows
 

@@ -15,7 +15,7 @@ parallel, closest points jump, and the energy balance shows it. A beam does not 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Annotated
 
 import numpy as np
@@ -25,6 +25,7 @@ from ..bodies.body import Body, own
 from ..core.errors import InputError, say
 from ..core.fields import whole
 from ..core.problems import Problem
+from ..core.records import dataclass
 from ..shapes import line
 from . import contact_pair_forces as contact_pair_forces  # which says how these contacts are compiled
 from . import fields

@@ -12,13 +12,13 @@ together cannot have brought near are not looked at.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from ..core.container import storable
 from ..core.jit import jit
+from ..core.records import dataclass
 from ..core.structs import IntegerMatrix, Integers, Matrix, Vector, opener, routine
 from ..core.validation import Indices, Number, Reals, Sizes, also, require
 from . import forces, kernels

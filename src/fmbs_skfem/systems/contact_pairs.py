@@ -25,13 +25,13 @@ Comput. Methods Appl. Mech. Eng. 315 (2017) 972-1010, doi 10.1016/j.cma.2016.11.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from ..core.container import storable
 from ..core.jit import jit
+from ..core.records import dataclass
 from ..core.structs import Cube, Integers, Matrix, Vector, opener, routine
 from ..core.validation import Indices, Number, Reals, Sizes, also, require
 from . import kernels

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_array, kron, vstack
 
 from ..bodies.body import Body, own
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 from ..shapes import line, surface
 from ..shapes.surface import Surface
 from .constraint_functions import basis

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import singledispatch
 from typing import Annotated, Any
 
 import numpy as np
 
 from ..core.errors import InputError, closest, listed, say
+from ..core.records import dataclass
 from .contact_forces import ContactForces
 from .contact_shapes import distances
 from .contacts import ContactGauge

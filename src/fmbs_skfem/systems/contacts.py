@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -27,6 +27,7 @@ from ..core.errors import InputError, say
 from ..core.fields import whole
 from ..core.notices import notify
 from ..core.problems import Problem
+from ..core.records import dataclass
 from . import contact_shapes, fields
 from .constraint_functions import needs_axis, normals, size_of, unit
 from .contact_forces import ContactForces

@@ -19,7 +19,6 @@ import itertools
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -30,6 +29,7 @@ from ..core.declared import Declared
 from ..core.fields import ANY, Context, Takes, array_schema
 from ..core.inputs import Input
 from ..core.problems import Problem, shown
+from ..core.records import dataclass
 from ..core.responses import OfState, of_state
 from ..core.units import Quantity
 from . import fields

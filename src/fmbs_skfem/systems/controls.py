@@ -13,12 +13,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Annotated, ClassVar
 
 from scipy.sparse import csr_array
 
 from ..core.problems import Problem
+from ..core.records import dataclass
 from ..core.responses import OfState, of_state
 from . import fields, responses
 from .constraint_functions import needs_axis, unit

@@ -6,12 +6,13 @@ They have no derivatives and no memory; point forces, and loads on surfaces and 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from ..core.container import storable
+from ..core.records import dataclass
 from ..core.structs import Integers, Vector, opener, routine
 from ..core.validation import Indices, Reals
 from . import forces

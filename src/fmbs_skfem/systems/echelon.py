@@ -9,13 +9,12 @@ count alike, is zero before: a column of nothing else would make a constraint of
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.sparse import csr_array, vstack
 from scipy.sparse.csgraph import connected_components
 
 from ..core import ranks
+from ..core.records import dataclass
 
 ROUND_OFF = 1e-14  #: of the largest |a_ij| u_j of a row: shape functions at a place that is a node to the last digit
 

@@ -10,7 +10,6 @@ others, q_i + X_ij q_j = 0 for a trace of zero; each such function has one linea
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array, kron, vstack
@@ -19,6 +18,7 @@ from ..bodies.body import Body, own
 from ..bodies.plate import dependent, edge, local_first, trace
 from ..core.errors import InputError, listed, say
 from ..core.problems import Problem
+from ..core.records import dataclass
 from ..shapes import surface
 from ..shapes.surface import Surface
 from . import fields

@@ -13,7 +13,7 @@ a lock take the place of those of the joint itself; they stand beside the system
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -23,6 +23,7 @@ from ..core.errors import InputError, closest, listed, say
 from ..core.fields import NAMED
 from ..core.inputs import Held
 from ..core.problems import Problem
+from ..core.records import dataclass
 from ..core.responses import OfState
 from . import fields
 from .constraint_functions import AXES, Joint, Term, basis, mark, where

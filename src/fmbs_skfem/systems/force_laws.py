@@ -6,7 +6,7 @@ Laws of this package are in `force_loops`, which `force_symbols` writes; a user'
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..core.container import storable
 from ..core.jit import jit
+from ..core.records import dataclass
 from ..core.structs import IntegerMatrix, Matrix, Routine, opener
 from ..core.validation import Attributes
 from . import forces, row_laws

@@ -14,12 +14,13 @@ last accepted state, so that it may change by up to half a turn in a step.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
 import sympy
 
+from ..core.records import dataclass
 from ..core.symbols import Expression, module, statements
 
 SMALLEST = 1e-60  #: of the square of a length

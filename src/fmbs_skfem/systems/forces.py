@@ -13,12 +13,13 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import singledispatch
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.records import dataclass
 from ..core.structs import Callback, Routine, unpacked
 from .evaluation import Evaluation, ForceTerms
 from .low_rank import NONE, Size

@@ -15,13 +15,13 @@ J. Garcia de Jalon, Multibody Syst. Dyn. 18 (2007) 15-33, doi:10.1007/s11044-007
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import gcd, pi
 
 import numpy as np
 
 from ..core.errors import InputError, say
 from ..core.problems import Problem
+from ..core.records import dataclass
 from . import fields
 from .constraint_functions import Joint, arm, carried, coincide, dot, guided, locked, mark, needs_axis, parallel, point, unit, where
 from .places import Draft

@@ -11,7 +11,7 @@ Source: M. Geradin, D. Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, ch. 2 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import block_diag, csr_array
@@ -19,6 +19,7 @@ from scipy.sparse import block_diag, csr_array
 from ..bodies.body import LIMP, STIFF, limp
 from ..core import ranks
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 from .compiled import compile_system, probe_tangent
 from .mechanism import center, idle, motions, moved, on_motions, onto_joints
 from .redundancy import Rows, rows_of

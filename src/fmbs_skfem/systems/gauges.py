@@ -10,13 +10,13 @@ F are the forces on the probe rows y of the load, which are its own.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Annotated, ClassVar
 
 import numpy as np
 
 from ..core.errors import InputError, closest, listed, say
+from ..core.records import dataclass
 from .angles import continuous, turning
 from .places import Draft
 from .probes import Probe, Sensed, Sizes

@@ -14,7 +14,6 @@ Clamps fix the direction of the slope and leave the stretch free, as the natural
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
@@ -22,6 +21,7 @@ import numpy as np
 from ..core.errors import InputError, say
 from ..core.fields import ANGLE, MOTION, Length
 from ..core.problems import Problem
+from ..core.records import dataclass
 from ..shapes import line
 from . import fields
 from .constraint_functions import (

@@ -10,7 +10,7 @@ Functions of a part read each other and few of other parts: eliminated first, it
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from functools import cached_property
 from typing import Any
@@ -21,6 +21,7 @@ from scipy.sparse.linalg import splu
 
 from ..core import supernodes
 from ..core.linalg import as_dense, is_sparse, mirrored
+from ..core.records import dataclass
 from ..core.supernodes import Tree
 from . import terms
 from .lengths import LIGHT

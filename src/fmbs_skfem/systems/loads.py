@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, ClassVar, TypeAlias
 
 import numpy as np
@@ -25,6 +25,7 @@ from ..bodies.plate import edge
 from ..core.declared import Declared
 from ..core.errors import InputError, say
 from ..core.problems import Problem
+from ..core.records import dataclass
 from ..core.responses import of_state
 from . import edges, fields, pressure, responses
 from .constraint_functions import basis, needs_axis, point

@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import block_diag, coo_array, csgraph, csr_array
@@ -27,6 +26,7 @@ from scipy.sparse import block_diag, coo_array, csgraph, csr_array
 from ..core import ranks
 from ..core.errors import Reason, SolverError
 from ..core.linalg import as_dense
+from ..core.records import dataclass
 from ..core.rotations import rotation
 from . import redundancy
 from .redundancy import AMPLITUDES, ITERATIONS, Rows, relative, rows_of

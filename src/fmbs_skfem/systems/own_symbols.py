@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, NamedTuple, get_args, get_type_hints
 
@@ -18,6 +17,7 @@ from scipy.sparse import csr_array
 from ..core.errors import InputError, say
 from ..core.expressions import of_time
 from ..core.fields import HISTORY
+from ..core.records import dataclass
 from . import fields
 from .places import At, Draft
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from ..bodies.body import Body, Cells, locate, probe, reference_at
 from ..core import mappings
 from ..core.errors import InputError, closest, listed, say
 from ..core.inputs import Source
+from ..core.records import dataclass
 from ..shapes.surface import Surface
 from . import constraint_laws, force_laws
 from .constraint_laws import ConstraintLaw, LawRows

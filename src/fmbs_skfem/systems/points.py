@@ -5,7 +5,7 @@ u = L x[columns] + offset,    f = L^T phi(u),    W += L^T phi' L
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ from ..core.container import storable
 from ..core.entries import view
 from ..core.jit import jit
 from ..core.linalg import as_dense, support
+from ..core.records import dataclass
 from ..core.structs import Cube, Integers, Vector, opener, routine
 from ..core.structs import Matrix as Rows
 from ..core.validation import Attributes, Indices, Range, Reals

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
@@ -18,6 +17,7 @@ from ..core.declared import Declared
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
 from ..core.problems import Problem
+from ..core.records import dataclass
 from . import fields, resultants
 from .angles import continuous, turning
 from .constraint_functions import AXES, arm, needs_axis, unit

@@ -18,7 +18,6 @@ multiplications each. Coefficients that start at a multiple of 64 bytes are read
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
@@ -29,6 +28,7 @@ from ..core.container import storable
 from ..core.entries import view
 from ..core.errors import InputError, say
 from ..core.jit import Deferred, jit
+from ..core.records import dataclass
 from ..core.structs import Vector, opener, routine
 from ..core.validation import Range, Reals, Sizes, also, require
 from . import terms

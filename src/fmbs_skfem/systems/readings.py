@@ -10,7 +10,6 @@ Values that are read have numbers: from 0 on those that forces keep, -1, -2, ...
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -21,6 +20,7 @@ from ..core.errors import InputError, say
 from ..core.expressions import Program
 from ..core.inputs import calls_of
 from ..core.problems import Problem, shown
+from ..core.records import dataclass
 from ..core.responses import OfState, of_state, require
 from ..core.tables import Table
 from ..core.validation import Reals

@@ -15,7 +15,7 @@ Source: M. Wojtyra, J. Fraczek, Multibody Syst. Dyn. 30 (2013) 153-171, doi:10.1
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array, eye_array
@@ -26,6 +26,7 @@ from ..core import ranks
 from ..core.errors import Reason, SolverError
 from ..core.linalg import Array, as_dense, is_sparse, scaled
 from ..core.notices import notify
+from ..core.records import dataclass
 from . import constraint_laws, echelon, kernels
 from .compiled import signal_table
 from .constraint_laws import LawRows

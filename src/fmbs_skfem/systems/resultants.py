@@ -8,11 +8,10 @@ and p the place about which the moment is taken, fixed in space. F and M do the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.sparse import csr_array
 
+from ..core.records import dataclass
 from .constraint_functions import AXES
 
 

@@ -7,7 +7,7 @@ words that their names begin with. Routines of a law are compiled when a model u
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from importlib import import_module
 from typing import Annotated, Any, ClassVar, TypeVar
 
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from ..core.container import ENUMS, Arrays, encode
 from ..core.errors import InputError, closest, listed, say
+from ..core.records import dataclass
 from ..core.validation import Attributes, Indices, Reals
 
 L = TypeVar("L", bound="RowLaw")

@@ -6,7 +6,7 @@ s(t) = f(t, u(t))           `bound` gives the function of time that it is with t
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import singledispatch
 from typing import Any
 
@@ -16,6 +16,7 @@ from ..core.container import storable
 from ..core.errors import InputError, closest, listed, say
 from ..core.expressions import Expression
 from ..core.inputs import Held, Input
+from ..core.records import dataclass
 from .system import Signal, System, driving
 
 

@@ -8,12 +8,12 @@ K_p is kept as the lower triangle of a sparse matrix in the coordinates p of the
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
 from ..core.linalg import is_identity, mirrored
+from ..core.records import dataclass
 from .system import System
 from .terms import Targets, functions_read
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -22,6 +21,7 @@ from scipy.sparse import csr_array, vstack
 
 from ..core.errors import InputError, say
 from ..core.problems import Problem
+from ..core.records import dataclass
 from . import fields
 from .constraint_functions import mark, needs_other_side, unit
 from .loads import Load, where

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from abc import ABC
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -23,6 +22,7 @@ from scipy.sparse import csr_array, diags_array, vstack
 from ..bodies import cable_law, laws
 from ..bodies.body import Body, locate, own
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 from ..shapes import line
 from ..shapes.surface import Surface
 from . import fields

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.sparse import csr_array
 
@@ -12,6 +10,7 @@ from ..bodies.body import locate, own
 from ..bodies.fields import Fields, recover
 from ..bodies.plate import local_table
 from ..core.errors import InputError, say
+from ..core.records import dataclass
 from ..shapes import surface
 from . import edges
 from .places import At, Draft

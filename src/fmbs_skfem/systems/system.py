@@ -12,7 +12,7 @@ Source of the equations: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cm
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Annotated, Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -22,6 +22,7 @@ from scipy.sparse.linalg import spsolve
 from ..bodies.laws import Law
 from ..core.container import storable
 from ..core.linalg import is_sparse
+from ..core.records import dataclass
 from ..core.validation import Attributes, Indices, Inside, Number, Range, Reals
 from . import terms
 from .constraint_laws import LawRows

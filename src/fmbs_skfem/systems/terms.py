@@ -14,7 +14,7 @@ them. Nothing else asks which storage a term has.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import singledispatch
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -26,6 +26,7 @@ from ..core.entries import view
 from ..core.errors import InputError, say
 from ..core.jit import jit
 from ..core.linalg import as_dense, is_sparse
+from ..core.records import dataclass
 from ..core.structs import Callback, Routine, Shorts, Vector, address_of, packed, unpacked
 from .evaluation import Space
 

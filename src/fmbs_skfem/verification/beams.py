@@ -13,7 +13,7 @@ argument of the same source gives h^p. That is what C1 interpolations show; thos
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -24,6 +24,7 @@ from scipy.optimize import brentq, fsolve
 
 from ..bodies import body, laws, sections
 from ..bodies.laws import Law
+from ..core.records import dataclass
 from ..dynamics import Newton, outputs, solve_statics
 from ..shapes import line
 from ..shapes.meshes import LineMesh

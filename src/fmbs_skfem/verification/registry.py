@@ -16,7 +16,6 @@ import math
 import time
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -24,6 +23,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import FmbsError, InputError, closest, say
 from ..core.notices import Notice
+from ..core.records import dataclass
 from ..results.verification_plots import Curve, LoadPath
 
 GROUPS = ("statics", "vibration", "dynamics", "rigid", "integrator", "manufactured")
