@@ -90,15 +90,20 @@ def dot(x: np.ndarray, y: np.ndarray) -> float:
 @jit
 def unbroken(A: Csr, start: int, stop: int) -> bool:
     """Whether entries of a row, in order, stand side by side, and are so many that it pays to know."""
-    return stop - start > 8 and A.indices[stop - 1] - A.indices[start] == stop - start - 1
+    return stop - start > 3 and A.indices[stop - 1] - A.indices[start] == stop - start - 1
 
 
 @summing
 def row_value(A: Csr, i: int, x: np.ndarray) -> float:
     """(A x)_i, of one row here and there: called for every row of a product, it would cost a tenth of a step."""
-    total = 0.0
-    for k in range(A.indptr[i], A.indptr[i + 1]):
-        total += A.data[k] * x[A.indices[k]]
+    total, start, stop = 0.0, A.indptr[i], A.indptr[i + 1]
+    if unbroken(A, start, stop):
+        row, part = A.data[start:stop], x[A.indices[start] :]
+        for k in range(len(row)):
+            total += row[k] * part[k]
+    else:
+        for k in range(start, stop):
+            total += A.data[k] * x[A.indices[k]]
     return total
 
 
@@ -107,6 +112,8 @@ def add_product(A: Csr, factor: float, x: np.ndarray, y: np.ndarray) -> None:
     """y += factor A x."""
     for i in range(len(A.indptr) - 1):
         total, start, stop = 0.0, A.indptr[i], A.indptr[i + 1]
+        if start == stop:
+            continue  # as most probe rows of contacts
         if unbroken(A, start, stop):
             row, part = A.data[start:stop], x[A.indices[start] :]
             for k in range(len(row)):
