@@ -90,6 +90,14 @@ def test_a_part_is_trained_on_the_motion_of_a_scene_as_well(folder: Path, tmp_pa
     assert found["points"] == found["points_full"]
 
 
+def test_a_part_is_trained_up_to_a_strain(folder: Path, tmp_path: Path) -> None:
+    told = ("--body", "beam", "--alone", "--strain", "2e-3", "--runs", "1", "--tolerance", "1e-6", "--samples", "100")
+    found = fmbs("part", "train", folder / "scene.yaml", *told, "--json", "--out", tmp_path).json
+    assert 1.8e-3 <= found["largest_strain"] <= 2.2e-3
+    assert found["alone"]["strain"] == 2e-3
+    assert found["alone"]["force"] > 0.0
+
+
 def test_a_training_goes_on(folder: Path, tmp_path: Path) -> None:
     more = ("--body", "beam", "--alone", *SHORT[:-2], "--seed", "1", "--continue", folder / "beam.part.h5")
     found = fmbs("part", "train", folder / "scene.yaml", *more, "--json", "--out", tmp_path).json
@@ -105,6 +113,7 @@ def test_a_training_goes_on(folder: Path, tmp_path: Path) -> None:
         (("train", "scene.yaml", "--body", "beem", "--alone"), "did you mean 'beam'"),
         (("train", "scene.yaml", "--body", "beam", "--alone", "--out", "beam.part.h5"), "a new file, got one that exists"),
         (("train", "chain.yaml", "--body", "upper", "--alone"), "a full elastic body (none here), got 'upper', a part"),
+        (("train", "scene.yaml", "--body", "beam", "--strain", "1e-3"), "--alone: expected it beside the sizes of its motions"),
         (("info", "scene.yaml"), "'fmbs_skfem part' in its first line"),
     ],
 )

@@ -15,11 +15,14 @@ from fmbs_skfem.bodies import Body, Circular, Material, Rim, cable
 from fmbs_skfem.bodies.body import point_mass
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import CorruptFile, InputError
+from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, departures, integrate, outputs
-from fmbs_skfem.reduction import affine, part_files, parts
+from fmbs_skfem.reduction import affine, excitation, part_files, parts
 from fmbs_skfem.reduction.excitation import Excitation, excite, settle
 from fmbs_skfem.scenes import build, reading
+from fmbs_skfem.shapes import line, surface
 from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate, joints, loads, probes
+from fmbs_skfem.verification.plates import rectangle
 from fmbs_skfem.verification.vibration import ring
 from tests import models
 
@@ -62,6 +65,57 @@ def test_a_part_trained_alone_serves_mechanisms_that_it_never_saw(weight: tuple[
     assert np.linalg.norm(path(full)[-1] - path(full)[0]) > 1.0
     assert np.linalg.norm(path(reduced) - path(full), axis=1).max() < 1.5e-4
     assert departures.find(reduced) == []
+
+
+@pytest.mark.parametrize(("material", "wanted"), [(models.MATERIAL, 5e-4), (Material(2e11, 7800.0), 1e-3)])
+def test_loads_are_scaled_until_the_states_of_a_training_reach_a_strain(material: Material, wanted: float) -> None:
+    """Smaller and larger than by its weight; on the same paths, with the ratios of forces, moments and weight as they are."""
+    rod = cable("rod", models.straight(16), models.SECTION, material)
+    states, told = excitation.run(rod, Excitation(runs=1, samples=200, strain=wanted))
+    assert 0.9 * wanted <= parts.largest_strains(rod, states).max() <= 1.1 * wanted
+    plain = settle(Excitation(), rod)
+    assert told.strain == wanted
+    scale = told.gravity / plain.gravity
+    assert (scale < 1.0) == (material is models.MATERIAL)
+    assert told.force == pytest.approx(scale * plain.force)
+    assert told.moment == pytest.approx(scale * plain.moment)
+    assert told.duration == pytest.approx(plain.duration / np.sqrt(scale), rel=1e-3)
+    part = part_files.train(rod, states)
+    assert part.notes["largest_strain"] == parts.largest_strains(rod, states).max()
+
+
+def test_a_strain_that_no_loads_reach_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(excitation, "TRIALS", 1)
+    asked = Excitation(runs=1, step=1e-3, duration=0.1, strain=1e-9)
+    with pytest.raises(InputError, match=r"largest strain of 1e-09, got .* by loads times .*take a smaller strain"):
+        excite(arm(), asked)
+    with pytest.raises(InputError, match="expected loads that are scaled to a strain, got none"):
+        excite(arm(), replace(asked, force=0.0, moment=0.0, gravity=0.0))
+
+
+def test_the_strain_of_fibres_is_that_of_stretched_bent_and_turned_bodies() -> None:
+    """On a circle or cylinder of radius R half the thickness over R; stretched by 1.01 it is 0.01005; turned none."""
+    t, R = 2e-3, 2.0
+    strip = plate("strip", rectangle("bfs", 8, 1, 1.0, 0.1), t, models.MATERIAL, dim=3)
+    for body, half in ((arm(), 0.5 * models.SECTION.diameter), (strip, 0.5 * t)):
+        x = body.reference
+        turned = parts.largest_strains(body, np.stack([x @ QUARTER, 1.01 * x]))
+        assert turned[0] < 1e-12
+        assert turned[1] == pytest.approx(0.5 * (1.01**2 - 1.0), rel=1e-9)
+        points = as_dense(probe_matrix(body))
+        at = points @ x
+        bent = np.stack([R * np.sin(at[:, 0] / R), at[:, 1], R * (1.0 - np.cos(at[:, 0] / R))], axis=1)
+        coordinates = np.linalg.lstsq(points, bent, rcond=None)[0]
+        assert parts.largest_strains(body, coordinates[None])[0] == pytest.approx(half / R, rel=2e-2)
+
+
+def probe_matrix(body: Body) -> np.ndarray:
+    """Rows of positions at many points of a body (x, b)."""
+    if isinstance(body.space, surface.Surface):
+        cells, xi = np.arange(len(body.space.nodes)), np.linspace(0.0, 1.0, 7)
+        pairs = [(e, (a, b)) for e in cells for a in xi for b in xi]
+        return as_dense(surface.sample(body.space, np.array([e for e, _ in pairs]), np.array([p for _, p in pairs])))
+    return as_dense(line.sample(body.space, np.linspace(0.0, line.breaks(body.space)[-1], 200)))
 
 
 def test_an_excitation_begins_at_all_places_and_is_the_same_with_the_same_seed() -> None:

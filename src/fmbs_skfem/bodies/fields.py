@@ -16,6 +16,7 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from ..core.records import dataclass
+from .cable_law import curvatures as curvatures_of_lines
 from .laws import Law
 
 COMPONENTS = {Law.MEMBRANE: 2, Law.SHELL: 3}  #: c of the laws with fields
@@ -73,6 +74,25 @@ def extreme_strains(law: Law, section: np.ndarray, u: np.ndarray, dim: int) -> n
     a, b, c = strains(u, dim)
     radius = np.hypot(0.5 * (a - b), c)
     return np.concatenate([0.5 * (a + b) - radius, 0.5 * (a + b) + radius])
+
+
+def fibre_strains(law: Law, u: np.ndarray, start: np.ndarray, section: np.ndarray, depth: float | np.ndarray) -> np.ndarray:
+    """Largest size of the strains along fibres (e, s) in the cells of a line or surface, of gradients u (k c, p, e, s).
+
+        lines       max_p |(r'.r' - 1)/2| + h max_p |kappa - kappa0|,     kappa0 of the gradients `start` (k c, p, e, 1)
+        surfaces    max_p of the principal values of E +- h k
+
+    `depth` h [m] is the distance of the outer fibres, a number or one a cell (e,); section (i, p, e).
+    """
+    h = np.broadcast_to(np.asarray(depth, dtype=float), section.shape[2:])[:, None]
+    if law in COMPONENTS:
+        E, k = strains(u, COMPONENTS[law]), curvatures(law, u, section[..., None])
+        faces = [E + side * h * k for side in (-1.0, 1.0)]
+        return np.max([np.abs(0.5 * (a + b)) + np.hypot(0.5 * (a - b), c) for a, b, c in faces], axis=(0, 1))
+    dim, option = len(u) // law.vectors, (law if law.bends else Law.EXACT).option
+    axial = np.where(section[0][..., None] >= 0.5 * section[0].mean(), 0.5 * (np.sum(u[:dim] ** 2, axis=0) - 1.0), 0.0)
+    bent, straight = (curvatures_of_lines(option, dim, np.moveaxis(one[: 2 * dim], 0, -1)) for one in (u, start))
+    return np.asarray(np.abs(axial).max(axis=0) + h * np.abs(bent - straight).max(axis=0))
 
 
 def normals(u: np.ndarray) -> np.ndarray:

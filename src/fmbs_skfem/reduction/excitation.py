@@ -8,6 +8,13 @@ The frequencies f_0 and f_1 [Hz] of every sweep are those of the excitation time
 smoothly from 0 to 1 over the first part of a run, so that nothing jumps, or is 1, for machines whose loads begin as steps.
 Directions of loads, of weights and of the motions that follow are all there, and a basis of vectors holds them turned in any way.
 Moments bend the ends, as welds and clamps do; points of surfaces take none.
+
+With a `strain` all loads are multiplied by a number s, for which the largest strain of a fibre in all states is that,
+
+    e(s) = strain (1 +- WITHIN),    F, M, g -> s F, s M, s g,    w -> sqrt(s) w,    times that are not given -> 1/sqrt(s)
+
+so that the rigid motion follows the same paths, and strains grow as s where they are small. It is found by e(s) of trials with
+steps COARSE times as long, then of the motions themselves; states beyond the strain are left out, as far as they are the fewer.
 """
 
 from __future__ import annotations
@@ -26,9 +33,11 @@ from ..core.errors import InputError, SolverError, say
 from ..core.records import dataclass
 from ..dynamics.integration import integrate
 from ..dynamics.scheme import GeneralizedAlpha, Newton
+from ..dynamics.stability import unstable
 from ..systems import At, Motion, assemble, eliminate, joints, loads
 from ..systems.lengths import masses
 from ..systems.places import directions
+from . import parts
 from .galerkin import snapshots
 
 GRAVITY = 9.81  #: where the excitation says none [m/s2]
@@ -36,6 +45,11 @@ LONG = 10.0  #: usual duration, in units of sqrt(L/g)
 SLOW, FAST = 0.1, 1.6  #: usual frequencies, in units of sqrt(g/L)
 BENDING = 0.1  #: usual moment, in units of F L
 STEPS = 6000  #: usual number of steps
+WITHIN = 0.1  #: part of a strain that is asked for, by which that of a training may differ
+AIM, LEAST = 1.2, 0.5  #: strain that is tried for, over the one asked for, and the least part of the states that is inside
+TRIALS, COARSE = 8, 4.0  #: motions that are tried, at most, with steps longer by this factor, and then with steps as they are
+SMALLEST = 1e-300  #: strain that counts as none
+FARTHEST = 30.0  #: factor by which loads change from one trial to the next, at most
 RISE = 0.05  #: usual part of a run over which sweeps rise
 SHARP = Newton(tolerance=1e-12)
 TRIED = "take smaller forces (--push), another duration or frequencies that its motion can follow, or a smaller step"
@@ -60,18 +74,23 @@ class Excitation:
     seed: int = 0
     #: at which it turns about the place that is pinned, at the start
     spin: Annotated[float, fields.quantity("rad/s", ">= 0")] = 0.0
+    #: largest one of a fibre in the states, to which all loads are scaled; None: as they are
+    strain: Annotated[float, fields.quantity("", "> 0")] | None = None
 
 
-def settle(excitation: Excitation, part: Body) -> Excitation:
-    """The excitation with what it leaves open, for a body."""
-    pace = np.sqrt((excitation.gravity or GRAVITY) / extent(part))
+def settle(excitation: Excitation, part: Body, scale: float = 1.0) -> Excitation:
+    """The excitation with what it leaves open, for a body, its loads times `scale`."""
+    pace = np.sqrt(scale * (excitation.gravity or GRAVITY) / extent(part))
     duration = LONG / pace if excitation.duration is None else excitation.duration
     step = duration / STEPS if excitation.step is None else excitation.step
-    force = masses([part])[0] * GRAVITY if excitation.force is None else excitation.force
+    weight = masses([part])[0] * (excitation.gravity or GRAVITY)
+    force = scale * (weight if excitation.force is None else excitation.force)
     return replace(
         excitation,
         force=force,
-        moment=BENDING * force * extent(part) if excitation.moment is None else excitation.moment,
+        moment=BENDING * force * extent(part) if excitation.moment is None else scale * excitation.moment,
+        gravity=scale * excitation.gravity,
+        spin=float(np.sqrt(scale)) * excitation.spin,
         duration=float(step * round(duration / step)),
         slowest=SLOW * float(pace) if excitation.slowest is None else excitation.slowest,
         fastest=FAST * float(pace) if excitation.fastest is None else excitation.fastest,
@@ -81,6 +100,72 @@ def settle(excitation: Excitation, part: Body) -> Excitation:
 
 def excite(part: Body, excitation: Excitation, progress: Callable[[float], None] | None = None) -> np.ndarray:
     """States (s, b, c) of all runs of a full body; InputError where it has no named place, SolverError where a run fails."""
+    return run(part, excitation, progress)[0]
+
+
+def run(part: Body, excitation: Excitation, progress: Callable[[float], None] | None = None) -> tuple[np.ndarray, Excitation]:
+    """As `excite`, with the excitation that made the states: its loads scaled, and what it leaves open."""
+    return (move if excitation.strain is None else reach)(part, excitation, progress)
+
+
+def reach(part: Body, excitation: Excitation, progress: Callable[[float], None] | None = None) -> tuple[np.ndarray, Excitation]:
+    """States (s, b, c) whose largest strain is the one that is asked for, and the excitation with loads that make it.
+
+    InputError where no loads do.
+    """
+    wanted, scale = excitation.strain, 1.0
+    assert wanted is not None
+    if not excitation.gravity and not excitation.spin and excitation.force == 0.0 and not excitation.moment:
+        raise InputError(say(f"training of '{part.name}' alone", "loads that are scaled to a strain", "none", "leave one as it is"))
+    for longer in (COARSE, 1.0):
+        tried: list[tuple[float, float]] = []
+        for _ in range(TRIALS):
+            told = replace(settle(excitation, part, scale), strain=None)
+            assert told.step is not None
+            try:
+                states, _ = move(part, replace(told, step=longer * told.step), progress)
+                strains = parts.largest_strains(part, states)
+                strains[~np.isfinite(strains)] = np.inf
+            except SolverError:
+                strains = np.array([np.inf])
+            tried.append((scale, float(strains.max())))
+            kept = strains <= (1.0 + WITHIN) * wanted
+            if kept.mean() >= LEAST and strains[kept].max() >= (1.0 - WITHIN) * wanted:
+                break
+            scale = next_scale(tried, AIM * wanted)
+        else:
+            if longer == 1.0:
+                raise unreached(part, wanted, tried)
+            scale = min(tried, key=lambda one: abs(np.log(max(one[1], SMALLEST) / wanted)))[0]
+    return states[kept], replace(told, strain=wanted)
+
+
+def next_scale(tried: list[tuple[float, float]], wanted: float) -> float:
+    """The scale of loads to try next, of pairs of a scale and the strain that it gave, infinite where the motion failed."""
+    scale, strain = tried[-1]
+    below = max((one for one in tried if one[1] < wanted), default=None)
+    above = min((one for one in tried if one[1] >= wanted), default=None)
+    if below is None or above is None:
+        factor = wanted / strain if 0.0 < strain < np.inf else FARTHEST if strain == 0.0 else 1.0 / FARTHEST
+        return scale * float(np.clip(factor, 1.0 / FARTHEST, FARTHEST))
+    share = 0.5
+    if above[1] < np.inf and below[1] > 0.0:
+        share = float(np.clip(np.log(wanted / below[1]) / np.log(above[1] / below[1]), 0.1, 0.9))
+    return float(below[0] * (above[0] / below[0]) ** share)
+
+
+def unreached(part: Body, wanted: float, tried: list[tuple[float, float]]) -> InputError:
+    """The error of a strain that no loads reach, with what was tried."""
+    found = [f"{strain:.3g} by loads times {scale:.3g}" for scale, strain in tried if strain < np.inf]
+    failed = [scale for scale, strain in tried if strain == np.inf]
+    more = f"; the motion fails with loads times {min(failed):.3g}" if failed else ""
+    got = f"{', '.join(found[-3:]) or 'none'}{more}"
+    remedy = "take a smaller strain, other frequencies or a smaller step"
+    return InputError(say(f"training of '{part.name}' alone", f"a largest strain of {wanted:g}", got, remedy))
+
+
+def move(part: Body, excitation: Excitation, progress: Callable[[float], None] | None = None) -> tuple[np.ndarray, Excitation]:
+    """States (s, b, c) of all runs with loads as they are, and the excitation with what it leaves open."""
     told, random = settle(excitation, part), np.random.default_rng(excitation.seed)
     names = [*part.frames, *part.places]
     if not names:
@@ -97,11 +182,13 @@ def excite(part: Body, excitation: Excitation, progress: Callable[[float], None]
         done = None if progress is None else partial(advance, progress, run, told.runs)
         try:
             motion = integrate(system, scheme, told.duration, SHARP, every, done)
+            if broken := unstable(motion, told.step):
+                raise broken
         except SolverError as error:
             error.args = (f"training of '{part.name}' alone, run {run + 1} of {told.runs}, pinned at '{held}': {error}; {TRIED}",)
             raise
         found.append(snapshots(motion).q.reshape(len(motion.times), -1, part.dim))
-    return np.concatenate(found)
+    return np.concatenate(found), told
 
 
 def turning(part: Body, told: Excitation, held: str, run: int) -> Motion:

@@ -90,7 +90,7 @@ def train(
     found = replace(found, shapes=replace(found.shapes, missing=lacked(body, S, states, before)))
     assert found.shapes is not None
     low, high = found.shapes.trained
-    names = departures.kinds_of(found.shapes)
+    names, largest = departures.kinds_of(found.shapes), float(parts.largest_strains(body, states).max())
     record = {
         "functions": S.shape[1],
         "functions_full": len(S),
@@ -100,6 +100,7 @@ def train(
         "hyper_tolerance": eta,
         "states": len(states) + (0 if before is None else int(before.notes["states"])),
         "states_kept": len(kept),
+        "largest_strain": max(largest, 0.0 if before is None else before.notes.get("largest_strain", 0.0)),
         "strains": {name: [float(a), float(b)] for name, a, b in zip(names, low, high, strict=True)},
         "training_s": clock.process_time() - begun,
     }

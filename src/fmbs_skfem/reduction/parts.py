@@ -19,6 +19,7 @@ import numpy as np
 from scipy.linalg import eigh, qr
 from scipy.sparse import csr_array, vstack
 
+from ..bodies import fields
 from ..bodies.body import Body, Cells, ShapePoints, locate, own, probe
 from ..core import ranks
 from ..core.errors import InputError, say
@@ -27,12 +28,14 @@ from ..dynamics import departures
 from ..shapes import line, surface
 from ..shapes.surface import Parent, Surface
 from ..systems import assemble, lengths, shape_points, terms
+from ..systems.cells import gradient_rows
 from ..systems.compiled import compile_system, elastic_tangent
 from ..systems.system import Elastic
 from . import invariant, pod, sampling
 from .hyper_reduction import USUAL
 from .sampling import Level, Measure
 
+STATES = 20  #: states whose strains are found at a time
 MISSES = 1e-9  #: distance of the reference from the shape functions, over the size of the body, from which it is refused
 
 
@@ -202,6 +205,26 @@ def extremes(points: ShapePoints, states: np.ndarray) -> np.ndarray:
     """Lowest and highest strains (2, j) of states (s, m, c)."""
     found = departures.strains(points, states)
     return np.stack([found.min(axis=(0, 1)), found.max(axis=(0, 1))])
+
+
+def largest_strains(part: Body, states: np.ndarray) -> np.ndarray:
+    """Largest strain of a fibre (s,) of a full body in states (s, b, c).
+
+    The outer fibres of lines are those of a round bar, h = 2 sqrt(EI / EA): the half diameter, 1.15 times half the height of a bar.
+    """
+    assert part.cells is not None
+    cells, found = part.cells, [np.zeros(0)]
+    rows, h = gradient_rows(cells, part.reference.size), 0.5 * np.asarray(part.thickness)
+    if cells.law not in fields.COMPONENTS:
+        EA, EI = (np.sum(row * cells.section[-1]) for row in cells.section[:2])
+        h = np.asarray(2.0 * np.sqrt(EI / EA))
+    shape = (-1, *cells.section.shape[1:])
+    start = (rows @ part.reference.ravel()).reshape(*shape, 1)
+    for k in range(0, len(states), STATES):
+        block = states[k : k + STATES].reshape(-1, part.reference.size).T
+        u = np.asarray(rows @ block).reshape(*shape, block.shape[1])
+        found.append(fields.fibre_strains(cells.law, u, start, cells.section, h).max(axis=0))
+    return np.concatenate(found)
 
 
 def placed(part: Body, name: str, origin: np.ndarray | None = None, rotation: np.ndarray | None = None) -> Body:

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Unpack
 
+from ..core.errors import InputError, say
 from . import job as jobs
 from .options import Argument, Duration, ModelFile, Option, OutputOptions, Picture, Plots, SceneSource, Shared, Step, ValueOptions
 from .result import Result
@@ -72,6 +73,15 @@ def train_part(
         float, Option("Part of a motion over which forces and moments rise; 0: they begin as steps.", "PART", least=0.0, most=1.0)
     ] = 0.05,
     spin: Annotated[float, Option("Its turning at the start, about random axes.", "RAD/S", least=0.0)] = 0.0,
+    strain: Annotated[
+        float | None,
+        Option(
+            "Scale all loads until the largest strain of a fibre in its states is this, within 10 %.",
+            "VALUE",
+            least=0.0,
+            above=True,
+        ),
+    ] = None,
     samples: Annotated[int, Option("States that are kept of a motion.", "N", least=10)] = 600,
     seed: Annotated[int, Option("Of random directions, phases and frequencies.", "N")] = 0,
     before: Annotated[
@@ -88,7 +98,10 @@ def train_part(
     from . import parts
 
     with jobs.begin(source, **shared) as job:
-        told = Excitation(runs, push, moment, gravity, duration, slowest, fastest, step, samples, rise, seed, spin)
+        told = Excitation(runs, push, moment, gravity, duration, slowest, fastest, step, samples, rise, seed, spin, strain)
+        if not alone and told != Excitation():
+            remedy = "give --alone, or leave out what moves the body by itself"
+            raise InputError(say("--alone", "it beside the sizes of its motions", "none", remedy))
         known, excited = None if before is None else Path(before), told if alone else None
         return parts.train(job, jobs.read_scene(job), body, excited, tolerance, modes, hyper or None, known)
 

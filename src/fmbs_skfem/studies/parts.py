@@ -57,12 +57,11 @@ def train(
     if known is not None:
         part_files.recall(known, part)
     compiling.announce(job)
-    told = None if alone is None else excitation.settle(alone, part)
-    begun = time.process_time()
-    if told is None:
+    begun, told = time.process_time(), None
+    if alone is None:
         states = moved(job, scene, others, body)
     else:
-        states = excitation.excite(part, told, job.progress(f"{body} alone"))
+        states, told = excitation.run(part, alone, job.progress(f"{body} alone"))
     spent = time.process_time() - begun
     origin = reports.plain(reports.provenance(scene))
     record = {"alone": None if told is None else reports.plain(asdict(told)), "motions_s": spent, "scene": jobs.title(scene)}
