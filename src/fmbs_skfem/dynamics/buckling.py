@@ -19,9 +19,11 @@ from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import scale_of, without_redundant
 from ..systems.system import System
+from .linear import linearise
 from .loading import ramp
 from .modes import SMALL, largest_one
 from .scheme import STATIC, Newton
+from .shapes import find_free
 from .statics import Equilibrium, newton_statics
 
 FIRST, PROBE = 1e-3, 1e-2  #: loads of the difference quotient: a part of those given, then of those that buckle
@@ -43,9 +45,11 @@ def buckling(system: System, count: int = 1, time: float = 1.0) -> Buckling:
 
     The factor 1 stands for the loads at `time` [s] as in `solve_statics`; K1 is taken from loads of a hundredth of the least one.
     Exact where equilibria lie on a straight path, as in a column; where a structure bends before, `follow_path` finds what happens.
-    InputError where the loads do not change the stiffness; SolverError where the system is free to move.
+    InputError where the loads do not change the stiffness, or the system is free to move.
     """
     model, probe = compile_system(without_redundant(ramp(system, time))), FIRST
+    if free := find_free(model.system, linearise(model.system)).names:
+        raise InputError(say("buckling", "a system that its joints hold", "; ".join(free), "hold it by joints"))
     for _ in range(2):
         found = predict_buckling(model, count, probe)
         probe = PROBE * float(abs(found.factors[0]))

@@ -22,9 +22,11 @@ from ..systems.redundancy import without_redundant
 from ..systems.system import System
 from . import departures, missing_shapes
 from .histories import finite_signals
+from .linear import linearise
 from .loading import parts, ramp
 from .names import row_names, told, worst
 from .scheme import STATIC, Newton, round_off
+from .shapes import find_free
 from .trajectory import Statistics, Trajectory
 
 SHORTER = 0.55  #: factor of a load step that failed; not 1/2, which would come back to the same load factor
@@ -147,7 +149,10 @@ def path(system: System, found: list[Equilibrium]) -> Trajectory:
 
 
 def warn(states: Trajectory, last: np.ndarray) -> None:
-    """Say what speaks against equilibria: parts beyond their training or too stiff, tables beyond their ends at the `last` one."""
+    """Say what speaks against equilibria: parts beyond their training or too stiff, tables beyond their ends, bodies that are free.
+
+    `last` (l,) is what forces keep of the last one.
+    """
     times, seen = departures.looks(states)
     beyond = departures.find_in(states.system, states.times, states.x)
     departures.warn(beyond + departures.find_missing(states.system, times, seen))
@@ -155,6 +160,9 @@ def warn(states: Trajectory, last: np.ndarray) -> None:
         missing_shapes.warn_of_stiffness(one)
     for text in responses.beyond(compile_system(states.system), last):
         notify(text)
+    linear = linearise(states.system, states.x[-1], states.multipliers[-1], float(states.times[-1]), last)
+    if free := find_free(states.system, linear).names:
+        notify(f"nothing resists that {'; '.join(free)}: where the bodies are along that is arbitrary; hold them by joints")
 
 
 def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: float, unit: str) -> Equilibrium:

@@ -1,0 +1,56 @@
+"""Equilibria and buckling of bodies that nothing holds: loads may balance, but where the bodies are is arbitrary."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+from fmbs_skfem.bodies import sections
+from fmbs_skfem.bodies.body import cable
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.dynamics import buckling, outputs, solve_statics
+from fmbs_skfem.systems import At, System, assemble, joints, loads, probes
+from fmbs_skfem.systems.bushing import Bushing
+from tests.models import straight
+
+PULL = 3.0  #: [N]
+
+
+def pulled(held: list[joints.Joint], pull: float = PULL, more: tuple[loads.Load, ...] = ()) -> System:
+    """A beam of 1 m with EA = 1e5 N, pulled at both ends."""
+    beam = cable("beam", straight(5), sections.Given(1e5, 1.0, 0.1), dim=2)
+    ends = [loads.PointForce(end, At("beam", end), (way * pull, 0.0)) for end, way in (("left", -1.0), ("right", 1.0))]
+    sought = {end: probes.Position(At("beam", end)) for end in ("left", "right")}
+    return assemble([beam], held, [*ends, *more], outputs=sought)
+
+
+def test_an_equilibrium_of_a_free_body_says_what_is_arbitrary() -> None:
+    """The stretch is N L / EA, to first order; tension holds the beam against turning, and nothing its place."""
+    with pytest.warns(Notice, match=r"nothing resists that beam moves along \(1, 0\); beam moves along \(0, 1\): where"):
+        found = outputs(solve_statics(pulled([])))
+    assert found["right_x"][-1] - found["left_x"][-1] == pytest.approx(1.0 + PULL / 1e5, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    "system",
+    [
+        pulled([joints.Pin("pin", At("beam", "left"))]),
+        pulled([], more=(Bushing("bushing", At("beam", "left"), stiffness=(5.0, 5.0)),)),
+    ],
+    ids=["tension", "spring"],
+)
+def test_what_joints_springs_or_tension_hold_is_not_spoken_of(system: System) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", Notice)
+        solve_statics(system)
+
+
+def test_buckling_of_a_free_body_is_refused() -> None:
+    with pytest.raises(InputError, match=r"expected a system that its joints hold, got .*beam turns about .*; hold it by joints"):
+        buckling(pulled([], -PULL))
+    joined = [joints.Pin("pin", At("beam", "left")), joints.Slider("slider", At("beam", "right"), (1.0, 0.0))]
+    factor = buckling(pulled(joined, -PULL)).factors[0]
+    assert factor * PULL == pytest.approx(np.pi**2, rel=1e-3)  # that of Euler
