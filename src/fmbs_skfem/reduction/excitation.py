@@ -104,7 +104,7 @@ def excite(part: Body, excitation: Excitation, progress: Callable[[float], None]
 
 
 def run(part: Body, excitation: Excitation, progress: Callable[[float], None] | None = None) -> tuple[np.ndarray, Excitation]:
-    """As `excite`, with the excitation that made the states: its loads scaled, and what it leaves open."""
+    """As `excite`, states (s, b, c), with the excitation that made them: its loads scaled, and what it leaves open."""
     return (move if excitation.strain is None else reach)(part, excitation, progress)
 
 
