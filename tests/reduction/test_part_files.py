@@ -97,11 +97,15 @@ def test_the_strain_of_fibres_is_that_of_stretched_bent_and_turned_bodies() -> N
     """On a circle or cylinder of radius R half the thickness over R; stretched by 1.01 it is 0.01005; turned none."""
     t, R = 2e-3, 2.0
     strip = plate("strip", rectangle("bfs", 8, 1, 1.0, 0.1), t, models.MATERIAL, dim=3)
-    for body, half in ((arm(), 0.5 * models.SECTION.diameter), (strip, 0.5 * t)):
+    rims = {"hub": Rim(("inner",)), "edge": Rim(("outer",))}
+    disk = plate("ring", ring(0.1, 0.3, 12), 0.01, models.MATERIAL, dim=2, rims=rims)
+    for body in (arm(), strip, disk):
         x = body.reference
-        turned = parts.largest_strains(body, np.stack([x @ QUARTER, 1.01 * x]))
+        turned = parts.largest_strains(body, np.stack([x @ QUARTER[: body.dim, : body.dim], 1.01 * x]))
         assert turned[0] < 1e-12
         assert turned[1] == pytest.approx(0.5 * (1.01**2 - 1.0), rel=1e-9)
+    for body, half in ((arm(), 0.5 * models.SECTION.diameter), (strip, 0.5 * t)):
+        x = body.reference
         points = as_dense(probe_matrix(body))
         at = points @ x
         bent = np.stack([R * np.sin(at[:, 0] / R), at[:, 1], R * (1.0 - np.cos(at[:, 0] / R))], axis=1)

@@ -214,7 +214,9 @@ def largest_strains(part: Body, states: np.ndarray) -> np.ndarray:
     """
     assert part.cells is not None
     cells, found = part.cells, [np.zeros(0)]
-    rows, h = gradient_rows(cells, part.reference.size), 0.5 * np.asarray(part.thickness)
+    rows, h = gradient_rows(cells, part.shape_reference.size), 0.5 * np.asarray(part.thickness)
+    if part.spread is not None:
+        rows = csr_array(rows @ alike(part.spread, part.dim))
     if cells.law not in fields.COMPONENTS:
         EA, EI = (np.sum(row * cells.section[-1]) for row in cells.section[:2])
         h = np.asarray(2.0 * np.sqrt(EI / EA))
