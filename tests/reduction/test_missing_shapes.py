@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -14,7 +15,7 @@ from numpy.testing import assert_allclose
 
 from fmbs_skfem.bodies import Body, Circular, Material, cable
 from fmbs_skfem.bodies.values import changed
-from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.core.notices import Notice, Remark
 from fmbs_skfem.dynamics import (
     GeneralizedAlpha,
     Newton,
@@ -139,6 +140,41 @@ def test_a_run_that_is_stopped_by_a_warning_keeps_what_there_is() -> None:
         clamped(pinned().body, 100.0 * WEIGHT)
     assert caught.value.partial.times[-1] > 0.0
     assert missing(caught.value.partial)
+
+
+def test_a_clamp_where_a_training_had_no_moments_is_told_before_the_run(tmp_path: Path) -> None:
+    """As a remark, which --strict does not take for an error; not of pins, of forces, of trainings with moments or unknown ones."""
+    record, moments = {"alone": {"moment": 0.0}}, {"alone": {"moment": 0.1}}
+    pin = SCENE.replace("weld", "spherical").replace("ANALYSIS", "dynamic, duration: 0.2 s, step: 2 ms")
+    weld = pin.replace("spherical", "weld")
+    motor = pin.replace("loads: {", "loads: {M: {type: torque, at: arm.right, torque: [0, 1 N mm, 0]}, ")
+    short = states()[::40]
+    trained = part_files.train(arm(), short, 1e-9, None, 1e-2, **record)
+    more = part_files.train(arm(), short, 1e-9, None, 1e-2, trained, **moments)
+    other = part_files.train(arm(), short, 1e-9, None, 1e-2, **moments)
+    unknown = part_files.train(arm(), short, 1e-9, None, 1e-2)
+    cases = [(trained, weld, "left"), (trained, motor, "right"), (trained, pin, ""), (more, weld, ""), (other, weld, "")]
+    for number, (part, text, place) in enumerate([*cases, (unknown, weld, "")]):
+        folder = tmp_path / f"{number}"
+        folder.mkdir()
+        part_files.save(part, folder / "arm.part.h5")
+        (folder / "scene.yaml").write_text(text, encoding="utf-8")
+        done = fmbs("check", folder / "scene.yaml", "--json", "--strict")
+        assert done.code == 0, done.err
+        told = [one for one in done.json["notices"] if "had no moments" in one]
+        assert [f"act on its direction at {place}, where" in one for one in told] == [True] * bool(place)
+
+
+def test_a_part_of_which_nothing_can_be_said_is_named_with_the_reason() -> None:
+    old = replace(pinned().body, shapes=replace(pinned().body.shapes, missing=None))  # type: ignore[type-var]
+    between = loads.PointForce("F", At("arm", 0.4), (0.0, 0.0, 1e-4))
+    for body, more, why in ((old, (), "they know none"), (pinned().body, (between,), "act elsewhere than at their places")):
+        with pytest.warns(Remark, match=f"parts 'arm': nothing can be said of shapes that they lack, as .*{why}.*fmbs part check"):
+            clamped(body, WEIGHT, *more)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Notice)
+        warnings.simplefilter("error", Remark)
+        clamped(alone().body)
 
 
 def test_equilibria_that_bend_too_little_are_told() -> None:

@@ -7,6 +7,7 @@ S are the shape functions of the part, T the next ones of its training, W is the
 
 from __future__ import annotations
 
+from dataclasses import field
 from typing import Annotated
 
 import numpy as np
@@ -16,7 +17,6 @@ from ..core.records import dataclass
 from ..core.validation import Indices, Number, Reals
 
 
-@storable
 @dataclass(frozen=True)
 class MissingShapes:
     """The functions F (f) of a part of the shape functions S (b) at all quadrature points (g) of its body."""
@@ -29,3 +29,8 @@ class MissingShapes:
     rows: Annotated[np.ndarray, Reals("j f")]  #: positions, slopes and axes at places
     place: Annotated[np.ndarray, Indices("j")]  #: number of the place of every row
     left_out: Annotated[float, Number(0.0)]  #: largest root mean square of what S leaves out of a state of the training [m]
+    #: numbers of places with directions on which no moment acted in the training; none where its record does not say
+    unbent: Annotated[np.ndarray, Indices("*")] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+
+storable(MissingShapes, unbent=lambda values: np.zeros(0, dtype=np.int64))

@@ -176,5 +176,7 @@ def watch(system: System) -> Record | None:
         if len(known) > told and (last or not told):
             told = len(known)
             warn(list(known.values()))
+        if last:
+            missing_shapes.tell_unknown(system)
 
     return look

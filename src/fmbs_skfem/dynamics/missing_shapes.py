@@ -13,16 +13,17 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (39), (49), doi 10.1016
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..bodies import laws
-from ..bodies.body import ShapePoints
+from ..bodies.body import Body, ShapePoints
 from ..bodies.laws import Law
 from ..core import ranks
 from ..core.linalg import as_dense, evenly
-from ..core.notices import notify
+from ..core.notices import notify, remark
 from ..core.records import dataclass
 from ..systems.shape_points import modulus_times_functions
 from ..systems.system import Elastic, System, remembered
@@ -36,7 +37,13 @@ LOOKS = 6  #: states of a run that are looked at, evenly in time
 LIMP = 1e-9  #: least stiffness that counts, over the largest one: a cable without tension has none across
 COARSE = 1e-2  #: part of itself by which a frequency or load factor is too high, from which a warning is shown
 REST = 1e-12  #: displacement over the size of a body, with which its energy is round-off
+HOLD = "hold the mechanism once against full bodies (fmbs part check)"
+SHOWN = 3  #: names of parts that a remark lists
 REMEDY = "train them on such motions, or with moments where they are clamped (fmbs part train --alone)"
+UNKNOWN = "they know none, `fmbs part info` says why"
+REDUCED, FORCED = "they are reduced further", "forces act along them that are no weight"
+APART, HELD = "joints or loads act elsewhere than at their places", "joints and loads act on all shapes that they know"
+TURNED = 1e-6  #: part of a row by which it reads directions of a place
 ELSEWHERE = 1e-8  #: part of a row, over its size, by which a joint or load acts elsewhere than at a place
 
 
@@ -61,9 +68,26 @@ def looked_at(states: int) -> np.ndarray:
 
 def tests(system: System, elastic: Elastic) -> Tests | None:
     """Those of a part that knows shapes that it lacks; None of others, and where something acts elsewhere than at its places."""
+    found = examined(system, elastic)
+    return found if isinstance(found, Tests) else None
+
+
+def examined(system: System, elastic: Elastic) -> Tests | str:
+    """The test functions of a part, or why there are none."""
     if not isinstance(elastic.gather, ShapePoints):
-        return None
+        return UNKNOWN
     return remembered(system, (KIND, elastic.name), lambda: find_tests(system, elastic))
+
+
+def tell_unknown(system: System) -> None:
+    """A remark of trained parts of which nothing can be said, by the reason."""
+    silent: dict[str, list[str]] = {}
+    for one in system.elastic:
+        if isinstance(one.gather, ShapePoints) and one.gather.trained.size and isinstance(why := examined(system, one), str):
+            silent.setdefault(why, []).append(f"'{one.name}'")
+    for why, names in silent.items():
+        listed = ", ".join(names[:SHOWN]) + (f" ... ({len(names)} in all)" if len(names) > SHOWN else "")
+        remark(f"parts {listed}: nothing can be said of shapes that they lack, as {why}; {HOLD}")
 
 
 def lacking(system: System) -> list[tuple[ShapePoints, str, Tests]]:
@@ -72,12 +96,12 @@ def lacking(system: System) -> list[tuple[ShapePoints, str, Tests]]:
     return [(points, name, functions) for points, name, functions in known if functions is not None]
 
 
-def find_tests(system: System, elastic: Elastic) -> Tests | None:
-    """As `tests`, found anew."""
+def find_tests(system: System, elastic: Elastic) -> Tests | str:
+    """As `examined`, found anew."""
     points: ShapePoints = elastic.gather
     missing, whole, dim = points.missing, system.full or system, points.dim
     if missing is None or whole.size != len(whole.lift.offset):
-        return None
+        return UNKNOWN if missing is None else REDUCED
     columns = points.columns
     mass, damping, springs = (as_dense(A[columns][:, columns]) for A in (whole.mass, whole.damping, whole.stiffness))
     alpha = float(np.trace(damping) / np.trace(mass))
@@ -87,16 +111,16 @@ def find_tests(system: System, elastic: Elastic) -> Tests | None:
     others = (springs, damping - alpha * mass, constant - np.outer(weight, g))
     sizes = (mass, damping, constant)
     if any(np.abs(A).max() > ELSEWHERE * np.abs(B).max() for A, B in zip(others, sizes, strict=True)):
-        return None
-    acting = rows_that_act(points, as_dense(whole.probes.matrix[:, columns]), weight)
+        return FORCED
+    acting, _ = rows_that_act(points, as_dense(whole.probes.matrix[:, columns]), weight)
     if acting is None:
-        return None
+        return APART
     b, f = missing.mass.shape[1], len(missing.mass)
     free = ranks.null_space(acting[:, :b])
     balanced = np.vstack([free, np.zeros((f - b, free.shape[1]))])
     N = ranks.null_space(np.vstack([acting, balanced.T @ missing.metric]))
     if not N.shape[1]:
-        return None
+        return HELD
     N = np.linalg.solve(np.linalg.cholesky(N.T @ missing.metric @ N), N.T).T
     own, table = (np.ascontiguousarray(part) for part in (missing.functions[:, :, :b], missing.functions @ N))
     inertia = total * (N.T @ missing.mass)
@@ -104,8 +128,9 @@ def find_tests(system: System, elastic: Elastic) -> Tests | None:
     return Tests(points.law, own, table, missing.section, missing.positions, inertia, weights, alpha)
 
 
-def rows_that_act(points: ShapePoints, probes: np.ndarray, weight: np.ndarray) -> np.ndarray | None:
-    """Rows (j, f) on the functions F along which joints and loads act, of their probes (y, b c); None where one acts elsewhere.
+def rows_that_act(points: ShapePoints, probes: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray | None, set[int]]:
+    """Rows (j, f) on the functions F along which joints and loads act, of their probes (y, b c), None where one acts elsewhere,
+    and the numbers of the places on whose directions they act.
 
     Rows along the `weight` (b,) are not among them: by those constant loads grow to their whole size in statics.
     """
@@ -116,14 +141,36 @@ def rows_that_act(points: ShapePoints, probes: np.ndarray, weight: np.ndarray) -
     left = left[np.abs(left).max(axis=1) > ELSEWHERE * np.abs(left).max(initial=0.0)]
     across = left - np.outer(left @ weight, weight) / (weight @ weight)
     left = left[np.linalg.norm(across, axis=1) > ELSEWHERE * np.linalg.norm(left, axis=1)]
-    found = [np.zeros((0, len(missing.mass)))]
+    found, turned = [np.zeros((0, len(missing.mass)))], set[int]()
     for place in np.unique(missing.place):
         rows = missing.rows[missing.place == place]
         weights = np.linalg.lstsq(rows[:, :b].T, left.T, rcond=None)[0].T
         here = np.linalg.norm(left - weights @ rows[:, :b], axis=1) <= ELSEWHERE * np.linalg.norm(left, axis=1)
         found.append(weights[here] @ rows)
+        across = np.linalg.norm(weights[here][:, 1:] @ rows[1:, :b], axis=1)
+        if (across > TURNED * np.linalg.norm(left[here], axis=1)).any():
+            turned.add(int(place))
         left = left[~here]
-    return None if len(left) else np.vstack(found)
+    return None if len(left) else np.vstack(found), turned
+
+
+def unbent_places(system: System, part: Body) -> list[str]:
+    """Places of a part on whose directions joints or loads of a system with all multipliers act, without moments in training."""
+    points = next((one.gather for one in system.elastic if one.name == part.name), None)
+    if not isinstance(points, ShapePoints) or points.missing is None or not points.missing.unbent.size:
+        return []
+    weight = as_dense(part.mass) @ part.constant
+    _, turned = rows_that_act(points, as_dense(system.probes.matrix[:, points.columns]), weight)
+    names = [*part.places, *part.frames]
+    return [names[k] for k in sorted(turned & set(points.missing.unbent.tolist()))]
+
+
+def tell_unbent(system: System, bodies: Iterable[Body]) -> None:
+    """A remark of parts that are held or loaded in their direction at places where they were trained without moments."""
+    for part in bodies:
+        if names := unbent_places(system, part):
+            text = f"part '{part.name}': joints or loads act on its direction at {', '.join(names)}"
+            remark(f"{text}, where its training had no moments: it may lack shapes that bend there, a run says how much; {REMEDY}")
 
 
 @dataclass(frozen=True)

@@ -158,6 +158,7 @@ def warn(states: Trajectory, last: np.ndarray) -> None:
     departures.warn(beyond + departures.find_missing(states.system, times, seen))
     for one in seen:
         missing_shapes.warn_of_stiffness(one)
+    missing_shapes.tell_unknown(states.system)
     for text in responses.beyond(compile_system(states.system), last):
         notify(text)
     linear = linearise(states.system, states.x[-1], states.multipliers[-1], float(states.times[-1]), last)

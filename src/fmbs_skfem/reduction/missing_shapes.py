@@ -29,8 +29,7 @@ def find(part: Body, S: np.ndarray, states: np.ndarray, columns: np.ndarray) -> 
     None where springs act between its functions, where nothing is left out, or where the tables would be very large.
     """
     assert part.cells is not None
-    K, P, _, E = part.cells.shape
-    if part.stiffness is not None or K * P * E * (S.shape[1] + COUNT) > MOST:
+    if part.stiffness is not None or is_large(part, S):
         return None
     W, left_out = parts.metric(part), max(distance(part, S, states), ROUND * extent(part))
     U, s = pod.left_singular(W, outside(part, S, columns))
@@ -43,6 +42,20 @@ def find(part: Body, S: np.ndarray, states: np.ndarray, columns: np.ndarray) -> 
     mass = F.T @ (part.mass @ S) / float(part.constant @ (part.mass @ part.constant))
     positions = parts.cell_centres(part)[points.cell]
     return MissingShapes(points.table, positions, points.section, mass, F.T @ (W @ F), rows @ F, place, left_out)
+
+
+def is_large(part: Body, S: np.ndarray) -> bool:
+    """Whether the tables of a part of the functions S (b, m) would be very large."""
+    assert part.cells is not None
+    K, P, _, E = part.cells.shape
+    return K * P * E * (S.shape[1] + COUNT) > MOST
+
+
+def why_unknown(part: Body, S: np.ndarray) -> str:
+    """Why `find` finds nothing."""
+    if part.stiffness is not None:
+        return "unknown: its patches are held together by springs"
+    return "unknown: its mesh is very large" if is_large(part, S) else "unknown: its functions leave nothing out of its training"
 
 
 def outside(part: Body, S: np.ndarray, columns: np.ndarray) -> np.ndarray:

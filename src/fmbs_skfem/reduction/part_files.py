@@ -15,6 +15,7 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equation (50), doi 10.1016/j.cma.
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Mapping
 from dataclasses import field, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -30,7 +31,9 @@ from ..core.linalg import evenly
 from ..core.records import dataclass
 from ..core.validation import Misfit, Reals, require
 from ..dynamics import departures
+from ..systems.places import directions
 from . import missing_shapes, parts, pod
+from .excitation import turns
 
 KIND = Kind("fmbs_skfem part", "a part", 1, "copy the file again, or train the part anew", "train and save the part anew")
 USUAL = 1e-12  #: eps of the shape functions of a part
@@ -87,7 +90,9 @@ def train(
         found = replace(found, shapes=replace(found.shapes, trained=np.stack([np.minimum(a, c), np.maximum(b, d)])))
     assert found.shapes is not None
     kept = evenly(0, len(z) - 1, KEPT)
-    found = replace(found, shapes=replace(found.shapes, missing=lacked(body, S, states, before)))
+    lacks = lacked(body, S, states, before)
+    lacks = lacks and replace(lacks, unbent=unbent(body, notes.get("alone"), before))
+    found = replace(found, shapes=replace(found.shapes, missing=lacks))
     assert found.shapes is not None
     low, high = found.shapes.trained
     names, largest = departures.kinds_of(found.shapes), float(parts.largest_strains(body, states).max())
@@ -102,9 +107,23 @@ def train(
         "states_kept": len(kept),
         "largest_strain": max(largest, 0.0 if before is None else before.notes.get("largest_strain", 0.0)),
         "strains": {name: [float(a), float(b)] for name, a, b in zip(names, low, high, strict=True)},
+        "missing_shapes": "known" if lacks else missing_shapes.why_unknown(body, S),
         "training_s": clock.process_time() - begun,
     }
     return Part(found, record | notes, Memory(S, np.asarray(np.linalg.qr(columns.T, mode="r")).T, z[kept]))
+
+
+def unbent(body: Body, alone: Any, before: Part | None) -> np.ndarray:
+    """Numbers of places with directions on which no moment acted in a training `alone` and before; none where that is unknown."""
+    if not isinstance(alone, Mapping):
+        return np.zeros(0, dtype=np.int64)
+    names = [*body.places, *body.frames]
+    still = [k for k, name in enumerate(names) if directions(body, name) and not (alone.get("moment") and turns(body, name))]
+    if before is not None:
+        points = before.body.shapes
+        known = () if points is None or points.missing is None else points.missing.unbent.tolist()
+        still = [k for k in still if k in known]
+    return np.array(still, dtype=np.int64)
 
 
 def lacked(body: Body, S: np.ndarray, states: np.ndarray, before: Part | None) -> MissingShapes | None:

@@ -10,7 +10,7 @@ import numpy as np
 from .. import dynamics
 from ..core.fields import Count, Time
 from ..core.records import dataclass
-from ..dynamics.missing_shapes import too_strong, warn_of_missing
+from ..dynamics.missing_shapes import tell_unknown, too_strong, warn_of_missing
 from . import build
 from .analyses import Form, States, StateTable, Work, motion_only
 from .locations import Told, where
@@ -46,6 +46,7 @@ class Buckling(States):
         factors = found.factors
         columns = {"mode": np.arange(1, len(factors) + 1), "load_factor": factors}
         facts, heads = {"load_factors": factors}, ["mode", "load factor"]
+        tell_unknown(reduced)
         if (high := too_strong(reduced, found)) is not None:
             warn_of_missing(where(scene, "analysis"), "load factors", high)
             facts |= {"too_high_by": high}

@@ -76,9 +76,14 @@ def of_parts(scene: Scene, parts: list[Body], pictures: bool = True) -> System:
     joints, loads, told = scene.joints.values(), scene.loads.values(), (sources(scene), scene.controllers.values())
     events = scene.events if scene.analysis.moves else {}
     try:
-        return assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures, *told, events)
+        system = assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures, *told, events)
     except InputError as error:
         raise InputError(locate_message(scene, str(error))) from error
+    if any(part.shapes for part in parts):
+        from ..dynamics import missing_shapes
+
+        missing_shapes.tell_unbent(system, parts)
+    return system
 
 
 def sources(scene: Scene) -> list[Source]:

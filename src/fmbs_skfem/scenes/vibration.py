@@ -12,7 +12,7 @@ from ..core.fields import Count
 from ..core.notices import notify
 from ..core.records import dataclass
 from ..dynamics import Linear, shapes
-from ..dynamics.missing_shapes import too_high, warn_of_missing
+from ..dynamics.missing_shapes import tell_unknown, too_high, warn_of_missing
 from ..dynamics.modes import GROWS, STILL, fastest, grows
 from ..dynamics.shapes import Free
 from .analyses import StateTable, Work, motion_only
@@ -67,6 +67,7 @@ class Modes(NearState):
             facts |= {"damping_ratios": found.damping, "growth_per_s": found.growth}
             columns |= {"damping_ratio": found.damping, "growth_per_s": found.growth}
             heads += ["damping ratio", "growth [1/s]"]
+        tell_unknown(reduced)
         high = None if found.damping is not None else too_high(reduced, linear.x, found.omega, found.vectors)
         if high is not None:
             warn_of_missing(where(scene, "analysis"), "frequencies", high)
