@@ -69,6 +69,7 @@ def test_contract(dim: int, angle: float, up: tuple[float, ...]) -> None:
     """Tangents of a smooth law, and after an accepted state of all of it, where beams stick and slide."""
     parts, smooth = pair(angle, up, dim), {"stiffness": 50.0, "damping": 0.4, "dissipation": 0.3, "smoothing": 0.002}
     check_force(parts, touch(**smooth))
+    check_force(parts, touch(**smooth, exponent=1.5, depth=0.003))
     system = replace(assemble(parts, loads=[touch(friction=0.3, **smooth)]), elastic=())
     model, random = compiled.compile_system(system), np.random.default_rng(1)
     memory, none = compiled.accepted(model, system.x0), np.zeros(0)

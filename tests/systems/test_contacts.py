@@ -11,6 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
+from scipy.special import gamma
 
 from fmbs_skfem.bodies import Body, cable, point_mass, rigid, sections
 from fmbs_skfem.core.errors import InputError
@@ -45,8 +46,8 @@ def every_contact(dim: int) -> list[Contact]:
         ContactPlane("plane", at=A1, point=x, normal=up, **LAW),
         ContactPlane("plane under a beam", body="c", radius=0.1, points=5, point=(0.0, 0.3, 0.0)[:dim], normal=up, **LAW),
         ContactPlane("carried plane", at=BOB, on=At("disc"), point=(2.0, 1.05, 0.0)[:dim], normal=up, **LAW),
-        ContactSphere("sphere", at=A1, center=(0.9, -0.1, 0.1)[:dim], **round_one),
-        ContactSphere("around a point", at=C1, on=BOB, diameter=1.2, **LAW),
+        ContactSphere("sphere", at=A1, center=(0.9, -0.1, 0.1)[:dim], exponent=1.5, depth=0.2, **round_one),
+        ContactSphere("around a point", at=C1, on=BOB, diameter=1.2, exponent=2.2, depth=0.1, **LAW | {"smoothing": 0.5}),
         ContactSphere("within", at=A1, radius=0.1, center=(0.85, -0.1, 0.1)[:dim], inside=True, **round_one),
         ContactSphere("two discs", at=At("disc"), on=At("other"), radius=0.2, **round_one),
         ContactCylinder("cylinder", body="a", points=3, center=(0.9, -0.1, 0.1)[:dim], length=3.0, **round_one, **axis),
@@ -199,6 +200,46 @@ def test_restitution_of_hunt_and_crossley() -> None:
 
     exact = brentq(lambda e: level(-e) - level(1.0), 0.1, 1.0)
     assert motion.v[-1, 1] == pytest.approx(exact, rel=1e-3)
+
+
+def test_impact_of_hertz() -> None:
+    """N = K s^(3/2): depth (5/4 m v^2 / K)^(2/5), duration 4/5 sqrt(pi) Gamma(2/5) / Gamma(9/10) depth / v = 2.9432 depth / v.
+
+    Johnson, Contact Mechanics, Cambridge University Press 1985, doi 10.1017/CBO9781139171731, (11.23) and (11.24).
+    """
+    v, K, R = 2.0, 3e7, 0.05
+    law = floor(stiffness=K * np.sqrt(R), exponent=1.5, depth=R, resolution=0.01)
+    motion, found = run(ball(law, at=(0.0, 1e-3), speed=(0.0, -v)), 2e-5, 6e-3)
+    depth = (1.25 * v**2 / K) ** 0.4
+    y, t = found["x_y"], motion.times
+    touch, leave = 1e-3 / v, t[-1] - y[-1] / motion.v[-1, 1]
+    assert -y.min() == pytest.approx(depth, rel=1e-4)
+    assert leave - touch == pytest.approx(0.8 * np.sqrt(np.pi) * gamma(0.4) / gamma(0.9) * depth / v, rel=1e-4)
+    assert leave - touch == pytest.approx(3.2181 * (1.0 / (K**2 * v)) ** 0.2, rel=1e-4)
+    assert found["floor_force"].max() == pytest.approx(K * (-y.min()) ** 1.5)
+    assert motion.v[-1, 1] == pytest.approx(v, rel=1e-4)
+    assert np.ptp(found["E_balance"]) < 1e-3 * 0.5 * v**2
+
+
+def test_what_is_chosen_where_nothing_is_said_bears_the_weight() -> None:
+    """Of 3 kg and 2 m at a ten-thousandth of the size, whatever the exponent."""
+    law = floor(exponent=1.5)
+    (exponent, depth), k = law.power(2.0), law.law(2.0, 3.0, 1)[0]
+    assert (exponent, depth) == (1.5, 2e-4)
+    assert k * depth == pytest.approx(3.0 * G)
+
+
+@pytest.mark.parametrize(
+    "more, message",
+    [
+        ({"stiffness": 1e4, "exponent": 1.5}, "floor.*depth: expected stiffness and depth, .* got one alone; of spheres of Hertz"),
+        ({"stiffness": 1e4, "depth": 0.1}, "floor.*depth: expected no depth without an exponent"),
+        ({"stiffness": 1e4, "exponent": 0.5, "depth": 0.1}, "floor.*exponent: expected an exponent from 1 on"),
+    ],
+)
+def test_exponents_need_a_depth(more: dict[str, float], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        ball(floor(**more))
 
 
 def block(slope: float, mu: float, speed: float, dim: int = 2, k: float = 1e6, **more: Any) -> System:

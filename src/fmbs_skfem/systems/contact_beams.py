@@ -79,6 +79,7 @@ class ContactBeam(Touch):
             np.array([part.radius if self.radius is None else self.radius for part in beams]),
             self.law(size, mass, len(spans) + 1),
             self.share(mass),
+            self.power(size),
         )
         self.tell_overlaps(gaps_of(term, reference), size, f"'{self.other}'", "move the beams")
         draft.forces.terms.append(term)

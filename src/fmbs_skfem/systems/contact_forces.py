@@ -22,17 +22,16 @@ from ..core.records import dataclass
 from ..core.structs import IntegerMatrix, Integers, Matrix, Vector, opener, routine
 from ..core.validation import Indices, Number, Reals, Sizes, also, require
 from . import forces, kernels
-from .contact_law import BEFORE, LAW, MU, STEP, UNKNOWN, E, K, Scalar, normal_force, resist
+from .contact_law import BEFORE, LAW, MU, POWER, STEP, UNKNOWN, E, K, Scalar, harden, normal_force, resist, stored
 from .contact_shapes import HEIGHTS, NUMBERS, clearance, measure
 from .evaluation import evaluation
 from .forces import Force, Place, Routines
-from .one_sided import lift, ramp
+from .one_sided import ramp
 
 DISTANT = 10.0  #: steps like the last one that a point is away, at least, whose rows are not kept: only what touches reads them
 SEEN = 4  #: numbers of a point: clearance, distance from the origin of the shape, ways a unit of |dx| and of max |dx_n| at most
 
 
-@storable
 @dataclass(frozen=True)
 class ContactForces:
     """Contact of t points with one shape."""
@@ -46,9 +45,13 @@ class ContactForces:
     radius: Annotated[np.ndarray, Reals("t")]  #: [m]
     law: Annotated[np.ndarray, Reals("l")]  #: numbers in the order of LAW
     share: Annotated[float, Number()]  #: change of speed that a change of force makes in a second, over the one allowed a step
+    power: Annotated[np.ndarray, Reals("p")]  #: numbers in the order of POWER
 
     def __len__(self) -> int:
         return len(self.rows)
+
+
+storable(ContactForces, power=lambda _: np.ones(2))
 
 
 @also.register(ContactForces)
@@ -59,6 +62,8 @@ def check_contact(term: ContactForces, name: str, sizes: Sizes) -> None:
     require(wide in (dim, dim * (1 + dim)), f"{name}.rows", "rows of a point, or of that and axes", wide)
     require(carried in (0, dim, dim * (1 + dim)), f"{name}.frame", "rows of an origin, or of that and axes", carried)
     require(len(term.law) == len(LAW), f"{name}.law", f"{len(LAW)} numbers", len(term.law))
+    sound = len(term.power) == len(POWER) and term.power[0] >= 1.0 and term.power[1] > 0.0
+    require(sound, f"{name}.power", "an exponent from 1 on, and a depth", term.power)
     known = NUMBERS[dim].get(term.shape)
     require(len(term.sizes) == known, f"{name}.sizes", "a known shape with its sizes", f"{term.shape} with {len(term.sizes)}")
     enough = term.shape != HEIGHTS or min(term.heights.shape[: dim - 1]) > 1
@@ -348,7 +353,7 @@ def judge(table: Any, record: Any) -> int:
 
 @routine
 def store(table: Any, record: Any) -> int:
-    """energy += k lift(s), and the elastic forces out of g."""
+    """energy += what is stored, and the elastic forces out of g."""
     s, F = evaluation(table).space, opened(record)
     many, own, dim = F.rows.shape[1] + len(F.frame), F.rows.shape[1], F.placed.shape[1]
     y, w, moved = np.empty(many), np.empty((8, many)), carry(s, F)
@@ -358,8 +363,8 @@ def store(table: Any, record: Any) -> int:
         read(table, F, k, y)
         overlap = -place(F, k, y, w)
         if overlap > 0.0:
-            N = F.law[K] * ramp(overlap, F.law[E])
-            s.energy[0] += F.law[K] * lift(overlap, F.law[E])
+            N = F.law[K] * harden(F.law, ramp(overlap, F.law[E]))
+            s.energy[0] += stored(F.law, overlap)
             for c in range(dim):
                 n = 0.0
                 for i in range(dim):
@@ -380,7 +385,7 @@ def _(found: ContactForces, place: Place) -> Force:
     pairs = np.stack([np.repeat(rows, many, axis=1), np.tile(rows, (1, many))], axis=2).reshape(-1, 2)
     memory = np.zeros((count, 2 + found.placed.shape[1] + many))
     memory[:, 0] = UNKNOWN
-    numbers = (found.placed, found.frame, found.rows, found.radius, found.law)
+    numbers = (found.placed, found.frame, found.rows, found.radius, np.concatenate([found.law, found.power]))
     arrays = [np.ascontiguousarray(part) for part in (found.sizes, found.heights, *numbers)]
     record = Record._make((found.shape, *arrays, found.share, *place))
     routines = Routines(push, slopes, accept, store, judge)

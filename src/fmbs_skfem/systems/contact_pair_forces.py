@@ -10,7 +10,7 @@ from ..core.jit import jit
 from ..core.structs import routine
 from . import forces
 from .contact_curves import bulge, correction, find_chord, longest, piece, shares, trace
-from .contact_law import STEP, UNKNOWN, E, K
+from .contact_law import STEP, UNKNOWN, E, K, harden, stored
 from .contact_pairs import (
     NODE,
     ROOM,
@@ -33,7 +33,7 @@ from .contact_pairs import (
 from .evaluation import evaluation
 from .forces import Force, Place, Routines
 from .low_rank import Size
-from .one_sided import lift, ramp
+from .one_sided import ramp
 
 SAME = 1e-9  #: distance in p and q of places that are one
 WAYS = 4  #: bounds of the ways of A and of B a unit of |dx| and of max |dx_n|
@@ -213,7 +213,7 @@ def judge(table: Any, record: Any) -> int:
 
 @routine
 def store(table: Any, record: Any) -> int:
-    """energy += W k lift(s), and the elastic forces out of g."""
+    """energy += W times what is stored, and the elastic forces out of g."""
     s, F = evaluation(table).space, opened(record)
     way, many, dim = ahead(s, F), len(F.rows), F.dim
     if not wakes(s, F, way):
@@ -227,8 +227,8 @@ def store(table: Any, record: Any) -> int:
         gap, p, q, _ = find(F, k, y, far, w)
         if gap < 0.0:
             places, weight, long = pieces(F, p, q), weigh(F, k, p), gap + F.radii[0] + F.radii[1]
-            s.energy[0] += weight * F.law[K] * lift(-gap, F.law[E])
-            N = weight * F.law[K] * ramp(-gap, F.law[E])
+            s.energy[0] += weight * stored(F.law, -gap)
+            N = weight * F.law[K] * harden(F.law, ramp(-gap, F.law[E]))
             for c in range(dim):
                 w[6, c], w[9, c] = (w[0, c] - w[3, c]) / long, 0.0
             share_out(F.spans, p, 1, 0.0, 0.0, N, w, out[: 4 * dim], dim)

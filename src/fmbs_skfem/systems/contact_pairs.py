@@ -36,7 +36,7 @@ from ..core.structs import Cube, Integers, Matrix, Vector, opener, routine
 from ..core.validation import Indices, Number, Reals, Sizes, also, require
 from . import kernels
 from .contact_curves import find_chord, longest, meet_curves, piece, shares, trace
-from .contact_law import BEFORE, LAW, MU, Scalar, normal_force, resist, size
+from .contact_law import BEFORE, LAW, MU, POWER, Scalar, normal_force, resist, size
 from .evaluation import evaluation
 from .forces import Place
 
@@ -44,7 +44,6 @@ NODE = 4  #: numbers of a node in the memory: normal force, whether it was ever 
 ROOM = 22  #: vectors of work
 
 
-@storable
 @dataclass(frozen=True)
 class BeamContacts:
     """Contact of two center lines, a and b pieces long."""
@@ -57,9 +56,13 @@ class BeamContacts:
     radii: Annotated[np.ndarray, Reals("r")]  #: of A and of B [m]
     law: Annotated[np.ndarray, Reals("l")]  #: numbers in the order of LAW
     share: Annotated[float, Number()]  #: change of speed that a change of force makes in a second, over the one allowed a step
+    power: Annotated[np.ndarray, Reals("p")]  #: numbers in the order of POWER
 
     def __len__(self) -> int:
         return len(self.spans) + 1
+
+
+storable(BeamContacts, power=lambda _: np.ones(2))
 
 
 @also.register(BeamContacts)
@@ -71,6 +74,8 @@ def check_beams(term: BeamContacts, name: str, sizes: Sizes) -> None:
     require(len(term.rows) == 2 * term.dim * (sum(pieces) + 2), f"{name}.rows", "rows of all nodes", len(term.rows))
     require(len(term.radii) == 2, f"{name}.radii", "two radii", len(term.radii))
     require(len(term.law) == len(LAW), f"{name}.law", f"{len(LAW)} numbers", len(term.law))
+    sound = len(term.power) == len(POWER) and term.power[0] >= 1.0 and term.power[1] > 0.0
+    require(sound, f"{name}.power", "an exponent from 1 on, and a depth", term.power)
 
 
 class Record(NamedTuple):
@@ -303,7 +308,7 @@ def since(F: Any, s: Any, y: np.ndarray, z: np.ndarray) -> None:
 
 def record_of(found: BeamContacts, place: Place) -> Record:
     """A contact for compiled code."""
-    numbers = (found.rows, found.spans, found.others, found.radii, found.law)
+    numbers = (found.rows, found.spans, found.others, found.radii, np.concatenate([found.law, found.power]))
     arrays = [np.ascontiguousarray(part) for part in numbers]
     return Record._make((found.dim, bool(found.along), *arrays, found.share, place.memory, place.room))
 

@@ -6,7 +6,7 @@ What touches is one place (`at`) or a whole body (`body`): points along a beam w
 thickness, the places of a rigid body. The shape stands still, or is carried by a place (`on`), with whose axes it turns. Forces are
 those of `contact_forces`; where nothing is said of them,
 
-    k = PRESSED m g / L           the weight m g of what touches would press one point in by L / PRESSED, L the size of the bodies
+    d = L / PRESSED,  k = m g / d     the weight m g of what touches would press one point in by d, L the size of the bodies
     kt = k,  ct = sqrt(kt m / t)  so that what sticks comes to rest, t the number of points
 
 In the plane a beam carries its thickness along: friction turns its sections. In space it acts on the centre line. Steps in which
@@ -73,6 +73,8 @@ class Touch(Load, ABC):
     damping: Damping = 0.0
     dissipation: Annotated[float, fields.quantity("s/m", ">= 0"), "of Hunt and Crossley"] = 0.0
     smoothing: Annotated[float, fields.quantity("m", ">= 0"), "over which it begins, 0 for at once"] = 0.0
+    exponent: Annotated[float, fields.quantity("", ">= 1"), "of the overlap, 1.5 for spheres of Hertz"] = 1.0
+    depth: Annotated[Length | None, "overlap at which the force is stiffness times overlap, with an exponent"] = None
     cut: Annotated[bool, "whether it never pulls"] = True
     friction: Annotated[float, fields.quantity("", ">= 0"), "coefficient of Coulomb"] = 0.0
     sticking: Annotated[Stiffness | None, "of what sticks"] = None
@@ -93,6 +95,17 @@ class Touch(Load, ABC):
             if not (np.isfinite(value) and value >= 0.0):
                 raise InputError(say(f"{where(self)}.{key}", "a number that is not negative", value))
         return np.array(numbers)
+
+    def power(self, size: float) -> np.ndarray:
+        """Numbers in the order of `contact_law.POWER`, for bodies of a size [m]."""
+        linear, depth = self.exponent == 1.0, size / PRESSED if self.depth is None else self.depth
+        if (self.depth is None) != (linear or self.stiffness is None):
+            expected = "no depth without an exponent" if linear else "stiffness and depth, at which it holds, or neither"
+            remedy = "of spheres of Hertz the depth is their radius R where stiffness is 4/3 E* R"
+            raise InputError(say(f"{where(self)}.depth", expected, "one alone" if self.depth is None else depth, remedy))
+        if not (1.0 <= self.exponent < np.inf and (linear or 0.0 < depth < np.inf)):
+            raise InputError(say(f"{where(self)}.exponent", "an exponent from 1 on and a depth > 0", (self.exponent, depth)))
+        return np.ones(2) if linear else np.array([self.exponent, depth])
 
     def share(self, mass: float) -> float:
         """Change of speed that a change of force makes in a second, over the one allowed a step; 0 where no step is divided."""
@@ -141,6 +154,7 @@ class Contact(Touch, ABC):
             touching.radius,
             self.law(size, touching.mass, len(touching.rows)),
             self.share(touching.mass),
+            self.power(size),
         )
         gaps = overlaps(term, touching.places, placed)
         if self.overlap == "keep":
