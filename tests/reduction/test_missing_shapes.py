@@ -16,6 +16,7 @@ from numpy.testing import assert_allclose
 from fmbs_skfem.bodies import Body, Circular, Material, cable
 from fmbs_skfem.bodies.values import changed
 from fmbs_skfem.core.notices import Notice, Remark
+from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.dynamics import (
     GeneralizedAlpha,
     Newton,
@@ -25,6 +26,7 @@ from fmbs_skfem.dynamics import (
     integrate,
     missing_shapes,
     outputs,
+    solve_equilibria,
     solve_statics,
     vibration_modes,
 )
@@ -32,6 +34,7 @@ from fmbs_skfem.reduction import part_files, parts
 from fmbs_skfem.reduction.excitation import Excitation, excite
 from fmbs_skfem.reduction.part_files import Part
 from fmbs_skfem.systems import At, Rayleigh, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.systems.events import Event
 from tests import models
 from tests.cli.calls import fmbs
 
@@ -85,7 +88,7 @@ def test_a_clamp_that_the_training_has_not_seen_is_told_where_no_strain_leaves_i
     assert departures.find(clamped(alone().body, damping=damping)) == []
 
 
-def test_an_equilibrium_that_needs_shapes_is_told_under_its_whole_load() -> None:
+def test_an_equilibrium_that_needs_shapes_is_told() -> None:
     def bent(body: Body, weight: np.ndarray) -> Trajectory:
         held = [joints.Weld("A", At("arm", "left"))]
         return solve_statics(eliminate(assemble([body], held, [loads.Gravity(tuple(weight))])), 3)
@@ -97,8 +100,32 @@ def test_an_equilibrium_that_needs_shapes_is_told_under_its_whole_load() -> None
     q = full.system.lift.matrix @ full.x[-1] + full.system.lift.offset
     wanted = left_out(S, q.reshape(1, -1, 3))
     assert 0.3 * wanted < one.value < 5.0 * wanted
-    assert one.time == 1.0
+    assert one.time == pytest.approx(1 / 3)
     assert departures.find(bent(alone().body, 10.0 * WEIGHT)) == []
+    _, seen = departures.looks(run)
+    half = departures.looks(bent(pinned().body, WEIGHT / 3))[1][-1]["arm"]
+    assert_allclose([seen[1]["arm"].size, seen[1]["arm"].share], [half.size, half.share], rtol=1e-6)
+
+
+def late(t: np.ndarray) -> np.ndarray:
+    return np.asarray(np.maximum(t - 2.5, 0.0))
+
+
+def passing(t: np.ndarray) -> np.ndarray:
+    return np.asarray(np.sin(np.pi * t / 3.0))
+
+
+@pytest.mark.parametrize(("history", "worst"), [(late, 3.0), (passing, 1.5)])
+def test_the_worst_of_equilibria_over_time_is_told(history: Callable[[np.ndarray], np.ndarray], worst: float) -> None:
+    """At the last one, or in the middle of a load that goes and comes back."""
+    held, pull = [joints.Weld("A", At("arm", "left"))], loads.PointForce("F", At("arm", "right"), (0.0, 0.0, 0.1), history)
+    system = eliminate(assemble([pinned().body], held, [pull]))
+    with pytest.warns(Notice, match="missing displacement"):
+        run = solve_equilibria(system, np.linspace(0.0, 3.0, 5))
+    (one,) = missing(run)
+    times, seen = departures.looks(run)
+    assert one.value == max(look["arm"].size for look in seen) == seen[int(np.argmin(np.abs(times - worst)))]["arm"].size
+    assert one.value > 10.0 * min(look["arm"].size for look in seen)
 
 
 def said_of(looks: dict[str, missing_shapes.Look]) -> float:
@@ -140,6 +167,27 @@ def test_a_run_that_is_stopped_by_a_warning_keeps_what_there_is() -> None:
         clamped(pinned().body, 100.0 * WEIGHT)
     assert caught.value.partial.times[-1] > 0.0
     assert missing(caught.value.partial)
+
+
+def test_a_hinge_that_is_locked_in_a_swing_is_told_where_the_training_had_no_moments() -> None:
+    """Velocities jump by M^-1 Phi_q^T, and the arm goes on from a clamp."""
+    lock = {"stop": Event(when=of_state("free.z + 0.4"), lock=("hinge",))}
+    free = {"free": probes.Position(At("arm", "right"))}
+
+    def swing(body: Body) -> Trajectory:
+        held, damping = [joints.Pin("hinge", At("arm", "left"))], Rayleigh(0.0, 2e-4)
+        system = assemble([body], held, [loads.Gravity((0.0, 0.0, -9.81))], damping, free, events=lock)
+        return integrate(eliminate(system), SCHEME, 0.6, SHARP)
+
+    def path(run: Trajectory) -> np.ndarray:
+        return np.stack([outputs(run)[f"free_{axis}"] for axis in "xyz"])
+
+    wanted = swing(arm())
+    assert 0.2 < wanted.events[0].time < 0.4
+    assert np.abs(path(swing(alone().body)) - path(wanted)).max() < 1e-4
+    with pytest.warns(Notice, match="missing displacement"):
+        run = swing(pinned().body)
+    assert np.abs(path(run) - path(wanted)).max() > 2e-2
 
 
 def test_a_clamp_where_a_training_had_no_moments_is_told_before_the_run(tmp_path: Path) -> None:

@@ -18,10 +18,11 @@ from ..bodies.body import ShapePoints
 from ..bodies.cable_law import curvatures
 from ..bodies.fields import COMPONENTS, extreme_strains
 from ..bodies.laws import Law
+from ..core.linalg import evenly
 from ..core.notices import notify
 from ..core.records import dataclass
 from ..systems.system import Elastic, System
-from . import missing_shapes
+from . import loading, missing_shapes
 from .checkpoint import Moment, Record
 from .missing_shapes import Look
 from .trajectory import Trajectory
@@ -90,11 +91,12 @@ def find(trajectory: Trajectory) -> list[Departure]:
 
 
 def looks(trajectory: Trajectory) -> tuple[np.ndarray, list[dict[str, Look]]]:
-    """What parts miss at some times (s,) of a motion; of equilibria under the whole load, where constant loads have their size."""
-    moves = bool(trajectory.a.any())
-    looked = missing_shapes.looked_at(len(trajectory.times)) if moves else np.flatnonzero(trajectory.times == 1.0)[-1:]
-    states = zip(trajectory.x[looked], trajectory.v[looked], trajectory.a[looked], strict=True)
-    return trajectory.times[looked], [missing_shapes.look(trajectory.system, *one) for one in states]
+    """What parts miss at some times (s,) of a motion, or at some load factors or times of equilibria, the last one among them."""
+    system, count = trajectory.system, len(trajectory.times)
+    looked = missing_shapes.looked_at(count) if trajectory.a.any() else evenly(0, count - 1, missing_shapes.LOOKS)
+    times = trajectory.times[looked]
+    states = zip(trajectory.x[looked], trajectory.v[looked], trajectory.a[looked], times, strict=True)
+    return times, [missing_shapes.look(system, x, v, a, loading.share(system, float(t))) for x, v, a, t in states]
 
 
 def find_missing(system: System, times: np.ndarray, seen: list[dict[str, Look]]) -> list[Departure]:

@@ -38,6 +38,9 @@ class Grown:
         return np.asarray(self.factor * s + self.constant)
 
 
+ADDED = Grown(1.0, -1.0)  #: history of what is added to constant loads over the load factor
+
+
 @dataclass(frozen=True)
 class Stretched:
     """A function of time at t = s T."""
@@ -69,7 +72,7 @@ def ramp(system: System, end: float) -> System:
     the reference. It stays, and Q0 (s - 1) is added to it.
     """
     finite_signals(system, end * np.linspace(0.0, 1.0, INSTANTS))
-    signals: tuple[Signal, ...] = (*(over_factor(function, end) for function in system.signals), Grown(1.0), Grown(1.0, -1.0))
+    signals: tuple[Signal, ...] = (*(over_factor(function, end) for function in system.signals), Grown(1.0), ADDED)
     loads, grow = system.loads, len(system.signals)
     own = loads.constant - system.stiffness @ system.x0
     last, added = np.array([len(system.probes.offset)]), np.array([grow + 1])
@@ -83,6 +86,11 @@ def ramp(system: System, end: float) -> System:
         signals=signals,
         full=None if system.full is None else ramp(replace(system.full, full=None), end),
     )
+
+
+def share(system: System, at: float) -> float:
+    """The part of the constant loads that acts at a load factor, all of them in systems over time."""
+    return at if system.signals and system.signals[-1] == ADDED else 1.0
 
 
 def parts(system: System, before: float, after: float) -> int:

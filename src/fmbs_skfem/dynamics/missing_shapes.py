@@ -182,42 +182,45 @@ class Look:
     share: float  #: of (4); 0 of parts at rest
 
 
-def look(system: System, x: np.ndarray, v: np.ndarray | None = None, a: np.ndarray | None = None) -> dict[str, Look]:
-    """What the parts miss, by their names, in a state x (n,) with its rates v and a, without them at rest.
+def look(
+    system: System, x: np.ndarray, v: np.ndarray | None = None, a: np.ndarray | None = None, share: float = 1.0
+) -> dict[str, Look]:
+    """What the parts miss, by their names, in a state x (n,) with rates v and a, or at rest, under a share of their weight.
 
-    Beside the displacement that is missing it is the part of itself by which a part bends too little, at least, in an equilibrium
-    under its whole load: of small displacements, the work of the loads is too small by
+    Beside the displacement that is missing it is the part of itself by which a part bends too little, at least, in an equilibrium:
+    of small displacements, the work of the loads is too small by
 
         R_N^T |K_N|^-1 R_N / (2 U),    U the strain energy                                                               (4)
     """
     q, none = system.lift(x), np.zeros(len(system.lift.offset))
     rate, turn = (none if part is None else np.asarray(system.lift.matrix @ part) for part in (v, a))
-    return {
-        name: look_at(functions, *(part[points.columns].reshape(-1, points.dim) for part in (q, rate, turn)))
-        for points, name, functions in lacking(system)
-    }
+    found = dict[str, Look]()
+    for points, name, functions in lacking(system):
+        own, own_rate, own_turn = (part[points.columns].reshape(-1, points.dim) for part in (q, rate, turn))
+        found[name] = look_at(functions, own, own_rate, own_turn, share)
+    return found
 
 
-def look_at(tests: Tests, z: np.ndarray, v: np.ndarray, a: np.ndarray) -> Look:
-    """What a part misses in a state z (b, c) of its own with rates v and a."""
+def look_at(tests: Tests, z: np.ndarray, v: np.ndarray, a: np.ndarray, share: float = 1.0) -> Look:
+    """What a part misses in a state z (b, c) of its own with rates v and a, under a share of its weight."""
     (K, P, t), dim = tests.table.shape, z.shape[1]
     u = gradients(tests, z)
     D, energy = modulus(tests, u), laws.energy(tests.law, u, tests.section)
-    R = unbalanced(tests, u) + tests.mass @ (a + tests.alpha * v)
+    R = unbalanced(tests, u, share) + tests.mass @ (a + tests.alpha * v)
     l, V = stiffness(tests, D)
     e = (V @ (V.T @ R.ravel() / l)).reshape(t, dim)
     bent = (tests.table @ e).transpose(0, 2, 1).reshape(K * dim, P)
     density = np.sum(bent * np.matmul(D.transpose(2, 0, 1), bent.T[:, :, None])[:, :, 0].T, axis=0)
     strained = energy > l.max() * (REST * np.linalg.norm(np.ptp(tests.positions, axis=0))) ** 2
-    share = work(l, V, R) / (2.0 * energy) if strained else 0.0
-    return Look(float(np.linalg.norm(e)), tests.positions[int(density.argmax())], share)
+    softer = work(l, V, R) / (2.0 * energy) if strained else 0.0
+    return Look(float(np.linalg.norm(e)), tests.positions[int(density.argmax())], softer)
 
 
-def unbalanced(tests: Tests, u: np.ndarray) -> np.ndarray:
-    """N^T (f - M 1 g) (t, c) at gradients u (k c, 1, g)."""
+def unbalanced(tests: Tests, u: np.ndarray, share: float) -> np.ndarray:
+    """N^T (f - M 1 g) (t, c) at gradients u (k c, 1, g), under a share of the weight."""
     S = np.empty_like(u)
     laws.stress(tests.law, u, u, 0.0, tests.section, S)
-    return scatter(tests, S) - tests.weight
+    return scatter(tests, S) - share * tests.weight
 
 
 def work(l: np.ndarray, V: np.ndarray, R: np.ndarray) -> float:
@@ -296,11 +299,11 @@ def taken_up(system: System, x: np.ndarray, shape: np.ndarray, square: float) ->
     return total
 
 
-def warn_of_stiffness(looks: dict[str, Look]) -> None:
-    """Say which parts bend too little in an equilibrium under its whole load."""
-    for name, one in looks.items():
-        if one.share > COARSE:
-            notify(f"part '{name}': it bends too little, at least {one.share:.2g} of itself; {REMEDY}")
+def warn_of_stiffness(seen: list[dict[str, Look]]) -> None:
+    """Say which parts bend too little in one of some equilibria."""
+    for name in seen[0] if seen else ():
+        if (most := max(one[name].share for one in seen)) > COARSE:
+            notify(f"part '{name}': it bends too little, at least {most:.2g} of itself; {REMEDY}")
 
 
 def warn_of_missing(where: str, what: str, high: np.ndarray) -> None:

@@ -156,8 +156,7 @@ def warn(states: Trajectory, last: np.ndarray) -> None:
     times, seen = departures.looks(states)
     beyond = departures.find_in(states.system, states.times, states.x)
     departures.warn(beyond + departures.find_missing(states.system, times, seen))
-    for one in seen:
-        missing_shapes.warn_of_stiffness(one)
+    missing_shapes.warn_of_stiffness(seen)
     missing_shapes.tell_unknown(states.system)
     for text in responses.beyond(compile_system(states.system), last):
         notify(text)
