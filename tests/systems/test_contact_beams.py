@@ -212,7 +212,7 @@ def test_the_example() -> None:
 @pytest.mark.parametrize(
     "old, new, message",
     [
-        ("other: low", "other: high", "loads.cross.other: expected another beam, got 'high' twice"),
+        ("other: low", "other: low, apart: 1 m", "loads.cross.apart: expected a length for a beam that touches itself, .*got two"),
         ("other: low", "other: low, along: false", "load 'cross'.along: expected beams that cross .*, got parallel ones"),
         ("other: low", "other: lo", "loads.cross.other: expected .*did you mean 'low'"),
     ],

@@ -354,18 +354,23 @@ def locate(body: Body, place: str | float) -> Place:
     if not isinstance(body.space, line.BSpline | line.Hermite):
         names = ", ".join(sorted({**body.frames, **body.places})) or "none"
         raise InputError(say(f"body '{body.name}'", f"one of its points ({names})", place))
+    fine, arc = arc_lengths(body)
+    if not -1e-9 * arc[-1] <= place <= arc[-1] * (1 + 1e-9):
+        end = arc[-1] if place > 0.0 else 0.0
+        nearest = f"the nearest point is the end at {end:.6g} m, {abs(place - end):.6g} m away"
+        raise InputError(say(f"body '{body.name}'", f"an arc length between 0 and {arc[-1]:.6g} m", f"{place} m", nearest))
+    return float(np.interp(place, arc, fine))
+
+
+def arc_lengths(body: Body) -> tuple[np.ndarray, np.ndarray]:
+    """Parameters xi (x,) close to one another along a line, and the arc lengths (x,) of the reference to them [m] (Simpson)."""
     fine = np.concatenate([np.linspace(a, b, 9)[:-1] for a, b in pairwise(line.breaks(body.space))])
     fine = np.append(fine, line.breaks(body.space)[-1])
     speed, middle = (
         np.linalg.norm(own(body, line.sample(body.space, xi, 1)) @ body.reference, axis=1)
         for xi in (fine, 0.5 * (fine[1:] + fine[:-1]))
     )
-    arc = np.append(0.0, np.cumsum(np.diff(fine) * (speed[1:] + 4 * middle + speed[:-1]) / 6))
-    if not -1e-9 * arc[-1] <= place <= arc[-1] * (1 + 1e-9):
-        end = arc[-1] if place > 0.0 else 0.0
-        nearest = f"the nearest point is the end at {end:.6g} m, {abs(place - end):.6g} m away"
-        raise InputError(say(f"body '{body.name}'", f"an arc length between 0 and {arc[-1]:.6g} m", f"{place} m", nearest))
-    return float(np.interp(place, arc, fine))
+    return fine, np.append(0.0, np.cumsum(np.diff(fine) * (speed[1:] + 4 * middle + speed[:-1]) / 6))
 
 
 def reference_at(body: Body, place: str | float, derivative: int = 0) -> np.ndarray:

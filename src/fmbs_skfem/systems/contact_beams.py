@@ -1,15 +1,20 @@
-r"""Contact of a beam with another beam, at their closest points, as `contact_pairs` has it.
+r"""Contact of a beam with another beam, or with itself, at their closest points, as `contact_pairs` has it.
 
     crossing: {type: contact_beam, body: lower, other: upper, friction: 0.3}
+    folds: {type: contact_beam, body: cable, other: cable}
 
 Nodes are the ends of the cells of both beams, or so many `points` along each, between which center lines are cubics; the radius is
 that of the sections, or `radius` of both. Where nothing is said of the law, it is that of `contacts`, with the mass
 
-    m = m_A m_B / (m_A + m_B),    and the size of both beams together
+    m = m_A m_B / (m_A + m_B),    and the size of both beams together           (with itself: those of its halves)
 
 Beams that cross touch at their closest points; such as lie `along` one another, and all in the plane, touch at the nodes of
 `body`, which have to stand so close that no part of `other` passes between them: `points`. Where beams that crossed become
-parallel, closest points jump, and the energy balance shows it. A beam does not touch itself.
+parallel, closest points jump, and the energy balance shows it.
+
+Of one beam, places less than `apart` from one another along the line do not touch: a line that is nowhere bent more sharply than by
+its radius R comes back to itself, at a distance of 2 R, after pi R at the earliest. Where it crosses itself, nodes have to stand
+closer than `apart`, or a loop takes at least CELLS pieces. Lines whose ends are one place, as of a hoop, are closed.
 """
 
 from __future__ import annotations
@@ -21,7 +26,7 @@ from typing import Annotated
 import numpy as np
 from scipy.sparse import csr_array, kron, vstack
 
-from ..bodies.body import Body, own
+from ..bodies.body import Body, arc_lengths, own
 from ..core.errors import InputError, say
 from ..core.fields import whole
 from ..core.problems import Problem
@@ -30,19 +35,21 @@ from ..shapes import line
 from . import contact_pair_forces as contact_pair_forces  # which says how these contacts are compiled
 from . import fields
 from .constraint_functions import size_of
-from .contact_pairs import BeamContacts, gaps_of, measures
+from .contact_pair_states import gaps_of, measures
+from .contact_pairs import BeamContacts, whole_line
 from .contact_points import MOST
 from .contact_states import find_columns, rows_of
-from .contacts import ContactGauge, Touch
+from .contacts import CLEAR, ContactGauge, Length, Touch
 from .loads import where
 from .places import At, Draft
 
+CELLS = 2.0  #: pieces between places of one beam that may cross, at least
 FLAT = 0.2  #: angle between the ends of beams up to which they lie along one another, by default [rad]
 
 
 @dataclass(frozen=True)
 class ContactBeam(Touch):
-    """Contact of a beam with another one, at their closest points.
+    """Contact of a beam with another one, or with itself, at their closest points.
 
     {type: contact_beam, body: upper, other: lower, friction: 0.2}
     """
@@ -55,10 +62,11 @@ class ContactBeam(Touch):
     along: Annotated[
         bool | None, "whether nodes touch, of beams that lie along one another; by default the closest points of those that cross"
     ] = None
+    apart: Annotated[Length | None, "along a beam that touches itself, of places that may; by default pi times the radius"] = None
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
-        if self.body == self.other:
-            yield "other", Problem("another beam", f"'{self.other}' twice")
+        if self.apart is not None and self.body != self.other:
+            yield "apart", Problem("a length for a beam that touches itself", "two beams", f"'{self.body}' and '{self.other}'")
 
     def push(self, draft: Draft) -> None:
         name, layout = where(self), draft.layout
@@ -70,16 +78,23 @@ class ContactBeam(Touch):
         reference = np.concatenate([one @ part.reference.ravel() for part, one in zip(beams, rows, strict=True)])
         a, b = (float(part.constant @ (part.mass @ part.constant)) for part in beams)
         mass, size = a * b / (a + b), size_of(layout, {self.body, self.other})
+        radii = np.array([part.radius if self.radius is None else self.radius for part in beams])
+        along = self.lies_along(reference, len(spans) + 1, layout.dim)
+        itself, limits = 0, whole_line(len(spans) + 1, len(others))
+        if self.body == self.other:
+            mass, (itself, limits) = mass / 2, self.own_limits(beams[0], reference, spans, radii[0], along)
         term = BeamContacts(
             layout.dim,
-            int(self.lies_along(reference, len(spans) + 1, layout.dim)),
+            int(along),
             np.arange(first, first + len(reference)),
             spans,
             others,
-            np.array([part.radius if self.radius is None else self.radius for part in beams]),
+            radii,
             self.law(size, mass, len(spans) + 1),
             self.share(mass),
             self.power(size),
+            itself,
+            limits,
         )
         self.tell_overlaps(gaps_of(term, reference), size, f"'{self.other}'", "move the beams")
         draft.forces.terms.append(term)
@@ -89,11 +104,27 @@ class ContactBeam(Touch):
         """Whether nodes touch, of beams with rows (f,), the first one with so many nodes: all in the plane, and the parallel."""
         nodes = rows.reshape(-1, 2, dim)[:, 0]
         a, b = nodes[count - 1] - nodes[0], nodes[-1] - nodes[count]
-        flat = dim == 2 or bool(abs(a @ b) >= np.cos(FLAT) * np.linalg.norm(a) * np.linalg.norm(b) > 0.0)
+        alike = bool(abs(a @ b) >= np.cos(FLAT) * np.linalg.norm(a) * np.linalg.norm(b) > 0.0)
+        flat = dim == 2 or (alike and self.body != self.other)
         if flat and self.along is False:
             expected = f"beams that cross in space, at {FLAT} rad or more from end to end"
             raise InputError(say(f"{where(self)}.along", expected, "parallel ones", "leave it out"))
         return flat or bool(self.along)
+
+    def own_limits(self, part: Body, rows: np.ndarray, spans: np.ndarray, radius: float, along: bool) -> tuple[int, np.ndarray]:
+        """Of a beam with rows (f,) of its nodes, spans (t - 1,): 1, or 2 if it is closed, and `BeamContacts.limits` (t, 2)."""
+        fine, arc = arc_lengths(part)
+        s, count = np.interp(np.append(0.0, np.cumsum(spans)), fine - fine[0], arc), np.arange(len(spans) + 1)
+        apart, whole = np.pi * radius if self.apart is None else self.apart, s[-1]
+        if not apart < whole / 2:
+            expected = f"less than half of the beam, {whole / 2:.6g} m, between places that may touch"
+            raise InputError(say(f"{where(self)}.apart", expected, f"{apart:.6g} m", "a stocky beam does not touch itself"))
+        nodes = rows.reshape(2, len(s), 2, -1)[0, :, 0]
+        closed = bool(np.linalg.norm(nodes[-1] - nodes[0]) < CLEAR * whole)
+        away = 0.0 if along else CELLS
+        begin = np.maximum(np.interp(s + apart, s, count), count + away)
+        end = np.minimum(np.interp(s + whole - apart, s, count), count + count[-1] - away) if closed else 0.0 * s + count[-1]
+        return 1 + closed, np.minimum(np.column_stack([begin, np.minimum(end, count[-1])]), count[-1])
 
 
 def node_rows(name: str, part: Body, count: int | None) -> tuple[csr_array, np.ndarray]:

@@ -4,7 +4,7 @@ r"""Closest points of two curves of cubic pieces.
 
 on pieces j to j + 1 with u = p - j, from nodes with rows r and t = dr/dxi, h the length of the piece in xi. About node i of A
 
-    |A(p) - B(q)| -> min    with p = i,    or with |p - i| < 1,    q anywhere on B                                            (5)
+    |A(p) - B(q)| -> min    with p = i,    or with |p - i| < 1,    q on B from `begin` to `end`                               (5)
 
 Cells of the search are the pieces: a walk along B leaps over those that are too far by the distance found so far.
 """
@@ -87,26 +87,36 @@ def correction(dim: int, w: np.ndarray, held: tuple[bool, bool], exact: bool) ->
 
 @jit
 def meet_curves(
-    y: np.ndarray, second: int, spans: np.ndarray, others: np.ndarray, own: int, q: float, fixed: bool, dim: int, w: np.ndarray
+    y: np.ndarray,
+    second: int,
+    spans: np.ndarray,
+    others: np.ndarray,
+    limits: tuple[float, float],
+    own: int,
+    q: float,
+    fixed: bool,
+    dim: int,
+    w: np.ndarray,
 ) -> tuple[float, float, tuple[bool, bool]]:
     """p, q of (5) about the node `own` from a start at q, and which of them are held; w[0:6] are current.
 
     p is held at i where it is `fixed`, and at i + 1 or i - 1 where the closest point is none of this node.
     """
-    low, high, last = max(own - 1.0, 0.0), min(own + 1.0, float(len(spans))), float(len(others))
+    low, high = max(own - 1.0, 0.0), min(own + 1.0, float(len(spans)))
+    begin, end = limits
     p, held = float(own), (False, False)
     for k in range(LIMIT):
         trace(y, 0, spans, p, 3, dim, w, 0)
         trace(y, second, others, q, 3, dim, w, 3)
         one, other, _, _, _ = separate(dim, w)
         stays = fixed or (p <= low and one >= 0.0) or (p >= high and one <= 0.0)
-        held = stays, (q <= 0.0 and other >= 0.0) or (q >= last and other <= 0.0)
+        held = stays, (q <= begin and other >= 0.0) or (q >= end and other <= 0.0)
         dp, dq = correction(dim, w, held, False)
         most = max(abs(dp), abs(dq))
         if k == LIMIT - 1 or most == 0.0:
             break
         part = min(1.0, AHEAD / most)
-        p, q = min(max(p + part * dp, low), high), min(max(q + part * dq, 0.0), last)
+        p, q = min(max(p + part * dp, low), high), min(max(q + part * dq, begin), end)
         if most < NEAR:
             trace(y, 0, spans, p, 3, dim, w, 0)
             trace(y, second, others, q, 3, dim, w, 3)
@@ -115,14 +125,17 @@ def meet_curves(
 
 
 @jit
-def chord(y: np.ndarray, own: int, start: int, dim: int) -> tuple[float, float]:
-    """Distance of a node, whose rows begin at `own`, from the chord of a piece that begins at `start`, and where on it."""
+def chord(y: np.ndarray, own: int, start: int, low: float, high: float, dim: int) -> tuple[float, float]:
+    """Distance of a node, whose rows begin at `own`, from the chord of a piece that begins at `start`, and where on it.
+
+    Of the chord only the part from `low` to `high` counts.
+    """
     along, square, away = 0.0, 0.0, 0.0
     for c in range(dim):
         side = y[start + 2 * dim + c] - y[start + c]
         along += side * (y[own + c] - y[start + c])
         square += side * side
-    u = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
+    u = min(max(along / square, low), high) if square > 0.0 else low
     for c in range(dim):
         d = y[own + c] - y[start + c] - u * (y[start + 2 * dim + c] - y[start + c])
         away += d * d
@@ -142,12 +155,15 @@ def longest(y: np.ndarray, first: int, count: int, dim: int) -> float:
 
 
 @jit
-def find_chord(y: np.ndarray, own: int, second: int, count: int, far: float, dim: int) -> tuple[float, float]:
-    """Distance and place q of the closest chord of B to a node of A; pieces that a chord of length `far` each cannot bring near
-    are leapt over."""
-    best, q, j = np.inf, 0.0, 0
-    while j < count:
-        away, u = chord(y, own, second + 2 * dim * j, dim)
+def find_chord(y: np.ndarray, own: int, second: int, limits: tuple[float, float], far: float, dim: int) -> tuple[float, float]:
+    """Distance and place q of the closest chord of B to a node of A, infinite where the limits of q leave none.
+
+    Pieces that a chord of length `far` each cannot bring near are leapt over.
+    """
+    begin, end = limits
+    best, q, j = np.inf, begin, int(begin)
+    while j < end:
+        away, u = chord(y, own, second + 2 * dim * j, max(begin - j, 0.0), min(end - j, 1.0), dim)
         if away < best:
             best, q = away, j + u
         j += max(1, int((away - best) / far)) if far > 0.0 else 1

@@ -18,6 +18,7 @@ from .contact_pairs import (
     ahead,
     find,
     follow,
+    limits_of,
     opened,
     pieces,
     press,
@@ -171,7 +172,7 @@ def accept(table: Any, record: Any) -> int:
         if s.room[seen] > way:
             s.room[seen] -= way
         else:
-            s.room[seen] = find_chord(y, 2 * dim * k, second, len(F.others), far, dim)[0] - around
+            s.room[seen] = find_chord(y, 2 * dim * k, second, limits_of(F, k), far, dim)[0] - around
         if not s.room[seen] > 0.0:
             gap, p, q, _ = find(F, k, y, far, w)
             if gap < 0.0:

@@ -12,10 +12,13 @@ and of which the weights W add up to one; those that lie along one another touch
 one line, and friction acts where they touch, so that momentum and its moment stay; but beams have no rotation about their own
 axis, so that friction along the circumference finds no resistance in it, and they do not roll.
 
-Every node of A meets B at one place, the nearest one. The memory holds the rows, and of a node the last normal force, whether it
-was ever free, and the bristle along n x t_B x n and n x t_B. Where no node can have come near since the last accepted state, no
-row is read. Derivatives are those of a complex step through one correction of the closest points, exact to round-off. Forces
-depend on the rows by d, A_p and B_q alone: their derivatives are of rank 3 c, on the rows of two pieces.
+Every node of A meets B at one place, the nearest one. Where B is the same beam, it is the nearest one between `limits`, beyond the
+node, so that every pair of places meets once; where that is a limit which is no end of the beam, nothing meets.
+
+The memory holds the rows, and of a node the last normal force, whether it was ever free, and the bristle along n x t_B x n and n
+x t_B. Where no node can have come near since the last accepted state, no row is read. Derivatives are those of a complex step
+through one correction of the closest points, exact to round-off. Forces depend on the rows by d, A_p and B_q alone: their
+derivatives are of rank 3 c, on the rows of two pieces.
 
 Sources: Wriggers and Zavarise, Commun. Numer. Methods Eng. 13 (1997) 429-438,
 doi 10.1002/(SICI)1099-0887(199706)13:6<429::AID-CNM70>3.0.CO;2-X (closest points of beams); Zavarise and Wriggers, Int. J. Numer.
@@ -32,10 +35,10 @@ import numpy as np
 from ..core.container import storable
 from ..core.jit import jit
 from ..core.records import dataclass
-from ..core.structs import Cube, Integers, Matrix, Vector, opener, routine
+from ..core.structs import Integers, Matrix, Vector, opener
 from ..core.validation import Indices, Number, Reals, Sizes, also, require
 from . import kernels
-from .contact_curves import find_chord, longest, meet_curves, piece, shares, trace
+from .contact_curves import find_chord, meet_curves, piece, shares, trace
 from .contact_law import BEFORE, LAW, MU, POWER, Scalar, normal_force, resist, size
 from .evaluation import evaluation
 from .forces import Place
@@ -57,12 +60,24 @@ class BeamContacts:
     law: Annotated[np.ndarray, Reals("l")]  #: numbers in the order of LAW
     share: Annotated[float, Number()]  #: change of speed that a change of force makes in a second, over the one allowed a step
     power: Annotated[np.ndarray, Reals("p")]  #: numbers in the order of POWER
+    itself: Annotated[int, Number()]  #: 0 where B is another beam, 1 where it is the same one, 2 where that is closed
+    limits: Annotated[np.ndarray, Reals("t 2")]  #: between which q is that a node meets
 
     def __len__(self) -> int:
         return len(self.spans) + 1
 
 
-storable(BeamContacts, power=lambda _: np.ones(2))
+def whole_line(count: int, last: int) -> np.ndarray:
+    """Limits (t, 2) of so many nodes that meet all of another beam."""
+    return np.tile([0.0, float(last)], (count, 1))
+
+
+storable(
+    BeamContacts,
+    power=lambda _: np.ones(2),
+    itself=lambda _: 0,
+    limits=lambda values: whole_line(len(values["spans"]) + 1, len(values["others"])),
+)
 
 
 @also.register(BeamContacts)
@@ -76,6 +91,9 @@ def check_beams(term: BeamContacts, name: str, sizes: Sizes) -> None:
     require(len(term.law) == len(LAW), f"{name}.law", f"{len(LAW)} numbers", len(term.law))
     sound = len(term.power) == len(POWER) and term.power[0] >= 1.0 and term.power[1] > 0.0
     require(sound, f"{name}.power", "an exponent from 1 on, and a depth", term.power)
+    require(term.limits.shape == (pieces[0] + 1, 2), f"{name}.limits", "two of every node", term.limits.shape)
+    between = bool(np.all((term.limits >= 0.0) & (term.limits <= pieces[1])))
+    require(between, f"{name}.limits", "places on the other beam", "others")
 
 
 class Record(NamedTuple):
@@ -89,6 +107,8 @@ class Record(NamedTuple):
     radii: Vector
     law: Vector
     share: float
+    itself: int
+    limits: Matrix
     memory: int  #: first place in the memory: the rows, then NODE numbers a node
     room: int  #: first place in the room: clearances of the nodes, then bounds of ways
 
@@ -141,15 +161,39 @@ def pieces(F: Any, p: float, q: float) -> tuple[int, int]:
 @jit
 def find(F: Any, k: int, y: np.ndarray, far: float, w: np.ndarray) -> tuple[float, float, float, tuple[bool, bool]]:
     """Gap, p, q of a contact, and which of these are held; the gap is infinite where its weight is 0. w[0:6] are current."""
-    dim, second = F.dim, 2 * F.dim * (len(F.spans) + 1)
-    q = find_chord(y, 2 * dim * k, second, len(F.others), far, dim)[1]
-    p, q, held = meet_curves(y, second, F.spans, F.others, k, q, F.along, dim, w)
-    if abs(p - k) >= 1.0:
+    dim, second, limits = F.dim, 2 * F.dim * (len(F.spans) + 1), limits_of(F, k)
+    near, q = find_chord(y, 2 * dim * k, second, limits, far, dim)
+    if near == np.inf:
+        return np.inf, float(k), q, (True, True)
+    p, q, held = meet_curves(y, second, F.spans, F.others, limits, k, q, F.along, dim, w)
+    if abs(p - k) >= 1.0 or passes(F, limits, p, q, held):
         return np.inf, p, q, held
+    return away(F, w), p, q, held
+
+
+@jit
+def away(F: Any, w: np.ndarray) -> float:
+    """The gap of the places in w[0:6]."""
     square = 0.0
-    for c in range(dim):
+    for c in range(F.dim):
         square += (w[0, c] - w[3, c]) ** 2
-    return np.sqrt(square) - F.radii[0] - F.radii[1], p, q, held
+    return np.sqrt(square) - F.radii[0] - F.radii[1]
+
+
+@jit
+def limits_of(F: Any, k: int) -> tuple[float, float]:
+    """Of q that node k meets."""
+    return F.limits[k, 0], F.limits[k, 1]
+
+
+@jit
+def passes(F: Any, limits: tuple[float, float], p: float, q: float, held: tuple[bool, bool]) -> bool:
+    """Whether the closest places of a beam to itself are beyond limits that are no ends of it."""
+    if F.itself == 0:
+        return False
+    if held[1] and (q <= limits[0] or F.itself == 2 or limits[1] < len(F.others)):
+        return True
+    return F.itself == 2 and not F.along and held[0] and p <= 0.0
 
 
 @jit
@@ -310,49 +354,5 @@ def record_of(found: BeamContacts, place: Place) -> Record:
     """A contact for compiled code."""
     numbers = (found.rows, found.spans, found.others, found.radii, np.concatenate([found.law, found.power]))
     arrays = [np.ascontiguousarray(part) for part in numbers]
-    return Record._make((found.dim, bool(found.along), *arrays, found.share, place.memory, place.room))
-
-
-@routine
-def measure(table: Any, _: Any) -> int:
-    """out (s, t, 3 + c) = gap, normal force, speed of sliding, normal of all nodes for samples of y and y' (s, f)."""
-    S = samples_of(table)
-    F, dim = S.record, S.record.dim
-    z, w, forces_there = np.zeros(len(F.rows)), np.zeros((ROOM, 3)), np.empty(8 * dim)
-    for i in range(len(S.y)):
-        far = longest(S.y[i], 2 * dim * (len(F.spans) + 1), len(F.others), dim)
-        for k in range(len(F.spans) + 1):
-            gap, p, q, _ = find(F, k, S.y[i], far, w)
-            S.out[i, k, 0] = gap
-            if gap < 0.0:
-                follow(F, S.v[i], z, p, q, w)
-                S.out[i, k, 1] = press(F, k, z, p, q, w, forces_there)
-                S.out[i, k, 2] = size(w[8], dim)
-                for c in range(dim):
-                    S.out[i, k, 3 + c] = w[6, c]
-    return 0
-
-
-class Samples(NamedTuple):
-    """Rows of a contact over time."""
-
-    record: Record
-    y: Matrix
-    v: Matrix
-    out: Cube
-
-
-samples_of = opener(Samples)
-
-
-def measures(term: BeamContacts, y: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Gap [m], infinite where it is that of others, normal force [N], speed of sliding [m/s], normal of nodes (s, t, 3 + c)."""
-    y, v = map(np.ascontiguousarray, (y, v))
-    samples = Samples(record_of(term, Place(0, 0, 0)), y, v, np.zeros((len(y), len(term), 3 + term.dim)))
-    measure(samples)
-    return samples.out
-
-
-def gaps_of(term: BeamContacts, y: np.ndarray) -> np.ndarray:
-    """Gaps (t,) of all nodes with rows y (f,)."""
-    return np.asarray(measures(term, y[None], 0.0 * y[None])[0, :, 0])
+    limits = np.ascontiguousarray(found.limits, dtype=float)
+    return Record._make((found.dim, bool(found.along), *arrays, found.share, found.itself, limits, place.memory, place.room))
