@@ -45,7 +45,7 @@ def test_beams_are_checked_without_compiled_code(tmp_path: Path) -> None:
     done = subprocess.run([*command, EXAMPLES / "double_pendulum.yaml"], env=given, capture_output=True, text=True, timeout=100)
     assert (done.returncode, done.stderr) == (0, "")
     assert "the scene is sound" in done.stdout
-    assert not list(tmp_path.rglob("*.nbi"))
+    assert not [*tmp_path.rglob("*.nbi"), *tmp_path.rglob("*.code")]
 
 
 def test_masses_are_those_of_solid_cylinders() -> None:

@@ -44,7 +44,7 @@ def test_stamp_sees_every_change_of_a_module(package: Path) -> None:
 
 def test_stamp_depends_on_the_numba_version(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first = stamp(package)
-    monkeypatch.setattr("numba.__version__", "0.0.0")
+    monkeypatch.setattr(module, "version", lambda name: "0.0.0")
     assert stamp(package) != first
 
 
@@ -52,7 +52,7 @@ def test_folders_without_use_for_30_days_are_removed(tmp_path: Path) -> None:
     old, recent = tmp_path / "old", tmp_path / "recent"
     for folder, days in ((old, 31.0), (recent, 29.0)):
         folder.mkdir()
-        (folder / "code.nbi").touch()
+        (folder / "advance.code").touch()
         os.utime(folder, (time.time() - 86400.0 * days,) * 2)
     folder = prepare(tmp_path)
     assert folder == tmp_path / stamp()

@@ -67,7 +67,7 @@ def test_only_the_first_run_says_that_it_compiles(tmp_path: Path, monkeypatch: p
     job = Job(listener=Listener(tell=said.append))
     (tmp_path / "begun").touch()  # another process compiles beside it
     assert compiling.announce(job)
-    (tmp_path / "stepping.advance-1.py311.1.nbc").touch()
+    (tmp_path / "stepping.advance-1.code").touch()
     assert not compiling.announce(job)
     assert len(said) == 1
     (tmp_path / "begun").unlink()

@@ -7,7 +7,7 @@ change. Here any change in a module with compiled functions leads to another fol
 the user's cache.
 
 A function that a compiled function calls becomes part of that one (`dispatchers`). Numba is imported when the first function is
-compiled, or called: what it takes to import is a third of the time of a program that calls none.
+compiled, or called by Python through its wrapper (`Part`); what stands behind an address is loaded without it (`machine_code`).
 """
 
 from __future__ import annotations
@@ -22,10 +22,12 @@ import shutil
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fmbs_skfem.core import compilation
+from fmbs_skfem.core import compilation, machine_code
+from fmbs_skfem.core.machine_code import SUFFIX
 from fmbs_skfem.core.notices import notify
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -39,9 +41,7 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 def stamp(package: Path = _PACKAGE) -> str:
     """Hash of the numba version and of name, size and time stamp of every module below `package` that compiles functions."""
-    import numba
-
-    parts = [f"numba {numba.__version__}"]
+    parts = [f"numba {version('numba')}"]
     for path in sorted(package.rglob("*.py")):
         if not any(mark in path.read_bytes() for mark in MARKS):
             continue
@@ -241,7 +241,7 @@ def alone(name: str) -> Iterator[None]:
 def kept() -> frozenset[str]:
     """Names of the functions, such as `stepping.advance`, that are in the cache when this process first asks."""
     folder = cache_folder()
-    return frozenset() if folder is None else frozenset(path.name.rpartition("-")[0] for path in folder.rglob("*.nbi"))
+    return frozenset() if folder is None else frozenset(path.name.rpartition("-")[0] for path in folder.glob(f"*{SUFFIX}"))
 
 
 def addressed(signature: Any, function: Callable[..., Any], apart: bool = False) -> Any:
@@ -249,17 +249,31 @@ def addressed(signature: Any, function: Callable[..., Any], apart: bool = False)
 
     What its pointers point to does not overlap where one is written, if it says that they are `apart`.
     """
+    name, folder = f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}", cache_folder()
+    path = None if folder is None else machine_code.place(folder, name, function, (signature, apart))
+    if path is None:
+        return compile_callback(signature, function, apart, name)
+    if found := machine_code.read(path):
+        return found
+    with alone(f"{function.__module__}.{function.__qualname__}"):
+        if found := machine_code.read(path):
+            return found
+        compiled = compile_callback(signature, function, apart, name)
+        try:
+            machine_code.write(path, compiled)
+        except OSError as error:
+            tell_uncached(error)
+        return compiled
+
+
+def compile_callback(signature: Any, function: Callable[..., Any], apart: bool, name: str) -> Any:
+    """As `addressed`, by this process."""
     import numba
 
     from . import dispatchers
 
     more = {"pipeline_class": dispatchers.Apart} if apart else {}
-    name = f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}"
-    with caching() as cache, alone(f"{function.__module__}.{function.__qualname__}"), without_collection():
+    with without_collection():
         if name not in kept():
             compilation.begin(name)
-        try:
-            return numba.cfunc(signature, cache=cache, error_model="numpy", **more)(function)
-        except OSError as error:
-            tell_uncached(error)
-            return numba.cfunc(signature, error_model="numpy", **more)(function)
+        return numba.cfunc(signature, error_model="numpy", **more)(function)

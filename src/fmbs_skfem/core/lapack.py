@@ -19,6 +19,8 @@ Source: E. Anderson et al., LAPACK Users' Guide, 3rd ed., SIAM 1999, doi:10.1137
 
 from __future__ import annotations
 
+import ctypes
+
 import numpy as np
 
 from fmbs_skfem.core.jit import deferred, jit
@@ -35,12 +37,20 @@ def __getattr__(name: str) -> np.ndarray:
     """ADDRESSES, found when they are first asked for."""
     if name != "ADDRESSES":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from numba.extending import get_cython_function_address
+    from scipy.linalg import cython_lapack
 
-    found = [get_cython_function_address("scipy.linalg.cython_lapack", routine) for routine in _ROUTINES]
+    found = [_address(cython_lapack.__pyx_capi__[routine]) for routine in _ROUTINES]
     globals()[name] = np.array(found, dtype=np.int64)
     addresses: np.ndarray = globals()[name]
     return addresses
+
+
+def _address(capsule: object) -> int:
+    """Where the function of a capsule is."""
+    name, pointer = ctypes.pythonapi.PyCapsule_GetName, ctypes.pythonapi.PyCapsule_GetPointer
+    name.restype, name.argtypes = ctypes.c_char_p, [ctypes.py_object]
+    pointer.restype, pointer.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
+    return int(pointer(capsule, name(capsule)))
 
 
 _call = deferred("fmbs_skfem.core.intrinsics", "call_lapack")

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 from ..core import jit
+from ..core.machine_code import SUFFIX
 from .job import Job
 
 _BESIDE: list[subprocess.Popen[bytes]] = []  #: processes that end with this one, whose end of their input they see
@@ -32,7 +33,7 @@ def announce(job: Job, reduces: bool = False) -> bool:
 
 def cold(folder: Path) -> bool:
     """Whether no compiled step is cached in a folder."""
-    return not any(folder.rglob("stepping.advance-*.nbc"))
+    return not any(folder.glob(f"stepping.advance-*{SUFFIX}"))
 
 
 def first(folder: Path) -> bool:
