@@ -17,13 +17,13 @@ from typing import Any
 import click
 
 from .. import __version__
-from ..core import durable
+from ..core import durable, imports
 from ..core.errors import FmbsError, InputError
 from ..core.notices import Notice
 from ..core.records import dataclass
 from ..studies.job import Job, Listener
 from ..studies.result import REASONS, Result, describe_error
-from . import imports, options, screen
+from . import options, screen
 
 INTERNAL, INTERRUPTED, BAD_INPUT, LIMIT = 1, 130, InputError.exit_code, 6
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core import imports
 from . import camera as camera_
 from . import decor, drawing, video
 from .camera import Box, Camera
@@ -26,6 +27,8 @@ PALEST = 0.28  #: strength of the first instant of an overlay
 def main(arguments: list[str]) -> int:
     """Probe, read the order, draw."""
     try:
+        imports.prepare()
+        imports.without_pyplot()
         _probe()
     except (ImportError, RuntimeError) as error:
         sys.stderr.write(f"{error}\n")
