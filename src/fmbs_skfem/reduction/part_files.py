@@ -114,7 +114,7 @@ def train(
 
 
 def unbent(body: Body, alone: Any, before: Part | None) -> np.ndarray:
-    """Numbers of places with directions on which no moment acted in a training `alone` and before; none where that is unknown."""
+    """Numbers (k,) of places with directions on which no moment acted in a training `alone` and before; none where unknown."""
     if not isinstance(alone, Mapping):
         return np.zeros(0, dtype=np.int64)
     names = [*body.places, *body.frames]
