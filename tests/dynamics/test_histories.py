@@ -15,7 +15,8 @@ from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
-from fmbs_skfem.systems import At, assemble, joints, loads
+from fmbs_skfem.systems import At, Motion, assemble, joints, loads, probes
+from fmbs_skfem.systems.controllers import Pid
 from fmbs_skfem.systems.controls import ControlForce
 
 STEP = 0.01  #: [s]
@@ -87,3 +88,15 @@ def test_what_is_missed_is_said_once_for_a_drive() -> None:
     with pytest.warns(Notice, match="inside of steps") as told:
         integrate(system, GeneralizedAlpha(STEP), 0.1)
     assert len([one for one in told if "inside of steps" in str(one.message)]) == 1
+
+
+def test_what_a_controller_holds_is_no_history_that_is_missed() -> None:
+    """A sampled brake beyond its limit of stability, v <- (1 - k h / m) v: what it holds changes at its samples alone."""
+    at, brake = At("m"), Pid(name="brake", unit="N", sample=0.05, error=of_state("- x.vx", "m/s"), kp=41.0)
+    push = ControlForce("push", at, (1.0, 0.0), of_state("brake"))
+    start, out = {"m": Motion(velocity=(1.0, 0.0))}, {"x": probes.Position(at)}
+    system = assemble([point_mass("m", 1.0, np.zeros(2))], [], [push], outputs=out, initial=start, controllers=[brake])
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", message=".*inside of steps")
+        motion = integrate(system, GeneralizedAlpha(STEP), 1.0)
+    assert motion.v[::5, 0] == pytest.approx((-1.05) ** np.arange(21), rel=1e-9)

@@ -68,7 +68,7 @@ def integrate(
         follow(run, looks, progress)
         motion = trajectory(run)
         warn_of_division(motion.statistics)
-        warn_of_coarse_steps(motion, scheme.step, steps)
+        warn_of_coarse_steps(motion, run.feed.plain if run.feed else motion.system, scheme.step, steps)
         tell_cost(before, forces.cost_of(run.model.forces), motion.statistics)
         for text in (*responses.beyond(run.model, run.step.state.memory), unstable_loop(run)):
             if text:
