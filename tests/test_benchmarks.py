@@ -113,6 +113,6 @@ def test_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_control(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = script("control", tmp_path, monkeypatch, STEPS=200, TIMES=1).main()
+    text = script("control", tmp_path, monkeypatch, STEPS=200, TIMES=1, CELLS=(50,)).main()
     assert text == (tmp_path / "control.md").read_text(encoding="utf-8")
     assert "run.step" in text

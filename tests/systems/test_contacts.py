@@ -325,6 +325,16 @@ def test_a_ball_rolls_down_an_incline_in_space() -> None:
     assert np.ptp(found["E_balance"]) < 2e-4 * found["E_kinetic"][-1]
 
 
+@pytest.mark.parametrize("shape", ["box", "sphere"])
+def test_what_is_thin_is_not_leapt_over(shape: str) -> None:
+    """A mass that moves five times the thickness of what it meets in a step is thrown back as fast as it came."""
+    law: dict[str, Any] = {"name": "wall", "at": At("ball", "center"), "stiffness": 2e8, "center": (0.0, 0.0)}
+    wall = ContactBox(**law, sides=(1.0, 0.02)) if shape == "box" else ContactSphere(**law, diameter=0.02)
+    motion, _ = run(ball(wall, at=(0.0, 0.951), speed=(0.0, -100.0)), 1e-3, 0.015)
+    assert motion.v[-1, 1] == pytest.approx(100.0, rel=1e-2)
+    assert motion.statistics.halved == 0
+
+
 @pytest.mark.parametrize("rate", [35.0, 100.0])
 def test_what_rolls_fast_takes_few_iterations(rate: float) -> None:
     """Newton's iteration does not go from one side of sticking to the other: no step of 1 ms is divided, and the disc rolls on."""

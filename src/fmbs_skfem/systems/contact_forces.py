@@ -29,6 +29,7 @@ from .forces import Force, Place, Routines
 from .one_sided import ramp
 
 DISTANT = 10.0  #: steps like the last one that a point is away, at least, whose rows are not kept: only what touches reads them
+THIRDS = 16  #: times that a way is cut by a third where a point may have passed a shape
 SEEN = 4  #: numbers of a point: clearance, distance from the origin of the shape, ways a unit of |dx| and of max |dx_n| at most
 
 
@@ -335,7 +336,7 @@ def accept(table: Any, record: Any) -> int:
 def judge(table: Any, record: Any) -> int:
     """jolt += how fast the change of normal forces since the last accepted state changes speeds, over the change that is allowed.
 
-    What has touched from the start on never came: its vibration is no impact.
+    What has touched from the start on never came: its vibration is no impact. What passed through the shape in between is infinite.
     """
     s, F = evaluation(table).space, opened(record)
     many, dim = F.rows.shape[1] + len(F.frame), F.placed.shape[1]
@@ -348,7 +349,38 @@ def judge(table: Any, record: Any) -> int:
         if last[1] > 0.0 and (touches or last[0] > 0.0):
             N = press(F, k, y, v, last, w, out) if touches else 0.0
             s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
+        elif (
+            not touches and last[0] == 0.0 and F.share > 0.0 and not asleep(s, F, k, moved) and passed(F, k, last[2 + dim :], y, w)
+        ):
+            s.jolt[0] = np.inf
     return 0
+
+
+@jit
+def passed(F: Any, k: int, before: np.ndarray, y: np.ndarray, w: np.ndarray) -> bool:
+    """Whether a point with rows y that touches neither now nor `before` was in the shape between: gaps along lines are convex."""
+    low, high, between = 0.0, 1.0, np.empty(len(y))
+    far, dim = min(place(F, k, before, w), place(F, k, y, w)), F.placed.shape[1]
+    way = 0.0
+    for c in range(dim):
+        way += (y[c] - before[c] - (component(F, y, -1, c) - component(F, before, -1, c))) ** 2
+    if far * far > way:
+        return False
+    for _ in range(THIRDS):
+        gaps = (0.0, 0.0)
+        for part in range(2):
+            t = low + (1.0 + part) / 3.0 * (high - low)
+            for j in range(len(y)):
+                between[j] = before[j] + t * (y[j] - before[j])
+            gap = place(F, k, between, w)
+            if gap < 0.0:
+                return True
+            gaps = (gap, 0.0) if part == 0 else (gaps[0], gap)
+        if gaps[0] < gaps[1]:
+            high -= (high - low) / 3.0
+        else:
+            low += (high - low) / 3.0
+    return False
 
 
 @routine
