@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -171,3 +172,16 @@ def test_angular_velocity_about_a_fixed_axis_of_a_body_that_tumbles() -> None:
     found = outputs(integrate(eliminate(system), GeneralizedAlpha(1e-3), 3.0, TIGHT))
     for name, axis in axes.items():
         assert_allclose(found[name], omega @ axis / np.linalg.norm(axis), atol=1e-3)
+
+
+@pytest.mark.parametrize(("spin", "jumps"), [((0.3, -10.0, 0.0), True), ((0.0, -6.0, 8.0), False)])
+def test_an_angle_that_jumps_is_told(spin: tuple[float, float, float], jumps: bool) -> None:
+    """A rod that is swung through the axis of its spring turns by half a turn about it at once."""
+    rod = body.cable("rod", models.straight(4), models.SECTION, models.MATERIAL)
+    spring = loads.TorsionSpring("spring", At("rod", "left"), None, 1e-4, 0.0, 0.0, axis=Z)
+    start = {"rod": Motion(angular_velocity=spin)}
+    system = eliminate(assemble([rod], [joints.Pin("A", At("rod", "left"))], [spring], initial=start))
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        integrate(system, GeneralizedAlpha(2e-3), 0.2)
+    assert [("a load on rod jumps by 1" in str(one.message)) for one in told if one.category is Notice] == [True] * jumps

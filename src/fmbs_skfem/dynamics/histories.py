@@ -11,7 +11,8 @@ from ..core.errors import Reason, SolverError
 from ..core.linalg import as_dense
 from ..core.notices import notify
 from ..systems import forces
-from ..systems.compiled import signal_table
+from ..systems.angles import DOUBT
+from ..systems.compiled import Compiled, signal_table
 from ..systems.force_laws import ForceLaw, LawForces, evaluate
 from ..systems.signals import read_inputs
 from ..systems.system import System, driven_rows, driving
@@ -99,6 +100,23 @@ def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: 
     for owner, share in wrong.items():
         text = f"the history of {owner} changes inside of steps of {step:g} s, which give it wrong by up to {share:.0%} over time"
         notify(f"{text}: take a smaller step")
+
+
+def warn_of_jumps(model: Compiled, motion: Trajectory, step: float) -> None:
+    """A warning where the angle of a load jumps from one step [s] to the next: a slope goes through its axis, or turns too fast."""
+    apart = np.diff(motion.times)
+    first, near = 0, (apart > 0.0) & (apart < 1.5 * step)
+    for source, force in zip(motion.system.loads.forces, model.forces, strict=True):
+        last = first + len(force.memory)
+        if isinstance(source, LawForces) and force.turns.any() and near.any():
+            jumps = np.abs(np.diff(motion.memory[:, first:last], axis=0)) * force.turns * near[:, None]
+            s, k = np.unravel_index(int(jumps.argmax()), jumps.shape)
+            if jumps[s, k] > DOUBT:
+                name = pushed_body(motion.system, int(source.rows[k * len(source) // len(force.memory), 0]))
+                at = f"by {np.degrees(jumps[s, k]):.0f} degrees in one step, at t = {motion.times[s + 1]:.4g} s"
+                why = "its place tilts into the axis there, or turns too fast"
+                notify(f"the angle of {name} jumps {at}: {why}; take a smaller step, or hold the place so that it cannot tilt")
+        first = last
 
 
 def coarse_histories(system: System, step: float, steps: int) -> Iterator[tuple[str, float]]:
