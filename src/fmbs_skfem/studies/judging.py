@@ -25,15 +25,16 @@ def balances(scheme: GeneralizedAlpha | None, trajectory: Trajectory) -> dict[st
 
 
 def energy_drift(trajectory: Trajectory, cause: str, remedy: str) -> float:
-    """Largest change of the energy balance [J], with a warning where energy comes from nowhere, or goes there."""
-    errors = dynamics.energy_errors(trajectory)
+    """Largest change of the energy balance [J], with a warning where energy comes from nowhere, or goes there, and its remedy."""
+    errors, said = dynamics.energy_errors(trajectory), list[str]()
     if errors.rise > GAIN:
-        text = f"{cause} is too large for this motion; halve it and compare, or take a smaller rho_inf"
-        notify(f"the energy balance rises by {errors.rise:.0%} of the largest energy: {text}")
+        said.append(f"rises by {errors.rise:.0%}")
+        remedy = "halve it and compare, or take a smaller rho_inf"
     if errors.fall > LOSS:
-        notify(
-            f"the energy balance falls by {errors.fall:.1%} of the largest energy: {cause} is too large for this motion; {remedy}"
-        )
+        said.append(f"falls by {errors.fall:.1%}")
+    if said:
+        todo = remedy.partition(", or")[0] if len(said) == 2 else remedy  # a rise and a fall ask for opposite schemes
+        notify(f"the energy balance {' and '.join(said)} of the largest energy: {cause} is too large for this motion; {todo}")
     return errors.drift
 
 

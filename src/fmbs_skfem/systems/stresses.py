@@ -83,6 +83,7 @@ class StressTensor(Tensor):
     """Stress [Pa] at a named point of a plate or shell: 11, 22, 12, principal values 1 and 2, angle [rad] of the first to axis 1.
 
     Axis 1 is the x axis of the scene as far as the surface allows, axis 2 normal to it in the surface; both move with the body.
+    It is the second stress of Piola and Kirchhoff, the true one where strains are small.
 
     {type: stress_tensor, at: plate.corner, face: bottom}
     """
@@ -124,7 +125,7 @@ class SectionForces(Probe):
     in space with its vector Mx, My, Mz: what balances the loads beyond the place, without damping. N of slender lines that bend
     converges more slowly than M: where it matters, take more cells or `degree: 4`. Plates and shells have membrane forces N11, N22,
     N12 [N/m] and moments M11, M22, M12 [N] a length, positive where they stretch the face at t/2, with principal values N1, N2, M1,
-    M2; axes as those of `stress_tensor`.
+    M2; stresses and axes are those of `stress_tensor`, lengths those of the reference.
 
     {type: section_forces, at: beam.left}
     """
