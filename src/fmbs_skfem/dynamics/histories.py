@@ -104,11 +104,13 @@ def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: 
 
 def warn_of_jumps(model: Compiled, motion: Trajectory, step: float) -> None:
     """A warning where the angle of a load jumps from one step [s] to the next: a slope goes through its axis, or turns too fast."""
+    if motion.memory is None or len(motion.times) < 2:
+        return
     apart = np.diff(motion.times)
     first, near = 0, (apart > 0.0) & (apart < 1.5 * step)
     for source, force in zip(motion.system.loads.forces, model.forces, strict=True):
         last = first + len(force.memory)
-        if isinstance(source, LawForces) and force.turns.any() and near.any():
+        if isinstance(source, LawForces) and force.turns.any():
             jumps = np.abs(np.diff(motion.memory[:, first:last], axis=0)) * force.turns * near[:, None]
             s, k = np.unravel_index(int(jumps.argmax()), jumps.shape)
             if jumps[s, k] > DOUBT:
