@@ -73,6 +73,42 @@ def test_motions_that_cross_are_told_apart() -> None:
     assert found.crossings(2.0)[0] == (1, pytest.approx(2.0 / 3.0))
 
 
+COLUMN = """\
+schema: 1
+dimension: 2
+parameters: {P: {value: 1 N, range: [0 N, 20 N]}}
+bodies: {c: {type: cable, mesh: beam_10.msh, section: {shape: given, EA: 1 MN, EI: 1 N m^2, rhoA: 1 kg/m}}}
+joints: {a: {type: pin, at: c.left}, b: {type: slider, at: c.right, direction: [1, 0]}}
+loads: {P: {type: point_force, at: c.right, force: [-P, 0]}}
+damping: {mass: RATE}
+analysis: {type: campbell, parameter: P, count: 2, steps: 11, damped: true}
+"""
+
+
+@pytest.mark.parametrize("rate", [0.5, 3.0, 20.0])
+def test_a_column_that_buckles_goes_on_as_the_motion_that_grows(rate: float) -> None:
+    """s^2 + rate s + w^2 (1 - P / Pc) = 0, Pc = pi^2 EI / L^2, w^2 = Pc^2 / EI rho A: the root of larger growth at all loads."""
+    scene = scenes.loads(COLUMN.replace("RATE", f"{rate}"), ROTOR.parents[1] / "meshes")
+    with pytest.warns(Notice, match="mode 1 is unstable from P = 10 on"):
+        found = scene.analysis.find(scene).diagram
+    assert found is not None
+    assert not found.others.any()
+    exact = -rate / 2 + np.emath.sqrt(rate**2 / 4 - np.pi**4 * (1.0 - found.values / np.pi**2))
+    overdamped = exact.imag == 0.0
+    np.testing.assert_allclose(found.growth[overdamped, 0], exact.real[overdamped], rtol=2e-3, atol=2e-3)
+    np.testing.assert_allclose(found.omega[:, 0], exact.imag, rtol=2e-3)
+
+
+def test_growth_beside_the_motions_that_are_listed_is_told() -> None:
+    """One motion is asked for; another grows where s > 1/2."""
+
+    def find(s: float, count: int) -> Found:
+        return Found(np.array([1.0, 2.0]), np.array([0.0, max(s - 0.5, 0.0)]), np.eye(2), np.eye(2))
+
+    found = dynamics.campbell(np.linspace(0.0, 1.0, 11), find, 1)
+    np.testing.assert_allclose(found.others, np.maximum(found.values - 0.5, 0.0), atol=1e-15)
+
+
 def test_a_parameter_without_a_range_is_named() -> None:
     text = ROTOR.read_text().replace("{value: 100 rad/s, range: [0 rad/s, 400 rad/s]}", "100 rad/s")
     scene = scenes.loads(text, ROTOR.parent)

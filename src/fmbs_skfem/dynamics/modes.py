@@ -25,7 +25,7 @@ from ..systems.system import System
 from .linear import Linear, linearise
 
 SMALL = 400  #: independent unknowns up to which all eigenvalues are found
-ROUND = 1e-9  #: imaginary parts, relative to the size of an eigenvalue, that are round-off
+ROUND = 1e-9  #: real and imaginary parts, relative to the size of an eigenvalue, that are round-off
 GROWS = 1e-6  #: real part of an eigenvalue, over the largest one listed, from which a motion grows
 STILL = 1e-7  #: eigenvalue over the largest frequency that the matrices allow, up to which the double zeros of free motions split
 ALONE = 1e-3  #: distance of a slow shape from those before it, over its size, from which it is a motion of its own
@@ -140,11 +140,17 @@ def complex_modes(linear: Linear, count: int = 10) -> ComplexModes:
     possible = len(linear.x) - len(linear.rows)
     count = at_most(count, possible)
     values, shapes = (all_eigenvalues if possible <= SMALL or 4 * count > possible else slow_eigenvalues)(linear, count)
-    values = np.where(np.abs(values.imag) <= ROUND * np.abs(values), values.real, values)
+    values = without_round_off(values)
     kept = np.flatnonzero(values.imag >= 0.0)
     kept = kept[np.argsort(np.abs(values[kept]), kind="stable")]
     kept = kept[once(values[kept], shapes[:, kept], STILL * fastest(linear))][:count]
     return ComplexModes(values[kept], largest_one(shapes[:, kept]))
+
+
+def without_round_off(values: np.ndarray) -> np.ndarray:
+    """Eigenvalues (i,) on the axes of the complex plane where they are there but for round-off."""
+    real, imaginary = (np.where(np.abs(part) <= ROUND * np.abs(values), 0.0, part) for part in (values.real, values.imag))
+    return np.asarray(real + 1j * imaginary)
 
 
 def fastest(linear: Linear) -> float:

@@ -103,6 +103,10 @@ class Campbell(NearState):
 
     def warn(self, scene: Scene, name: str, found: dynamics.Campbell) -> None:
         """Name motions that grow somewhere, with the first value at which they do."""
+        place = where(scene, "analysis")
         for k in np.flatnonzero(found.unstable.any(axis=0)):
             first = found.values[found.unstable[:, k].argmax()]
-            notify(f"{where(scene, 'analysis')}: mode {k + 1} is unstable from {name} = {first:.4g} on")
+            notify(f"{place}: mode {k + 1} is unstable from {name} = {first:.4g} on")
+        if (at := np.flatnonzero(found.others)).size:
+            listed = f"a motion beside the {found.omega.shape[1]} listed is unstable from {name} = {found.values[at[0]]:.4g} on"
+            notify(f"{place}: {listed}; raise the count")

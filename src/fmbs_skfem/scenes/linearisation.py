@@ -9,6 +9,7 @@ import numpy as np
 from .. import dynamics
 from ..core.fields import Count, Names
 from ..core.records import dataclass
+from ..dynamics.modes import without_round_off
 from ..dynamics.statespace import StateSpace
 from .analyses import StateTable, Work
 from .near_state import NearState
@@ -61,7 +62,7 @@ class Linearise(NearState):
 
 def eigenvalues(space: StateSpace) -> dict[str, np.ndarray]:
     """The slowest eigenvalues of A, each of a conjugate pair once."""
-    found = np.linalg.eigvals(space.A)
+    found = without_round_off(np.linalg.eigvals(space.A))
     found = found[found.imag >= 0.0]
     found = found[np.argsort(np.abs(found), kind="stable")][:LISTED]
     size = np.where(np.abs(found) > 0.0, np.abs(found), 1.0)
