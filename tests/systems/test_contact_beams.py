@@ -146,6 +146,16 @@ def test_impact_of_stiff_rods(arm: float) -> None:
     assert np.ptp(found["E_balance"]) < 1e-4
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_beams_do_not_leap_over_one_another(dim: int) -> None:
+    """A rod that moves three times the thickness of what it meets in a step of 2 ms leaves it as of an elastic impact."""
+    m1, m2, v = 0.5, 0.55, 150.0
+    parts = pair(np.pi / 2 if dim == 3 else 0.0, (0.0, 0.0, 0.75) if dim == 3 else (0.0, 0.75), dim, STIFF)
+    motion, _ = fly(parts, touch(stiffness=2e6), ((0.0, 0.0, -v) if dim == 3 else (0.0, -v)), 2e-3, 0.02)
+    p = np.asarray(motion.system.mass @ motion.v[-1]).reshape(-1, dim)[len(parts[0].constant) :, -1]
+    assert parts[1].constant @ p == pytest.approx(m2 * v * (m1 - m2) / (m1 + m2), abs=0.02 * m2 * v)
+
+
 @pytest.mark.parametrize("angle, along", [(1.2, None), (0.4, None), (0.15, None), (0.0, None), (1.2, True)])
 def test_crossing_and_parallel_beams_keep_momentum_and_energy(angle: float, along: bool | None) -> None:
     motion, found = fly(pair(angle, (0.03, 0.02, 0.11)), touch(along=along), (0.0, 0.0, -1.0), 1e-3, 0.15)

@@ -99,7 +99,7 @@ class Given(Section):
     EA: Annotated[float, quantity("N", "> 0")]
     EI: Annotated[float, quantity("N m^2", "> 0")]
     rhoA: Annotated[float, quantity("kg/m", "> 0")]
-    radius: Annotated[float, quantity("m", "> 0"), "as it is drawn"] = 0.01
+    radius: Annotated[float, quantity("m", "> 0"), "as it is drawn, and touches others"] = 0.01
 
     def __post_init__(self) -> None:
         positive("section", EA=self.EA, EI=self.EI, rhoA=self.rhoA, radius=self.radius)

@@ -189,7 +189,7 @@ def accept(table: Any, record: Any) -> int:
 
 @routine
 def judge(table: Any, record: Any) -> int:
-    """jolt += as of contact with shapes."""
+    """jolt += as of contact with shapes; infinite where beams passed through one another."""
     s, F = evaluation(table).space, opened(record)
     way, many, dim = ahead(s, F), len(F.rows), F.dim
     y, v, z, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty(8 * dim), np.empty((ROOM, 3))
@@ -203,13 +203,36 @@ def judge(table: Any, record: Any) -> int:
             read(table, F, y)
             since(F, s, y, z)
             far, read_now = longest(y, 2 * dim * (len(F.spans) + 1), len(F.others), dim), True
-        gap, p, q, _ = find(F, k, y, far, w)
+        gap, p, q, held = find(F, k, y, far, w)
+        if last[0] == 0.0 and F.share > 0.0 and gap + F.radii[0] + F.radii[1] < way and not loose(F, held):
+            if crossed(F, k, w, s.memory[F.memory : F.memory + many]):
+                s.jolt[0] = np.inf
+                return 0
+            find(F, k, y, far, w)
         if gap < 0.0:
             read_rates(table, F, pieces(F, p, q), v)
             follow(F, v, z, p, q, w)
             N = press(F, k, last, p, q, w, out)
         s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
     return 0
+
+
+@jit
+def loose(F: Any, held: tuple[bool, bool]) -> bool:
+    """Whether closest points are ends, about which beams may go."""
+    return held[1] or (held[0] and not F.along)
+
+
+@jit
+def crossed(F: Any, k: int, w: np.ndarray, before: np.ndarray) -> bool:
+    """Whether the closest points in w[0:6] of a node are on other sides than those with the rows `before`; w[0:6] become these."""
+    dim, along, d = F.dim, 0.0, np.empty(3)
+    for c in range(dim):
+        d[c] = w[0, c] - w[3, c]
+    gap, _, _, held = find(F, k, before, longest(before, 2 * dim * (len(F.spans) + 1), len(F.others), dim), w)
+    for c in range(dim):
+        along += d[c] * (w[0, c] - w[3, c])
+    return along < 0.0 and gap < np.inf and not loose(F, held)
 
 
 @routine
