@@ -12,7 +12,7 @@ import json
 import subprocess
 import sys
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import h5py
@@ -130,7 +130,7 @@ def packed() -> str:
     return changed((MESHES / "beam_100.vtu").read_text(), "</PointData>", array + "</PointData>")
 
 
-def meshes() -> Iterator[tuple[str, str | bytes, str]]:
+def meshes() -> Iterator[tuple[str, str | bytes | Callable[[], str], str]]:
     text = msh([(0, 0), (1, 0)], lines((1, 2)))
     binary, vtu = (MESHES / "beam_5.msh").read_bytes(), (MESHES / "beam_100.vtu").read_text()
     yield "nodes.msh", changed(text, "$Nodes\n2", "$Nodes\n2000000000"), "at most 1000000 nodes"
@@ -138,7 +138,7 @@ def meshes() -> Iterator[tuple[str, str | bytes, str]]:
     yield "binary.msh", binary.replace(b"$Nodes\n6", b"$Nodes\n2000000000"), "at most 1000000 nodes"
     yield "fewer.msh", binary.replace(b"$Nodes\n6", b"$Nodes\n1000"), "no more than fit into its"
     yield "points.vtu", changed(vtu, 'NumberOfPoints="101"', 'NumberOfPoints="2000000000"'), "at most 1000000"
-    yield "unpacks.vtu", packed(), "above 67108864"
+    yield "unpacks.vtu", packed, "above 67108864"
     laughs = "".join(f'<!ENTITY a{i} "{f"&a{i - 1};" * 10}">' for i in range(1, 30))
     yield "entities.vtu", f'<!DOCTYPE x [<!ENTITY a0 "x">{laughs}]>' + vtu.replace("<Piece", "&a29;<Piece"), "entity declaration"
 
@@ -161,7 +161,8 @@ def bombs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[int, str,
     for name, (text, _) in SCENES.items():
         (folder / f"{name}.yaml").write_text(text)
     for name, content, _ in meshes():
-        (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+        made = content() if callable(content) else content
+        (folder / name).write_bytes(made if isinstance(made, bytes) else made.encode())
         (folder / f"{name}.yaml").write_text(changed(BEAM, "beam_5.msh", name))
     for name, text, _ in nurbs():
         (folder / name).write_text(text)

@@ -7,6 +7,7 @@ The tries are the same in every run; FMBS_FUZZ=20 makes twenty times as many, ot
 from __future__ import annotations
 
 import copy
+import functools
 import json
 import os
 import signal
@@ -35,7 +36,6 @@ from .inputs import HOUSE, MESHES, STRIP
 
 LIMIT = 20.0  #: processor time of one call, beyond which it hangs [s]
 TEXTS = {path.name: path.read_text(encoding="utf-8") for path in sorted(EXAMPLES.glob("*.yaml"))}
-DATA = {name: yamlfile.plain(yamlfile.parse(text, name)) for name, text in TEXTS.items()}
 
 FACTOR = int(os.environ.get("FMBS_FUZZ", "1"))
 
@@ -87,7 +87,19 @@ def paths(value: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | 
         yield from paths(inner, (*path, key))
 
 
-PLACES = [(name, path) for name, data in DATA.items() for path in paths(data)]
+@functools.cache
+def scene(name: str) -> Any:
+    """An example as plain values."""
+    return yamlfile.plain(yamlfile.parse(TEXTS[name], name))
+
+
+@functools.cache
+def places() -> list[tuple[str, tuple[str | int, ...]]]:
+    """Every value of every example, read by the process that asks for it first and not by all that collect tests."""
+    return [(name, path) for name in TEXTS for path in paths(scene(name))]
+
+
+PLACES = st.deferred(lambda: st.sampled_from(places()))
 ODD: st.SearchStrategy[Any] = st.one_of(
     st.sampled_from([None, True, False, 0, -1, 10**30, 1e-320, 1e300, float("nan"), float("inf"), "", [], {}, [[]], {"": None}]),
     st.sampled_from(
@@ -100,7 +112,7 @@ ODD: st.SearchStrategy[Any] = st.one_of(
     st.dictionaries(
         st.sampled_from(["type", "at", "s", "body", "axis", "angle", "value", "range", "every", "edges"]), st.text(max_size=3)
     ),
-    st.sampled_from(PLACES).map(lambda place: inside(DATA[place[0]], place[1])),
+    PLACES.map(lambda place: inside(scene(place[0]), place[1])),
 )
 
 
@@ -112,7 +124,7 @@ def inside(data: Any, path: tuple[str | int, ...]) -> Any:
 
 def damaged(name: str, path: tuple[str | int, ...], how: str, value: Any) -> str:
     """A scene as JSON, which is YAML, with one value replaced, dropped, renamed, given twice or moved."""
-    data = copy.deepcopy(DATA[name])
+    data = copy.deepcopy(scene(name))
     parent, last = inside(data, path[:-1]), path[-1]
     old = parent[last]
     if how == "replace":
@@ -131,15 +143,13 @@ def damaged(name: str, path: tuple[str | int, ...], how: str, value: Any) -> str
 
 
 @tries(400)
-@given(
-    st.lists(st.sampled_from(PLACES), min_size=1, max_size=1), st.sampled_from(["replace", "drop", "rename", "move", "twice"]), ODD
-)
+@given(st.lists(PLACES, min_size=1, max_size=1), st.sampled_from(["replace", "drop", "rename", "move", "twice"]), ODD)
 def test_scenes_with_a_damaged_value(place: list[tuple[str, tuple[str | int, ...]]], how: str, value: Any) -> None:
     name, path = place[0]
-    scene = told(lambda: scenes.loads(damaged(name, path, how, value), EXAMPLES))
-    if scene is not None:
-        assert all(np.isfinite(value) for value in scene.parameters.values())
-        assert scene.bodies
+    found = told(lambda: scenes.loads(damaged(name, path, how, value), EXAMPLES))
+    if found is not None:
+        assert all(np.isfinite(value) for value in found.parameters.values())
+        assert found.bodies
 
 
 @tries(200)
