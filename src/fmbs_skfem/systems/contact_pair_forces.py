@@ -9,13 +9,14 @@ import numpy as np
 from ..core.jit import jit
 from ..core.structs import routine
 from . import forces
-from .contact_curves import bulge, correction, find_chord, longest, piece, shares, trace
+from .contact_curves import correction, find_chord, piece, shares, trace
 from .contact_law import STEP, UNKNOWN, E, K, harden, stored
 from .contact_pairs import (
     NODE,
     ROOM,
     BeamContacts,
     ahead,
+    extents,
     find,
     follow,
     limits_of,
@@ -50,11 +51,11 @@ def push(table: Any, record: Any) -> int:
     y, v, z, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty(8 * dim), np.empty((ROOM, 3))
     read(table, F, y)
     since(F, s, y, z)
-    far = longest(y, 2 * dim * (len(F.spans) + 1), len(F.others), dim)
+    within = extents(F, y)
     for k in range(len(F.spans) + 1):
         if s.room[F.room + k] > way:
             continue
-        gap, p, q, _ = find(F, k, y, far, w)
+        gap, p, q, _ = find(F, k, y, within, w)
         if gap < 0.0:
             places, first = pieces(F, p, q), F.memory + many + NODE * k
             read_rates(table, F, places, v)
@@ -79,11 +80,11 @@ def slopes(table: Any, record: Any) -> int:
     out, wc = np.empty(8 * dim, np.complex128), np.empty((ROOM, 3), np.complex128)
     read(table, F, y)
     since(F, s, y, z)
-    far, before = longest(y, second, len(F.others), dim), (-1.0, -1.0)
+    within, before = extents(F, y), (-1.0, -1.0)
     for k in range(len(F.spans) + 1):
         if s.room[F.room + k] > way:
             continue
-        gap, p, q, held = find(F, k, y, far, w)
+        gap, p, q, held = find(F, k, y, within, w)
         if gap >= 0.0:
             continue
         places, first = pieces(F, p, q), F.memory + many + NODE * k
@@ -162,19 +163,16 @@ def accept(table: Any, record: Any) -> int:
         s.room[ways], s.room[ways + 1] = find_ways(table, F, 0, F.spans)
         s.room[ways + 2], s.room[ways + 3] = find_ways(table, F, second, F.others)
     since(F, s, y, z)
-    far = longest(y, second, len(F.others), dim)
-    around = (
-        F.radii[0] + F.radii[1] + bulge(y, second, F.others, dim) + longest(y, 0, len(F.spans), dim) + bulge(y, 0, F.spans, dim)
-    )
+    within = extents(F, y)
     for k in range(len(F.spans) + 1):
         first, seen, N = F.memory + many + NODE * k, F.room + k, 0.0
         last = s.memory[first : first + NODE]
         if s.room[seen] > way:
             s.room[seen] -= way
         else:
-            s.room[seen] = find_chord(y, 2 * dim * k, second, limits_of(F, k), far, dim)[0] - around
+            s.room[seen] = find_chord(y, 2 * dim * k, second, limits_of(F, k), within[0], dim)[0] - within[1]
         if not s.room[seen] > 0.0:
-            gap, p, q, _ = find(F, k, y, far, w)
+            gap, p, q, _ = find(F, k, y, within, w)
             if gap < 0.0:
                 read_rates(table, F, pieces(F, p, q), v)
                 follow(F, v, z, p, q, w)
@@ -193,7 +191,7 @@ def judge(table: Any, record: Any) -> int:
     s, F = evaluation(table).space, opened(record)
     way, many, dim = ahead(s, F), len(F.rows), F.dim
     y, v, z, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty(8 * dim), np.empty((ROOM, 3))
-    read_now, far = False, 0.0
+    read_now, within = False, (0.0, 0.0)
     for k in range(len(F.spans) + 1):
         first, N = F.memory + many + NODE * k, 0.0
         last = s.memory[first : first + NODE]
@@ -202,13 +200,14 @@ def judge(table: Any, record: Any) -> int:
         if not read_now:
             read(table, F, y)
             since(F, s, y, z)
-            far, read_now = longest(y, 2 * dim * (len(F.spans) + 1), len(F.others), dim), True
-        gap, p, q, held = find(F, k, y, far, w)
+            far, reach = extents(F, y)
+            within, read_now = (far, reach + way), True
+        gap, p, q, held = find(F, k, y, within, w)
         if last[0] == 0.0 and F.share > 0.0 and gap + F.radii[0] + F.radii[1] < way and not loose(F, held):
             if crossed(F, k, w, s.memory[F.memory : F.memory + many]):
                 s.jolt[0] = np.inf
                 return 0
-            find(F, k, y, far, w)
+            find(F, k, y, within, w)
         if gap < 0.0:
             read_rates(table, F, pieces(F, p, q), v)
             follow(F, v, z, p, q, w)
@@ -229,7 +228,7 @@ def crossed(F: Any, k: int, w: np.ndarray, before: np.ndarray) -> bool:
     dim, along, d = F.dim, 0.0, np.empty(3)
     for c in range(dim):
         d[c] = w[0, c] - w[3, c]
-    gap, _, _, held = find(F, k, before, longest(before, 2 * dim * (len(F.spans) + 1), len(F.others), dim), w)
+    gap, _, _, held = find(F, k, before, (extents(F, before)[0], np.inf), w)
     for c in range(dim):
         along += d[c] * (w[0, c] - w[3, c])
     return along < 0.0 and gap < np.inf and not loose(F, held)
@@ -244,11 +243,11 @@ def store(table: Any, record: Any) -> int:
         return 0
     y, out, w = np.empty(many), np.empty(8 * dim), np.empty((ROOM, 3))
     read(table, F, y)
-    far = longest(y, 2 * dim * (len(F.spans) + 1), len(F.others), dim)
+    within = extents(F, y)
     for k in range(len(F.spans) + 1):
         if s.room[F.room + k] > way:
             continue
-        gap, p, q, _ = find(F, k, y, far, w)
+        gap, p, q, _ = find(F, k, y, within, w)
         if gap < 0.0:
             places, weight, long = pieces(F, p, q), weigh(F, k, p), gap + F.radii[0] + F.radii[1]
             s.energy[0] += weight * stored(F.law, -gap)

@@ -23,7 +23,7 @@ def measure(table: Any, _: Any) -> int:
         far = longest(S.y[i], 2 * dim * (len(F.spans) + 1), len(F.others), dim)
         for k in range(len(F.spans) + 1):
             w[0, 0] = np.inf  # where the node meets nothing at all
-            gap, p, q, _ = find(F, k, S.y[i], far, w)
+            gap, p, q, _ = find(F, k, S.y[i], (far, np.inf), w)
             S.out[i, k, 0] = away(F, w) if F.itself else gap
             if gap < 0.0:
                 follow(F, S.v[i], z, p, q, w)

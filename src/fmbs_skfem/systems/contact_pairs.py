@@ -38,7 +38,7 @@ from ..core.records import dataclass
 from ..core.structs import Integers, Matrix, Vector, opener
 from ..core.validation import Indices, Number, Reals, Sizes, also, require
 from . import kernels
-from .contact_curves import find_chord, meet_curves, piece, shares, trace
+from .contact_curves import bulge, find_chord, longest, meet_curves, piece, shares, trace
 from .contact_law import BEFORE, LAW, MU, POWER, Scalar, normal_force, resist, size
 from .evaluation import evaluation
 from .forces import Place
@@ -159,11 +159,26 @@ def pieces(F: Any, p: float, q: float) -> tuple[int, int]:
 
 
 @jit
-def find(F: Any, k: int, y: np.ndarray, far: float, w: np.ndarray) -> tuple[float, float, float, tuple[bool, bool]]:
-    """Gap, p, q of a contact, and which of these are held; the gap is infinite where its weight is 0. w[0:6] are current."""
+def extents(F: Any, y: np.ndarray) -> tuple[float, float]:
+    """Length of the longest chord of B, and the largest distance from a node to its closest chord with which it may touch."""
+    dim, second = F.dim, 2 * F.dim * (len(F.spans) + 1)
+    reach = F.radii[0] + F.radii[1] + bulge(y, second, F.others, dim)
+    if not F.along:
+        reach += longest(y, 0, len(F.spans), dim) + bulge(y, 0, F.spans, dim)
+    return longest(y, second, len(F.others), dim), reach
+
+
+@jit
+def find(
+    F: Any, k: int, y: np.ndarray, within: tuple[float, float], w: np.ndarray
+) -> tuple[float, float, float, tuple[bool, bool]]:
+    """Gap, p, q of a contact, and which of these are held; w[0:6] are current where the gap is finite.
+
+    It is infinite where its weight is 0, and where B is too far by its `extents`.
+    """
     dim, second, limits = F.dim, 2 * F.dim * (len(F.spans) + 1), limits_of(F, k)
-    near, q = find_chord(y, 2 * dim * k, second, limits, far, dim)
-    if near == np.inf:
+    near, q = find_chord(y, 2 * dim * k, second, limits, within[0], dim)
+    if near > within[1] or near == np.inf:
         return np.inf, float(k), q, (True, True)
     p, q, held = meet_curves(y, second, F.spans, F.others, limits, k, q, F.along, dim, w)
     if abs(p - k) >= 1.0 or passes(F, limits, p, q, held):
