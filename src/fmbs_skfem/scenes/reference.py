@@ -72,10 +72,11 @@ def takes(value: Node) -> str:
     """What a key takes, in words: its description, after the words or whole numbers that it may be."""
     if "properties" in value:
         return kind(value)
+    options = [one for one in value.get("anyOf", value.get("oneOf", ())) if one.get("type") != "null"]
     known = " or ".join(f"`{word}`" for word in words(value)) or (kind(value) if value.get("type") == "integer" else "")
     if known or "description" in value:
-        return ": ".join(part for part in (known, value.get("description")) if part)
-    options = [one for one in value.get("anyOf", value.get("oneOf", ())) if one.get("type") != "null"]
+        inside = options[0].get("description") if len(options) == 1 else ""
+        return ": ".join(part for part in (known, value.get("description"), inside) if part)
     if options:
         return " or ".join(dict.fromkeys(takes(one) for one in options))
     if "$ref" in value:
