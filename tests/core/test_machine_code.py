@@ -48,6 +48,16 @@ def enclosing(offset: int) -> Callable[[np.ndarray, int], int]:
     return shifted
 
 
+@ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)
+def double(number: int) -> int:
+    return 2 * number
+
+
+def calling(numbers: np.ndarray, count: int) -> int:
+    """Calls a function of ctypes, which is elsewhere in every process."""
+    return double(count)
+
+
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path)
@@ -78,6 +88,13 @@ def test_a_damaged_file_is_compiled_again(folder: Path) -> None:
         assert call(found.address)(ctypes.addressof(numbers), 1) == 9
     assert [path.suffix for path in folder.iterdir() if path.suffix != ".lock"] == [".code"]
     assert isinstance(jit.addressed(SIGNATURE, function), machine_code.Code)
+
+
+def test_code_with_addresses_of_this_process_is_not_kept(folder: Path) -> None:
+    found = jit.addressed(SIGNATURE, calling)
+    call = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)
+    assert call(found.address)(0, 21) == 42
+    assert not list(folder.glob("*.code"))
 
 
 def test_code_is_found_only_for_what_it_was_compiled_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -67,8 +67,10 @@ def place(folder: Path, name: str, function: Callable[..., Any], given: tuple[ob
 
 
 def write(path: Path, compiled: Any) -> None:
-    """Keep a C callback of numba; OSError where there is no room."""
+    """Keep a C callback of numba, if it holds no addresses of this process, as of functions of ctypes; OSError without room."""
     library = compiled._library
+    if library.has_dynamic_globals:
+        return
     _, _, (code, _) = library.serialize_using_object_code()
     module = library._final_module
     named = [one.name for one in (*module.functions, *module.global_variables) if one.is_declaration]
