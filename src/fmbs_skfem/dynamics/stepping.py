@@ -41,7 +41,6 @@ CHEAP = 0.2  #: part of `slow` where tangents are turned: new factors cost littl
 HISTORY = 3  #: accelerations kept for the predictor
 SURELY = 2.0  #: on the remaining error where secants are taken up: contraction is no longer even
 CLEAR = 0.3  #: part of a correction along which the next one may lie to be a secant
-REVERSED = 0.5  #: share of a correction that is taken back, in direction and in size, by one that is shortened
 MARGIN = 10.0  #: on a contraction that was not measured in the same step
 REMEASURE = 8  #: steps after which a contraction that is relied on is measured again
 
@@ -215,28 +214,8 @@ def add_secants(table: Any, repeated: bool) -> None:
             for i in range(n):
                 w.shares[place, i] = norm[i] * w.moved[i] / square
             w.secants[0] += 1
-
-
-@jit
-def hold_back(table: Any) -> None:
-    """Shorten a solution d, of exact factors, that takes back most of the correction s before, to half of that; new factors follow.
-
-        <d, s> < - REVERSED |d| |s|:    d <- min(1, |s| / |d|) d / 2
-
-    Forces that saturate on both sides of a steep part, as friction does about sticking, send the iteration from side to side.
-    """
-    S = opened(table)
-    w, d, norm = S.work, S.space.rhs[0], S.arrays.norm
-    square, part, before = 0.0, 0.0, 0.0
-    for i in range(len(w.moved)):
-        square += norm[i] * d[i] * d[i]
-        part += norm[i] * d[i] * w.moved[i]
-        before += norm[i] * w.moved[i] * w.moved[i]
-    if part < -REVERSED * np.sqrt(square * before) and square > REVERSED**2 * before:
-        share = 0.5 * min(1.0, np.sqrt(before / square))
-        for i in range(len(d)):
-            d[i] *= share
-        w.kind[0] = 0
+    for i in range(n):
+        w.moved[i] = d[i]
 
 
 @jit
@@ -259,7 +238,6 @@ def apply(table: Any) -> float:
     for i in range(len(t.x)):
         d = t.f[i]
         square += norm[i] * d * d
-        w.moved[i] = d
         t.x[i] -= d
         t.v[i] -= method.gh * d
         t.acceleration[i] -= method.bh * d
@@ -336,8 +314,6 @@ def iterate(table: Any, step: int) -> int:
             fresh = 1
         if invoke(S.doors.solve, table, 0) != 0:
             return STOPPED
-        if iteration > 1 and fresh == 1:
-            hold_back(table)
         add_secants(table, iteration > 0 and fresh != 1)
         norm = apply(table)
         S.job.counters[ITERATIONS] += 1
