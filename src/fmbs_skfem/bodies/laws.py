@@ -15,6 +15,7 @@ address, so that a model compiles only its own; `checks.check_law` tests any law
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from importlib import import_module
 from typing import Any, ClassVar
 
@@ -55,7 +56,7 @@ class Law:
         self.vectors = vectors  #: derivatives of r that it reads
         self.section = section  #: rows of its section, the last one the quadrature weight
         self.dims = dims  #: numbers of components c that it serves
-        self.entry = entry  #: address of its function of a kind in c components
+        self.entry = cache(entry)  #: address of its function of a kind in c components
         self.option = option  #: what its functions take beside the numbers
         self.follows = follows  #: whether it is a load that follows a surface or an edge
         if KNOWN.setdefault(name, self) is not self:

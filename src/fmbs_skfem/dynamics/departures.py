@@ -102,13 +102,13 @@ def looks(trajectory: Trajectory) -> tuple[np.ndarray, list[dict[str, Look]]]:
 def find_missing(system: System, times: np.ndarray, seen: list[dict[str, Look]]) -> list[Departure]:
     """Parts that miss displacements, of what they miss at times (s,)."""
     found = list[Departure]()
-    for points, name, _ in missing_shapes.lacking(system) if seen else ():
+    for points, name, tests in missing_shapes.lacking(system) if seen else ():
         assert points.missing is not None
         sizes = np.array([one[name].size for one in seen])
         over, limit = sizes > missing_shapes.BAND * points.missing.left_out, (0.0, points.missing.left_out)
         if over.any():
             k, first = int(np.argmax(sizes)), float(times[int(np.argmax(over))])
-            place = tuple(seen[k][name].place.tolist())
+            place = tuple(missing_shapes.place_of(tests, seen[k][name]).tolist())
             found.append(Departure(name, missing_shapes.KIND, float(sizes[k]), limit, first, place))
     return found
 

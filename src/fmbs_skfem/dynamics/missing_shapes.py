@@ -178,8 +178,9 @@ class Look:
     """What a part misses in a state."""
 
     size: float  #: |e| of (1) [m]
-    place: np.ndarray  #: where the strain energy of e is largest in the reference (c,) [m]
     share: float  #: of (4); 0 of parts at rest
+    missing: np.ndarray  #: (t, c) e of (1)
+    moduli: np.ndarray  #: (k c, k c, g)
 
 
 def look(
@@ -203,17 +204,22 @@ def look(
 
 def look_at(tests: Tests, z: np.ndarray, v: np.ndarray, a: np.ndarray, share: float = 1.0) -> Look:
     """What a part misses in a state z (b, c) of its own with rates v and a, under a share of its weight."""
-    (K, P, t), dim = tests.table.shape, z.shape[1]
     u = gradients(tests, z)
     D, energy = modulus(tests, u), laws.energy(tests.law, u, tests.section)
     R = unbalanced(tests, u, share) + tests.mass @ (a + tests.alpha * v)
     l, V = stiffness(tests, D)
-    e = (V @ (V.T @ R.ravel() / l)).reshape(t, dim)
-    bent = (tests.table @ e).transpose(0, 2, 1).reshape(K * dim, P)
-    density = np.sum(bent * np.matmul(D.transpose(2, 0, 1), bent.T[:, :, None])[:, :, 0].T, axis=0)
+    e = (V @ (V.T @ R.ravel() / l)).reshape(R.shape)
     strained = energy > l.max() * (REST * np.linalg.norm(np.ptp(tests.positions, axis=0))) ** 2
     softer = work(l, V, R) / (2.0 * energy) if strained else 0.0
-    return Look(float(np.linalg.norm(e)), tests.positions[int(density.argmax())], softer)
+    return Look(float(np.linalg.norm(e)), softer, e, D)
+
+
+def place_of(tests: Tests, found: Look) -> np.ndarray:
+    """Where the strain energy of a missing displacement is largest in the reference (c,) [m]."""
+    (K, P, _), dim = tests.table.shape, found.missing.shape[1]
+    bent = (tests.table @ found.missing).transpose(0, 2, 1).reshape(K * dim, P)
+    density = np.sum(bent * np.matmul(found.moduli.transpose(2, 0, 1), bent.T[:, :, None])[:, :, 0].T, axis=0)
+    return np.asarray(tests.positions[int(density.argmax())])
 
 
 def unbalanced(tests: Tests, u: np.ndarray, share: float) -> np.ndarray:
