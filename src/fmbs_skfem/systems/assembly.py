@@ -6,6 +6,7 @@ import dataclasses
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Annotated
 
 import numpy as np
@@ -281,15 +282,25 @@ def picture_line(part: Body, layout: Layout) -> Line:
     """Samples of the centre line for pictures and position errors, at the same places on every mesh."""
     if not isinstance(part.space, line.BSpline | line.Hermite) or part.cells is None:
         return Line(part.name, layout.spread(part, rigid_samples(part)), part.radius, Law.EXACT)
-    breaks = line.breaks(part.space)
-    xi = snapped(np.linspace(breaks[0], breaks[-1], SAMPLES), breaks)
-    value, first, second = (own(part, line.sample(part.space, xi, k)) for k in range(3))
+    value, first, second = (layout.remember(part, ("line", k), partial(line_rows, part, k)) for k in range(3))
     r1, r2 = first @ part.reference, second @ part.reference
     J = np.linalg.norm(r1, axis=1)
-    slope = diags_array(1 / J) @ first
-    bend = diags_array(1 / J**2) @ second - diags_array(np.einsum("xc,xc->x", r1, r2) / J**4) @ first
+    slope = scale_rows(first, 1 / J)
+    bend = scale_rows(second, 1 / J**2) - scale_rows(first, np.einsum("xc,xc->x", r1, r2) / J**4)
     samples = layout.spread(part, csr_array(vstack([value, slope, bend])))
     return Line(part.name, samples, part.radius, part.cells.law, *stiffnesses(part.cells))
+
+
+def line_rows(part: Body, derivative: int) -> csr_array:
+    """Rows (x, b) of derivatives by the parameter of a line at the samples of pictures."""
+    assert isinstance(part.space, line.BSpline | line.Hermite)
+    breaks = line.breaks(part.space)
+    return own(part, line.sample(part.space, snapped(np.linspace(breaks[0], breaks[-1], SAMPLES), breaks), derivative))
+
+
+def scale_rows(rows: csr_array, factors: np.ndarray) -> csr_array:
+    """Rows times factors (x,)."""
+    return csr_array((rows.data * np.repeat(factors, np.diff(rows.indptr)), rows.indices, rows.indptr), shape=rows.shape)
 
 
 def stiffnesses(cells: Cells) -> tuple[float, float]:

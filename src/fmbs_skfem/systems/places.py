@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_array, kron, vstack
+from scipy.sparse import csr_array, vstack
 
-from ..bodies.body import Body, Cells, locate, probe, reference_at
+from ..bodies.body import Body, Cells, locate, probe
 from ..core import mappings
 from ..core.errors import InputError, closest, listed, say
 from ..core.inputs import Source
@@ -88,6 +88,7 @@ class Layout:
     first: dict[str, int]
     size: int
     origin: np.ndarray  #: (c,) from which coordinates count [m]
+    known: dict[Hashable, csr_array] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def shift(self) -> np.ndarray:
@@ -104,7 +105,19 @@ class Layout:
     def read(self, where: str, at: At, derivative: int = 0) -> csr_array:
         """Rows (c, q) of the position or slope at a place."""
         part = self.body(where, at)
-        return self.spread(part, probe(part, locate(part, at.place), derivative))
+        return self.spread(part, self.row(part, at.place, derivative))
+
+    def row(self, part: Body, place: str | float, derivative: int = 0) -> csr_array:
+        """Row (1, b) of the position or a vector at a place of a body, see `probe`."""
+        known = (place, derivative, part.name if derivative else "")
+        return self.remember(part, known, lambda: probe(part, locate(part, place), derivative))
+
+    def remember(self, part: Body, key: Hashable, find: Callable[[], csr_array]) -> csr_array:
+        """Rows of a body that are found once for all copies of a part, wherever these stand."""
+        alike = (key, id(part.space), id(part.spread), id(part.mass), id(part.axes))
+        if alike not in self.known:
+            self.known[alike] = find()
+        return self.known[alike]
 
     def vectors(self, where: str, at: At) -> list[csr_array]:
         """Rows (c, q) of all vectors that a place carries; in the plane a slope also carries its normal."""
@@ -113,7 +126,13 @@ class Layout:
 
     def spread(self, part: Body, rows: csr_array) -> csr_array:
         """Rows (x, b) on the functions of one body as rows (x c, q)."""
-        return self.widen(part.name, kron(rows, np.eye(self.dim)))
+        found, dim = csr_array(rows), self.dim
+        of, axis = np.repeat(np.arange(found.shape[0]), dim), np.tile(np.arange(dim), found.shape[0])
+        lengths = np.diff(found.indptr)[of]
+        starts = np.append(0, np.cumsum(lengths))
+        entry = np.arange(starts[-1]) + np.repeat(found.indptr[of] - starts[:-1], lengths)
+        columns = self.first[part.name] + dim * found.indices[entry] + np.repeat(axis, lengths)
+        return csr_array((found.data[entry], columns, starts), shape=(len(of), self.size))
 
     def widen(self, name: str, rows: csr_array) -> csr_array:
         """Rows (x, b c) on the coordinates of one body as rows (x, q)."""
@@ -135,7 +154,8 @@ class Layout:
         """Reference position or slope (c,) of a place or fixed point."""
         if not isinstance(at, At):
             return self.fixed(where, at)
-        return reference_at(self.body(where, at), at.place, derivative)
+        part = self.body(where, at)
+        return np.asarray(self.row(part, at.place, derivative) @ part.reference)[0]
 
 
 def directions(part: Body, place: str | float) -> int:
