@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
 
 from fmbs_skfem.bodies import Body, Circular, Material, Rim, cable
-from fmbs_skfem.bodies.body import point_mass
+from fmbs_skfem.bodies.body import point_mass, reference_at
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
@@ -22,6 +23,7 @@ from fmbs_skfem.dynamics.statics import solve_statics
 from fmbs_skfem.reduction import part_files, parts
 from fmbs_skfem.reduction.excitation import Excitation, excite
 from fmbs_skfem.scenes import build, reading
+from fmbs_skfem.studies.parts import at_place
 from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate, joints, loads, probes
 from fmbs_skfem.systems.system import linear_part
 from fmbs_skfem.verification.plates import rectangle
@@ -114,6 +116,21 @@ def test_rims_and_frames_without_mass_in_space() -> None:
     axis = np.stack([outputs(wanted)[f"free_{axis}"] for axis in "xyz"])
     assert np.linalg.norm(axis[:, -1] - axis[:, 0]) > 0.05
     assert apart(wanted, reduced) < 0.02 * np.linalg.norm(axis - axis[:, :1], axis=0).max()
+
+
+def test_parts_whose_places_are_on_a_line_are_not_turned_about_it() -> None:
+    """Those that stand as in their training, or turned with their line alone, are found; others are refused."""
+    sheet = plate("sheet", rectangle("bfs", 2, 2, 0.4, 0.2), 3e-3, Material(2e9, 1200.0, 0.3), dim=3)
+    sheet = replace(sheet, places={name: sheet.places[name] for name in list(sheet.places)[:2]})
+    line = np.subtract(*(reference_at(sheet, name) for name in sheet.places))
+    across = np.cross(line, [0.0, 0.0, 1.0])
+    for turn, is_found in ((0.0 * line, True), (across, True), (-4.0 * across, True), (line, False), (line + across, False)):
+        there = parts.placed(sheet, "there", np.array([0.3, -0.2, 0.9]), Rotation.from_rotvec(turn).as_matrix())
+        if is_found:
+            assert_allclose(at_place(sheet, there).reference, there.reference, atol=1e-9)
+        else:
+            with pytest.raises(InputError, match="name a third place off that line"):
+                at_place(sheet, there)
 
 
 def test_joints_at_places_that_a_part_does_not_have() -> None:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 KEPT = 600  #: states of a run of a scene that a part is trained on, at least where it has as many steps
 SHARP = Newton(tolerance=1e-12)
 MEETS = 1e-6  #: distance of places of a part from those of its full body, over the size of the body
+ALIKE = 1e-2  #: the same of second moments, which the mesh of a curved body changes a little
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -163,14 +164,36 @@ def at_place(part: Body, full: Body) -> Body:
         got = f"none called {', '.join(missing)}" if missing else "no places at all"
         raise InputError(say(f"part for '{full.name}'", f"the places of the full body ({', '.join(places(full))})", got))
     there, here = (points_of(body, names) for body in (part, full))
-    a, b = there - there.mean(axis=0), here - here.mean(axis=0)
-    U, _, V = np.linalg.svd(a.T @ b)
-    turn = np.eye(part.dim)
-    turn[-1, -1] = np.sign(np.linalg.det(U @ V))
-    R = (U @ turn @ V).T
-    if np.abs(a @ R.T - b).max() > MEETS * max(float(np.ptp(here, axis=0).max()), 1e-300):
+    R = rotation_onto(there - there.mean(axis=0), here - here.mean(axis=0))
+    size = float(np.sqrt(np.trace(second_moment(full))))
+    if np.abs((there - there.mean(axis=0)) @ R.T - here + here.mean(axis=0)).max() > MEETS * size:
         raise InputError(say(f"part for '{full.name}'", "places as far apart as those of the full body", "others", "train it anew"))
-    return parts.placed(part, full.name, here.mean(axis=0) - R @ there.mean(axis=0), R)
+    own = parts.placed(part, full.name, here.mean(axis=0) - R @ there.mean(axis=0), R)
+    if np.abs(second_moment(own) - second_moment(full)).max() > ALIKE * size**2:
+        got = f"{', '.join(names)} on one line, about which it is turned"
+        remedy = "name a third place off that line, and train it anew"
+        raise InputError(say(f"part for '{full.name}'", "places that tell how the body stands", got, remedy))
+    return own
+
+
+def rotation_onto(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The rotation R (c, c) with b = R a for points (x, c) about their means; the smallest one where they are on a line."""
+    U, s, V = np.linalg.svd(a.T @ b)
+    if a.shape[1] == 3 and s[1] <= MEETS**2 * s[0]:
+        from scipy.spatial.transform import Rotation
+
+        return np.asarray(Rotation.align_vectors(V[:1], U[:, :1].T)[0].as_matrix()) if s[0] > 0.0 else np.eye(3)
+    mirrored = np.eye(a.shape[1])
+    mirrored[-1, -1] = np.sign(np.linalg.det(U @ V))
+    return np.asarray((U @ mirrored @ V).T)
+
+
+def second_moment(body: Body) -> np.ndarray:
+    """int rho (r - c)(r - c)^T dV / m (c, c) of the reference about its centre of mass c [m2], for any density."""
+    moved = body.mass @ body.constant
+    total = float(body.constant @ moved)
+    x = body.reference - np.outer(body.constant, moved @ body.reference / total)
+    return np.asarray(x.T @ (body.mass @ x)) / total
 
 
 def points_of(body: Body, names: list[str]) -> np.ndarray:
