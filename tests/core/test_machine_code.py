@@ -98,7 +98,7 @@ def test_code_with_addresses_of_this_process_is_not_kept(folder: Path) -> None:
 
 
 def test_code_is_found_only_for_what_it_was_compiled_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The signature, what the function encloses, its file, the processor and the settings of numba make different names."""
+    """The signature, what the function encloses, its file, the processor and the settings that change code make different names."""
 
     def name(function: Callable[..., int], *given: object) -> Path | None:
         machine_code.machine.cache_clear()
@@ -113,6 +113,9 @@ def test_code_is_found_only_for_what_it_was_compiled_for(tmp_path: Path, monkeyp
     assert name(space["f"], SIGNATURE, False) == first
     os.utime(written, (0.0, 0.0))
     names.add(name(space["f"], SIGNATURE, False))
+    last = name(space["f"], SIGNATURE, False)
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")  # as in the processes of a sweep, which load what was compiled before
+    assert name(space["f"], SIGNATURE, False) == last
     monkeypatch.setenv("NUMBA_OPT", "1")
     names.add(name(space["f"], SIGNATURE, False))
     monkeypatch.setattr("llvmlite.binding.get_host_cpu_name", lambda: "another")

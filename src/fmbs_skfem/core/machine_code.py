@@ -29,6 +29,8 @@ from .records import dataclass
 SUFFIX = ".code"
 #: extension modules of numba whose functions compiled code calls -> what their names begin with
 HELPERS = {"numba._helperlib": "numba_", "numba.core.runtime._nrt_python": "NRT_"}
+#: settings of numba that leave the code as it is: processes with one thread each, as those of sweeps, load that of others
+APART = {"NUMBA_CACHE_DIR", "NUMBA_NUM_THREADS"}
 LOCK = threading.Lock()
 
 
@@ -44,9 +46,7 @@ def machine() -> tuple[str, ...]:
     """What all code of this process depends on: the processor, Python, and the settings of numba in the environment."""
     import llvmlite.binding as llvm
 
-    settings = sorted(
-        f"{key}={value}" for key, value in os.environ.items() if key.startswith("NUMBA_") and key != "NUMBA_CACHE_DIR"
-    )
+    settings = sorted(f"{key}={value}" for key, value in os.environ.items() if key.startswith("NUMBA_") and key not in APART)
     processor = (llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
     return (*processor, str(sys.implementation.cache_tag), *settings)
 
