@@ -4,7 +4,9 @@ r"""Supports and loads along named edges of plates and over their surface.
     surface      w_b = int N_b dA                                    edge load      w_b = int N_b ds
 
 u is the displacement and u,n its derivative across the edge. The trace of the interpolation on an edge determines some functions by
-others, q_i + X_ij q_j = 0 for a trace of zero; each such function has one linear row, so that no row is redundant.
+others, q_i + X_ij q_j = 0 for a trace of zero; each such function has one linear row, so that no row is redundant. A derivative u,n
+alone is held as far as the functions across the edge reach (`edge_slopes`): where lines of the surface meet the edge at an angle
+that varies, it is zero in the mean of least squares, since zero at all points would hold u along the edge as well.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from scipy.sparse import coo_array, csr_array, kron, vstack
 
+from ..bodies import edge_slopes
 from ..bodies.body import Body, own
 from ..bodies.plate import dependent, edge, local_first, trace
 from ..core.errors import InputError, listed, say
@@ -132,9 +135,7 @@ def components(name: str, letters: str, dim: int) -> list[int]:
 
 def held(part: Body, shape: Surface, sides: np.ndarray, position: bool, slope: bool) -> csr_array:
     """Rows (i, b) whose displacements vanish where those of the edge (and of the derivative across it) do."""
-    A = trace(shape, sides, slope)
-    A = A if position or not slope else csr_array(A[A.shape[0] // 2 :])
-    first, second, X = dependent(A)
+    first, second, X = dependent(trace(shape, sides, slope)) if position or not slope else edge_slopes.across(shape, sides)
     i, j = np.nonzero(X)
     values = np.concatenate([np.ones(len(first)), X[i, j]])
     places = (np.concatenate([np.arange(len(first)), i]), np.concatenate([first, second[j]]))
