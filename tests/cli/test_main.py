@@ -23,7 +23,7 @@ from fmbs_skfem.studies.result import console
 
 from .calls import EXAMPLES, fmbs
 
-HEAVY = ("numba", "pyvista", "vtkmodules", "matplotlib", "scipy", "numpy", "sklearn", "distributed", "rich")
+HEAVY = ("numba", "pyvista", "vtkmodules", "matplotlib", "scipy", "numpy", "distributed", "rich")
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"], *([name, "--help"] for name in COMMANDS)])
