@@ -153,3 +153,33 @@ def test_errors() -> None:
         run.step({"u": np.nan})
     with pytest.raises(CorruptFile, match="unknowns: "):
         run.state = start(eliminate(fed(3)), GeneralizedAlpha(H)).state
+
+
+def test_outputs_that_read_inputs_are_those_of_the_present_however_seldom_they_are_read() -> None:
+    """Forces of inputs that change, after every 20 steps, and energies over states that were put back."""
+    text = (
+        SCENE.replace("0 N, 3 N", "1 N, 0 N")
+        .replace("18 N/m", "0 N/m")
+        .replace("{tip:", "{f: {type: load, load: f}, E: {type: energy}, tip:")
+    )
+    run = start(build.system(reading.loads(text)), GeneralizedAlpha(H))
+    for k in range(1, 41):
+        run.step({"u": float(k), "w": 0.0})
+        if k % 20 == 0:
+            found = run.outputs()
+            assert found["f_force"] == k
+            held = run.state
+            assert abs(found["E_balance"]) < 1e-5 * found["E_kinetic"]
+    run.step({"u": -100.0})
+    run.state = held
+    assert run.outputs() == found
+
+
+def test_states_that_are_put_back_keep_their_turns() -> None:
+    run = start(eliminate(driven()), GeneralizedAlpha(H))
+    for k in range(1, 301):
+        run.step({"w": 40.0 * (k * H) ** 2 * 3.0})
+        found = run.outputs()
+    held, other = run.state, start(eliminate(driven()), GeneralizedAlpha(H))
+    other.state = held
+    assert other.outputs()["root"] == found["root"] > 2 * np.pi

@@ -185,3 +185,26 @@ def test_a_value_beyond_zero_within_one_step(height: float, direction: str) -> N
     half = np.sqrt(max(0.0, 2 * (1.25 - height) / 10))
     expected = {"rising": [0.5 - half], "falling": [0.5 + half], "both": [0.5 - half, 0.5 + half]}[direction] if half else []
     assert_allclose([one.time for one in motion.events], expected, atol=1e-9)
+
+
+def test_forces_of_controllers_are_read_between_distant_samples() -> None:
+    """A force that its controller changes in every step, measured in every tenth one, by a controller of a number as well."""
+    text = """
+schema: 1
+dimension: 2
+bodies: {ball: {type: point_mass, mass: 1 kg, position: [0, 0]}}
+controllers:
+  ramp: {type: table, unit: N, sample: 1 ms, of: t, points: [[0 s, 0 N], [1 s, 1 N]]}
+  seen: {type: measurement, unit: N, sample: 10 ms, of: push.force}
+  share: {type: measurement, sample: 10 ms, of: push.force / 1 N}
+loads:
+  push: {type: control_force, at: ball, direction: [1, 0], force: ramp}
+  echo: {type: control_force, at: ball, direction: [0, 1], force: seen - 1 N * share}
+analysis: {type: dynamic, duration: 1 s, step: 1 ms}
+outputs: {push: {type: load, load: push}}
+"""
+    run = start(*scene(text, 1e-3))
+    for _ in range(95):
+        run.step()
+    assert run.inputs["seen"] == pytest.approx(0.089, abs=1e-12)  # that of the step before the sample at 90 ms
+    assert run.inputs["share"] == run.inputs["seen"]

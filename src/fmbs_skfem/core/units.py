@@ -75,8 +75,8 @@ DIMENSIONS = (
 
 
 def find_dimension(unit: str) -> Dimension:
-    """The dimension of a unit such as `N m/rad`; one without a name of its own is a quantity."""
-    known = next((dimension for dimension in DIMENSIONS if dimension.unit == unit), None)
+    """The dimension of a unit such as `N m/rad`; one without a name of its own is a quantity, `1` is that of numbers."""
+    known = NUMBER if unit == "1" else next((dimension for dimension in DIMENSIONS if dimension.unit == unit), None)
     return known or Dimension("quantity", unit, measure(f"1 {unit}").exponents)
 
 

@@ -42,7 +42,7 @@ class LiveRun:
         self.run = begun(system, scheme, newton, np.zeros(1, np.int64), 0, live=True)
         assert self.run.feed is not None
         self.feed = self.run.feed
-        self.meter = Meter()
+        self.meter, self.begin = Meter(), motion_of(self.run, 0.0)
         #: whether nothing is to be said any more of tables that were left
         self.beyond = not any(isinstance(one, LawForces) and one.law.tables for one in self.run.model.system.loads.forces)
 
@@ -79,16 +79,20 @@ class LiveRun:
     @property
     def state(self) -> Checkpoint:
         """All that the next step reads: set it to go on from there, here or in another run of the same system and scheme."""
-        return moment(self.run).checkpoint()
+        held = moment(self.run).checkpoint()
+        return replace(held, arrays=held.arrays | self.meter.arrays())
 
     @state.setter
     def state(self, held: Checkpoint) -> None:
         restore(self.run, held)
-        self.meter.seen = None
+        self.meter.put(self.run, held)
 
     def outputs(self) -> dict[str, float]:
-        """All named outputs of the present state; angles count their turns, and energies their work, from call to call."""
+        """All named outputs of the present state; angles count their turns from call to call, energies from the start on."""
         now = motion_of(self.run, self.time)
+        if self.meter.seen is None:
+            self.meter.columns(self.begin)
+            self.meter.keep()
         if self.meter.seen is not None and self.meter.seen[0].times[0] == now.times[0]:
             return dict(self.meter.seen[1])
         found = self.meter.columns(now)

@@ -5,13 +5,15 @@ Angles count their turns, and potential energies, works and losses their changes
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..systems import readings
+from ..systems.probes import kind_of
+from ..systems.system import Output
 from . import checkpoint as checkpoints
 from .checkpoint import Checkpoint
 from .initial import Instant, consistent_start
@@ -27,6 +29,8 @@ MOTION = ("times", "x", "v", "a", "multipliers")  #: of a trajectory
 class Meter:
     """Columns of some outputs, or of all, state by state."""
 
+    word = "shown"  #: before what is kept of it
+
     def __init__(self, names: Sequence[str] | None = None) -> None:
         self.names = names
         self.seen: tuple[Trajectory, dict[str, float]] | None = None  #: what is counted from
@@ -39,8 +43,11 @@ class Meter:
             found = {name: float(column[0]) for name, column in outputs(alone, self.names).items()}
         else:
             before, values = self.seen
-            columns = outputs(joined(before, now), self.names)
-            found = {name: float(b if values[name] == a else values[name] + (b - a)) for name, (a, b) in columns.items()}
+            columns, counted = outputs(joined(before, now), self.names), counted_columns(now.system.outputs)
+            found = {
+                name: float(values[name] + (b - a) if name in counted and values[name] != a else b)  # inputs may differ before
+                for name, (a, b) in columns.items()
+            }
         self.last = now, found
         return dict(found)
 
@@ -48,9 +55,35 @@ class Meter:
         """Count from the last instant on."""
         self.seen = self.last
 
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What is to be kept of it, by name."""
+        if self.seen is None:
+            return {}
+        motion, values = self.seen
+        found = {f"{self.word} {key}": getattr(motion, key) for key in MOTION}
+        found |= {f"{self.word} memory": motion.memory, f"{self.word} values": np.array(list(values.values()))}
+        return found if motion.work is None else found | {f"{self.word} work": motion.work}
+
+    def put(self, run: Run, held: Checkpoint) -> None:
+        """Put back what was kept."""
+        self.seen = self.last = None
+        if f"{self.word} values" not in held.arrays:
+            return
+        now = motion_of(run, 0.0)
+        kept: dict[str, Any] = {
+            key: checkpoints.fitting(held.arrays, f"{self.word} {key}", getattr(now, key)) for key in (*MOTION, "memory")
+        }
+        outputs = run.model.system.outputs
+        names = [column for name in (outputs if self.names is None else self.names) for column in outputs[name].columns]
+        values = checkpoints.fitting(held.arrays, f"{self.word} values", np.zeros(len(names)))
+        kept["work"] = held.arrays.get(f"{self.word} work")
+        self.seen = replace(now, **kept), dict(zip(names, values.tolist(), strict=True))
+
 
 class Reader(Meter):
     """Values that controllers and events of a run read, by number; see `systems.readings`."""
+
+    word = "read"
 
     def __init__(self, run: Run) -> None:
         self.readings = run.model.system.readings
@@ -78,28 +111,10 @@ class Reader(Meter):
         """The largest column of what was read last."""
         return max(map(abs, self.last[1].values()), default=0.0) if self.last else 0.0
 
-    def arrays(self) -> dict[str, np.ndarray]:
-        """What is to be kept of it, by name."""
-        if self.seen is None:
-            return {}
-        motion, values = self.seen
-        found = {f"read {key}": getattr(motion, key) for key in MOTION}
-        found |= {"read memory": motion.memory, "read values": np.array(list(values.values()))}
-        return found if motion.work is None else found | {"read work": motion.work}
 
-    def put(self, run: Run, held: Checkpoint) -> None:
-        """Put back what was kept."""
-        self.seen = self.last = None
-        if "read values" not in held.arrays:
-            return
-        now = motion_of(run, 0.0)
-        kept: dict[str, Any] = {
-            key: checkpoints.fitting(held.arrays, f"read {key}", getattr(now, key)) for key in (*MOTION, "memory")
-        }
-        names = [column for name in self.names or () for column in run.model.system.outputs[name].columns]
-        values = checkpoints.fitting(held.arrays, "read values", np.zeros(len(names)))
-        kept["work"] = held.arrays.get("read work")
-        self.seen = replace(now, **kept), dict(zip(names, values.tolist(), strict=True))
+def counted_columns(found: Mapping[str, Output]) -> set[str]:
+    """Columns that count from the first state of a motion."""
+    return {one.columns[k] for one in found.values() for k in kind_of(one).counted}
 
 
 def motion_of(run: Run, time: float) -> Trajectory:

@@ -38,6 +38,7 @@ class LoadState(Probe, word="load"):
 
     load: Annotated[str, "a name of a load"]
     known_to_all: ClassVar[bool] = True
+    counted: ClassVar[tuple[int, ...]] = (1,)  # the angle about an axis
 
     def sense(self, name: str, draft: Draft) -> Output:
         gauge = draft.gauges.get(self.load)

@@ -58,6 +58,7 @@ class Probe(Declared, ABC):
     known_to_all: ClassVar[bool] = True  #: whether every reduced model knows it, so that their histories are drawn together
     on_largest: ClassVar[bool] = False  #: whether errors of columns count relative to the largest of them
     of_motions: ClassVar[tuple[str, ...]] = ()  #: parts that a whole motion has, and no instant of it
+    counted: ClassVar[tuple[int, ...]] = ()  #: numbers of columns that count from the first state of a motion: turns, energies
     balances: ClassVar[bool] = False  #: whether its columns balance forces of the model, whose round-off they carry
 
     @abstractmethod
@@ -232,6 +233,7 @@ class Angle(Probe):
     at: fields.Place
     axis: fields.Axis | None = None
     unit: ClassVar[str] = "rad"
+    counted: ClassVar[tuple[int, ...]] = (0,)
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         yield from needs_axis(self.axis, dim)
@@ -393,6 +395,7 @@ class Energy(Probe):
     known_to_all: ClassVar[bool] = False
     on_largest: ClassVar[bool] = True
     of_motions: ClassVar[tuple[str, ...]] = ("balance",)
+    counted: ClassVar[tuple[int, ...]] = (2, 3)
 
     def sense(self, name: str, draft: Draft) -> Output:
         return self.output(draft, tuple(f"{name}_{part}" for part in ("kinetic", "strain", "potential", "balance")))
