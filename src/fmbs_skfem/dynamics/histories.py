@@ -107,18 +107,17 @@ def warn_of_jumps(model: Compiled, motion: Trajectory, step: float) -> None:
     if motion.memory is None or len(motion.times) < 2:
         return
     apart = np.diff(motion.times)
-    first, near = 0, (apart > 0.0) & (apart < 1.5 * step)
-    for source, force in zip(motion.system.loads.forces, model.forces, strict=True):
-        last = first + len(force.memory)
-        if isinstance(source, LawForces) and force.turns.any():
-            jumps = np.abs(np.diff(motion.memory[:, first:last], axis=0)) * force.turns * near[:, None]
-            s, k = np.unravel_index(int(jumps.argmax()), jumps.shape)
-            if jumps[s, k] > DOUBT:
-                name = pushed_body(motion.system, int(source.rows[k * len(source) // len(force.memory), 0]))
-                at = f"by {np.degrees(jumps[s, k]):.0f} degrees in one step, at t = {motion.times[s + 1]:.4g} s"
-                why = "its place tilts into the axis there, or turns too fast"
-                notify(f"the angle of {name} jumps {at}: {why}; take a smaller step, or hold the place so that it cannot tilt")
-        first = last
+    near = (apart > 0.0) & (apart < 1.5 * step)
+    for source, force, held in model.remembering:
+        if not isinstance(source, LawForces) or not force.turns.any():
+            continue
+        jumps = np.abs(np.diff(motion.memory[:, held], axis=0)) * force.turns * near[:, None]
+        s, k = np.unravel_index(int(jumps.argmax()), jumps.shape)
+        if jumps[s, k] > DOUBT:
+            name = pushed_body(motion.system, int(source.rows[k * len(source) // len(force.memory), 0]))
+            at = f"by {np.degrees(jumps[s, k]):.0f} degrees in one step, at t = {motion.times[s + 1]:.4g} s"
+            why = "its place tilts into the axis there, or turns too fast"
+            notify(f"the angle of {name} jumps {at}: {why}; take a smaller step, or hold the place so that it cannot tilt")
 
 
 def coarse_histories(system: System, step: float, steps: int) -> Iterator[tuple[str, float]]:

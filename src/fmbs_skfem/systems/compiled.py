@@ -69,6 +69,14 @@ class Compiled:
         """What forces keep at the start (l,)."""
         return np.concatenate([np.zeros(0), *(force.memory for force in self.forces)])
 
+    @property
+    def remembering(self) -> Iterator[tuple[Any, Force, slice]]:
+        """The forces of the system, what they are here, and where in the memory (l,) they keep theirs."""
+        last = 0
+        for source, force in zip(self.system.loads.forces, self.forces, strict=True):
+            first, last = last, last + len(force.memory)
+            yield source, force, slice(first, last)
+
     @cached_property
     def evaluation(self) -> tuple[Evaluation, np.ndarray]:
         """A space for this model, and the table of both for routines."""

@@ -111,23 +111,22 @@ def keep(draft: Draft, wanted: Sequence[tuple[str, OfState]]) -> None:
 
 def kept(model: Compiled) -> np.ndarray:
     """Places (i,) of these values in the memory of forces, in the order of the expressions."""
-    found, first = list[int](), 0
-    for source, force in zip(model.system.loads.forces, model.forces, strict=True):
+    found = list[int]()
+    for source, _, held in model.remembering:
         if isinstance(source, LawForces) and source.law.kept:
-            found += range(first + source.law.memory, first + source.law.memory + source.law.kept)
-        first += len(force.memory)
+            first = held.start + source.law.memory
+            found += range(first, first + source.law.kept)
     return np.array(found, dtype=np.int64)
 
 
 def beyond(model: Compiled, memory: np.ndarray) -> Iterator[str]:
     """What is said of tables that accepted states have left, up to those with this memory (l,)."""
-    first, far = 0, dict[str, float]()
-    for source, force in zip(model.system.loads.forces, model.forces, strict=True):
+    far = dict[str, float]()
+    for source, _, held in model.remembering:
         if isinstance(source, LawForces):
-            held = memory[first : first + len(force.memory)].reshape(len(source), -1)
-            for name, part in zip(source.law.tables, held[:, source.law.memory + source.law.kept :].T, strict=True):
+            each = memory[held].reshape(len(source), -1)
+            for name, part in zip(source.law.tables, each[:, source.law.memory + source.law.kept :].T, strict=True):
                 far[name] = max(far.get(name, 0.0), float(part.max()))
-        first += len(force.memory)
     for name in (name for name, most in far.items() if most > 0.0):
         text = f"table '{name.removesuffix('()')}' was read up to {far[name]:.3g} beyond its ends (SI units), where it is constant"
         yield f"{text}; extend it, or say 'hold: true' if that is meant"
