@@ -63,6 +63,12 @@ def strains(u: np.ndarray, dim: int) -> np.ndarray:
     return 0.5 * np.stack([np.sum(a * a, axis=0) - 1.0, np.sum(b * b, axis=0) - 1.0, np.sum(a * b, axis=0)])
 
 
+def principal(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Principal values s1 >= s2 (...) of symmetric tensors 11, 22, 12 (3, ...)."""
+    middle, radius = 0.5 * (tensor[0] + tensor[1]), np.hypot(0.5 * (tensor[0] - tensor[1]), tensor[2])
+    return middle + radius, middle - radius
+
+
 def extreme_strains(law: Law, section: np.ndarray, u: np.ndarray, dim: int) -> np.ndarray:
     """Axial strains (r'.r' - 1)/2 of a line at the points that carry its axial force, both principal strains of a surface.
 
@@ -71,9 +77,7 @@ def extreme_strains(law: Law, section: np.ndarray, u: np.ndarray, dim: int) -> n
     if law not in COMPONENTS:
         axial = np.abs(section[0].ravel())
         return np.asarray(0.5 * (np.sum(u[:dim] ** 2, axis=0) - 1.0))[axial >= 0.5 * axial.mean()]
-    a, b, c = strains(u, dim)
-    radius = np.hypot(0.5 * (a - b), c)
-    return np.concatenate([0.5 * (a + b) - radius, 0.5 * (a + b) + radius])
+    return np.concatenate(principal(strains(u, dim)))
 
 
 def fibre_strains(law: Law, u: np.ndarray, start: np.ndarray, section: np.ndarray, depth: float | np.ndarray) -> np.ndarray:
@@ -87,8 +91,8 @@ def fibre_strains(law: Law, u: np.ndarray, start: np.ndarray, section: np.ndarra
     h = np.broadcast_to(np.asarray(depth, dtype=float), section.shape[2:])[:, None]
     if law in COMPONENTS:
         E, k = strains(u, COMPONENTS[law]), curvatures(law, u, section[..., None])
-        faces = [E + side * h * k for side in (-1.0, 1.0)]
-        return np.max([np.abs(0.5 * (a + b)) + np.hypot(0.5 * (a - b), c) for a, b, c in faces], axis=(0, 1))
+        faces = [principal(E + side * h * k) for side in (-1.0, 1.0)]
+        return np.asarray(np.abs(faces).max(axis=(0, 1, 2)))
     dim, option = len(u) // law.vectors, (law if law.bends else Law.EXACT).option
     axial = np.where(section[0][..., None] >= 0.5 * section[0].mean(), 0.5 * (np.sum(u[:dim] ** 2, axis=0) - 1.0), 0.0)
     bent, straight = (curvatures_of_lines(option, dim, np.moveaxis(one[: 2 * dim], 0, -1)) for one in (u, start))

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..bodies import cable_law
-from ..bodies.fields import recover
+from ..bodies.fields import principal, recover
 from ..dynamics import Trajectory
 from ..dynamics.outputs import centre_lines, skins
 from ..systems import System
@@ -138,8 +138,8 @@ def skin_fields(skin: Skin, gradients: np.ndarray, rate: np.ndarray) -> dict[str
     axes = gradients[1:3] / np.linalg.norm(gradients[1:3], axis=2, keepdims=True)
     return {
         "velocity": spatial(rate),
-        "strain": principal(found.strain),
-        "curvature": principal(found.curvature),
+        "strain": largest_principal(found.strain),
+        "curvature": largest_principal(found.curvature),
         "von_mises": np.maximum(bottom, top),
         "von_mises_top": top,
         "von_mises_bottom": bottom,
@@ -158,14 +158,14 @@ def skin_fields(skin: Skin, gradients: np.ndarray, rate: np.ndarray) -> dict[str
 
 def both_principal(tensor: np.ndarray) -> np.ndarray:
     """Principal values s1 >= s2 of symmetric tensors 11, 22, 12 (3, x), and zero for the third direction: (x, 3)."""
-    middle, radius = 0.5 * (tensor[0] + tensor[1]), np.hypot(0.5 * (tensor[0] - tensor[1]), tensor[2])
-    return np.stack([middle + radius, middle - radius, 0.0 * middle], axis=1)
+    first, second = principal(tensor)
+    return np.stack([first, second, 0.0 * first], axis=1)
 
 
-def principal(tensor: np.ndarray) -> np.ndarray:
+def largest_principal(tensor: np.ndarray) -> np.ndarray:
     """The principal value of largest size (x,), with its sign, of symmetric tensors 11, 22, 12 (3, x)."""
-    middle = 0.5 * (tensor[0] + tensor[1])
-    return np.asarray(middle + np.where(middle < 0, -1.0, 1.0) * np.hypot(0.5 * (tensor[0] - tensor[1]), tensor[2]))
+    first, second = principal(tensor)
+    return np.where(tensor[0] + tensor[1] < 0, second, first)
 
 
 def lines(gradients: np.ndarray, rates: np.ndarray, start: np.ndarray, radius: float) -> Shown:

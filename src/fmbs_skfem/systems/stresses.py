@@ -21,6 +21,7 @@ from scipy.sparse import csr_array, diags_array, vstack
 
 from ..bodies import cable_law, laws
 from ..bodies.body import Body, locate, own
+from ..bodies.fields import principal
 from ..core.errors import InputError, say
 from ..core.records import dataclass
 from ..shapes import line
@@ -40,11 +41,9 @@ RESULTANTS = ("N11", "N22", "N12", "N1", "N2", "M11", "M22", "M12", "M1", "M2")
 MEMBRANE = RESULTANTS[:5]
 
 
-def principal(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def principal_axes(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Principal values s1 >= s2 (...) and the angle of direction 1 from axis 1 [rad] of tensors 11, 22, 12 (3, ...)."""
-    middle, half = 0.5 * (tensor[0] + tensor[1]), 0.5 * (tensor[0] - tensor[1])
-    radius = np.hypot(half, tensor[2])
-    return middle + radius, middle - radius, 0.5 * np.arctan2(tensor[2], half)
+    return *principal(tensor), 0.5 * np.arctan2(tensor[2], 0.5 * (tensor[0] - tensor[1]))
 
 
 def axes_text(axes: np.ndarray) -> str:
@@ -95,7 +94,7 @@ class StressTensor(Tensor):
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
         stress = recovered(output.parameters[1:], sensed.values).stress[int(output.parameters[0])]
-        return [*stress, *principal(stress)]
+        return [*stress, *principal_axes(stress)]
 
 
 @dataclass(frozen=True)
@@ -114,7 +113,7 @@ class StrainTensor(Tensor):
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
         found = recovered(output.parameters[1:], sensed.values)
         strain = found.strain + (0.5 * output.parameters[0] - 0.5) * output.parameters[2] * found.curvature
-        return [*strain, *principal(strain)]
+        return [*strain, *principal_axes(strain)]
 
 
 @dataclass(frozen=True)
