@@ -109,12 +109,13 @@ class Layout:
 
     def row(self, part: Body, place: str | float, derivative: int = 0) -> csr_array:
         """Row (1, b) of the position or a vector at a place of a body, see `probe`."""
-        known = (place, derivative, part.name if derivative else "")
+        own = derivative or not isinstance(place, str)  # lengths along a body count from where it stands
+        known = (place, derivative, part.name if own else "")
         return self.remember(part, known, lambda: probe(part, locate(part, place), derivative))
 
     def remember(self, part: Body, key: Hashable, find: Callable[[], csr_array]) -> csr_array:
         """Rows of a body that are found once for all copies of a part, wherever these stand."""
-        alike = (key, id(part.space), id(part.spread), id(part.mass), id(part.axes))
+        alike = (key, *(id(one) for one in (part.space, part.spread, part.mass, part.axes, part.places, part.frames)))
         if alike not in self.known:
             self.known[alike] = find()
         return self.known[alike]
