@@ -164,11 +164,12 @@ def at_place(part: Body, full: Body) -> Body:
         got = f"none called {', '.join(missing)}" if missing else "no places at all"
         raise InputError(say(f"part for '{full.name}'", f"the places of the full body ({', '.join(places(full))})", got))
     there, here = (points_of(body, names) for body in (part, full))
-    R = rotation_onto(there - there.mean(axis=0), here - here.mean(axis=0))
+    start, end = there.mean(axis=0), here.mean(axis=0)
+    R = rotation_onto(there - start, here - end)
     size = float(np.sqrt(np.trace(second_moment(full))))
-    if np.abs((there - there.mean(axis=0)) @ R.T - here + here.mean(axis=0)).max() > MEETS * size:
+    if np.abs((there - start) @ R.T - (here - end)).max() > MEETS * size:
         raise InputError(say(f"part for '{full.name}'", "places as far apart as those of the full body", "others", "train it anew"))
-    own = parts.placed(part, full.name, here.mean(axis=0) - R @ there.mean(axis=0), R)
+    own = parts.placed(part, full.name, end - R @ start, R)
     if np.abs(second_moment(own) - second_moment(full)).max() > ALIKE * size**2:
         got = f"{', '.join(names)} on one line, about which it is turned"
         remedy = "name a third place off that line, and train it anew"
