@@ -103,8 +103,8 @@ def test_an_equilibrium_that_needs_shapes_is_told() -> None:
     assert one.time == pytest.approx(1 / 3)
     assert departures.find(bent(alone().body, 10.0 * WEIGHT)) == []
     _, seen = departures.looks(run)
-    half = departures.looks(bent(pinned().body, WEIGHT / 3))[1][-1]["arm"]
-    assert_allclose([seen[1]["arm"].size, seen[1]["arm"].share], [half.size, half.share], rtol=1e-6)
+    half = departures.looks(bent(pinned().body, WEIGHT / 3))[1]["arm"]
+    assert_allclose([seen["arm"].sizes[1], seen["arm"].shares[1]], [half.sizes[-1], half.shares[-1]], rtol=1e-6)
 
 
 def late(t: np.ndarray) -> np.ndarray:
@@ -124,13 +124,14 @@ def test_the_worst_of_equilibria_over_time_is_told(history: Callable[[np.ndarray
         run = solve_equilibria(system, np.linspace(0.0, 3.0, 5))
     (one,) = missing(run)
     times, seen = departures.looks(run)
-    assert one.value == max(look["arm"].size for look in seen) == seen[int(np.argmin(np.abs(times - worst)))]["arm"].size
-    assert one.value > 10.0 * min(look["arm"].size for look in seen)
+    sizes = seen["arm"].sizes
+    assert one.value == sizes.max() == sizes[int(np.argmin(np.abs(times - worst)))]
+    assert one.value > 10.0 * sizes.min()
 
 
 def said_of(looks: dict[str, missing_shapes.Look]) -> float:
     """By how much the arm bends too little; nothing of a full body."""
-    return looks["arm"].share if looks else 0.0
+    return float(looks["arm"].shares[0]) if looks else 0.0
 
 
 SCENE = """\
@@ -233,7 +234,7 @@ def test_equilibria_that_bend_too_little_are_told() -> None:
         seen = {"free": probes.Position(At("arm", "right"))}
         system = eliminate(assemble([body], held, [pull], outputs=seen))
         run = solve_statics(system, 4)
-        return float(outputs(run)["free_z"][-1]), said_of(missing_shapes.look(system, run.x[-1]))
+        return float(outputs(run)["free_z"][-1]), said_of(missing_shapes.look(system, run.x[-1:]))
 
     wanted, none = sag(arm())
     assert none == 0.0
@@ -326,7 +327,7 @@ def test_parts_made_of_other_numbers_miss_the_same_where_all_forces_grow_alike()
     assert one is not None
     assert other is not None
     z, a = pinned().memory.states[50], 0.1 * pinned().memory.states[60]  # type: ignore[union-attr]
-    first, second = (missing_shapes.look_at(tests, z, 0.0 * z, a).size for tests in (one, other))
+    first, second = (missing_shapes.look_at(tests, z[None], (0.0 * z[None], a[None])).sizes[0] for tests in (one, other))
     assert first > 0.0
     assert second == pytest.approx(first, rel=1e-9)
 

@@ -80,6 +80,20 @@ def strains_of_block(points: ShapePoints, states: np.ndarray) -> np.ndarray:
     return np.stack([axial, kappa], axis=1).reshape(s, P, 2)
 
 
+def strains_of_parts(parts: list[Elastic], q: np.ndarray) -> list[np.ndarray]:
+    """Strains (s, p, j) of every part in states q (s, y) of the bodies, of copies of a part at once."""
+    alike: dict[tuple[int, int], list[int]] = {}
+    for k, one in enumerate(parts):
+        alike.setdefault((id(one.gather.table), id(one.gather.section)), []).append(k)
+    found = [np.zeros(0)] * len(parts)
+    for members in alike.values():
+        gathers: list[ShapePoints] = [parts[k].gather for k in members]
+        states = np.concatenate([q[:, one.columns].reshape(len(q), -1, one.dim) for one in gathers])
+        for k, values in zip(members, np.split(strains(gathers[0], states), len(members)), strict=True):
+            found[k] = values
+    return found
+
+
 def trained_parts(system: System) -> list[Elastic]:
     """The reduced bodies that know the strains of their training."""
     return [one for one in system.elastic if isinstance(one.gather, ShapePoints) and one.gather.trained.size]
@@ -90,26 +104,27 @@ def find(trajectory: Trajectory) -> list[Departure]:
     return find_in(trajectory.system, trajectory.times, trajectory.x) + find_missing(trajectory.system, *looks(trajectory))
 
 
-def looks(trajectory: Trajectory) -> tuple[np.ndarray, list[dict[str, Look]]]:
+def looks(trajectory: Trajectory) -> tuple[np.ndarray, dict[str, Look]]:
     """What parts miss at some times (s,) of a motion, or at some load factors or times of equilibria, the last one among them."""
-    system, count = trajectory.system, len(trajectory.times)
-    looked = missing_shapes.looked_at(count) if trajectory.a.any() else evenly(0, count - 1, missing_shapes.LOOKS)
-    times = trajectory.times[looked]
-    states = zip(trajectory.x[looked], trajectory.v[looked], trajectory.a[looked], times, strict=True)
-    return times, [missing_shapes.look(system, x, v, a, loading.share(system, float(t))) for x, v, a, t in states]
+    system, count, moves = trajectory.system, len(trajectory.times), trajectory.v.any() or trajectory.a.any()
+    looked = missing_shapes.looked_at(count) if moves else evenly(0, count - 1, missing_shapes.LOOKS)
+    times, rates = trajectory.times[looked], (trajectory.v[looked], trajectory.a[looked]) if moves else None
+    return times, missing_shapes.look(
+        system, trajectory.x[looked], rates, np.array([loading.share(system, float(t)) for t in times])
+    )
 
 
-def find_missing(system: System, times: np.ndarray, seen: list[dict[str, Look]]) -> list[Departure]:
+def find_missing(system: System, times: np.ndarray, seen: dict[str, Look]) -> list[Departure]:
     """Parts that miss displacements, of what they miss at times (s,)."""
     found = list[Departure]()
-    for points, name, tests in missing_shapes.lacking(system) if seen else ():
+    for points, name, tests in missing_shapes.lacking(system):
         assert points.missing is not None
-        sizes = np.array([one[name].size for one in seen])
-        over, limit = sizes > missing_shapes.BAND * points.missing.left_out, (0.0, points.missing.left_out)
+        look, limit = seen[name], points.missing.left_out
+        over = look.sizes > missing_shapes.BAND * limit
         if over.any():
-            k, first = int(np.argmax(sizes)), float(times[int(np.argmax(over))])
-            place = tuple(missing_shapes.place_of(tests, seen[k][name]).tolist())
-            found.append(Departure(name, missing_shapes.KIND, float(sizes[k]), limit, first, place))
+            k, first = int(np.argmax(look.sizes)), float(times[int(np.argmax(over))])
+            place = tuple(missing_shapes.place_of(points, tests, look, k).tolist())
+            found.append(Departure(name, missing_shapes.KIND, float(look.sizes[k]), (0.0, limit), first, place))
     return found
 
 
@@ -119,10 +134,9 @@ def find_in(system: System, times: np.ndarray, x: np.ndarray) -> list[Departure]
     if not mine or not len(x):
         return found
     q = np.asarray(system.lift.matrix @ x.T).T + system.lift.offset
-    for elastic in mine:
+    for elastic, values in zip(mine, strains_of_parts(mine, q), strict=True):
         points: ShapePoints = elastic.gather
         (low, high), kinds = points.trained, kinds_of(points)
-        values = strains(points, q[:, points.columns].reshape(len(q), -1, points.dim))
         over = np.maximum(values - high, low - values) - BEYOND * (high - low)
         for j in np.flatnonzero((over > 0.0).any(axis=(0, 1))):
             s, p = np.unravel_index(int(over[:, :, j].argmax()), over.shape[:2])
@@ -136,8 +150,8 @@ def find_in(system: System, times: np.ndarray, x: np.ndarray) -> list[Departure]
 def missing_in(system: System, moment: Moment) -> list[Departure]:
     """What parts miss in a run that is over."""
     rows = [moment.rows(int(k), int(k) + 1) for k in missing_shapes.looked_at(moment.kept)]
-    seen = [missing_shapes.look(system, one.x[0], one.v[0], one.a[0]) for one in rows]
-    return find_missing(system, np.concatenate([one.times for one in rows]), seen)
+    times, x, v, a = (np.concatenate(parts) for parts in zip(*((one.times, one.x, one.v, one.a) for one in rows), strict=True))
+    return find_missing(system, times, missing_shapes.look(system, x, (v, a)))
 
 
 def summarise(found: list[Departure]) -> str:

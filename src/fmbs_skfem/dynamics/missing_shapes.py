@@ -49,13 +49,13 @@ ELSEWHERE = 1e-8  #: part of a row, over its size, by which a joint or load acts
 
 @dataclass(frozen=True)
 class Tests:
-    """The test functions N (t) of a part in a system, with its law, loads and damping."""
+    """The test functions N (t) of a part in a system, with its law, loads and damping; copies that are held alike share them."""
 
     law: Law
     own: np.ndarray  #: (k, g, b) derivatives of S at all points
     table: np.ndarray  #: (k, g, t) derivatives of N
     section: np.ndarray  #: (i, 1, g)
-    positions: np.ndarray  #: (g, c) [m]
+    size: float  #: of the body, the diagonal of its box [m]
     mass: np.ndarray  #: (t, b) N^T M S [kg]
     weight: np.ndarray  #: (t, c) N^T M 1 g [N]
     alpha: float  #: damping by mass [1/s]
@@ -115,6 +115,17 @@ def find_tests(system: System, elastic: Elastic) -> Tests | str:
     acting, _ = rows_that_act(points, as_dense(whole.probes.matrix[:, columns]), weight)
     if acting is None:
         return APART
+    shared = (points.law, *(id(part) for part in (missing.functions, missing.section, missing.mass)), total, alpha)
+    key = (KIND, shared, acting.tobytes(), g.tobytes())
+    return remembered(system, key, lambda: functions_of(points, acting, total, alpha, g, one))
+
+
+def functions_of(
+    points: ShapePoints, acting: np.ndarray, total: float, alpha: float, g: np.ndarray, one: np.ndarray
+) -> Tests | str:
+    """Test functions of a part of which rows (j, f) act, of the mass `total` [kg] under gravity g (c,), `one` (b,) its constant."""
+    missing = points.missing
+    assert missing is not None
     b, f = missing.mass.shape[1], len(missing.mass)
     free = ranks.null_space(acting[:, :b])
     balanced = np.vstack([free, np.zeros((f - b, free.shape[1]))])
@@ -125,7 +136,8 @@ def find_tests(system: System, elastic: Elastic) -> Tests | str:
     own, table = (np.ascontiguousarray(part) for part in (missing.functions[:, :, :b], missing.functions @ N))
     inertia = total * (N.T @ missing.mass)
     weights = np.outer(inertia @ one, g)
-    return Tests(points.law, own, table, missing.section, missing.positions, inertia, weights, alpha)
+    size = float(np.linalg.norm(np.ptp(missing.positions, axis=0)))
+    return Tests(points.law, own, table, missing.section, size, inertia, weights, alpha)
 
 
 def rows_that_act(points: ShapePoints, probes: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray | None, set[int]]:
@@ -175,96 +187,135 @@ def tell_unbent(system: System, bodies: Iterable[Body]) -> None:
 
 @dataclass(frozen=True)
 class Look:
-    """What a part misses in a state."""
+    """What a part misses in some states."""
 
-    size: float  #: |e| of (1) [m]
-    share: float  #: of (4); 0 of parts at rest
-    missing: np.ndarray  #: (t, c) e of (1)
-    moduli: np.ndarray  #: (k c, k c, g)
+    sizes: np.ndarray  #: (s,) |e| of (1) [m]
+    shares: np.ndarray  #: (s,) of (4); 0 of motions, and of parts that nothing strains
+    missing: np.ndarray  #: (s, t, c) e of (1)
+    gradients: np.ndarray  #: (k c, s, g)
+
+    def of(self, states: slice) -> Look:
+        """The same in some of the states."""
+        return Look(self.sizes[states], self.shares[states], self.missing[states], self.gradients[:, states])
 
 
 def look(
-    system: System, x: np.ndarray, v: np.ndarray | None = None, a: np.ndarray | None = None, share: float = 1.0
+    system: System, x: np.ndarray, rates: tuple[np.ndarray, np.ndarray] | None = None, loads: np.ndarray | float = 1.0
 ) -> dict[str, Look]:
-    """What the parts miss, by their names, in a state x (n,) with rates v and a, or at rest, under a share of their weight.
+    """What the parts miss, by their names, in states x (s, n) with rates v and a (s, n), or at rest.
+
+    `loads` are shares (s,) of their weight.
 
     Beside the displacement that is missing it is the part of itself by which a part bends too little, at least, in an equilibrium:
     of small displacements, the work of the loads is too small by
 
         R_N^T |K_N|^-1 R_N / (2 U),    U the strain energy                                                               (4)
+
+    Copies of a part with the same test functions are looked at together.
     """
-    q, none = system.lift(x), np.zeros(len(system.lift.offset))
-    rate, turn = (none if part is None else np.asarray(system.lift.matrix @ part) for part in (v, a))
-    found = dict[str, Look]()
+    q, count = np.asarray(system.lift.matrix @ x.T).T + system.lift.offset, len(x)
+    turns = None if rates is None else [np.asarray(system.lift.matrix @ part.T).T for part in rates]
+    alike: dict[int, tuple[Tests, list[tuple[ShapePoints, str]]]] = {}
     for points, name, functions in lacking(system):
-        own, own_rate, own_turn = (part[points.columns].reshape(-1, points.dim) for part in (q, rate, turn))
-        found[name] = look_at(functions, own, own_rate, own_turn, share)
+        alike.setdefault(id(functions), (functions, []))[1].append((points, name))
+
+    def stacked(coordinates: np.ndarray, members: list[tuple[ShapePoints, str]]) -> np.ndarray:
+        """Coordinates (i s, b, c) of all copies."""
+        return np.concatenate([coordinates[:, one.columns].reshape(count, -1, one.dim) for one, _ in members])
+
+    found = dict[str, Look]()
+    for functions, members in alike.values():
+        own = None if turns is None else (stacked(turns[0], members), stacked(turns[1], members))
+        share = np.tile(np.broadcast_to(loads, count), len(members))
+        seen = look_at(functions, stacked(q, members), own, share)
+        found |= {name: seen.of(slice(k * count, (k + 1) * count)) for k, (_, name) in enumerate(members)}
     return found
 
 
-def look_at(tests: Tests, z: np.ndarray, v: np.ndarray, a: np.ndarray, share: float = 1.0) -> Look:
-    """What a part misses in a state z (b, c) of its own with rates v and a, under a share of its weight."""
+def look_at(
+    tests: Tests, z: np.ndarray, rates: tuple[np.ndarray, np.ndarray] | None = None, loads: np.ndarray | float = 1.0
+) -> Look:
+    """What a part misses in states z (s, b, c) of its own with rates v and a, or at rest, under shares (s,) of its weight."""
     u = gradients(tests, z)
-    D, energy = modulus(tests, u), laws.energy(tests.law, u, tests.section)
-    R = unbalanced(tests, u, share) + tests.mass @ (a + tests.alpha * v)
-    l, V = stiffness(tests, D)
-    e = (V @ (V.T @ R.ravel() / l)).reshape(R.shape)
-    strained = energy > l.max() * (REST * np.linalg.norm(np.ptp(tests.positions, axis=0))) ** 2
-    softer = work(l, V, R) / (2.0 * energy) if strained else 0.0
-    return Look(float(np.linalg.norm(e)), softer, e, D)
+    R = unbalanced(tests, u, np.broadcast_to(loads, len(z)))
+    if rates is not None:
+        R += tests.mass @ (rates[1] + tests.alpha * rates[0])
+    l, V = stiffness(tests, u)
+    e = np.einsum("sij,sj->si", V, along(V, R) / l).reshape(R.shape)
+    shares = softer(tests, u, work(l, V, R), l) if rates is None else np.zeros(len(z))
+    return Look(np.linalg.norm(e, axis=(1, 2)), shares, e, u)
 
 
-def place_of(tests: Tests, found: Look) -> np.ndarray:
-    """Where the strain energy of a missing displacement is largest in the reference (c,) [m]."""
-    (K, P, _), dim = tests.table.shape, found.missing.shape[1]
-    bent = (tests.table @ found.missing).transpose(0, 2, 1).reshape(K * dim, P)
-    density = np.sum(bent * np.matmul(found.moduli.transpose(2, 0, 1), bent.T[:, :, None])[:, :, 0].T, axis=0)
-    return np.asarray(tests.positions[int(density.argmax())])
+def softer(tests: Tests, u: np.ndarray, missed: np.ndarray, l: np.ndarray) -> np.ndarray:
+    """The part (4) of itself (s,) by which a part bends too little at gradients u (k c, s, g), of the work (s,) that it misses."""
+    least = l.max(axis=1) * (REST * tests.size) ** 2
+    energy = np.array([laws.energy(tests.law, np.ascontiguousarray(u[:, [k]]), tests.section) for k in range(u.shape[1])])
+    return np.divide(missed, 2.0 * energy, out=np.zeros_like(missed), where=energy > least)
 
 
-def unbalanced(tests: Tests, u: np.ndarray, share: float) -> np.ndarray:
-    """N^T (f - M 1 g) (t, c) at gradients u (k c, 1, g), under a share of the weight."""
+def place_of(points: ShapePoints, tests: Tests, found: Look, state: int) -> np.ndarray:
+    """Where the strain energy of the displacement that is missing in a state is largest in the reference (c,) [m]."""
+    e, moduli = found.missing[state], modulus(tests, np.ascontiguousarray(found.gradients[:, [state]]))
+    (K, P, _), dim = tests.table.shape, e.shape[1]
+    bent = (tests.table @ e).transpose(0, 2, 1).reshape(K * dim, P)
+    density = np.sum(bent * np.matmul(moduli.transpose(2, 0, 1), bent.T[:, :, None])[:, :, 0].T, axis=0)
+    assert points.missing is not None
+    return np.asarray(points.missing.positions[int(density.argmax())])
+
+
+def unbalanced(tests: Tests, u: np.ndarray, loads: np.ndarray) -> np.ndarray:
+    """N^T (f - M 1 g) (s, t, c) at gradients u (k c, s, g), under shares (s,) of the weight."""
     S = np.empty_like(u)
-    laws.stress(tests.law, u, u, 0.0, tests.section, S)
-    return scatter(tests, S) - share * tests.weight
+    laws.stress(tests.law, u, u, 0.0, np.repeat(tests.section, u.shape[1], axis=1), S)
+    return scatter(tests, S) - loads[:, None, None] * tests.weight
 
 
-def work(l: np.ndarray, V: np.ndarray, R: np.ndarray) -> float:
-    """R_N^T |K_N|^-1 R_N of forces R_N (t, c), with eigenvalues and vectors of |K_N|."""
-    return float(np.sum((V.T @ R.ravel()) ** 2 / l))
+def along(V: np.ndarray, R: np.ndarray) -> np.ndarray:
+    """Forces R (s, t, c) along the eigenvectors V (s, t c, t c) of |K_N|: (s, t c)."""
+    return np.asarray(np.einsum("sij,si->sj", V, R.reshape(len(R), -1)))
+
+
+def work(l: np.ndarray, V: np.ndarray, R: np.ndarray) -> np.ndarray:
+    """R_N^T |K_N|^-1 R_N (s,) of forces R_N (s, t, c), with eigenvalues and vectors of |K_N|."""
+    return np.asarray(np.sum(along(V, R) ** 2 / l, axis=1))
 
 
 def gradients(tests: Tests, z: np.ndarray) -> np.ndarray:
-    """Gradients (k c, 1, g) of coordinates z (b, c) at all points."""
-    K, P, _ = tests.own.shape
-    return np.ascontiguousarray((tests.own @ z).transpose(0, 2, 1)).reshape(K * z.shape[1], 1, P)
+    """Gradients (k c, s, g) of coordinates z (s, b, c) at all points."""
+    (K, P, b), (s, _, dim) = tests.own.shape, z.shape
+    found = tests.own.reshape(K * P, b) @ z.transpose(1, 2, 0).reshape(b, dim * s)
+    return np.ascontiguousarray(found.reshape(K, P, dim, s).transpose(0, 2, 3, 1)).reshape(K * dim, s, P)
 
 
 def scatter(tests: Tests, S: np.ndarray) -> np.ndarray:
-    """Forces (t, c) on the test functions of stresses (k c, 1, g)."""
-    K, P, t = tests.table.shape
-    return np.asarray(tests.table.reshape(K * P, t).T @ S.reshape(K, -1, P).transpose(0, 2, 1).reshape(K * P, -1))
+    """Forces (s, t, c) on the test functions of stresses (k c, s, g)."""
+    (K, P, t), s = tests.table.shape, S.shape[1]
+    rows = S.reshape(K, -1, s, P).transpose(0, 3, 2, 1).reshape(K * P, -1)
+    return np.ascontiguousarray((tests.table.reshape(K * P, t).T @ rows).reshape(t, s, -1).transpose(1, 0, 2))
 
 
 def modulus(tests: Tests, u: np.ndarray) -> np.ndarray:
-    """Moduli (k c, k c, g) at gradients (k c, 1, g)."""
+    """Moduli (k c, k c, g) at the gradients (k c, 1, g) of one state."""
     D = np.empty((len(u), *u.shape))
     laws.modulus(tests.law, u, 0.0, tests.section, D)
     return D[:, :, 0]
 
 
-def stiffness(tests: Tests, D: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues of |K_N| (t c,) [N/m] and vectors (t c, t c), of moduli (k c, k c, g)."""
-    (K, P, t), dim = tests.table.shape, len(D) // len(tests.table)
-    DT = np.empty((K * P, dim * (dim + 1) // 2, t))
-    modulus_times_functions(D, tests.table, dim, DT)
-    product = (tests.table.reshape(K * P, t).T @ DT.reshape(K * P, -1)).reshape(t, -1, t)
-    tangent, at = np.empty((t, dim, t, dim)), 0
+def stiffness(tests: Tests, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues of |K_N| (s, t c) [N/m] and vectors (s, t c, t c), at gradients u (k c, s, g)."""
+    (K, P, t), s, dim = tests.table.shape, u.shape[1], len(u) // len(tests.table)
+    product, DT = np.empty((s, t, dim * (dim + 1) // 2 * t)), np.empty((K * P, dim * (dim + 1) // 2, t))
+    for k in range(s):
+        modulus_times_functions(modulus(tests, np.ascontiguousarray(u[:, [k]])), tests.table, dim, DT)
+        product[k] = tests.table.reshape(K * P, t).T @ DT.reshape(K * P, -1)
+    blocks, tangent, at = product.reshape(s, t, -1, t), np.empty((s, t, dim, t, dim)), 0
     for c in range(dim):
         for d in range(c + 1):
-            tangent[:, c, :, d], tangent[:, d, :, c], at = product[:, at], product[:, at].T, at + 1
-    l, V = np.linalg.eigh(tangent.reshape(t * dim, t * dim))
-    return np.maximum(np.abs(l), LIMP * np.abs(l).max()), V
+            tangent[:, :, c, :, d], tangent[:, :, d, :, c] = blocks[:, :, at], blocks[:, :, at].transpose(0, 2, 1)
+            at += 1
+    l, V = np.linalg.eigh(tangent.reshape(s, t * dim, t * dim))
+    size = np.abs(l)
+    return np.maximum(size, LIMP * size.max(axis=1, keepdims=True)), V
 
 
 def too_high(system: System, x: np.ndarray, omega: np.ndarray, shapes: np.ndarray) -> np.ndarray | None:
@@ -296,19 +347,19 @@ def taken_up(system: System, x: np.ndarray, shape: np.ndarray, square: float) ->
     """Sum over parts of R_N^T |K_N|^-1 R_N with R_N = N^T (K - square M) v of a `shape` v (n,) about x (n,)."""
     q, vector, total = system.lift(x), np.asarray(system.lift.matrix @ shape), 0.0
     for points, _, functions in lacking(system):
-        at, v = (part[points.columns].reshape(-1, points.dim) for part in (q, vector))
-        D = modulus(functions, gradients(functions, at))
-        l, V = stiffness(functions, D)
-        stress = np.einsum("abg,bg->ag", D, gradients(functions, v)[:, 0])[:, None]
+        at, v = (part[points.columns].reshape(1, -1, points.dim) for part in (q, vector))
+        u = gradients(functions, at)
+        l, V = stiffness(functions, u)
+        stress = np.einsum("abg,bg->ag", modulus(functions, u), gradients(functions, v)[:, 0])[:, None]
         R = scatter(functions, stress) - square * (functions.mass @ v)
-        total += work(l, V, R)
+        total += float(work(l, V, R)[0])
     return total
 
 
-def warn_of_stiffness(seen: list[dict[str, Look]]) -> None:
+def warn_of_stiffness(seen: dict[str, Look]) -> None:
     """Say which parts bend too little in one of some equilibria."""
-    for name in seen[0] if seen else ():
-        if (most := max(one[name].share for one in seen)) > COARSE:
+    for name, look in seen.items():
+        if (most := look.shares.max()) > COARSE:
             notify(f"part '{name}': it bends too little, at least {most:.2g} of itself; {REMEDY}")
 
 
