@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from scipy.signal import StateSpace as ScipyStateSpace
 
 NUDGE = 1e-4  #: of an input that is differentiated: of its start, or of 1
-SMALL = 1e-5  #: displacement in the mass norm over the size of the system, and velocity over that in a second, of outputs
+SMALL = 1e-6  #: displacement in the mass norm over the size of the system, and velocity over that in a second, of outputs
 INSTANT = 1e-9  #: time between the states of which outputs are differentiated [s]
 
 
