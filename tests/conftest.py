@@ -20,13 +20,16 @@ import threadpoolctl
 from fmbs_skfem.core.errors import MissingFeature
 from fmbs_skfem.results import pictures
 
-LONG = ("test_project.py", "test_benchmarks.py", "test_registry.py", "test_docs.py")  #: files with tests of half a minute
+from .drawing import Drawing
+
+#: files with tests of half a minute; the first ones compile nothing, while the other process compiles what all others need
+LONG = ("test_project.py", "test_docs.py", "test_benchmarks.py", "test_registry.py")
 FAST = ("core", "shapes", "bodies", "systems", "dynamics")  #: folders whose tests are marked `fast`
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """`pytest -m fast` takes the tests of the floors that most changes touch; long tests begin, so that no process ends alone."""
-    items.sort(key=lambda item: item.path.name not in LONG)
+    items.sort(key=lambda item: LONG.index(item.path.name) if item.path.name in LONG else len(LONG))
     for item in items:
         if item.path.parent.name in FAST:
             item.add_marker(pytest.mark.fast)
@@ -37,6 +40,21 @@ def one_blas_thread() -> Iterator[None]:
     """Small systems are faster and their times comparable with one thread, also where numpy was loaded earlier."""
     with threadpoolctl.threadpool_limits(limits=1, user_api="blas"):
         yield
+
+
+@pytest.fixture(scope="session")
+def drawing() -> Iterator[Drawing]:
+    """What draws for all tests of this process."""
+    found = Drawing()
+    yield found
+    found.end()
+
+
+@pytest.fixture(autouse=True)
+def drawn_by_forks(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, drawing: Drawing) -> None:
+    """Pictures in tests about something else are drawn faster; those of `test_pictures` as users draw them."""
+    if request.path.name != "test_pictures.py":
+        monkeypatch.setattr(pictures, "subprocess", drawing)
 
 
 @pytest.fixture(scope="session")

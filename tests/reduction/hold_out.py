@@ -22,11 +22,11 @@ class HeldOut(NamedTuple):
     inside: float
 
 
-def hold_out(found: Training, points: np.ndarray, model: ReducedModel | None = None) -> HeldOut:
-    """The last model of a training, or another one of it, at points (k, d) with full runs."""
+def hold_out(found: Training, points: np.ndarray, model: ReducedModel | None = None, full: Full | None = None) -> HeldOut:
+    """The last model of a training, or another one of it, at points (k, d) with full runs, which several may share."""
     task, used = reduced_models.with_polynomials(found.task), model or found.model
     one = Comparator("model", used.cases, len(found.runs), 0.0)
-    (row,) = comparators.compare(task, [one], functools.partial(full_runs.full_run, found.task), points)
+    (row,) = comparators.compare(task, [one], full or functools.partial(full_runs.full_run, found.task), points)
     indicators, inside = [], []
     assert found.calibration is not None
     for values, trial in zip((parameters.named(task.parameters, point) for point in points), row.trials, strict=True):

@@ -22,7 +22,7 @@ from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.reduction.training import Training
 from fmbs_skfem.systems import At, assemble, joints
 from tests import models
-from tests.reduction.hold_out import HeldOut, hold_out
+from tests.reduction.hold_out import HeldOut, hold_out, share_runs
 
 YOUNG = Parameter("E", 0.7e9, 1.3e9, unit="Pa")
 ANGLE = expressions.of_time(
@@ -50,8 +50,8 @@ def trained() -> Training:
 @pytest.fixture(scope="module")
 def checked(trained: Training) -> tuple[HeldOut, HeldOut]:
     """26 values with the model after one and after two full runs."""
-    points = boxes.grid((YOUNG,), 26)
-    return hold_out(trained, points, trained.models[0]), hold_out(trained, points)
+    points, full = boxes.grid((YOUNG,), 26), share_runs(trained.task)
+    return hold_out(trained, points, trained.models[0], full), hold_out(trained, points, full=full)
 
 
 def test_two_full_runs_are_enough(trained: Training, checked: tuple[HeldOut, HeldOut]) -> None:
