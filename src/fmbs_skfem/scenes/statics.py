@@ -9,8 +9,9 @@ import numpy as np
 
 from .. import dynamics
 from ..core.fields import Count, Time
+from ..core.notices import notify
 from ..core.records import dataclass
-from ..dynamics import Newton, Trajectory, initial, loading
+from ..dynamics import Newton, Trajectory, initial, instability, loading
 from ..systems import free_motions
 from . import fields
 from .analyses import Form, History, Work, motion_only, refuse_free
@@ -56,7 +57,13 @@ class Static(History):
         newton = Newton(tolerance=self.tolerance)
         if self.method == "arc_length":
             return dynamics.follow_path(system, dynamics.ArcLength(1.0 / self.load_steps), newton, self.time, advance)
-        return dynamics.solve_statics(system, self.load_steps, newton, self.time, advance)
+        found = dynamics.solve_statics(system, self.load_steps, newton, self.time, advance)
+        if growth := instability.growth(found):
+            text = (
+                f"analysis: the equilibrium is unstable, a small push grows by {growth:.3g} 1/s: the structure does not stay there"
+            )
+            notify(f"{text}; give it a small load to the side and `method: arc_length`, and see `type: buckling`")
+        return found
 
     def hold(self, system: System) -> None:
         initial.hold(loading.ramp(system, self.time))
