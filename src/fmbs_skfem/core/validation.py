@@ -46,6 +46,12 @@ def require(condition: bool, name: str, expected: str, got: object, remedy: str 
         raise Misfit(name, expected, got, remedy)
 
 
+def require_of(condition: bool, name: str, expected: str, value: Any) -> None:
+    """As `require`, of a value that is described only where it is refused: the text of a struct takes longer than its check."""
+    if not condition:
+        raise Misfit(name, expected, describe(value))
+
+
 def check(part: Any, name: str) -> None:
     """Refuse a struct from a file that is not as its type declares, and all structs in it."""
     if is_dataclass(part):
@@ -113,7 +119,7 @@ def conform(kind: Any, value: Any, name: str, plain: bool) -> Any:
     if origin in (Union, UnionType):
         return conform_one(parts, value, name, plain)
     if origin is Literal:
-        require(value in parts, name, " or ".join(map(repr, parts)), describe(value))
+        require_of(value in parts, name, " or ".join(map(repr, parts)), value)
         return value
     if plain and isinstance(value, Mapping) and is_dataclass(origin):
         return cast(Any, origin)(**conform_fields(cast(Any, origin), value, name, plain))
@@ -121,14 +127,16 @@ def conform(kind: Any, value: Any, name: str, plain: bool) -> Any:
         return origin(value)
     known = (float, int) if origin is float else (tuple, list) if plain and origin is tuple else origin
     fits = isinstance(value, known) and not (isinstance(value, bool) and origin in (int, float))
-    require(fits, name, WORDS.get(origin, f"a {origin.__name__}"), describe(value))
+    require_of(fits, name, WORDS.get(origin, f"a {origin.__name__}"), value)
     if is_dataclass(value):
-        conform_fields(type(value), vars(value), name, plain)
+        own: type = type(value)
+        there = {key: getattr(value, key) for key in hints_of(own) if hasattr(value, key)}  # some are made when read
+        conform_fields(own, there, name, plain)
     elif parts and issubclass(origin, Mapping):
         return {conform(parts[0], key, name, plain): conform(parts[1], item, f"{name}.{key}", plain) for key, item in value.items()}
     elif parts and issubclass(origin, tuple | list):
         each = parts[:1] * len(value) if origin is list or parts[-1] is ... else parts
-        require(len(value) == len(each), name, f"{len(each)} values", describe(value))
+        require_of(len(value) == len(each), name, f"{len(each)} values", value)
         return origin(conform(part, item, f"{name}[{k}]", plain) for k, (part, item) in enumerate(zip(each, value, strict=True)))
     return float(value) if origin is float else value
 
@@ -175,7 +183,7 @@ class Inside:
     def check(self, value: Any, name: str, sizes: Sizes) -> None:
         """Raises Misfit where a value is something else."""
         if self.known is not None:
-            require(self.known(value), name, "a struct that is known here", describe(value))
+            require_of(self.known(value), name, "a struct that is known here", value)
             types(value, name)
         pairs = [(pair[0], pair[-1]) for pair in self.letters.split()]
         own = {inner: sizes[outer] for inner, outer in pairs if outer in sizes}
@@ -283,12 +291,12 @@ Rule: TypeAlias = Inside | Attributes | Reals | Indices | Range | Number
 def check_shape(value: Any, text: str, dtype: np.dtype[Any], name: str, sizes: Sizes) -> None:
     """Refuse an array of other axes or another kind of numbers; letters without a value get it from the array."""
     axes = text.split()
-    require(value.ndim == len(axes), name, f"an array of {len(axes)} axes", describe(value))
+    require_of(value.ndim == len(axes), name, f"an array of {len(axes)} axes", value)
     for axis, length in zip(axes, value.shape, strict=True):
         for letter in {letter for letter in axis if letter.isalpha()} - sizes.keys():
             sizes[letter] = length // (size(axis, {**sizes, letter: 1}) or 1)
     shape = tuple(length if axis == "*" else size(axis, sizes) for axis, length in zip(axes, value.shape, strict=True))
-    require(value.shape == shape and value.dtype == dtype, name, f"an array {shape} of {dtype}", describe(value))
+    require_of(value.shape == shape and value.dtype == dtype, name, f"an array {shape} of {dtype}", value)
 
 
 def size(axis: str, sizes: Sizes) -> int:
