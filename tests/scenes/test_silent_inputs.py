@@ -469,3 +469,25 @@ analysis: {type: dynamic, duration: 20 ms, step: 1 ms}
 def test_inputs_in_other_than_si_units_are_told() -> None:
     with pytest.warns(Notice, match=r"inputs\.u: plain numbers are in N, not in kN: write `unit: N`"):
         scenes.loads(PLANAR + "inputs: {u: {unit: kN, start: 5}}\n", EXAMPLES)
+
+
+@pytest.mark.parametrize("moment, lost", [("[0.1, 0, 0]", "0.1"), ("[0.1, 0.05, 0]", "0.1"), ("[0, 0.05, 0.02]", None)])
+def test_moments_about_the_line_of_a_cable_are_named(moment: str, lost: str | None) -> None:
+    text = f"""
+schema: 1
+bodies:
+  beam:
+    type: cable
+    mesh: beam_10.msh
+    section: {{shape: circular, diameter: 10 mm}}
+    material: {{young_modulus: 1 GPa, density: 1800}}
+joints: {{root: {{type: clamp, at: beam.left}}}}
+loads: {{turn: {{type: moment, at: beam.right, moment: {moment}}}}}
+analysis: {{type: static, load_steps: 2}}
+"""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        build.system(scenes.loads(text, EXAMPLES.parent / "meshes"))
+    told = [str(one.message) for one in caught if "about the line itself and do nothing" in str(one.message)]
+    text = f"load 'turn': {lost} N m of the moment are about the line itself and do nothing: a cable has no torsion"
+    assert told == ([text] if lost else [])

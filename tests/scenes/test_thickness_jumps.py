@@ -56,3 +56,26 @@ def test_errors_fall_with_the_cells(tmp_path: Path, kind: type, interpolation: s
 @pytest.mark.filterwarnings("error::fmbs_skfem.core.notices.Notice")
 def test_one_thickness_in_two_faces_is_exact(tmp_path: Path) -> None:
     assert stretch(tmp_path, MeshQuad, "ancf", 4, THIN) == pytest.approx(FORCE / (YOUNG * WIDTH * THIN), rel=1e-3)
+
+
+def test_outputs_on_the_line_of_a_jump_are_warned_of(tmp_path: Path) -> None:
+    """A bent strip of two thicknesses: the moment, which is the same on both sides, is shown with one of them on the line alone."""
+    mesh = MeshQuad.init_tensor(np.linspace(0.0, 1.0, 9), np.linspace(0.0, WIDTH, 3))
+    found = plate_meshes.from_skfem(
+        mesh.with_boundaries({"left": lambda x: x[0] == 0.0, "right": lambda x: x[0] == 1.0}).with_subdomains(
+            {"left_half": lambda x: x[0] < 0.5, "right_half": lambda x: x[0] > 0.5}
+        )
+    )
+    for name, x in (("on", 0.5), ("beside", 0.75)):
+        found.point_groups[name] = np.array([int(np.argmin(np.linalg.norm(found.points[:, :2] - [x, 0.0], axis=1)))])
+    plate_meshes.write(found, tmp_path / "bar.msh")
+    text = (
+        SCENE.format(interpolation="ancf", thick=THICK).replace("dimension: 2", "dimension: 3").replace("[1 kN/m, 0]", "[0, 0, 1]")
+    )
+    for name in ("on", "beside"):
+        read = f"{{at: {{type: section_forces, at: bar.{name}}}}}"
+        (tmp_path / "bar.yaml").write_text(text.replace("{end: {type: position, at: bar.corner, component: x}}", read))
+        with pytest.warns(Notice) as caught:
+            studies.run(tmp_path / "bar.yaml", plots=False)
+        told = [str(one.message) for one in caught if "jumps at this point, from 0.01 m to 0.005 m" in str(one.message)]
+        assert bool(told) == (name == "on")

@@ -24,6 +24,7 @@ from scipy.sparse import csr_array
 from ..bodies.plate import edge
 from ..core.declared import Declared
 from ..core.errors import InputError, say
+from ..core.notices import notify
 from ..core.problems import Problem
 from ..core.records import dataclass
 from ..core.responses import of_state
@@ -31,6 +32,7 @@ from . import edges, fields, pressure, responses
 from .constraint_functions import basis, needs_axis, point
 from .places import Draft, Ground, directions, vector
 
+ALONG = 1e-6  #: part of a moment about a line that is no round-off
 TORSION = {"torque": "torsion_spring", "relative torque": "relative_torsion_spring"}  #: laws for what turns in the plane
 Spin: TypeAlias = Annotated[float | Ground, fields.spin("N m")]
 
@@ -157,6 +159,13 @@ class Torque(Load):
         push_moment(self, draft, self.torque)
 
 
+def warn_of_torsion(load: Moment | Torque, slope: np.ndarray, moment: np.ndarray) -> None:
+    """A notice of the part of a moment (3,) about the line that it acts on, whose slope (3,) has no rotation about itself."""
+    about = float(moment @ slope / np.linalg.norm(slope))
+    if abs(about) > ALONG * np.linalg.norm(moment):
+        notify(f"{where(load)}: {about:.4g} N m of the moment are about the line itself and do nothing: a cable has no torsion")
+
+
 def push_moment(load: Moment | Torque, draft: Draft, size: float | Ground) -> None:
     """One law for each vector that turns with the place; frames share the moment between their axes."""
     layout = draft.layout
@@ -165,6 +174,8 @@ def push_moment(load: Moment | Torque, draft: Draft, size: float | Ground) -> No
     if axes == 2 and layout.dim == 3:
         raise InputError(say(where(load), "a slope or a frame", f"{load.at} on a surface", "name a rigid frame of the plate"))
     turn = np.array([moment[0], 0.0]) if layout.dim == 2 else moment
+    if axes == 1 and layout.dim == 3:
+        warn_of_torsion(load, layout.reference(where(load), load.at, 1), moment)
     point(where(load), draft, "moment", load.at, turn)
     signal, part = draft.signal(load.history), moment / (2.0 if axes > 1 else 1.0)
     for k in range(max(axes, 1)):

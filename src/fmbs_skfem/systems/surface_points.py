@@ -10,10 +10,14 @@ from ..bodies.body import locate, own
 from ..bodies.fields import Fields, recover
 from ..bodies.plate import local_table
 from ..core.errors import InputError, say
+from ..core.notices import notify
 from ..core.records import dataclass
 from ..shapes import surface
 from . import edges
 from .places import At, Draft
+
+NOISE = 1e-12  #: value of a function at a point that counts as zero, over the largest
+JUMP = 0.1  #: part of the thickness by which it differs in cells that meet
 
 
 @dataclass(frozen=True)
@@ -44,9 +48,29 @@ def surface_point(where: str, draft: Draft, at: At) -> SurfacePoint:
     if dim == 3:
         section[3:6] = curved[0, 0]
     thickness = np.broadcast_to(part.thickness, len(shape.nodes))[cell]
+    warn_of_jump(where, shape, part.thickness, cell, values[0, 0, 0])
     parameters = (float(laws.number(part.cells.law)), float(thickness), *(float(value) for value in section))
     axes, _ = surface.local_axes(np.einsum("kb,bc->kc", values[0, 0, 1:3], reference[0]))
     return SurfacePoint(rows, parameters, axes)
+
+
+def warn_of_jump(where: str, shape: surface.Surface, thickness: float | np.ndarray, cell: int, values: np.ndarray) -> None:
+    """A notice of a point in a cell, with values (b,) of its functions there, at which the thickness [m] jumps.
+
+    Cells meet at the point where they share all functions that are not zero there. Strains are continuous in it, so that neither
+    stresses nor moments of the two sides are right there.
+    """
+    if np.ndim(thickness) == 0:
+        return
+    here = shape.nodes[cell][np.abs(values) > NOISE * np.abs(values).max()]
+    meeting = np.flatnonzero(np.isin(shape.nodes, here).sum(axis=1) == len(here))
+    others = np.asarray(thickness)[meeting]
+    if np.ptp(others) > JUMP * others.max():
+        sides, mine = f"from {others.max():g} m to {others.min():g} m", float(np.asarray(thickness)[cell])
+        text = (
+            f"the thickness jumps at this point, {sides}: what is shown is of the side of {mine:g} m, and does not converge there"
+        )
+        notify(f"{where}: {text}; read a point beside it")
 
 
 def recovered(parameters: tuple[float, ...], values: np.ndarray) -> Fields:
