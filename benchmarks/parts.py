@@ -58,11 +58,23 @@ def alone(
 
 
 def coarser(
-    kinds: Sequence[Part], make: Callable[..., System], eps: Sequence[float], eta: float | None = None
+    kinds: Sequence[Part],
+    make: Callable[..., System],
+    eps: Sequence[float] = (),
+    modes: Sequence[tuple[int, ...]] = (),
+    eta: float | None = None,
+    name: str = "part",
 ) -> dict[str, System]:
-    """Systems of parts as they are, and with the leading shape functions that each eps asks for, their points to eta."""
-    found = {"part": make(*(one.body for one in kinds))}
-    return found | {f"part at {e:g}": make(*(part_files.coarsen(one, e, None, eta).body for one in kinds)) for e in eps}
+    """Systems of parts as they are, and with the leading shape functions that each eps, or so many of every kind, ask for.
+
+    Their points are chosen to eta.
+    """
+    cuts = {f"{name} at {e:g}": [(e, None)] * len(kinds) for e in eps}
+    cuts |= {f"{name} of {', '.join(map(str, counts))}": [(None, count) for count in counts] for counts in modes}
+    found = {name: make(*(one.body for one in kinds))}
+    for label, cut in cuts.items():
+        found[label] = make(*(part_files.coarsen(one, *how, eta).body for one, how in zip(kinds, cut, strict=True)))
+    return found
 
 
 def hung(body: Body, weight: tuple[float, ...] = DOWN, other: bool = False) -> System:
@@ -169,7 +181,8 @@ def chain(scale: float, arms: int = 10, cells: int = 100) -> Figures:
     part, spent = alone(full)
     motion = runner(chain_of(full, 2), SCHEME, 3.0 * scale, SHARP)()
     pair = part_files.train(full, snapshots(motion).q.reshape(-1, len(full.reference), 3))
-    models = coarser([part], lambda body: chain_of(body, arms), (1e-8, 1e-6)) | {"part of two arms": chain_of(pair.body, arms)}
+    models = coarser([part], lambda body: chain_of(body, arms), (1e-8, 1e-6))
+    models |= coarser([pair], lambda body: chain_of(body, arms), modes=((6,),), eta=3e-2, name="part of two arms")
     return {"training [CPU s]": spent} | against(chain_of(full, arms), models, duration, float(arms), rounds=1)
 
 
@@ -202,7 +215,7 @@ def four_bar(scale: float) -> Figures:
     """A closed spatial four-bar of plate links, one part trained alone, used three times."""
     full = link()
     part, spent = alone(full, 0.3, 1e-13, 1e-3, step=1e-3, samples=300, duration=1.5)
-    models = coarser([part], lambda body: links(body, body, body), (1e-13, 1e-11), 1e-2)
+    models = coarser([part], lambda body: links(body, body, body), modes=((15,), (10,)), eta=3e-2)
     found = against(links(full, full, full), models, 1.0 * scale, 1.0, rounds=1)
     return {"training [CPU s]": spent, "functions": float(part.notes["functions"])} | found
 
@@ -218,8 +231,7 @@ def corner(scale: float) -> Figures:
         return assemble([body], [pin], [loads.Gravity(DOWN)], outputs={"c": probes.Position(At("sheet", "c"))}, initial=start)
 
     raw, duration = thrown(full), 0.9 * scale
-    models = coarser([part], thrown, (5e-8, 1e-7), 3e-2)
-    models |= {f"part of {modes}": thrown(part_files.coarsen(part, None, modes, 3e-2).body) for modes in (21, 23)}
+    models = coarser([part], thrown, (5e-8, 1e-7), ((21,), (23,)), 3e-2)
     models["modes of coordinates"] = of_coordinates(raw, runner(raw, SCHEME, duration, SHARP)(), duration)
     found = against(raw, models, duration, 0.5 * np.sqrt(2.0), rounds=1)
     return {"training [CPU s]": spent, "functions": float(part.notes["functions"])} | found
@@ -257,10 +269,13 @@ def kinds() -> tuple[Body, Body, Body]:
 
 
 def machine(scale: float, bays: int = 33) -> Figures:
-    """A machine of 3 bays + 1 parts of three kinds, each trained alone."""
+    """A machine of 3 bays + 1 parts of three kinds, each trained alone by what it carries here; errors over a bay."""
     full = kinds()
-    trained = [alone(one, 0.5, 1e-9, 1e-2, step=1e-3, samples=300, duration=1.0) for one in full]
-    models = coarser([part for part, _ in trained], lambda *own: machine_of(*own, bays), (1e-6,))
+    carried = (6.0, 1e-3), (2.0, 1e-3), (0.5, 5e-4)  #: loads over the weight, steps [s]
+    trained = [
+        alone(one, share, 1e-10, 1e-3, step=h, samples=300, duration=1.0) for one, (share, h) in zip(full, carried, strict=True)
+    ]
+    models = coarser([part for part, _ in trained], lambda *own: machine_of(*own, bays), modes=((5, 10, 6), (4, 8, 4)), eta=1e-2)
     found = against(machine_of(*full, bays), models, 0.5 * scale, 1.0, rounds=1)
     return {"parts": 3.0 * bays + 1.0, "training [CPU s]": sum(spent for _, spent in trained)} | found
 
@@ -282,7 +297,7 @@ def example_3(scale: float, name: str = "crank_slider_coarse") -> Figures:
     begun = time.process_time()
     told = Excitation(runs=2, force=3000.0, moment=15.0, duration=0.015, step=h, slowest=20.0, fastest=800.0, samples=300, rise=0.0)
     trained = {one.name: excitation.excite(one, told) for one in bodies if one.cells is not None}
-    small = [part_files.train(one, trained[one.name], 1e-14, None, 1e-4).body if one.name in trained else one for one in bodies]
+    small = [part_files.train(one, trained[one.name], 1e-14, None, 3e-3).body if one.name in trained else one for one in bodies]
     found = {"training [CPU s]": time.process_time() - begun}
     raw = build.of_parts(scene, bodies)
     models = {"part": eliminate(build.of_parts(scene, small))}
