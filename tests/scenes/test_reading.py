@@ -161,6 +161,11 @@ def test_parameters_of_a_sweep() -> None:
         ("rho_inf: 0.8", "rho_inf: 1.8", "scene:26: analysis.rho_inf: expected a number >= 0 and <= 1, got 1.8"),
         ("[1 m, 0]", "[1 m, 0, 0]", r"scene:14: bodies.mass.position: expected a list of 2 \(x, y\)"),
         ("1 GPa,", "2 * Q,", "scene:4: parameters.E: expected one of the names pi, got 'Q'"),
+        (
+            "1 GPa,",
+            "2 * tip.x,",
+            "scene:4: parameters.E: expected one of the names pi, got 'tip.x'; outputs are read by loads such as",
+        ),
         ("Ts: 1.5 s", "t: 1.5 s", "scene:4: parameters.t: expected a name"),
         # expressions
         ("where(t < Ts, t / Ts, 1)", "t.__class__", r"scene:21: loads.push.history: .* where\(condition, then, else\)"),

@@ -47,6 +47,7 @@ BINARY = {"<": 1, "<=": 1, ">": 1, ">=": 1, "+": 2, "-": 2, "*": 3, "/": 3, "**"
 UNARY = 4  #: precedence of a sign: below a power, above a product
 ARITY = FUNCTIONS | dict.fromkeys(BINARY, 2) | {"neg": 1}
 RESERVED = frozenset(FUNCTIONS) | {TABLE, "t", "pi"}
+OUTPUTS = "outputs are read by loads such as control_force, control_torque and actuator, by controllers and by events"
 GRAMMAR = (
     "allowed are numbers, pi, the scene's parameters, t in functions of time, + - * / **, < <= > >=, parentheses and the functions "
     f"{', '.join(sorted(set(FUNCTIONS) - {'where'}))}, where(condition, then, else), interp(x, x0, y0, x1, y1, ...)"
@@ -314,6 +315,8 @@ def _known(name: str, names: Collection[str]) -> str:
     if name not in names and name != "pi":
         known = sorted({*names, "pi"})
         near = closest(name, known).removeprefix("; ")
+        if "." in name and not any("." in one for one in known):
+            near = OUTPUTS
         raise Problem(f"one of the names {listed(known, name)}", shown(name), f"{near}; {GRAMMAR}" if near else GRAMMAR)
     return name
 
