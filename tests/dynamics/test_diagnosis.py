@@ -12,7 +12,7 @@ import pytest
 from scipy.linalg import eigh
 from scipy.sparse import csr_array
 
-from fmbs_skfem import reduction
+from fmbs_skfem import reduction, scenes
 from fmbs_skfem.bodies import body, rigid, sections
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import Reason, SolverError
@@ -20,6 +20,7 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, diagnosis, integrate, solve_statics, stopped
 from fmbs_skfem.dynamics.diagnosis import Diagnosis
 from fmbs_skfem.dynamics.integration import HALVINGS, FailedStep
+from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import nurbs
 from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, eliminate, joints, loads
 from fmbs_skfem.systems import compiled as compilation
@@ -220,6 +221,28 @@ def test_the_first_cause_is_the_one_built_in(way: str) -> None:
 def test_causes_hold_names_and_numbers(way: str, texts: list[str]) -> None:
     """(1 - 0.4^2)/2 = 42 %; sqrt(3) of the limit point and the other figures as they were built in."""
     assert all(text in cause(way).what for text in texts)
+
+
+DIVIDING = """
+schema: 1
+dimension: 2
+bodies: {ball: {type: point_mass, mass: 1 kg, position: [1, 0]}}
+loads: {pull: {type: control_force, at: ball, direction: [1, 0], force: "-(1 N m) / LENGTH"}}
+analysis: {type: dynamic, duration: 2 s, step: 5 ms}
+outputs: {ball: {type: position, at: ball}}
+"""
+
+
+@pytest.mark.parametrize(("length", "last"), [("(ball.x - 1 m)", 0.0), ("max(ball.x - 0.5 m, 0)", 0.5 * np.sqrt(0.5 * np.pi))])
+def test_an_expression_that_divides_by_zero_at_one_state_is_named(length: str, last: float) -> None:
+    """At the start, and where the ball comes to: d'' = -(1 m^2/s^2)/d ends from rest at d0 after d0 sqrt(pi/2) s/m."""
+    with pytest.raises(SolverError) as caught:
+        integrate(build.system(scenes.loads(DIVIDING.replace("LENGTH", length))), GeneralizedAlpha(5e-3), 2.0)
+    found = diagnosis.explain(caught.value)
+    assert found.causes[0].name == "force"
+    assert "a load on ball is no finite number near the state at t = " in found.causes[0].what
+    assert "a division by zero" in found.causes[0].remedy
+    assert found.good == pytest.approx(last, abs=5e-3)
 
 
 def test_the_locked_links_stop_when_they_are_stretched_out() -> None:

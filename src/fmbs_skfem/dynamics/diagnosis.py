@@ -175,8 +175,17 @@ def broken_signal(stop: Stop, found: Diagnosis) -> Cause | None:
     return not_finite(f"the history of {', '.join(names)} is no finite number at t = {stop.at:.6g} s") if names else None
 
 
+def broken_force(stop: Stop, found: Diagnosis) -> Cause | None:
+    """A load whose law is no number in some state there."""
+    if found.reason is not Reason.NOT_FINITE or stopped.broken_signals(stop):
+        return None
+    names = stopped.broken_forces(stop)
+    what = f"a load on {' and '.join(names)} is no finite number near the state at t = {stop.good:.6g} s"
+    return Cause("force", what, FINITE) if names else None
+
+
 def not_finite(what: str) -> Cause:
-    return Cause("signal", what, "correct its expression there: a division by zero, the root of a negative number, an overflow")
+    return Cause("signal", what, FINITE)
 
 
 def free_body(stop: Stop, found: Diagnosis) -> Cause | None:
@@ -226,7 +235,7 @@ def huge_load(stop: Stop, found: Diagnosis) -> Cause | None:
         return None
     name, way = stopped.push(stop)
     size = stop.system.scale
-    if way <= WHOLE * size:
+    if not way > WHOLE * size:
         return None
     what = f"loads on {name} would move it by {way:.3g} m in a step (size of the system: {size:.3g} m)"
     return Cause("huge load", what, "look at the unit and the history of the load; if it is meant, take shorter steps")
@@ -324,12 +333,14 @@ def long_way(stop: Stop, found: Diagnosis) -> Cause | None:
     return Cause("large step", what, remedy)
 
 
+FINITE = "correct its expression there: a division by zero, the root of a negative number, an overflow"
 UNKNOWN = Cause(
     "unknown", "no rule explains it", "try a step ten times shorter or more load steps, and look at what happens before"
 )
 Rule = Callable[[Stop, Diagnosis], Cause | None]
 RULES: tuple[Rule, ...] = (
     broken_signal,
+    broken_force,
     free_body,
     buckling,
     dead_centre,

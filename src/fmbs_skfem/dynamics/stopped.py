@@ -13,6 +13,7 @@ Source of the inverse iteration: Golub and Van Loan, Matrix Computations, 4th ed
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -40,6 +41,7 @@ DENSE = 1_500  #: unknowns up to which eigenvalues are found
 WINDOW = 32  #: steps before the failure to which a change of a signal is compared
 FINE = 4096  #: parts of a step in which a jump of a signal is looked for
 AHEAD, PLACES = 2.0, 16  #: steps over which a dead centre is looked for on the way ahead, and positions there
+WAY = (0.25, 0.5, 0.75, 1.0)  #: parts of a step at which loads are looked at
 SHORTEST = 1e-9  #: step where none is known [s]
 SIZE = 1e-12  #: relative size below which a mass is none
 
@@ -226,6 +228,8 @@ def stiffest_force(stop: Stop) -> tuple[str, float]:
         return "", 0.0
     names, P, found = owners(system), csr_array(system.probes.matrix), []
     for force, pairs, slopes in compiled.force_slopes(model, stop.x, stop.v, stop.good, stop.memory):
+        if not np.isfinite(slopes).all():
+            continue
         rows, local = np.unique(pairs, return_inverse=True)
         S, pushed = np.zeros((len(rows), len(rows))), np.zeros((system.size + model.constraints, len(rows)))
         np.add.at(S, tuple(local.reshape(-1, 2).T), slopes)
@@ -234,7 +238,7 @@ def stiffest_force(stop: Stop) -> tuple[str, float]:
         k = int(squares.real.argmax())
         owner = names[int(np.abs(pushed[: system.size] @ modes[:, k]).argmax())]
         found.append((f"{force.name} on {owner}", float(stop.h * np.sqrt(max(squares[k].real, 0.0)))))
-    return max(found, key=lambda one: one[1])
+    return max(found, key=lambda one: one[1], default=("", 0.0))
 
 
 def closeness(stop: Stop, x: np.ndarray) -> tuple[float, np.ndarray]:
@@ -262,6 +266,18 @@ def broken_signals(stop: Stop) -> list[str]:
     """Signals that are no finite number where the solve stopped."""
     values = signal_table(stop.system, np.array([stop.at]))[0]
     return [name for name, value in zip(signal_names(stop.system), values, strict=True) if not np.isfinite(value)]
+
+
+def broken_forces(stop: Stop) -> list[str]:
+    """Bodies on which a load is no finite number in the last good or the trial state, or on the way of the last velocities."""
+    system, found, v = stop.system, list[str](), np.where(np.isfinite(stop.v), stop.v, 0.0)
+    places = [stop.x, stop.trial, *(stop.x + s * stop.h * v for s in WAY)]
+    names = np.array(owners(system)[: system.size])
+    for force in system.loads.forces:
+        alone = compile_system(replace(system, loads=replace(system.loads, forces=(force,))))
+        pushed = [compiled.forces(alone, x, v, stop.at) for x in places if np.isfinite(x).all()]
+        found += names[~np.isfinite(pushed).all(axis=0)].tolist()
+    return list(dict.fromkeys(found))
 
 
 def jumps(stop: Stop) -> list[tuple[str, float, float]]:
