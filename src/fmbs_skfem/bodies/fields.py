@@ -70,14 +70,15 @@ def principal(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def extreme_strains(law: Law, section: np.ndarray, u: np.ndarray, dim: int) -> np.ndarray:
-    """Axial strains (r'.r' - 1)/2 of a line at the points that carry its axial force, both principal strains of a surface.
+    """Axial strains (r'.r' - 1)/2 of a line at the points that carry its axial force, or principal strains of a surface.
 
-    Of gradients u (k c, p) at points with the section (i, p), `dim` = c.
+    These are all smaller ones and then all larger ones, of gradients u (k c, p) at points with the section (i, p), `dim` = c.
     """
     if law not in COMPONENTS:
         axial = np.abs(section[0].ravel())
         return np.asarray(0.5 * (np.sum(u[:dim] ** 2, axis=0) - 1.0))[axial >= 0.5 * axial.mean()]
-    return np.concatenate(principal(strains(u, dim)))
+    largest, smallest = principal(strains(u, dim))
+    return np.concatenate([smallest, largest])
 
 
 def fibre_strains(law: Law, u: np.ndarray, start: np.ndarray, section: np.ndarray, depth: float | np.ndarray) -> np.ndarray:
