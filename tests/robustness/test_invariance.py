@@ -39,6 +39,7 @@ from .. import models
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 STEPS = 40
 LARGE = ("crank_slider", "gripper", "deep_arch")  #: examples of which two steps, and one change of all parameters, are enough
+COARSE = {"deep_arch": 4}  #: cells of beams whose whole path is solved
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  #: a turn of 90 degrees about z
 POINTS, VECTORS = ("to",), ("direction", "axis", "force", "acceleration", "moment")  #: fields of joints and loads
 MANY = int(os.environ.get("INVARIANCE", "40"))
@@ -374,8 +375,9 @@ def test_parameters_set_to_their_own_values_change_no_bit(path: Path) -> None:
     known = {name: entry["value"] if isinstance(entry, dict) else entry for name, entry in entries}
     texts, large = {name: str(value) for name, value in known.items()}, path.stem in LARGE
     steps = 2 if large else STEPS
-    one = solved(scenes.read(path), steps)
+    cells = COARSE.get(path.stem)
+    one = solved(scenes.read(path), steps, cells)
     for changed in (texts, *([] if large else [{name: text} for name, text in texts.items()])):
-        other = solved(scenes.read(path, changed), steps)
+        other = solved(scenes.read(path, changed), steps, cells)
         for name in ("times", "x", "v", "a", "multipliers"):
             assert np.array_equal(getattr(one, name), getattr(other, name))
