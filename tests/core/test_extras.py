@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import sysconfig
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,7 @@ from fmbs_skfem.cli.main import main
 main()
 """
 WITHOUT = {"vtkmodules"}.union(*extras.PACKAGES.values())
+PROJECTS = {name for package in WITHOUT for name in metadata.packages_distributions().get(package, ())}  #: that install them
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +33,9 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("packages")
     for place in {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}:
         for entry in Path(place).iterdir():
-            if entry.name.removesuffix(".py") not in WITHOUT and not (folder / entry.name).exists():
+            project = entry.name.removesuffix(".dist-info").rpartition("-")[0].replace("_", "-")
+            lost = entry.name.removesuffix(".py") in WITHOUT or project in PROJECTS
+            if not lost and not (folder / entry.name).exists():
                 (folder / entry.name).symlink_to(entry)
     return folder
 

@@ -22,11 +22,10 @@ import shutil
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fmbs_skfem.core import compilation, machine_code
+from fmbs_skfem.core import compilation, installed, machine_code
 from fmbs_skfem.core.machine_code import SUFFIX
 from fmbs_skfem.core.notices import notify
 
@@ -41,7 +40,7 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 def stamp(package: Path = _PACKAGE) -> str:
     """Hash of the numba version and of name, size and time stamp of every module below `package` that compiles functions."""
-    parts = [f"numba {version('numba')}"]
+    parts = [f"numba {installed.version('numba')}"]
     for path in sorted(package.rglob("*.py")):
         if not any(mark in path.read_bytes() for mark in MARKS):
             continue

@@ -9,12 +9,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from functools import partial
-from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
 
 
-class Finder(MetaPathFinder):
+class Finder:
     """Finds the modules of one package as Python does."""
 
     def __init__(self, package: str) -> None:

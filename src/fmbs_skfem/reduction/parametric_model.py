@@ -13,13 +13,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import field, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..core import container, durable
+from ..core import container, durable, installed
 from ..core.errors import InputError, say
 from ..core.ranges import Parameter
 from ..core.records import dataclass
@@ -49,7 +48,7 @@ def save(rom: ParametricModel, path: str | Path) -> Path:
     model = rom.model
     nominal = replace(model.nominal, system=replace(model.nominal.system, full=None))
     varying = tuple(part for part in model.varying if part.place[:2] != ("system", "full"))
-    notes = {"versions": {name: version(name) for name in LIBRARIES}} | rom.notes
+    notes = {"versions": {name: installed.version(name) for name in LIBRARIES}} | rom.notes
     return container.write(path, KIND, model=replace(model, nominal=nominal, varying=varying), notes=notes)
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
-from ..core import durable
+from ..core import durable, installed
 from ..core.errors import CorruptFile, InputError, say
 
 if TYPE_CHECKING:
@@ -174,10 +174,9 @@ def environment(workers: int | None = 1) -> dict[str, Any]:
 
 
 def versions() -> dict[str, str]:
-    """Versions that a result depends on."""
-    from importlib import metadata
-
-    return {"fmbs_skfem": __version__, "python": sys.version.split()[0], **{name: metadata.version(name) for name in VERSIONS}}
+    """Versions that a result depends on, of what is installed."""
+    known = {name: text for name in VERSIONS if (text := installed.version(name))}
+    return {"fmbs_skfem": __version__, "python": sys.version.split()[0], **known}
 
 
 def processor() -> str:
