@@ -423,11 +423,13 @@ outputs: {disc: {type: velocity, at: disc}}
     with pytest.warns(
         Notice, match="initial.bodies.disc: the velocity is that of the body's point at the origin .* write .center."
     ):
-        adrift = scenes.loads(text % "")
-    assert dynamics.outputs(adrift.run().motion)["disc_x"][0] == pytest.approx(5.0)
+        adrift = scenes.loads(text % "").run()
+    assert dynamics.outputs(adrift.motion)["disc_x"][0] == pytest.approx(5.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
+        at_origin = scenes.loads(text.replace("[0, -2 m]", "[0, 0]") % "").run()
         meant = scenes.loads(text % ", center: [0, -2 m]")
+    assert dynamics.outputs(at_origin.motion)["disc_x"][0] == pytest.approx(1.0)
     assert dynamics.outputs(meant.run().motion)["disc_x"][0] == pytest.approx(1.0)
 
 

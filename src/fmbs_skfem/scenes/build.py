@@ -5,6 +5,7 @@ Strings of the scene are resolved here, once; whatever does not fit is reported 
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, cast
@@ -61,10 +62,14 @@ def check_files(scene: Scene, allow_outside: bool = False) -> None:
 
 
 def parts(scene: Scene, cells: int | None = None, allow_outside: bool = False) -> list[Body]:
-    """The bodies of a scene; arguments as those of `system`. A warning is shown of files that look as if they were in mm."""
+    """The bodies of a scene; arguments as those of `system`.
+
+    A warning is shown of files that look as if they were in mm, and of bodies that move and turn about an origin that is not their
+    centre of mass.
+    """
     found = [_body(scene, name, cells, allow_outside) for name in scene.bodies]
-    for part in found:
-        if (odd := plausibility.file_unit(scene, part.name, part)) is not None:
+    for look, part in itertools.product((plausibility.file_unit, plausibility.turning), found):
+        if (odd := look(scene, part.name, part)) is not None:
             notify(f"{where(scene, *odd.keys)}: {odd}")
     return found
 

@@ -11,8 +11,6 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ..core import units
 from ..core.errors import listed
 from ..core.expressions import Expression
@@ -59,19 +57,10 @@ def notices(scene: Scene) -> Iterator[Told]:
     yield from _idle(scene)
     yield from _leaving(scene)
     yield from _tilting(scene)
-    yield from _turning(scene)
     yield from _degrees(() if scene.node is None else yamlfile.plain(scene.node), ())
     for keys, angle in _angles(scene):
         if abs(angle) > 2 * math.pi * (1 + 1e-12):
             yield keys, f"an angle of {angle:g} rad is more than one turn: write '{angle:g} deg' if degrees are meant"
-
-
-def _turning(scene: Scene) -> Iterator[Told]:
-    """Bodies that move and turn at the start, about the origin of the scene for want of a center."""
-    for name, motion in scene.initial.bodies.items():
-        if motion.center is None and np.any(motion.velocity or 0.0) and np.any(motion.angular_velocity or 0.0):
-            text = "the velocity is that of the body's point at the origin of the scene, and turning adds to it elsewhere; "
-            yield ("initial", "bodies", name), text + "write `center`, the point that has the velocity"
 
 
 def _tilting(scene: Scene) -> Iterator[Told]:

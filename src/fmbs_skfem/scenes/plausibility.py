@@ -18,6 +18,7 @@ import numpy as np
 
 from ..bodies import Given
 from ..bodies.body import Body, extent
+from ..bodies.rigid import CENTERED
 from ..core.records import dataclass
 from ..systems.loads import Gravity
 from .figures import BodyFigures, CellShapes
@@ -113,6 +114,18 @@ def file_unit(scene: Scene, name: str, part: Body) -> Finding | None:
         return None
     text = f"its size is {size:.4g} m, {size / thickness:.2g} times its thickness"
     return Finding(("bodies", name), text, "is the file in mm? write unit: mm, or unit: m where it is in metres")
+
+
+def turning(scene: Scene, name: str, part: Body) -> Finding | None:
+    """A body that moves and turns at the start about the origin of the scene for want of a center, and is not centred there."""
+    motion = scene.initial.bodies.get(name)
+    if motion is None or motion.center is not None or not (np.any(motion.velocity) and np.any(motion.angular_velocity)):
+        return None
+    shares = part.mass @ part.constant
+    if np.linalg.norm(shares @ part.reference) <= CENTERED * extent(part) * (shares @ part.constant):
+        return None
+    text = "the velocity is that of the body's point at the origin of the scene, and turning adds to it elsewhere"
+    return Finding(("initial", "bodies", name), f"{text}; write `center`, the point that has the velocity")
 
 
 def said(scene: Scene, *keys: str) -> bool:
