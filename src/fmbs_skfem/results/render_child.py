@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,10 @@ from .job import Arrays, PictureJob, load
 
 SHORTEST = 0.45  #: height of a sheet of small scenes over that which was asked for, at least, for the key
 PALEST = 0.28  #: strength of the first instant of an overlay
+#: (k, 2, 2) by which the place of a text is turned about what it marks, the first choice first
+TURNS = np.array(
+    [[[c, -s], [s, c]] for c, s in ((np.cos(a), np.sin(a)) for a in np.radians([0, 45, -45, 90, -90, 135, -135, 180]))]
+)
 
 
 def main(arguments: list[str]) -> int:
@@ -155,13 +161,31 @@ def _free_corner(job: PictureJob, arrays: Arrays, camera: Camera, box: Box, text
 
 
 def _marks(camera: Camera, arrays: Arrays, bodies: int, words: list[str], height: int) -> list[Text]:
-    """Times beyond that end of a body which moves farthest, latest first: ends that stay where they are have no room for all."""
+    """Times around that end of a body which moves farthest, latest first: ends that stay where they are have no room for all.
+
+    Each stands where it covers least of bodies, joints and the times before it, beyond the end of the body where that is free.
+    """
     ends, before = max(
         (ends for i in range(bodies) for ends in _ends(camera, arrays, i)), key=lambda pair: np.ptp(pair[0], axis=0).sum()
     )
     outwards = (ends - before) / np.maximum(np.linalg.norm(ends - before, axis=1), 1e-9)[:, None]
-    places = ends + outwards * np.array([2.4, 1.5]) * height
-    return [Text(word, (x, y), "mm", height, "#000000") for word, (x, y) in zip(words[::-1], places[::-1], strict=True)]
+    shown = np.concatenate([values.reshape(-1, 3) for key, values in arrays.items() if key.startswith(("points_", "joint_"))])
+    pixels, found = camera_.project(camera, shown), list[Text]()
+    for word, end, outward in zip(words[::-1], ends[::-1], outwards[::-1], strict=True):
+        around = np.einsum("kij,j->ki", TURNS, outward) * np.array([2.4, 1.5]) * height
+        places = [Text(word, (float(x), float(y)), "mm", height, "#000000") for x, y in end + around]
+        found.append(min(places, key=partial(_covered, pixels=pixels, texts=tuple(found))))
+    return found
+
+
+def _covered(text: Text, pixels: Array, texts: Sequence[Text]) -> int:
+    """How many points (x, 2) and other texts a text covers, these counting most."""
+    left, top, right, bottom = decor.extent(text)
+    margin = 0.5 * text.height
+    low, high = np.array([left, top]) - margin, np.array([right, bottom]) + margin
+    boxes = np.array([decor.extent(other) for other in texts]).reshape(-1, 4)
+    crossed = (boxes[:, :2] < high).all(axis=1) & (boxes[:, 2:] > low).all(axis=1)
+    return int(((pixels > low) & (pixels < high)).all(axis=1).sum() + len(pixels) * crossed.sum())
 
 
 def _ends(camera: Camera, arrays: Arrays, body: int) -> list[tuple[Array, Array]]:
