@@ -137,6 +137,24 @@ def test_times_stand_at_an_end_that_moves() -> None:
     assert np.linalg.norm(np.diff(places, axis=0), axis=1).min() > 45
 
 
+def test_times_cover_no_body_and_no_joint() -> None:
+    """Beyond the end of the first instant another body passes, at the second a joint stands: both times give way, the third not."""
+    ends = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [4.0, 0.0, 0.0]])
+    along, height = np.linspace(-0.5, 0.0, 21)[:, None], 15
+    arrays = {
+        "points_0": ends[:, None] + along * np.array([1.0, 0.0, 0.0]),
+        "points_1": np.tile(np.array([0.2, 0.0, 0.0]) + (along + 0.25) * np.array([0.0, 2.0, 0.0]), (3, 1, 1)),
+        "joint_0": np.tile([2.2, 0.0, 0.0], (3, 1)),
+    }
+    eye = camera.fit(np.array([[-1.0, -1.0, 0.0], [5.0, 1.0, 0.0]]), True, (1000, 600), (50.0, 50.0, 50.0, 50.0))
+    texts = render_child._marks(eye, arrays, 1, ["0 s", "1 s", "2 s"], height)
+    drawn = camera.project(eye, np.concatenate([points.reshape(-1, 3) for points in arrays.values()]))
+    assert [render_child._covered(text, drawn, ()) for text in texts] == [0, 0, 0]
+    places = np.array([text.place for text in texts[::-1]]) - camera.project(eye, ends)
+    np.testing.assert_allclose(places[2], (2.4 * height, 0.0), atol=1e-9)
+    assert (np.abs(places[:2, 1]) > height).all()
+
+
 @pytest.mark.usefixtures("opengl")
 def test_animation(tmp_path: Path, temporary: Path) -> None:
     path = pictures.animate(rollup.spatial(), tmp_path / "a.gif", count=5, rate=10.0, look=Look(field="curvature", size=SIZE))
@@ -228,6 +246,23 @@ def test_limits_of_the_scale() -> None:
     both = replace(planar, bodies={"beam": replace(lines, fields={"strain": lines.points[:, :, 0] - 0.25, "error": error})})
     assert pictures.limits(both, "strain") == (-0.75, 0.75)
     assert pictures.limits(both, "error", logarithmic=True) == pytest.approx((1e-7, 1e-2))
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_round_off_of_straight_bodies_is_zero_and_says_so(size: float) -> None:
+    """Curvatures are 1 / length, strains are none: the same beam in every unit; what is a million times as large is drawn."""
+    planar = rollup.planar()
+    beam = planar.bodies["beam"]
+    noise = np.full(beam.points.shape[:2], 1e-16)
+    lengths = {name: size * getattr(beam, name) for name in ("points", "reference", "size")}
+    for factor, silent in ((1.0, True), (1e6, False)):
+        still = replace(beam, **lengths, fields={"curvature": factor * noise / size, "strain": factor * noise})
+        frames = replace(planar, bodies={"beam": still})
+        for name, label in (("curvature", "curvature [1/m]"), ("strain", "axial strain [-]")):
+            job, arrays = pictures._order(frames, Look(name), "overlay", 1.0, "a.png")
+            assert job.label == label + (", round-off" if silent else "")
+            assert arrays["values_0"].any() != silent
+            assert not silent or job.limits == (0.0, 1.0)
 
 
 def test_refused(tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
+SILENT = ", round-off"  #: said of what is drawn as zero
 ARROWS = ("force", "moment", "gravity", "axis")
 
 

@@ -22,7 +22,7 @@ from ..core.errors import FmbsError, InputError, MissingFeature, closest, say
 from ..core.records import dataclass
 from . import frames as frames_
 from . import surfaces, video
-from .frames import Frames
+from .frames import SILENT, Frames, Shown
 from .job import Arrays, PictureJob, save
 
 #: text beside the colour scale of well-known fields
@@ -44,6 +44,7 @@ ADVICE = (
     "install an off-screen OpenGL (Debian, Ubuntu: `apt-get install libegl1 libgl1-mesa-dri` or `libosmesa6`; "
     "conda: `mesalib`) or set DISPLAY to a running X server"
 )
+DIGITS = 8.0 * float(np.finfo(np.float64).eps)  #: round-off of a position, relative to the largest coordinate
 TIME_LIMIT = 900.0  #: for one picture [s]
 
 
@@ -122,11 +123,34 @@ def animate(
     return _draw(chosen, target, look or Look(size=(800, 600)), "animation", rate, command)
 
 
+def is_round_off(frames: Frames, name: str) -> bool:
+    """Whether strains or curvatures, not all zero, are those that the round-off of positions makes of straight or flat bodies.
+
+    Positions x are off by DIGITS |x|, strains [-] by that over the distance h of points, curvatures [1/m] by that over h^2.
+    """
+    power, found = {"strain": 1, "curvature": 2}.get(name, 0), False
+    for body in frames.bodies.values():
+        if power and name in body.fields:
+            largest = float(np.abs(frames_.magnitude(body, name)).max())
+            if largest * spacing(body) ** power > DIGITS * float(np.abs(body.points).max()):
+                return False
+            found |= largest > 0.0
+    return found
+
+
+def spacing(body: Shown) -> float:
+    """Mean distance of the points of a cell in the reference [m]."""
+    ends = body.reference[body.cells]
+    return float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
+
+
 def limits(frames: Frames, name: str, logarithmic: bool = False) -> tuple[float, float]:
     """Limits of the colour scale over all instants and bodies: symmetric where the field has both signs, five decades at most.
 
-    Stresses start at zero.
+    Stresses start at zero; what is round-off is zero, on a scale up to 1.
     """
+    if is_round_off(frames, name):
+        return 0.0, 1.0
     values = np.concatenate([frames_.magnitude(body, name).ravel() for body in frames.bodies.values()])
     values = values[np.isfinite(values) & ((values > 0) | (not logarithmic))]
     if values.size == 0:
@@ -170,7 +194,8 @@ def _draw(frames: Frames, path: Path, look: Look, layout: str, rate: float, comm
 def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) -> tuple[PictureJob, Arrays]:
     unit = UNITS.get(look.field or "", 1.0)
     low, high = (0.0, unit) if look.field is None else look.limits or limits(frames, look.field, look.logarithmic)
-    label = "" if look.field is None else look.label or LABELS.get(look.field, look.field)
+    silent = look.field is not None and is_round_off(frames, look.field)
+    label = "" if look.field is None else (look.label or LABELS.get(look.field, look.field)) + SILENT * silent
     job = PictureJob(
         layout,
         frames_.planar(frames),
@@ -193,7 +218,8 @@ def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) ->
     arrays: Arrays = {"times": frames.times}
     for i, body in enumerate(frames.bodies.values()):
         arrays[f"points_{i}"] = body.points
-        arrays[f"values_{i}"] = frames_.magnitude(body, look.field) / unit if look.field else np.zeros(body.points.shape[:2])
+        blank = silent or not look.field
+        arrays[f"values_{i}"] = np.zeros(body.points.shape[:2]) if blank else frames_.magnitude(body, look.field or "") / unit
         if body.is_surface:
             place = surfaces.places(body.reference)
             edges = surfaces.outline(body.reference, body.cells, place)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..results.frames import SILENT
 from ..results.plots import PANELS, Panel, panel_grid
 from ..results.sweep_files import add_unit
 from ..systems import probes
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 FLAT = 0.02  #: of the largest range of a panel; a curve that moves less, but moves, has a panel of its own
 TOGETHER = 6  #: most curves of a panel
 ROUND = 1e-9  #: of the largest reaction of a model; one that stays below is round-off of forces that balance each other
-SILENT = ", round-off"  #: said of what is drawn as zero
 POWERS = {"N": 0, "N m": 1, "N/m": -1}  #: of a length in the units of reactions, beside a force
 
 
@@ -31,18 +31,16 @@ def figures_of(
     title: str = "",
     across: str = "time [s]",
     marks: Sequence[tuple[float, str]] = (),
-    size: float = 1.0,
-    noise: float = 0.0,
+    silent: Collection[str] = (),
 ) -> Figures:
     """The columns (s,) of `outputs` that are finite over `times` (s,), in at most PANELS panels, with marks.
 
-    Reactions that are round-off are drawn as zero: of a mechanism of this `size` [m] those within `noise` [N] as well. There is no
-    figure of a single instant.
+    Columns that are `silent`, see `find_noise`, are drawn as zero. There is no figure of a single instant.
     """
     finite = {name: values for name, values in columns.items() if np.isfinite(values).all()}
     if len(times) < 2 or not finite:
         return Figures()
-    found = arrange(outputs, finite, find_noise(outputs, finite, size, noise))
+    found = arrange(outputs, finite, silent)
     shown = sum(len(panel.curves) for panel in found)
     left = f" ({shown} of {len(finite)} columns, the others are in {OUTPUTS})" if shown < len(finite) else ""
     return Figures({"outputs": partial(panel_grid, times, found, title=title + left, across=across, marks=marks)})
@@ -54,7 +52,8 @@ def find_noise(outputs: Mapping[str, Output], known: Mapping[str, np.ndarray], s
     Moments and forces per length are compared with forces by the `size` of the mechanism [m], so that no unit counts.
     """
     units = probes.column_units(outputs)
-    reactions = [column for one in outputs.values() if probes.kind_of(one).balances for column in one.columns if column in known]
+    balancing = [one for one in outputs.values() if probes.kind_of(one).balances]
+    reactions = [column for one in balancing for column in one.columns if column in known and np.isfinite(known[column]).all()]
     forces = {
         column: float(np.abs(known[column]).max()) / size ** POWERS[units[column]]
         for column in reactions

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +22,7 @@ from ..core.notices import Notice
 from ..core.records import dataclass
 from ..dynamics import GeneralizedAlpha, Trajectory, departures
 from ..results import segments
+from ..results.frames import SILENT
 from ..results.segments import Recorder
 from ..systems import probes
 from . import compiling, failures, panels, recording, reports
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from ..scenes import Scene
     from ..systems import System
 
+DIGITS = float(np.finfo(np.float64).eps)  #: of a value beside the largest of its column, below which it is shown as zero
 Draw = Callable[[Trajectory, Path], Sequence[Callable[[], Path]]]  #: pictures and series in a folder, each drawn when called
 
 
@@ -119,9 +121,8 @@ def finish(
     }
     across, marks = "time [s]" if task.scheme else "load factor", [(one.time, one.name) for one in trajectory.events]
     noise = (report.get("acceleration_noise") or 0.0) * trajectory.system.weight
-    figures = panels.figures_of(
-        task.system.outputs, trajectory.times, outputs, task.title, across, marks, trajectory.system.scale, noise
-    )
+    silent = panels.find_noise(task.system.outputs, outputs, trajectory.system.scale, noise)
+    figures = panels.figures_of(task.system.outputs, trajectory.times, outputs, task.title, across, marks, silent)
     missing = None
     if out is not None:
         with segments.room(out, out):
@@ -137,7 +138,7 @@ def finish(
                 reports.write_report(out, report)
     view: list[Table | str] = [summary(task, report), *task.remarks]
     view += [*([table_of_events(trajectory)] if trajectory.events else [])]
-    view += [*([table_of_outputs(report)] if outputs else []), *failures.views(report), *list_files(report)]
+    view += [*([table_of_outputs(report, silent)] if outputs else []), *failures.views(report), *list_files(report)]
     about = f"{report.get('scene') or task.title}: {len(trajectory.times)} instants, {', '.join(outputs) or 'no outputs'}"
     return Run(
         about=about,
@@ -209,11 +210,13 @@ def extremes(values: np.ndarray) -> dict[str, float]:
     return {"min": float(values.min()), "max": float(values.max()), "final": float(values[-1])}
 
 
-def table_of_outputs(report: Mapping[str, Any]) -> Table:
-    """Smallest, largest and last value of every column."""
-    rows = [
-        (panels.heading_of(report["units"], report["labels"], name), *ends.values()) for name, ends in report["outputs"].items()
-    ]
+def table_of_outputs(report: Mapping[str, Any], silent: Collection[str] = ()) -> Table:
+    """Smallest, largest and last value of every column; zero where they are round-off, in all that is `silent` or beside others."""
+    rows = []
+    for name, ends in report["outputs"].items():
+        least = np.inf if name in silent else DIGITS * max(abs(value) for value in ends.values())
+        heading = panels.heading_of(report["units"], report["labels"], name) + SILENT * (name in silent)
+        rows.append((heading, *(0.0 if abs(value) < least else value for value in ends.values())))
     return Table("Outputs (SI units)", ("output", "min", "max", "final"), rows)
 
 
