@@ -120,12 +120,10 @@ def refuse(call: Call, message: str, reason: str, code: int, **more: Any) -> int
 def show(call: Call, report: Mapping[str, Any], view: Sequence[Any]) -> None:
     """JSON or tables on stdout."""
     from ..studies import reports
-    from ..studies.result import console
 
     with screen.stdout():
         if call.json:
             click.echo(reports.dumps(report))
         else:
-            terminal = console(sys.stdout)
             for item in view:
-                click.echo(item) if isinstance(item, str) else terminal.print(item)
+                click.echo(item) if isinstance(item, str) else item.print(sys.stdout)

@@ -6,11 +6,13 @@ Work that fails all the same has results so far: the error that is raised carrie
 from __future__ import annotations
 
 import io
+import os
+import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
 from ..core import extras
 from ..core.errors import FmbsError, SolverError, Warned
@@ -56,8 +58,28 @@ class Table:
 
     def __str__(self) -> str:
         file = io.StringIO()
-        console(file).print(self)
+        self.print(file)
         return file.getvalue().rstrip()
+
+    def print(self, file: TextIO) -> None:
+        """Write the table; rich, a tenth of a short command, is asked where lines have to be broken."""
+        text = self.whole(width_of(file), bold=file.isatty() and os.environ.get("TERM") != "dumb")
+        if text is None or not takes(file, text):
+            console(file).print(self)
+        else:
+            file.write(text)
+
+    def whole(self, width: int, bold: bool = False) -> str | None:
+        """The lines of the table as rich draws them; None where they do not fit into `width` characters, of which each is one."""
+        cells = [tuple(self.columns), *(tuple(format_value(value) for value in row) for row in self.rows)]
+        every = [self.title, *(text for row in cells for text in row)]
+        widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+        if sum(widths) + 3 * len(widths) + 1 > width or not all(text.isascii() and text.isprintable() for text in every):
+            return None
+        aligned = ["  " + "   ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in cells]
+        title = f"\x1b[1m{self.title}\x1b[0m" if bold else self.title
+        lines = [title, "", aligned[0], " " + "─" * (sum(widths) + 3 * len(widths) - 1), *aligned[1:], ""]
+        return "".join(f"{line.rstrip()}\n" for line in lines)
 
     @property
     def markdown(self) -> str:
@@ -74,20 +96,34 @@ class Table:
         return f"<table><caption>{escape(self.title)}</caption><tr>{head}</tr>{rows}</table>"
 
 
-def console(file: Any) -> Console:
-    """A rich console; as wide as the house's lines where there is no terminal."""
+def width_of(file: TextIO) -> int:
+    """Characters of a line: those of a terminal; of the house's lines where there is none."""
+    return shutil.get_terminal_size().columns if file.isatty() else WIDTH
+
+
+def takes(file: TextIO, text: str) -> bool:
+    """Whether the encoding of a file has all letters of a text."""
+    try:
+        text.encode(getattr(file, "encoding", None) or "utf-8")
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def console(file: TextIO) -> Console:
+    """A rich console of the width of a file."""
     from rich.console import Console
 
     return Console(file=file, width=None if file.isatty() else WIDTH, highlight=False, soft_wrap=False)
 
 
 def format_value(value: object) -> str:
-    """A value of a table: numbers with six digits, entries by component as `I 24, II 23`, a dash where there is none."""
+    """A value of a table: numbers with six digits, zero without its sign, entries by component as `I 24, II 23`, else a dash."""
     if isinstance(value, Mapping):
         return ", ".join(f"{name} {format_value(item)}" for name, item in value.items()) or "-"
     if isinstance(value, list | tuple):
         return "; ".join(format_value(item) for item in value) or "-"
-    return "-" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+    return "-" if value is None else f"{value + 0.0:.6g}" if isinstance(value, float) else str(value)
 
 
 class Figures(Mapping[str, "Figure"]):
