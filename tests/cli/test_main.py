@@ -2,6 +2,7 @@
 
 import errno
 import inspect
+import io
 import subprocess
 import sys
 from pathlib import Path
@@ -43,7 +44,7 @@ def test_help_imports_nothing_heavy() -> None:
 def test_a_check_of_a_scene_imports_only_what_it_uses() -> None:
     """The parts of scipy that are slow to import, and what compiles, reads other mesh formats or draws."""
     scipy = ("scipy.optimize", "scipy.interpolate", "scipy.spatial", "scipy.special")
-    unused = (*scipy, "matplotlib", "meshio", "skfem", "sympy", "numba")
+    unused = (*scipy, "rich", "matplotlib", "meshio", "skfem", "sympy", "numba")
     code = (
         "import sys\nfrom fmbs_skfem.cli.main import main\n"
         f"main(['check', {str(EXAMPLES / 'double_pendulum.yaml')!r}], standalone_mode=False)\n"
@@ -69,9 +70,10 @@ def test_what_is_compiled_runs_without_numba(tmp_path: Path) -> None:
 
 
 def test_the_module_is_the_command() -> None:
-    call = [sys.executable, "-m", "fmbs_skfem.cli.main"]
-    assert subprocess.run([*call, "--version"], capture_output=True, text=True).stdout.startswith("fmbs, version")
-    assert subprocess.run([*call, "check", "nowhere.yaml"], capture_output=True, text=True).returncode == 3
+    for module in ("fmbs_skfem", "fmbs_skfem.cli.main"):
+        call = [sys.executable, "-m", module]
+        assert subprocess.run([*call, "--version"], capture_output=True, text=True).stdout.startswith("fmbs, version")
+        assert subprocess.run([*call, "check", "nowhere.yaml"], capture_output=True, text=True).returncode == 3
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -87,6 +89,24 @@ def test_an_unknown_command_is_a_usage_error_with_a_hint() -> None:
     assert done.code == 2
     assert "did you mean 'run'?" in done.err
     assert done.out == ""
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (
+            ("rom", "model.h5"),
+            "expected one of the commands info, run before the file, such as 'fmbs rom run model.h5', got 'model.h5'",
+        ),
+        (("part", "arm.h5"), "before the file, such as 'fmbs part info arm.h5', got 'arm.h5'"),
+        (("rom", "rum"), "expected one of the commands info, run, got 'rum'; did you mean 'run'?"),
+        (("four_bar.yaml",), "before the file, such as 'fmbs run four_bar.yaml', got"),
+    ],
+)
+def test_a_file_in_place_of_a_command_shows_the_call_that_was_meant(call: tuple[str, ...], told: str) -> None:
+    done = fmbs(*call)
+    assert done.code == 2
+    assert told in done.err.replace("'main ", "'fmbs ")
 
 
 def test_a_missing_argument_and_a_wrong_set_are_usage_errors() -> None:
@@ -164,6 +184,21 @@ def test_tables_show_brackets_and_numbers_as_they_are(tmp_path: Path) -> None:
         console(file).print(Table("Mass [kg]", ("body [-]", "mass [kg]"), [("a[b]", 1 / 3)]))
     text = path.read_text()
     assert all(part in text for part in ("Mass [kg]", "body [-]", "mass [kg]", "a[b]", "0.333333"))
+
+
+@pytest.mark.parametrize("title", ["Mass", "A title that is longer than the table below it"])
+def test_tables_that_fit_are_those_of_rich(title: str) -> None:
+    """Without its blanks at the ends of lines; names of other alphabets, and tables that are too wide, are drawn by it."""
+    table = Table(title, ("body", "mass [kg]", "sag"), [("arm", 1 / 3, -0.0), ("forearm", {"x": 12.0}, None)])
+    wide = Table(title, ("body", "mass"), [("x" * 100, "y " * 60)])
+    for shown, drawn in ((table, True), (Table(title, ("β", "Ω"), [("é", 1.0)]), False), (wide, False)):
+        file = io.StringIO()
+        console(file).print(shown)
+        lines = [line.rstrip() for line in file.getvalue().splitlines()]
+        assert (shown.whole(132) is not None) == drawn
+        own = str(shown).splitlines()
+        assert [line.rstrip() for line in own[1:]] == lines[-len(own) : -1]
+        assert not drawn or own[0] == title
 
 
 def test_every_command_is_a_click_command_of_its_name() -> None:

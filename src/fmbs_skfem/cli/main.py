@@ -39,7 +39,7 @@ def rom() -> click.Group:
     """The commands of saved reduced models."""
     text = "Say what a saved reduced model is, or run it at other parameters, without meshes and full model."
     made = [common.command("info", studies.info), common.command("run", studies.run_model, "fmbs-{}")]
-    return click.Group("rom", made, help=text, epilog="Both take --json and, for what they write, --out DIR.")
+    return Choice("rom", made, help=text, epilog="Both take --json and, for what they write, --out DIR.")
 
 
 def part() -> click.Group:
@@ -47,7 +47,7 @@ def part() -> click.Group:
     text = "Reduce a body once, alone, for any mechanism, say what such a part is, or check it in a scene."
     made = [common.command("train", studies.train_part, "."), common.command("info", studies.describe_part)]
     made.append(common.command("check", studies.check_part))
-    return click.Group("part", made, help=text, epilog="All take --json and, for what they write, --out PATH.")
+    return Choice("part", made, help=text, epilog="All take --json and, for what they write, --out PATH.")
 
 
 GROUPS: dict[str, Callable[[], click.Group]] = {"rom": rom, "part": part}  #: commands with commands of their own
@@ -72,7 +72,20 @@ COMMANDS: dict[str, tuple[Callable[..., studies.Result], str] | None] = {
 }
 
 
-class Commands(click.Group):
+class Choice(click.Group):
+    """A group of commands; what is none of them is refused with the call that was probably meant."""
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[str | None, click.Command | None, list[str]]:
+        known = self.list_commands(ctx)
+        if args and args[0] not in known and not args[0].startswith("-"):
+            got, place = f"got '{args[0]}'", ""
+            if Path(args[0]).suffix or Path(args[0]).exists():
+                place = f" before the file, such as '{ctx.command_path} {'run' if 'run' in known else 'info'} {args[0]}'"
+            ctx.fail(f"expected one of the commands {', '.join(known)}{place}, {got}{closest(args[0], known)}")
+        return super().resolve_command(ctx, args)
+
+
+class Commands(Choice):
     """A group that knows its commands by name, in the order in which they are used."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -83,11 +96,6 @@ class Commands(click.Group):
             return None
         found = COMMANDS[name]
         return GROUPS[name]() if found is None else common.command(name, *found)
-
-    def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[str | None, click.Command | None, list[str]]:
-        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            ctx.fail(f"expected one of the commands {', '.join(COMMANDS)}, got '{args[0]}'{closest(args[0], COMMANDS)}")
-        return super().resolve_command(ctx, args)
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         """As usual; `--help` and `--version` on a full disk end as commands do."""
