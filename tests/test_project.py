@@ -169,6 +169,7 @@ def test_readme_sets_up_in_two_lines_and_ci_runs_the_second() -> None:
     ci = ROOT / ".ci" / "run"
     assert os.access(ci, os.X_OK)
     assert tests in ci.read_text().splitlines()
+    assert demo.removesuffix(".venv/bin/fmbs demo") in (ROOT / "docs" / "first_steps.md").read_text()
 
 
 def test_versions_agree() -> None:
