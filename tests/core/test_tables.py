@@ -51,6 +51,7 @@ def test_files_have_units(tmp_path: Path) -> None:
         ("500,", "5x0,", r"row 3: expected a number in column 1, got '5x0'"),
         ("500, 1e-3", "500", r"expected"),
         ("time [ms], force [kN], turn [deg]", "0", r"expected a first line of titles"),
+        ("time [ms], force [kN], turn [deg]", "time [ms];force [kN]", r"columns separated by commas, got semicolons in 'time"),
     ],
 )
 def test_bad_files(tmp_path: Path, old: str, new: str, message: str) -> None:
@@ -58,7 +59,7 @@ def test_bad_files(tmp_path: Path, old: str, new: str, message: str) -> None:
     path.write_text(CSV.replace(old, new).replace(", 90", "" if new == "500" else ", 90"), encoding="utf-8")
     with pytest.raises(InputError, match=message):
         read_columns(path, ("time", "turn" if new == "500" else "force"), "rad" if new == "500" else "N")
-    with pytest.raises(InputError, match=r"one of the columns time, force, turn, got 'fore'; did you mean 'force'|titles"):
+    with pytest.raises(InputError, match=r"one of the columns time, force, turn, got 'fore'; did you mean 'force'|titles|commas"):
         read_columns(path, ("", "fore"), "N")
 
 

@@ -214,6 +214,7 @@ def test_points_from_a_table(tmp_path: Path) -> None:
         ("", "no header"),
         ("E,d\n", "0 rows"),
         ("E,d\n1,x\n", "row 2: expected numbers"),
+        ("E;d\n1,5;2\n", "columns separated by commas, got semicolons in 'E;d'; write the file again as CSV with commas"),
         ("E,d\n1\n", "row 2: expected numbers"),
     ],
 )

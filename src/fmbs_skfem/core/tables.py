@@ -101,6 +101,7 @@ def read_columns(path: Path, names: tuple[str, str], unit: str, of: str = "s") -
         raise InputError(say(where, f"a file of at most {LARGEST:g} bytes", "a larger one" if path.is_file() else "none"))
     lines = csv.reader(io.StringIO(path.read_text(encoding="utf-8-sig", errors="replace")))
     head, *rows = [row for row in lines if any(cell.strip() for cell in row)] or [[]]
+    require_commas(where, head)
     titles = [found.groups() for cell in head if (found := TITLE.fullmatch(cell))]
     if len(titles) < 2:
         raise InputError(say(where, "a first line of titles, such as 'time [s], angle [deg]'", shown(",".join(head))))
@@ -124,3 +125,11 @@ def number(where: str, row: list[str], place: int, line: int) -> float:
     except (IndexError, ValueError) as problem:
         got = shown(row[place]) if place < len(row) else "nothing"
         raise InputError(say(f"{where}, row {line}", f"a number in column {place + 1}", got)) from problem
+
+
+def require_commas(where: str, titles: list[str]) -> None:
+    """InputError for a line of titles that is one text with semicolons or tabs, as of spreadsheets that write 1,5 for 1.5."""
+    for sign, name in ((";", "semicolons"), ("\t", "tabs")):
+        if len(titles) == 1 and sign in titles[0]:
+            remedy = "write the file again as CSV with commas, and with points in numbers"
+            raise InputError(say(where, "columns separated by commas", f"{name} in '{titles[0]}'", remedy))

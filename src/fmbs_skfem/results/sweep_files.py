@@ -26,6 +26,7 @@ from ..core.errors import CorruptFile, InputError, say
 from ..core.notices import notify
 from ..core.ranges import Parameter
 from ..core.records import dataclass
+from ..core.tables import require_commas
 from ..reduction.members import Record, Result, Status
 
 MEMBERS = "members"
@@ -235,6 +236,7 @@ def read_points(place: Path, names: Iterable[str], factor: Any) -> list[dict[str
     except (OSError, UnicodeDecodeError, csv.Error) as problem:
         raise InputError(say(str(place), "a CSV file of points", problem)) from problem
     heads = [head.strip() for head in rows[0]] if rows else []
+    require_commas(str(place), heads)
     found: dict[str, tuple[int, float]] = {}
     for column, head in enumerate(heads):
         name, _, unit = head.partition("[")
