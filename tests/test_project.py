@@ -148,7 +148,7 @@ def imported(path: Path) -> set[str]:
 def test_every_third_party_import_is_declared() -> None:
     extras = [text for texts in PROJECT["optional-dependencies"].values() for text in texts]
     names = {Requirement(text).name.lower().replace("-", "_") for text in [*PROJECT["dependencies"], *extras]}
-    modules = {"scikit_fem": "skfem", "ruamel.yaml": "ruamel"}
+    modules = {"scikit_fem": "skfem", "scikit_learn": "sklearn", "ruamel.yaml": "ruamel"}
     brought = {"PIL", "vtk", "vtkmodules"}  # parts of pyvista, which cannot be without them
     known = {modules.get(name, name) for name in names} | brought | {"fmbs_skfem", *sys.stdlib_module_names}
     assert {(path.name, word) for path in (ROOT / "src").rglob("*.py") for word in imported(path) - known} == set()

@@ -24,7 +24,7 @@ from fmbs_skfem.studies.result import console
 
 from .calls import EXAMPLES, fmbs
 
-HEAVY = ("numba", "pyvista", "vtkmodules", "matplotlib", "scipy", "numpy", "distributed", "rich")
+HEAVY = ("numba", "pyvista", "vtkmodules", "matplotlib", "scipy", "numpy", "sklearn", "distributed", "rich")
 
 
 def test_help_imports_nothing_heavy() -> None:

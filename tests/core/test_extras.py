@@ -60,6 +60,7 @@ def test_a_run_has_its_numbers_without_plots(packages: Path, tmp_path: Path) -> 
     ("extra", "words"),
     [
         ("viz", ("render", "four_bar.yaml", "--duration", "0.02")),
+        ("families", ("train", "pendulum_family.yaml")),
         ("symbols", ("check", "controlled_arm.yaml")),
         ("cluster", ("sweep", "pendulum_family.yaml", "--samples", "2")),
     ],

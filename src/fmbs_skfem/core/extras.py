@@ -1,9 +1,10 @@
 """Extras: packages that only some commands need, installed by name.
 
 pip install "fmbs_skfem[viz]"        plots, pictures, animations
+pip install "fmbs_skfem[families]"   the Kriging surrogate of trainings over parameters
 pip install "fmbs_skfem[cluster]"    sweeps over processes and machines
 pip install "fmbs_skfem[symbols]"    forces by expressions of the state; laws, joints and forces of one's own
-pip install "fmbs_skfem[all]"        all three
+pip install "fmbs_skfem[all]"        all four
 pip install "fmbs_skfem[pymor]"      systems as models of pyMOR
 """
 
@@ -15,6 +16,7 @@ from .errors import MissingFeature, say
 
 PACKAGES = {
     "viz": ("matplotlib", "PIL", "pyvista"),
+    "families": ("sklearn",),
     "symbols": ("sympy",),
     "pymor": ("pymor",),
     "cluster": ("dask", "distributed", "cryptography"),

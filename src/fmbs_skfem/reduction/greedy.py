@@ -32,6 +32,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core import extras
 from ..core.errors import FmbsError, InputError, NoModel, NoRoom, say
 from ..core.records import dataclass
 from . import kriging
@@ -171,8 +172,10 @@ def run(given: Problem, done: Sequence[Iteration] = ()) -> Outcome:
     """Algorithm 1; iterations that are `done` continue an interrupted loop.
 
     Nothing of them is run again, the caller restores their basis. The last iteration is kept again when later full runs fail.
-    NoModel where every full run that is tried first fails; NoModel of `extend` and NoRoom, of a full disk, pass.
+    NoModel where every full run that is tried first fails; NoModel of `extend` and NoRoom, of a full disk, pass. MissingFeature
+    without the packages of the surrogate.
     """
+    extras.need("families", "greedy training")
     problem = replace(given, samples=tuple(dict.fromkeys(given.same[k] for k in given.samples)), first=given.same[given.first])
     history = _checked(done, problem)
     while True:

@@ -26,7 +26,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..core import extras
 from ..core.errors import CorruptFile, say
+from ..core.notices import notify
 from . import calibration, kriging
 from . import parameters as boxes
 from .calibration import NOTHING, Prediction
@@ -64,7 +66,11 @@ def record(training: Training) -> dict[str, Any]:
 
 
 def predictor(rom: ParametricModel) -> Predictor | None:
-    """The prediction of a model as a function of parameters; None where its notes have no record of a training."""
+    """The prediction of a model as a function of parameters; None where its notes have no record of a training, or where
+    the packages of the surrogate are missing, with a notice."""
+    if KEY in rom.notes and not extras.there("families"):
+        notify(f"no error is predicted: the surrogate needs {extras.install('families')}")
+        return None
     known = read_record(rom)
     return None if known is None else functools.partial(predict, rom, *known)
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ..scenes import Scene
 
 REPORT, CHECKSUMS = "report.json", "sha256"
-VERSIONS = ("numpy", "scipy", "numba", "scikit-fem", "pyamg", "h5py", "meshio")
+VERSIONS = ("numpy", "scipy", "numba", "scikit-fem", "scikit-learn", "pyamg", "h5py", "meshio")
 
 
 def make_folder(out: Path) -> Path:
