@@ -15,13 +15,15 @@ from fmbs_skfem.bodies import Body, Circular, Material, Rim, cable
 from fmbs_skfem.bodies.body import point_mass
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import CorruptFile, InputError
-from fmbs_skfem.core.linalg import as_dense
+from fmbs_skfem.core.linalg import as_dense, evenly
+from fmbs_skfem.core.notices import Remark
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, departures, integrate, outputs
 from fmbs_skfem.reduction import affine, excitation, part_files, parts
 from fmbs_skfem.reduction.excitation import Excitation, excite, settle
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.shapes import line, surface
 from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate, joints, loads, probes
+from fmbs_skfem.systems.stresses import SectionForces
 from fmbs_skfem.verification.plates import rectangle
 from fmbs_skfem.verification.vibration import ring
 from tests import models
@@ -37,9 +39,15 @@ def arm() -> Body:
 
 
 @cache
+def states() -> np.ndarray:
+    """States (s, b, c) of the arm that is moved alone."""
+    return excite(arm(), Excitation(step=1e-3))
+
+
+@cache
 def alone() -> part_files.Part:
     """The arm trained alone: it never saw a second one."""
-    return part_files.train(arm(), excite(arm(), Excitation(step=1e-3)))
+    return part_files.train(arm(), states())
 
 
 def two(body: Body, weight: tuple[float, ...], other: bool) -> System:
@@ -239,6 +247,36 @@ def test_a_part_is_made_coarser_where_it_is_used(tmp_path: Path) -> None:
     check_system(two(made[1].body, weight, False))
     with pytest.raises(InputError, match=r"read it with part_files\.resume"):
         part_files.coarsen(part_files.load(file), 1e-9)
+
+
+def errors_at_points(S: np.ndarray) -> np.ndarray:
+    """Largest errors (2,) of axial strains and curvatures at all quadrature points in the states nearest in functions S."""
+    whole, some = np.eye(len(S)), states()[evenly(0, len(states()) - 1, part_files.LOOKED_AT)]
+    true, near = (
+        departures.strains(parts.reduced_body(arm(), T).shapes, parts.coordinates(arm(), T, some))  # type: ignore[arg-type]
+        for T in (whole, S)
+    )
+    return np.asarray(np.abs(near - true).max(axis=(0, 1)) / np.abs(true).max(axis=(0, 1)))
+
+
+def test_what_functions_leave_out_of_strains_is_known_and_said_where_forces_are_asked_for(tmp_path: Path) -> None:
+    """Of a part, and of a coarser one from its file, which adds what the finer one leaves out; forces err by as much."""
+    whole = part_files.train(arm(), states(), 1e-15, None, 1e-3)
+    fine = part_files.resume(part_files.save(whole, tmp_path / "arm.part.h5"))
+    small = part_files.coarsen(fine, 1e-8)
+    errors = [one.body.shapes.strain_errors for one in (fine, small)]  # type: ignore[union-attr]
+    for one, found in zip((fine, small), errors, strict=True):
+        assert_allclose(found, errors_at_points(one.memory.functions), rtol=0.3)  # type: ignore[union-attr]
+    assert fine.notes["strain_errors"] == {"strain": errors[0][0], "curvature": errors[0][1]}
+    assert errors[0].max() < 0.1 < errors[1][0]
+
+    def hung(body: Body) -> System:
+        seen = {"middle": SectionForces(At("arm", 0.5))}
+        return assemble([body], [joints.Pin("A", At("arm", "left"))], [loads.Gravity((0.0, 0.0, -9.81))], outputs=seen)
+
+    hung(fine.body)
+    with pytest.warns(Remark, match=r"output 'middle': the shape functions of part 'arm' leave out .* of the largest axial"):
+        hung(small.body)
 
 
 def test_a_scene_says_how_fine_its_parts_are(tmp_path: Path) -> None:

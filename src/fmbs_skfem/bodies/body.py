@@ -115,6 +115,8 @@ class ShapePoints:
     offset: np.ndarray = field(default_factory=lambda: np.zeros(0))  #: (b c,) of the coordinates z, where there is a matrix
     positions: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))  #: (p, c) in the reference, where they are known [m]
     missing: Annotated[MissingShapes | None, Inside("k i b c")] = None  #: shapes that it lacks, where it knows some
+    #: (2,) largest errors of axial or membrane strains and of curvatures in its training, over the largest ones; none where unknown
+    strain_errors: Annotated[np.ndarray, Reals("*")] = field(default_factory=lambda: np.zeros(0))
 
 
 storable(
@@ -123,6 +125,7 @@ storable(
     offset=lambda values: np.zeros(0),
     positions=lambda values: np.zeros((0, 0)),
     missing=lambda values: None,
+    strain_errors=lambda values: np.zeros(0),
 )
 
 

@@ -106,6 +106,22 @@ def normals(u: np.ndarray) -> np.ndarray:
     return np.asarray(n / np.linalg.norm(n, axis=0))
 
 
+def strain_errors(law: Law, u: np.ndarray, v: np.ndarray, section: np.ndarray) -> np.ndarray:
+    """Largest errors (2,) of gradients v in place of u (k c, p, s), of axial or membrane strains, and of curvatures.
+
+    Over them stand the largest values in u: (2, 2). `section` (i, p).
+    """
+
+    def both(w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if law in COMPONENTS:
+            return strains(w, COMPONENTS[law]), curvatures(law, w, section[..., None])
+        dim, option = len(w) // law.vectors, (law if law.bends else Law.EXACT).option
+        return 0.5 * (np.sum(w[:dim] ** 2, axis=0) - 1.0), curvatures_of_lines(option, dim, np.moveaxis(w[: 2 * dim], 0, -1))
+
+    found = [(np.abs(a).max(initial=0.0), np.abs(b - a).max(initial=0.0)) for a, b in zip(both(u), both(v), strict=True)]
+    return np.array(found).T
+
+
 def curvatures(law: Law, u: np.ndarray, section: np.ndarray) -> np.ndarray:
     """Change of curvature (3, ...) [1/m] of the gradients u (15, ...); where positive, it stretches the face z = t/2."""
     if law is not Law.SHELL:

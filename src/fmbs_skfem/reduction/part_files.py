@@ -22,6 +22,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ..bodies import fields
 from ..bodies.body import Body
 from ..bodies.missing_shapes import MissingShapes
 from ..core import container, validation
@@ -39,6 +40,7 @@ KIND = Kind("fmbs_skfem part", "a part", 1, "copy the file again, or train the p
 USUAL = 1e-12  #: eps of the shape functions of a part
 ETA = 3e-5  #: tolerance of its weighted points
 LOOSE = 1e-2  #: largest that is chosen for them
+LOOKED_AT = 300  #: states of a training whose strains are held against those of the shape functions
 KEPT = 120  #: states that a part keeps of its training, for the points of one that goes on
 
 
@@ -92,7 +94,10 @@ def train(
     kept = evenly(0, len(z) - 1, KEPT)
     lacks = lacked(body, S, states, before)
     lacks = lacks and replace(lacks, unbent=unbent(body, notes.get("alone"), before))
-    found = replace(found, shapes=replace(found.shapes, missing=lacks))
+    errors = parts.strain_errors(body, S, states[evenly(0, len(states) - 1, LOOKED_AT)])
+    if before is not None and before.body.shapes is not None and before.body.shapes.strain_errors.size:
+        errors = np.maximum(errors, before.body.shapes.strain_errors)
+    found = replace(found, shapes=replace(found.shapes, missing=lacks, strain_errors=errors))
     assert found.shapes is not None
     low, high = found.shapes.trained
     names, largest = departures.kinds_of(found.shapes), float(parts.largest_strains(body, states).max())
@@ -107,10 +112,16 @@ def train(
         "states_kept": len(kept),
         "largest_strain": max(largest, 0.0 if before is None else before.notes.get("largest_strain", 0.0)),
         "strains": {name: [float(a), float(b)] for name, a, b in zip(names, low, high, strict=True)},
+        "strain_errors": errors_by_name(errors),
         "missing_shapes": "known" if lacks else missing_shapes.why_unknown(body, S),
         "training_s": clock.process_time() - begun,
     }
     return Part(found, record | notes, Memory(S, np.asarray(np.linalg.qr(columns.T, mode="r")).T, z[kept]))
+
+
+def errors_by_name(errors: np.ndarray) -> dict[str, float]:
+    """Errors (2,) of strains and curvatures, over the largest ones of the training."""
+    return dict(zip(("strain", "curvature"), errors.tolist(), strict=False))
 
 
 def unbent(body: Body, alone: Any, before: Part | None) -> np.ndarray:
@@ -178,11 +189,27 @@ def coarsen(part: Part, tolerance: float | None = None, modes: int | None = None
     small = parts.sampled(parts.reduced_body(body, S), z, eta)
     assert small.shapes is not None
     missing = missing_shapes.coarser(body, S, known.states, known.factor)
-    points = replace(small.shapes, trained=body.shapes.trained, missing=missing)
+    errors = coarser_strains(body, S, known.states)
+    points = replace(small.shapes, trained=body.shapes.trained, missing=missing, strain_errors=errors)
     factor = parts.projected(body, S, known.factor).T
     numbers = {"functions": S.shape[1], "points": points.table.shape[1], "tolerance": tolerance, "hyper_tolerance": eta}
+    numbers["strain_errors"] = errors_by_name(errors)
     small = replace(small, shapes=points)
     return Part(small, part.notes | numbers, Memory(known.functions @ S, np.asarray(np.linalg.qr(factor, mode="r")).T, z))
+
+
+def coarser_strains(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """Errors of strains and curvatures (2,) with functions S (b, m) over those of a part, in its states (s, b, c).
+
+    Those of the part itself are added. None of a part that does not know its functions at all quadrature points.
+    """
+    points = part.shapes
+    if points is None or points.missing is None or not points.strain_errors.size:
+        return np.zeros(0)
+    table, b, some = points.missing.functions, len(S), states[evenly(0, len(states) - 1, LOOKED_AT)]
+    own = np.einsum("bm,smc->sbc", S, parts.coordinates(part, S, some))
+    u, v = (np.einsum("kgb,sbc->kcgs", table[:, :, :b], z).reshape(-1, table.shape[1], len(z)) for z in (some, own))
+    return points.strain_errors + parts.relative(fields.strain_errors(points.law, u, v, points.missing.section[:, 0]))
 
 
 def points_to(singular_values: np.ndarray, functions: int) -> float:

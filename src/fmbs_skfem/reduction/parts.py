@@ -213,10 +213,7 @@ def largest_strains(part: Body, states: np.ndarray) -> np.ndarray:
     The outer fibres of lines are those of a round bar, h = 2 sqrt(EI / EA): the half diameter, 1.15 times half the height of a bar.
     """
     assert part.cells is not None
-    cells, found = part.cells, [np.zeros(0)]
-    rows, h = gradient_rows(cells, part.shape_reference.size), 0.5 * np.asarray(part.thickness)
-    if part.spread is not None:
-        rows = csr_array(rows @ alike(part.spread, part.dim))
+    cells, found, rows, h = part.cells, [np.zeros(0)], rows_of(part), 0.5 * np.asarray(part.thickness)
     if cells.law not in fields.COMPONENTS:
         EA, EI = (np.sum(row * cells.section[-1]) for row in cells.section[:2])
         h = np.asarray(2.0 * np.sqrt(EI / EA))
@@ -227,6 +224,31 @@ def largest_strains(part: Body, states: np.ndarray) -> np.ndarray:
         u = np.asarray(rows @ block).reshape(*shape, block.shape[1])
         found.append(fields.fibre_strains(cells.law, u, start, cells.section, h).max(axis=0))
     return np.concatenate(found)
+
+
+def rows_of(part: Body) -> csr_array:
+    """Rows (k c p e, b c) of the gradients at the quadrature points of a full body on its coordinates."""
+    assert part.cells is not None
+    rows = gradient_rows(part.cells, part.shape_reference.size)
+    return rows if part.spread is None else csr_array(rows @ alike(part.spread, part.dim))
+
+
+def strain_errors(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """What S (b, m) misses of strains and curvatures (2,) in states (s, b, c) of a full body, over the largest ones."""
+    assert part.cells is not None
+    rows, section, found = rows_of(part), part.cells.section, np.zeros((2, 2))
+    flat = section.reshape(len(section), -1)
+    for k in range(0, len(states), STATES):
+        some = states[k : k + STATES]
+        own = np.einsum("bm,smc->sbc", S, coordinates(part, S, some))
+        u, v = (np.asarray(rows @ one.reshape(len(one), -1).T).reshape(-1, flat.shape[1], len(one)) for one in (some, own))
+        found = np.maximum(found, fields.strain_errors(part.cells.law, u, v, flat))
+    return relative(found)
+
+
+def relative(found: np.ndarray) -> np.ndarray:
+    """Errors (2,) over the largest values that stand over them, (2, 2); zero where there are none."""
+    return np.divide(found[1], found[0], out=np.zeros(2), where=found[0] > 0.0)
 
 
 def placed(part: Body, name: str, origin: np.ndarray | None = None, rotation: np.ndarray | None = None) -> Body:

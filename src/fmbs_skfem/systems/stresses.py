@@ -23,6 +23,7 @@ from ..bodies import cable_law, laws
 from ..bodies.body import Body, locate, own
 from ..bodies.fields import principal
 from ..core.errors import InputError, say
+from ..core.notices import remark
 from ..core.records import dataclass
 from ..shapes import line
 from ..shapes.surface import Surface
@@ -34,6 +35,8 @@ from .system import Output
 
 FACES = ("bottom", "middle", "top")
 Face = Annotated[Literal["top", "middle", "bottom"], "on the face at t/2 along the normal, in the middle surface, or at -t/2"]
+COARSE = 0.1  #: part of the largest strain that shape functions of parts leave out, from which a remark is shown
+STRAINS = ("axial or membrane strain", "curvature")
 COMPONENTS = ("11", "22", "12")
 TENSOR = (*COMPONENTS, "1", "2", "angle")
 CABLE_PLANE, CABLE_SPACE = ("N", "M"), ("N", "M", "Mx", "My", "Mz")
@@ -59,7 +62,9 @@ class Tensor(Probe, ABC):
     face: Face
 
     def sense(self, name: str, draft: Draft) -> Output:
-        point = surface_point(f"output '{name}'", draft, self.at)
+        where = f"output '{name}'"
+        tell_coarse(where, draft.layout.body(where, self.at))
+        point = surface_point(where, draft, self.at)
         text = axes_text(point.axes)
         turn = f"angle from axis 1 to the first principal direction, {text}"
         labels = (*(f"{part}, {text}" for part in COMPONENTS), "first principal value", "second principal value", turn)
@@ -75,6 +80,14 @@ class Tensor(Probe, ABC):
     def sizes(cls, output: Output, dim: int) -> Sizes:
         rows, parameters = counts(output.parameters[1], dim)
         return rows, len(TENSOR), 1 + parameters
+
+
+def tell_coarse(where: str, part: Body) -> None:
+    """A remark of a part whose shape functions leave out much of the strains of its training."""
+    errors = part.shapes.strain_errors if part.shapes is not None else np.zeros(0)
+    if listed := [f"{value:.2g} of the largest {kind}" for kind, value in zip(STRAINS, errors, strict=False) if value > COARSE]:
+        what = f"the shape functions of part '{part.name}' leave out {' and '.join(listed)} in its training"
+        remark(f"{where}: {what}; forces and stresses at points err by as much: take reactions, or train with a smaller tolerance")
 
 
 @dataclass(frozen=True)
@@ -135,6 +148,7 @@ class SectionForces(Probe):
     def sense(self, name: str, draft: Draft) -> Output:
         where = f"output '{name}'"
         part = draft.layout.body(where, self.at)
+        tell_coarse(where, part)
         if isinstance(part.space, Surface):
             point = surface_point(where, draft, self.at)
             words = RESULTANTS if part.dim == 3 else MEMBRANE
