@@ -44,7 +44,7 @@ def test_stamp_sees_every_change_of_a_module(package: Path) -> None:
 
 def test_stamp_depends_on_the_numba_version(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first = stamp(package)
-    monkeypatch.setattr(module, "version", lambda name: "0.0.0")
+    monkeypatch.setattr(module.installed, "version", lambda name: "0.0.0")
     assert stamp(package) != first
 
 
