@@ -109,10 +109,10 @@ def test_only_what_python_calls_becomes_a_function_of_its_own() -> None:
         return part(x) + 1.0
 
     assert caller(1.5) == 4.0
-    assert caller.whole.stats.cache_misses or caller.whole.stats.cache_hits  # of an earlier run of the tests
     assert "whole" not in part.__dict__
     overloads = part.contained.overloads.values()
-    assert [found.library.get_pointer_to_function(found.fndesc.llvm_func_name) for found in overloads] == [0]
+    compiled = [0] if caller.whole.stats.cache_misses else []  # what an earlier run of the tests has compiled is loaded without it
+    assert [found.library.get_pointer_to_function(found.fndesc.llvm_func_name) for found in overloads] == compiled
     assert part(1.5) == 3.0
     assert part(2) == 4
 
