@@ -17,6 +17,7 @@ from fmbs_skfem.bodies import Body, Circular, Material, cable
 from fmbs_skfem.bodies.values import changed
 from fmbs_skfem.core.notices import Notice, Remark
 from fmbs_skfem.core.responses import of_state
+from fmbs_skfem.core.rotations import rotation
 from fmbs_skfem.dynamics import (
     GeneralizedAlpha,
     Newton,
@@ -330,6 +331,24 @@ def test_parts_made_of_other_numbers_miss_the_same_where_all_forces_grow_alike()
     first, second = (missing_shapes.look_at(tests, z[None], (0.0 * z[None], a[None])).sizes[0] for tests in (one, other))
     assert first > 0.0
     assert second == pytest.approx(first, rel=1e-9)
+
+
+def test_the_stiffness_of_the_start_is_used_where_it_shows_that_little_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It says at least half of what is missing in all states of the training, however they are turned."""
+    tests, z = functions_of(pinned().body), pinned().memory.states  # type: ignore[union-attr]
+    assert tests is not None
+
+    def sizes(sure: float, turn: np.ndarray) -> np.ndarray:
+        monkeypatch.setattr(missing_shapes, "SURE", sure)
+        return missing_shapes.look_at(tests, z @ turn, (0.0 * z, 0.2 * z @ turn)).sizes
+
+    usual, exact, rough = (sizes(sure, np.eye(3)) for sure in (missing_shapes.SURE, 0.0, np.inf))
+    assert (rough > 0.5 * exact).all()
+    much = rough > 0.25 * missing_shapes.BAND * pinned().body.shapes.missing.left_out  # type: ignore[union-attr]
+    assert 0 < much.sum() < len(z)
+    assert_allclose(usual, np.where(much, exact, rough), rtol=1e-9)
+    tests = replace(tests, weight=0.0 * tests.weight)
+    assert_allclose(sizes(np.inf, rotation([0.3, -2.0, 1.0])), sizes(np.inf, np.eye(3)), rtol=1e-6, atol=1e-15)
 
 
 def test_coarser_parts_and_files_know_what_they_miss(tmp_path: Path) -> None:

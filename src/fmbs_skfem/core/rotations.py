@@ -15,3 +15,10 @@ def rotation(vector: ArrayLike) -> np.ndarray:
     angle = float(np.linalg.norm([x, y, z]))
     W = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * W + 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2 * (W @ W))
+
+
+def nearest(A: np.ndarray) -> np.ndarray:
+    """Rotations (..., c, c) nearest to matrices, U diag(1, .., det) V of their singular vectors (polar decomposition)."""
+    U, _, V = np.linalg.svd(A)
+    U[..., -1] *= np.sign(np.linalg.det(U @ V))[..., None]
+    return np.asarray(U @ V)

@@ -80,18 +80,12 @@ def strains_of_block(points: ShapePoints, states: np.ndarray) -> np.ndarray:
     return np.stack([axial, kappa], axis=1).reshape(s, P, 2)
 
 
-def strains_of_parts(parts: list[Elastic], q: np.ndarray) -> list[np.ndarray]:
-    """Strains (s, p, j) of every part in states q (s, y) of the bodies, of copies of a part at once."""
-    alike: dict[tuple[int, int], list[int]] = {}
-    for k, one in enumerate(parts):
-        alike.setdefault((id(one.gather.table), id(one.gather.section)), []).append(k)
-    found = [np.zeros(0)] * len(parts)
-    for members in alike.values():
-        gathers: list[ShapePoints] = [parts[k].gather for k in members]
-        states = np.concatenate([q[:, one.columns].reshape(len(q), -1, one.dim) for one in gathers])
-        for k, values in zip(members, np.split(strains(gathers[0], states), len(members)), strict=True):
-            found[k] = values
-    return found
+def copies(parts: list[Elastic]) -> list[list[Elastic]]:
+    """Parts that are copies of one, each with its copies."""
+    alike: dict[tuple[int, int], list[Elastic]] = {}
+    for one in parts:
+        alike.setdefault((id(one.gather.table), id(one.gather.section)), []).append(one)
+    return list(alike.values())
 
 
 def trained_parts(system: System) -> list[Elastic]:
@@ -130,21 +124,30 @@ def find_missing(system: System, times: np.ndarray, seen: dict[str, Look]) -> li
 
 def find_in(system: System, times: np.ndarray, x: np.ndarray) -> list[Departure]:
     """The same in states (s, n) at times (s,)."""
-    mine, found = trained_parts(system), list[Departure]()
-    if not mine or not len(x):
+    found = list[Departure]()
+    if not (mine := trained_parts(system)) or not len(x):
         return found
     q = np.asarray(system.lift.matrix @ x.T).T + system.lift.offset
-    for elastic, values in zip(mine, strains_of_parts(mine, q), strict=True):
-        points: ShapePoints = elastic.gather
-        (low, high), kinds = points.trained, kinds_of(points)
+    for members in copies(mine):
+        points: ShapePoints = members[0].gather
+        states = np.concatenate([q[:, one.gather.columns].reshape(len(q), -1, points.dim) for one in members])
+        values = strains(points, states).reshape(len(members), len(q), -1, 2)
+        low, high = points.trained
         over = np.maximum(values - high, low - values) - BEYOND * (high - low)
-        for j in np.flatnonzero((over > 0.0).any(axis=(0, 1))):
-            s, p = np.unravel_index(int(over[:, :, j].argmax()), over.shape[:2])
-            first = float(times[int(np.flatnonzero((over[:, :, j] > 0.0).any(axis=1))[0])])
-            place = tuple(points.positions[p].tolist()) if points.positions.size else ()
-            limits = float(low[j]), float(high[j])
-            found.append(Departure(elastic.name, kinds[j], float(values[s, p, j]), limits, first, place))
-    return found
+        for i, j in np.argwhere(over.max(axis=(1, 2)) > 0.0):
+            found.append(departure(members[i], int(j), times, values[i, :, :, j], over[i, :, :, j]))
+    order = {one.name: k for k, one in enumerate(mine)}
+    return sorted(found, key=lambda one: order[one.body])
+
+
+def departure(part: Elastic, kind: int, times: np.ndarray, values: np.ndarray, over: np.ndarray) -> Departure:
+    """Where strains of a kind (s, p) of a part leave its training, farthest and first, by how far they are `over` it (s, p)."""
+    points: ShapePoints = part.gather
+    s, p = np.unravel_index(int(over.argmax()), over.shape)
+    first = float(times[int(np.argmax((over > 0.0).any(axis=1)))])
+    place = tuple(points.positions[p].tolist()) if points.positions.size else ()
+    low, high = points.trained[:, kind]
+    return Departure(part.name, kinds_of(points)[kind], float(values[s, p]), (float(low), float(high)), first, place)
 
 
 def missing_in(system: System, moment: Moment) -> list[Departure]:
@@ -155,11 +158,14 @@ def missing_in(system: System, moment: Moment) -> list[Departure]:
 
 
 def summarise(found: list[Departure]) -> str:
-    """The strain that is farthest outside, over its trained range, and how many others of how many parts are outside, too."""
-    worst = max(found, key=lambda one: one.excess)
-    others, bodies = len(found) - 1, len({one.body for one in found})
-    more = f"; {others} more of {bodies} part{'s' * (bodies > 1)} {'is' if others == 1 else 'are'} outside, too" if others else ""
-    return f"{worst}{more}; {REMEDY}"
+    """The departure farthest outside, over its trained range, with what else of its part is outside, and the other parts."""
+    ordered = sorted(found, key=lambda one: -one.excess)
+    worst = ordered[0]
+    kinds = [one.kind.partition(" [")[0] for one in ordered if one.body == worst.body][1:]
+    others = list(dict.fromkeys(f"'{one.body}'" for one in ordered if one.body != worst.body))
+    same = f", as its {' and '.join(kinds)}" if kinds else ""
+    more = f"; part{'s' * (len(others) > 1)} {missing_shapes.first_of(others)} as well" if others else ""
+    return f"{worst}{same}{more}; {REMEDY}"
 
 
 def warn(found: list[Departure]) -> None:

@@ -32,6 +32,7 @@ from ..bodies.laws import Law
 from ..core import direct, krylov, pardiso, supernodes
 from ..core.linalg import is_identity
 from ..core.records import dataclass
+from ..core.rotations import nearest
 from ..core.structs import Callback
 from ..systems import compiled, evaluation, terms
 from ..systems.compiled import Compiled
@@ -178,16 +179,7 @@ def rotation_weights(model: Compiled) -> list[tuple[slice, np.ndarray]]:
 
 def fitted_turns(large: Large, x: np.ndarray) -> list[np.ndarray]:
     """Rotation of every body that fits its motion from the reference best (polar decomposition of q^T G)."""
-    found = []
-    for where, G in large.bodies:
-        A = x[where].reshape(-1, large.dim).T @ G
-        if large.dim == 2:
-            c, s = A[0, 0] + A[1, 1], A[1, 0] - A[0, 1]
-            found.append(np.array([[c, -s], [s, c]]) / np.hypot(c, s))
-        else:
-            U, _, V = np.linalg.svd(A)
-            found.append(U @ np.diag([1.0, 1.0, np.sign(np.linalg.det(U @ V))]) @ V)
-    return found
+    return [nearest(x[where].reshape(-1, large.dim).T @ G) for where, G in large.bodies]
 
 
 def turned(large: Large, r: np.ndarray, turns: list[np.ndarray]) -> None:

@@ -8,6 +8,9 @@ no force of theirs is in R_N, and are orthogonal in the mass to those of S that 
 BAND times what its shape functions left out of its training. It is the gappy norm (39) of the residual, as the indicator (49) has
 it, on few functions. Stiffness-proportional damping acts on e as on S z, beta (f' z' + K_N e'), and is left out of both.
 
+In motions |K_N| is that of the start, turned with the part, where it says less than SURE of the limit: it costs nothing there, and
+makes e too large by a few times rather than too small.
+
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (39), (49), doi 10.1016/j.cma.2019.112690.
 """
 
@@ -25,6 +28,7 @@ from ..core import ranks
 from ..core.linalg import as_dense, evenly
 from ..core.notices import notify, remark
 from ..core.records import dataclass
+from ..core.rotations import nearest
 from ..systems.shape_points import modulus_times_functions
 from ..systems.system import Elastic, System, remembered
 
@@ -33,12 +37,13 @@ if TYPE_CHECKING:
 
 KIND = "missing displacement [m]"
 BAND = 2.0  #: displacement that is missing, over what the training left out, from which a part is outside
+SURE = 0.25  #: part of the limit up to which the stiffness of the start is good enough to say what is missing
 LOOKS = 6  #: states of a run that are looked at, evenly in time
 LIMP = 1e-9  #: least stiffness that counts, over the largest one: a cable without tension has none across
 COARSE = 1e-2  #: part of itself by which a frequency or load factor is too high, from which a warning is shown
 REST = 1e-12  #: displacement over the size of a body, with which its energy is round-off
 HOLD = "hold the mechanism once against full bodies (fmbs part check)"
-SHOWN = 3  #: names of parts that a remark lists
+SHOWN = 3  #: names of parts that a message lists
 REMEDY = "train them on such motions, or with moments where they are clamped (fmbs part train --alone)"
 UNKNOWN = "they know none, `fmbs part info` says why"
 REDUCED, FORCED = "they are reduced further", "forces act along them that are no weight"
@@ -59,6 +64,8 @@ class Tests:
     mass: np.ndarray  #: (t, b) N^T M S [kg]
     weight: np.ndarray  #: (t, c) N^T M 1 g [N]
     alpha: float  #: damping by mass [1/s]
+    start: np.ndarray  #: (k c, 1, g) gradients where the system begins
+    limit: float  #: of |e|, from which the part is outside [m]
 
 
 def looked_at(states: int) -> np.ndarray:
@@ -86,8 +93,12 @@ def tell_unknown(system: System) -> None:
         if isinstance(one.gather, ShapePoints) and one.gather.trained.size and isinstance(why := examined(system, one), str):
             silent.setdefault(why, []).append(f"'{one.name}'")
     for why, names in silent.items():
-        listed = ", ".join(names[:SHOWN]) + (f" ... ({len(names)} in all)" if len(names) > SHOWN else "")
-        remark(f"parts {listed}: nothing can be said of shapes that they lack, as {why}; {HOLD}")
+        remark(f"parts {first_of(names)}: nothing can be said of shapes that they lack, as {why}; {HOLD}")
+
+
+def first_of(names: list[str]) -> str:
+    """The first names of a list, and how many there are."""
+    return ", ".join(names[:SHOWN]) + (f" ... ({len(names)} in all)" if len(names) > SHOWN else "")
 
 
 def lacking(system: System) -> list[tuple[ShapePoints, str, Tests]]:
@@ -117,13 +128,17 @@ def find_tests(system: System, elastic: Elastic) -> Tests | str:
         return APART
     shared = (points.law, *(id(part) for part in (missing.functions, missing.section, missing.mass)), total, alpha)
     key = (KIND, shared, acting.tobytes(), g.tobytes())
-    return remembered(system, key, lambda: functions_of(points, acting, total, alpha, g, one))
+    start = whole.lift(whole.x0)[columns].reshape(-1, dim)
+    return remembered(system, key, lambda: functions_of(points, acting, total, alpha, g, one, start))
 
 
 def functions_of(
-    points: ShapePoints, acting: np.ndarray, total: float, alpha: float, g: np.ndarray, one: np.ndarray
+    points: ShapePoints, acting: np.ndarray, total: float, alpha: float, g: np.ndarray, one: np.ndarray, start: np.ndarray
 ) -> Tests | str:
-    """Test functions of a part of which rows (j, f) act, of the mass `total` [kg] under gravity g (c,), `one` (b,) its constant."""
+    """Test functions of a part of which rows (j, f) act, of the mass `total` [kg] under gravity g (c,), `one` (b,) its constant.
+
+    It begins at `start` (b, c).
+    """
     missing = points.missing
     assert missing is not None
     b, f = missing.mass.shape[1], len(missing.mass)
@@ -137,7 +152,8 @@ def functions_of(
     inertia = total * (N.T @ missing.mass)
     weights = np.outer(inertia @ one, g)
     size = float(np.linalg.norm(np.ptp(missing.positions, axis=0)))
-    return Tests(points.law, own, table, missing.section, size, inertia, weights, alpha)
+    begin, limit = gradients(own, start[None]), BAND * missing.left_out
+    return Tests(points.law, own, table, missing.section, size, inertia, weights, alpha, begin, limit)
 
 
 def rows_that_act(points: ShapePoints, probes: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray | None, set[int]]:
@@ -236,14 +252,30 @@ def look_at(
     tests: Tests, z: np.ndarray, rates: tuple[np.ndarray, np.ndarray] | None = None, loads: np.ndarray | float = 1.0
 ) -> Look:
     """What a part misses in states z (s, b, c) of its own with rates v and a, or at rest, under shares (s,) of its weight."""
-    u = gradients(tests, z)
+    u = gradients(tests.own, z)
     R = unbalanced(tests, u, np.broadcast_to(loads, len(z)))
-    if rates is not None:
+    if rates is None:
+        l, V = stiffness(tests, u)
+        e, shares = resolved(l, V, R), softer(tests, u, work(l, V, R), l)
+    else:
         R += tests.mass @ (rates[1] + tests.alpha * rates[0])
-    l, V = stiffness(tests, u)
-    e = np.einsum("sij,sj->si", V, along(V, R) / l).reshape(R.shape)
-    shares = softer(tests, u, work(l, V, R), l) if rates is None else np.zeros(len(z))
+        e, shares = estimated(tests, u, R), np.zeros(len(z))
+        if (unsure := np.linalg.norm(e, axis=(1, 2)) > SURE * tests.limit).any():
+            e[unsure] = resolved(*stiffness(tests, u[:, unsure]), R[unsure])
     return Look(np.linalg.norm(e, axis=(1, 2)), shares, e, u)
+
+
+def resolved(l: np.ndarray, V: np.ndarray, R: np.ndarray) -> np.ndarray:
+    """|K_N|^-1 R (s, t, c) of forces R (s, t, c), with eigenvalues and vectors of |K_N|."""
+    return np.asarray(np.einsum("sij,sj->si", V, along(V, R) / l).reshape(R.shape))
+
+
+def estimated(tests: Tests, u: np.ndarray, R: np.ndarray) -> np.ndarray:
+    """The same with |K_N| of the start, turned by the rotation Q that brings its gradients nearest to those of a state."""
+    dim = R.shape[2]
+    now, then = (part.reshape(-1, dim, *part.shape[1:])[:2] for part in (u, tests.section[-1] * tests.start))
+    Q = nearest(np.einsum("kcsg,kdg->scd", now, then[:, :, 0], optimize=True))
+    return resolved(*stiffness(tests, tests.start), R @ Q) @ Q.transpose(0, 2, 1)
 
 
 def softer(tests: Tests, u: np.ndarray, missed: np.ndarray, l: np.ndarray) -> np.ndarray:
@@ -280,10 +312,10 @@ def work(l: np.ndarray, V: np.ndarray, R: np.ndarray) -> np.ndarray:
     return np.asarray(np.sum(along(V, R) ** 2 / l, axis=1))
 
 
-def gradients(tests: Tests, z: np.ndarray) -> np.ndarray:
-    """Gradients (k c, s, g) of coordinates z (s, b, c) at all points."""
-    (K, P, b), (s, _, dim) = tests.own.shape, z.shape
-    found = tests.own.reshape(K * P, b) @ z.transpose(1, 2, 0).reshape(b, dim * s)
+def gradients(table: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Gradients (k c, s, g) of coordinates z (s, b, c) at the points of a table (k, g, b)."""
+    (K, P, b), (s, _, dim) = table.shape, z.shape
+    found = table.reshape(K * P, b) @ z.transpose(1, 2, 0).reshape(b, dim * s)
     return np.ascontiguousarray(found.reshape(K, P, dim, s).transpose(0, 2, 3, 1)).reshape(K * dim, s, P)
 
 
@@ -348,9 +380,9 @@ def taken_up(system: System, x: np.ndarray, shape: np.ndarray, square: float) ->
     q, vector, total = system.lift(x), np.asarray(system.lift.matrix @ shape), 0.0
     for points, _, functions in lacking(system):
         at, v = (part[points.columns].reshape(1, -1, points.dim) for part in (q, vector))
-        u = gradients(functions, at)
+        u = gradients(functions.own, at)
         l, V = stiffness(functions, u)
-        stress = np.einsum("abg,bg->ag", modulus(functions, u), gradients(functions, v)[:, 0])[:, None]
+        stress = np.einsum("abg,bg->ag", modulus(functions, u), gradients(functions.own, v)[:, 0])[:, None]
         R = scatter(functions, stress) - square * (functions.mass @ v)
         total += float(work(l, V, R)[0])
     return total

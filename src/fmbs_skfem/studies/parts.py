@@ -12,6 +12,7 @@ import numpy as np
 from ..bodies.body import Body, reference_at
 from ..core.errors import InputError, closest, listed, say
 from ..core.records import dataclass
+from ..core.rotations import nearest
 from ..dynamics import Newton, Trajectory, departures, integrate
 from ..reduction import excitation, output_errors, part_files, parts, snapshots
 from ..reduction.excitation import Excitation
@@ -184,9 +185,7 @@ def rotation_onto(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         from scipy.spatial.transform import Rotation
 
         return np.asarray(Rotation.align_vectors(V[:1], U[:, :1].T)[0].as_matrix()) if s[0] > 0.0 else np.eye(3)
-    mirrored = np.eye(a.shape[1])
-    mirrored[-1, -1] = np.sign(np.linalg.det(U @ V))
-    return np.asarray((U @ mirrored @ V).T)
+    return nearest(b.T @ a)
 
 
 def second_moment(body: Body) -> np.ndarray:
