@@ -8,14 +8,15 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.bodies import body, rigid, sections
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs, reactions, solve_statics
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs, reactions, solve_statics
 from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads, probes
 
 from .. import models
 
 TIGHT = Newton(tolerance=1e-13)
+CORNER = {"column": ((0.0, -1.0, 0.0), (0.0, 0.0, 0.0)), "beam": ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))}
 
 
 @pytest.mark.parametrize("make", [models.spin_up, models.double_pendulum])
@@ -71,6 +72,51 @@ def test_the_moment_of_a_clamp_is_about_the_axes_that_stand_beside_its_columns(d
     assert {column: unit for column, unit in probes.column_units(system.outputs).items() if column in axes} == dict.fromkeys(
         axes, "N m"
     )
+
+
+def moment_on(system: System, found: Trajectory) -> np.ndarray:
+    """Of the joint that the outputs show, by the axes beside its columns (3,) [N m]."""
+    labels, values = probes.column_labels(system.outputs), outputs(found)
+    named = {"moment about z": np.array([0.0, 0.0, 1.0]), "moment about -z": np.array([0.0, 0.0, -1.0])}
+    axes = {
+        name: named[text] if text in named else np.array(literal_eval(text[13:]))
+        for name, text in labels.items()
+        if "about" in text
+    }
+    return np.asarray(sum(values[name][-1] * axis for name, axis in axes.items()))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("turned", [False, True])
+def test_moments_act_on_the_first_of_two_places(dim: int, turned: bool) -> None:
+    """A clamped hub holds a beam with a load F at L: the weld pushes the beam by F L about z, and the hub by the opposite."""
+    beam = body.cable("beam", models.straight(4), sections.Given(EA=1e6, EI=100.0, rhoA=1.0), dim=dim)
+    hub = rigid.rigid("hub", 1.0, 1.0 if dim == 2 else (1.0, 1.0, 1.0), (0.0,) * dim, dim=dim)
+    ends = At("beam", "left"), At("hub", "frame")
+    held = [joints.Clamp("root", At("hub", "frame")), joints.Weld("weld", *(ends[::-1] if turned else ends))]
+    tip = loads.PointForce("tip", At("beam", "right"), (0.0, -1e-3, 0.0)[:dim])
+    system = eliminate(assemble([beam, hub], held, [tip], outputs={"weld": probes.Reaction("weld")}))
+    moment = moment_on(system, solve_statics(system, 1, TIGHT))
+    np.testing.assert_allclose(moment, [0.0, 0.0, -1e-3 if turned else 1e-3], atol=1e-9)
+
+
+def test_the_moment_of_a_corner_in_the_plane() -> None:
+    """A column and a beam at right angles: their weld holds the beam, of length 1, by its load times that length."""
+    section = sections.Given(EA=1e6, EI=100.0, rhoA=1.0)
+    column, beam = (body.cable(name, models.straight(4, *ends), section, dim=2) for name, ends in CORNER.items())
+    held = [joints.Clamp("root", At("column", "left")), joints.Weld("corner", At("beam", "left"), At("column", "right"))]
+    tip = loads.PointForce("tip", At("beam", "right"), (0.0, -1e-3))
+    system = eliminate(assemble([column, beam], held, [tip], outputs={"corner": probes.Reaction("corner")}))
+    np.testing.assert_allclose(moment_on(system, solve_statics(system, 1, TIGHT)), [0.0, 0.0, 1e-3], atol=1e-8)
+
+
+def test_the_moment_of_a_universal_joint_is_about_the_normal_of_its_axes() -> None:
+    cross = rigid.rigid("cross", 1.0, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+    held = [joints.Universal("joint", At("cross", "frame"), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))]
+    twist = loads.Torque("twist", At("cross", "frame"), (0.0, 0.0, 3.0))
+    system = eliminate(assemble([cross], held, [twist], outputs={"joint": probes.Reaction("joint")}))
+    assert probes.column_units(system.outputs)["joint_axes"] == "N m"
+    np.testing.assert_allclose(moment_on(system, integrate(system, GeneralizedAlpha(1e-3), 2e-3)), [0.0, 0.0, -3.0], atol=1e-9)
 
 
 @pytest.mark.parametrize("form", [eliminate, lambda system: system], ids=["eliminated", "multipliers"])

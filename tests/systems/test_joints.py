@@ -2,18 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from fmbs_skfem.bodies import Given, cable, rigid
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.systems import At, System, assemble, check_joint, compile_system, compiled, eliminate, fields, joints
+from fmbs_skfem.dynamics import outputs, solve_statics
+from fmbs_skfem.systems import (
+    At,
+    System,
+    assemble,
+    check_joint,
+    compile_system,
+    compiled,
+    eliminate,
+    fields,
+    joints,
+    loads,
+    stresses,
+)
 from fmbs_skfem.systems.places import Draft
 
+from ..models import straight
 from .parts import A0, A1, B0, B1, BOB, C0, C1, beams, displaced, every_joint, swing
 
 SPACES: list[dict[str, Any]] = [{"ancf": True}, {"degree": 3}, {"degree": 4, "continuity": 2}]
@@ -175,3 +191,22 @@ def test_a_pin_elsewhere_moves_the_initial_state_with_a_notice() -> None:
 def test_wrong_joints_are_named(dim: int, joint: Any, named: str) -> None:
     with pytest.raises(InputError, match=named):
         assemble(beams(dim), [joint])
+
+
+@pytest.mark.filterwarnings("error::fmbs_skfem.core.notices.Notice")
+@pytest.mark.parametrize("between, force", [(False, 0.4), (True, 1.0)])
+def test_rods_of_other_stiffness_share_no_slope(between: bool, force: float) -> None:
+    """Rods of EA and 4 EA pulled by 1 N: one stretch at the weld makes the ends' N 1/2.5 and 4/2.5, a hub between them leaves 1."""
+    section = Given(EA=1e5, EI=10.0, rhoA=1.0)
+    a, b = (
+        cable(n, straight(4, (k, 0, 0), (k + 1, 0, 0)), replace(section, EA=s * 1e5), dim=2)
+        for k, s, n in ((0, 1, "a"), (1, 4, "b"))
+    )
+    hub = rigid.rigid("hub", 1e-3, 1e-3, (1.0, 0.0), dim=2)
+    welds = (
+        [joints.Weld(f"weld {end.body}", end, At("hub", "frame")) for end in (A1, B0)] if between else [joints.Weld("weld", A1, B0)]
+    )
+    pull, N = loads.PointForce("pull", B1, (1.0, 0.0)), {"N": stresses.SectionForces(A1)}
+    with nullcontext() if between else pytest.warns(Notice, match=r"EA is 1e\+05 N and 4e\+05 N"):
+        system = assemble([a, b, hub][: 2 + between], [joints.Clamp("root", A0), *welds], [pull], outputs=N)
+    assert outputs(solve_statics(eliminate(system), 1))["N_N"][-1] == pytest.approx(force, rel=1e-4)

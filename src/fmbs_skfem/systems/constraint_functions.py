@@ -212,6 +212,11 @@ def sorted_ends(joint: Any, draft: Draft, at: At, to: End) -> tuple[End, End]:
     raise InputError(say(name, "a rigid frame or the ground at one end", f"{at} and {to}", "name a frame"))
 
 
+def pushed(at: At, full: End, u: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Vectors (c,) whose product is the axis of the moment on `at` of a row u . n = 0, where the end `full` carries n."""
+    return (n, u) if full is at else (u, n)
+
+
 def parallel(joint: Any, draft: Draft, at: At, to: End, axis: np.ndarray) -> None:
     """The axis as one end carries it stays parallel to that of the other; a slope normal to the axis stays normal to it."""
     name, layout = where(joint), draft.layout
@@ -220,11 +225,11 @@ def parallel(joint: Any, draft: Draft, at: At, to: End, axis: np.ndarray) -> Non
         own = basis(name, layout, other)[1] if isinstance(other, At) else np.eye(layout.dim)
         if len(own) == 1 and abs(float(own[0] @ axis)) < ALONG:
             terms = dot(carried(joint, draft, other, own[0]), carried(joint, draft, full, axis), layout.dim)
-            return draft.constraints.row(joint.name, "axis 1", *terms, about=(own[0], axis))
+            return draft.constraints.row(joint.name, "axis 1", *terms, about=pushed(at, full, own[0], axis))
     u = carried(joint, draft, other, axis)
     for k, normal in enumerate(normals(axis)):
         terms = dot(u, carried(joint, draft, full, normal), layout.dim)
-        draft.constraints.row(joint.name, f"axis {k + 1}", *terms, about=(axis, normal))
+        draft.constraints.row(joint.name, f"axis {k + 1}", *terms, about=pushed(at, full, axis, normal))
 
 
 def locked(joint: Any, draft: Draft, at: At, to: End) -> None:
@@ -241,16 +246,17 @@ def locked(joint: Any, draft: Draft, at: At, to: End) -> None:
     u = carried(joint, draft, other, first)
     if layout.dim == 2:
         normal = np.array([-first[1], first[0]])
-        return draft.constraints.row(joint.name, "angle", *dot(u, carried(joint, draft, full, normal), 2), about=(first, normal))
+        terms = dot(u, carried(joint, draft, full, normal), 2)
+        return draft.constraints.row(joint.name, "angle", *terms, about=pushed(at, full, first, normal))
     second = normals(first)[0] if len(own) == 1 else own[1] - first * float(first @ own[1])
     second = second / np.linalg.norm(second)
     both = (second, np.cross(first, second))
     across = [carried(joint, draft, full, n) for n in both]
     for k, n in enumerate(across):
-        draft.constraints.row(joint.name, f"angle {k + 1}", *dot(u, n, 3), about=(first, both[k]))
+        draft.constraints.row(joint.name, f"angle {k + 1}", *dot(u, n, 3), about=pushed(at, full, first, both[k]))
     if len(own) > 1:
         terms = dot(carried(joint, draft, other, second), across[1], 3)
-        draft.constraints.row(joint.name, "angle 3", *terms, about=(second, both[1]))
+        draft.constraints.row(joint.name, "angle 3", *terms, about=pushed(at, full, second, both[1]))
 
 
 def guided(joint: Any, draft: Draft, at: At, to: At | None, direction: np.ndarray) -> None:

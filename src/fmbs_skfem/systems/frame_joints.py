@@ -74,7 +74,7 @@ class Universal(Joint):
                 say(f"{where(self)}.axis_to", "an axis normal to the other", f"an angle of {np.degrees(np.arccos(a @ b)):.6g} deg")
             )
         terms = dot(carried(self, draft, self.at, a), carried(self, draft, self.to, b), 3)
-        draft.constraints.row(self.name, "axes", *terms)
+        draft.constraints.row(self.name, "axes", *terms, about=(a, b))
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,10 @@ from typing import Annotated
 
 import numpy as np
 
+from ..bodies.body import Body
 from ..core.errors import InputError, say
 from ..core.fields import ANGLE, MOTION, Length
+from ..core.notices import notify
 from ..core.problems import Problem
 from ..core.records import dataclass
 from ..shapes import line
@@ -47,6 +49,8 @@ from .frame_joints import Cylindrical, Gear, Prismatic, Revolute, Universal
 from .places import At, Draft
 from .signals import Cosine, Sine
 from .system import Signal
+
+JUMP = 0.1  #: part of the axial stiffness by which lines differ that is worth a notice
 
 __all__ = [
     "AXES",
@@ -116,8 +120,9 @@ class Clamp(Joint):
 class Weld(Joint):
     """Position and directions of two bodies tied together, or of one to the ground.
 
-    Slopes of two lines that are parallel in the reference are tied as vectors; others only by their angle, and only in the plane
-    (in space that needs torsion). Frames are held in all directions, slopes against frames in theirs.
+    Slopes of two lines that are parallel in the reference are tied as vectors, which lines of one axial stiffness want; others only
+    by their angle, and only in the plane (in space that needs torsion). Frames are held in all directions, slopes against frames in
+    theirs.
 
     {type: weld, at: hub.frame, to: blade.left}
     """
@@ -135,6 +140,7 @@ class Weld(Joint):
         a, b = layout.reference(name, self.at, 1), layout.reference(name, self.to, 1)
         parallel = float(a @ b)
         if abs(abs(parallel) - 1.0) < 1e-9:
+            warn_of_stiffness(name, layout.body(name, self.at), layout.body(name, self.to))
             first = draft.probes.add(layout.read(name, self.at, 1) - np.sign(parallel) * layout.read(name, self.to, 1))
             for c in range(layout.dim):
                 draft.constraints.row(self.name, f"slope {AXES[c]}", (1.0, -1, first + c, -1))
@@ -150,9 +156,8 @@ class Weld(Joint):
             )
         i, j = draft.probes.add(layout.read(name, self.at, 1)), draft.probes.add(layout.read(name, self.to, 1))
         cosine, sine = parallel, float(a[0] * b[1] - a[1] * b[0])
-        draft.constraints.row(
-            self.name, "angle", (cosine, -1, i, j + 1), (-cosine, -1, i + 1, j), (-sine, -1, i, j), (-sine, -1, i + 1, j + 1)
-        )
+        terms = (cosine, -1, i, j + 1), (-cosine, -1, i + 1, j), (-sine, -1, i, j), (-sine, -1, i + 1, j + 1)
+        draft.constraints.row(self.name, "angle", *terms, about=(normals(a)[0], a))
 
 
 @dataclass(frozen=True)
@@ -262,6 +267,15 @@ class DrivenPosition(Joint):
 
 
 Spherical = Pin
+
+
+def warn_of_stiffness(name: str, *lines: Body) -> None:
+    """A notice of two lines with one slope at their weld whose axial stiffness [N] differs: so would their stretch there."""
+    cells = [part.cells for part in lines if part.cells is not None and "EA" in part.cells.law.section]
+    low, high = np.sort([0.0, 0.0, *(float(own.section[own.law.section.index("EA")].flat[0]) for own in cells)])[-2:]
+    if 0.0 < low < (1.0 - JUMP) * high:
+        text = f"ties slopes, with their stretch, of lines whose EA is {low:.4g} N and {high:.4g} N: their N beside it is wrong"
+        notify(f"{name} {text}, and errors fall in proportion to their cells; weld both to a small rigid body where that matters")
 
 
 def is_line(draft: Draft, name: str, at: At) -> bool:

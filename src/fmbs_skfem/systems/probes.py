@@ -29,7 +29,7 @@ from .system import Matrix, Output
 TIME = "t"  #: the first column of every table
 PARALLEL = 1e-9  #: part of the largest moment of vectors about an axis below which they are parallel to it
 FORCES = "x", "y", "z", "normal"  #: first words of the coordinates of a joint along which reactions are forces
-MOMENTS = "angle", "axis", "slope", "teeth", "mx", "my", "mz"  #: and about which they are moments
+MOMENTS = "angle", "axis", "axes", "slope", "teeth", "mx", "my", "mz"  #: and about which they are moments
 LENGTHS = ("length", "node")  #: those of (|r|^2 - l^2) / 2 = 0, whose reaction is a force over the length of r
 Sizes: TypeAlias = tuple[int | None, int | None, int | None]  #: numbers of rows, columns and parameters; None for any
 
@@ -478,6 +478,8 @@ def described(joint: str, label: str, draft: Draft) -> str:
         whole = [k for k in range(dim) if abs(direction[k]) > 1.0 - 1e-6]
         alone = f"{'-' if direction[whole[0]] < 0.0 else ''}{AXES[whole[0]]}" if whole else components(direction)
         return f"force along {alone}"
+    if label in tuple(f"slope {axis}" for axis in AXES[:dim]):
+        return f"{label[-1]} component of a vector m, of the moment slope x m"
     return f"force along {label}" if label in tuple(AXES[:dim]) else ""
 
 
