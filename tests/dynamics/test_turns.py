@@ -13,9 +13,10 @@ from numpy.testing import assert_allclose
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, outputs, reactions, solve_statics
 from fmbs_skfem.reduction import files
-from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, compiled, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, compiled, controls, eliminate, joints, loads, probes
 from fmbs_skfem.systems.force_laws import continued
 
 from .. import models
@@ -184,4 +185,25 @@ def test_an_angle_that_jumps_is_told(spin: tuple[float, float, float], jumps: bo
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         integrate(system, GeneralizedAlpha(2e-3), 0.2)
-    assert [("a load on rod jumps by 1" in str(one.message)) for one in told if one.category is Notice] == [True] * jumps
+    assert ["a load on rod jumps by 1" in str(one.message) for one in told if "jumps" in str(one.message)] == [True] * jumps
+
+
+@pytest.mark.parametrize(("spin", "tilts"), [((0.9, 1.2, 0.0), True), ((0.0, 0.0, 2.0), False)])
+def test_a_torque_about_an_axis_that_its_place_leaves_is_told(spin: tuple[float, float, float], tilts: bool) -> None:
+    """A free body of equal moments J under a torque about z: dL/dt has a part tan(phi) across z where e2 is phi above the plane."""
+    top = rigid("top", 1.0, (2.0, 2.0, 2.0), (0.0, 0.0, 0.0), places={"e2": (0.0, 1.0, 0.0)})
+    torque = controls.ControlTorque("torque", At("top", "frame"), axis=Z, torque=of_state(3.0))
+    rates = {axis: probes.AngularVelocity(At("top", "frame"), unit) for axis, unit in zip("xyz", np.eye(3).tolist(), strict=True)}
+    outs = rates | {"e2": probes.Position(At("top", "e2"))}
+    start = {"top": Motion(angular_velocity=spin)}
+    system = eliminate(assemble([top], [], [torque], outputs=outs, initial=start))
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        found = outputs(integrate(system, GeneralizedAlpha(1e-3), 0.25))
+    e2, w = (np.stack([found[name.format(axis)] for axis in "xyz"], axis=1) for name in ("e2_{}", "{}"))
+    torques = 2.0 * np.gradient(w, 1e-3, axis=0)[1:-1]
+    assert_allclose(torques[:, 2], 3.0, rtol=1e-4)
+    across = 3.0 * np.abs(e2[1:-1, 2]) / np.linalg.norm(e2[1:-1, :2], axis=1)
+    assert_allclose(np.linalg.norm(torques[:, :2], axis=1), across, atol=3e-3)
+    part = f"up to {across[-1] / 3.0:.0%} of itself across its axis"
+    assert [part in str(one.message) for one in told if one.category is Notice] == [True] * tilts

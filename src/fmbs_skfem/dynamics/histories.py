@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 from ..core.errors import Reason, SolverError
 from ..core.linalg import as_dense
 from ..core.notices import notify
-from ..systems import forces
+from ..systems import forces, responses
 from ..systems.angles import DOUBT
 from ..systems.compiled import Compiled, signal_table
 from ..systems.force_laws import ForceLaw, LawForces, evaluate
@@ -22,6 +22,8 @@ from .trajectory import Trajectory
 INSIDE = 4  #: instants inside of a step at which histories are looked at
 MISSED = 0.05  #: of what a history gives over time, by the ends of steps alone, above which a warning is shown
 AT_ONCE = 10_000  #: steps
+TILT = 0.1  #: of the place of a torque out of the plane of its angle, above which a warning is shown [rad]
+ROWS_OF_ANGLES = {"torque": 2, "torsion_spring": 2, "torque in space": 9}  #: of coordinates and laws about axes in space
 
 
 def signal_names(system: System) -> list[str]:
@@ -102,10 +104,11 @@ def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: 
         notify(f"{text}: take a smaller step")
 
 
-def warn_of_jumps(model: Compiled, motion: Trajectory, step: float) -> None:
+def warn_of_jumps(model: Compiled, motion: Trajectory, step: float) -> bool:
     """A warning where the angle of a load jumps from one step [s] to the next: a slope goes through its axis, or turns too fast."""
+    found = False
     if motion.memory is None or len(motion.times) < 2:
-        return
+        return found
     apart = np.diff(motion.times)
     near = (apart > 0.0) & (apart < 1.5 * step)
     for source, force, held in model.remembering:
@@ -118,6 +121,36 @@ def warn_of_jumps(model: Compiled, motion: Trajectory, step: float) -> None:
             at = f"by {np.degrees(jumps[s, k]):.0f} degrees in one step, at t = {motion.times[s + 1]:.4g} s"
             why = "its place tilts into the axis there, or turns too fast"
             notify(f"the angle of {name} jumps {at}: {why}; take a smaller step, or hold the place so that it cannot tilt")
+            found = True
+    return found
+
+
+def warn_of_tilts(motion: Trajectory) -> None:
+    """A warning where the place of a torque about an axis in space tilts: the direction u whose angle it counts leaves its plane.
+
+    The torque does the work of that angle, tau theta', so that at a tilt phi it has a part tau tan(phi) across the axis.
+    """
+    system, worst = motion.system, dict[int, float]()
+    for source in system.loads.forces if system.dim == 3 else ():
+        if isinstance(source, LawForces) and (size := ROWS_OF_ANGLES.get(coordinate_of(source.law.name))):
+            for rows in source.rows[:, :size]:
+                y = np.asarray(csr_array(system.probes.matrix)[rows] @ motion.x.T).T + system.probes.offset[rows]
+                u, normals = y[:, :3], y[:, 3:].reshape(len(y), -1, 3)
+                inside = np.linalg.norm(y if size == 2 else np.einsum("sc,skc->sk", u, normals), axis=1)
+                length = 1.0 if size == 2 else np.linalg.norm(u, axis=1)
+                worst[int(rows[0])] = float(np.arccos(np.clip(inside / length, 0.0, 1.0)).max())
+    row = max(worst, key=worst.__getitem__, default=-1)
+    if row >= 0 and worst[row] > TILT:
+        tilt = f"tilts out of the plane of its angle by up to {np.degrees(worst[row]):.0f} degrees"
+        across = f"the torque does the work of that angle, and has up to {np.tan(worst[row]):.0%} of itself across its axis"
+        remedy = "hold the place by a revolute joint, or let 'to' carry the axis"
+        notify(f"the place of {pushed_body(system, row)} {tilt}: {across}; {remedy}")
+
+
+def coordinate_of(law: str) -> str:
+    """What a force with this law acts along: a coordinate of `responses`, or the law's own name."""
+    kind, _, rest = law.partition("|")
+    return rest.partition("|")[0] if kind == responses.WORD else kind
 
 
 def coarse_histories(system: System, step: float, steps: int) -> Iterator[tuple[str, float]]:
