@@ -126,6 +126,17 @@ def test_numbers_at_an_axis_are_whole(tmp_path: Path) -> None:
     assert all(label.get_text().startswith("19.6") for label in axis.get_ticklabels())
 
 
+def test_long_keys_leave_panels_their_width(tmp_path: Path) -> None:
+    """Keys of a clamp in space, three of them beside each other, had made its panels a quarter as wide."""
+    long = {f"moment about ({k}, {k}, {k}), round-off": SWING for k in range(3)}
+    figure = plots.panel_grid(TIMES, [plots.Panel(f"r{k} [N m]", curves) for k, curves in enumerate([long, {"x": SWING}] * 2)])
+    plots.save(figure, tmp_path / "keys.png")
+    for axes in figure.axes:
+        assert axes.get_position().width > 0.35
+        if key := axes.get_legend():
+            assert key.get_window_extent().x1 < axes.get_window_extent().x1
+
+
 def test_a_grid_has_no_more_panels_than_can_be_read() -> None:
     outputs = {f"force {k}": {"full": SWING} for k in range(plots.PANELS + 1)}
     with pytest.raises(InputError, match="1 to 24, got 25"):

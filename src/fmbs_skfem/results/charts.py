@@ -28,6 +28,7 @@ DASHES: tuple[str | tuple[int, tuple[float, ...]], ...] = (
     (0, (4, 1, 1, 1, 1, 1)),
 )
 MARKERS = "osD^vPX*<>"
+LETTERS = 103  #: on a line of one inch, if they are of one point; a key is as wide as seven of them
 
 
 def figure(width: float, height: float, title: str = "") -> Figure:
@@ -99,6 +100,11 @@ def legend_below(figure: Figure, order: Sequence[str], many: Sequence[Axes]) -> 
     """One legend for all axes, below them, as many columns as fit."""
     found = {label: handle for axes in many for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
     names = [name for name in order if name in found]
-    widest = max(len(name) for name in names)
-    columns = max(1, min(len(names), int(figure.get_figwidth() * 11.5 / (widest + 7))))
+    columns = fitting(names, figure.get_figwidth(), 9)
     figure.legend([found[name] for name in names], names, loc="outside lower center", ncols=columns, fontsize=9, frameon=False)
+
+
+def fitting(names: Sequence[str], width: float, size: float) -> int:
+    """Columns of a legend of `names`, in letters of `size` [point], that fit into a `width` [inch]: one at least."""
+    widest = max(len(name) for name in names)
+    return max(1, min(len(names), int(width * LETTERS / size / (widest + 7))))

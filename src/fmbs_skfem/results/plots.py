@@ -29,6 +29,7 @@ SUFFIXES = (".png", ".pdf", ".svg")
 LONGEST = 34  #: letters of a name
 PANELS = 24  #: most axes of one figure
 LETTERS = 26  #: of a line of the label beside a small axes
+MARGIN = 1.1  #: beside a small axes, for its numbers and its label [inch]
 CLOSE = 1e-9  #: range of an axis, relative to its numbers, below which they are written as differences from one
 
 #: family -> (colour, marker, name in the legend)
@@ -70,7 +71,8 @@ def panel_grid(
     curves that are not at `times`.
     """
     _require_room(len(shown))
-    figure, grid = charts.stack(len(shown), 2 if len(shown) > 3 else 1, title, across)
+    columns = 2 if len(shown) > 3 else 1
+    figure, grid = charts.stack(len(shown), columns, title, across)
     for axes, panel in zip(grid.flat, shown, strict=False):
         curves = _plain(panel.curves)
         _check_curves(f"plots: {panel.label}", times, curves)
@@ -82,7 +84,8 @@ def panel_grid(
         _finish(axes, plain(panel.label))
         if len(curves) > 1:
             beside: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.1}
-            axes.legend(fontsize=8, frameon=False, ncols=3, **beside)
+            room = figure.get_figwidth() / columns - MARGIN
+            axes.legend(fontsize=8, frameon=False, ncols=charts.fitting(list(curves), room, 8), **beside)
     return figure
 
 
