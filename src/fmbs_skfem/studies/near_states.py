@@ -67,8 +67,8 @@ def solve_states(
                 report["files"] = [out / analysis.table, *spaces, out / reports.REPORT, *(figures.save(out) if plots else [])]
                 reports.write_report(out, report)
                 try:
-                    orders = draw(found.shapes, out) if draw and found.shapes else ()
-                    report["files"] = [*report["files"], *(order() for order in orders)]
+                    for order in draw(found.shapes, out) if draw and found.shapes else ():
+                        report["files"] = [*report["files"], order()]
                 except MissingFeature as problem:
                     error, report = problem, report | describe_error(problem)
                 reports.write_report(out, report)

@@ -132,7 +132,8 @@ def finish(
             reports.write_report(out, report)
             if draw is not None:
                 try:
-                    report["files"] = [*report["files"], *(order() for order in draw(trajectory, out))]
+                    for order in draw(trajectory, out):
+                        report["files"] = [*report["files"], order()]
                 except MissingFeature as problem:
                     missing, report = problem, report | describe_error(problem) if error is None else report
                 reports.write_report(out, report)
