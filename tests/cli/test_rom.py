@@ -233,3 +233,16 @@ def test_a_model_that_loses_energy_beyond_its_training_is_told(tmp_path: Path) -
     full = fmbs("run", path, "--duration", "2", "--no-plots", "--out", tmp_path / "full", "--json")
     assert full.json["energy_drift"] < 0.01 * done.json["energy_drift"]
     assert full.json["notices"] == []
+
+
+def test_models_of_a_scene_are_no_scenes_and_no_families(model: Path, tmp_path: Path) -> None:
+    """A sound file at the wrong place is not called damaged."""
+    for command in ("check", "render"):
+        done = fmbs(command, model)
+        assert (done.code, "expected a scene, got a file of kind 'fmbs_skfem" in done.err) == (3, True)
+    plain = files.save(parametric_model.load(model).model.nominal.system, tmp_path / "plain.h5")
+    swept = fmbs("sweep", plain, "--samples", 2)
+    assert swept.code == 3
+    assert "expected a model over ranges of parameters, got one of a single scene; make one with fmbs train" in swept.err
+    part = fmbs("part", "info", plain)
+    assert (part.code, "that file holds something else" in part.err) == (8, True)

@@ -36,6 +36,7 @@ from .validation import Misfit, require
 if TYPE_CHECKING:
     import h5py
 
+FAMILY = "fmbs_skfem "  #: how the first line of every kind of file begins
 HEADER = 512  #: size of the text in front, a user block of HDF5 [bytes]
 LINE = 64  #: of the cache, at which arrays begin that are read from a file [bytes]
 #: what reading a bad file raises
@@ -131,10 +132,18 @@ def seal(data: bytes | memoryview) -> dict[str, str]:
 def check_header(data: bytes, kind: Kind) -> None:
     """Kind, version, size and checksum of a file's bytes."""
     title, *lines = data[:HEADER].decode("ascii", "replace").split("\n")
-    require(title == kind.title, "", f"'{kind.title}' in its first line", f"{title[:40]!r}")
+    other = "that file holds something else" if title.startswith(FAMILY) else f"is it the file that you mean? {kind.remedy}"
+    require(title == kind.title, "", f"'{kind.title}' in its first line", f"{title[:40]!r}", other)
     facts = dict(line.split(" ", 1) for line in lines if line.count(" ") == 1)
     check_version(facts.get("version"), kind)
     check_seal(data[HEADER:], facts)
+
+
+def title(path: Path) -> str | None:
+    """The first line of a file of this package, whatever its kind; None of any other file. OSError where it cannot be read."""
+    with path.open("rb") as file:
+        start = file.read(HEADER).split(b"\n")[0].decode("ascii", "replace")
+    return start if start.startswith(FAMILY) else None
 
 
 def check_version(got: object, kind: Kind) -> None:

@@ -18,6 +18,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.events import AliasEvent, DocumentStartEvent, MappingEndEvent, MappingStartEvent, ScalarEvent, SequenceEndEvent
 from ruamel.yaml.events import SequenceStartEvent as ListStartEvent
 
+from ..core import container
 from ..core.errors import InputError, say
 from ..core.problems import printable
 from ..core.records import dataclass
@@ -55,7 +56,9 @@ def read(path: Path) -> Node:
     """The tree of a file."""
     try:
         if path.exists() and not path.is_file():
-            raise InputError(say(str(path), "a file", "something else"))
+            raise InputError(say(str(path), "a file", "a folder" if path.is_dir() else "something else", "give the scene itself"))
+        if (title := container.title(path)) is not None:
+            raise InputError(say(str(path), "a scene", f"a file of kind '{title}'", "look at it with fmbs rom info or fmbs part info"))
         size = path.stat().st_size
         if size > BYTES:
             raise InputError(
@@ -63,9 +66,11 @@ def read(path: Path) -> Node:
             )
         return parse(path.read_bytes().decode("utf-8-sig"), str(path))
     except OSError as error:
-        raise InputError(say(str(path), "a readable file", error.strerror or type(error).__name__)) from error
+        remedy = "look at its name and folder"
+        raise InputError(say(str(path), "a readable file", error.strerror or type(error).__name__, remedy)) from error
     except UnicodeDecodeError as error:
-        raise InputError(say(str(path), "text in UTF-8", f"byte 0x{error.object[error.start]:02x} at {error.start}")) from error
+        got = f"byte 0x{error.object[error.start]:02x} at {error.start}"
+        raise InputError(say(str(path), "text in UTF-8", got, "save it in this coding, or is it no scene?")) from error
 
 
 def parse(text: str, name: str) -> Node:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import dynamics
-from ..core import durable, quantities
+from ..core import container, durable, quantities
 from ..core.errors import InputError, say
 from ..core.problems import Problem
 from ..reduction import cases, files, parametric_model, prediction
@@ -168,8 +168,7 @@ def parametric(path: Path) -> bool:
     """Whether a file holds a model of a whole box of parameters; its first line says so."""
     if not path.is_file():
         raise InputError(say(f"{path}", "a file of a reduced model", "no file", "make one with fmbs reduce or fmbs train"))
-    with path.open("rb") as file:
-        return file.readline(100).decode("ascii", "replace").rstrip("\n") == parametric_model.KIND.title
+    return container.title(path) == parametric_model.KIND.title
 
 
 def mark(path: Path) -> str:

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import scenes
-from ..core import quantities
+from ..core import container, quantities
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
 from ..core.problems import Problem
 from ..core.ranges import Parameter, Scale
 from ..core.records import dataclass
 from ..reduction import parameters as boxes
-from ..reduction import parametric_model, prediction, sensitivity
+from ..reduction import files, parametric_model, prediction, sensitivity
 from ..reduction.members import FamilyTask, ModelTask, PathTask
 from ..results import sweep_files
 from ..scenes import build, yamlfile
@@ -110,6 +110,8 @@ def of_model(job: Job, ranges: Ranges, duration: float | None, instants: int) ->
     if duration is not None:
         raise InputError(say("--duration", "a scene", "a saved reduced model", "it runs over the duration it was trained for"))
     path = job.path.resolve()
+    if not models.parametric(path) and container.title(path) == files.KIND.title:
+        raise InputError(say(str(job.path), "a model over ranges of parameters", "one of a single scene", "make one with fmbs train"))
     model = parametric_model.load(path)
     trained = model.model.parameters
     boxes.known(trained, [*job.changes, *ranges])
