@@ -155,6 +155,29 @@ def test_times_cover_no_body_and_no_joint() -> None:
     assert (np.abs(places[:2, 1]) > height).all()
 
 
+def test_times_stand_beside_masses_and_inside_of_the_picture() -> None:
+    """A mass of 12 pixels hides no digit, and where the picture ends beyond it the time gives way."""
+    along, height, radius = np.linspace(-0.5, 0.0, 21)[:, None], 15, 12.0
+    tips = np.array([[2.0, 0.0, 0.0], [4.9, 0.0, 0.0]])
+    arrays = {"points_0": tips[:, None] + along * np.array([1.0, 0.0, 0.0]), "joint_0": tips}
+    eye = camera.fit(np.array([[-1.0, -1.0, 0.0], [5.0, 1.0, 0.0]]), True, (1000, 600), (0.0, 0.0, 50.0, 50.0))
+    texts = render_child._marks(eye, arrays, 1, ["0.00 s", "1.00 s"], height, radius)[::-1]
+    left, top, right, bottom = np.array([render_child.decor.extent(text) for text in texts]).T
+    masses = camera.project(eye, tips)
+    assert left[0] > masses[0, 0] + radius
+    assert right.max() <= 1000
+    assert not top[1] - radius < masses[1, 1] < bottom[1] + radius
+
+
+def test_times_stand_at_the_middle_of_an_arch_that_is_held_at_both_ends() -> None:
+    x = np.linspace(-1.0, 1.0, 21)
+    arrays = {"points_0": np.stack([np.column_stack([x, height * (1 - x**2), 0 * x]) for height in (1.0, -1.0)])}
+    eye = camera.fit(np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]), True, (800, 600), (80.0, 80.0, 80.0, 80.0))
+    texts = render_child._marks(eye, arrays, 1, ["load x 0", "load x 1"], 15)[::-1]
+    crowns = camera.project(eye, np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]))
+    assert np.linalg.norm(np.array([text.place for text in texts]) - crowns, axis=1).max() < 80
+
+
 @pytest.mark.usefixtures("opengl")
 def test_animation(tmp_path: Path, temporary: Path) -> None:
     path = pictures.animate(rollup.spatial(), tmp_path / "a.gif", count=5, rate=10.0, look=Look(field="curvature", size=SIZE))

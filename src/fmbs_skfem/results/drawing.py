@@ -18,6 +18,7 @@ GLYPH = 3.1  #: radius of a joint, over the smallest radius of a tube
 REACH = 22.0  #: length of an arrow, over the smallest radius of a tube
 GRAVITY = 0.14  #: length of the arrow of gravity, over the longest side of the scene
 RAISED = 0.25  #: distance of flat surfaces in a planar scene, which lie in one plane, over the smallest radius of a tube
+EYE = np.array([1.0, -1.0, 1.0])  #: direction from a spatial scene to the eye, in which shapes stand before the reference
 DEPTH = 10.0  #: distance of one instant of a planar overlay in front of the one before, over the radius of a joint
 SHARP = 0.5  #: cosine of the turn of a line at a corner
 LAYERS = {"slider": 1, "point mass": 2}  #: of joints in planar scenes, from the back; the others are in front
@@ -88,7 +89,7 @@ def configuration(
 
     No tube has a radius below `thinnest` [m]; `strength` < 1 is paler.
     """
-    nearer = np.array([0.0, 0.0, slot * DEPTH * GLYPH * thinnest]) if job.planar else np.zeros(3)
+    nearer = np.array([0.0, 0.0, slot * DEPTH * GLYPH * thinnest]) if job.planar else slot * job.behind * thinnest * EYE
     for i in range(len(job.bodies)):
         points, values = arrays[f"points_{i}"][sample] + nearer, arrays[f"values_{i}"][sample]
         colours = _fade(_colours(job, i, values), strength)
@@ -123,6 +124,18 @@ def _arrows(
         shape = _arrow(kind, arrays[f"place_of_{j}"][sample] + front, aim / np.linalg.norm(aim), REACH * thinnest)
         tint = _fade(_rgb(decor.ARROWS[kind][1])[None], strength)[0].tolist()
         plotter.add_mesh(shape, color=tint, name=f"arrow {slot} {j}", **FLAT, **STILL)
+
+
+def shafts(job: PictureJob, arrays: Arrays, thinnest: float) -> list[Array]:
+    """Points (s, x, 3) along every arrow of a force, over the instants."""
+    along = np.linspace(-REACH * thinnest, 0.0, 9)[:, None]
+    found = []
+    for j, kind in enumerate(job.arrows):
+        if kind == "force":
+            aims = arrays[f"aim_{j}"]
+            units = aims / np.maximum(np.linalg.norm(aims, axis=1), 1e-300)[:, None]
+            found.append(arrays[f"place_of_{j}"][:, None] + along * units[:, None])
+    return found
 
 
 def _arrow(kind: str, place: Array, aim: Array, reach: float) -> Any:

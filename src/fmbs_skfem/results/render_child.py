@@ -28,6 +28,9 @@ PALEST = 0.28  #: strength of the first instant of an overlay
 TURNS = np.array(
     [[[c, -s], [s, c]] for c, s in ((np.cos(a), np.sin(a)) for a in np.radians([0, 45, -45, 90, -90, 135, -135, 180]))]
 )
+FARTHER = np.array([1.0, 2.0, 3.0])  #: distances of a text from what it marks, over the usual one, the first choice first
+RESTS = 0.1  #: way of the ends of bodies over the farthest of any point, below which times do not stand at an end
+LARGEST = 1.5  #: radius of the largest joint that is drawn, over that of the others
 
 
 def main(arguments: list[str]) -> int:
@@ -128,7 +131,10 @@ def overlay(job: PictureJob, arrays: Arrays) -> list[Pixels]:
     camera, box = view(job, arrays, (job.size[0] - width, job.size[1]), height)
     texts = [Text(job.title, (height, height), "la", round(1.2 * height), "#000000")] if job.title else []
     if job.bodies:
-        texts += _marks(camera, arrays, len(job.bodies), marks(job, arrays["times"]), height)
+        thinnest = _thinnest(camera, box)
+        radius, shafts = LARGEST * drawing.GLYPH * thinnest / camera.metres_per_pixel, drawing.shafts(job, arrays, thinnest)
+        shown = arrays | {f"points_of_arrow_{j}": shaft for j, shaft in enumerate(shafts)}
+        texts += _marks(camera, shown, len(job.bodies), marks(job, arrays["times"]), height, radius)
     plotter = drawing.stage(camera, box, job.planar)
     drawing.gravity(plotter, job, arrays, box, _free_corner(job, arrays, camera, box, texts))
     count = arrays["times"].size
@@ -160,22 +166,46 @@ def _free_corner(job: PictureJob, arrays: Arrays, camera: Camera, box: Box, text
     return min(((1, 1), (0, 1), (1, 0), (0, 0)), key=covered)
 
 
-def _marks(camera: Camera, arrays: Arrays, bodies: int, words: list[str], height: int) -> list[Text]:
+def _marks(camera: Camera, arrays: Arrays, bodies: int, words: list[str], height: int, radius: float = 0.0) -> list[Text]:
     """Times around that end of a body which moves farthest, latest first: ends that stay where they are have no room for all.
 
-    Each stands where it covers least of bodies, joints and the times before it, beyond the end of the body where that is free.
+    Each stands where it covers least of bodies, arrows, joints of a `radius` [pixel] and the times before it, beyond the end of
+    the body where that is free, and inside of the picture. Where all ends rest, they stand at the point that moves farthest.
     """
-    ends, before = max(
-        (ends for i in range(bodies) for ends in _ends(camera, arrays, i)), key=lambda pair: np.ptp(pair[0], axis=0).sum()
-    )
+    ends, before = max((ends for i in range(bodies) for ends in _ends(camera, arrays, i)), key=_way)
+    moving = max((_farthest(camera, arrays, i) for i in range(bodies)), key=_way)
+    if _way((ends, before)) < RESTS * _way(moving):
+        ends, before = moving
     outwards = (ends - before) / np.maximum(np.linalg.norm(ends - before, axis=1), 1e-9)[:, None]
-    shown = np.concatenate([values.reshape(-1, 3) for key, values in arrays.items() if key.startswith(("points_", "joint_"))])
-    pixels, found = camera_.project(camera, shown), list[Text]()
+    lines, joints = (_projected(camera, arrays, name) for name in ("points_", "joint_"))
+    rims = joints[:, None] + radius * np.einsum("kij,j->ki", TURNS, [1.0, 0.0])
+    pixels, found = np.concatenate([lines, joints, rims.reshape(-1, 2)]), list[Text]()
     for word, end, outward in zip(words[::-1], ends[::-1], outwards[::-1], strict=True):
-        around = np.einsum("kij,j->ki", TURNS, outward) * np.array([2.4, 1.5]) * height
+        left, _, right, _ = decor.extent(Text(word, (0.0, 0.0), "mm", height))
+        away = np.array([max(2.4 * height, (right - left) / 2 + 0.7 * height), 1.5 * height])
+        away += radius * bool((np.linalg.norm(joints - end, axis=1) <= radius).any())
+        around = np.einsum("d,kij,j->dki", FARTHER, TURNS, outward).reshape(-1, 2) * away
         places = [Text(word, (float(x), float(y)), "mm", height, "#000000") for x, y in end + around]
-        found.append(min(places, key=partial(_covered, pixels=pixels, texts=tuple(found))))
+        inside = [one for one in places if _inside(one, camera.size)] or places
+        found.append(min(inside, key=partial(_covered, pixels=pixels, texts=tuple(found))))
     return found
+
+
+def _way(pair: tuple[Array, Array]) -> float:
+    """How far a point comes over the instants [pixel]."""
+    return float(np.ptp(pair[0], axis=0).sum())
+
+
+def _inside(text: Text, size: tuple[int, int]) -> bool:
+    """Whether a text lies in a picture of this size [pixel]."""
+    left, top, right, bottom = decor.extent(text)
+    return min(left, top) >= 0 and right <= size[0] and bottom <= size[1]
+
+
+def _projected(camera: Camera, arrays: Arrays, name: str) -> Array:
+    """Pixels (x, 2) of all points of arrays whose names begin with `name`."""
+    found = [values.reshape(-1, 3) for key, values in arrays.items() if key.startswith(name)]
+    return camera_.project(camera, np.concatenate([np.empty((0, 3)), *found]))
 
 
 def _covered(text: Text, pixels: Array, texts: Sequence[Text]) -> int:
@@ -197,6 +227,13 @@ def _ends(camera: Camera, arrays: Arrays, body: int) -> list[tuple[Array, Array]
         far = np.linalg.norm(points - middle[:, None], axis=2).argmax(axis=1)
         pairs = [(points[np.arange(len(far)), far], middle)]
     return [(camera_.project(camera, end), camera_.project(camera, inner)) for end, inner in pairs]
+
+
+def _farthest(camera: Camera, arrays: Arrays, body: int) -> tuple[Array, Array]:
+    """Pixels (s, 2) of that point of a body which moves farthest, and of its middle."""
+    points = arrays[f"points_{body}"]
+    most = np.ptp(points, axis=0).sum(axis=1).argmax()
+    return camera_.project(camera, points[:, most]), camera_.project(camera, points.mean(axis=1))
 
 
 def _columns(job: PictureJob, arrays: Arrays, size: tuple[int, int]) -> int:
