@@ -58,7 +58,9 @@ def read(path: Path) -> Node:
         if path.exists() and not path.is_file():
             raise InputError(say(str(path), "a file", "a folder" if path.is_dir() else "something else", "give the scene itself"))
         if (title := container.title(path)) is not None:
-            raise InputError(say(str(path), "a scene", f"a file of kind '{title}'", "look at it with fmbs rom info or fmbs part info"))
+            raise InputError(
+                say(str(path), "a scene", f"a file of kind '{title}'", "look at it with fmbs rom info or fmbs part info")
+            )
         size = path.stat().st_size
         if size > BYTES:
             raise InputError(

@@ -19,8 +19,8 @@ from ..core.notices import notify
 from ..core.problems import Problem
 from ..core.ranges import Parameter, Scale
 from ..core.records import dataclass
-from ..reduction import parameters as boxes
 from ..reduction import files, parametric_model, prediction, sensitivity
+from ..reduction import parameters as boxes
 from ..reduction.members import FamilyTask, ModelTask, PathTask
 from ..results import sweep_files
 from ..scenes import build, yamlfile
@@ -111,7 +111,9 @@ def of_model(job: Job, ranges: Ranges, duration: float | None, instants: int) ->
         raise InputError(say("--duration", "a scene", "a saved reduced model", "it runs over the duration it was trained for"))
     path = job.path.resolve()
     if not models.parametric(path) and container.title(path) == files.KIND.title:
-        raise InputError(say(str(job.path), "a model over ranges of parameters", "one of a single scene", "make one with fmbs train"))
+        raise InputError(
+            say(str(job.path), "a model over ranges of parameters", "one of a single scene", "make one with fmbs train")
+        )
     model = parametric_model.load(path)
     trained = model.model.parameters
     boxes.known(trained, [*job.changes, *ranges])
