@@ -9,10 +9,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 from fmbs_skfem.bodies import Body, Material
 from fmbs_skfem.bodies.plate import Rim, plate
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.dynamics import vibration_modes
+from fmbs_skfem.dynamics import energies, solve_statics, vibration_modes
 from fmbs_skfem.shapes import nurbs
 from fmbs_skfem.shapes.surface import Surface
-from fmbs_skfem.systems import assemble, check_system
+from fmbs_skfem.systems import assemble, change_coordinates, check_system, eliminate, joints, loads
 
 from ..shapes.test_nurbs import LEISSA, halves
 from .test_plate import turn
@@ -60,6 +60,22 @@ def test_seams_with_rims_keep_the_contract() -> None:
     moved = body.reference @ turn(3).T + np.outer(body.constant, SPATIAL[0])
     assert np.abs(body.stiffness @ moved).max() < 1e-11 * abs(body.stiffness).max()
     check_system(assemble([body]))
+
+
+@pytest.mark.parametrize("form", ["eliminated", "reduced"])
+def test_strain_energy_of_a_plate_held_at_its_seam(form: str) -> None:
+    """A unit square pulled by f per length, its lower side on a rail up to the seam: f^2 / (2 E t), and none at rest."""
+    f, body = 1e3, plate("plate", halves(2), T, MATERIAL, origin=np.array([0.2, 0.7, 0.3]))
+    rail = joints.Edge("rail", "plate", ("left.xi2_min",), "yz", "z")
+    held = [joints.Edge("wall", "plate", ("left.xi1_min",), "x"), rail]
+    pull = loads.EdgeLoad("pull", "plate", ("right.xi1_max",), (f, 0.0, 0.0))
+    system = eliminate(assemble([body], held, [pull]))
+    if form == "reduced":
+        system = change_coordinates(
+            system, np.linalg.qr(np.random.default_rng(3).normal(size=(system.size,) * 2))[0], 0.9 * system.x0
+        )
+    strain = energies(solve_statics(system, 2))[:, 1]
+    assert_allclose(strain, 0.5 * f**2 / (MATERIAL.young_modulus * T) * np.array([0.0, 0.25, 1.0]), rtol=1e-4, atol=1e-8)
 
 
 def test_springs_follow_the_thickness_of_the_cells_at_the_seam() -> None:

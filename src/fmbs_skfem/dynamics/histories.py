@@ -143,7 +143,7 @@ def warn_of_tilts(motion: Trajectory) -> None:
     if row >= 0 and worst[row] > TILT:
         tilt = f"tilts out of the plane of its angle by up to {np.degrees(worst[row]):.0f} degrees"
         across = f"the torque does the work of that angle, and has up to {np.tan(worst[row]):.0%} of itself across its axis"
-        remedy = "hold the place by a revolute joint, or let 'to' carry the axis"
+        remedy = "hold the place by a revolute joint where that matters"
         notify(f"the place of {pushed_body(system, row)} {tilt}: {across}; {remedy}")
 
 

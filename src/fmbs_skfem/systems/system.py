@@ -28,6 +28,8 @@ from . import terms
 from .constraint_laws import LawRows
 from .forces import is_force
 
+SPRINGS = 1e-13  #: part of the sizes that a sum of forces of springs is made of which is round-off
+
 Matrix: TypeAlias = csr_array | np.ndarray
 Found = TypeVar("Found")
 Signal: TypeAlias = Callable[[np.ndarray], np.ndarray]  #: a scalar function of time, vectorised
@@ -105,6 +107,11 @@ class Loads:
 
     constant: Annotated[np.ndarray, Reals("n")]
     forces: Annotated[tuple[Any, ...], Inside("y k", is_force)] = ()
+    #: (n,) what a change of coordinates has made of linear springs in `constant`, no load; empty where it has met none
+    springs: Annotated[np.ndarray, Reals("*")] = field(default_factory=lambda: np.zeros(0))
+
+
+storable(Loads, springs=lambda values: np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -336,7 +343,7 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
     def carry(elastic: Elastic) -> Elastic:
         return replace(elastic, gather=terms.carry(elastic.gather, elastic.name, lift, V, d))
 
-    lift, mass = compose(system.lift), square(system.mass)
+    lift, mass, pull = compose(system.lift), square(system.mass), system.stiffness @ d
     return replace(
         system,
         lift=lift,
@@ -347,10 +354,19 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
         elastic=tuple(carry(e) for e in system.elastic),
         probes=compose(system.probes),
         sensors=compose(system.sensors),
-        loads=replace(system.loads, constant=V.T @ (system.loads.constant - system.stiffness @ d)),
+        loads=replace(system.loads, constant=V.T @ (system.loads.constant - pull), springs=moved_springs(system, V, d, pull)),
         x0=project(system.x0 - d),
         v0=project(system.v0),
     )
+
+
+def moved_springs(system: System, V: Matrix, d: np.ndarray, pull: np.ndarray) -> np.ndarray:
+    """Constant part (r,) of the force of linear springs in unknowns z of x = V z + d, pull = K d without its round-off."""
+    size = abs(system.stiffness) @ np.abs(d)
+    if not size.any():
+        return V.T @ system.loads.springs if len(system.loads.springs) else system.loads.springs
+    own = system.loads.springs if len(system.loads.springs) else np.zeros(system.size)
+    return np.asarray(V.T @ (own - np.where(np.abs(pull) > SPRINGS * size, pull, 0.0)))
 
 
 def multiply_out(system: System) -> System:
