@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import csv
 import errno
 import functools
@@ -111,6 +112,20 @@ def test_the_batch_script_for_slurm(tmp_path: Path) -> None:
     said = (tmp_path / "said").read_text()
     assert "srun dask worker --scheduler-file scheduler.json" in said
     assert f"--scheduler tcp://{platform.node()}:8786" in said
+
+
+def test_jobs_of_slurm_are_those_that_the_page_shows() -> None:
+    """What dask-jobqueue submits for the cluster of the page, but for the Python and the address of this machine."""
+    slurm = pytest.importorskip("dask_jobqueue.slurm", reason="the extra slurm")
+    page = (ROOT / "docs" / "cluster.md").read_text(encoding="utf-8")
+    (code,) = [block.split("```")[0] for block in page.split("```python\n")[1:] if "SLURMCluster" in block.split("```")[0]]
+    made = ast.parse(code)
+    (call,) = [node for node in ast.walk(made) if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "SLURMCluster"]
+    (settings,) = [node.value for node in ast.walk(made) if isinstance(node, ast.Assign)]
+    options = {one.arg: ast.literal_eval(settings if isinstance(one.value, ast.Name) else one.value) for one in call.keywords}
+    job = slurm.SLURMJob(scheduler="tcp://10.0.0.17:8786", name="0", **options).job_script()
+    shown = page.split("```sh\n#!/usr/bin/env bash", 1)[1].split("```")[0]
+    assert f"#!/usr/bin/env bash{shown}".split() == job.replace(sys.executable, "python").split()
 
 
 @pytest.fixture(scope="module")
