@@ -395,7 +395,7 @@ def test_an_energy_that_rises_tenfold_ends_with_exit_code_4(duration: str, code:
         return
     failure, end = done.json["failure"], done.json["end"]
     assert done.json["status"] == "error"
-    assert failure["reason"] == "the energy comes from nowhere"
+    assert failure["reason"] == "the energy balance rises"
     assert 0.0 < end < 1.9
     assert 0.25 < failure["turns"]["beam"] < 0.5
     assert [cause["name"] for cause in failure["causes"]] == ["unstable"]

@@ -17,7 +17,7 @@ from fmbs_skfem.dynamics import (
     Spin,
     buckling,
     complex_modes,
-    in_turning_frame,
+    in_rotating_frame,
     linearise,
     modes,
     shapes,
@@ -89,7 +89,7 @@ def test_blades_in_a_turning_frame_agree_with_published_frequencies() -> None:
     """Wright et al. (1982): flapping at Omega = 6 is 7.3604; lagging sqrt(flapping^2 - Omega^2)."""
     part = body.cable("beam", straight(16), sections.Given(EA=1e9, EI=1.0, rhoA=1.0), dim=3, degree=5)
     raw = assemble([part], [joints.Clamp("root", At("beam", "left"))], [])
-    turning = eliminate(in_turning_frame(raw, Spin(6.0)))
+    turning = eliminate(in_rotating_frame(raw, Spin(6.0)))
     found = frequencies_about(turning, 4, 1)
     flap = np.array([7.3604, 26.8091])
     np.testing.assert_allclose(np.sort(found), np.sort([*flap, *np.sqrt(flap**2 - 36.0)]), rtol=1e-4)
@@ -100,7 +100,7 @@ def test_the_frame_may_turn_about_any_axis_through_any_point() -> None:
     place = np.array([3.0, 1.0, 2.0])
     part = body.cable("beam", straight(12), sections.Given(EA=1e9, EI=1.0, rhoA=1.0), dim=3, degree=5, origin=place)
     raw = assemble([part], [joints.Clamp("root", At("beam", "left"))], [])
-    turning = eliminate(in_turning_frame(raw, Spin(4.0, (0.0, 2.0, 0.0), tuple(place))))
+    turning = eliminate(in_rotating_frame(raw, Spin(4.0, (0.0, 2.0, 0.0), tuple(place))))
     flap = 5.5850
     np.testing.assert_allclose(frequencies_about(turning, 2, 1), [np.sqrt(flap**2 - 16.0), flap], rtol=1e-4)
 
@@ -110,11 +110,11 @@ def shaft(spin: float, outside: float = 0.0, inside: float = 0.0) -> ComplexMode
     part = body.cable("shaft", straight(10), sections.Given(EA=1e4, EI=1.0, rhoA=1.0), dim=3, degree=5)
     ends = [joints.Spherical("a", At("shaft", "left")), joints.Spherical("b", At("shaft", "right"))]
     raw = assemble([part], ends, [], Rayleigh(outside, inside))
-    return complex_modes(linearise(eliminate(in_turning_frame(raw, Spin(spin, (1.0, 0.0, 0.0))))), 4)
+    return complex_modes(linearise(eliminate(in_rotating_frame(raw, Spin(spin, (1.0, 0.0, 0.0))))), 4)
 
 
 def test_whirling_of_a_shaft() -> None:
-    """A motion of w in space is one of w - Omega or w + Omega in the turning frame; at pi^2 no stiffness is left."""
+    """A motion of w in space is one of w - Omega or w + Omega in the rotating frame; at pi^2 no stiffness is left."""
     w = np.pi**2 * np.array([1.0, 4.0])
     np.testing.assert_allclose(shaft(3.0).frequencies, np.sort([*(w - 3.0), *(w + 3.0)]), rtol=1e-6)
     assert shaft(np.pi**2).frequencies[0] == pytest.approx(0.0, abs=1e-3)
@@ -149,7 +149,7 @@ def test_spinning_membrane_disk(sine: bool, exact: tuple[float, ...]) -> None:
     flat = joints.Edge("flat", "disk", ("xi2_min", "xi2_max"), "z")
 
     def turning(*more: joints.Joint) -> System:
-        return in_turning_frame(assemble([part], [*planes, *more], []), Spin(spin))
+        return in_rotating_frame(assemble([part], [*planes, *more], []), Spin(spin))
 
     held, free = eliminate(turning(flat)), eliminate(turning())
     spun = solve_statics(held, 1, TIGHT)
@@ -182,7 +182,7 @@ def test_large_and_small_solutions_agree(monkeypatch: pytest.MonkeyPatch) -> Non
     """Arnoldi's iteration and the dense solution, with gyroscopic terms, damping and constraints with multipliers."""
     part = body.cable("beam", straight(16), sections.Given(EA=1e4, EI=1.0, rhoA=1.0), dim=3, degree=5)
     raw = assemble([part], [joints.Clamp("root", At("beam", "left"))], [], Rayleigh(0.1, 1e-3))
-    linear = linearise(in_turning_frame(raw, Spin(1.5)))
+    linear = linearise(in_rotating_frame(raw, Spin(1.5)))
     few = complex_modes(linear, 6)
     monkeypatch.setattr(modes, "SMALL", 0)
     many = complex_modes(linear, 6)
@@ -226,7 +226,7 @@ def test_free_motions_that_are_damped_do_not_stand_alone() -> None:
 def test_bad_input_is_named() -> None:
     beam = cantilever(4)
     with pytest.raises(InputError, match="all coordinates of full bodies"):
-        in_turning_frame(beam, Spin(1.0))
+        in_rotating_frame(beam, Spin(1.0))
     with pytest.raises(InputError, match="loads that change the stiffness, got none"):
         buckling(beam)
     with pytest.raises(InputError, match="modes, count: expected 1 or more, got 0"):

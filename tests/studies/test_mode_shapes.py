@@ -98,7 +98,7 @@ def shaft(spin: float) -> System:
     part = body.cable("shaft", straight(8), sections.Given(EA=1e4, EI=1.0, rhoA=1.0), dim=3, degree=5)
     ends = [joints.Spherical("a", At("shaft", "left")), joints.Spherical("b", At("shaft", "right"))]
     raw = assemble([part], ends, [])
-    return eliminate(dynamics.in_turning_frame(raw, dynamics.Spin(spin, (1.0, 0.0, 0.0))))
+    return eliminate(dynamics.in_rotating_frame(raw, dynamics.Spin(spin, (1.0, 0.0, 0.0))))
 
 
 def test_a_whirling_shaft_goes_round_in_a_circle() -> None:

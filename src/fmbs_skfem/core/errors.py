@@ -68,7 +68,7 @@ class Reason(Enum):
     NOT_CONVERGED = "Newton iteration did not converge"
     NOT_FINITE = "a residual or increment is not finite"
     SINGULAR_TANGENT = "the tangent is singular"
-    UNSTABLE = "the energy comes from nowhere"
+    UNSTABLE = "the energy balance rises"
     GROWING = "the closed loop is unstable"
     INCONSISTENT = "the joints contradict each other or the initial state"
 

@@ -5,7 +5,7 @@ from .buckling import Buckling, buckling
 from .campbell import Campbell, campbell
 from .diagnosis import Diagnosis, explain
 from .integration import integrate
-from .linear import Linear, Spin, in_turning_frame, is_symmetric, linearise
+from .linear import Linear, Spin, in_rotating_frame, is_symmetric, linearise
 from .live import LiveRun, start
 from .many import integrate_many
 from .modes import ComplexModes, Modes, complex_modes, real_modes, vibration_modes
@@ -36,7 +36,7 @@ __all__ = [
     "vibration_modes",
     "real_modes",
     "Spin",
-    "in_turning_frame",
+    "in_rotating_frame",
     "Linear",
     "linearise",
     "is_symmetric",

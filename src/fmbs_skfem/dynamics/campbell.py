@@ -4,7 +4,7 @@ r"""Frequencies over a parameter, each along one motion: a Campbell diagram wher
 
 with s_a', s = growth + i omega, extrapolated from the values before, in the mass norm, M being that of b, and gap the usual
 distance of frequencies.
-A motion of which the conjugate complex fits better has passed the frequency zero, as backward whirl does in a turning frame; one
+A motion of which the conjugate complex fits better has passed the frequency zero, as backward whirl does in a rotating frame; one
 that parts there into two that do not vibrate, as in buckling, goes on as the one that grows.
 
 Source of the correlation: R. J. Allemang, The modal assurance criterion: twenty years of use and abuse, Sound and Vibration 37

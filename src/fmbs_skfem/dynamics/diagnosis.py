@@ -73,7 +73,7 @@ class Diagnosis:
     stiffest: float | None = None  #: h omega of the stiffest wave
     turns: dict[str, float] = field(default_factory=dict)  #: in one step by body, in the last state whose energy is sound [rad]
     way: float | None = None  #: root mean square of h^2 q'' in that state [m]
-    sound: float | None = None  #: time of that state where the energy comes from nowhere afterwards [s]
+    sound: float | None = None  #: time of that state behind which the energy balance rises [s]
     singular: tuple[float, float] | None = None  #: smallest singular value of the joints' unit rows, at the start and now
     causes: tuple[Cause, ...] = ()
 
@@ -281,7 +281,7 @@ def unstable(stop: Stop, found: Diagnosis) -> Cause | None:
     """A motion that gains energy in steps that converge, before one of them fails or not."""
     if found.sound is None:
         return None
-    what = f"the motion gains energy from nowhere from t = {found.sound:.6g} s on, in steps of {stop.h:.3g} s that converge"
+    what = f"the energy balance rises from t = {found.sound:.6g} s on, in steps of {stop.h:.3g} s that converge"
     return Cause("unstable", what, "halve the step and compare, or take a smaller rho_inf")
 
 

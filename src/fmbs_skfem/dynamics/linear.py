@@ -1,4 +1,4 @@
-r"""Equations in a turning frame, and linear equations about an equilibrium.
+r"""Equations in a rotating frame, and linear equations about an equilibrium.
 
     in a frame that turns at W about an axis, p = R(t)^T q, J = axis x:
     M p'' + (C + 2 W M J) p' + (K + W C J + W^2 M J^2) p + f(p) - Q + Phi_q^T lambda = 0                                    (1)
@@ -42,7 +42,7 @@ class Spin:
     center: Annotated[tuple[float, ...], vector("m")] | None = None
 
 
-def in_turning_frame(system: System, spin: Spin) -> System:
+def in_rotating_frame(system: System, spin: Spin) -> System:
     """The equations (1) of a system in a frame that turns.
 
     Joints and loads are those of the frame and turn with it: a clamp holds a blade to its hub. The motion begins at rest in the
@@ -52,7 +52,7 @@ def in_turning_frame(system: System, spin: Spin) -> System:
     whole = is_sparse(system.mass) and len(system.x0) == len(system.unit) * d
     if not whole or matrices.vectorwise(csr_array(system.mass), d)[1] != d:
         got = f"{system.size} unknowns of {len(system.unit) * d} coordinates"
-        raise InputError(say("in_turning_frame", "all coordinates of full bodies", got, "take the system before `eliminate`"))
+        raise InputError(say("in_rotating_frame", "all coordinates of full bodies", got, "take the system before `eliminate`"))
     center = np.zeros(d) if spin.center is None else np.asarray(spin.center, dtype=float)
     turn = csr_array(kron(eye_array(system.size // d), skew(d, spin)))
     M, C = csr_array(system.mass), csr_array(system.damping)
@@ -73,7 +73,7 @@ def skew(dim: int, spin: Spin) -> np.ndarray:
         return spin.rate * np.array([[0.0, -1.0], [1.0, 0.0]])
     axis = np.array([0.0, 0.0, 1.0] if spin.axis is None else spin.axis, dtype=float)
     if axis.shape != (3,) or not np.linalg.norm(axis) > 0:
-        raise InputError(say("in_turning_frame, axis", "a vector of three components that is not zero", spin.axis))
+        raise InputError(say("in_rotating_frame, axis", "a vector of three components that is not zero", spin.axis))
     return spin.rate * np.cross(np.eye(3), -axis / np.linalg.norm(axis))
 
 

@@ -3,7 +3,7 @@ r"""Vibration modes of constrained systems, undamped and damped, about any equil
     K v = omega^2 M v  on the null space of Phi_x                                                                         (1)
     u = v exp(s t):    (s^2 M + s C + K) v = 0;     frequency |Im s|, damping ratio -Re s / |s|                             (2)
 
-K and C of (2) need not be symmetric (follower forces, gyroscopic terms, damping in a turning frame), so its eigenvalues are
+K and C of (2) need not be symmetric (follower forces, gyroscopic terms, damping in a rotating frame), so its eigenvalues are
 complex, and an equilibrium is unstable where one has a positive real part: flutter with, divergence without an imaginary one.
 
 Sources: Geradin and Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, chs. 2 and 3; Fan, Lin and Van Dooren, SIAM J. Matrix Anal.

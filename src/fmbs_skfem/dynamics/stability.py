@@ -1,4 +1,4 @@
-r"""Motions whose energy comes from nowhere: how far a computed motion can be believed, and the error where it explodes.
+r"""Motions whose energy balance rises: how far a computed motion can be believed, and the error where it explodes.
 
     rise = (T + U + V - W)(t) - (T + U + V - W)(0),    known = T(0) + U(0) + max |V| + max |W| up to t
 
@@ -47,13 +47,13 @@ def passive(trajectory: Trajectory) -> bool:
 
 
 def last_sound(trajectory: Trajectory) -> int:
-    """Number of the last stored state before the energy rises from nowhere."""
+    """Number of the last stored state before the energy balance rises."""
     wrong = np.flatnonzero(rises(trajectory) > SOUND)
     return max(int(wrong[0]) - 1, 0) if len(wrong) else len(trajectory.times) - 1
 
 
 def unstable(trajectory: Trajectory, step: float) -> SolverError | None:
-    """The error of a motion in steps of `step` [s] whose energy rises tenfold from nowhere, with its sound part; else None."""
+    """The error of a motion in steps of `step` [s] whose energy balance rises tenfold, with its sound part; else None."""
     rise = rises(trajectory)
     wrong = np.flatnonzero(rise > TENFOLD)
     if not len(wrong):

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 class Campbell(NearState):
     """Vibration modes over a parameter that has a range, each frequency along one motion; of `spin` usually: {rate: speed}.
 
-    `steps` values are taken evenly over the range. Frequencies are those in the turning frame. `orders` draws the lines of so many
+    `steps` values are taken evenly over the range. Frequencies are those in the rotating frame. `orders` draws the lines of so many
     multiples of the parameter, and lists where frequencies cross them.
 
     {type: campbell, parameter: speed, spin: {rate: speed}, orders: 1}

@@ -1,4 +1,4 @@
-"""Analyses of linear equations about a state: the equilibrium of the loads, also in a turning frame, or the reference."""
+"""Analyses of linear equations about a state: the equilibrium of the loads, also in a rotating frame, or the reference."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class NearState(States, ABC):
         elif free := free_motions.unsupported(raw)[0]:
             got = f"free motions: {'; '.join(map(str, free))}"
             refuse_free(scene, got, "hold them by joints, or take the modes about the reference")
-        turned = raw if self.spin is None else dynamics.in_turning_frame(raw, self.spin)
+        turned = raw if self.spin is None else dynamics.in_rotating_frame(raw, self.spin)
         return raw, build.chosen_form(scene, turned), about
 
     def equations(self, system: System, about: str) -> Linear:

@@ -1,4 +1,4 @@
-"""Vibration modes: about the equilibrium of the loads, in a turning frame, or about the reference."""
+"""Vibration modes: about the equilibrium of the loads, in a rotating frame, or about the reference."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class Modes(NearState):
         if self.about == "reference" and unread:
             yield ("loads",), f"modes are those of the unloaded reference, in which these do nothing: {', '.join(unread)}"
         if self.about == "reference" and self.spin is not None:
-            yield ("analysis", "about"), "the reference is no equilibrium in a turning frame, whose pull stretches the bodies"
+            yield ("analysis", "about"), "the reference is no equilibrium in a rotating frame, whose pull stretches the bodies"
 
 
 def warn(scene: Scene, found: Motions, about: str) -> None:

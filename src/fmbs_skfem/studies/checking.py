@@ -227,7 +227,7 @@ def view(found: dict[str, Any]) -> list[Any]:
     facts = [(key, found[key]) for key in ("dofs", "constraints", "unknowns", "multipliers", "redundant_constraints", "mass")]
     facts += [(f"initial {key}", value) for key, value in found["initial"].items() if isinstance(value, float) and value > 1e-9]
     parts = [
-        f"{found['scene']} ({found['analysis']}): the scene is sound",
+        f"{found['scene']} ({found['analysis']}): the scene is valid",
         Table("Bodies", titles, rows),
         Table("Joints", ("joint", "constraints", "rigid motions taken", "ties"), joints),
         mechanism_table(found["mechanism"]),

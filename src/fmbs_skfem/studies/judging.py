@@ -25,7 +25,7 @@ def balances(scheme: GeneralizedAlpha | None, trajectory: Trajectory) -> dict[st
 
 
 def energy_drift(trajectory: Trajectory, cause: str, remedy: str) -> float:
-    """Largest change of the energy balance [J], with a warning where energy comes from nowhere, or goes there, and its remedy."""
+    """Largest change of the energy balance [J], with a warning where it rises or falls, and a remedy."""
     errors, said = dynamics.energy_errors(trajectory), list[str]()
     if errors.rise > GAIN:
         said.append(f"rises by {errors.rise:.0%}")

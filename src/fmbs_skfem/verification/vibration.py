@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 from ..bodies import Material, body, sections
 from ..bodies.plate import plate
-from ..dynamics import Spin, in_turning_frame, solve_statics, vibration_modes
+from ..dynamics import Spin, in_rotating_frame, solve_statics, vibration_modes
 from ..shapes import ancf_plate
 from ..shapes.surface import Surface
 from ..systems import At, System, assemble, eliminate, joints
@@ -132,7 +132,7 @@ WRIGHT = {  # Omega sqrt(rhoA L^4/EI): first three flapping frequencies, hub rad
 
 def rotating(spin: float, count: int = 8) -> np.ndarray:
     """Frequencies of a cantilever (EA = 1e9, EI = rhoA = L = 1) along x that rotates about z; (flap or lag, mode)."""
-    turning = eliminate(in_turning_frame(beam("clamped-free", 16, dim=3, EA=1e9, degree=5), Spin(spin)))
+    turning = eliminate(in_rotating_frame(beam("clamped-free", 16, dim=3, EA=1e9, degree=5), Spin(spin)))
     modes = vibration_modes(turning, count, solve_statics(turning, 1, TIGHT).x[-1])
     share = np.abs((turning.lift.matrix @ modes.shapes).reshape(-1, 3, count)).max(axis=0)
     flap = share[2] > share[1]

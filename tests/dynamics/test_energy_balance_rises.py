@@ -1,4 +1,4 @@
-"""A motion whose energy rises tenfold from nowhere is an error with its sound part; what does work is not nowhere."""
+"""A motion whose energy balance rises tenfold is an error with its sound part; work of loads and drives is no error."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_a_tenfold_rise_is_an_error_with_the_sound_part(every: int) -> None:
     ],
     ids=["torque", "blow", "drive"],
 )
-def test_what_does_work_is_not_nowhere(work: object, every: int) -> None:
+def test_work_of_loads_and_drives_is_no_rise(work: object, every: int) -> None:
     """A torque, a blow between two stored states and a drive, from rest, with up to a hundred times the energy of the swing."""
     motion = wheel(work, speed=0.0, every=every)
     assert 0.5 * np.einsum("sn,sn->s", motion.v, (motion.system.mass @ motion.v.T).T).max() > 100.0
