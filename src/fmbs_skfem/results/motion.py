@@ -1,7 +1,7 @@
 r"""From trajectories to frames: centre lines and middle surfaces with the fields that pictures and VTK series show.
 
     lines       strain (r'.r' - 1) / 2 [-],    curvature |r' x r''| / |r'|^3 [1/m],    velocity dr/dt [m/s]
-                axial_force N along the line [N] and bending_moment M [N m], with its sign in the plane, of `cable_law.section_forces`
+                axial_force N [N] and bending_moment M [N m], with its sign in the plane, of `cable_law.section_forces`
     surfaces    strain and curvature: principal value of largest size, with its sign;  membrane_strain, curvature_change: 11, 22, 12
                 stress_top, stress_bottom [Pa] at z = t/2, -t/2: 11, 22, 12;  principal_top, principal_bottom [Pa]: s1 >= s2
                 von_mises_top, von_mises_bottom [Pa];  von_mises: the larger of the two;  velocity
