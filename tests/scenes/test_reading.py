@@ -133,6 +133,7 @@ def test_parameters_of_a_sweep() -> None:
             "scene:7: bodies.beam.type: expected one of cable, part, plate, point_mass, rigid, rigid_plate, shell, got 'cabel'; "
             "did you mean 'cable'",
         ),
+        ("type: cable", "type: beam", "got 'beam'; perhaps 'cable': A thin cable or beam along a line of a mesh file$"),
         (
             "    type: cable\n",
             "",

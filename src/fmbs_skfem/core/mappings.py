@@ -232,8 +232,16 @@ def read_family(family: type[Declared], value: object, context: Context) -> Any:
         raise Problem(f"the key '{family.tag}'", "no such key", f"write one of {', '.join(words)}")
     word = str(value[family.tag])
     if word not in family.known:
-        raise Problems([((family.tag,), Problem(f"one of {', '.join(words)}", f"{shown(word)}{closest(word, words)}"))])
+        near = closest(word, words) or meant(word, family)
+        raise Problems([((family.tag,), Problem(f"one of {', '.join(words)}", f"{shown(word)}{near}"))])
     return with_word(make(family.known[word], value, context, {family.tag: word}), word)
+
+
+def meant(word: str, family: type[Declared]) -> str:
+    """`; perhaps 'cable': a thin cable or beam ...` for the class of a family that alone has a word in its first sentence."""
+    texts = {name: re.split(r"[.;] |\n\n", kind.__doc__ or "")[0] for name, kind in family.known.items()}
+    found = [name for name, text in texts.items() if re.search(rf"\b{re.escape(word)}s?\b", text, re.IGNORECASE)]
+    return f"; perhaps '{found[0]}': {' '.join(texts[found[0]].split()).rstrip('.')}" if len(found) == 1 and word else ""
 
 
 def with_name(item: Any, name: str) -> Any:

@@ -32,6 +32,7 @@ NODES = 100_000  #: most values, aliases counted as expanded
 Scalar: TypeAlias = str | int | float | bool | None
 _LONG = re.compile(rf"(?:^|\r)([^\r\n]{{{WIDTH + 1},}})", re.MULTILINE)
 _DEEP = re.compile(rf"(?:[\[{{][ \t]{{0,3}}){{{LEVELS + 1}}}")  #: brackets that the parser would look through again and again
+_PARTS = re.compile(r"expected (.+), but (?:found|got) (.+)", re.DOTALL)  #: what the parser says
 _INTEGER = re.compile(r"[-+]?\d{1,300}", re.ASCII)
 _FLOAT = re.compile(r"[-+]?(\.\d+|\d+(\.\d*)?)([eE][-+]?\d+)?", re.ASCII)
 _WORDS: dict[str, Scalar] = {"": None, "~": None}
@@ -141,9 +142,11 @@ def _events(text: str, name: str) -> Iterator[Any]:
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = f"{name}:{mark.line + 1}" if mark else name
-        raise InputError(
-            say(where, "YAML 1.2", error.problem or error.context or "something else", "look for a missing quote or bracket")
-        ) from error
+        got = error.problem or error.context or "something else"
+        remedy = "indent with spaces in place of tabs" if "'\\t'" in got else "look for a missing quote or bracket"
+        parts = _PARTS.fullmatch(got)
+        wanted, got = parts.groups() if parts else ("YAML 1.2", got.removeprefix("found "))
+        raise InputError(say(where, wanted, got, remedy)) from error
     except (
         YAMLError,
         ValueError,
