@@ -66,7 +66,6 @@ def serve() -> None:
     from fmbs_skfem.results import render_child
 
     imports.prepare()
-    imports.without_pyplot()
     import pyvista  # noqa: F401  the forks find it there
 
     for line in sys.stdin:

@@ -37,7 +37,6 @@ def main(arguments: list[str]) -> int:
     """Probe, read the order, draw."""
     try:
         imports.prepare()
-        imports.without_pyplot()
         _probe()
     except (ImportError, RuntimeError) as error:
         sys.stderr.write(f"{error}\n")
