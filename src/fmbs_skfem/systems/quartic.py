@@ -209,25 +209,6 @@ def energy(T: np.ndarray, x: np.ndarray, work: np.ndarray) -> float:
 
 
 @jit
-def add_force(T: np.ndarray, x: np.ndarray, work: np.ndarray, f: np.ndarray) -> None:
-    """f (r,) += dW/dx."""
-    pair_gradient(T, x, work)
-    n = len(x) + 1
-    z, y, g = views(len(x), work)
-    slope = work[padded(n) + 2 * len(y) :][:n]
-    k = 0
-    for b in range(n):
-        total = 0.0
-        for a in range(b):
-            total += g[k + a] * z[a]
-            slope[a] += g[k + a] * z[b]
-        slope[b] = total + 2.0 * g[k + b] * z[b]
-        k += b + 1
-    for i in range(len(x)):
-        f[i] += slope[i + 1]
-
-
-@jit
 def pair_slope(row: np.ndarray, z: np.ndarray, c: int, h: np.ndarray) -> None:
     """h (c + 1,) = d(row y)/dz."""
     k = 0
@@ -239,6 +220,18 @@ def pair_slope(row: np.ndarray, z: np.ndarray, c: int, h: np.ndarray) -> None:
             h[a] += part[a] * z[b]
         h[b] = total + 2.0 * row[k + b] * z[b]
         k += b + 1
+
+
+@jit
+def add_force(T: np.ndarray, x: np.ndarray, work: np.ndarray, f: np.ndarray) -> None:
+    """f (r,) += dW/dx."""
+    pair_gradient(T, x, work)
+    n = len(x) + 1
+    z, y, g = views(len(x), work)
+    slope = work[padded(n) + 2 * len(y) :][:n]
+    pair_slope(g, z, len(x), slope)
+    for i in range(len(x)):
+        f[i] += slope[i + 1]
 
 
 @jit
