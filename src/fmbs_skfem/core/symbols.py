@@ -11,7 +11,7 @@ import importlib.util
 import os
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeAlias
@@ -46,27 +46,18 @@ class Printer(PythonCodePrinter):
     _print_Integer = _print_Half = _print_Rational
 
 
-class Step(sympy.Function):
-    """A function of `choices` that is constant but for jumps."""
-
-    def _eval_derivative(self, symbol: Expression) -> Expression:
-        return sympy.Integer(0)
-
-
-class less(Step):
-    """a < b."""
+def function(name: str, slope: Callable[..., Expression] | None = None) -> Any:
+    """A function that compiled code calls by its name; its derivative by any argument, where it has one, is a function of all."""
+    rules = {"fdiff": lambda self, argindex=1: slope(*self.args)} if slope else {}
+    return type(name, (sympy.Function,), {"__module__": __name__, **rules})
 
 
-class not_more(Step):
-    """a <= b."""
+def constant(*_: Expression) -> Expression:
+    """The derivative of what only jumps."""
+    return sympy.Integer(0)
 
 
-class sign_of(Step):
-    """-1, 0 or 1."""
-
-
-class floor_of(Step):
-    """The largest whole number that is not above it."""
+less, not_more, sign_of, floor_of = (function(name, constant) for name in ("less", "not_more", "sign_of", "floor_of"))
 
 
 class chosen(sympy.Function):

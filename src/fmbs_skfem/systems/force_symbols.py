@@ -21,7 +21,7 @@ from typing import Any
 import sympy
 
 from ..core.records import dataclass
-from ..core.symbols import Expression, module, statements
+from ..core.symbols import Expression, constant, function, module, statements
 
 SMALLEST = 1e-60  #: of the square of a length
 RATE = sympy.Symbol("gh", real=True)  #: factor of derivatives by rates
@@ -49,62 +49,17 @@ def norm(vector: sympy.Matrix) -> Expression:
     return sympy.sqrt(vector.dot(vector) + SMALLEST)
 
 
-class turned(sympy.Function):
-    """An angle that counts its turns."""
-
-    def fdiff(self, argindex: int = 1) -> Expression:
-        return sympy.Integer(1)
-
-
-class lookup_slope(sympy.Function):
-    """Slope of a curve through points, see `core.curves`."""
-
-    def fdiff(self, argindex: int = 1) -> Expression:
-        return sympy.Integer(0)
-
-
-class lookup(sympy.Function):
-    """Its value at the first argument; the second one stands for its numbers."""
-
-    def fdiff(self, argindex: int = 1) -> Expression:
-        return lookup_slope(*self.args)
-
-
-class beyond(sympy.Function):
-    """How far the argument is beyond its ends."""
-
-
-class continued(sympy.Function):
-    """The value of an angle nearest to its last one."""
-
-
-class closing(sympy.Function):
-    """Functions of `one_sided`, with their derivatives by the first argument."""
-
-
-class touch(sympy.Function):
-    def fdiff(self, argindex: int = 1) -> Expression:
-        return closing(*self.args)
-
-
-class ramp(sympy.Function):
-    def fdiff(self, argindex: int = 1) -> Expression:
-        return touch(*self.args)
-
-
-class lift(sympy.Function):
-    def fdiff(self, argindex: int = 1) -> Expression:
-        return ramp(*self.args)
-
-
-class keeps(sympy.Function):
-    def fdiff(self, argindex: int = 1) -> Expression:
-        return sympy.Integer(0)
-
-
-class kept(sympy.Function):
-    def fdiff(self, argindex: int = 1) -> Expression:
-        return keeps(*self.args)
+turned = function("turned", lambda *_: sympy.Integer(1))  #: an angle that counts its turns
+continued = function("continued")  #: its value, the one nearest to its last one
+lookup_slope = function("lookup_slope", constant)  #: slope of a curve through points, see `core.curves`
+lookup = function("lookup", lookup_slope)  #: its value at the first argument; the second one stands for its numbers
+beyond = function("beyond")  #: how far the argument is beyond its ends
+closing = function("closing")  #: with those below: functions of `one_sided`
+touch = function("touch", closing)
+ramp = function("ramp", touch)
+lift = function("lift", ramp)
+keeps = function("keeps", constant)
+kept = function("kept", keeps)
 
 
 def rows(count: int, first: int = 0) -> sympy.Matrix:
