@@ -42,6 +42,9 @@ def test_files_have_units(tmp_path: Path) -> None:
     path.write_text("time, force\n0, 0\n500, 2", encoding="utf-8")
     assert read_columns(path, ("", ""), "kN", "ms") == ((0.0, 0.5), (0.0, 2000.0))
     assert read_columns(path, ("", ""), "N") == ((0.0, 500.0), (0.0, 2.0))
+    path.write_text("time, x[1] [mm], force\n0, 5, 1\n2, 5, 3", encoding="utf-8")
+    assert read_columns(path, ("time", "force"), "N") == ((0.0, 2.0), (1.0, 3.0))
+    assert read_columns(path, ("time", "x[1]"), "m")[1] == (0.005, 0.005)
 
 
 @pytest.mark.parametrize(
@@ -51,6 +54,7 @@ def test_files_have_units(tmp_path: Path) -> None:
         ("500,", "5x0,", r"row 3: expected a number in column 1, got '5x0'"),
         ("500, 1e-3", "500", r"expected"),
         ("time [ms], force [kN], turn [deg]", "0", r"expected a first line of titles"),
+        ("time [ms], force [kN], turn [deg]\n", "", r"expected a first line of titles, such as .*, got '0,0,0'"),
         ("time [ms], force [kN], turn [deg]", "time [ms];force [kN]", r"columns separated by commas, got semicolons in 'time"),
     ],
 )
@@ -102,7 +106,7 @@ def test_scenes(tmp_path: Path) -> None:
         ("pull(t) -", "push(t) -", r"loads.f.force: expected one of .* got 'push\(t\)'; did you mean 'pull\(t\)'"),
         ("pull(t) -", "turn(t) -", r"of one dimension, got angle and force"),
         ("pull(t) -", "pull(2 m) -", r"loads.f.force: expected a time \[s\] in pull\(...\), got length"),
-        ("file: a.csv, unit: N", "file: b.csv, unit: N", r"tables.pull: .*table .*b.csv: expected a file"),
+        ("file: a.csv, unit: N", "file: b.csv, unit: N", r"tables.pull: .*table .*b.csv: expected a CSV file"),
         ("file: a.csv, unit: N", "file: ../../b.csv, unit: N", r"tables.pull: .*table path .*stays in its parent folder"),
         ("{pull:", "{sin:", r"tables.sin: expected a name"),
     ],

@@ -213,9 +213,9 @@ def test_points_from_a_table(tmp_path: Path) -> None:
         ("E [GPa]\n1\n", "a header with E, d"),
         ("", "no header"),
         ("E,d\n", "0 rows"),
-        ("E,d\n1,x\n", "row 2: expected numbers"),
+        ("E,d\n1,x\n", "row 2: expected a number in column 2, got 'x'"),
         ("E;d\n1,5;2\n", "columns separated by commas, got semicolons in 'E;d'; write the file again as CSV with commas"),
-        ("E,d\n1\n", "row 2: expected numbers"),
+        ("E,d\n1\n", "row 2: expected a number in column 2, got nothing"),
     ],
 )
 def test_bad_tables_of_points(text: str, match: str, tmp_path: Path) -> None:

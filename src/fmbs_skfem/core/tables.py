@@ -25,7 +25,7 @@ from .inputs import Source
 from .problems import shown
 from .records import dataclass
 
-TITLE = re.compile(r"\s*([^\[\]]*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*")
+TITLE = re.compile(r"\s*(.*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*", re.DOTALL)  #: its unit, where it has one, is in the last brackets
 LARGEST = 50_000_000  #: size of a file [bytes]
 
 
@@ -97,14 +97,10 @@ def read_columns(path: Path, names: tuple[str, str], unit: str, of: str = "s") -
     Numbers are in the units of the titles, or of `of` and `unit` under titles without one.
     """
     where = f"table {path}"
-    if not path.is_file() or path.stat().st_size > LARGEST:
-        raise InputError(say(where, f"a file of at most {LARGEST:g} bytes", "a larger one" if path.is_file() else "none"))
-    lines = csv.reader(io.StringIO(path.read_text(encoding="utf-8-sig", errors="replace")))
-    head, *rows = [row for row in lines if any(cell.strip() for cell in row)] or [[]]
-    require_commas(where, head)
-    titles = [found.groups() for cell in head if (found := TITLE.fullmatch(cell))]
-    if len(titles) < 2:
-        raise InputError(say(where, "a first line of titles, such as 'time [s], angle [deg]'", shown(",".join(head))))
+    titles, rows = read_rows(where, path)
+    if len(titles) < 2 or all(units.starts_with_number(title) for title, _ in titles):
+        got = shown(",".join(title for title, _ in titles))
+        raise InputError(say(where, "a first line of titles, such as 'time [s], angle [deg]'", got))
     known = [title for title, _ in titles]
     dimensions = [units.find_dimension(one) if one else units.NUMBER for one in (of, unit)]
     for name in filter(None, names):
@@ -118,6 +114,24 @@ def read_columns(path: Path, names: tuple[str, str], unit: str, of: str = "s") -
     return columns[0], columns[1]
 
 
+def read_rows(where: str, path: Path) -> tuple[list[tuple[str, str | None]], list[list[str]]]:
+    """Titles, each with its unit, and rows of a file of comma-separated values; empty lines are left out.
+
+    InputError where there is no such file, or whose titles are one text with semicolons or tabs, as of spreadsheets that write 1,5
+    for 1.5.
+    """
+    if not path.is_file() or path.stat().st_size > LARGEST:
+        got = "a larger one" if path.is_file() else "none"
+        raise InputError(say(where, f"a CSV file of at most {LARGEST:g} bytes", got))
+    lines = csv.reader(io.StringIO(path.read_text(encoding="utf-8-sig", errors="replace")))
+    head, *rows = [row for row in lines if any(cell.strip() for cell in row)] or [[]]
+    for sign, name in ((";", "semicolons"), ("\t", "tabs")):
+        if len(head) == 1 and sign in head[0]:
+            remedy = "write the file again as CSV with commas, and with points in numbers"
+            raise InputError(say(where, "columns separated by commas", f"{name} in '{head[0].strip()}'", remedy))
+    return [(found[1], found[2]) for cell in head if (found := TITLE.fullmatch(cell))], rows
+
+
 def number(where: str, row: list[str], place: int, line: int) -> float:
     """The number in a column of a row."""
     try:
@@ -125,11 +139,3 @@ def number(where: str, row: list[str], place: int, line: int) -> float:
     except (IndexError, ValueError) as problem:
         got = shown(row[place]) if place < len(row) else "nothing"
         raise InputError(say(f"{where}, row {line}", f"a number in column {place + 1}", got)) from problem
-
-
-def require_commas(where: str, titles: list[str]) -> None:
-    """InputError for a line of titles that is one text with semicolons or tabs, as of spreadsheets that write 1,5 for 1.5."""
-    for sign, name in ((";", "semicolons"), ("\t", "tabs")):
-        if len(titles) == 1 and sign in titles[0]:
-            remedy = "write the file again as CSV with commas, and with points in numbers"
-            raise InputError(say(where, "columns separated by commas", f"{name} in '{titles[0]}'", remedy))

@@ -20,13 +20,12 @@ from typing import Any
 
 import numpy as np
 
-from ..core import container, durable, validation
+from ..core import container, durable, tables, validation
 from ..core.container import Dataset, Kind
 from ..core.errors import CorruptFile, InputError, say
 from ..core.notices import notify
 from ..core.ranges import Parameter
 from ..core.records import dataclass
-from ..core.tables import require_commas
 from ..reduction.members import Record, Result, Status
 
 MEMBERS = "members"
@@ -230,28 +229,13 @@ def read_points(place: Path, names: Iterable[str], factor: Any) -> list[dict[str
     `factor(text)` is the size of a unit. Columns of other names, such as those of a table of results, are left out.
     """
     wanted = list(names)
-    try:
-        with place.open(newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(file) if any(text.strip() for text in row)]
-    except (OSError, UnicodeDecodeError, csv.Error) as problem:
-        raise InputError(say(str(place), "a CSV file of points", problem)) from problem
-    heads = [head.strip() for head in rows[0]] if rows else []
-    require_commas(str(place), heads)
-    found: dict[str, tuple[int, float]] = {}
-    for column, head in enumerate(heads):
-        name, _, unit = head.partition("[")
-        if name.strip() in wanted:
-            found[name.strip()] = column, factor(unit.rstrip("] ").strip()) if unit else 1.0
+    titles, rows = tables.read_rows(str(place), place)
+    found = {name: (k, factor(unit) if unit else 1.0) for k, (name, unit) in enumerate(titles) if name in wanted}
     missing = [name for name in wanted if name not in found]
-    if missing or len(rows) < 2:
-        got = f"{', '.join(heads) or 'no header'} and {max(len(rows) - 1, 0)} rows"
+    if missing or not rows:
+        got = f"{', '.join(name for name, _ in titles) or 'no header'} and {len(rows)} rows"
         raise InputError(say(str(place), f"a header with {', '.join(wanted)} and a row for each sample", got))
-    return [numbers(f"{place}: row {k}", row, found) for k, row in enumerate(rows[1:], start=2)]
-
-
-def numbers(where: str, row: Sequence[str], columns: Mapping[str, tuple[int, float]]) -> dict[str, float]:
-    """The parameters in a row."""
-    try:
-        return {name: float(row[column]) * factor for name, (column, factor) in columns.items()}
-    except (ValueError, IndexError) as problem:
-        raise InputError(say(where, f"numbers for {', '.join(columns)}", ", ".join(row))) from problem
+    return [
+        {name: tables.number(str(place), row, column, line) * size for name, (column, size) in found.items()}
+        for line, row in enumerate(rows, 2)
+    ]
