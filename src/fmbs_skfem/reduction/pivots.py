@@ -23,24 +23,6 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 
-def independent_columns(D: ArrayLike) -> Indices:
-    """Indices (m,), rising, of m well-conditioned columns of D (m,r).
-
-    InputError where D has fewer columns than rows, or dependent rows.
-    """
-    where, d = "pivots.independent_columns", _matrix(D, "pivots.independent_columns")
-    m, r = d.shape
-    if r < m:
-        remedy = "the basis is too small for the interface constraints: keep more modes (a smaller eps)"
-        raise InputError(say(where, f"at least {m} modes for {m} constraints", f"{r} modes", remedy))
-    order, pivots = ranks.pivots(d.T)
-    rank = int(np.sum(pivots > ranks.EXACT * pivots.max(initial=0.0)))
-    if rank < m:
-        remedy = "drop repeated constraints and those that hold for every mode, or keep more modes"
-        raise InputError(say(where, f"{m} independent constraints", f"rank {rank}", remedy))
-    return np.sort(order[:m]).astype(np.intp)
-
-
 def eliminate(D: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
     """T (r,r-m) and x0 (r,) with D (T y + x0) + d = 0 for every y; y are entries of x: their rows of T are the identity.
 
@@ -52,7 +34,10 @@ def eliminate(D: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
     if r <= m:
         remedy = "the basis is too small for the interface constraints: keep more modes (a smaller eps) or keep the multipliers"
         raise InputError(say(where, f"more than {m} modes for {m} constraints", f"{r} modes", remedy))
-    dependent = independent_columns(matrix)
+    dependent = ranks.independent_rows(matrix.T, alike=True)  # of columns
+    if len(dependent) < m:
+        remedy = "drop repeated constraints and those that hold for every mode, or keep more modes"
+        raise InputError(say(where, f"{m} independent constraints", f"rank {len(dependent)}", remedy))
     free = np.setdiff1d(np.arange(r), dependent)
     T, x0 = np.zeros((r, r - m)), np.zeros(r)
     T[free, np.arange(r - m)] = 1.0
