@@ -170,6 +170,11 @@ class Body:
         return int(self.reference.shape[1])
 
     @property
+    def total_mass(self) -> float:
+        """[kg]."""
+        return float(self.constant @ (self.mass @ self.constant))
+
+    @property
     def shape_reference(self) -> np.ndarray:
         """Coordinates of the functions of its space in the reference (n, c) [m]."""
         return self.reference if self.spread is None else np.asarray(self.spread @ self.reference)

@@ -52,9 +52,9 @@ def divided(run: Run, status: int, begin: float, span: float, row: int, first: i
     return status, reached
 
 
-def put(state: State, values: Sequence[np.ndarray]) -> None:
-    """Put values into the arrays of a state."""
-    for array, value in zip(state, values, strict=True):
+def put(arrays: Sequence[np.ndarray], values: Sequence[np.ndarray]) -> None:
+    """Put values back into arrays, as those of a state."""
+    for array, value in zip(arrays, values, strict=True):
         array[:] = value
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +10,7 @@ from ..core.errors import Reason
 from ..core.records import dataclass
 from ..systems import evaluation
 from . import stepping
-from .dividing import HALVINGS, restart
+from .dividing import HALVINGS, put, restart
 from .histories import leading_signals
 from .integration import REASONS
 from .run import Run
@@ -61,12 +60,12 @@ def attempt(run: Run, parts: int) -> Attempt:
     time = run.scheme.step * (run.done + min(taken + 1, parts) / parts)
     if status == stepping.DONE:
         return Attempt(method.h, time, None, (), ())
-    restore(state, start)
+    put(state, start)
     apart.take(method, signals[:taken], rows)
     held = [*work, space.W]
     last, kept, corrections, residuals = status, [part.copy() for part in held], [], []
     for many in range(1, method.iterations + 1):
-        restore(held, kept)
+        put(held, kept)
         status, _ = apart.take(method._replace(iterations=many), signals[taken : taken + 1], rows)
         if status == stepping.SINGULAR or status == stepping.DONE:
             break
@@ -76,9 +75,3 @@ def attempt(run: Run, parts: int) -> Attempt:
         if status != stepping.NOT_CONVERGED:
             break
     return Attempt(method.h, time, REASONS[last], tuple(corrections), tuple(residuals))
-
-
-def restore(arrays: Sequence[np.ndarray], values: Sequence[np.ndarray]) -> None:
-    """Put values back into arrays."""
-    for array, value in zip(arrays, values, strict=True):
-        array[:] = value

@@ -235,7 +235,7 @@ def try_one(task: TrainingTask, comparator: Comparator, raw: System, truth: Full
 def measure_sizes(system: System) -> Trial:
     """Modes, cells and points of a reduced system."""
     return Trial(
-        modes={name: last - first for name, first, last in system.components},
+        modes=system.modes,
         elements=sum(cells for cells, _ in sampling.kept(system).values()),
         points=sum(points for _, points in sampling.kept(system).values()),
     )

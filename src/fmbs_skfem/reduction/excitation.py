@@ -35,7 +35,6 @@ from ..dynamics.integration import integrate
 from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..dynamics.stability import unstable
 from ..systems import At, Motion, assemble, eliminate, joints, loads
-from ..systems.lengths import masses
 from ..systems.places import directions
 from . import parts
 from .galerkin import snapshots
@@ -83,7 +82,7 @@ def settle(excitation: Excitation, part: Body, scale: float = 1.0) -> Excitation
     pace = np.sqrt(scale * (excitation.gravity or GRAVITY) / extent(part))
     duration = LONG / pace if excitation.duration is None else excitation.duration
     step = duration / STEPS if excitation.step is None else excitation.step
-    weight = masses([part])[0] * (excitation.gravity or GRAVITY)
+    weight = part.total_mass * (excitation.gravity or GRAVITY)
     force = scale * (weight if excitation.force is None else excitation.force)
     return replace(
         excitation,

@@ -39,7 +39,7 @@ def find(part: Body, S: np.ndarray, states: np.ndarray, columns: np.ndarray) -> 
     F = np.hstack([S, T])
     points = shape_points.of_cells(part.cells, F if part.spread is None else part.spread @ F)
     rows, place = rows_of_places(part)
-    mass = F.T @ (part.mass @ S) / float(part.constant @ (part.mass @ part.constant))
+    mass = F.T @ (part.mass @ S) / part.total_mass
     positions = parts.cell_centres(part)[points.cell]
     return MissingShapes(points.table, positions, points.section, mass, F.T @ (W @ F), rows @ F, place, left_out)
 

@@ -118,7 +118,7 @@ def summary(rom: ParametricModel) -> dict[str, Any]:
     return {
         "parameters": parameters,
         "unknowns": system.size,
-        "components": {name: last - first for name, first, last in system.components},
+        "components": system.modes,
         "constraints": len(system.constraints.names),
         "outputs": list(system.outputs),
         "steps": math.floor(model.nominal.duration / model.nominal.scheme.step + 0.5),

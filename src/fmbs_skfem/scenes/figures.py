@@ -58,7 +58,7 @@ class BodyFigures:
 
 def of_any(part: Body) -> BodyFigures:
     """A body with a mass and a size."""
-    return BodyFigures(part.name, float(part.constant @ (part.mass @ part.constant)), bodies.extent(part))
+    return BodyFigures(part.name, part.total_mass, bodies.extent(part))
 
 
 def of_line(part: Body, data: Given, degree: int, gravity: float) -> BodyFigures:

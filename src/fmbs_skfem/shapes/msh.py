@@ -134,9 +134,7 @@ class _Cursor:
         self.text, self.taken = None, 0
         if self.order:
             return
-        end = self.data.find(b"$End" + name.encode(), self.at)
-        if end < 0:
-            raise _bad(self.where, f"$End{name}", "the end of the file", "is it cut off?")
+        end = self.end_of(name)
         with warnings.catch_warnings():
             warnings.simplefilter("error", DeprecationWarning)
             try:
@@ -146,11 +144,15 @@ class _Cursor:
 
     def close(self, name: str) -> None:
         """Go behind the end of a section."""
+        self.at, self.text = self.end_of(name), None
+        self.line()
+
+    def end_of(self, name: str) -> int:
+        """Where a section ends."""
         end = self.data.find(b"$End" + name.encode(), self.at)
         if end < 0:
             raise _bad(self.where, f"$End{name}", "the end of the file", "is it cut off?")
-        self.at, self.text = end, None
-        self.line()
+        return end
 
 
 def read(path: Path, where: str) -> Raw:

@@ -130,7 +130,7 @@ def describe_point(path: Path) -> dict[str, Any]:
         "kind": "one set of parameters",
         "parameters": saved.notes.get("training", {}),
         "unknowns": system.size,
-        "components": {name: last - first for name, first, last in system.components},
+        "components": system.modes,
         "constraints": len(system.constraints.names),
         "outputs": list(system.outputs),
         "notes": {key: value for key, value in saved.notes.items() if key not in ("training", "provenance")},

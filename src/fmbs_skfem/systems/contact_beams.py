@@ -76,7 +76,7 @@ class ContactBeam(Touch):
         wide = [layout.widen(part.name, own_rows) for part, own_rows in zip(beams, rows, strict=True)]
         first = draft.probes.add(csr_array(vstack(wide)))
         reference = np.concatenate([one @ part.reference.ravel() for part, one in zip(beams, rows, strict=True)])
-        a, b = (float(part.constant @ (part.mass @ part.constant)) for part in beams)
+        a, b = (part.total_mass for part in beams)
         mass, size = a * b / (a + b), size_of(layout, {self.body, self.other})
         radii = np.array([part.radius if self.radius is None else self.radius for part in beams])
         along = self.lies_along(reference, len(spans) + 1, layout.dim)

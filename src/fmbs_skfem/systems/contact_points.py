@@ -47,7 +47,7 @@ def find_points(name: str, draft: Draft, at: At | None, body: str | None, count:
     rows = first + np.arange(len(read) * read[0].shape[0]).reshape(len(read), -1)
     reference = np.concatenate([one.reference.ravel() for one in layout.bodies.values()])
     places_there = np.array([one[: layout.dim] @ reference for one in map(csr_array, read)])
-    mass = float(part.constant @ (part.mass @ part.constant))
+    mass = part.total_mass
     return Touching(part.name, rows.astype(np.int64), places_there, np.full(len(read), half), mass)
 
 

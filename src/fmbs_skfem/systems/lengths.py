@@ -24,14 +24,9 @@ FAR = 30.0  #: distance of a mechanism from the origin of its scene, over its si
 DIGITS = 8.0 * float(np.finfo(np.float64).eps)  #: round-off of a position, relative to the largest coordinate
 
 
-def masses(parts: Sequence[Body]) -> list[float]:
-    """Mass of every body [kg]."""
-    return [float(part.constant @ (part.mass @ part.constant)) for part in parts]
-
-
 def weight(parts: Sequence[Body]) -> float:
     """Mass of all bodies, 1 where they have none [kg]."""
-    return sum(masses(parts)) or 1.0
+    return sum(part.total_mass for part in parts) or 1.0
 
 
 def metric(parts: Sequence[Body], mass: csr_array) -> csr_array:

@@ -198,6 +198,11 @@ class System:
     def size(self) -> int:
         return len(self.x0)
 
+    @property
+    def modes(self) -> dict[str, int]:
+        """Number of modes of every component of a reduced system."""
+        return {name: last - first for name, first, last in self.components}
+
     def __repr__(self) -> str:
         bodies = ", ".join(name for name, _, _ in self.components or self.coordinates)
         return f"<System {self.size} unknowns, {len(self.constraints.names)} constraints: {bodies}>"
