@@ -45,9 +45,5 @@ def names(module: ModuleType) -> list[str]:
     if listed is not None:
         return sorted(listed)
     own = {name: value for name, value in vars(module).items() if name[0] != "_" and name != "TYPE_CHECKING"}
-    return sorted(name for name, value in own.items() if defines(module, value))
-
-
-def defines(module: ModuleType, value: object) -> bool:
-    """Whether a value is of a module: plain constants, and what says so itself."""
-    return not isinstance(value, ModuleType) and getattr(value, "__module__", None) in (None, module.__name__)
+    owners = (None, module.__name__)  # plain constants, and what says so itself
+    return sorted(k for k, one in own.items() if not isinstance(one, ModuleType) and getattr(one, "__module__", None) in owners)

@@ -40,7 +40,8 @@ def convert(value: object, dimension: Dimension, parameters: Mapping[str, Quanti
     got, wanted = quantity.exponents, dimension.exponents
     # radians are numbers: a velocity may be r * w
     if not (got in (wanted, NUMBER.exponents) or (got[:3] == wanted[:3] and (wanted[3] or _is_expression(value)))):
-        raise Problem(str(dimension), f"{shown(value)} ({describe(got)})", _advice(dimension))
+        advice = f"write a number, or a quantity in {dimension.unit}" if dimension.unit else "write a number without a unit"
+        raise Problem(str(dimension), f"{shown(value)} ({describe(got)})", advice)
     refuse_cycles(quantity, dimension, value)
     return quantity.value
 
@@ -82,10 +83,6 @@ def read_as(value: object, exponents: Exponents, name: str, parameters: Mapping[
         got = f"{shown(value)} ({describe(found.exponents)})"
         raise Problem(f"a value of the dimension of {name} ({describe(exponents)})", got)
     return found.value
-
-
-def _advice(dimension: Dimension) -> str:
-    return f"write a number, or a quantity in {dimension.unit}" if dimension.unit else "write a number without a unit"
 
 
 def _evaluate(text: str, parameters: Mapping[str, Quantity]) -> Quantity:
@@ -163,10 +160,6 @@ def power(a: Quantity, b: Quantity) -> Quantity:
     return Quantity(math.pow(a.value, b.value), tuple(n * power for n in a.exponents))
 
 
-def _where(condition: Quantity, a: Quantity, b: Quantity) -> Quantity:
-    return a if condition.value != 0.0 else b
-
-
 _ALGEBRA: expressions.Algebra = {
     **{symbol: _same(symbol) for symbol in ("+", "-", "min", "max", "mod", "<", "<=", ">", ">=")},
     **{symbol: _pure(symbol) for symbol in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "floor")},
@@ -178,5 +171,5 @@ _ALGEBRA: expressions.Algebra = {
     "abs": lambda a: replace(a, value=abs(a.value)),
     "sign": lambda a: Quantity(expressions.SCALAR["sign"](a.value), NUMBER.exponents),
     "neg": lambda a: replace(a, value=-a.value),
-    "where": _where,
+    "where": lambda condition, a, b: a if condition.value != 0.0 else b,
 }

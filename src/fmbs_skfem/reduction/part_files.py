@@ -105,7 +105,7 @@ def train(
         "functions": S.shape[1],
         "functions_full": len(S),
         "points": found.shapes.table.shape[1],
-        "points_full": parts.count_points(body),
+        "points_full": 0 if body.cells is None else body.cells.shape[1] * body.cells.shape[3],
         "tolerance": None if modes else tolerance,
         "hyper_tolerance": eta,
         "states": len(states) + (0 if before is None else int(before.notes["states"])),

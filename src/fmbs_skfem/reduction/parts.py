@@ -196,11 +196,6 @@ def ranged(part: Body, states: np.ndarray) -> Body:
     return replace(part, shapes=replace(part.shapes, trained=extremes(part.shapes, states)))
 
 
-def count_points(part: Body) -> int:
-    """Number of quadrature points of a full body."""
-    return 0 if part.cells is None else part.cells.shape[1] * part.cells.shape[3]
-
-
 def extremes(points: ShapePoints, states: np.ndarray) -> np.ndarray:
     """Lowest and highest strains (2, j) of states (s, m, c)."""
     found = departures.strains(points, states)

@@ -142,11 +142,6 @@ def read(folder: Path) -> Stored:
     return Stored(runs, numbered(folder, greedy.Iteration, "iteration"), dict(known or ()))
 
 
-def keep_run(folder: Path, number: int, run: FullRun, point: int) -> None:
-    """Store a full run, from 1."""
-    keep(folder / f"run-{number:03d}.h5", StoredRun(run, point))
-
-
 def keep_model(folder: Path, number: int, model: ReducedModel, notes: Notes) -> None:
     """Store the reduced model of the first `number` runs; one that a file cannot hold is made again when training goes on."""
     parts = {"modes": dict(model.modes), "selections": model.selections, "training_s": model.training_s}

@@ -131,7 +131,7 @@ def extend(work: TrainingState, point: int) -> None:
     if not known:
         work.runs, work.points = [*work.runs, run], [*work.points, point]
         if work.folder:
-            store.keep_run(work.folder, number + 1, run, point)
+            store.keep(work.folder / f"run-{number + 1:03d}.h5", store.StoredRun(run, point))
     before = pairs_at(work, [number]) if number == len(work.models) and work.models else []
     if work.tolerance is not None and work.choice is None:
         take_choice(work, error_budget.choose(work.fast, run, work.tolerance, full_runs.step_error(work.task, values, run)))

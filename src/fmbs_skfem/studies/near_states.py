@@ -48,6 +48,7 @@ def solve_states(
             raise InputError(say("analysis.type", "one that finds shapes, such as modes", analysis.word, "use fmbs run"))
         moves = motions(found)
         columns: dict[str, Any] = {**found.columns} | {f"share_{name}": values for name, values in moves.get("shares", {}).items()}
+        unit_texts = [head.partition("[")[2].rstrip("]") for head in found.heads]  # `Hz` of `frequency [Hz]`
         report: dict[str, Any] = {
             **describe_error(error),
             **heading(scene),
@@ -56,7 +57,7 @@ def solve_states(
             "provenance": reports.provenance(scene),
             **found.facts,
             **moves,
-            "units": dict.fromkeys(columns, "") | dict(zip(found.columns, map(unit_in, found.heads), strict=True)),
+            "units": dict.fromkeys(columns, "") | dict(zip(found.columns, unit_texts, strict=True)),
             "notices": job.notices,
         }
         figures = figures_of(found, jobs.title(scene))
@@ -81,11 +82,6 @@ def solve_states(
     made = Run(about=about, report=report, lines=view, figures=figures, error=error)
     more = {name: np.asarray(values) for name, values in columns.items()}
     return conclude(replace(made, outputs=more, frequencies=found.frequencies, shapes=found.shapes, linear=found.linear))
-
-
-def unit_in(head: str) -> str:
-    """`Hz` of `frequency [Hz]`; empty without a unit."""
-    return head.partition("[")[2].rstrip("]")
 
 
 def motions(found: StateTable) -> dict[str, Any]:

@@ -121,8 +121,9 @@ def text(name: str, law: Symbols) -> str:
         for n in range(law.histories)
         for order in range(1, ORDERS + 1)
     }
+    targets = ["gap[F.row[k]] += {}", *(f"s.Jy[F.row[k], F.rows[k, {n}]] += {{}}" for n in range(count))]
     found = [
-        routine(f"{name}_constrain", HEADS["constrain"], [plain(phi), *slopes], targets_of(count), places),
+        routine(f"{name}_constrain", HEADS["constrain"], [plain(phi), *slopes], targets, places),
         routine(
             f"{name}_slopes",
             HEADS["slopes"],
@@ -135,11 +136,6 @@ def text(name: str, law: Symbols) -> str:
     routines = f"Routines({name}_constrain, {name}_slopes, {name}_drift)"
     facts = f"{count}, {law.numbers}, {law.histories}, {tuple(pairs)}"
     return "\n\n\n".join([*found, f'LAWS["{name}"] = ConstraintLaw("{name}", {facts}, {routines})'])
-
-
-def targets_of(count: int) -> list[str]:
-    """Where the value and the derivatives of a function go."""
-    return ["gap[F.row[k]] += {}", *(f"s.Jy[F.row[k], F.rows[k, {n}]] += {{}}" for n in range(count))]
 
 
 def source(laws: Mapping[str, Symbols], about: str) -> str:

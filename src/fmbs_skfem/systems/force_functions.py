@@ -74,7 +74,8 @@ class Called(Load, word=None):
 
         def found(y: np.ndarray, rates: np.ndarray, histories: np.ndarray) -> np.ndarray:
             values = values_of(arguments, sizes, dim, (y, rates, known.numbers, histories))
-            given = [one for place in values.values() if isinstance(place, own_symbols.PlaceSymbols) for one in vectors_of(place)]
+            places = [place for place in values.values() if isinstance(place, own_symbols.PlaceSymbols)]
+            given = [vector for place in places for vector in (place.position, *place.axes)]
             F = np.zeros((len(given), dim))
             for vector, push in kind.act(**values):
                 mine = [k for k, one in enumerate(given) if one is vector]
@@ -85,11 +86,6 @@ class Called(Load, word=None):
             return F.ravel()
 
         draft.forces.terms.append(OfPython(np.array(known.rows, np.int64), found, tuple(known.signals)))
-
-
-def vectors_of(place: own_symbols.PlaceSymbols) -> tuple[np.ndarray, ...]:
-    """Position and vectors (c,) of a place."""
-    return (place.position, *place.axes)
 
 
 def values_of(
