@@ -22,7 +22,7 @@ def section(*b0: float, weight: float = 1.0) -> np.ndarray:
 
 
 def bent(radius: float, angle: float = 0.4) -> np.ndarray:
-    """Jets of a plate rolled without strain about the y axis, r = (R sin(s/R), y, R - R cos(s/R)), at s = R angle."""
+    """Gradients of a plate rolled without strain about the y axis, r = (R sin(s/R), y, R - R cos(s/R)), at s = R angle."""
     sin, cos = np.sin(angle), np.cos(angle)
     u = np.zeros((5, 3))
     u[0], u[1], u[2] = (cos, 0.0, sin), (0.0, 1.0, 0.0), np.array([-sin, 0.0, cos]) / radius
@@ -85,7 +85,7 @@ def test_twist() -> None:
 
 
 def test_motion_in_the_plane_is_that_of_the_membrane() -> None:
-    """Jets in the plane z = 0 of a flat shell: the membrane's stress, without damping to the bit, its modulus, no force across."""
+    """In the plane z = 0 of a flat shell: the membrane's stress, without damping to the bit, its modulus, no force across."""
     random = np.random.default_rng(1)
     flat = random.normal(size=(5, 2, 3, 4))
     flat[:2] = np.eye(2)[:, :, None, None] + random.uniform(-0.3, 0.3, (2, 2, 3, 4))

@@ -9,7 +9,7 @@ import pytest
 
 from fmbs_skfem.core import expressions
 from fmbs_skfem.core.errors import CorruptFile, InputError
-from fmbs_skfem.core.inputs import Input, Told
+from fmbs_skfem.core.inputs import GivenInput, Input
 from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs, start
 from fmbs_skfem.reduction import files
@@ -60,7 +60,7 @@ def test_the_bits_of_integrate(name: str) -> None:
     system, scheme = MODELS[name](), GeneralizedAlpha(H)
     told, known = values(), inputs_of(system)
     smooth = {"w"}
-    histories = {key: Told(H, told[key].tolist(), smooth=key in smooth) for key in known}
+    histories = {key: GivenInput(H, told[key].tolist(), smooth=key in smooth) for key in known}
     expected = integrate(with_inputs(system, histories), scheme, COUNT * H)
     run = start(system, scheme)
     for k in range(1, COUNT + 1):

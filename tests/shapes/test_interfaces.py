@@ -26,7 +26,7 @@ def test_interface_of_a_slanted_edge() -> None:
 
 def test_penalty_leaves_rigid_motions_free() -> None:
     shape = halves(3, slant=0.15)
-    stiffness = interfaces.penalty_stiffness(shape, interfaces.seams(shape), 2.0)
+    stiffness = interfaces.penalty_stiffness(shape, interfaces.common_edges(shape), 2.0)
     assert_allclose(stiffness.toarray(), stiffness.toarray().T, atol=1e-9)
     angle = 2.5
     turned = shape.reference @ np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]) + [3.0, -4.0]
@@ -37,7 +37,7 @@ def test_penalty_leaves_rigid_motions_free() -> None:
 def test_penalty_energy_of_a_fold() -> None:
     """z = phi |x - 1/2|: the outward derivatives sum to 2 phi, the energy is alpha D / h (2 phi)^2 / 2 per length."""
     shape = halves(4)
-    stiffness = interfaces.penalty_stiffness(shape, interfaces.seams(shape), bending=3.0, alpha=50.0)
+    stiffness = interfaces.penalty_stiffness(shape, interfaces.common_edges(shape), bending=3.0, alpha=50.0)
     z = 0.01 * np.abs(shape.reference[:, 0] - 0.5)
     assert_allclose(0.5 * z @ stiffness @ z, 50.0 * 3.0 / 0.125 * (0.02) ** 2 / 2.0, rtol=1e-12)
 
@@ -48,7 +48,7 @@ def test_penalty_holds_a_plate_of_two_patches_together(slant: float) -> None:
     shape = halves(4, slant)
     loose = frequencies(shape)
     assert loose[3] < 1e-3
-    stiffness = interfaces.penalty_stiffness(shape, interfaces.seams(shape), 1.0).toarray()
+    stiffness = interfaces.penalty_stiffness(shape, interfaces.common_edges(shape), 1.0).toarray()
     assert_allclose(frequencies(shape, stiffness)[3:9], LEISSA, rtol=1e-3)
 
 
@@ -61,7 +61,7 @@ def test_interfaces_that_are_none() -> None:
     with pytest.raises(InputError, match=r"expected edges of the same cells \(4 and 2\)"):
         interfaces.between(shape, "left.xi1_max", "right.xi2_min")
     with pytest.raises(InputError, match=r"penalty_stiffness, bending: expected a positive number, got nan"):
-        interfaces.penalty_stiffness(shape, interfaces.seams(shape), np.nan)
+        interfaces.penalty_stiffness(shape, interfaces.common_edges(shape), np.nan)
 
 
 def test_a_fold_of_the_reference_shape_has_no_spring() -> None:
@@ -69,4 +69,4 @@ def test_a_fold_of_the_reference_shape_has_no_spring() -> None:
     upright = control[..., [2, 1, 0]]
     shape = nurbs.surface({"a": patch, "b": patch}, {"a": control, "b": upright})
     with pytest.raises(InputError, match="expected a surface without a kink, got outward normals that differ by 1"):
-        interfaces.penalty_stiffness(shape, interfaces.seams(shape), 1.0)
+        interfaces.penalty_stiffness(shape, interfaces.common_edges(shape), 1.0)

@@ -253,7 +253,7 @@ def test_free_square_plate() -> None:
 def test_two_patches_share_their_edge() -> None:
     shape = halves(2)
     assert shape.count == 2 * 5 * 7 - 7
-    assert interfaces.seams(shape) == [("left.xi1_max", "right.xi1_min")]
+    assert interfaces.common_edges(shape) == [("left.xi1_max", "right.xi1_min")]
     assert set(shape.faces) == {"left", "right"}
     assert_array_equal(shape.faces["right"], np.arange(8, 16))
     assert_allclose(shape.reference[shape.space.numbers["left"][-1]], shape.reference[shape.space.numbers["right"][0]])
@@ -269,7 +269,7 @@ def test_edges_are_joined_in_every_orientation() -> None:
             turned = np.rot90(other.swapaxes(0, 1) if mirror else other, turn)
             shape = nurbs.surface({"a": patch, "b": patch}, {"a": control, "b": turned})
             assert shape.count == 2 * 16 - 4
-            (pair,) = interfaces.seams(shape)
+            (pair,) = interfaces.common_edges(shape)
             common = interfaces.between(shape, *pair)
             assert_allclose((common.normal_a + common.normal_b) @ shape.reference, 0.0, atol=1e-14)
             assert_allclose(common.normal_a @ shape.reference, np.tile([1.0, 0.0, 0.0], (len(common.weights), 1)), atol=1e-14)
@@ -280,7 +280,7 @@ def test_four_patches_meet_in_a_point() -> None:
     corners = {f"p{i}{j}": control + np.array([i, j, 0.0]) for i in range(2) for j in range(2)}
     shape = nurbs.surface(dict.fromkeys(corners, patch), corners)
     assert shape.count == 25
-    assert len(interfaces.seams(shape)) == 4
+    assert len(interfaces.common_edges(shape)) == 4
 
 
 def test_closed_cylinder() -> None:
@@ -289,8 +289,8 @@ def test_closed_cylinder() -> None:
     panels = {f"p{i}": nurbs.cylinder_panel(1.0, 2.0, i * turn, (i + 1) * turn, 4, 3) for i in range(3)}
     shape = nurbs.surface({k: p for k, (p, _) in panels.items()}, {k: c for k, (_, c) in panels.items()})
     assert shape.count == 3 * 6 * 6
-    assert len(interfaces.seams(shape)) == 3
-    for pair in interfaces.seams(shape):
+    assert len(interfaces.common_edges(shape)) == 3
+    for pair in interfaces.common_edges(shape):
         common = interfaces.between(shape, *pair)
         assert_allclose(common.weights.sum(), 2.0, rtol=1e-14)
         assert_allclose((common.normal_a + common.normal_b) @ shape.reference, 0.0, atol=1e-13)
@@ -300,7 +300,7 @@ def test_unjoined_patches_stay_apart() -> None:
     patch, control = nurbs.rectangle(1.0, 1.0, 2, 2, 2)
     shape = nurbs.surface({"a": patch, "b": patch}, {"a": control, "b": control + RIGHT}, join=False)
     assert shape.count == 32
-    assert interfaces.seams(shape) == []
+    assert interfaces.common_edges(shape) == []
 
 
 def test_patch_without_extent_is_not_joined_to_itself() -> None:

@@ -103,7 +103,7 @@ def test_patches_of_different_degrees_are_raised_and_joined(tmp_path: Path) -> N
     data["patches"].append(flat)
     data["points"], data["edges"] = {"tip": {"patch": "patch2", "xi": [0, 0]}}, {"rim": ["patch1.xi2_min", "patch2.xi2_min"]}
     shape = nurbs_file.read(saved(tmp_path, data))
-    assert interfaces.seams(shape) == [("patch1.xi1_min", "patch2.xi1_max")]
+    assert interfaces.common_edges(shape) == [("patch1.xi1_min", "patch2.xi1_max")]
     assert shape.count == 9 + 9 - 3
     assert_allclose(position(shape, "tip"), [-1, 0, 2])
     assert nurbs_file.read(saved(tmp_path, {**data, "join": False})).count == 18

@@ -61,8 +61,8 @@ def test_circles_keep_their_shape_and_lose_the_functions_on_their_knots(
     lines = [3 + join, 3 + join if tied == 8 else 0]
     free = [n1 - join - lines[0], n2 - (tied == 8) - lines[1]]
     assert smooth.count == free[0] * free[1]
-    assert interfaces.seams(smooth) == []
-    assert len(interfaces.seams(plain)) == tied
+    assert interfaces.common_edges(smooth) == []
+    assert len(interfaces.common_edges(plain)) == tied
     before, after = positions(plain), positions(smooth)
     for k in range(surface.DERIVATIVES):  # of the size of the surface in the parent
         assert_allclose(after[:, :, k], before[:, :, k], atol=1e-11 * np.abs(before).max())
@@ -77,7 +77,7 @@ def test_any_motion_of_a_tied_surface_is_smooth() -> None:
     jumps = []
     for shape in (plain, named):
         field = np.random.default_rng(1).standard_normal(shape.count)
-        found = [interfaces.between(shape, *pair) for pair in interfaces.seams(plain)]
+        found = [interfaces.between(shape, *pair) for pair in interfaces.common_edges(plain)]
         jumps.append(max(float(np.abs((one.normal_a + one.normal_b) @ field).max()) for one in found))
     assert jumps[0] > 1.0
     assert jumps[1] < 1e-12 * jumps[0]
@@ -88,12 +88,12 @@ def test_what_other_patches_share_or_what_has_a_kink_is_not_tied() -> None:
     patch, control = tube()
     shape = nurbs.surface({"a": patch, "b": patch}, {"a": control, "b": control + np.array([0.0, 0.0, 1.0])}, join=True)
     assert smoothing.tie_slopes(shape) is shape
-    assert len(interfaces.seams(shape)) == 9
+    assert len(interfaces.common_edges(shape)) == 9
     bent = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 0, 1], [2, 0, 2.0]])
     folded = np.stack([bent, bent + np.array([0.0, 1.0, 0.0])], axis=1)
     shape = nurbs.surface(nurbs.Patch(np.array([0, 0, 0, 1, 1, 2, 2, 2.0]), OPEN, 2, 1), folded)
     assert smoothing.tie_slopes(shape) is shape
-    assert interfaces.seams(shape) == [("xi1 = 1.0-", "xi1 = 1.0+")]
+    assert interfaces.common_edges(shape) == [("xi1 = 1.0-", "xi1 = 1.0+")]
 
 
 def test_uneven_arcs_are_tied_with_the_ratio_of_their_speeds() -> None:

@@ -118,7 +118,7 @@ def tell_closed(where: str, shape: Surface) -> None:
 
 def fold_springs(where: str, shape: Surface, thickness: float | np.ndarray, material: Material) -> csr_array | None:
     """Stiffness (n, n) that keeps the angle along lines where NURBS patches are continuous only; None where there are none."""
-    pairs = interfaces.seams(shape) if isinstance(shape.space, nurbs.Nurbs) else []
+    pairs = interfaces.common_edges(shape) if isinstance(shape.space, nurbs.Nurbs) else []
     if not pairs:
         return None
     for patch in shape.space.patches.values():

@@ -141,7 +141,7 @@ def set_elastic(u: np.ndarray, section: np.ndarray, p: int, first: int, cells: i
         weight, nu = section[6, p, e], section[2, p, e]
         N = hooke(weight * section[0, p, e], nu, E1, E2, E3)
         m = moments(weight * section[1, p, e], nu, k1, k2, k3)
-        put(block, i, a1, a2, n, N, m, turning(u, p, e, c1, c2, m))
+        put(block, i, a1, a2, n, N, m, moments_along(u, p, e, c1, c2, m))
 
 
 @jit
@@ -160,7 +160,7 @@ def set_damping(
         weight, nu = beta * section[6, p, e], section[2, p, e]
         N = hooke(weight * section[0, p, e], nu, dot(a1, v1), dot(a2, v2), 0.5 * (dot(a1, v2) + dot(a2, v1)))
         m = moments(weight * section[1, p, e], nu, k1, k2, k3)
-        put(block, i, a1, a2, n, N, m, turning(u, p, e, c1, c2, m))
+        put(block, i, a1, a2, n, N, m, moments_along(u, p, e, c1, c2, m))
 
 
 @entry
@@ -210,7 +210,7 @@ def moments(B: float, nu: float, k1: float, k2: float, k3: float) -> Vector:
 
 
 @jit
-def turning(u: np.ndarray, p: int, e: int, c1: Vector, c2: Vector, m: Vector) -> tuple[float, float]:
+def moments_along(u: np.ndarray, p: int, e: int, c1: Vector, c2: Vector, m: Vector) -> tuple[float, float]:
     """g^a = m_i G_i^a."""
     d1, d2, d3 = vector(u, 2, p, e), vector(u, 3, p, e), vector(u, 4, p, e)
     g1 = m[0] * dot(c1, d1) + m[1] * dot(c1, d2) + m[2] * dot(c1, d3)

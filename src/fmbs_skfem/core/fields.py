@@ -44,15 +44,15 @@ class Takes:
     """What a field takes: `read` makes its value of that of a scene."""
 
     read: Callable[[object, Context], Any]
-    schema: Schema | Callable[[], Schema]  #: a function where it is not the same all the time
+    describe: Schema | Callable[[], Schema]  #: its schema; a function where that is not the same all the time
     names: str = ""  #: the section of a scene, or the kind of bodies, one of which it names
     angle: Callable[[Any], float | None] | None = None  #: angle [rad] that a value of it is, None where that changes with time
     show: Callable[[Any], Any] | None = None  #: how its default stands in the schema, where that is not as it is in a report
 
     @property
-    def told(self) -> Schema:
+    def schema(self) -> Schema:
         """The schema as it is now."""
-        return copy.deepcopy(self.schema() if callable(self.schema) else self.schema)
+        return copy.deepcopy(self.describe() if callable(self.describe) else self.describe)
 
 
 # ------------------------------------------------------------------------------------------------------------------ values

@@ -70,7 +70,7 @@ KEPT = PAST + 1  #: that are read of steps that are taken one by one: those of i
 
 
 @dataclass(eq=False)
-class Told:
+class GivenInput:
     """Values of an input at the end of every step; before the first value it was that one."""
 
     step: float  #: h [s]

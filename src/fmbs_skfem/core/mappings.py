@@ -114,10 +114,10 @@ def described(inner: Any, notes: Sequence[Any]) -> Takes:
         return rule
 
     def schema() -> Schema:
-        told = rule.told
+        told = rule.schema
         return told | {"description": ": ".join(filter(None, [*texts, told.get("description", "") if known else ""]))}
 
-    return dataclasses.replace(rule, schema=schema)
+    return dataclasses.replace(rule, describe=schema)
 
 
 def any_of(options: Sequence[Takes], none: bool) -> Takes:
@@ -134,9 +134,9 @@ def any_of(options: Sequence[Takes], none: bool) -> Takes:
         return options[-1].read(value, context)
 
     def schema() -> Schema:
-        return {"anyOf": [*(option.told for option in options), *([{"type": "null"}] if none else [])]}
+        return {"anyOf": [*(option.schema for option in options), *([{"type": "null"}] if none else [])]}
 
-    return dataclasses.replace(options[-1], read=read, schema=schema)
+    return dataclasses.replace(options[-1], read=read, describe=schema)
 
 
 def one_of(options: Sequence[Any]) -> Takes:
@@ -163,7 +163,7 @@ def list_of(each: Takes, kind: type) -> Takes:
         found = read_all((k, functools.partial(each.read, one, context)) for k, one in enumerate(value))
         return found if kind is list else tuple(found)
 
-    return Takes(read, lambda: {"type": "array", "items": each.told})
+    return Takes(read, lambda: {"type": "array", "items": each.schema})
 
 
 def names(hint: Any, least: int = 0, words: bool = False) -> Takes:
@@ -180,7 +180,9 @@ def names(hint: Any, least: int = 0, words: bool = False) -> Takes:
         read = read_all(((key, functools.partial(each.read, one, context)) for key, one in value.items()), found)
         return {key: with_name(one, key) if named else one for key, one in zip(value, read, strict=True)}
 
-    return Takes(read, lambda: {"type": "object", "additionalProperties": each.told} | ({"minProperties": least} if least else {}))
+    return Takes(
+        read, lambda: {"type": "object", "additionalProperties": each.schema} | ({"minProperties": least} if least else {})
+    )
 
 
 # ------------------------------------------------------------------------------------------------------- dataclasses, families
@@ -195,7 +197,7 @@ def make(kind: type, value: object, context: Context, tagged: Mapping[str, Any])
         raise Problem("a mapping", shown(value))
     known = entries(kind)
     found = [
-        ((key,), Problem(f"the key '{key}'", "no such key", hint_of(entry.rule.told)))
+        ((key,), Problem(f"the key '{key}'", "no such key", hint_of(entry.rule.schema)))
         for key, entry in known.items()
         if entry.needed and key not in value
     ]
@@ -287,10 +289,10 @@ def references(schema: Any) -> set[str]:
 def object_schema(kind: type) -> Schema:
     """The JSON schema of a dataclass, which refers to others."""
     known = entries(kind)
-    keys = {key: entry.rule.told | shown_default(entry) for key, entry in known.items()}
+    keys = {key: entry.rule.schema | shown_default(entry) for key, entry in known.items()}
     required = [key for key, entry in known.items() if entry.needed]
     if issubclass(kind, Declared):
-        keys, required = {kind.tag: one_of(kind.words).told, **keys}, [kind.tag, *required]
+        keys, required = {kind.tag: one_of(kind.words).schema, **keys}, [kind.tag, *required]
     return {"title": kind.__name__, "description": inspect.cleandoc(kind.__doc__ or ""), **mapping_schema(tuple(required), **keys)}
 
 

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 
 from ..core.errors import InputError, Reason, SolverError, closest, listed, say
-from ..core.inputs import KEPT, Held, Input, Told
+from ..core.inputs import KEPT, GivenInput, Held, Input
 from ..core.records import dataclass
 from ..core.structs import Routine, address_of, packed
 from ..systems.controllers import Controlled
-from ..systems.signals import driving_inputs, read_inputs, told_by_name, with_inputs
+from ..systems.signals import driving_inputs, given_by_name, read_inputs, with_inputs
 from ..systems.system import System, driven_rows, driving
 from . import checkpoint as checkpoints
 from . import stepping
@@ -50,19 +50,21 @@ class Feed:
     """Inputs of a run; `system` reads them."""
 
     def __init__(self, plain: System, scheme: GeneralizedAlpha) -> None:
-        self.plain, self.scheme, self.inputs = plain, scheme, told_by_name(plain)
+        self.plain, self.scheme, self.inputs = plain, scheme, given_by_name(plain)
         driven, smooth = {signal for _, signal in driving(plain.constraints)}, driving_inputs(plain)
-        self.told = {name: Told(scheme.step, [one.start] * KEPT, 1 - KEPT, name in smooth) for name, one in self.inputs.items()}
-        self.system = with_inputs(plain, self.told)
+        self.given = {
+            name: GivenInput(scheme.step, [one.start] * KEPT, 1 - KEPT, name in smooth) for name, one in self.inputs.items()
+        }
+        self.system = with_inputs(plain, self.given)
         self.samplers = [sampler(one, scheme) for one in self.inputs.values() if isinstance(one, Controlled)]
         held = [one for one in self.inputs.values() if isinstance(one, Held)]
         own = [one.of for one in self.samplers] + held
         self.record = {one.name: [one.start] for one in own}  #: what controllers gave, and events
-        self.free = [name for name in self.told if name not in self.record]
+        self.free = [name for name in self.given if name not in self.record]
         reading = [k for k, signal in enumerate(plain.signals) if read_inputs(signal)]
         #: columns of inputs that are signals as they are; None where others read them, which are evaluated in every step
-        self.columns: list[tuple[int, Told]] | None = [
-            (k, self.told[one.name])
+        self.columns: list[tuple[int, GivenInput]] | None = [
+            (k, self.given[one.name])
             for k in reading
             if isinstance(one := plain.signals[k], Input) and (k not in driven or isinstance(one, Held))
         ]
@@ -79,7 +81,7 @@ class Feed:
         for name, value in values.items():
             if name not in self.free or not math.isfinite(value):
                 self.refuse(name, value)
-        for name, one in self.told.items():
+        for name, one in self.given.items():
             kept = one.values
             kept.append(float(values[name]) if name in values else kept[-1])
             del kept[0]
@@ -95,7 +97,7 @@ class Feed:
 
     def hold(self, one: Held, value: float) -> None:
         """Set an input from an event on."""
-        self.told[one.name].values[:] = [value] * KEPT
+        self.given[one.name].values[:] = [value] * KEPT
         self.record[one.name][-1] = value
 
     def sample(self, run: Run) -> None:
@@ -103,13 +105,13 @@ class Feed:
         changed = False
         for one in self.samplers:
             if run.done % one.every == 0:
-                told = self.told[one.of.name]
+                told = self.given[one.of.name]
                 new = self.value(run, one)
                 changed = changed or new != told.values[-1]
                 told.values[-1] = new
         run.reader.keep()
         for name, values in self.record.items():
-            values.append(self.told[name].values[-1])
+            values.append(self.given[name].values[-1])
         if changed:
             self.jump(run)
 
@@ -173,8 +175,8 @@ class Feed:
 
     def recorded(self) -> System:
         """The system with what controllers gave so far as histories."""
-        told = {name: Told(self.scheme.step, values, smooth=self.told[name].smooth) for name, values in self.record.items()}
-        return with_inputs(self.plain, {**self.told, **told})
+        told = {name: GivenInput(self.scheme.step, values, smooth=self.given[name].smooth) for name, values in self.record.items()}
+        return with_inputs(self.plain, {**self.given, **told})
 
     def growing(self) -> str:
         """What is said of a controller whose output grows ever more, quarter by quarter of its samples; nothing of others."""
@@ -191,13 +193,13 @@ class Feed:
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What is to be kept of it, by name."""
-        found = {f"input {name}": np.array(one.values) for name, one in self.told.items()}
+        found = {f"input {name}": np.array(one.values) for name, one in self.given.items()}
         found |= {f"controller {one.of.name}": np.array(one.memory) for one in self.samplers}
         return found | {f"told {name}": np.array(values) for name, values in self.record.items()}
 
     def put(self, held: Checkpoint) -> None:
         """Put back what was kept."""
-        for name, one in self.told.items():
+        for name, one in self.given.items():
             one.values = checkpoints.fitting(held.arrays, f"input {name}", np.array(one.values)).tolist()
             one.first = held.done + 1 - KEPT
         for each in self.samplers:

@@ -24,7 +24,7 @@ from .feed import Feed
 from .histories import leading_signals, leading_values, warn_of_coarse_steps, warn_of_jumps, warn_of_tilts
 from .initial import Instant, Start, consistent_start, first_step, startable
 from .large import Large
-from .names import row_names, told, worst
+from .names import as_text, row_names, worst
 from .outputs import survey_of
 from .run import Run, last_residual, moment, take_up, trajectory
 from .scheme import GeneralizedAlpha, Newton, method_of, steps_in
@@ -287,6 +287,6 @@ def failure(run: Run, status: int, time: float) -> SolverError:
     reason, n = REASONS[status], model.system.size
     names = row_names(model.system)
     largest = worst(names, last_residual(run, time))
-    text = f"{reason.value} at t = {time:.6g} s, also with the step divided by {2**HALVINGS}; largest residuals: {told(largest)}"
+    text = f"{reason.value} at t = {time:.6g} s, also with the step divided by {2**HALVINGS}; largest residuals: {as_text(largest)}"
     error = SolverError(f"{text}; try a smaller step, or look at loads and joints there (n = {n})", reason, time, largest, partial)
     return FailedStep(error, run)

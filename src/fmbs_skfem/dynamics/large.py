@@ -95,7 +95,7 @@ class Large:
         W = csr_array(W + diags_array(shift))
         self.inverse = inverse(W, self.motions, self.solver)
         self.label = self.inverse.label
-        work.rate[0], self.place, self.factored = 1.0, space.x.copy(), fitted_turns(self, space.x)
+        work.rate[0], self.place, self.factored = 1.0, space.x.copy(), fit_rotations(self, space.x)
         columns = np.zeros((len(self.interface), self.size))
         columns[np.arange(len(self.interface)), self.interface] = 1.0
         spread = refined(W, self.inverse, columns)
@@ -107,7 +107,7 @@ class Large:
         """rhs <- KKT^-1 rhs."""
         now = self.now = self.standing(step, table)
         r = step.space.f.copy()
-        turned(self, r, [R.T for R in now.turns])
+        rotate(self, r, [R.T for R in now.turns])
         self.close(step.space, now, self.inverse.solve(r[None, :])[0])
 
     def settle(self, step: Step, table: int) -> None:
@@ -120,11 +120,11 @@ class Large:
     def standing(self, step: Step, table: int) -> Standing:
         """The interface in the trial state."""
         space = step.space
-        turns = [now @ then.T for now, then in zip(fitted_turns(self, space.x), self.factored, strict=True)]
+        turns = [now @ then.T for now, then in zip(fit_rotations(self, space.x), self.factored, strict=True)]
         nb, m = len(self.interface), len(space.multipliers)
         if nb == 0:
             return Standing(turns)
-        small = block_turns(self, turns)
+        small = block_rotations(self, turns)
         F, J = small @ self.flexible @ small.T, space.Jy @ self.probes
         H = self.slopes(step, table)
         A = np.zeros((nb + m, nb + m))
@@ -139,7 +139,7 @@ class Large:
             push = now.H @ found[:nb] + now.J.T @ found[nb:]
             r -= (now.small.T @ push).astype(np.float32) @ self.spread
             space.rhs[0, n:] = found[nb:]
-        turned(self, r, now.turns)
+        rotate(self, r, now.turns)
         space.f[:] = r
 
     def slopes(self, step: Step, table: int) -> np.ndarray:
@@ -177,19 +177,19 @@ def rotation_weights(model: Compiled) -> list[tuple[slice, np.ndarray]]:
     return found
 
 
-def fitted_turns(large: Large, x: np.ndarray) -> list[np.ndarray]:
+def fit_rotations(large: Large, x: np.ndarray) -> list[np.ndarray]:
     """Rotation of every body that fits its motion from the reference best (polar decomposition of q^T G)."""
     return [nearest(x[where].reshape(-1, large.dim).T @ G) for where, G in large.bodies]
 
 
-def turned(large: Large, r: np.ndarray, turns: list[np.ndarray]) -> None:
+def rotate(large: Large, r: np.ndarray, turns: list[np.ndarray]) -> None:
     """r <- R r, vector by vector, in place."""
     for (where, _), R in zip(large.bodies, turns, strict=True):
         part = r[where].reshape(-1, large.dim)
         part[:] = part @ R.T
 
 
-def block_turns(large: Large, turns: list[np.ndarray]) -> np.ndarray:
+def block_rotations(large: Large, turns: list[np.ndarray]) -> np.ndarray:
     """R on the interface unknowns (b, b)."""
     out, dim = np.eye(len(large.interface)), large.dim
     for mine, R in zip(large.owned, turns, strict=True):

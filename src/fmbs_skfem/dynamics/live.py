@@ -65,7 +65,7 @@ class LiveRun:
     @property
     def inputs(self) -> dict[str, float]:
         """Values of all inputs in the last step."""
-        return {name: one.values[-1] for name, one in self.feed.told.items() if not isinstance(self.feed.inputs[name], Held)}
+        return {name: one.values[-1] for name, one in self.feed.given.items() if not isinstance(self.feed.inputs[name], Held)}
 
     def step(self, inputs: Mapping[str, float] | None = None) -> None:
         """Take a step; inputs that are not named keep their values. SolverError where it cannot be taken."""

@@ -55,7 +55,7 @@ def worst(names: list[str], residual: np.ndarray) -> tuple[tuple[str, float], ..
     return tuple((names[k], float(values[k])) for k in np.argsort(values)[::-1][:SHOWN])
 
 
-def told(values: tuple[tuple[str, float], ...]) -> str:
+def as_text(values: tuple[tuple[str, float], ...]) -> str:
     """Names with their values as text."""
     return ", ".join(f"{name}: {value:.3g}" for name, value in values)
 

@@ -24,7 +24,7 @@ from . import departures, missing_shapes
 from .histories import finite_signals
 from .linear import linearise
 from .loading import parts, ramp
-from .names import row_names, told, worst
+from .names import as_text, row_names, worst
 from .scheme import STATIC, Newton, round_off
 from .shapes import find_free
 from .trajectory import Statistics, Trajectory
@@ -211,5 +211,5 @@ def static_failure(model: Compiled, reason: Reason, place: tuple[str, float], R:
     """The error of a step at a load factor or time, with the worst residuals by name."""
     largest = worst(row_names(model.system), R)
     hint = "a body may be free to move: hold it by joints" if reason is Reason.SINGULAR_TANGENT else "try more load steps"
-    text = f"{reason.value} at {place[0]} {place[1]:.4g}; largest residuals: {told(largest)}; {hint}"
+    text = f"{reason.value} at {place[0]} {place[1]:.4g}; largest residuals: {as_text(largest)}; {hint}"
     return SolverError(text, reason, place[1], largest)

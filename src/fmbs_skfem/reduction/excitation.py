@@ -176,7 +176,7 @@ def move(part: Body, excitation: Excitation, progress: Callable[[float], None] |
     every = max(1, round(told.duration / told.step / told.samples))
     for run in range(told.runs):
         held = names[run % len(names)]
-        pin, begin = joints.Pin(held, At(part.name, held)), {part.name: turning(part, told, held, run)}
+        pin, begin = joints.Pin(held, At(part.name, held)), {part.name: rotating_motion(part, told, held, run)}
         system = eliminate(assemble([part], [pin], pushes(part, told, held, random), initial=begin))
         done = None if progress is None else partial(advance, progress, run, told.runs)
         try:
@@ -190,7 +190,7 @@ def move(part: Body, excitation: Excitation, progress: Callable[[float], None] |
     return np.concatenate(found), told
 
 
-def turning(part: Body, told: Excitation, held: str, run: int) -> Motion:
+def rotating_motion(part: Body, told: Excitation, held: str, run: int) -> Motion:
     """Rotation about the place that is held, in a direction of its own in every run."""
     center = reference_at(part, held)
     axis = np.random.default_rng((told.seed, run)).normal(size=3)

@@ -20,7 +20,7 @@ from ..core.errors import InputError, say
 from ..core.problems import Found
 from ..core.records import dataclass
 from ..dynamics import initial
-from .locations import Told, where
+from .locations import Oddity, where
 
 if TYPE_CHECKING:
     from ..dynamics import Campbell, GeneralizedAlpha, Trajectory
@@ -68,7 +68,7 @@ class Analysis(Declared, ABC):
         """What does not fit in the scene around it."""
         return iter(())
 
-    def idle(self, scene: Scene) -> Iterator[Told]:
+    def idle(self, scene: Scene) -> Iterator[Oddity]:
         """What the scene says without effect on it."""
         return iter(())
 
@@ -132,7 +132,7 @@ class States(Analysis, ABC):
         """What is found of the system of a scene."""
 
 
-def motion_only(scene: Scene, what: str, remedy: str = "") -> Iterator[Told]:
+def motion_only(scene: Scene, what: str, remedy: str = "") -> Iterator[Oddity]:
     """What in a scene belongs to motions alone, where `what` is asked for."""
     undamped = f"does nothing, {what} is not damped" + (f"; {remedy}" if remedy else "")
     if scene.initial.bodies:

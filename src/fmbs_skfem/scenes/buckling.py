@@ -13,7 +13,7 @@ from ..core.records import dataclass
 from ..dynamics.missing_shapes import tell_unknown, too_strong, warn_of_missing
 from . import build
 from .analyses import Form, States, StateTable, Work, motion_only
-from .locations import Told, where
+from .locations import Oddity, where
 
 if TYPE_CHECKING:
     from .schema import Scene
@@ -57,5 +57,5 @@ class Buckling(States):
         about = f"{len(factors)} load factors"
         return StateTable(raw, reduced, about, "buckling", heads, columns, facts, shapes=shapes)
 
-    def idle(self, scene: Scene) -> Iterator[Told]:
+    def idle(self, scene: Scene) -> Iterator[Oddity]:
         return motion_only(scene, "a buckling load")

@@ -68,7 +68,7 @@ def parts(scene: Scene, cells: int | None = None, allow_outside: bool = False) -
     centre of mass.
     """
     found = [_body(scene, name, cells, allow_outside) for name in scene.bodies]
-    for look, part in itertools.product((plausibility.file_unit, plausibility.turning), found):
+    for look, part in itertools.product((plausibility.file_unit, plausibility.without_center), found):
         if (odd := look(scene, part.name, part)) is not None:
             notify(f"{where(scene, *odd.keys)}: {odd}")
     return found

@@ -16,7 +16,7 @@ from ..core.ranges import Parameter
 from ..core.records import dataclass
 from ..dynamics.campbell import Found
 from .analyses import StateTable, Work
-from .locations import Told, where
+from .locations import Oddity, where
 from .near_state import NearState
 from .vibration import LANCZOS, Modes
 
@@ -44,7 +44,7 @@ class Campbell(NearState):
     def work(self) -> Work:
         return Work(4.0 * self.steps, self.steps, LANCZOS * self.steps, counts={"modes": self.count, "values": self.steps})
 
-    def idle(self, scene: Scene) -> Iterator[Told]:
+    def idle(self, scene: Scene) -> Iterator[Oddity]:
         return self.modes(self.count).idle(scene)
 
     def modes(self, count: int) -> Modes:

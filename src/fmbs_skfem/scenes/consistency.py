@@ -22,7 +22,7 @@ from ..systems import joints, readings, responses
 from ..systems.places import At
 from . import plausibility, yamlfile
 from .inputs import ends_early, leaves
-from .locations import Told
+from .locations import Oddity
 from .training import Allowed, without_ranges
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def problems(scene: Scene) -> Iterator[Found]:
     yield from _comparisons(scene)
 
 
-def notices(scene: Scene) -> Iterator[Told]:
+def notices(scene: Scene) -> Iterator[Oddity]:
     """Values that are allowed but hardly meant: paths of keys and what is odd about them."""
     for name, limits in scene.ranges.items():
         if not limits.low <= scene.parameters[name] <= limits.high:
@@ -63,7 +63,7 @@ def notices(scene: Scene) -> Iterator[Told]:
             yield keys, f"an angle of {angle:g} rad is more than one turn: write '{angle:g} deg' if degrees are meant"
 
 
-def _tilting(scene: Scene) -> Iterator[Told]:
+def _tilting(scene: Scene) -> Iterator[Oddity]:
     """Drives in space of bodies that spherical joints alone hold: they prescribe one angle, and the others are free."""
     for name, drive in scene.joints.items():
         if scene.dimension == 2 or not isinstance(drive, joints.DrivenAngle):
@@ -87,7 +87,7 @@ def _angles(scene: Scene) -> Iterator[tuple[tuple[str, ...], float]]:
                     yield (part, name, key), angle
 
 
-def _leaving(scene: Scene) -> Iterator[Told]:
+def _leaving(scene: Scene) -> Iterator[Oddity]:
     """Functions of time that read tables beyond their ends."""
     instants = scene.analysis.instants()
     for section in ("joints", "loads"):
@@ -98,7 +98,7 @@ def _leaving(scene: Scene) -> Iterator[Told]:
                         yield (section, name, key), text
 
 
-def _idle(scene: Scene) -> Iterator[Told]:
+def _idle(scene: Scene) -> Iterator[Oddity]:
     """What a scene says without effect: keys that its analysis or body does not read, changed parameters that nothing uses."""
     for name, body in scene.bodies.items():
         yield from ((("bodies", name, key), text) for key, text in body.idle())
@@ -140,7 +140,7 @@ def inputs_in(values: Iterable[Any]) -> Iterator[str]:
             yield from (one.name for one in value.inputs)
 
 
-def _degrees(value: object, keys: tuple[str | int, ...]) -> Iterator[Told]:
+def _degrees(value: object, keys: tuple[str | int, ...]) -> Iterator[Oddity]:
     """Sines of plain numbers beyond one turn anywhere in a file."""
     inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, entry in inside:

@@ -16,7 +16,7 @@ from ..dynamics import GeneralizedAlpha, Newton, Trajectory
 from . import fields, times
 from .analyses import Form, History, Work
 from .fields import Spans
-from .locations import Told
+from .locations import Oddity
 
 if TYPE_CHECKING:
     from ..dynamics.checkpoint import Moment, Resumed
@@ -107,7 +107,7 @@ class Dynamic(History):
             if time is not None and times.count_steps(time, self.step) is None:
                 yield place, Problem(f"a multiple of the step {self.step:g} s", f"{time:g} s")
 
-    def idle(self, scene: Scene) -> Iterator[Told]:
+    def idle(self, scene: Scene) -> Iterator[Oddity]:
         key = ("reduction", "snapshots")
         yield from self.ends(("analysis", "every"), self.every)
         if scene.reduction is None:
@@ -117,7 +117,7 @@ class Dynamic(History):
         if isinstance(interval, float) and interval > self.duration * (1.0 + times.NEAR):
             yield key, f"{interval:g} s leave no snapshot but the start of a motion of {self.duration:g} s"
 
-    def ends(self, key: Keys, spans: float | Spans) -> Iterator[Told]:
+    def ends(self, key: Keys, spans: float | Spans) -> Iterator[Oddity]:
         """The last span lasts to the end of the motion."""
         last = spans[-1].until if isinstance(spans, tuple) else None
         if last is not None and last < self.duration:

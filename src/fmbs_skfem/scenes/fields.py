@@ -106,7 +106,7 @@ def parts_or(told: str, single: Takes, parts: Takes, kind: type) -> Takes:
         except Problem as problem:
             raise Problem(f"{problem.expected} ({told})", problem.got, problem.remedy) from problem
 
-    return Takes(read, _options(told, single.told, parts.told))
+    return Takes(read, _options(told, single.schema, parts.schema))
 
 
 def _options(told: str, *options: dict[str, Any]) -> dict[str, Any]:
@@ -115,7 +115,7 @@ def _options(told: str, *options: dict[str, Any]) -> dict[str, Any]:
 
 EDGES = Takes(lambda value, context: Rim(read_names(value, context)), NAMES)
 SPAN_LIST = list_of(inline(Span), tuple)
-SPANS = Takes(spans, SPAN_LIST.told | {"minItems": 1})
+SPANS = Takes(spans, SPAN_LIST.schema | {"minItems": 1})
 NUMBER_OF = whole(1, COUNT)
 _INERTIA = number_schema(units.INERTIA)
 _ROW = array_schema(_INERTIA, 3, 3)

@@ -40,7 +40,7 @@ def read_written(value: object, context: Context) -> str:
     return str(value)
 
 
-WRITTEN = Takes(read_written, UNIT.schema)
+WRITTEN = Takes(read_written, UNIT.describe)
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class InputModel:
     """A number that a run from Python sets from step to step; a run from the command holds it at its start."""
 
     unit: Annotated[str, WRITTEN] = ""
-    start: Annotated[Any, Takes(lambda value, context: value, ANY.told)] = 0.0
+    start: Annotated[Any, Takes(lambda value, context: value, ANY.schema)] = 0.0
 
 
 MODEL = inline(InputModel)
@@ -196,5 +196,5 @@ def check_name(name: str, parameters: Mapping[str, Any]) -> None:
         raise Problem("a name of letters, digits and _ that is no function, unit or parameter", shown(name))
 
 
-INPUT = Takes(lambda value, context: value, MODEL.told)  #: one that has been resolved
-TABLE = Takes(lambda value, context: value, TABLE_MODEL.told)
+INPUT = Takes(lambda value, context: value, MODEL.schema)  #: one that has been resolved
+TABLE = Takes(lambda value, context: value, TABLE_MODEL.schema)

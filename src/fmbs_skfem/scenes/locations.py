@@ -10,7 +10,7 @@ from . import yamlfile
 if TYPE_CHECKING:
     from .schema import Scene
 
-Told: TypeAlias = tuple[Keys, str]  #: path of keys and a notice
+Oddity: TypeAlias = tuple[Keys, str]  #: path of keys, and what is odd about what stands there
 
 
 def where(scene: Scene, *keys: str | int) -> str:

@@ -55,7 +55,7 @@ class Ranged:
 
 RANGED = inline(Ranged)
 SCHEMA: Schema = {
-    "anyOf": [*_QUANTITY["anyOf"], RANGED.told],
+    "anyOf": [*_QUANTITY["anyOf"], RANGED.schema],
     "description": "a quantity, or {value: ..., range: [low, high], scale: linear or log}",
 }  #: JSON schema of a parameter
 

@@ -116,7 +116,7 @@ def file_unit(scene: Scene, name: str, part: Body) -> Finding | None:
     return Finding(("bodies", name), text, "is the file in mm? write unit: mm, or unit: m where it is in metres")
 
 
-def turning(scene: Scene, name: str, part: Body) -> Finding | None:
+def without_center(scene: Scene, name: str, part: Body) -> Finding | None:
     """A body that moves and turns at the start about the origin of the scene for want of a center, and is not centred there."""
     motion = scene.initial.bodies.get(name)
     if motion is None or motion.center is not None or not (np.any(motion.velocity) and np.any(motion.angular_velocity)):

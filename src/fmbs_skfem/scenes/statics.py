@@ -15,7 +15,7 @@ from ..dynamics import Newton, Trajectory, initial, instability, loading
 from ..systems import free_motions
 from . import fields
 from .analyses import Form, History, Work, motion_only, refuse_free
-from .locations import Told
+from .locations import Oddity
 
 if TYPE_CHECKING:
     from ..systems import System
@@ -76,5 +76,5 @@ class Static(History):
             got = f"{len(free)} rigid motion{'s' if len(free) > 1 else ''} that nothing resists:{listed}"
             refuse_free(scene, got, "\nhold them by joints")
 
-    def idle(self, scene: Scene) -> Iterator[Told]:
+    def idle(self, scene: Scene) -> Iterator[Oddity]:
         return motion_only(scene, "an equilibrium")

@@ -30,7 +30,7 @@ def _points(value: object, context: Context) -> int:
     return value
 
 
-POINTS = Takes(_points, whole(1, LARGEST).told)
+POINTS = Takes(_points, whole(1, LARGEST).schema)
 
 
 @dataclass(frozen=True)
@@ -143,14 +143,14 @@ def _refuse(value: object) -> Listed:
 
 
 DESIGN = inline(Spread)
-_COUNT = POINTS.told
+_COUNT = POINTS.schema
 _VALUE = {"anyOf": [{"type": "number"}, {"type": "string"}]}
 _POINT: dict[str, Any] = {"anyOf": [*_VALUE["anyOf"], {"type": "object", "additionalProperties": _VALUE}]}
 _DESIGN: dict[str, Any] = {
     "anyOf": [
         _COUNT,
         array_schema(_POINT, 1),
-        DESIGN.told,
+        DESIGN.schema,
         {"type": "object", "additionalProperties": _COUNT},
     ],
     "description": "a number of points, counts by parameter, {design: ..., count: ...}, or a list of points",

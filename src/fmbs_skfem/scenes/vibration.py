@@ -16,7 +16,7 @@ from ..dynamics.missing_shapes import tell_unknown, too_high, warn_of_missing
 from ..dynamics.modes import GROWS, STILL, fastest, grows
 from ..dynamics.shapes import Free
 from .analyses import StateTable, Work, motion_only
-from .locations import Told, where
+from .locations import Oddity, where
 from .near_state import NearState
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ class Modes(NearState):
             return complex_motions(linear, free, self.count, system)
         return real_motions(linear, free, self.count)
 
-    def idle(self, scene: Scene) -> Iterator[Told]:
+    def idle(self, scene: Scene) -> Iterator[Oddity]:
         """What modes do not read: undamped ones no damping, those about the reference no loads."""
         if not self.damped and self.spin is None:
             yield from motion_only(scene, "a vibration mode", "damped: true counts damping")

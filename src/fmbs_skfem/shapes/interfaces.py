@@ -24,7 +24,7 @@ SMOOTH = 1e-6  #: largest sum of the outward unit normals of two sides of a smoo
 ALPHA = 1e3  #: penalty of a kink over the bending stiffness of one cell
 
 
-def seams(shape: Surface) -> list[tuple[str, str]]:
+def common_edges(shape: Surface) -> list[tuple[str, str]]:
     """Pairs of lines of cell sides that share functions and no slope: edges that are joined, and both sides of inner knots.
 
     Lines whose slopes are tied (`smoothing`) are none.

@@ -9,7 +9,7 @@ from ..core.notices import notify
 DOUBT = 1.5  #: change of an angle from one stored state to the next beside the expected one, above which a turn may be lost [rad]
 
 
-def turning(y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def angle_and_rates(y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Argument of plane vectors y (s, 2), in (-pi, pi], and its first and second derivative, (s,) each."""
     square, along = np.sum(y * y, axis=1), np.sum(y * rate, axis=1)
     speed = (y[:, 0] * rate[:, 1] - y[:, 1] * rate[:, 0]) / square

@@ -70,7 +70,7 @@ class Bushing(Load):
         numbers = (given(self, key, len(turned)) for key in ("torsional_stiffness", "torsional_damping"))
         for axis, k, c in zip(turned, *numbers, strict=True):
             if k or c:
-                gauge, coordinate = responses.turning(draft, where(self), self.at, self.to, None if dim == 2 else tuple(axis))
+                gauge, coordinate = responses.angle_between(draft, where(self), self.at, self.to, None if dim == 2 else tuple(axis))
                 resist(self, draft, gauge, coordinate, "angle", k, c)
 
 

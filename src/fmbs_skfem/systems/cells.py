@@ -150,7 +150,7 @@ def modulus_times_basis(D: np.ndarray, table: np.ndarray, p: int, b: int, c: int
 
 @jit
 def gradients(C: Record, q: np.ndarray, work: np.ndarray) -> np.ndarray:
-    """Jets (k c, p, e) of the cells from their coordinates, in the front of `work`."""
+    """Gradients (k c, p, e) of the cells from their coordinates, in the front of `work`."""
     return gather_at(C, q, work, 0, work)
 
 

@@ -44,7 +44,7 @@ def read_unit(value: object, context: Context) -> str:
 
 UNIT = Takes(read_unit, {"type": "string", "description": "a unit such as N m, none for a number"})
 Gain: TypeAlias = Annotated[
-    Any, Takes(lambda value, context: quantities.read(value, context.parameters), ANY.told)
+    Any, Takes(lambda value, context: quantities.read(value, context.parameters), ANY.schema)
 ]  #: SI, or a quantity
 Read: TypeAlias = Annotated[OfState, fields.response("")]
 
@@ -56,7 +56,7 @@ def read_pair(value: object, context: Context) -> tuple[Any, ...]:
     return tuple(quantities.read(one, context.parameters) for one in value)
 
 
-Pair: TypeAlias = Annotated[tuple[Any, ...], Takes(read_pair, array_schema(ANY.told, 2, 2))]
+Pair: TypeAlias = Annotated[tuple[Any, ...], Takes(read_pair, array_schema(ANY.schema, 2, 2))]
 
 
 def number(value: Any) -> float:

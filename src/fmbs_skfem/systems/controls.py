@@ -72,7 +72,7 @@ class AngularLoad(Load, ABC):
         yield from needs_axis(self.axis, dim)
 
     def push(self, draft: Draft) -> None:
-        gauge, coordinate = responses.turning(draft, where(self), self.at, self.to, self.axis)
+        gauge, coordinate = responses.angle_between(draft, where(self), self.at, self.to, self.axis)
         draft.gauges[self.name] = gauge
         responses.act(draft, where(self), gauge, coordinate, self.law())
 

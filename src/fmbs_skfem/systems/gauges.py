@@ -17,7 +17,7 @@ import numpy as np
 
 from ..core.errors import InputError, closest, listed, say
 from ..core.records import dataclass
-from .angles import continuous, turning
+from .angles import angle_and_rates, continuous
 from .places import Draft
 from .probes import Probe, Sensed, Sizes
 from .system import Output
@@ -79,13 +79,13 @@ class LoadState(Probe, word="load"):
 def angles(y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The angle (s,) of rows (s, 2), (s, 4) or (s, 9) as in `responses.torque`, but for whole turns, and its two derivatives."""
     if y.shape[1] == 2:
-        return turning(y, rate, change)
+        return angle_and_rates(y, rate, change)
     if y.shape[1] == 4:
-        ends = [turning(*(part[:, 2 * k : 2 * k + 2] for part in (y, rate, change))) for k in range(2)]
+        ends = [angle_and_rates(*(part[:, 2 * k : 2 * k + 2] for part in (y, rate, change))) for k in range(2)]
         return ends[0][0] - ends[1][0], ends[0][1] - ends[1][1], ends[0][2] - ends[1][2]
     (u, w), (du, dw), (ddu, ddw) = ((part[:, :3], part[:, 3:].reshape(-1, 2, 3)) for part in (y, rate, change))
     product = partial(np.einsum, "sc,skc->sk")
-    return turning(product(u, w), product(du, w) + product(u, dw), product(ddu, w) + 2 * product(du, dw) + product(u, ddw))
+    return angle_and_rates(product(u, w), product(du, w) + product(u, dw), product(ddu, w) + 2 * product(du, dw) + product(u, ddw))
 
 
 def torques(y: np.ndarray, force: np.ndarray) -> np.ndarray:

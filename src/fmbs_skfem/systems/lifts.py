@@ -47,7 +47,7 @@ class DenseLift(NamedTuple):
 
     blocks: IntegerMatrix  #: (b, 5) first coordinate and their number, first unknown and their number, place in the numbers
     rows: Vector  #: (p, r) of all blocks
-    turned: Vector  #: (r, p) of all blocks
+    transposed: Vector  #: (r, p) of all blocks
     offset: Vector  #: d (p,)
     indptr: Integers  #: of the lower triangle of K, columns in order
     indices: Integers
@@ -103,7 +103,7 @@ def combine(L: Any, fixed: float, x: np.ndarray, p: np.ndarray) -> None:
         p[i] = fixed * L.offset[i]
     for k in range(len(L.blocks)):
         first, count, start, modes, at = L.blocks[k]
-        add_combination(view(L.turned, at, (modes, count)), view(x, start, (modes,)), view(p, first, (count,)))
+        add_combination(view(L.transposed, at, (modes, count)), view(x, start, (modes,)), view(p, first, (count,)))
 
 
 @routine
@@ -112,7 +112,7 @@ def scatter_dense(table: Any, record: Any) -> int:
     s, L = evaluation(table).space, dense_lift(record)
     for k in range(len(L.blocks)):
         first, count, start, modes, at = L.blocks[k]
-        add_sums(view(L.turned, at, (modes, count)), view(s.body[2], first, (count,)), view(s.f, start, (modes,)))
+        add_sums(view(L.transposed, at, (modes, count)), view(s.body[2], first, (count,)), view(s.f, start, (modes,)))
     return 0
 
 
@@ -128,7 +128,7 @@ def tangent_dense(table: Any, record: Any) -> int:
         AV = view(s.work[2], 0, (count, modes))
         for i in range(count):
             multiply_row(L, s.entries, first + i, first, view(L.rows, at, (count, modes)), AV[i])
-        Z = np.dot(view(L.turned, at, (modes, count)), AV)
+        Z = np.dot(view(L.transposed, at, (modes, count)), AV)
         for i in range(modes):
             for j in range(modes):
                 s.W[start + i, start + j] += Z[i, j] + Z[j, i]

@@ -214,7 +214,7 @@ class TorsionSpring(Load):
         for name, value in (("stiffness", self.stiffness), ("damping", self.damping)):
             if not (np.isfinite(value) and value >= 0):
                 raise InputError(say(f"{where(self)}.{name}", "a number that is not negative", value))
-        gauge, coordinate = responses.turning(draft, where(self), self.at, self.to, self.axis)
+        gauge, coordinate = responses.angle_between(draft, where(self), self.at, self.to, self.axis)
         gauge = draft.gauges[self.name] = replace(gauge, free=self.rest_angle)
         if coordinate in TORSION:
             return draft.forces.act(TORSION[coordinate], gauge.rows, (self.stiffness, self.damping, self.rest_angle))

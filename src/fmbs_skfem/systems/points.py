@@ -53,7 +53,7 @@ class Record(NamedTuple):
     beta: float  #: stiffness-proportional damping time [s]
     first: int  #: of the unknowns
     rows: Rows  #: (k c p, r)
-    turned: Rows  #: (r, k c p): forces read these alone, so that they stay in the cache from gather to scatter
+    transposed: Rows  #: (r, k c p): forces read these alone, so that they stay in the cache from gather to scatter
     offset: Vector  #: (k c p,)
     section: Cube  #: (i, 1, p)
     kept: int  #: first place in the gradients of a space, where it is damped
@@ -64,18 +64,18 @@ opened = opener(Record)
 
 @jit
 def gather(P: Any, x: np.ndarray, fixed: float, work: np.ndarray) -> np.ndarray:
-    """Jets (k c, 1, p) in the front of `work`, with `fixed` times the offset: 1 for positions, 0 for rates."""
+    """Gradients (k c, 1, p) in the front of `work`, with `fixed` times the offset: 1 for positions, 0 for rates."""
     return gather_at(P, x, fixed, work, 0)
 
 
 @jit
 def gather_at(P: Any, x: np.ndarray, fixed: float, target: np.ndarray, at: int) -> np.ndarray:
     """The same in a place of `target`."""
-    modes, size = P.turned.shape
+    modes, size = P.transposed.shape
     flat = view(target, at, (size,))
     for i in range(size):
         flat[i] = fixed * P.offset[i]
-    add_combination(P.turned, view(x, P.first, (modes,)), flat)
+    add_combination(P.transposed, view(x, P.first, (modes,)), flat)
     return kept(P, target, at)
 
 
@@ -83,7 +83,7 @@ def gather_at(P: Any, x: np.ndarray, fixed: float, target: np.ndarray, at: int) 
 def kept(P: Any, target: np.ndarray, at: int) -> np.ndarray:
     """Gradients (k c, 1, p) from a place of `target` on."""
     points = P.section.shape[2]
-    return view(target, at, (P.turned.shape[1] // points, 1, points))
+    return view(target, at, (P.transposed.shape[1] // points, 1, points))
 
 
 @routine
@@ -95,7 +95,7 @@ def force(table: Any, record: Any) -> int:
     u = gather_at(P, s.x, 1.0, room, at)
     rate = gather_at(P, s.v, 0.0, room, at + u.size) if P.beta > 0.0 else u
     laws.call_stress(P.calls, u, rate, P.beta, P.section, view(work[2], 0, u.shape))
-    add_sums(P.turned, view(work[2], 0, (u.size,)), view(s.f, P.first, (len(P.turned),)))
+    add_sums(P.transposed, view(work[2], 0, (u.size,)), view(s.f, P.first, (len(P.transposed),)))
     return 0
 
 
@@ -130,7 +130,7 @@ def tangent(table: Any, record: Any) -> int:
 @jit
 def add_product(P: Any, work: np.ndarray, W: np.ndarray) -> None:
     """W[columns, columns] += L^T D L with D in the second row of `work`."""
-    (modes, size), points = P.turned.shape, P.section.shape[2]
+    (modes, size), points = P.transposed.shape, P.section.shape[2]
     rows = size // points
     D, stress = view(work[1], 0, (rows, rows, points)), view(work[2], 0, (rows, points, modes))
     modulus_times_rows(D, P.rows.reshape(rows, points, modes), stress)

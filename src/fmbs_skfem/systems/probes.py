@@ -19,7 +19,7 @@ from ..core.notices import notify
 from ..core.problems import Problem
 from ..core.records import dataclass
 from . import fields, resultants
-from .angles import continuous, turning
+from .angles import angle_and_rates, continuous
 from .constraint_functions import AXES, arm, needs_axis, unit
 from .own_symbols import norm, turned
 from .places import Draft
@@ -253,7 +253,7 @@ class Angle(Probe):
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
-        angle, speed, acceleration = turning(sensed.values, sensed.rates, sensed.accelerations)
+        angle, speed, acceleration = angle_and_rates(sensed.values, sensed.rates, sensed.accelerations)
         return [continuous(f"output '{sensed.name}'", sensed.times, angle, speed, acceleration)]
 
     @classmethod
@@ -306,7 +306,7 @@ class AngularVelocity(Probe):
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
         if sensed.dim == 2:
-            return [turning(sensed.values, sensed.rates, sensed.accelerations)[1]]
+            return [angle_and_rates(sensed.values, sensed.rates, sensed.accelerations)[1]]
         e, change = (part.reshape(len(part), -1, 3) for part in (sensed.values, sensed.rates))
         A = np.einsum("ske,ske->s", e, e)[:, None, None] * np.eye(3) - np.einsum("ski,skj->sij", e, e)
         w = np.einsum("sij,sj->si", np.linalg.pinv(A, rcond=PARALLEL, hermitian=True), np.cross(e, change).sum(axis=1))

@@ -264,7 +264,7 @@ def probe_of(law: str, word: str) -> type[Probe]:
 ForceLaw.makers[WORD] = law_of
 
 
-def turning(draft: Draft, where: str, at: At, to: At | None, axis: Sequence[float] | None) -> tuple[Gauge, str]:
+def angle_between(draft: Draft, where: str, at: At, to: At | None, axis: Sequence[float] | None) -> tuple[Gauge, str]:
     """The angle that a place has turned about an axis since the reference, or has against another place, which carries the axis."""
     layout = draft.layout
     if to is None or layout.dim == 2:

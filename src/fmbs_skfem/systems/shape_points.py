@@ -40,7 +40,7 @@ class Record(NamedTuple):
     beta: float  #: stiffness-proportional damping time [s]
     first: int  #: of the coordinates
     table: Rows  #: (k p, b)
-    turned: Rows  #: (b, k p)
+    transposed: Rows  #: (b, k p)
     section: Cube  #: (i, 1, p)
     targets: Targets
     kept: int  #: first place in the gradients of a space, where it is damped
@@ -59,20 +59,20 @@ def gather(P: Any, q: np.ndarray, work: np.ndarray) -> np.ndarray:
 def kept(P: Any, target: np.ndarray, at: int) -> np.ndarray:
     """Gradients (k c, 1, p) from a place of `target` on."""
     points = P.section.shape[2]
-    return view(target, at, (P.turned.shape[1] // points * laws.components(P.calls), 1, points))
+    return view(target, at, (P.transposed.shape[1] // points * laws.components(P.calls), 1, points))
 
 
 @jit
 def gather_at(P: Any, q: np.ndarray, target: np.ndarray, at: int, work: np.ndarray) -> np.ndarray:
     """Those from the coordinates q of all cells, with room behind the front of `work`."""
-    (functions, size), points, dim = P.turned.shape, P.section.shape[2], laws.components(P.calls)
+    (functions, size), points, dim = P.transposed.shape, P.section.shape[2], laws.components(P.calls)
     vectors, u = size // points, kept(P, target, at)
     part, values = view(work, u.size, (size,)), view(work, u.size + size, (functions,))
     for c in range(dim):
         clear(part)
         for b in range(functions):
             values[b] = q[P.first + b * dim + c]
-        add_combination(P.turned, values, part)
+        add_combination(P.transposed, values, part)
         for k in range(vectors):
             for p in range(points):
                 u[k * dim + c, 0, p] = part[k * points + p]
@@ -82,14 +82,14 @@ def gather_at(P: Any, q: np.ndarray, target: np.ndarray, at: int, work: np.ndarr
 @jit
 def scatter(P: Any, S: np.ndarray, f: np.ndarray, work: np.ndarray) -> None:
     """f[b, c] += sum_kp N[k, p, b] S[(k, c), p]."""
-    (functions, size), points, dim = P.turned.shape, S.shape[2], laws.components(P.calls)
+    (functions, size), points, dim = P.transposed.shape, S.shape[2], laws.components(P.calls)
     part, values = view(work, 0, (size,)), view(work, size, (functions,))
     for c in range(dim):
         for k in range(size // points):
             for p in range(points):
                 part[k * points + p] = S[k * dim + c, 0, p]
         clear(values)
-        add_sums(P.turned, part, values)
+        add_sums(P.transposed, part, values)
         for b in range(functions):
             f[P.first + b * dim + c] += values[b]
 
@@ -128,14 +128,14 @@ def dissipate(table: Any, record: Any) -> int:
 def tangent(table: Any, record: Any) -> int:
     """W += N^T D N in the places of `targets`, with damping times gh."""
     E, P = evaluation(table), opened(record)
-    work, dim, (functions, size) = E.space.work, laws.components(P.calls), P.turned.shape
+    work, dim, (functions, size) = E.space.work, laws.components(P.calls), P.transposed.shape
     u = gather(P, E.space.body[0], work[0])
     rows, points = u.shape[0], u.shape[2]
     D = view(work[1], 0, (rows, rows, 1, points))
     laws.call_modulus(P.calls, u, E.space.gh[0] * P.beta, P.section, D)
     DN = view(work[2], 0, (size, dim * (dim + 1) // 2, functions))
     modulus_times_functions(view(work[1], 0, (rows, rows, points)), P.table.reshape(size // points, points, functions), dim, DN)
-    product = np.dot(P.turned, view(work[2], 0, (size, DN.shape[1] * functions)))
+    product = np.dot(P.transposed, view(work[2], 0, (size, DN.shape[1] * functions)))
     put(P.targets, packed(product, functions, dim, work[0]), E.space.entries)
     return 0
 

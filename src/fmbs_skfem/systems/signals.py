@@ -87,14 +87,14 @@ def _(signal: Cosine | Sine, told: Mapping[str, Signal]) -> Signal:
     return replace(signal, angle=bound(signal.angle, told))
 
 
-def told_by_name(system: System) -> dict[str, Input]:
+def given_by_name(system: System) -> dict[str, Input]:
     """All that a system is given by name: inputs, those of controllers at the end of its signals, and numbers of locks."""
     return {one.name: one for signal in system.signals for one in read_inputs(signal)}
 
 
 def inputs_of(system: System) -> dict[str, Input]:
     """The inputs of a system by name, those of controllers among them."""
-    return {name: one for name, one in told_by_name(system).items() if not isinstance(one, Held)}
+    return {name: one for name, one in given_by_name(system).items() if not isinstance(one, Held)}
 
 
 def driving_inputs(system: System) -> set[str]:
@@ -105,7 +105,7 @@ def driving_inputs(system: System) -> set[str]:
 
 def with_inputs(system: System, told: Mapping[str, Signal]) -> System:
     """The system with functions of time in place of inputs; InputError for one that it does not have."""
-    known = told_by_name(system)
+    known = given_by_name(system)
     for name in told:
         if name not in known:
             expected = f"one of the inputs {listed(known, name, 'of which there are none')}"

@@ -154,7 +154,7 @@ def sagging_arc(cable: Hanging, cells: int) -> np.ndarray:
     return np.column_stack([np.outer(x, along) + np.outer(y, down), 0.0 * s])
 
 
-def hung(cable: Hanging, bending: float, cells: int = 30) -> tuple[np.ndarray, np.ndarray]:
+def solve_hanging(cable: Hanging, bending: float, cells: int = 30) -> tuple[np.ndarray, np.ndarray]:
     """Reaction (2,) of the first end and positions (3, 2), with EI = bending w L^3."""
     section = sections.Given(cable.EA, bending * cable.weight * cable.length**3, cable.weight / GRAVITY)
     part = body.cable("cable", polyline(sagging_arc(cable, cells)), section, dim=2)
@@ -189,12 +189,12 @@ def hanging_chain() -> list[Quantity]:
     found = []
     for number, cable in enumerate(HANGING, 2):
         force, points = catenary(cable, green=True)
-        soft = hung(cable, 1e-5)
+        soft = solve_hanging(cable, 1e-5)
         found.append(farthest(f"positions, cable {number}", points, soft[1], 5e-5, "m"))
         found.append(farthest(f"forces, cable {number}", force, soft[0], 1e-4, "N"))
     cable = HANGING[0]
     exact = catenary(cable, green=True)[1]
-    errors = [float(np.abs(hung(cable, stiffness)[1] - exact).max()) for stiffness in (1e-4, 1e-5)]
+    errors = [float(np.abs(solve_hanging(cable, stiffness)[1] - exact).max()) for stiffness in (1e-4, 1e-5)]
     return [*found, order("order in EI", (1e-4, 1e-5), errors, 1.0, 0.05)]
 
 
@@ -204,7 +204,7 @@ def inextensible_chain() -> list[Quantity]:
     rigid, found, errors = np.array(INEXTENSIBLE.points), [], []
     for EA, tolerance in ((1e2, 1e-3), (1e3, 1e-2)):
         cable = replace(INEXTENSIBLE, EA=EA)
-        lower = hung(cable, 1e-7)[1] - rigid
+        lower = solve_hanging(cable, 1e-7)[1] - rigid
         found.append(farthest(f"distance from it, EA = {EA:g} N", catenary(cable, green=True)[1] - rigid, lower, tolerance, "m"))
         errors.append(float(np.abs(lower).max()))
     return [*found, order("order in 1/EA", (1e-2, 1e-3), errors, 1.0, 0.01)]
