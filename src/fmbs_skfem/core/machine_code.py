@@ -58,12 +58,18 @@ def place(folder: Path, name: str, function: Callable[..., Any], given: tuple[ob
     """
     source, cells = Path(function.__code__.co_filename), function.__closure__ or ()
     try:
-        status, closure = source.stat(), pickle.dumps([cell.cell_contents for cell in cells])
+        status, closure = source.stat(), pickle.dumps([identity(cell.cell_contents) for cell in cells])
     except (OSError, ValueError, TypeError, AttributeError, pickle.PicklingError):
         return None
     own = (function.__module__, function.__qualname__, function.__code__.co_firstlineno, function.__code__.co_code, closure)
     parts = (*machine(), *own, str(source), status.st_size, status.st_mtime_ns, *map(str, given))
     return folder / f"{name}-{hashlib.sha256(repr(parts).encode()).hexdigest()[:24]}{SUFFIX}"
+
+
+def identity(enclosed: Any) -> Any:
+    """What a function encloses; of another compiled one where it stands, and its bytecode."""
+    function = getattr(enclosed, "py_func", None)
+    return enclosed if function is None else (function.__module__, function.__qualname__, function.__code__.co_code)
 
 
 def write(path: Path, compiled: Any) -> None:

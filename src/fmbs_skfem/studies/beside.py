@@ -29,9 +29,8 @@ def main(reduces: bool) -> None:
     if reduces:
         ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)
         ecsw.weights(np.eye(2), 0.5)
-        terms = points.force, points.tangent, points.energy
-        for one in (*factors.doors(Storage.DENSE), *terms, costs.repeat_calls):
-            int(one.address)
+        for more in (*factors.doors(Storage.DENSE), *points.ROUTINES[:3], costs.repeat_calls):
+            int(more.address)
 
 
 def end_with_parent() -> None:

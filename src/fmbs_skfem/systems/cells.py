@@ -19,12 +19,11 @@ from ..bodies.body import Cells
 from ..core.entries import view
 from ..core.jit import jit
 from ..core.linalg import is_sparse, support
-from ..core.structs import Cube, IntegerMatrix, Integers, Tensor, opener, routine
+from ..core.structs import Cube, IntegerMatrix, Integers, Tensor, opener
 from . import terms
-from .evaluation import evaluation
 from .kernels import clear, clear_rows
 from .points import Sampled
-from .terms import Lifts, Routines, Setting, Targets, Term
+from .terms import Lifts, Setting, Targets, Term
 
 if TYPE_CHECKING:
     from .layouts import Layout
@@ -149,69 +148,33 @@ def modulus_times_basis(D: np.ndarray, table: np.ndarray, p: int, b: int, c: int
 
 
 @jit
-def gradients(C: Record, q: np.ndarray, work: np.ndarray) -> np.ndarray:
-    """Gradients (k c, p, e) of the cells from their coordinates, in the front of `work`."""
-    return gather_at(C, q, work, 0, work)
-
-
-@jit
-def gather_at(C: Record, q: np.ndarray, target: np.ndarray, at: int, work: np.ndarray) -> np.ndarray:
-    """The same in a place of `target`, with room behind the front of `work`."""
-    u, (_, _, basis, cells) = kept(C, target, at), C.table.shape
-    gather_cells(C.nodes, C.table, q, view(work, u.size, (basis, laws.components(C.calls), cells)), u)
-    return u
-
-
-@jit
-def kept(C: Record, target: np.ndarray, at: int) -> np.ndarray:
-    """Gradients (k c, p, e) from a place of `target` on."""
+def place(C: Any, target: np.ndarray, at: int) -> np.ndarray:
+    """An array (k c, p, e) from a place of `target` on."""
     vectors, points, _, cells = C.table.shape
     return view(target, at, (vectors * laws.components(C.calls), points, cells))
 
 
-@routine
-def force(table: Any, record: Any) -> int:
+@jit
+def read(s: Any, C: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
+    """Gradients (k c, p, e) from the coordinates of the cells, or their rates."""
+    u, (_, _, basis, cells) = place(C, target, at), C.table.shape
+    local = view(s.work[0], u.size, (basis, laws.components(C.calls), cells))
+    gather_cells(C.nodes, C.table, s.body[order], local, u)
+    return u
+
+
+@jit
+def scatter(s: Any, C: Any, S: np.ndarray) -> None:
     """Forces on the coordinates of the cells += B^T S."""
-    E, C = evaluation(table), opened(record)
-    body, work = E.space.body, E.space.work
-    room, at = (E.space.gradients[0], C.kept) if C.beta > 0.0 else (work[0], 0)
-    u = gather_at(C, body[0], room, at, work[0])
-    rate = gather_at(C, body[1], room, at + u.size, work[0]) if C.beta > 0.0 else u
-    S = view(work[2], 0, u.shape)
-    laws.call_stress(C.calls, u, rate, C.beta, C.section, S)
     basis, cells = C.nodes.shape
-    scatter_cells(C.nodes, C.table, S, view(work[0], 0, (basis, laws.components(C.calls), cells)), body[2])
-    return 0
+    scatter_cells(C.nodes, C.table, S, view(s.work[0], 0, (basis, laws.components(C.calls), cells)), s.body[2])
 
 
-@routine
-def energy(table: Any, record: Any) -> int:
-    """Energy += the sum over all points."""
-    E, C = evaluation(table), opened(record)
-    E.space.energy[0] += laws.call_energy(C.calls, gradients(C, E.space.body[0], E.space.work[0]), C.section)
-    return 0
-
-
-@routine
-def tangent(table: Any, record: Any) -> int:
-    """W += B^T D B in the places of `targets`, with damping times gh."""
-    E, C = evaluation(table), opened(record)
-    work = E.space.work
-    u = gradients(C, E.space.body[0], work[0])
-    rows = u.shape[0]
-    D = view(work[1], 0, (rows, rows, u.shape[1], u.shape[2]))
-    laws.call_modulus(C.calls, u, E.space.gh[0] * C.beta, C.section, D)
-    cell_matrices(C.table, D, work[2])
-    put(C.targets, work[2], E.space.entries)
-    return 0
-
-
-@routine
-def dissipate(table: Any, record: Any) -> int:
-    """Energy += the power of damping."""
-    s, C = evaluation(table).space, opened(record)
-    terms.add_damping_power(s, C, kept(C, s.work[1], 0), kept(C, s.work[2], 0))
-    return 0
+@jit
+def add_tangent(s: Any, C: Any, D: np.ndarray) -> None:
+    """W += B^T D B in the places of `targets`."""
+    cell_matrices(C.table, D, s.work[2])
+    put(C.targets, s.work[2], s.entries)
 
 
 @jit
@@ -226,7 +189,7 @@ def put(T: Targets, entries: np.ndarray, W: np.ndarray) -> None:
             W[T.target[k]] += T.factor[k] * entries[T.source[k]]
 
 
-ROUTINES = Routines(force, tangent, energy, dissipate=dissipate)
+ROUTINES = terms.at_points(__name__, opened, place, read, scatter, add_tangent)
 
 
 @terms.carry.register(Cells)

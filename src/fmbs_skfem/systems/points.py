@@ -23,7 +23,7 @@ from ..core.validation import Attributes, Indices, Range, Reals
 from . import terms
 from .evaluation import evaluation
 from .kernels import add_combination, add_sums
-from .terms import Lifts, Routines, Setting, Term
+from .terms import Lifts, Setting, Term
 
 if TYPE_CHECKING:
     from .system import Affine, Matrix
@@ -63,68 +63,33 @@ opened = opener(Record)
 
 
 @jit
-def gather(P: Any, x: np.ndarray, fixed: float, work: np.ndarray) -> np.ndarray:
-    """Gradients (k c, 1, p) in the front of `work`, with `fixed` times the offset: 1 for positions, 0 for rates."""
-    return gather_at(P, x, fixed, work, 0)
-
-
-@jit
-def gather_at(P: Any, x: np.ndarray, fixed: float, target: np.ndarray, at: int) -> np.ndarray:
-    """The same in a place of `target`."""
-    modes, size = P.transposed.shape
-    flat = view(target, at, (size,))
-    for i in range(size):
-        flat[i] = fixed * P.offset[i]
-    add_combination(P.transposed, view(x, P.first, (modes,)), flat)
-    return kept(P, target, at)
-
-
-@jit
-def kept(P: Any, target: np.ndarray, at: int) -> np.ndarray:
-    """Gradients (k c, 1, p) from a place of `target` on."""
+def place(P: Any, target: np.ndarray, at: int) -> np.ndarray:
+    """An array (k c, 1, p) from a place of `target` on."""
     points = P.section.shape[2]
     return view(target, at, (P.transposed.shape[1] // points, 1, points))
 
 
-@routine
-def force(table: Any, record: Any) -> int:
+@jit
+def read(s: Any, P: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
+    """Gradients (k c, 1, p) from the unknowns with the offset, or from their rates without."""
+    modes, size = P.transposed.shape
+    flat = view(target, at, (size,))
+    for i in range(size):
+        flat[i] = P.offset[i] if order == 0 else 0.0
+    add_combination(P.transposed, view(s.x if order == 0 else s.v, P.first, (modes,)), flat)
+    return place(P, target, at)
+
+
+@jit
+def scatter(s: Any, P: Any, S: np.ndarray) -> None:
     """f += L^T S."""
-    E, P = evaluation(table), opened(record)
-    s, work = E.space, E.space.work
-    room, at = (s.gradients[0], P.kept) if P.beta > 0.0 else (work[0], 0)
-    u = gather_at(P, s.x, 1.0, room, at)
-    rate = gather_at(P, s.v, 0.0, room, at + u.size) if P.beta > 0.0 else u
-    laws.call_stress(P.calls, u, rate, P.beta, P.section, view(work[2], 0, u.shape))
-    add_sums(P.transposed, view(work[2], 0, (u.size,)), view(s.f, P.first, (len(P.transposed),)))
-    return 0
+    add_sums(P.transposed, view(S, 0, (S.size,)), view(s.f, P.first, (len(P.transposed),)))
 
 
-@routine
-def energy(table: Any, record: Any) -> int:
-    """Energy += the sum over all points."""
-    E, P = evaluation(table), opened(record)
-    E.space.energy[0] += laws.call_energy(P.calls, gather(P, E.space.x, 1.0, E.space.work[0]), P.section)
-    return 0
-
-
-@routine
-def dissipate(table: Any, record: Any) -> int:
-    """Energy += the power of damping."""
-    s, P = evaluation(table).space, opened(record)
-    terms.add_damping_power(s, P, kept(P, s.work[1], 0), kept(P, s.work[2], 0))
-    return 0
-
-
-@routine
-def tangent(table: Any, record: Any) -> int:
-    """W[columns, columns] += L^T D L, with damping times gh."""
-    E, P = evaluation(table), opened(record)
-    work = E.space.work
-    u = gather(P, E.space.x, 1.0, work[0])
-    D = view(work[1], 0, (u.shape[0], u.shape[0], 1, u.shape[2]))
-    laws.call_modulus(P.calls, u, E.space.gh[0] * P.beta, P.section, D)
-    add_product(P, work, E.space.W)
-    return 0
+@jit
+def add_tangent(s: Any, P: Any, D: np.ndarray) -> None:
+    """W[columns, columns] += L^T D L."""
+    add_product(P, s.work, s.W)
 
 
 @jit
@@ -144,7 +109,7 @@ def add_product(P: Any, work: np.ndarray, W: np.ndarray) -> None:
 def gather_alone(table: Any, record: Any) -> int:
     """The gradients, for reports of time."""
     s = evaluation(table).space
-    gather(opened(record), s.x, 1.0, s.work[0])
+    read(s, opened(record), 0, s.work[0], 0)
     return 0
 
 
@@ -177,7 +142,7 @@ def modulus_times_rows(D: np.ndarray, gradients: np.ndarray, stress: np.ndarray)
                     target[r] += a * row_a[r]
 
 
-ROUTINES = Routines(force, tangent, energy, gather_alone, product_alone, dissipate)
+ROUTINES = terms.at_points(__name__, opened, place, read, scatter, add_tangent, gather=gather_alone, product=product_alone)
 
 
 @terms.carry.register(Sampled)

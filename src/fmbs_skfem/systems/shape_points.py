@@ -20,14 +20,13 @@ from ..bodies.body import Cells, ShapePoints
 from ..core.entries import view
 from ..core.jit import jit
 from ..core.linalg import as_dense, is_sparse, support
-from ..core.structs import Cube, Integers, opener, routine
+from ..core.structs import Cube, Integers, opener
 from ..core.structs import Matrix as Rows
 from . import terms
 from .cells import put
-from .evaluation import evaluation
 from .kernels import add_combination, add_sums, clear
 from .points import Sampled, weigh
-from .terms import Lifts, Routines, Setting, Targets, Term
+from .terms import Lifts, Setting, Targets, Term
 
 if TYPE_CHECKING:
     from .system import Affine, Matrix
@@ -50,24 +49,18 @@ opened = opener(Record)
 
 
 @jit
-def gather(P: Any, q: np.ndarray, work: np.ndarray) -> np.ndarray:
-    """Gradients (k c, 1, p) in the front of `work` from the coordinates q of all cells."""
-    return gather_at(P, q, work, 0, work)
-
-
-@jit
-def kept(P: Any, target: np.ndarray, at: int) -> np.ndarray:
-    """Gradients (k c, 1, p) from a place of `target` on."""
+def place(P: Any, target: np.ndarray, at: int) -> np.ndarray:
+    """An array (k c, 1, p) from a place of `target` on."""
     points = P.section.shape[2]
     return view(target, at, (P.transposed.shape[1] // points * laws.components(P.calls), 1, points))
 
 
 @jit
-def gather_at(P: Any, q: np.ndarray, target: np.ndarray, at: int, work: np.ndarray) -> np.ndarray:
-    """Those from the coordinates q of all cells, with room behind the front of `work`."""
-    (functions, size), points, dim = P.transposed.shape, P.section.shape[2], laws.components(P.calls)
-    vectors, u = size // points, kept(P, target, at)
-    part, values = view(work, u.size, (size,)), view(work, u.size + size, (functions,))
+def read(s: Any, P: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
+    """Gradients (k c, 1, p) from the coordinates of all cells, or their rates."""
+    (functions, size), points, dim, q = P.transposed.shape, P.section.shape[2], laws.components(P.calls), s.body[order]
+    vectors, u = size // points, place(P, target, at)
+    part, values = view(s.work[0], u.size, (size,)), view(s.work[0], u.size + size, (functions,))
     for c in range(dim):
         clear(part)
         for b in range(functions):
@@ -80,10 +73,10 @@ def gather_at(P: Any, q: np.ndarray, target: np.ndarray, at: int, work: np.ndarr
 
 
 @jit
-def scatter(P: Any, S: np.ndarray, f: np.ndarray, work: np.ndarray) -> None:
-    """f[b, c] += sum_kp N[k, p, b] S[(k, c), p]."""
-    (functions, size), points, dim = P.transposed.shape, S.shape[2], laws.components(P.calls)
-    part, values = view(work, 0, (size,)), view(work, size, (functions,))
+def scatter(s: Any, P: Any, S: np.ndarray) -> None:
+    """Forces f[b, c] on the coordinates of the cells += sum_kp N[k, p, b] S[(k, c), p]."""
+    (functions, size), points, dim, f = P.transposed.shape, S.shape[2], laws.components(P.calls), s.body[2]
+    part, values = view(s.work[0], 0, (size,)), view(s.work[0], size, (functions,))
     for c in range(dim):
         for k in range(size // points):
             for p in range(points):
@@ -94,50 +87,14 @@ def scatter(P: Any, S: np.ndarray, f: np.ndarray, work: np.ndarray) -> None:
             f[P.first + b * dim + c] += values[b]
 
 
-@routine
-def force(table: Any, record: Any) -> int:
-    """Forces on the coordinates of the cells += N^T S."""
-    E, P = evaluation(table), opened(record)
-    body, work = E.space.body, E.space.work
-    room, at = (E.space.gradients[0], P.kept) if P.beta > 0.0 else (work[0], 0)
-    u = gather_at(P, body[0], room, at, work[0])
-    rate = gather_at(P, body[1], room, at + u.size, work[0]) if P.beta > 0.0 else u
-    S = view(work[2], 0, u.shape)
-    laws.call_stress(P.calls, u, rate, P.beta, P.section, S)
-    scatter(P, S, body[2], work[0])
-    return 0
-
-
-@routine
-def energy(table: Any, record: Any) -> int:
-    """Energy += the sum over all points."""
-    E, P = evaluation(table), opened(record)
-    E.space.energy[0] += laws.call_energy(P.calls, gather(P, E.space.body[0], E.space.work[0]), P.section)
-    return 0
-
-
-@routine
-def dissipate(table: Any, record: Any) -> int:
-    """Energy += the power of damping."""
-    s, P = evaluation(table).space, opened(record)
-    terms.add_damping_power(s, P, kept(P, s.work[1], 0), kept(P, s.work[2], 0))
-    return 0
-
-
-@routine
-def tangent(table: Any, record: Any) -> int:
-    """W += N^T D N in the places of `targets`, with damping times gh."""
-    E, P = evaluation(table), opened(record)
-    work, dim, (functions, size) = E.space.work, laws.components(P.calls), P.transposed.shape
-    u = gather(P, E.space.body[0], work[0])
-    rows, points = u.shape[0], u.shape[2]
-    D = view(work[1], 0, (rows, rows, 1, points))
-    laws.call_modulus(P.calls, u, E.space.gh[0] * P.beta, P.section, D)
-    DN = view(work[2], 0, (size, dim * (dim + 1) // 2, functions))
-    modulus_times_functions(view(work[1], 0, (rows, rows, points)), P.table.reshape(size // points, points, functions), dim, DN)
-    product = np.dot(P.transposed, view(work[2], 0, (size, DN.shape[1] * functions)))
-    put(P.targets, packed(product, functions, dim, work[0]), E.space.entries)
-    return 0
+@jit
+def add_tangent(s: Any, P: Any, D: np.ndarray) -> None:
+    """W += N^T D N in the places of `targets`."""
+    dim, (functions, size), (rows, _, _, points) = laws.components(P.calls), P.transposed.shape, D.shape
+    DN = view(s.work[2], 0, (size, dim * (dim + 1) // 2, functions))
+    modulus_times_functions(view(D, 0, (rows, rows, points)), P.table.reshape(size // points, points, functions), dim, DN)
+    product = np.dot(P.transposed, view(s.work[2], 0, (size, DN.shape[1] * functions)))
+    put(P.targets, packed(product, functions, dim, s.work[0]), s.entries)
 
 
 @jit
@@ -176,7 +133,7 @@ def packed(product: np.ndarray, functions: int, dim: int, room: np.ndarray) -> n
     return room
 
 
-ROUTINES = Routines(force, tangent, energy, dissipate=dissipate)
+ROUTINES = terms.at_points(__name__, opened, place, read, scatter, add_tangent)
 
 
 @terms.carry.register(ShapePoints)

@@ -5,6 +5,7 @@ A storage is a struct of arrays; for its type it registers
     carry           itself in other coordinates x = V z + d
     split           itself in pieces whose numbers stay in the cache, in the coordinates of `Lifts` if it reads bodies
     compile_term    a piece as a record of arrays and three routines that act on it (`evaluation.ElasticTerms`)
+                    of a law at points, `at_points` makes them: gather, evaluate, scatter
 
 and, where the default does not do, `couplings`, `position_gradients` and what costs are counted from: `functions_read`,
 `numbers_read` and `cells_of_points`; points that can be sampled say their `dense_rows` and `unknowns`, and `choose_points` among
@@ -16,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import field
 from functools import singledispatch
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_array, vstack
@@ -24,15 +25,17 @@ from scipy.sparse import csr_array, vstack
 from ..bodies import laws
 from ..core.entries import view
 from ..core.errors import InputError, say
-from ..core.jit import jit
 from ..core.linalg import as_dense, is_sparse
 from ..core.records import dataclass
-from ..core.structs import Callback, Routine, Shorts, Vector, address_of, packed, unpacked
-from .evaluation import Space
+from ..core.structs import Callback, Routine, Shorts, Vector, address_of, packed, routine, unpacked
+from .evaluation import Space, evaluation
 
 if TYPE_CHECKING:
     from .points import Sampled
     from .system import Affine, Matrix
+
+
+Function: TypeAlias = Callable[..., Any]
 
 
 class Routines(NamedTuple):
@@ -139,19 +142,62 @@ class Lifts:
         return matrix, np.ascontiguousarray(np.concatenate(self.offsets))
 
 
-@jit
-def add_damping_power(s: Any, P: Any, u: np.ndarray, rate: np.ndarray) -> None:
-    """Energy += the power of damping half way between the last evaluation and the accepted state, see `Space.gradients`.
+def at_points(
+    owner: str,
+    opened: Callable[[Any], Any],
+    place: Function,
+    read: Function,
+    scatter: Function,
+    add_tangent: Function,
+    **more: Routine,
+) -> Routines:
+    """The routines of a storage whose law acts at points: gather, evaluate, scatter, for a module `owner` and its record P.
 
-    Gradients and rates there are left in u and rate (k c, p, e).
+    It brings functions for compiled code: place(P, target, at), an array (k c, p, e) from a place of `target` on; read(s, P, order,
+    target, at), the same with the gradients of the positions (`order` 0) or of their rates (1); scatter(s, P, S) of stresses; and
+    add_tangent(s, P, D) of moduli (k c, k c, p, e).
     """
-    size = u.size
-    now, before = view(s.gradients[0], P.kept, (2 * size,)), view(s.gradients[1], P.kept, (2 * size,))
-    mean, mean_rate = view(u, 0, (size,)), view(rate, 0, (size,))
-    for i in range(size):
-        mean[i] = 0.5 * (now[i] + before[i])
-        mean_rate[i] = 0.5 * (now[size + i] + before[size + i])
-    s.energy[0] += P.beta * laws.call_dissipation(P.calls, u, rate, P.section, s.work[0])
+
+    def force(table: Any, record: Any) -> int:
+        s, P = evaluation(table).space, opened(record)
+        room, at = (s.gradients[0], P.kept) if P.beta > 0.0 else (s.work[0], 0)
+        u = read(s, P, 0, room, at)
+        rate = read(s, P, 1, room, at + u.size) if P.beta > 0.0 else u
+        S = view(s.work[2], 0, u.shape)
+        laws.call_stress(P.calls, u, rate, P.beta, P.section, S)
+        scatter(s, P, S)
+        return 0
+
+    def tangent(table: Any, record: Any) -> int:
+        s, P = evaluation(table).space, opened(record)
+        u = read(s, P, 0, s.work[0], 0)
+        rows, points, cells = u.shape
+        D = view(s.work[1], 0, (rows, rows, points, cells))
+        laws.call_modulus(P.calls, u, s.gh[0] * P.beta, P.section, D)
+        add_tangent(s, P, D)
+        return 0
+
+    def energy(table: Any, record: Any) -> int:
+        s, P = evaluation(table).space, opened(record)
+        s.energy[0] += laws.call_energy(P.calls, read(s, P, 0, s.work[0], 0), P.section)
+        return 0
+
+    def dissipate(table: Any, record: Any) -> int:
+        """Energy += the power of damping half way between the last evaluation and the accepted state, see `Space.gradients`."""
+        s, P = evaluation(table).space, opened(record)
+        u, rate = place(P, s.work[1], 0), place(P, s.work[2], 0)
+        size = u.size
+        now, before = view(s.gradients[0], P.kept, (2 * size,)), view(s.gradients[1], P.kept, (2 * size,))
+        mean, mean_rate = view(u, 0, (size,)), view(rate, 0, (size,))
+        for i in range(size):
+            mean[i] = 0.5 * (now[i] + before[i])
+            mean_rate[i] = 0.5 * (now[size + i] + before[size + i])
+        s.energy[0] += P.beta * laws.call_dissipation(P.calls, u, rate, P.section, s.work[0])
+        return 0
+
+    for one in (force, tangent, energy, dissipate):
+        one.__module__, one.__qualname__ = owner, one.__name__
+    return Routines(routine(force), routine(tangent), routine(energy), dissipate=routine(dissipate), **more)
 
 
 @singledispatch
