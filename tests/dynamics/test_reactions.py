@@ -10,8 +10,9 @@ import pytest
 
 from fmbs_skfem.bodies import body, rigid, sections
 from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs, reactions, solve_statics
-from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, System, assemble, eliminate, events, joints, loads, probes
 
 from .. import models
 
@@ -117,6 +118,22 @@ def test_the_moment_of_a_universal_joint_is_about_the_normal_of_its_axes() -> No
     system = eliminate(assemble([cross], held, [twist], outputs={"joint": probes.Reaction("joint")}))
     assert probes.column_units(system.outputs)["joint_axes"] == "N m"
     np.testing.assert_allclose(moment_on(system, integrate(system, GeneralizedAlpha(1e-3), 2e-3)), [0.0, 0.0, -3.0], atol=1e-9)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_what_a_lock_carries_stands_beside_its_columns(dim: int) -> None:
+    """A block of 2 kg that is caught 1 m to the right of its centre: m g up, and m g times that about -z."""
+    block = rigid.rigid(
+        "block", 2.0, 1.0 if dim == 2 else (1.0, 1.0, 1.0), (0.0,) * dim, dim=dim, places={"end": (1.0, 0.0, 0.0)[:dim]}
+    )
+    catch = events.Latch("catch", At("block", "end"))
+    now = {"now": events.Event(when=of_state("t - 2e-3"), lock=("catch",))}
+    down, held = [loads.Gravity((0.0, -10.0, 0.0)[:dim])], {"catch": probes.Reaction("catch")}
+    system = eliminate(assemble([block], [catch], down, outputs=held, events=now))
+    found = integrate(system, GeneralizedAlpha(1e-3), 5e-3)
+    np.testing.assert_allclose(moment_on(system, found), [0.0, 0.0, -20.0], rtol=1e-3, atol=1e-9)
+    assert outputs(found)["catch_y_locked"][-1] == pytest.approx(20.0)
+    assert probes.column_labels(system.outputs)["catch_y_locked"] == "force along y"
 
 
 @pytest.mark.parametrize("form", [eliminate, lambda system: system], ids=["eliminated", "multipliers"])

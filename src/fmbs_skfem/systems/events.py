@@ -89,8 +89,8 @@ class Holding:
         self.signals.append(self.draft.signal(Held(label)))
         return self.signals[-1]
 
-    def row(self, label: str, *terms: Term) -> None:
-        self.rows.row(self.joint.name, f"{label} locked", *terms)
+    def row(self, label: str, *terms: Term, about: tuple[np.ndarray, np.ndarray] | None = None) -> None:
+        self.rows.row(self.joint.name, f"{label} locked", *terms, about=about)
 
 
 def watched(events: Mapping[str, Event]) -> Iterator[tuple[str, OfState]]:
@@ -135,6 +135,7 @@ def lock_of(draft: Draft, joint: Joint, read: Read) -> Lock:
     axes = vectors(found, other)
     hold_position(found, at, other, axes)
     hold_direction(found, vectors(found, at) or [], axes)
+    draft.constraints.axes |= found.rows.axes
     return Lock(joint.name, read(found.rows), read(found.numbers), np.array(found.signals, dtype=np.int64))
 
 
@@ -183,8 +184,10 @@ def hold_direction(found: Holding, u: list[int], w: list[int] | None) -> None:
         )
     s = [[found.number(*component(one, w, k)) for k in range(3)] for one in u]
     if len(u) == 3:
+        own = basis(where(found.joint), found.draft.layout, found.joint.at)[1]
         for i, j in ((0, 1), (0, 2), (1, 2)):
-            found.row(f"angle {i + j}", *(term for k in range(3) for term in component(u[i], w, k, s[j][k])))
+            terms = [term for k in range(3) for term in component(u[i], w, k, s[j][k])]
+            found.row(f"angle {i + j}", *terms, about=(own[i], own[j]))
         return
     for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):  # u . (s x f_k) = 0, one of which follows from the others
         found.row(f"angle {k + 1}", *component(u[0], w, i, s[0][j]), *component(u[0], w, j, s[0][i], -1.0))
@@ -197,13 +200,14 @@ def component(u: int, w: list[int] | None, k: int, signal: int = -1, factor: flo
 
 def hold_angle(found: Holding, u: int, w: int | None) -> None:
     """c (w x u) - s (w . u) = 0 in the plane; on the ground w is the axis x."""
+    plane = np.eye(2)
     if w is None:
         c, s = found.number((1.0, -1, u, -1)), found.number((1.0, -1, u + 1, -1))
-        return found.row("angle", (1.0, c, u + 1, -1), (-1.0, s, u, -1))
+        return found.row("angle", (1.0, c, u + 1, -1), (-1.0, s, u, -1), about=(plane[0], plane[1]))
     cross: list[Term] = [(1.0, -1, w, u + 1), (-1.0, -1, w + 1, u)]
     c, s = found.number(*dots(w, u, 2)), found.number(*cross)
     turned = [(factor, c, i, j) for factor, _, i, j in cross]
-    return found.row("angle", *turned, *((-1.0, s, w + k, u + k) for k in range(2)))
+    return found.row("angle", *turned, *((-1.0, s, w + k, u + k) for k in range(2)), about=(plane[0], plane[1]))
 
 
 def with_locks(system: System) -> System:

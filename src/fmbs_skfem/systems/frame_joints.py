@@ -122,7 +122,8 @@ class Cylindrical(Joint):
 class Gear(Joint):
     """Two wheels with numbers of teeth (negative: inside teeth) on the ground or, in the plane, on a carrier that turns.
 
-    In space they turn about `axis` and `axis_b`, which is the same unless given.
+    In space they turn about `axis` and `axis_b`, which is the same unless given. The joint passes moments alone: the force between
+    the teeth, moment over radius, is not among the reactions of the bearings.
 
     {type: gear, at: pinion.frame, to: wheel.frame, teeth: [12, 60]}
     """

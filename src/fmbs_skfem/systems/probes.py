@@ -480,7 +480,9 @@ def described(joint: str, label: str, draft: Draft) -> str:
         return f"force along {alone}"
     if label in tuple(f"slope {axis}" for axis in AXES[:dim]):
         return f"{label[-1]} component of a vector m, of the moment slope x m"
-    return f"force along {label}" if label in tuple(AXES[:dim]) else ""
+    if label == "teeth":
+        return "moment on the first wheel"
+    return f"force along {label[0]}" if label.removesuffix(" locked") in tuple(AXES[:dim]) else ""
 
 
 def named(axis: np.ndarray, dim: int) -> str:
