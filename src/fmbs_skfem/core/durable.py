@@ -64,8 +64,10 @@ def write(path: str | Path, data: bytes | memoryview, remedy: str = AGAIN) -> Pa
 
 
 def flush(path: Path) -> None:
-    """A file, or the names in a folder, reach the disk."""
-    handle = os.open(path, os.O_RDONLY)
+    """A file, or the names in a folder, reach the disk; Windows takes care of folders by itself."""
+    if os.name == "nt" and path.is_dir():
+        return
+    handle = os.open(path, os.O_RDWR if os.name == "nt" else os.O_RDONLY)
     try:
         os.fsync(handle)
     finally:

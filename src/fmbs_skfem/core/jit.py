@@ -25,7 +25,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fmbs_skfem.core import compilation, installed, machine_code
+from fmbs_skfem.core import compilation, installed, locks, machine_code
 from fmbs_skfem.core.machine_code import SUFFIX
 from fmbs_skfem.core.notices import notify
 
@@ -229,10 +229,9 @@ def alone(name: str) -> Iterator[None]:
     """One process at a time does what is inside: the others wait, and find in the cache what it has compiled."""
     folder = cache_folder()
     with contextlib.ExitStack() as held:
-        with contextlib.suppress(OSError, ImportError):  # file systems and machines without locks: all compile
+        with contextlib.suppress(OSError):  # file systems without locks: all compile
             if folder is not None:
-                locks = importlib.import_module("fcntl")
-                locks.flock(held.enter_context((folder / f"{name}.lock").open("w")), locks.LOCK_EX)
+                locks.take(held.enter_context((folder / f"{name}.lock").open("w")), wait=True)
         yield
 
 

@@ -13,7 +13,6 @@ executed. Other programs read the segments as plain HDF5.
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import hashlib
 import json
 import os
@@ -26,7 +25,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from ..core import container, durable, validation
+from ..core import container, durable, locks, validation
 from ..core.container import Kind
 from ..core.errors import InputError, say
 from ..core.notices import notify
@@ -239,7 +238,9 @@ def lock(folder: Path) -> Iterator[None]:
             notify(f"{folder}: the lock of {left}, which is gone, is taken over")
         yield
     finally:
-        path.unlink(missing_ok=True)
+        with contextlib.suppress(PermissionError):  # Windows keeps the name of an open file, which is left empty
+            file.truncate(0)
+            path.unlink(missing_ok=True)
         with contextlib.suppress(OSError):
             file.close()
 
@@ -249,7 +250,7 @@ def grab(path: Path) -> IO[str]:
     while True:
         file = path.open("a+", encoding="utf-8")
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            locks.take(file)
         except BlockingIOError as problem:
             file.seek(0)
             holder = file.read().strip() or "another process"
