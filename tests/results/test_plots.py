@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import subprocess
 import sys
@@ -135,6 +136,13 @@ def test_long_keys_leave_panels_their_width(tmp_path: Path) -> None:
         assert axes.get_position().width > 0.35
         if key := axes.get_legend():
             assert key.get_window_extent().x1 < axes.get_window_extent().x1
+
+
+def test_notebooks_show_figures() -> None:
+    """IPython takes the PNG that a figure gives; one without pyplot had been a line of text."""
+    figure = plots.histories(TIMES, {"full": SWING}, "y [m]")
+    image = Image.open(io.BytesIO(figure._repr_png_()))
+    assert image.size == tuple(round(90 * side) for side in figure.get_size_inches())
 
 
 def test_a_grid_has_no_more_panels_than_can_be_read() -> None:

@@ -5,8 +5,10 @@ Only matplotlib's object interface on its Agg canvas: no global state, no window
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,11 +30,12 @@ DASHES: tuple[str | tuple[int, tuple[float, ...]], ...] = (
     (0, (4, 1, 1, 1, 1, 1)),
 )
 MARKERS = "osD^vPX*<>"
+SCREEN = 90  #: dots an inch in notebooks
 LETTERS = 103  #: on a line of one inch, if they are of one point; a key is as wide as seven of them
 
 
 def figure(width: float, height: float, title: str = "") -> Figure:
-    """An empty figure [inch]."""
+    """An empty figure [inch], which notebooks show as they do those of pyplot."""
     extras.need("viz", "plots")
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -41,7 +44,15 @@ def figure(width: float, height: float, title: str = "") -> Figure:
     FigureCanvasAgg(found)
     if title:
         found.suptitle(plain(title), fontsize=12)
+    found._repr_png_ = partial(_image, found)  # type: ignore[attr-defined]
     return found
+
+
+def _image(figure: Figure) -> bytes:
+    """A figure as PNG."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=SCREEN)
+    return buffer.getvalue()
 
 
 def panels(figure: Figure, count: int, columns: int, **shared: Any) -> np.ndarray:
