@@ -218,11 +218,18 @@ def scan(known: Samples, p: int, row: np.ndarray, tolerance: float, max_degree: 
     rows[:, p] = known.nodes[p]
     variables = (False, True) if known.parameters[p].scale is Scale.LOG else (False,)
     axes: dict[Place, tuple[int, bool] | None] = {}
+    lowest: dict[Place, int] = {}  # what has not held at fewer points does not hold at more
     for count in range(1 + CHECKS, max_degree + 2 + CHECKS):
         seen = [sample(known, point) for point in rows[:count]]
         places = list(dict.fromkeys(place for leaves in seen for place in leaves))
-        axes = {place: axis_of(known, p, place, rows[:count], variables, tolerance) for place in places}
-        if None not in axes.values():
+        unsure = [place for place in places if axes.get(place) is None]
+        for some in (unsure, [place for place in places if place not in unsure]):
+            for place in some:
+                axes[place] = axis_of(known, p, place, rows[:count], variables, tolerance, lowest.get(place, 0))
+                lowest[place] = count - CHECKS if (axis := axes[place]) is None else axis[0]
+            if None in axes.values():
+                break
+        else:
             return {place: axis for place, axis in axes.items() if axis is not None and axis[0] > 0}
     open_ = ", ".join(cases.label(place) for place, axis in axes.items() if axis is None)
     expected = f"numbers that are polynomials of it of degree {max_degree} or less, to {tolerance:.0e}"
@@ -230,13 +237,13 @@ def scan(known: Samples, p: int, row: np.ndarray, tolerance: float, max_degree: 
 
 
 def axis_of(
-    known: Samples, p: int, place: Place, rows: np.ndarray, variables: Sequence[bool], tolerance: float
+    known: Samples, p: int, place: Place, rows: np.ndarray, variables: Sequence[bool], tolerance: float, lowest: int
 ) -> tuple[int, bool] | None:
-    """The lowest degree of a leaf in parameter p that holds at all further points of an axis (k, d), at two at least."""
+    """The degree of a leaf in parameter p from `lowest` on that holds at all further points of an axis (k, d), at two at least."""
     base, values = stack(known, place, rows)
     sizes, moving = sizes_of(known, place, base, values), (values != values[0]).any(axis=0)
     values, sizes, nodes = values[:, moving], sizes[:, moving], rows[:, p]
-    for degree in range(len(rows) - CHECKS):
+    for degree in range(lowest, len(rows) - CHECKS):
         used = slice(degree + 1)
         for logarithmic in variables if degree else (False,):
             weights = (basis(nodes[used], float(x), logarithmic) for x in nodes[degree + 1 :])
