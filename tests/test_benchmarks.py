@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import shutil
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -11,13 +10,9 @@ from typing import Any
 
 import pytest
 
+from .shortened import shorten_examples
+
 FOLDER = Path(__file__).resolve().parents[1] / "benchmarks"
-SHORTER = {
-    "duration: 3 s": "duration: 0.3 s",
-    "count: 512": "count: 64",
-    "max_samples: 32": "max_samples: 8",
-    "iterations: 12": "iterations: 2",
-}
 
 
 def script(name: str, results: Path, monkeypatch: pytest.MonkeyPatch, **smaller: Any) -> ModuleType:
@@ -75,20 +70,9 @@ def test_stability(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pyte
     assert "|" in capsys.readouterr().out
 
 
-def shorter(folder: Path) -> None:
-    """The examples and their meshes in a folder, of a tenth of the time, with small trainings."""
-    shutil.copytree(FOLDER.parent / "examples", folder / "examples")
-    shutil.copytree(FOLDER.parent / "meshes", folder / "meshes")
-    for path in (folder / "examples").glob("*.yaml"):
-        text = path.read_text(encoding="utf-8")
-        for long, short in SHORTER.items():
-            text = text.replace(long, short)
-        path.write_text(text, encoding="utf-8")
-
-
 def test_compare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With a scene of a tenth of the time."""
-    shorter(tmp_path)
+    shorten_examples(tmp_path)
     reports = script("compare", tmp_path, monkeypatch, ROOT=tmp_path).main(["spin_up"])
     assert reports["spin_up"]["status"] == "ok"
     assert (tmp_path / "compare_spin_up.png").exists()
@@ -101,7 +85,7 @@ def test_greedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_sweep(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With scenes of a tenth of the time."""
-    shorter(tmp_path)
+    shorten_examples(tmp_path)
     assert "| tolerance 1e-4 |" in script("sweep", tmp_path, monkeypatch, EXAMPLES=tmp_path / "examples").main(3, workers=1)
 
 

@@ -22,6 +22,7 @@ from fmbs_skfem.core.errors import InputError, SolverError, SweepFailure
 from fmbs_skfem.core.notices import Notice
 
 from ..cli.calls import EXAMPLES, ROOT, fmbs, scene
+from ..shortened import shorten_examples
 
 SHORT = "{type: dynamic, duration: 10 ms, step: 1 ms}"
 JUMP = "where(t < 0.0055, 1, 1e12)"
@@ -160,8 +161,7 @@ def test_the_door_opens_without_what_is_behind_it() -> None:
 
 def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """docs/python.md, block after block."""
-    for name in ("examples", "meshes"):
-        shutil.copytree(ROOT / name, tmp_path / name)
+    shorten_examples(tmp_path)
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")

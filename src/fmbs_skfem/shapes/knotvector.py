@@ -8,6 +8,8 @@ and Hughes, Int. J. Numer. Meth. Engng 87 (2011), doi:10.1002/nme.2968.
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
@@ -147,8 +149,15 @@ def first_functions(degree: int, knots: Floats) -> Ints:
 def extraction(degree: int, knots: Floats) -> Floats:
     """Bernstein coefficients (e, p+1, p+1) of the B-splines on each span of open knots: coefficient by function.
 
-    C_ji is the polar form of N_i at p - j times the start and j times the end of the span.
+    C_ji is the polar form of N_i at p - j times the start and j times the end of the span. Cells are evaluated a few at a time, and
+    the arrays of the knots seen last are kept.
     """
+    return _extraction(degree, tuple(knots.tolist()))
+
+
+@functools.lru_cache(maxsize=64)
+def _extraction(degree: int, numbers: tuple[float, ...]) -> Floats:
+    knots = np.array(numbers)
     ends, first = np.unique(knots), first_functions(degree, knots)
     spans = len(first)
     change = insertion_matrix(degree, knots, np.concatenate([ends[:1], np.repeat(ends, degree), ends[-1:]]))
@@ -158,6 +167,7 @@ def extraction(degree: int, knots: Floats) -> Floats:
         column = rows.col - first[rows.row]
         alive = (column >= 0) & (column <= degree)
         found[rows.row[alive], j, column[alive]] = rows.data[alive]
+    found.setflags(write=False)
     return found
 
 
@@ -174,5 +184,5 @@ def _polar(degree: int, knots: Floats, starts: Floats, arguments: Floats) -> spa
         share = (arguments[:, k - 1, None] - lower) / (upper - lower)
         row = np.pad(row * (1.0 - share), ((0, 0), (0, 1))) + np.pad(row * share, ((0, 0), (1, 0)))
     columns = (span - degree + np.arange(degree + 1)).ravel()
-    rows = np.repeat(np.arange(len(starts)), degree + 1)
-    return sparse.csr_array(sparse.coo_array((row.ravel(), (rows, columns)), shape=(len(starts), len(knots) - degree - 1)))
+    rows = np.arange(len(starts) + 1) * (degree + 1)
+    return sparse.csr_array((row.ravel(), columns, rows), shape=(len(starts), len(knots) - degree - 1))
