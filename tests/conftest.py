@@ -52,8 +52,8 @@ def drawing() -> Iterator[Drawing]:
 
 @pytest.fixture(autouse=True)
 def drawn_by_forks(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, drawing: Drawing) -> None:
-    """Pictures in tests about something else are drawn faster; those of `test_pictures` as users draw them."""
-    if request.path.name != "test_pictures.py":
+    """Pictures are drawn faster; those of tests marked `own_process` as users draw them."""
+    if "own_process" not in request.keywords:
         monkeypatch.setattr(pictures, "subprocess", drawing)
 
 

@@ -43,6 +43,7 @@ def saturated(image: np.ndarray) -> np.ndarray:
     return np.ptp(image, axis=2) > 60
 
 
+@pytest.mark.own_process
 @pytest.mark.usefixtures("opengl")
 def test_the_beam_is_drawn_where_it_is(tmp_path: Path, temporary: Path) -> None:
     """Coloured pixels cover the projected half circle, and nothing but it, to the radius of the tube."""
@@ -178,6 +179,7 @@ def test_times_stand_at_the_middle_of_an_arch_that_is_held_at_both_ends() -> Non
     assert np.linalg.norm(np.array([text.place for text in texts]) - crowns, axis=1).max() < 80
 
 
+@pytest.mark.own_process
 @pytest.mark.usefixtures("opengl")
 def test_animation(tmp_path: Path, temporary: Path) -> None:
     path = pictures.animate(rollup.spatial(), tmp_path / "a.gif", count=5, rate=10.0, look=Look(field="curvature", size=SIZE))
@@ -228,6 +230,7 @@ KILLED = (sys.executable, "-c", "import os, signal; os.kill(os.getpid(), signal.
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no signals")
+@pytest.mark.own_process
 def test_a_killed_child_is_a_missing_feature(tmp_path: Path, temporary: Path) -> None:
     for draw in (
         lambda: pictures.probe(KILLED),
@@ -242,6 +245,7 @@ def test_a_killed_child_is_a_missing_feature(tmp_path: Path, temporary: Path) ->
 
 
 @pytest.mark.skipif(sys.platform != "linux" or ctypes.util.find_library("OSMesa") is not None, reason="VTK falls back to OSMesa")
+@pytest.mark.own_process
 def test_vtk_without_any_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
     """VTK told to use X where no X server runs: whatever it does then, this process lives and says what is missing."""
     monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkXOpenGLRenderWindow")
@@ -250,6 +254,7 @@ def test_vtk_without_any_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
         pictures.probe()
 
 
+@pytest.mark.own_process
 def test_other_failures_keep_their_words() -> None:
     with pytest.raises(MissingFeature, match="a program to draw with"):
         pictures.probe(("no-such-interpreter",))

@@ -5,13 +5,9 @@ from __future__ import annotations
 import json
 import math
 import warnings
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from fmbs_skfem import scenes
 from fmbs_skfem.bodies import Circular, Material
@@ -19,10 +15,8 @@ from fmbs_skfem.core import units
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.mappings import entries
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.scenes import schema, yamlfile
+from fmbs_skfem.scenes import schema
 from fmbs_skfem.systems import At, Rayleigh, joints, loads
-
-from .test_plate_scenes import PLANAR, SPATIAL
 
 SCENE = """\
 schema: 1
@@ -281,65 +275,3 @@ def test_published_schema() -> None:
     assert section["anyOf"] == [{"type": "number", "exclusiveMinimum": 0}, {"type": "string"}]
     assert str(units.LENGTH) in section["description"]
     assert set(published["$defs"]["Cable"]["properties"]) == {"type", *entries(schema.Cable)}
-
-
-_odd: st.SearchStrategy[Any] = st.one_of(
-    st.none(),
-    st.booleans(),
-    st.integers(-5, 10**30),
-    st.floats(),
-    st.sampled_from(["", "beam", "beam.left", "ground", "t", "1 m", "E", "pin", "cable", "9**9**9", "mass"]),
-    st.text(max_size=5),
-    st.just([]),
-    st.just({}),
-    st.lists(st.integers(0, 3), max_size=4),
-    st.dictionaries(
-        st.sampled_from(["type", "at", "s", "body", "shape", "axis", "angle"]), st.sampled_from(["beam", "pin", "circular", "0"])
-    ),
-)
-
-
-def _paths(value: Any, path: tuple[str | int, ...] = ()) -> list[tuple[str | int, ...]]:
-    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    return [path, *(deeper for key, inner in items for deeper in _paths(inner, (*path, key)))]
-
-
-PLAINS = [yamlfile.plain(yamlfile.parse(text, "scene")) for text in (SCENE, PLANAR, SPATIAL)]
-PATHS = [(number, path) for number, plain in enumerate(PLAINS) for path in _paths(plain) if path]
-
-
-def _at(path: tuple[str | int, ...], data: Any, change: Callable[[Any, str | int], None]) -> None:
-    for key in path[:-1]:
-        data = data[key]
-    change(data, path[-1])
-
-
-@given(st.sampled_from(PATHS), _odd, st.sampled_from(["replace", "delete", "rename"]))
-@settings(max_examples=400, deadline=None)
-def test_any_damage_is_an_input_error(where: tuple[int, tuple[str | int, ...]], value: Any, how: str) -> None:
-    """One value of a right scene replaced, deleted or renamed: read, or refused with a line and a path."""
-
-    def change(data: Any, key: str | int) -> None:
-        old = data[key]
-        if how == "replace":
-            data[key] = value
-        else:
-            del data[key]
-        if how == "rename" and isinstance(data, dict):
-            data[f"{key}x"] = old
-
-    data = json.loads(json.dumps(PLAINS[where[0]]))
-    _at(where[1], data, change)
-    text = json.dumps(data, indent=1).replace("NaN", ".nan").replace("Infinity", ".inf")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", Notice)
-        try:
-            scenes.loads(text)
-        except InputError as error:
-            message = str(error)
-        else:
-            message = ""
-    for line in message.splitlines():
-        assert line.startswith("scene:")
-        assert ": expected " in line
-        assert ", got " in line
