@@ -349,6 +349,18 @@ def test_scenes_place_parts_as_often_as_wanted(tmp_path: Path) -> None:
     assert {line.name for line in system.lines} == {"I", "II"}
 
 
+def test_a_file_of_a_part_is_read_once_as_long_as_it_stays(tmp_path: Path) -> None:
+    file = part_files.save(alone(), tmp_path / "arm.part.h5")
+    scene = reading.loads(SCENE.format(dimension=3, place="left"), tmp_path)
+    first, second = (one.gather for one in build.system(scene).elastic)
+    assert first.table is second.table
+    part_files.save(part_files.coarsen(alone(), 1e-7), file)
+    assert all(one.gather.table.size < first.table.size for one in build.system(scene).elastic)
+    file.unlink()
+    with pytest.raises(InputError, match="no file; save one first"):
+        part_files.used(file)
+
+
 def other_arm() -> Body:
     """The arm of another diameter and modulus."""
     return cable("arm", models.straight(16), Circular(0.012), Material(2e9, models.MATERIAL.density))

@@ -17,6 +17,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Mapping
 from dataclasses import field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -41,6 +42,7 @@ USUAL = 1e-12  #: eps of the shape functions of a part
 ETA = 3e-5  #: tolerance of its weighted points
 LOOSE = 1e-2  #: largest that is chosen for them
 LOOKED_AT = 300  #: states of a training whose strains are held against those of the shape functions
+KINDS = 16  #: parts that are kept when they have been read to be used
 KEPT = 120  #: states that a part keeps of its training, for the points of one that goes on
 
 
@@ -165,7 +167,20 @@ def recall(before: Part, body: Body) -> Memory:
 
 
 def used(path: str | Path, tolerance: float | None = None, modes: int | None = None, eta: float | None = None) -> Part:
-    """The part of a file, coarser where that is asked for, see `coarsen`."""
+    """The part of a file, coarser where that is asked for, see `coarsen`.
+
+    A file is read once as long as it stays what it is: copies of a part share its arrays, by which they are known as copies.
+    """
+    try:
+        found = Path(path).stat()
+    except OSError:
+        return load(path)  # which says what is wrong
+    return read_once(Path(path).resolve(), (found.st_ino, found.st_mtime_ns, found.st_size), tolerance, modes, eta)
+
+
+@lru_cache(maxsize=KINDS)
+def read_once(path: Path, _: tuple[int, ...], tolerance: float | None, modes: int | None, eta: float | None) -> Part:
+    """As `used`, of a file that is known by these numbers."""
     whole = tolerance is None and modes is None and eta is None
     return load(path) if whole else coarsen(resume(path), tolerance, modes, eta)
 
