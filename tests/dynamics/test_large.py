@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, diags_array
 
 from fmbs_skfem.bodies import Body, Material, cable
 from fmbs_skfem.bodies.plate import plate
@@ -161,3 +161,17 @@ def test_errors_behind_the_doors_come_through(monkeypatch: pytest.MonkeyPatch, n
     error = SolverError("no convergence", Reason.NOT_CONVERGED)
     with pytest.raises(SolverError, match="singular" if name == "factorise" else "no convergence"):
         run(hanging(3), 2)
+
+
+def test_the_analysis_of_a_matrix_serves_others_of_its_pattern() -> None:
+    """Not those of another pattern; both are solved."""
+    n, none = 40, np.zeros((40, 0))
+    b = np.ones((1, n))
+    one = csr_array(diags_array([np.full(n - 1, -1.0), np.full(n, 3.0), np.full(n - 1, -1.0)], offsets=(-1, 0, 1)))
+    wide = csr_array(one + diags_array([np.full(n - 5, 0.1)] * 2, offsets=(-5, 5)))
+    first = large.inverse(one, none)
+    again, other = large.inverse(csr_array(2.0 * one), none, before=first), large.inverse(wide, none, before=first)
+    assert again.tree is first.tree
+    assert other.tree is not first.tree
+    for found, matrix in ((again, 2.0 * one), (other, wide)):
+        assert_allclose(matrix @ found.solve(b)[0], b[0], rtol=1e-5)

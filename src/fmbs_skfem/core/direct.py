@@ -15,11 +15,12 @@ Source: J. W. H. Liu, SIAM Review 34, 1992, doi:10.1137/1034004 (multifrontal me
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from fmbs_skfem.core.errors import InputError, Reason, SolverError, say
 from fmbs_skfem.core.jit import deferred, jit
@@ -330,7 +331,7 @@ def factor(matrix: csr_array, precision: type[np.floating[Any]] = np.float64, tr
         raise InputError(say("direct: precision", "float64 or float32", precision))
     tree = analyse(matrix) if tree is None else tree
     lower, pivots = np.empty(entries(tree), precision), np.empty(matrix.shape[0])
-    with threadpool_limits(limits=1, user_api="blas"):  # the products of small fronts lose more by threads than they gain
+    with libraries().limit(limits=1, user_api="blas"):  # the products of small fronts lose more by threads than they gain
         bad = eliminate(tree, matrix.indptr, matrix.indices, matrix.data, lower, pivots)
     if bad == OUTSIDE:
         raise InputError(say("direct: tree", "the analysis of this pattern", "an entry outside of it", "analyse this matrix"))
@@ -338,6 +339,14 @@ def factor(matrix: csr_array, precision: type[np.floating[Any]] = np.float64, tr
         text = f"no pivot is left for unknown {tree.order[bad]}, place {bad + 1} of {pivots.size} in the order of elimination"
         raise SolverError(f"direct: {text}", Reason.SINGULAR_TANGENT, worst=((f"unknown {tree.order[bad]}", 0.0),))
     return Factors(tree, lower, pivots)
+
+
+@cache
+def libraries() -> ThreadpoolController:
+    """The libraries of threads that are loaded; to look for them takes as long as the factors of a thousand unknowns."""
+    import scipy.linalg  # noqa: F401  (its own is among them)
+
+    return ThreadpoolController()
 
 
 def solve(factors: Factors, b: np.ndarray) -> np.ndarray:

@@ -73,6 +73,7 @@ class Large:
         self.place = model.system.x0  #: configuration where W was factored
         self.factored: list[np.ndarray] = []  #: rotations of the bodies there
         self.motions = rigid_motions(model)
+        self.inverse: Inverse | None = None
         self.now = Standing([])
 
     def doors(self, step: Callable[[], Step]) -> tuple[Callback, Callback, Callback]:
@@ -93,7 +94,7 @@ class Large:
         shift = np.zeros(self.size)
         shift[self.interface] = self.shift
         W = csr_array(W + diags_array(shift))
-        self.inverse = inverse(W, self.motions, self.solver)
+        self.inverse = inverse(W, self.motions, self.solver, self.inverse)
         self.label = self.inverse.label
         work.rate[0], self.place, self.factored = 1.0, space.x.copy(), fit_rotations(self, space.x)
         columns = np.zeros((len(self.interface), self.size))
@@ -108,6 +109,7 @@ class Large:
         now = self.now = self.standing(step, table)
         r = step.space.f.copy()
         rotate(self, r, [R.T for R in now.turns])
+        assert self.inverse is not None
         self.close(step.space, now, self.inverse.solve(r[None, :])[0])
 
     def settle(self, step: Step, table: int) -> None:
@@ -205,24 +207,29 @@ class Inverse:
 
     solve: Callable[[np.ndarray], np.ndarray]  #: rows (k, n) -> rows
     label: str
+    pattern: tuple[np.ndarray, np.ndarray] | None = None  #: of W, row by row, and
+    tree: supernodes.Tree | None = None  #: its analysis, where there is one
 
 
-def inverse(W: csr_array, motions: np.ndarray, solver: Solver = "own") -> Inverse:
+def inverse(W: csr_array, motions: np.ndarray, solver: Solver = "own", before: Inverse | None = None) -> Inverse:
     """Factors in single precision where they fit into the memory, else conjugate gradients with a multigrid preconditioner.
 
-    Where PARDISO is asked for, its factors in double precision.
+    Where PARDISO is asked for, its factors in double precision. The analysis of a matrix of `before` serves others of its pattern.
     """
     W.setdiag(W.diagonal())
     W.sum_duplicates()
     if solver == "pardiso":
         found = pardiso.factor(W)
         return Inverse(lambda rows: pardiso.solve(found, rows), f"PARDISO LDL^T with {found.numbers:.3g} numbers")
-    tree = supernodes.analyse(W)
+    pattern, tree = (W.indptr, W.indices), None
+    if before is not None and before.pattern is not None and all(map(np.array_equal, pattern, before.pattern)):
+        tree = before.tree
+    tree = tree or supernodes.analyse(W)
     fill = supernodes.entries(tree)
     if krylov.choose(W.shape[0], fill, krylov.free_memory(), 4.0) == "direct":
         factors = direct.factor(W, np.float32, tree)
         label = f"sparse LDL^T with {fill:.3g} numbers in single precision"
-        return Inverse(lambda rows: direct.solve(factors, rows.copy()), label)
+        return Inverse(lambda rows: direct.solve(factors, rows.copy()), label, pattern, tree)
     del tree
     hierarchy = krylov.multigrid(W, motions, node_size(W))
     report = hierarchy.report
