@@ -20,6 +20,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.sparse import csc_array, csr_array
 
 from ..bodies import laws
 from ..bodies.body import Body, ShapePoints
@@ -30,7 +31,7 @@ from ..core.notices import notify, remark
 from ..core.records import dataclass
 from ..core.rotations import nearest
 from ..systems.shape_points import modulus_times_functions
-from ..systems.system import Elastic, System, remembered
+from ..systems.system import Elastic, Matrix, System, remembered
 
 if TYPE_CHECKING:
     from .buckling import Buckling
@@ -114,7 +115,7 @@ def find_tests(system: System, elastic: Elastic) -> Tests | str:
     if missing is None or whole.size != len(whole.lift.offset):
         return UNKNOWN if missing is None else REDUCED
     columns = points.columns
-    mass, damping, springs = (as_dense(A[columns][:, columns]) for A in (whole.mass, whole.damping, whole.stiffness))
+    mass, damping, springs = (block(A, columns) for A in (whole.mass, whole.damping, whole.stiffness))
     alpha = float(np.trace(damping) / np.trace(mass))
     one, constant = system.unit[columns.start // dim : columns.stop // dim], whole.loads.constant[columns].reshape(-1, dim)
     weight, total = mass[::dim, ::dim] @ one, float(one @ mass[::dim, ::dim] @ one)
@@ -123,13 +124,25 @@ def find_tests(system: System, elastic: Elastic) -> Tests | str:
     sizes = (mass, damping, constant)
     if any(np.abs(A).max() > ELSEWHERE * np.abs(B).max() for A, B in zip(others, sizes, strict=True)):
         return FORCED
-    acting, _ = rows_that_act(points, as_dense(whole.probes.matrix[:, columns]), weight)
+    acting, _ = rows_that_act(points, rows_on(whole, columns), weight)
     if acting is None:
         return APART
     shared = (points.law, *(id(part) for part in (missing.functions, missing.section, missing.mass)), total, alpha)
     key = (KIND, shared, acting.tobytes(), g.tobytes())
     start = whole.lift(whole.x0)[columns].reshape(-1, dim)
     return remembered(system, key, lambda: functions_of(points, acting, total, alpha, g, one, start))
+
+
+def block(A: Matrix, columns: slice) -> np.ndarray:
+    """Rows and columns of a body (b c, b c) of a matrix (n, n), most of which are empty where they are springs or damping."""
+    n, empty = columns.stop - columns.start, isinstance(A, csr_array) and not A.nnz
+    return np.zeros((n, n)) if empty else as_dense(A[columns][:, columns])
+
+
+def rows_on(system: System, columns: slice) -> np.ndarray:
+    """Probe rows (j, b c) that read a body."""
+    found = remembered(system, "probes by columns", lambda: csc_array(system.probes.matrix))[:, columns]
+    return as_dense(found)[np.unique(found.indices)]
 
 
 def functions_of(
@@ -188,7 +201,7 @@ def unbent_places(system: System, part: Body) -> list[str]:
     if not isinstance(points, ShapePoints) or points.missing is None or not points.missing.unbent.size:
         return []
     weight = as_dense(part.mass) @ part.constant
-    _, turned = rows_that_act(points, as_dense(system.probes.matrix[:, points.columns]), weight)
+    _, turned = rows_that_act(points, rows_on(system, points.columns), weight)
     names = [*part.places, *part.frames]
     return [names[k] for k in sorted(turned & set(points.missing.unbent.tolist()))]
 
