@@ -156,6 +156,15 @@ def test_beams_do_not_leap_over_one_another(dim: int) -> None:
     assert parts[1].constant @ p == pytest.approx(m2 * v * (m1 - m2) / (m1 + m2), abs=0.02 * m2 * v)
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_beams_that_pass_through_one_another_are_told(dim: int) -> None:
+    """In the first step; and where the force is too weak, which a run without divided steps shows as well."""
+    parts = pair(np.pi / 2 if dim == 3 else 0.0, (0.0, 0.0, 0.75) if dim == 3 else (0.0, 0.75), dim, STIFF)
+    for stiffness, speed, duration in ((2e6, 1.5e4, 2e-3), (2e3, 150.0, 8e-3)):
+        with pytest.warns(match="went through to the other side"):
+            fly(parts, touch(stiffness=stiffness, resolution=0.0), (0.0, 0.0, -speed)[3 - dim :], 2e-3, duration)
+
+
 @pytest.mark.parametrize("angle, along", [(1.2, None), (0.4, None), (0.15, None), (0.0, None), (1.2, True)])
 def test_crossing_and_parallel_beams_keep_momentum_and_energy(angle: float, along: bool | None) -> None:
     motion, found = fly(pair(angle, (0.03, 0.02, 0.11)), touch(along=along), (0.0, 0.0, -1.0), 1e-3, 0.15)

@@ -325,14 +325,31 @@ def test_a_ball_rolls_down_an_incline_in_space() -> None:
     assert np.ptp(found["E_balance"]) < 2e-4 * found["E_kinetic"][-1]
 
 
+def thin(shape: str, **law: Any) -> Contact:
+    """A box or a sphere of 2 cm about the origin, which meets the ball."""
+    law = {"name": "wall", "at": BALL, "center": (0.0, 0.0), **law}
+    return ContactBox(**law, sides=(1.0, 0.02)) if shape == "box" else ContactSphere(**law, diameter=0.02)
+
+
 @pytest.mark.parametrize("shape", ["box", "sphere"])
 def test_what_is_thin_is_not_leapt_over(shape: str) -> None:
     """A mass that moves five times the thickness of what it meets in a step is thrown back as fast as it came."""
-    law: dict[str, Any] = {"name": "wall", "at": At("ball", "center"), "stiffness": 2e8, "center": (0.0, 0.0)}
-    wall = ContactBox(**law, sides=(1.0, 0.02)) if shape == "box" else ContactSphere(**law, diameter=0.02)
-    motion, _ = run(ball(wall, at=(0.0, 0.951), speed=(0.0, -100.0)), 1e-3, 0.015)
+    motion, _ = run(ball(thin(shape, stiffness=2e8), at=(0.0, 0.951), speed=(0.0, -100.0)), 1e-3, 0.015)
     assert motion.v[-1, 1] == pytest.approx(100.0, rel=1e-2)
     assert motion.statistics.halved == 0
+
+
+@pytest.mark.parametrize("shape", ["box", "sphere"])
+def test_what_is_thin_is_not_left_on_the_other_side_without_a_word(shape: str) -> None:
+    """Faster than its thickness in a 64th of a step; through its middle by a weight; where no other steps are divided, too."""
+    fast = ball(thin(shape, stiffness=2e8), at=(0.0, 0.951), speed=(0.0, -1e4))
+    soft = ball(thin(shape, stiffness=1e3), loads.Gravity((0.0, -20.0)), at=(0.0, 0.0101))
+    for system, duration, end in ((fast, 1e-3, -9.049), (soft, 0.1, -0.1)):
+        with pytest.warns(match="went through to the other side"):
+            motion, _ = run(system, 1e-3, duration)
+        assert motion.x[-1, 1] == pytest.approx(end, abs=0.02)
+    motion, _ = run(ball(thin(shape, stiffness=2e8, resolution=0.0), at=(0.0, 0.951), speed=(0.0, -100.0)), 1e-3, 0.015)
+    assert motion.v[-1, 1] > 90.0
 
 
 @pytest.mark.parametrize("every", [1, 40])

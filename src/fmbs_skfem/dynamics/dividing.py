@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..core.notices import notify
 from . import stepping
 from .histories import leading_signals
 from .scheme import method_of
@@ -34,6 +35,7 @@ def divided(run: Run, status: int, begin: float, span: float, row: int, first: i
             kept *= method.c / full.c
         restart(state, run.step.work)
         counters[HALVED] += status not in (stepping.TOO_LONG, stepping.DONE)
+        leapt = run.step.job.done[1]
         signals, broken = leading_signals(run.model.system, begin + span * (np.arange(parts) + 1) / parts, method.h)
         status, taken = run.take(method, signals, np.append(np.full(parts - 1, -1), row))
         counters[STEPS] -= taken
@@ -43,6 +45,8 @@ def divided(run: Run, status: int, begin: float, span: float, row: int, first: i
             restart(state, run.step.work)
             counters[STEPS] += 1
             state.parts[0] = max(halving - 1, 0) if touching else 0
+            if leapt == 0 and run.step.job.done[1] > 0:
+                warn_of_leaps(begin, begin + span, method.h)
             return status, begin + span
         reached = begin + span * taken / parts
         if status == stepping.DONE and broken is not None:
@@ -50,6 +54,13 @@ def divided(run: Run, status: int, begin: float, span: float, row: int, first: i
         touching = touching or status == stepping.TOO_LONG
         put(state, saved)
     return status, reached
+
+
+def warn_of_leaps(begin: float, end: float, h: float) -> None:
+    """A warning where the shortest step [s] is too long for what touches."""
+    where = f"what touches went through to the other side between t = {begin:.6g} and {end:.6g} s, even in steps of {h:.3g} s"
+    why = "it moves too fast, or is pressed in by more than half of what is thin"
+    notify(f"{where}: {why}; take a smaller step, or more stiffness")
 
 
 def put(arrays: Sequence[np.ndarray], values: Sequence[np.ndarray]) -> None:

@@ -297,7 +297,7 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int) -> St
         np.zeros((stored, len(model.memory))),
         np.zeros(stored),
         counters,
-        np.zeros(1, np.int64),
+        np.zeros(2, np.int64),
     )
     space, state = compilation.space(model), first_state(model, start, method.c)
     space.gradients[1] = state.gradients

@@ -24,7 +24,7 @@ class Method(NamedTuple):
     slow: float  #: contraction above which the matrix is factored anew for the next step
     floor: float  #: round-off of q [m]
     sharp: float  #: remaining error of q over the second difference of q'' [s2]
-    judging: bool  #: whether steps are refused in which forces begin or end too fast
+    judging: bool  #: whether steps are refused in which forces begin or end too fast, or something passes through what it touches
     trusting: bool  #: whether a contraction of steps before may be relied on
 
 
@@ -99,7 +99,7 @@ class Job(NamedTuple):
     memory: Matrix  #: (s, l)
     work: Vector  #: (s,) [J]
     counters: Integers
-    done: Integers  #: (1,) steps that were taken
+    done: Integers  #: (2,) steps that were taken; those so far in which something passed through what it touches
 
 
 class Step(NamedTuple):

@@ -173,15 +173,22 @@ def add_work(table: Any, begun: float, signals: np.ndarray) -> None:
 
 @jit
 def too_long(table: Any) -> bool:
-    """Whether forces that begin or end would change speeds too much, beside the largest so far, in the step that has converged."""
+    """Whether forces that begin or end would change speeds too much, beside the largest so far, in the step that has converged.
+
+    Steps that are not divided any further are taken, and those counted in which something passed through what it touches.
+    """
     S = opened(table)
-    if not S.method.judging or len(S.arrays.forces.judged) == 0:
+    if len(S.arrays.forces.judged) == 0:
         return False
     square = 0.0
     for i in range(len(S.state.v)):
         square += S.arrays.norm[i] * S.state.v[i] * S.state.v[i]
     S.state.speed[0] = max(S.state.speed[0], np.sqrt(square))
-    return S.method.h * evaluation.find_jolt(table) > S.state.speed[0]
+    jolt = evaluation.find_jolt(table)
+    if not S.method.judging:
+        S.job.done[1] += jolt == np.inf
+        return False
+    return S.method.h * jolt > S.state.speed[0]
 
 
 @jit

@@ -23,7 +23,7 @@ from ..core.structs import IntegerMatrix, Integers, Matrix, Vector, opener, rout
 from ..core.validation import Indices, Number, Reals, Sizes, also, require
 from . import forces, kernels
 from .contact_law import BEFORE, LAW, MU, POWER, STEP, UNKNOWN, E, K, Scalar, harden, normal_force, resist, stored
-from .contact_shapes import HEIGHTS, NUMBERS, clearance, measure
+from .contact_shapes import HEIGHTS, NUMBERS, PLANE, clearance, measure
 from .evaluation import evaluation
 from .forces import Force, Place, Routines
 from .one_sided import ramp
@@ -336,7 +336,8 @@ def accept(table: Any, record: Any) -> int:
 def judge(table: Any, record: Any) -> int:
     """jolt += how fast the change of normal forces since the last accepted state changes speeds, over the change that is allowed.
 
-    What has touched from the start on never came: its vibration is no impact. What passed through the shape in between is infinite.
+    What has touched from the start on never came: its vibration is no impact. What passed through the shape in between, or through
+    its middle, is infinite.
     """
     s, F = evaluation(table).space, opened(record)
     many, dim = F.rows.shape[1] + len(F.frame), F.placed.shape[1]
@@ -346,22 +347,36 @@ def judge(table: Any, record: Any) -> int:
         first = F.memory + k * (2 + dim + many)
         last = s.memory[first : first + 2 + dim + many]
         touches = not asleep(s, F, k, moved) and near(table, F, k, y, v, w)
-        if last[1] > 0.0 and (touches or last[0] > 0.0):
+        if touches and last[0] > 0.0 and turned(F, k, last[2 + dim :], y, w):
+            s.jolt[0] = np.inf
+        elif last[1] > 0.0 and (touches or last[0] > 0.0):
             N = press(F, k, y, v, last, w, out) if touches else 0.0
             s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
-        elif (
-            not touches and last[0] == 0.0 and F.share > 0.0 and not asleep(s, F, k, moved) and passed(F, k, last[2 + dim :], y, w)
-        ):
+        elif not touches and last[0] == 0.0 and not asleep(s, F, k, moved) and passed(F, k, last[2 + dim :], y, w):
             s.jolt[0] = np.inf
     return 0
+
+
+@jit
+def turned(F: Any, k: int, before: np.ndarray, y: np.ndarray, w: np.ndarray) -> bool:
+    """Whether a point with rows y that touches is pushed to where it touched from with the rows `before`: to the other side."""
+    if F.shape == PLANE or F.shape == HEIGHTS:
+        return False
+    place(F, k, y, w)
+    for c in range(F.placed.shape[1]):
+        w[2, c] = w[1, c]
+    place(F, k, before, w)
+    return kernels.dot(w[1], w[2]) < 0.0
 
 
 @jit
 def passed(F: Any, k: int, before: np.ndarray, y: np.ndarray, w: np.ndarray) -> bool:
     """Whether a point with rows y that touches neither now nor `before` was in the shape between: gaps along lines are convex."""
     low, high, between = 0.0, 1.0, np.empty(len(y))
-    far, dim = min(place(F, k, before, w), place(F, k, y, w)), F.placed.shape[1]
-    way = 0.0
+    far, way, dim = place(F, k, before, w), 0.0, F.placed.shape[1]
+    if far < 0.0:  # it leaves, without a force
+        return False
+    far = min(far, place(F, k, y, w))
     for c in range(dim):
         way += (y[c] - before[c] - (component(F, y, -1, c) - component(F, before, -1, c))) ** 2
     if far * far > way:

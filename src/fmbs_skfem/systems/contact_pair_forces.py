@@ -195,7 +195,7 @@ def judge(table: Any, record: Any) -> int:
     for k in range(len(F.spans) + 1):
         first, N = F.memory + many + NODE * k, 0.0
         last = s.memory[first : first + NODE]
-        if last[1] == 0.0 or (s.room[F.room + k] > way and last[0] <= 0.0):
+        if s.room[F.room + k] > way and last[0] <= 0.0:
             continue
         if not read_now:
             read(table, F, y)
@@ -203,7 +203,7 @@ def judge(table: Any, record: Any) -> int:
             far, reach = extents(F, y)
             within, read_now = (far, reach + way), True
         gap, p, q, held = find(F, k, y, within, w)
-        if last[0] == 0.0 and F.share > 0.0 and gap + F.radii[0] + F.radii[1] < way and not loose(F, held):
+        if not (gap + F.radii[0] + F.radii[1] >= way or loose(F, held)):  # in the first step the way is not a number
             if crossed(F, k, w, s.memory[F.memory : F.memory + many]):
                 s.jolt[0] = np.inf
                 return 0
@@ -212,7 +212,8 @@ def judge(table: Any, record: Any) -> int:
             read_rates(table, F, pieces(F, p, q), v)
             follow(F, v, z, p, q, w)
             N = press(F, k, last, p, q, w, out)
-        s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
+        if last[1] > 0.0:
+            s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
     return 0
 
 

@@ -79,7 +79,7 @@ class Touch(Load, ABC):
     friction: Annotated[float, fields.quantity("", ">= 0"), "coefficient of Coulomb"] = 0.0
     sticking: Annotated[Stiffness | None, "of what sticks"] = None
     sticking_damping: Annotated[Damping | None, "of what sticks"] = None
-    resolution: Annotated[float, fields.quantity("", ">= 0"), "rad of a vibration on the contact a step; 0 divides none"] = 0.05
+    resolution: Annotated[float, fields.quantity("", ">= 0"), "rad of a vibration on it a step; 0 divides none but leaps"] = 0.05
     resists: ClassVar[bool] = True
 
     def law(self, size: float, mass: float, count: int) -> np.ndarray:
