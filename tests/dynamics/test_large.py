@@ -16,6 +16,7 @@ from fmbs_skfem.core import krylov
 from fmbs_skfem.core.errors import Reason, SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, large, outputs
 from fmbs_skfem.systems import At, System, assemble, compile_system, compiled, eliminate, joints, loads
+from fmbs_skfem.systems.contacts import ContactSphere
 
 from .. import models
 from ..bodies.test_plate import rectangle
@@ -49,6 +50,23 @@ def test_sparse_and_band_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found.statistics.solver.startswith("sparse LDL^T")
     assert_allclose(found.x, band.x, atol=1e-10 * np.linalg.norm(system.x0))
     assert_allclose(found.multipliers[1:], band.multipliers[1:], rtol=1e-5, atol=1e-5)
+
+
+def test_points_that_touch_and_such_as_do_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A plate that falls on a ball under one of its corners, with friction, and turns about it."""
+    body = plate("plate", rectangle("ancf", 3, 3), 0.01, Material(2e9, 1000.0, 0.3))
+    under = ContactSphere("ball", body="plate", points=1, center=(0.83, 0.84, -0.11), diameter=0.2, stiffness=1e4, friction=0.3)
+    system = assemble([body], [joints.Pin("a", At("plate", "a"))], [loads.Gravity((0.0, 0.0, -9.81)), under])
+    found = []
+    for width in (10_000, 20):
+        monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", width)
+        found.append(integrate(system, GeneralizedAlpha(2e-3), 0.08, TIGHT))
+    band, sparse = found
+    assert [motion.statistics.solver.startswith("sparse") for motion in found] == [False, True]
+    assert sparse.memory is not None
+    touching = (sparse.memory.reshape(len(sparse.times), 9, -1)[..., 0] > 0.0).sum(axis=1)
+    assert 0 < touching.max() < 5
+    assert_allclose(sparse.x, band.x, atol=1e-9)
 
 
 @pytest.mark.usefixtures("sparse")

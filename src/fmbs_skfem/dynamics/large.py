@@ -10,9 +10,10 @@ exactly by a small system with F = (W^-1)_bb,
     [ I + F H_b   F J_b^T ] [ d_b ]   [ y_b ]
     [ J_b         0       ] [ l   ] = [ g   ],     y = W^-1 r,     d = y - W^-1 E_b (H_b d_b + J_b^T l),
 
-so the factors depend on the bodies alone. Turned factors contract so well (1e-5 to 1e-3) that most steps need one correction; the
-contraction is measured again every few steps. Interface unknowns without stiffness and mass (massless frames) get a shift in W that
-H_b takes back. Everything else is the compiled step of `stepping`.
+so the factors depend on the bodies alone. Where H_b and J_b are zero, as of points that touch nothing, unknowns are left out.
+Turned factors contract so well (1e-5 to 1e-3) that most steps need one correction; the contraction is measured again every few
+steps. Interface unknowns without stiffness and mass (massless frames) get a shift in W that H_b takes back. Everything else is the
+compiled step of `stepping`.
 
 Source (re-use of factors in turning bodies): corotational iteration matrices, e.g. Felippa and Haugen, Comput. Methods Appl. Mech.
 Engrg. 194 (2005) 2285-2335, doi 10.1016/j.cma.2004.07.035.
@@ -48,9 +49,10 @@ EMPTY = 1e-8  #: diagonal of W, relative to the largest, below which an interfac
 
 
 class Standing(NamedTuple):
-    """The interface (b unknowns, m constraints) as the bodies stand: [[1 + F H, F J^T], [J, 0]] with the flexibility F = W^-1."""
+    """Of the interface what is not zero (b unknowns, m constraints), as the bodies stand: [[1 + F H, F J^T], [J, 0]], F = W^-1."""
 
     turns: list[np.ndarray]  #: of the bodies since W was factored
+    at: np.ndarray = np.zeros(0, np.int64)  #: (b,) where they are in the interface
     small: np.ndarray = np.eye(0)  #: the same on the interface (b, b)
     H: np.ndarray = np.eye(0)  #: second derivatives of joints and loads (b, b)
     J: np.ndarray = np.eye(0)  #: Phi_q (m, b)
@@ -68,7 +70,6 @@ class Large:
         self.interface = interface(model, self.turns)
         self.probes = np.asarray(csr_array(system.probes.matrix)[:, self.interface].toarray())
         self.bodies = rotation_weights(model) if self.turns else []
-        self.owned = [np.flatnonzero((self.interface >= at.start) & (self.interface < at.stop)) for at, _ in self.bodies]
         self.label = "sparse factors"  #: of the solver, more exactly once there are factors
         self.place = model.system.x0  #: configuration where W was factored
         self.factored: list[np.ndarray] = []  #: rotations of the bodies there
@@ -123,36 +124,41 @@ class Large:
         """The interface in the trial state."""
         space = step.space
         turns = [now @ then.T for now, then in zip(fit_rotations(self, space.x), self.factored, strict=True)]
-        nb, m = len(self.interface), len(space.multipliers)
-        if nb == 0:
+        if len(self.interface) == 0:
             return Standing(turns)
-        small = block_rotations(self, turns)
-        F, J = small @ self.flexible @ small.T, space.Jy @ self.probes
-        H = self.slopes(step, table)
+        at, H, J = self.slopes(step, table)
+        nb, m, small = len(at), len(J), block_rotations(self, turns, at)
+        F = small @ self.flexible[np.ix_(at, at)] @ small.T
         A = np.zeros((nb + m, nb + m))
         A[:nb, :nb], A[:nb, nb:], A[nb:, :nb], A[nb:, nb:] = np.eye(nb) + F @ H, F @ J.T, J, np.diag(space.off)
-        return Standing(turns, small, H, J, dgetrf(A)[:2])
+        return Standing(turns, at, small, H, J, dgetrf(A)[:2] if nb + m else (A, np.zeros(0)))
 
     def close(self, space: Space, now: Standing, r: np.ndarray) -> None:
         """rhs <- KKT^-1 (., g) from rhs = (., g) and W^-1 of what stands for the point, as the bodies stood when W was factored."""
-        n, nb = self.size, len(self.interface)
+        n, nb = self.size, len(now.at)
         if nb:
-            found = dgetrs(*now.factors, np.concatenate([now.small @ r[self.interface], space.rhs[0, n:]]))[0]
+            found = dgetrs(*now.factors, np.concatenate([now.small @ r[self.interface[now.at]], space.rhs[0, n:]]))[0]
             push = now.H @ found[:nb] + now.J.T @ found[nb:]
-            r -= (now.small.T @ push).astype(np.float32) @ self.spread
+            r -= (now.small.T @ push).astype(np.float32) @ self.spread[now.at]
             space.rhs[0, n:] = found[nb:]
         rotate(self, r, now.turns)
         space.f[:] = r
 
-    def slopes(self, step: Step, table: int) -> np.ndarray:
-        """Second derivatives of joints and loads on the interface, less the shift."""
+    def slopes(self, step: Step, table: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where in the interface they are not zero: second derivatives of joints and loads, less the shift, and Phi_q."""
         space = step.space
         space.gh[0] = step.method.gh
         evaluation.probe_slopes(table)
-        y = np.zeros((len(space.y), len(space.y)))
         pairs, H = compiled.row_slopes(self.model, space)
-        np.add.at(y, tuple(pairs.T), H)
-        return np.asarray(self.probes.T @ y @ self.probes - np.diag(self.shift))
+        rows, places = np.unique(pairs[H != 0.0], return_inverse=True)
+        y, J = np.zeros((len(rows), len(rows))), space.Jy @ self.probes
+        np.add.at(y, tuple(places.reshape(-1, 2).T), H[H != 0.0])
+        used = self.probes[rows].any(axis=0) | J.any(axis=0) | (self.shift != 0.0)
+        if self.turns:  # whole vectors
+            used = np.repeat(used.reshape(-1, self.dim).any(axis=1), self.dim)
+        at = np.flatnonzero(used)
+        part = self.probes[np.ix_(rows, at)]
+        return at, part.T @ y @ part - np.diag(self.shift[at]), J[:, at]
 
 
 def interface(model: Compiled, whole: bool) -> np.ndarray:
@@ -191,10 +197,11 @@ def rotate(large: Large, r: np.ndarray, turns: list[np.ndarray]) -> None:
         part[:] = part @ R.T
 
 
-def block_rotations(large: Large, turns: list[np.ndarray]) -> np.ndarray:
-    """R on the interface unknowns (b, b)."""
-    out, dim = np.eye(len(large.interface)), large.dim
-    for mine, R in zip(large.owned, turns, strict=True):
+def block_rotations(large: Large, turns: list[np.ndarray], at: np.ndarray) -> np.ndarray:
+    """R (b, b) on unknowns at places of the interface (b,)."""
+    out, dim, unknowns = np.eye(len(at)), large.dim, large.interface[at]
+    for (where, _), R in zip(large.bodies, turns, strict=True):
+        mine = np.flatnonzero((unknowns >= where.start) & (unknowns < where.stop))
         for i in range(dim):
             for j in range(dim):
                 out[mine[i::dim], mine[j::dim]] = R[i, j]
