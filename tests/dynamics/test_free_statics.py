@@ -9,10 +9,11 @@ import pytest
 
 from fmbs_skfem.bodies import sections
 from fmbs_skfem.bodies.body import cable
+from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import buckling, outputs, solve_statics
-from fmbs_skfem.systems import At, System, assemble, joints, loads, probes
+from fmbs_skfem.dynamics import buckling, find_free, linearise, outputs, real_modes, solve_statics
+from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads, probes
 from fmbs_skfem.systems.bushing import Bushing
 from tests.models import straight
 
@@ -46,6 +47,20 @@ def test_what_joints_springs_or_tension_hold_is_not_spoken_of(system: System) ->
     with warnings.catch_warnings():
         warnings.simplefilter("error", Notice)
         solve_statics(system)
+
+
+@pytest.mark.parametrize("x", [0.0, 300.0])
+def test_rigid_bodies_that_weight_alone_holds(x: float) -> None:
+    """Two equal masses on rods of 1 m that hang: w^2 = (2 -+ sqrt 2) g / L; where free ones turn is said in the scene."""
+    rods = [
+        rigid(name, 2.0, np.array(1e-12), (x, y), dim=2, places={"top": (x, y + 1.0)}) for name, y in (("one", 4.0), ("two", 3.0))
+    ]
+    ties = [joints.Pin("a", At("one", "top")), joints.Pin("b", At("two", "top"), At("one"))]
+    path = solve_statics(eliminate(assemble(rods, ties, [loads.Gravity((0.0, -9.81))])))
+    found = real_modes(linearise(path.system, path.x[-1], path.multipliers[-1], 1.0), 2).frequencies
+    np.testing.assert_allclose(found**2, 9.81 * (2 + np.sqrt(2) * np.array([-1, 1])), rtol=1e-8)
+    still = assemble(rods[:1], ties[:1])
+    assert find_free(still, linearise(still)).names == (f"one turns about ({x:g}, 5)",)
 
 
 def test_buckling_of_a_free_body_is_refused() -> None:

@@ -160,6 +160,8 @@ def warn(states: Trajectory, last: np.ndarray) -> None:
     missing_shapes.tell_unknown(states.system)
     for text in responses.beyond(compile_system(states.system), last):
         notify(text)
+    if states.statistics.iterations == 0:  # no equilibrium was found
+        return
     linear = linearise(states.system, states.x[-1], states.multipliers[-1], float(states.times[-1]), last)
     if free := find_free(states.system, linear).names:
         notify(f"nothing resists that {'; '.join(free)}: where the bodies are along that is arbitrary; hold them by joints")
@@ -203,7 +205,8 @@ def correction(model: Compiled, K: csr_array, J: np.ndarray, R: np.ndarray) -> n
     if step is not None:
         return step
     W = csr_array(model.system.metric)
-    step = saddle.regular_solution(saddle.matrix(csr_array(K + LITTLE * abs(K).max() / abs(W).max() * W), J), R)
+    size = abs(K).max() or np.abs(R).max() / model.system.scale  # rigid bodies have no stiffness but that of what pulls at them
+    step = saddle.regular_solution(saddle.matrix(csr_array(K + LITTLE * size / abs(W).max() * W), J), R)
     return step if step is not None and np.linalg.norm(A @ step - R) <= SOLVES * np.linalg.norm(R) else None
 
 

@@ -33,7 +33,7 @@ class FreeMotion:
     """One free rigid motion: velocity [m/s] of the middle of every body that moves, and its turning [rad/s]."""
 
     bodies: dict[str, tuple[np.ndarray, np.ndarray]]
-    places: dict[str, np.ndarray]  #: middles of these bodies [m]
+    places: dict[str, np.ndarray]  #: middles of these bodies in the scene [m]
 
     def __str__(self) -> str:
         return "; ".join(said(name, v, w, self.places[name]) for name, (v, w) in self.bodies.items())
@@ -134,7 +134,7 @@ def motion(system: System, z: np.ndarray) -> FreeMotion:
     moving, places = {}, {}
     for (name, first, last), own in zip(system.coordinates, z.reshape(len(system.coordinates), -1), strict=True):
         if np.abs(own).max() > ranks.STATED:
-            moving[name], places[name] = (own[:dim], own[dim:] / size), center(system, first, last)
+            moving[name], places[name] = (own[:dim], own[dim:] / size), center(system, first, last) + system.origin
     return FreeMotion(moving, places)
 
 
