@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -350,6 +351,14 @@ def test_what_is_thin_is_not_left_on_the_other_side_without_a_word(shape: str) -
         assert motion.x[-1, 1] == pytest.approx(end, abs=0.02)
     motion, _ = run(ball(thin(shape, stiffness=2e8, resolution=0.0), at=(0.0, 0.951), speed=(0.0, -100.0)), 1e-3, 0.015)
     assert motion.v[-1, 1] > 90.0
+
+
+def test_what_is_grazed_is_not_gone_through() -> None:
+    """A mass that cuts a nanometre off a ball, in less than a 64th of a step: nothing is said, and it goes on as it came."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        motion, _ = run(ball(thin("sphere", stiffness=1e5), at=(-0.0105, 0.01 - 1e-9), speed=(1.0, 0.0)), 1e-3, 0.02)
+    assert_allclose(motion.v[-1], [1.0, 0.0], atol=1e-6)
 
 
 @pytest.mark.parametrize("every", [1, 40])

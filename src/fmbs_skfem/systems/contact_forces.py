@@ -23,13 +23,14 @@ from ..core.structs import IntegerMatrix, Integers, Matrix, Vector, opener, rout
 from ..core.validation import Indices, Number, Reals, Sizes, also, require
 from . import forces, kernels
 from .contact_law import BEFORE, LAW, MU, POWER, STEP, UNKNOWN, E, K, Scalar, harden, normal_force, resist, stored
-from .contact_shapes import HEIGHTS, NUMBERS, PLANE, clearance, measure
+from .contact_shapes import HEIGHTS, NUMBERS, clearance, measure
 from .evaluation import evaluation
 from .forces import Force, Place, Routines
 from .one_sided import ramp
 
 DISTANT = 10.0  #: steps like the last one that a point is away, at least, whose rows are not kept: only what touches reads them
 THIRDS = 16  #: times that a way is cut by a third where a point may have passed a shape
+GRAZED = 0.999  #: cosine of the angle between normals before and behind a shape that is grazed: 1e-4 of its radius deep
 SEEN = 4  #: numbers of a point: clearance, distance from the origin of the shape, ways a unit of |dx| and of max |dx_n| at most
 
 
@@ -347,7 +348,7 @@ def judge(table: Any, record: Any) -> int:
         first = F.memory + k * (2 + dim + many)
         last = s.memory[first : first + 2 + dim + many]
         touches = not asleep(s, F, k, moved) and near(table, F, k, y, v, w)
-        if touches and last[0] > 0.0 and turned(F, k, last[2 + dim :], y, w):
+        if touches and last[0] > 0.0 and turned(F, k, last[2 + dim :], y, w) < 0.0:
             s.jolt[0] = np.inf
         elif last[1] > 0.0 and (touches or last[0] > 0.0):
             N = press(F, k, y, v, last, w, out) if touches else 0.0
@@ -358,20 +359,26 @@ def judge(table: Any, record: Any) -> int:
 
 
 @jit
-def turned(F: Any, k: int, before: np.ndarray, y: np.ndarray, w: np.ndarray) -> bool:
-    """Whether a point with rows y that touches is pushed to where it touched from with the rows `before`: to the other side."""
-    if F.shape == PLANE or F.shape == HEIGHTS:
-        return False
+def turned(F: Any, k: int, before: np.ndarray, y: np.ndarray, w: np.ndarray) -> float:
+    """Cosine of the angle between the normals of a point with the rows y and with those of `before`, in the axes of the shape."""
     place(F, k, y, w)
     for c in range(F.placed.shape[1]):
         w[2, c] = w[1, c]
     place(F, k, before, w)
-    return kernels.dot(w[1], w[2]) < 0.0
+    along = 0.0
+    for c in range(F.placed.shape[1]):
+        along += w[1, c] * w[2, c]
+    return along
 
 
 @jit
 def passed(F: Any, k: int, before: np.ndarray, y: np.ndarray, w: np.ndarray) -> bool:
-    """Whether a point with rows y that touches neither now nor `before` was in the shape between: gaps along lines are convex."""
+    """Whether a point with rows y that touches neither now nor `before` was in the shape between: gaps along lines are convex.
+
+    What is grazed alone, where normals hardly turn, does not count.
+    """
+    if turned(F, k, before, y, w) > GRAZED:
+        return False
     low, high, between = 0.0, 1.0, np.empty(len(y))
     far, way, dim = place(F, k, before, w), 0.0, F.placed.shape[1]
     if far < 0.0:  # it leaves, without a force
