@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+Progress: TypeAlias = Callable[[float], None]  #: is called with the finished part of some work, 0 to 1
 
 
 class Notice(UserWarning):

@@ -15,13 +15,13 @@ Theory, Academic Press 1977, 359-384 (bordering); Ramm, in: Nonlinear Finite Ele
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
 
 from ..core import saddle
 from ..core.errors import InputError, Reason, SolverError, say
+from ..core.notices import Progress
 from ..core.records import dataclass
 from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
@@ -91,7 +91,7 @@ def follow_path(
     control: ArcLength | None = None,
     newton: Newton | None = None,
     time: float = 1.0,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Trajectory:
     """Equilibria from no load along their path until the load factor is 1 or -1, as a Trajectory whose times are load factors.
 
@@ -137,7 +137,7 @@ def at_load_factor(trajectory: Trajectory, factor: float, newton: Newton | None 
     return path(trajectory.system, found)
 
 
-def follow(problem: Problem, found: list[Equilibrium], progress: Callable[[float], None]) -> None:
+def follow(problem: Problem, found: list[Equilibrium], progress: Progress) -> None:
     """Append the points of the path to its first one."""
     last = begin(problem, found[0])
     found.append(last.at)

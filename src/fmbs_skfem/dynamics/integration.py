@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ..core import krylov
 from ..core.errors import InputError, Reason, SolverError, say
-from ..core.notices import Notice, notify, remark
+from ..core.notices import Notice, Progress, notify, remark
 from ..systems import forces, responses
 from ..systems.compiled import compile_system
 from ..systems.controllers import Controlled
@@ -46,7 +46,7 @@ def integrate(
     duration: float,
     newton: Newton | None = None,
     every: int | np.ndarray = 1,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
     record: Record | None = None,
     resume: Resumed | None = None,
 ) -> Trajectory:
@@ -81,7 +81,7 @@ def integrate(
     return motion
 
 
-def follow(run: Run, looks: Sequence[Record], progress: Callable[[float], None] | None = None) -> None:
+def follow(run: Run, looks: Sequence[Record], progress: Progress | None = None) -> None:
     """Take all steps of a run, which is looked at between some of them."""
     watched = progress is not None or len(looks) > 0
     chunk = WHOLE if watched else run.steps

@@ -6,7 +6,7 @@ Every run is that of `integrate` alone, bit by bit: members know nothing of each
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import TypeAlias
@@ -15,6 +15,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ..core.errors import InputError, SolverError, say
+from ..core.notices import Progress
 from ..systems.system import System
 from .integration import integrate
 from .scheme import GeneralizedAlpha, Newton
@@ -30,7 +31,7 @@ def integrate_many(
     newton: Newton | None = None,
     every: int | np.ndarray = 1,
     threads: int = 1,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> list[Result]:
     """Trajectories of all systems from t = 0 over `duration` [s], in their order; the SolverError of a system that failed.
 

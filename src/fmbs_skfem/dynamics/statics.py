@@ -14,7 +14,7 @@ from scipy.sparse import csr_array
 
 from ..core import saddle
 from ..core.errors import InputError, Reason, SolverError, say
-from ..core.notices import Notice, notify
+from ..core.notices import Notice, Progress, notify
 from ..core.records import dataclass
 from ..systems import compiled, pressure, responses
 from ..systems.compiled import Compiled, compile_system
@@ -48,11 +48,7 @@ class Equilibrium:
 
 
 def solve_statics(
-    system: System,
-    steps: int = 10,
-    newton: Newton | None = None,
-    time: float = 1.0,
-    progress: Callable[[float], None] | None = None,
+    system: System, steps: int = 10, newton: Newton | None = None, time: float = 1.0, progress: Progress | None = None
 ) -> Trajectory:
     """Equilibria at the load factors 0, 1/steps, ..., 1, as a Trajectory over them; the factor 1 stands for `time` [s].
 
@@ -98,7 +94,7 @@ def reach_targets(
     solve: Callable[[float, Equilibrium], Equilibrium],
     start: Equilibrium,
     targets: np.ndarray,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Trajectory:
     """Equilibria at `start` and at the targets (s,) behind it; a SolverError carries them as far as they are found."""
     found, latest = [start], start

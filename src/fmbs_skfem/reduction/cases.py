@@ -17,7 +17,7 @@ from ..core.container import storable
 from ..core.errors import InputError, say
 from ..core.expressions import Expression
 from ..core.linalg import is_sparse
-from ..core.notices import notify
+from ..core.notices import Progress, notify
 from ..core.records import dataclass
 from ..dynamics.checkpoint import Record, Resumed
 from ..dynamics.integration import integrate
@@ -51,7 +51,7 @@ Family: TypeAlias = Callable[[Mapping[str, float]], Case]  #: the case of a valu
 def run(
     case: Case,
     every: int | np.ndarray = 1,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
     record: Record | None = None,
     resume: Resumed | None = None,
 ) -> Trajectory:

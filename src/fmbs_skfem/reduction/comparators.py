@@ -23,12 +23,13 @@ import contextlib
 import functools
 import math
 import time as clock
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, replace
 
 import numpy as np
 
 from ..core.errors import FmbsError, InputError, say
+from ..core.notices import Progress
 from ..core.records import dataclass
 from ..systems.system import System
 from . import affine, component, full_runs, grassmann, hyper_reduction, parameters, reduced_models, sampling, training
@@ -186,11 +187,7 @@ def at_system_level(task: TrainingTask) -> TrainingTask:
 
 
 def compare(
-    task: TrainingTask,
-    comparators: Sequence[Comparator],
-    full: Full,
-    points: np.ndarray,
-    progress: Callable[[float], None] | None = None,
+    task: TrainingTask, comparators: Sequence[Comparator], full: Full, points: np.ndarray, progress: Progress | None = None
 ) -> tuple[Row, ...]:
     """Every comparator at the hold-out points (k, d), values in the order of the parameters.
 

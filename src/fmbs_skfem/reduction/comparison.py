@@ -21,6 +21,7 @@ from dataclasses import field, replace
 import numpy as np
 
 from ..core.errors import FmbsError
+from ..core.notices import Progress
 from ..core.records import dataclass
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System
@@ -146,10 +147,7 @@ class Reference:
 
 
 def run(
-    task: TrainingTask,
-    options: ComparisonOptions,
-    coarse: Mapping[int, System] | None = None,
-    progress: Callable[[float], None] | None = None,
+    task: TrainingTask, options: ComparisonOptions, coarse: Mapping[int, System] | None = None, progress: Progress | None = None
 ) -> Comparison:
     """Everything about one system, a task without parameters; `coarse` are the same on coarser meshes, by cells a body.
 

@@ -30,6 +30,7 @@ from ..bodies.body import Body, extent, reference_at
 from ..core import fields
 from ..core.container import storable
 from ..core.errors import InputError, SolverError, say
+from ..core.notices import Progress
 from ..core.records import dataclass
 from ..dynamics.integration import integrate
 from ..dynamics.scheme import GeneralizedAlpha, Newton
@@ -97,17 +98,17 @@ def settle(excitation: Excitation, part: Body, scale: float = 1.0) -> Excitation
     )
 
 
-def excite(part: Body, excitation: Excitation, progress: Callable[[float], None] | None = None) -> np.ndarray:
+def excite(part: Body, excitation: Excitation, progress: Progress | None = None) -> np.ndarray:
     """States (s, b, c) of all runs of a full body; InputError where it has no named place, SolverError where a run fails."""
     return run(part, excitation, progress)[0]
 
 
-def run(part: Body, excitation: Excitation, progress: Callable[[float], None] | None = None) -> tuple[np.ndarray, Excitation]:
+def run(part: Body, excitation: Excitation, progress: Progress | None = None) -> tuple[np.ndarray, Excitation]:
     """As `excite`, states (s, b, c), with the excitation that made them: its loads scaled, and what it leaves open."""
     return (move if excitation.strain is None else reach)(part, excitation, progress)
 
 
-def reach(part: Body, excitation: Excitation, progress: Callable[[float], None] | None = None) -> tuple[np.ndarray, Excitation]:
+def reach(part: Body, excitation: Excitation, progress: Progress | None = None) -> tuple[np.ndarray, Excitation]:
     """States (s, b, c) whose largest strain is the one that is asked for, and the excitation with loads that make it.
 
     InputError where no loads do.
@@ -163,7 +164,7 @@ def unreached(part: Body, wanted: float, tried: list[tuple[float, float]]) -> In
     return InputError(say(f"training of '{part.name}' alone", f"a largest strain of {wanted:g}", got, remedy))
 
 
-def move(part: Body, excitation: Excitation, progress: Callable[[float], None] | None = None) -> tuple[np.ndarray, Excitation]:
+def move(part: Body, excitation: Excitation, progress: Progress | None = None) -> tuple[np.ndarray, Excitation]:
     """States (s, b, c) of all runs with loads as they are, and the excitation with what it leaves open."""
     told, random = settle(excitation, part), np.random.default_rng(excitation.seed)
     names = [*part.frames, *part.places]
@@ -198,7 +199,7 @@ def rotating_motion(part: Body, told: Excitation, held: str, run: int) -> Motion
     return Motion(angular_velocity=float(rate) if part.dim == 2 else tuple(rate), center=tuple(center))
 
 
-def advance(progress: Callable[[float], None], run: int, runs: int, done: float) -> None:
+def advance(progress: Progress, run: int, runs: int, done: float) -> None:
     """Report the finished part of all runs."""
     progress((run + done) / runs)
 

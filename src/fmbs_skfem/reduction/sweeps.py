@@ -37,7 +37,7 @@ from numpy.typing import ArrayLike
 
 from ..core import extras
 from ..core.errors import InputError, SolverError, say
-from ..core.notices import notify
+from ..core.notices import Progress, notify
 from ..core.records import dataclass
 from . import members
 from .members import Member, Record, Result, Status, Task, Work
@@ -158,7 +158,7 @@ def run(
     keep: Keep,
     options: SweepOptions | None = None,
     skip: Collection[int] = (),
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> SweepOutcome:
     """Run the members at `points` (k, d), whose columns are `names`, except the numbers in `skip`; each record goes to `keep`.
 
@@ -185,9 +185,7 @@ def run(
     return SweepOutcome(dict(desk.counts), desk.most, begun, end - start, desk.busy_s, desk.cpu_s, desk.deaths)
 
 
-def run_by_executor(
-    executor: Executor, task: Task, todo: Sequence[Member], keep: Keep, progress: Callable[[float], None] | None
-) -> SweepOutcome:
+def run_by_executor(executor: Executor, task: Task, todo: Sequence[Member], keep: Keep, progress: Progress | None) -> SweepOutcome:
     """Members one by one on any executor; an executor that loses a worker ends the sweep, and the records so far are kept."""
     token, start, counts = uuid.uuid4().hex, clock.monotonic(), Counter[Status]()
     busy = cpu = 0.0
@@ -239,7 +237,7 @@ def interrupts() -> Iterator[list[int]]:
                 signal.signal(number, handler)
 
 
-def serve(desk: Desk, total: int, asked: Sequence[int], progress: Callable[[float], None] | None) -> None:
+def serve(desk: Desk, total: int, asked: Sequence[int], progress: Progress | None) -> None:
     """Send batches and take their records until all members are settled, or until someone asks for an end."""
     from distributed import wait
 

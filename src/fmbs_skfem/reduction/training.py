@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,6 +23,7 @@ import numpy as np
 
 from ..core import durable
 from ..core.errors import InputError, say
+from ..core.notices import Progress
 from ..core.records import dataclass
 from ..dynamics.trajectory import Trajectory
 from . import calibration, error_budget, full_runs, greedy
@@ -105,7 +106,7 @@ def train(
     options: Options | None = None,
     folder: Path | str | None = None,
     tolerance: float | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
     savable: bool = False,
     checks: int = 0,
     motion: Trajectory | None = None,
@@ -182,7 +183,7 @@ def resume(work: TrainingState) -> tuple[Iteration, ...]:
 
 
 def loop(
-    work: TrainingState, options: Options, done: Sequence[Iteration], checks: int, progress: Callable[[float], None] | None
+    work: TrainingState, options: Options, done: Sequence[Iteration], checks: int, progress: Progress | None
 ) -> tuple[Outcome, Iteration]:
     """Algorithm 1, and its last iteration with the samples of the survey.
 
@@ -206,9 +207,7 @@ def loop(
             return outcome, last
 
 
-def run_greedy(
-    work: TrainingState, options: Options, done: Sequence[Iteration], progress: Callable[[float], None] | None
-) -> Outcome:
+def run_greedy(work: TrainingState, options: Options, done: Sequence[Iteration], progress: Progress | None) -> Outcome:
     """Algorithm 1 with the runs and indicators of this training, until the predicted error is small enough."""
 
     def indicator_at(point: int) -> float:

@@ -9,7 +9,7 @@ An own one is a class of the family in a file that the scene names: nothing asks
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
 
@@ -17,6 +17,7 @@ import numpy as np
 
 from ..core.declared import Declared
 from ..core.errors import InputError, say
+from ..core.notices import Progress
 from ..core.problems import Found
 from ..core.records import dataclass
 from ..dynamics import initial
@@ -24,7 +25,7 @@ from .locations import Oddity, where
 
 if TYPE_CHECKING:
     from ..dynamics import Campbell, GeneralizedAlpha, Trajectory
-    from ..dynamics.checkpoint import Moment, Resumed
+    from ..dynamics.checkpoint import Record, Resumed
     from ..dynamics.shapes import Shapes
     from ..dynamics.statespace import StateSpace
     from ..systems import System
@@ -93,11 +94,7 @@ class History(Analysis, ABC):
 
     @abstractmethod
     def solve(
-        self,
-        system: System,
-        advance: Callable[[float], None] | None = None,
-        watch: Callable[[Moment], None] | None = None,
-        resume: Resumed | None = None,
+        self, system: System, advance: Progress | None = None, watch: Record | None = None, resume: Resumed | None = None
     ) -> Trajectory:
         """The states; those of a motion are watched, and go on from where it was stopped."""
 

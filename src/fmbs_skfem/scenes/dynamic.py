@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from .. import dynamics
 from ..core.errors import InputError, say
 from ..core.fields import Time, quantity
+from ..core.notices import Progress
 from ..core.problems import Found, Keys, Problem
 from ..core.records import dataclass
 from ..dynamics import GeneralizedAlpha, Newton, Trajectory
@@ -19,7 +20,7 @@ from .fields import Spans
 from .locations import Oddity
 
 if TYPE_CHECKING:
-    from ..dynamics.checkpoint import Moment, Resumed
+    from ..dynamics.checkpoint import Record, Resumed
     from ..systems import System
     from .schema import Scene
 
@@ -78,11 +79,7 @@ class Dynamic(History):
         return Work(steps * forces, steps * factors, steps * ITERATIONS, steps * ITERATIONS, counts, steps, stored)
 
     def solve(
-        self,
-        system: System,
-        advance: Callable[[float], None] | None = None,
-        watch: Callable[[Moment], None] | None = None,
-        resume: Resumed | None = None,
+        self, system: System, advance: Progress | None = None, watch: Record | None = None, resume: Resumed | None = None
     ) -> Trajectory:
         return dynamics.integrate(system, self.scheme, self.duration, self.newton, self.kept, advance, watch, resume)
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
 from .. import dynamics
 from ..core.fields import Count, Time
-from ..core.notices import notify
+from ..core.notices import Progress, notify
 from ..core.records import dataclass
 from ..dynamics import Newton, Trajectory, initial, instability, loading
 from ..systems import free_motions
@@ -51,9 +51,7 @@ class Static(History):
         iterations = self.load_steps * ITERATIONS
         return Work(4 * iterations, iterations, counts={"load_steps": self.load_steps})
 
-    def solve(
-        self, system: System, advance: Callable[[float], None] | None = None, watch: Any = None, resume: Any = None
-    ) -> Trajectory:
+    def solve(self, system: System, advance: Progress | None = None, watch: Any = None, resume: Any = None) -> Trajectory:
         newton = Newton(tolerance=self.tolerance)
         if self.method == "arc_length":
             return dynamics.follow_path(system, dynamics.ArcLength(1.0 / self.load_steps), newton, self.time, advance)

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import InputError, MissingFeature, say
+from ..core.notices import Progress
 from ..core.records import dataclass
 from ..reduction import comparison as comparisons
 from ..reduction.comparison import Comparison, ModelRecord
@@ -110,9 +111,7 @@ def comparison(
     return ComparisonResult(about=about, report=report, lines=view, figures=drawn, error=missing, study=study)
 
 
-def run(
-    scene: Scene, quick: bool = False, allow_outside: bool = False, progress: Callable[[float], None] | None = None
-) -> Comparison:
+def run(scene: Scene, quick: bool = False, allow_outside: bool = False, progress: Progress | None = None) -> Comparison:
     """The comparison of a scene, as its sections `reduction` and `compare` say."""
     raw = build.system(scene, allow_outside=allow_outside)
     settings = plans.options(scene, quick, build.has_large_plates(scene, raw))

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from ..core import compilation
 from ..core.errors import InputError, Warned, say
-from ..core.notices import Notice, Remark, notify
+from ..core.notices import Notice, Progress, Remark, notify
 from ..core.records import dataclass
 from . import notebooks, reports
 
@@ -76,7 +76,7 @@ class Job:
             self.listener.tell(compilation.COMPILES.format(name))
         self.listener.progress("compiling", min(self.compiled / TYPICAL, 0.99))
 
-    def progress(self, label: str) -> Callable[[float], None]:
+    def progress(self, label: str) -> Progress:
         """A function that takes the finished part of the work `label`."""
         self.listener.progress(label, 0.0)
         return functools.partial(self.listener.progress, label)

@@ -18,7 +18,7 @@ import numpy as np
 
 from .. import dynamics
 from ..core.errors import FmbsError, MissingFeature, SolverError, Warned
-from ..core.notices import Notice
+from ..core.notices import Notice, Progress
 from ..core.records import dataclass
 from ..dynamics import GeneralizedAlpha, Trajectory, departures
 from ..results import segments
@@ -50,7 +50,7 @@ class RunTask:
     facts: Mapping[str, Any]  #: of the report: what it is, at which parameters, its sizes
     words: str  #: the same at the begin of a line
     system: System
-    solve: Callable[[Callable[[float], None], recording.Watch | None, Resumed | None], Trajectory]
+    solve: Callable[[Progress, recording.Watch | None, Resumed | None], Trajectory]
     judge: Callable[[Trajectory], dict[str, Any]]  #: energy error and noise of the motion, with warnings
     scheme: GeneralizedAlpha | None = None  #: None of equilibria
     request: Mapping[str, Any] | None = None  #: what `resume` needs to know; None of what runs anew
