@@ -116,7 +116,7 @@ def test_outside_the_box_there_is_a_notice_and_no_prediction(model: Path, tmp_pa
     [
         (("--set", "e=1e9"), "expected one of E, got 'e'"),
         (("--set", "EE=1e9"), "got 'EE'; did you mean 'E'?"),
-        (("--set", "E=3 mm"), "--set E: expected a value of the dimension of the parameter (pressure), got '3 mm' (length)"),
+        (("--set", "E=3 mm"), "--set E: expected a pressure [Pa], got '3 mm' (length)"),
         (("--set", "E=many"), "--set E: expected"),
         (("--duration", "-1"), "expected a positive step, and a duration of 1 to 10000000 of them"),
         (("--step", "1e-12"), "expected a positive step, and a duration of 1 to 10000000 of them"),

@@ -107,7 +107,7 @@ def test_named_designs_fill_the_box(design: str) -> None:
         (TWO, "candidates: {design: sobl, count: 3}", "scene:8: training.candidates.design: .* got 'sobl'; did you mean 'sobol'"),
         (TWO, "candidates: {design: sobol}", "scene:8: training.candidates.count: expected the key 'count', got no such key"),
         (TWO, "samples: [40 GPa]", "scene:8: training.samples: expected a mapping of E, d and their values, got '40 GPa'"),
-        (ONE, "samples: [3 mm]", r"scene:8: training.samples: expected a value of the dimension of E \(pressure\), got '3 mm'"),
+        (ONE, "samples: [3 mm]", r"scene:8: training.samples: expected a pressure \[Pa\], got '3 mm'"),
         (ONE, "first: 71 GPa", r"scene:8: training.first: expected E within its range of 4e\+10 to 7e\+10 Pa, got '71 GPa'"),
         (ONE, "iterations: 0", "scene:8: training.iterations: expected a number >= 1, got 0"),
         (ONE, "tolerance: 2", "scene:8: training.tolerance: expected "),

@@ -24,7 +24,6 @@ from .units import (
     PI,
     UNITS,
     Dimension,
-    Exponents,
     Quantity,
     describe,
     finite,
@@ -74,15 +73,6 @@ def _is_expression(value: object) -> bool:
         return isinstance(value, str) and not (starts_with_number(value) and measure(value))
     except Problem:
         return True
-
-
-def read_as(value: object, exponents: Exponents, name: str, parameters: Mapping[str, Quantity] | None = None) -> float:
-    """The SI value of a plain number, or of a quantity of the dimension of `name`."""
-    found = read(value, parameters)
-    if found.exponents not in (exponents, NUMBER.exponents):
-        got = f"{shown(value)} ({describe(found.exponents)})"
-        raise Problem(f"a value of the dimension of {name} ({describe(exponents)})", got)
-    return found.value
 
 
 def _evaluate(text: str, parameters: Mapping[str, Quantity]) -> Quantity:

@@ -153,11 +153,11 @@ def names(frames: Frames) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for body in frames.bodies.values() for name in ("displacement", *body.fields)))
 
 
-def planar(frames: Frames, tolerance: float = 1e-9) -> bool:
-    """True where every point of every instant has the same z, to `tolerance` of the extent."""
+def planar(frames: Frames) -> bool:
+    """True where every point of every instant has the same z, to 1e-9 of the extent."""
     places = [body.points.reshape(-1, 3) for body in frames.bodies.values()]
     extent = np.ptp(np.concatenate(places or [points for _, points in frames.joints.values()]), axis=0)
-    return bool(extent[2] <= tolerance * extent.max())
+    return bool(extent[2] <= 1e-9 * extent.max())
 
 
 def nearest(times: Array, wanted: Sequence[float]) -> Indices:

@@ -85,8 +85,8 @@ def point(value: object, context: Context) -> Row:
             raise Problem(f"a mapping of {', '.join(names)} and their values", shown(value))
         value = {names[0]: value}
     _same_names(value, names)
-    own, read = context.parameters, quantities.read_as
-    row = tuple(read(value[name], own[name].exponents, name, own) for name in names)
+    wanted = {name: units.find_dimension(one.unit) for name, one in context.ranges.items()}
+    row = tuple(quantities.convert(value[name], wanted[name], context.parameters) for name in names)
     for name, entry in zip(names, row, strict=True):
         limits = context.ranges[name]
         if not limits.low <= entry <= limits.high:

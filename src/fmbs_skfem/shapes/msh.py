@@ -113,7 +113,7 @@ class _Cursor:
         width, of = (1, "numbers") if self.text is not None else (dtype.itemsize, "bytes")
         if count < 0 or count * width > self.left():
             got = f"{max(self.left(), 0)} {of} up to its end"
-            raise _bad(self.where, f"{count * width} {of} as its counts claim", got, "is it cut off, or its header damaged?")
+            raise bad(self.where, f"{count * width} {of} as its counts claim", got, "is it cut off, or its header damaged?")
         if self.text is not None:
             values = self.text[self.taken : self.taken + count]
             self.taken += count
@@ -126,7 +126,7 @@ class _Cursor:
         """A number of things claimed by the file, if it is believable."""
         if not 0 <= value <= min(MAX_COUNT, len(self.data)):
             most = f"at most {MAX_COUNT} {of}, and no more than fit into its {len(self.data)} bytes"
-            raise _bad(self.where, most, f"a claim of {value}" if value >= 0 else "a count that is none")
+            raise bad(self.where, most, f"a claim of {value}" if value >= 0 else "a count that is none")
         return value
 
     def open(self, name: str) -> None:
@@ -140,7 +140,7 @@ class _Cursor:
             try:
                 self.text = np.fromstring(self.data[self.at : end], sep=" ")
             except (ValueError, DeprecationWarning):
-                raise _bad(self.where, f"numbers in ${name}", "text that is none") from None
+                raise bad(self.where, f"numbers in ${name}", "text that is none") from None
 
     def close(self, name: str) -> None:
         """Go behind the end of a section."""
@@ -151,7 +151,7 @@ class _Cursor:
         """Where a section ends."""
         end = self.data.find(b"$End" + name.encode(), self.at)
         if end < 0:
-            raise _bad(self.where, f"$End{name}", "the end of the file", "is it cut off?")
+            raise bad(self.where, f"$End{name}", "the end of the file", "is it cut off?")
         return end
 
 
@@ -165,18 +165,18 @@ def read(path: Path, where: str) -> Raw:
             if not line:
                 continue
             if not _SECTION.fullmatch(line):
-                raise _bad(where, "a section that opens with $ and its name", repr(line[:40]))
+                raise bad(where, "a section that opens with $ and its name", repr(line[:40]))
             _section(cursor, content, version, line[1:])
     return _raw(content)
 
 
-def _bad(where: str, expected: str, got: str, remedy: str = "export the mesh again") -> errors.InputError:
+def bad(where: str, expected: str, got: str, remedy: str = "export the mesh again") -> errors.InputError:
     return errors.InputError(errors.say(where, expected, got, remedy))
 
 
 def _whole(where: str, values: Floats) -> Ints:
     if not np.all(np.isfinite(values) & (values == np.rint(values)) & (np.abs(values) < 2.0**53)):
-        raise _bad(where, "whole numbers as counts, node numbers and tags", "others")
+        raise bad(where, "whole numbers as counts, node numbers and tags", "others")
     return values.astype(np.int64)
 
 
@@ -188,9 +188,9 @@ def _header(cursor: _Cursor) -> int:
         line = cursor.line()
     words = cursor.line().split() if line == "$MeshFormat" else []
     if len(words) != 3 or words[1] not in ("0", "1"):
-        raise _bad(cursor.where, "a gmsh file, which opens with $MeshFormat", repr(line[:40]), "export it as .msh 2.2 or 4.1")
+        raise bad(cursor.where, "a gmsh file, which opens with $MeshFormat", repr(line[:40]), "export it as .msh 2.2 or 4.1")
     if words[0] not in ("2", "2.0", "2.1", "2.2", "4.1") or words[2] not in ("4", "8"):
-        raise _bad(cursor.where, "gmsh format 2.2 or 4.1", f"format {' '.join(words)}", "export it as .msh 4.1")
+        raise bad(cursor.where, "gmsh format 2.2 or 4.1", f"format {' '.join(words)}", "export it as .msh 4.1")
     cursor.size = int(words[2])
     if words[1] == "1":
         cursor.order = "<"
@@ -198,7 +198,7 @@ def _header(cursor: _Cursor) -> int:
         if cursor.take("i", 1)[0] != 1:
             cursor.at, cursor.order = start, ">"
             if cursor.take("i", 1)[0] != 1:
-                raise _bad(cursor.where, "the number 1 after a binary header", "another")
+                raise bad(cursor.where, "the number 1 after a binary header", "another")
     cursor.close("MeshFormat")
     return int(words[0][0])
 
@@ -237,7 +237,7 @@ def _physical_names(cursor: _Cursor, content: _Content) -> None:
             dimension, tag, name = shlex.split(line)
             content.names[int(dimension), int(tag)] = printable(name)
         except ValueError:
-            raise _bad(cursor.where, 'lines <dimension> <tag> "<name>" in $PhysicalNames', repr(line[:60])) from None
+            raise bad(cursor.where, 'lines <dimension> <tag> "<name>" in $PhysicalNames', repr(line[:60])) from None
 
 
 def _entities(cursor: _Cursor, content: _Content) -> None:
@@ -274,14 +274,14 @@ def _nodes_4(cursor: _Cursor) -> list[tuple[Ints, Floats]]:
         columns = 3 + (int(dimension) if parametric else 0)
         nodes.append((numbers, cursor.take("d", columns * count).reshape(count, columns)[:, :3].copy()))
     if sum(len(numbers) for numbers, _ in nodes) != total:
-        raise _bad(cursor.where, f"{total} nodes as $Nodes claims", f"{sum(len(numbers) for numbers, _ in nodes)}")
+        raise bad(cursor.where, f"{total} nodes as $Nodes claims", f"{sum(len(numbers) for numbers, _ in nodes)}")
     return nodes
 
 
 def _element(cursor: _Cursor, code: int) -> int:
     """The number of nodes of an element type."""
     if code not in _ELEMENTS:
-        raise _bad(cursor.where, "element types of gmsh up to order 5", f"code {code}", "export a mesh of line cells")
+        raise bad(cursor.where, "element types of gmsh up to order 5", f"code {code}", "export a mesh of line cells")
     return _ELEMENTS[code][1]
 
 
@@ -298,7 +298,7 @@ def _elements_2(cursor: _Cursor) -> list[_Block]:
     while done < count:
         code, cells, tags = (int(v) for v in cursor.take("i", 3))
         if not 0 < cells <= count - done or tags < 0:
-            raise _bad(cursor.where, f"{count} cells as $Elements claims", f"a block of {cells} with {tags} tags after {done}")
+            raise bad(cursor.where, f"{count} cells as $Elements claims", f"a block of {cells} with {tags} tags after {done}")
         nodes = _element(cursor, code)
         table = cursor.take("i", cells * (1 + tags + nodes)).reshape(cells, 1 + tags + nodes)
         physical = table[:, 1] if tags else np.zeros(cells, np.int64)
@@ -315,12 +315,12 @@ def _elements_2_text(cursor: _Cursor, count: int) -> list[_Block]:
     at = 0
     for _ in range(count):
         if at + 3 > len(stream):
-            raise _bad(cursor.where, f"{count} cells as $Elements claims", "fewer rows")
+            raise bad(cursor.where, f"{count} cells as $Elements claims", "fewer rows")
         code, tags = stream[at + 1], stream[at + 2]
         shapes.setdefault((code, tags), []).append(at)
         at += 3 + max(tags, 0) + _element(cursor, code)
     if at > len(stream) or any(tags < 0 for _, tags in shapes):
-        raise _bad(cursor.where, f"{count} cells as $Elements claims", "rows that are too short")
+        raise bad(cursor.where, f"{count} cells as $Elements claims", "rows that are too short")
     blocks = []
     for (code, tags), starts in shapes.items():
         rows = values[np.array(starts)[:, None] + np.arange(3 + tags + _element(cursor, code))]
@@ -342,7 +342,7 @@ def _elements_4(cursor: _Cursor, content: _Content) -> list[_Block]:
         physical = content.entities.get((dimension, entity), [])
         blocks.append(_Block(code, table[:, 0], table[:, 1:], {tag: np.arange(cells) for tag in physical}))
     if sum(len(block.numbers) for block in blocks) != total:
-        raise _bad(cursor.where, f"{total} cells as $Elements claims", f"{sum(len(block.numbers) for block in blocks)}")
+        raise bad(cursor.where, f"{total} cells as $Elements claims", f"{sum(len(block.numbers) for block in blocks)}")
     return blocks
 
 

@@ -19,10 +19,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ..core import errors
 from ..core.problems import printable
 from ..core.records import dataclass
-from .msh import MAX_COUNT, Array, Cells, Ints, Raw
+from .msh import MAX_COUNT, Array, Cells, Ints, Raw, bad
 
 MAX_BYTES = 64 * 2**20  #: unpacked size of one array
 
@@ -65,13 +64,13 @@ def read(path: Path, where: str) -> Raw:
     nodes = _array(file, arrays["connectivity"], int(offsets[-1]) if cells else 0, "connectivity").astype(np.int64)
     sizes = np.diff(offsets, prepend=0)
     if np.any(sizes < 0):
-        raise _bad(where, "offsets that rise", "others")
+        raise bad(where, "offsets that rise", "others")
     marked = _groups(file, piece.find("CellData"), cells)
 
     def of(code: int, width: int) -> Cells:
         rows = np.flatnonzero(types == code)
         if np.any(sizes[rows] != width):
-            raise _bad(where, f"offsets that rise by {width} at a {_CELLS[code]}", "others")
+            raise bad(where, f"offsets that rise by {width} at a {_CELLS[code]}", "others")
         groups = {name: np.flatnonzero(values[rows]) for name, values in marked.items() if values[rows].any() or not values.any()}
         return Cells(nodes[offsets[rows][:, None] + np.arange(-width, 0)], rows, groups)
 
@@ -95,17 +94,13 @@ def marks(groups: dict[str, Ints], count: int) -> dict[str, Array]:
     return arrays
 
 
-def _bad(where: str, expected: str, got: str, remedy: str = "export the mesh again") -> errors.InputError:
-    return errors.InputError(errors.say(where, expected, got, remedy))
-
-
 def _open(data: bytes, where: str) -> _File:
     """Parse the XML and check how the arrays are stored."""
     if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
-        raise _bad(where, "plain XML", "a document type or entity declaration", "remove it")
+        raise bad(where, "plain XML", "a document type or entity declaration", "remove it")
     root, appended = _tree(data)
     if root is None or root.tag != "VTKFile":
-        raise _bad(where, "an XML file with root VTKFile", repr(data[:40]))
+        raise bad(where, "an XML file with root VTKFile", repr(data[:40]))
     for key, known in {
         "type": ("UnstructuredGrid",),
         "byte_order": ("LittleEndian", "BigEndian"),
@@ -113,7 +108,7 @@ def _open(data: bytes, where: str) -> _File:
         "compressor": ("vtkZLibDataCompressor",),
     }.items():
         if root.get(key, known[0]) not in known:
-            raise _bad(where, f"{key} {' or '.join(known)}", f"{root.get(key)}", "export it so, as an unstructured grid")
+            raise bad(where, f"{key} {' or '.join(known)}", f"{root.get(key)}", "export it so, as an unstructured grid")
     text = (root.findtext("AppendedData") or "").strip()
     order = ">" if root.get("byte_order") == "BigEndian" else "<"
     header = np.dtype(order + ("u8" if root.get("header_type") == "UInt64" else "u4"))
@@ -137,12 +132,12 @@ def _piece(file: _File) -> tuple[ElementTree.Element, int, int]:
     """The one piece, its number of points and of cells, if they are believable."""
     pieces = file.root.findall("UnstructuredGrid/Piece")
     if len(pieces) != 1:
-        raise _bad(file.where, "one Piece", f"{len(pieces)}", "merge the pieces before export")
+        raise bad(file.where, "one Piece", f"{len(pieces)}", "merge the pieces before export")
     claims = []
     for name in ("NumberOfPoints", "NumberOfCells"):
         claim = pieces[0].get(name, "")
         if not (claim.isascii() and claim.isdigit() and len(claim) < 20) or int(claim) > MAX_COUNT:
-            raise _bad(file.where, f"{name} of at most {MAX_COUNT}", claim[:40] or "nothing")
+            raise bad(file.where, f"{name} of at most {MAX_COUNT}", claim[:40] or "nothing")
         claims.append(int(claim))
     return pieces[0], claims[0], claims[1]
 
@@ -164,10 +159,10 @@ def _array(file: _File, array: ElementTree.Element | None, count: int, what: str
     """The `count` numbers of a DataArray."""
     if array is None:
         if count:
-            raise _bad(file.where, f"{what} of {count} numbers", "no such array")
+            raise bad(file.where, f"{what} of {count} numbers", "no such array")
         return np.zeros(0)
     if array.get("type") not in _TYPES:
-        raise _bad(file.where, f"{what} of type {', '.join(_TYPES)}", f"type {array.get('type')}")
+        raise bad(file.where, f"{what} of type {', '.join(_TYPES)}", f"type {array.get('type')}")
     kind = np.dtype(file.order + _TYPES[array.get("type", "")])
     try:
         if array.get("format", "ascii") == "ascii":
@@ -178,9 +173,9 @@ def _array(file: _File, array: ElementTree.Element | None, count: int, what: str
         else:
             values = np.frombuffer(_bytes(file, array), kind)
     except (ValueError, OverflowError, IndexError, DeprecationWarning, zlib.error) as error:
-        raise _bad(file.where, f"readable {what}", f"{error}") from None
+        raise bad(file.where, f"readable {what}", f"{error}") from None
     if len(values) != count:
-        raise _bad(file.where, f"{what} of {count} numbers", f"{len(values)}")
+        raise bad(file.where, f"{what} of {count} numbers", f"{len(values)}")
     return values
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import dynamics
-from ..core import container, durable, quantities
+from ..core import container, durable, quantities, units
 from ..core.errors import InputError, say
 from ..core.problems import Problem
 from ..reduction import cases, files, parametric_model, prediction
@@ -190,8 +190,7 @@ def predict_error(rom: ParametricModel, point: Mapping[str, float]) -> dict[str,
 def read_value(parameter: Parameter, given: str, option: str = "--set") -> float:
     """A number in SI units, or a quantity of the parameter's dimension, given by `option`."""
     try:
-        own = quantities.read(f"1 {parameter.unit}".strip()).exponents
-        return quantities.read_as(given, own, "the parameter")
+        return quantities.convert(given, units.find_dimension(parameter.unit))
     except Problem as problem:
         raise InputError(problem.at(f"{option} {parameter.name}")) from problem
 
