@@ -323,8 +323,8 @@ def test_a_dependence_that_vanishes_at_the_nominal_values_is_found() -> None:
     box = Parameter("F", -1.0, 1.0), Parameter("s", 0.5, 2.0)
     found = affine.fit(lambda values: loaded(values["F"] * values["s"] ** 3), box)
     assert affine.degrees(found) == {"F": 1, "s": 3}
-    coefficients = found({"F": 0.7, "s": 1.3}).system.loads.forces[0].coefficient
-    assert coefficients == pytest.approx(loaded(0.7 * 1.3**3).system.loads.forces[0].coefficient, rel=1e-14)
+    coefficients = found({"F": 0.7, "s": 1.3}).system.loads.forces[0].numbers
+    assert coefficients == pytest.approx(loaded(0.7 * 1.3**3).system.loads.forces[0].numbers, rel=1e-14)
 
 
 def leaning(values: Mapping[str, float]) -> Case:
@@ -352,7 +352,7 @@ def test_a_parameter_that_turns_the_geometry_is_a_polynomial() -> None:
 
 def test_what_jumps_is_no_round_off() -> None:
     """A force that depends on the digits of a parameter is not taken for noise of the geometry."""
-    with pytest.raises(InputError, match=r"system\.loads\.forces\[0\]\.coefficient"):
+    with pytest.raises(InputError, match=r"system\.loads\.forces\[0\]\.numbers"):
         affine.fit(lambda values: loaded(1.0 + (math.frexp(values["F"])[0] * 2**53) % 2), (Parameter("F", 0.1, 1.0),))
 
 
@@ -363,7 +363,7 @@ def test_what_is_not_smooth_is_refused() -> None:
         affine.fit(lambda values: loaded(abs(values["F"] - 0.3)), (Parameter("F", 0.0, 1.0),))
     with pytest.raises(
         InputError,
-        match=r"others \(system\.loads\.forces\[0\]\.coefficient, system\.sensors\.offset\); keep it out of the parameters",
+        match=r"others \(system\.loads\.forces\[0\]\.numbers, system\.sensors\.offset\); keep it out of the parameters",
     ):
         affine.fit(lambda values: loaded(math.sin(60.0 * values["F"])), (Parameter("F", 0.0, 1.0),))
     # along the axes nothing is wrong: min(a, b) has a kink on the diagonal of the box

@@ -5,6 +5,7 @@ In version 1 lengths were not measured by the mass.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,10 @@ import pytest
 
 from fmbs_skfem import dynamics
 from fmbs_skfem.bodies.rigid import rigid
+from fmbs_skfem.core import container
 from fmbs_skfem.core.errors import SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha
-from fmbs_skfem.reduction import files, parametric_model
+from fmbs_skfem.reduction import earlier, files, parametric_model
 from fmbs_skfem.reduction import training_store as store
 from fmbs_skfem.reduction.error_budget import Choice
 from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads, probes
@@ -61,6 +63,22 @@ def test_loads_in_columns_of_a_family() -> None:
     model = parametric_model.load(DATA / "loads_family_version_2.h5")
     found = dynamics.outputs(parametric_model.run(model, force=1.5, moment=0.45, follow=1.7, k=0.7))
     assert {name: found[name][-1] for name in FAMILY} == pytest.approx(FAMILY, abs=1e-9)
+
+
+def test_forces_of_fixed_direction_apart(tmp_path: Path) -> None:
+    """Dead loads that were a struct of their own are a law as others are."""
+    load = loads.PointForce("pull", At("a", "center"), (1.5, -2.0), np.sin)
+    system = assemble([rigid("a", 1.0, 0.1, (0.0, 0.0), dim=2)], [], [load])
+    (force,) = system.loads.forces
+    old = earlier.DeadLoads(force.rows[:, 0], force.numbers[:, 0], np.array([-1, -1]))
+    apart = replace(system, loads=replace(system.loads, forces=(old,)), signals=())
+    (found,) = files.load(container.write(tmp_path / "old.h5", files.KIND, system=apart, notes={})).loads.forces
+    assert found.law is force.law
+    assert (found.rows.tolist(), found.numbers.tolist(), found.signals.tolist()) == (
+        force.rows.tolist(),
+        [[1.5], [-2.0]],
+        [[-1], [-1]],
+    )
 
 
 def test_gears_by_angles() -> None:

@@ -17,8 +17,7 @@ from scipy.sparse import csr_array, vstack
 
 from ..core.linalg import is_sparse
 from ..core.records import dataclass
-from ..systems import forces
-from ..systems.dead_loads import DeadLoads
+from ..systems import force_laws, forces
 from ..systems.signals import Cosine, Sine
 from ..systems.system import Affine, Signal, System
 from .histories import finite_signals
@@ -76,7 +75,7 @@ def ramp(system: System, end: float) -> System:
     loads, grow = system.loads, len(system.signals)
     own = loads.constant - system.stiffness @ system.x0
     last, added = np.array([len(system.probes.offset)]), np.array([grow + 1])
-    grown = (*(forces.grow(force, grow) for force in loads.forces), DeadLoads(last, np.ones(1), added))
+    grown = (*(forces.grow(force, grow) for force in loads.forces), force_laws.dead(last, np.ones(1), added))
     P = system.probes.matrix
     rows = csr_array(vstack([P, csr_array(own[None, :])])) if is_sparse(P) else np.concatenate([P, own[None, :]])
     return replace(

@@ -1,8 +1,8 @@
 """What files of earlier releases say in other words: types of theirs, and what becomes of them.
 
 version 1     lengths by the norm of all coordinates, from the origin of the scene
-version 2     loads in columns and laws by number; angles of gears as constraint terms; position gradients of sampled points by the
-              name of jets
+version 2     loads in columns and laws by number, or forces of fixed direction apart; angles of gears as constraint terms; position
+              gradients of sampled points by the name of jets
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import numpy as np
 from ..core.container import MENDS, Tree, storable
 from ..core.records import dataclass
 from ..systems import constraint_laws, force_laws, row_laws
-from ..systems.dead_loads import DeadLoads
 from ..systems.system import Loads, System
 from .affine import Varying
 
@@ -40,6 +39,16 @@ class PointLaw:
     position: int
     signal: int
     vector: np.ndarray  #: moment, follower force along slope and normal, or stiffness, damping and rest angle
+
+
+@storable
+@dataclass(frozen=True)
+class DeadLoads:
+    """Forces coefficient s(t) on t probe rows, with their own place in a file."""
+
+    row: np.ndarray
+    coefficient: np.ndarray
+    signal: np.ndarray
 
 
 def of_law(law: PointLaw, dim: int) -> force_laws.LawForces:
@@ -87,6 +96,7 @@ def mend_system(values: Tree) -> None:
     loads = values.get("loads")
     if isinstance(loads, Loads):
         found = [of_law(one, values["dim"]) if isinstance(one, PointLaw) else one for one in loads.forces]
+        found = [force_laws.dead(one.row, one.coefficient, one.signal) if isinstance(one, DeadLoads) else one for one in found]
         values["loads"] = replace(loads, forces=tuple(found))
 
 
@@ -99,7 +109,9 @@ def moved(part: Varying, system: System) -> Varying:
     """The polynomial of numbers of loads where these are now."""
     match part.place:
         case ("system", "loads", "coefficient"):
-            return replace(part, place=("system", "loads", "forces", 0, "coefficient"))
+            return replace(part, place=("system", "loads", "forces", 0, "numbers"))
+        case ("system", "loads", "forces", int(number), "coefficient"):
+            return replace(part, place=("system", "loads", "forces", number, "numbers"))
         case ("system", "loads", "laws", int(number), "vector"):
             place = ("system", "loads", "forces", number + 1, "numbers")
             alone = system.loads.forces[number + 1].numbers.size == 1  # of a vector along one axis

@@ -53,6 +53,11 @@ def one(law: str | ForceLaw, rows: Sequence[int], numbers: ArrayLike = (), signa
     return LawForces(*group(ForceLaw, law, rows, numbers, signals))
 
 
+def dead(rows: np.ndarray, coefficients: ArrayLike, signals: np.ndarray) -> LawForces:
+    """Forces coefficient s(t) on probe rows (t,) [N per unit of the row], whatever the state is, by histories (t,) or -1."""
+    return LawForces(ForceLaw.find("dead"), rows[:, None], np.array(coefficients, dtype=float)[:, None], signals[:, None])
+
+
 class Record(NamedTuple):
     """Forces for compiled code."""
 

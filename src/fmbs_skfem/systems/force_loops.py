@@ -18,6 +18,27 @@ LAWS = {}
 
 
 @routine
+def dead_force(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    for k in range(len(F.rows)):
+        p0, h0 = F.numbers[k, 0], factor(s.signals, F.signals[k, 0])
+        s.g[F.rows[k, 0]] += h0*p0
+    return 0
+
+
+@routine
+def dead_slopes(table: Any, record: Any) -> int:
+    s, F = evaluation(table).space, opened(record)
+    c, gh = -s.c[0], s.gh[0]
+    for k in range(len(F.rows)):
+        pass
+    return 0
+
+
+LAWS["dead"] = ForceLaw("dead", 1, 1, 1, (), 0, False, dead_force, dead_slopes)
+
+
+@routine
 def moment_2_force(table: Any, record: Any) -> int:
     s, F = evaluation(table).space, opened(record)
     for k in range(len(F.rows)):

@@ -2,6 +2,7 @@ r"""Forces on probe rows in symbols: their values and derivatives become compile
 
     F(y, v, p, h),     - c (dF/dy + gh dF/dv)     for rows y, their rates v, numbers p, histories h
 
+    dead                F = p                         whatever the state
     moment              F = m x y / |y|^2             on a slope or an axis y
     follower            F = f_t t + f_n n             on a position, t = y/|y| and, in the plane, n = t turned by 90 degrees
     torsion spring      F = tau dtheta/dy,            tau = - k (theta - theta0) - d dtheta/dt,   theta = arg(y0 + i y1) [- other]
@@ -254,6 +255,7 @@ def one_sided_plane() -> Symbols:
 
 
 KNOWN = {
+    "dead": Symbols([history() * numbers(1)[0]], 1, 1),
     "moment_2": moment(2),
     "moment_3": moment(3),
     "follower_2": follower(2),

@@ -18,7 +18,6 @@ from ..core.records import dataclass
 from ..shapes.surface import Surface
 from . import constraint_laws, force_laws
 from .constraint_laws import ConstraintLaw, LawRows
-from .dead_loads import DeadLoads
 from .force_laws import ForceLaw
 from .system import Affine, Lock, Signal
 
@@ -229,9 +228,7 @@ class Forces:
 
     def dead(self, rows: Sequence[int], coefficients: ArrayLike, signal: int = -1) -> None:
         """Forces coefficient s(t) on probe rows [N per unit of the row], s the function of time of this number or 1."""
-        count = len(rows)
-        signals = np.full(count, signal, dtype=np.int64)
-        self.terms.append(DeadLoads(np.array(rows, dtype=np.int64), np.array(coefficients, dtype=float), signals))
+        self.terms.append(force_laws.dead(np.array(rows, dtype=np.int64), coefficients, np.full(len(rows), signal)))
 
     def act(self, law: str | ForceLaw, rows: Sequence[int], numbers: ArrayLike = (), signals: Sequence[int] = ()) -> None:
         """A force by a law or its name on probe rows (r,), with its numbers (p,) and functions of time (h,)."""

@@ -123,7 +123,7 @@ def beyond(model: Compiled, memory: np.ndarray) -> Iterator[str]:
     """What is said of tables that accepted states have left, up to those with this memory (l,)."""
     far = dict[str, float]()
     for source, _, held in model.remembering:
-        if isinstance(source, LawForces):
+        if isinstance(source, LawForces) and source.law.tables:
             each = memory[held].reshape(len(source), -1)
             for name, part in zip(source.law.tables, each[:, source.law.memory + source.law.kept :].T, strict=True):
                 far[name] = max(far.get(name, 0.0), float(part.max()))
