@@ -164,3 +164,26 @@ def test_places_without_a_section_are_refused(folder: Path) -> None:
     )
     with pytest.raises(InputError, match="a place of a cable with a law of this package, or a named point of a plate"):
         scenes.build.system(scenes.loads(text, folder))
+
+
+@pytest.mark.filterwarnings("error::fmbs_skfem.core.notices.Notice")
+def test_forces_that_jump_at_their_place_are_told(folder: Path) -> None:
+    """F at the end of a rod and F in its middle: N = F and 2 F beside the middle, and the mean of both there."""
+    rod = "{type: cable, mesh: line.msh, refine: 4, section: {shape: given, EA: 1e6, EI: 10, rhoA: 1}}"
+    pull = "{type: point_force, at: rod.right, force: [100, 0]}"
+    middle = "{type: point_force, at: {body: rod, s: 0.5}, force: [100, 0]}"
+    places = ", ".join(f"n{s}: {{type: section_forces, at: {{body: rod, s: 0.{s}}}}}" for s in (2, 5, 8))
+    text = f"""
+schema: 1
+dimension: 2
+bodies: {{rod: {rod}}}
+joints: {{wall: {{type: clamp, at: rod.left}}}}
+loads: {{end: {pull}, middle: {middle}}}
+outputs: {{{places}, root: {{type: section_forces, at: rod.left}}}}
+analysis: {{type: static, load_steps: 1}}
+"""
+    scene = scenes.loads(text, folder=folder)
+    with pytest.warns(Notice, match=r"output 'n5': load 'middle' may let forces jump at this place") as told:
+        found = scene.run().outputs
+    assert len(told) == 1
+    assert [found[f"{name}_N"][-1] for name in ("root", "n2", "n5", "n8")] == pytest.approx([200.0, 200.0, 150.0, 100.0], rel=1e-3)

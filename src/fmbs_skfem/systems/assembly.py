@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Annotated
@@ -123,7 +123,7 @@ def assemble(
         draft, events or {}, joints, wanted.numbers[sum(len(one.reads) for one in steered) :], constraints
     )
     responses.keep(draft, wanted.kept)
-    draft.locks = locks
+    draft.locks, draft.acting = locks, [*places_of("joint", joints), *places_of("load", loads)]
     draft.signals += told
     forces, sensed = draft.forces, dict[str, Output]()
     for name, probe in (outputs or {}).items():
@@ -169,6 +169,12 @@ def assemble(
         triggers=triggers,
         readings=readings.collect(wanted, sensed, responses.known(draft), responses.tables_of(draft), gains_of(steered)),
     )
+
+
+def places_of(kind: str, items: Iterable[Joint | Load]) -> Iterator[tuple[str, At]]:
+    """Joints or loads, as messages name them, and the places that they act on."""
+    for one in items:
+        yield from ((f"{kind} '{one.name}'", end) for end in vars(one).values() if isinstance(end, At))
 
 
 def springs(parts: list[Body], dim: int) -> csr_array:

@@ -259,6 +259,7 @@ class Draft:
     outputs: Mapping[str, Any] = field(default_factory=dict)  #: by name, for expressions of the state
     inputs: Mapping[str, Source] = field(default_factory=dict)  #: by name, for the same
     locks: Sequence[Lock] = ()  #: of joints that events lock
+    acting: Sequence[tuple[str, At]] = ()  #: joints and loads, as messages name them, and the places that they act on
 
     def signal(self, function: Signal | None) -> int:
         """The number of a function of time; -1 for None, the constant 1."""

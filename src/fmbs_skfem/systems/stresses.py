@@ -23,7 +23,7 @@ from ..bodies import cable_law, laws
 from ..bodies.body import Body, locate, own
 from ..bodies.fields import principal
 from ..core.errors import InputError, say
-from ..core.notices import remark
+from ..core.notices import notify, remark
 from ..core.records import dataclass
 from ..shapes import line
 from ..shapes.surface import Surface
@@ -36,6 +36,7 @@ from .system import Output
 FACES = ("bottom", "middle", "top")
 Face = Annotated[Literal["top", "middle", "bottom"], "on the face at t/2 along the normal, in the middle surface, or at -t/2"]
 COARSE = 0.1  #: part of the largest strain that shape functions of parts leave out, from which a remark is shown
+NEAR = 1e-9  #: part of a line by which two places on it may be apart that are one
 STRAINS = ("axial or membrane strain", "curvature")
 COMPONENTS = ("11", "22", "12")
 TENSOR = (*COMPONENTS, "1", "2", "angle")
@@ -157,6 +158,7 @@ class SectionForces(Probe):
             columns = tuple(f"{name}_{word}" for word in words)
             return self.output(draft, columns, [point.rows], parameters=point.parameters, labels=labels)
         rows, parameters = cable_point(where, part, self.at)
+        warn_of_jump(where, draft, part, self.at)
         columns = tuple(f"{name}_{word}" for word in (CABLE_PLANE if part.dim == 2 else CABLE_SPACE))
         wide = draft.layout.spread(part, rows)
         return self.output(draft, columns, [wide], parameters=parameters)
@@ -183,6 +185,18 @@ class SectionForces(Probe):
             return 2 * dim, len(CABLE_PLANE if dim == 2 else CABLE_SPACE), 4
         rows, parameters = counts(output.parameters[0], dim)
         return rows, len(RESULTANTS if dim == 3 else MEMBRANE), parameters
+
+
+def warn_of_jump(where: str, draft: Draft, part: Body, at: At) -> None:
+    """A notice of a place inside a line on which joints or loads act: slopes are continuous there, and axial forces are not."""
+    ends = line.breaks(part.space)[[0, -1]]
+    here, near = float(locate(part, at.place)), NEAR * float(np.ptp(ends))  # type: ignore[arg-type]
+    if np.abs(ends - here).min() < near:
+        return
+    others = [(what, locate(part, end.place)) for what, end in draft.acting if end.body == at.body]
+    if meeting := [what for what, there in others if abs(here - float(there)) < near]:  # type: ignore[arg-type]
+        text = f"{', '.join(dict.fromkeys(meeting))} may let forces jump at this place, and what is shown is right on neither side"
+        notify(f"{where}: {text}; read it some cells beside the place")
 
 
 def cable_point(where: str, part: Body, at: At) -> tuple[csr_array, tuple[float, ...]]:
