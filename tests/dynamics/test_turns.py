@@ -148,6 +148,19 @@ def test_equilibria_count_turns() -> None:
     assert_allclose(reactions(path)[("pin", "x")], 0.0, atol=1e-9)
 
 
+@pytest.mark.parametrize("steps", [3, 30])
+def test_turns_of_a_drive_between_equilibria(steps: int) -> None:
+    """A disc that is driven by 40 rad over the load factor: few equilibria cannot count its turns, which is told."""
+    at, angle = At("disc", "frame"), {"angle": probes.Angle(At("disc", "frame"))}
+    held = [joints.Revolute("pin", at), joints.DrivenAngle("drive", at, lambda t: 40.0 * t)]
+    system = eliminate(assemble([rigid("disc", 1.0, 0.01, (0.0, 0.0), dim=2)], held, outputs=angle))
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        found = outputs(solve_statics(system, steps, TIGHT))["angle"][-1]
+    assert ["may lack whole turns: angle" in str(one.message) for one in told] == [True] * (steps == 3)
+    assert found == pytest.approx(40.0 if steps == 30 else 40.0 - 12.0 * np.pi)
+
+
 def test_few_stored_states_still_tell_the_turns() -> None:
     """0.9 s at up to 10 rad/s between two states: the angle, and the energy of the spring at the end, are known all the same."""
     motion = integrate(oscillator(), GeneralizedAlpha(2e-3), 2.7, TIGHT, every=450)

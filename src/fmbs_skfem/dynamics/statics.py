@@ -8,6 +8,7 @@ What grows with the load factor s and what follows its history: `loading`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -16,14 +17,14 @@ from ..core import saddle
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import Notice, Progress, notify
 from ..core.records import dataclass
-from ..systems import compiled, pressure, responses
+from ..systems import compiled, pressure, probes, responses
 from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import without_redundant
 from ..systems.system import System
 from . import departures, missing_shapes
 from .histories import finite_signals
 from .linear import linearise
-from .loading import parts, ramp
+from .loading import RADIAN, parts, ramp
 from .names import as_text, row_names, worst
 from .scheme import STATIC, Newton, round_off
 from .shapes import find_free
@@ -156,11 +157,20 @@ def warn(states: Trajectory, last: np.ndarray) -> None:
     missing_shapes.tell_unknown(states.system)
     for text in responses.beyond(compile_system(states.system), last):
         notify(text)
+    warn_of_turns(states)
     if states.statistics.iterations == 0:  # no equilibrium was found
         return
     linear = linearise(states.system, states.x[-1], states.multipliers[-1], float(states.times[-1]), last)
     if free := find_free(states.system, linear).names:
         notify(f"nothing resists that {'; '.join(free)}: where the bodies are along that is arbitrary; hold them by joints")
+
+
+def warn_of_turns(states: Trajectory) -> None:
+    """A warning where an angle is an output and a drive turns it by half a turn or more from one equilibrium to the next."""
+    told = [name for name, one in states.system.outputs.items() if probes.kind_of(one) is probes.Angle]
+    if told and any(parts(states.system, a, b) > np.pi / RADIAN for a, b in pairwise(states.times)):
+        text = "a drive turns by half a turn or more from one equilibrium to the next, so that these angles may lack whole turns"
+        notify(f"{text}: {', '.join(told)}; take more load steps")
 
 
 def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: float, unit: str) -> Equilibrium:
