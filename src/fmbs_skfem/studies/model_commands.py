@@ -72,7 +72,7 @@ def train_part(
     rise: Annotated[
         float, Option("Part of a motion over which forces and moments rise; 0: they begin as steps.", "PART", least=0.0, most=1.0)
     ] = 0.05,
-    spin: Annotated[float, Option("Its turning at the start, about random axes.", "RAD/S", least=0.0)] = 0.0,
+    spin: Annotated[float, Option("Its angular velocity at the start, about random axes.", "RAD/S", least=0.0)] = 0.0,
     strain: Annotated[
         float | None,
         Option(
