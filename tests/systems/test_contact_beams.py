@@ -94,6 +94,16 @@ def test_forces_have_a_potential(dim: int, angle: float, up: tuple[float, ...]) 
 
 
 @pytest.mark.filterwarnings("ignore:load .* overlap")
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_shared_stiffness_is_that_of_the_whole_beam(dim: int) -> None:
+    """Parallel beams with a uniform overlap d push each other with k d, whatever number of nodes they have."""
+    parts, read = pair(0.0, (0.0, 0.0, 0.099)[3 - dim :], dim), {"touch": ContactState("touch")}
+    for points in (2, 5, 8):
+        system = assemble(parts, loads=[touch(points=points, shared=True)], outputs=read)
+        assert outputs(integrate(system, GeneralizedAlpha(1e-9), 1e-9))["touch_force"][0] == pytest.approx(0.5, rel=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore:load .* overlap")
 def test_nodes_that_are_not_looked_at_are_away() -> None:
     """After leaps of any size, over accepted states between, forces are those of a model that knows of no earlier state."""
     system, met = replace(assemble(pair(0.7, (0.1, 0.0, 0.2)), loads=[touch(friction=0.3)]), elastic=()), 0

@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 from scipy.special import gamma
 
 from fmbs_skfem.bodies import Body, cable, point_mass, rigid, sections
+from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate, outputs, solve_statics
 from fmbs_skfem.results import motion as pictures
@@ -26,6 +27,7 @@ from fmbs_skfem.systems.contact_states import ContactState
 from fmbs_skfem.systems.contacts import Contact, ContactBox, ContactCylinder, ContactHeights, ContactPlane, ContactSphere
 
 from .. import models
+from ..bodies.test_plate import rectangle
 from ..forms import forms
 from .parts import A1, BOB, C1, beams
 
@@ -46,6 +48,7 @@ def every_contact(dim: int) -> list[Contact]:
     return [
         ContactPlane("plane", at=A1, point=x, normal=up, **LAW),
         ContactPlane("plane under a beam", body="c", radius=0.1, points=5, point=(0.0, 0.3, 0.0)[:dim], normal=up, **LAW),
+        ContactPlane("shared", body="c", radius=0.1, points=5, point=(0.0, 0.3, 0.0)[:dim], normal=up, shared=True, **LAW),
         ContactPlane("carried plane", at=BOB, on=At("disc"), point=(2.0, 1.05, 0.0)[:dim], normal=up, **LAW),
         ContactSphere("sphere", at=A1, center=(0.9, -0.1, 0.1)[:dim], exponent=1.5, depth=0.2, **round_one),
         ContactSphere("around a point", at=C1, on=BOB, diameter=1.2, exponent=2.2, depth=0.1, **LAW | {"smoothing": 0.5}),
@@ -201,6 +204,27 @@ def test_restitution_of_hunt_and_crossley() -> None:
 
     exact = brentq(lambda e: level(-e) - level(1.0), 0.1, 1.0)
     assert motion.v[-1, 1] == pytest.approx(exact, rel=1e-3)
+
+
+@pytest.mark.filterwarnings("ignore:load .* overlap")
+@pytest.mark.parametrize("touching", ["beam", "plate"])
+def test_a_shared_stiffness_is_that_of_the_whole_body(touching: str) -> None:
+    """A uniform overlap d of a body with uneven cells is k d on any number of points, and the energy k d^2 / 2."""
+    if touching == "beam":
+        x = np.array([0.0, 0.1, 0.5, 0.7, 1.0])
+        body = cable("body", models.polyline(np.outer(x, [1.0, 0.0, 0.0])), sections.Circular(0.02), sections.Material(1e9, 1e3))
+    else:
+        body = plate("body", rectangle("ancf", 2, 3, skew=0.2), 0.02, sections.Material(1e9, 1e3, 0.3))
+    law: dict[str, Any] = {"point": (0.0, 0.0, -0.009), "normal": (0.0, 0.0, 1.0), "stiffness": 2e4, "shared": True}
+    for points in (2, 3, 7):
+        term = ContactPlane("floor", body="body", points=points, **law)
+        system = assemble([body], loads=[term], outputs={"floor": ContactState("floor"), "E": probes.Energy()})
+        still = integrate(system, GeneralizedAlpha(1e-9, 1.0), 1e-9)
+        found = outputs(still)
+        assert found["floor_force"][0] == pytest.approx(20.0, rel=1e-9)
+        assert found["E_strain"][0] == pytest.approx(0.01, rel=1e-6)
+    with pytest.raises(InputError, match="shared: expected points all over a beam or a plate"):
+        ball(floor(stiffness=1.0, shared=True))
 
 
 def test_impact_of_hertz() -> None:

@@ -37,7 +37,7 @@ from . import fields
 from .constraint_functions import size_of
 from .contact_pair_states import gaps_of, measures
 from .contact_pairs import BeamContacts, whole_line
-from .contact_points import MOST
+from .contact_points import MOST, line_shares
 from .contact_states import find_columns, rows_of
 from .contacts import CLEAR, ContactGauge, Length, Touch
 from .loads import where
@@ -72,7 +72,7 @@ class ContactBeam(Touch):
         name, layout = where(self), draft.layout
         beams = [layout.body(name, At(one)) for one in (self.body, self.other)]
         found = [node_rows(name, part, self.points) for part in beams]
-        rows, (spans, others) = [one for one, _ in found], (span for _, span in found)
+        rows, (nodes, _), (spans, others) = [one for one, _ in found], (xi for _, xi in found), (np.diff(xi) for _, xi in found)
         wide = [layout.widen(part.name, own_rows) for part, own_rows in zip(beams, rows, strict=True)]
         first = draft.probes.add(csr_array(vstack(wide)))
         reference = np.concatenate([one @ part.reference.ravel() for part, one in zip(beams, rows, strict=True)])
@@ -95,6 +95,7 @@ class ContactBeam(Touch):
             self.power(size),
             itself,
             limits,
+            self.weights(line_shares(beams[0], nodes) if along else np.zeros(0), len(spans) + 1),
         )
         self.tell_overlaps(gaps_of(term, reference), size, f"'{self.other}'", "move the beams")
         draft.forces.terms.append(term)
@@ -128,7 +129,7 @@ class ContactBeam(Touch):
 
 
 def node_rows(name: str, part: Body, count: int | None) -> tuple[csr_array, np.ndarray]:
-    """Rows (2 c x, b c) of position and slope by xi of x nodes of a beam, and the lengths (x - 1,) between them in xi."""
+    """Rows (2 c x, b c) of position and slope by xi of x nodes of a beam, and their xi (x,)."""
     space = part.space
     if not isinstance(space, line.BSpline | line.Hermite):
         raise InputError(say(name, "beams", f"'{part.name}', which is none", "name a body with a line"))
@@ -136,7 +137,7 @@ def node_rows(name: str, part: Body, count: int | None) -> tuple[csr_array, np.n
     xi = breaks if count is None and len(breaks) <= MOST else np.linspace(breaks[0], breaks[-1], count or MOST)
     rows = [own(part, line.sample(space, xi, k)) for k in range(2)]
     both = csr_array(vstack(rows))[np.arange(2 * len(xi)).reshape(2, -1).T.ravel()]
-    return csr_array(kron(both, np.eye(part.dim))), np.diff(xi)
+    return csr_array(kron(both, np.eye(part.dim))), xi
 
 
 @rows_of.register

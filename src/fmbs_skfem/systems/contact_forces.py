@@ -48,12 +48,13 @@ class ContactForces:
     law: Annotated[np.ndarray, Reals("l")]  #: numbers in the order of LAW
     share: Annotated[float, Number()]  #: change of speed that a change of force makes in a second, over the one allowed a step
     power: Annotated[np.ndarray, Reals("p")]  #: numbers in the order of POWER
+    weights: Annotated[np.ndarray, Reals("t")]  #: factors of the forces of a point
 
     def __len__(self) -> int:
         return len(self.rows)
 
 
-storable(ContactForces, power=lambda _: np.ones(2))
+storable(ContactForces, power=lambda _: np.ones(2), weights=lambda values: np.ones(len(values["rows"])))
 
 
 @also.register(ContactForces)
@@ -82,6 +83,7 @@ class Record(NamedTuple):
     frame: Integers
     rows: IntegerMatrix
     radius: Vector
+    weights: Vector
     law: Vector
     share: float
     pair: int  #: first place in H
@@ -159,8 +161,8 @@ def press(F: Any, k: int, y: np.ndarray, v: np.ndarray, last: np.ndarray, w: np.
         stick(F, y, N, last, w)
     for b in range(len(y) // dim):
         for c in range(dim):
-            out[dim * b + c] = w[7, b] * (w[4, c] if 0 < b < arms else w[4, c] + N * w[2, c])
-    return N
+            out[dim * b + c] = F.weights[k] * w[7, b] * (w[4, c] if 0 < b < arms else w[4, c] + N * w[2, c])
+    return F.weights[k] * N
 
 
 @jit
@@ -417,8 +419,8 @@ def store(table: Any, record: Any) -> int:
         read(table, F, k, y)
         overlap = -place(F, k, y, w)
         if overlap > 0.0:
-            N = F.law[K] * harden(F.law, ramp(overlap, F.law[E]))
-            s.energy[0] += stored(F.law, overlap)
+            N = F.weights[k] * F.law[K] * harden(F.law, ramp(overlap, F.law[E]))
+            s.energy[0] += F.weights[k] * stored(F.law, overlap)
             for c in range(dim):
                 n = 0.0
                 for i in range(dim):
@@ -439,7 +441,7 @@ def _(found: ContactForces, place: Place) -> Force:
     pairs = np.stack([np.repeat(rows, many, axis=1), np.tile(rows, (1, many))], axis=2).reshape(-1, 2)
     memory = np.zeros((count, 2 + found.placed.shape[1] + many))
     memory[:, 0] = UNKNOWN
-    numbers = (found.placed, found.frame, found.rows, found.radius, np.concatenate([found.law, found.power]))
+    numbers = (found.placed, found.frame, found.rows, found.radius, found.weights, np.concatenate([found.law, found.power]))
     arrays = [np.ascontiguousarray(part) for part in (found.sizes, found.heights, *numbers)]
     record = Record._make((found.shape, *arrays, found.share, *place))
     routines = Routines(push, slopes, accept, store, judge)

@@ -1,7 +1,7 @@
 r"""Contact of beams with beams at their closest points, as forces on probe rows of both center lines.
 
     d = A(p) - B(q),    n = d / |d|,    g = |d| - R_A - R_B,    s = - g
-    W = 1 at p = i,    or    1 - 3 e^2 + 2 |e|^3,  e = p - i,  at the closest p,                             (of a node i of A)
+    W = w_i at p = i,    or    1 - 3 e^2 + 2 |e|^3,  e = p - i,  at the closest p,                             (of a node i of A)
     a = R_A + g / 2,    b = R_B + g / 2                                       (distances of the point where they touch)
     v = A' - B' + a turn(A_p, A_p') + b turn(B_q, B_q'),    turn(t, t') = [t (n . t') - (n . t) t'] / |t|^2
     N of s and s' = - n . v,    T of N, v_T and b = (b0 + change of the material points since the last accepted state), across n
@@ -62,6 +62,7 @@ class BeamContacts:
     power: Annotated[np.ndarray, Reals("p")]  #: numbers in the order of POWER
     itself: Annotated[int, Number()]  #: 0 where B is another beam, 1 where it is the same one, 2 where that is closed
     limits: Annotated[np.ndarray, Reals("t 2")]  #: between which q is that a node meets
+    weights: Annotated[np.ndarray, Reals("t")]  #: factors of the forces of a node where every one touches
 
     def __len__(self) -> int:
         return len(self.spans) + 1
@@ -77,6 +78,7 @@ storable(
     power=lambda _: np.ones(2),
     itself=lambda _: 0,
     limits=lambda values: whole_line(len(values["spans"]) + 1, len(values["others"])),
+    weights=lambda values: np.ones(len(values["spans"]) + 1),
 )
 
 
@@ -92,6 +94,7 @@ def check_beams(term: BeamContacts, name: str, sizes: Sizes) -> None:
     sound = len(term.power) == len(POWER) and term.power[0] >= 1.0 and term.power[1] > 0.0
     require(sound, f"{name}.power", "an exponent from 1 on, and a depth", term.power)
     require(term.limits.shape == (pieces[0] + 1, 2), f"{name}.limits", "two of every node", term.limits.shape)
+    require(len(term.weights) == pieces[0] + 1, f"{name}.weights", "one of every node", len(term.weights))
     between = bool(np.all((term.limits >= 0.0) & (term.limits <= pieces[1])))
     require(between, f"{name}.limits", "places on the other beam", "others")
 
@@ -109,6 +112,7 @@ class Record(NamedTuple):
     share: float
     itself: int
     limits: Matrix
+    weights: Vector
     memory: int  #: first place in the memory: the rows, then NODE numbers a node
     room: int  #: first place in the room: clearances of the nodes, then bounds of ways
 
@@ -215,7 +219,7 @@ def passes(F: Any, limits: tuple[float, float], p: float, q: float, held: tuple[
 def weigh(F: Any, k: int, p: Scalar) -> Scalar:
     """The weight of a node where p on A touches."""
     e = p - k if p.real >= k else k - p
-    return 1.0 + 0.0 * e if F.along else 1.0 - e * e * (3.0 - 2.0 * e)
+    return F.weights[k] + 0.0 * e if F.along else 1.0 - e * e * (3.0 - 2.0 * e)
 
 
 @jit
@@ -369,5 +373,7 @@ def record_of(found: BeamContacts, place: Place) -> Record:
     """A contact for compiled code."""
     numbers = (found.rows, found.spans, found.others, found.radii, np.concatenate([found.law, found.power]))
     arrays = [np.ascontiguousarray(part) for part in numbers]
-    limits = np.ascontiguousarray(found.limits, dtype=float)
-    return Record._make((found.dim, bool(found.along), *arrays, found.share, found.itself, limits, place.memory, place.room))
+    limits, weights = (np.ascontiguousarray(part, dtype=float) for part in (found.limits, found.weights))
+    return Record._make(
+        (found.dim, bool(found.along), *arrays, found.share, found.itself, limits, weights, place.memory, place.room)
+    )

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.sparse import csr_array, kron, vstack
 
-from ..bodies.body import Body, own
+from ..bodies.body import Body, arc_lengths, own
 from ..core.errors import InputError, say
 from ..core.records import dataclass
 from ..shapes import line, surface
@@ -30,32 +30,47 @@ class Touching:
     places: np.ndarray  #: (t, c) in the reference [m]
     radius: np.ndarray  #: (t,) [m]
     mass: float  #: of the body [kg]
+    shares: np.ndarray  #: (t,) of the length or area of the body, none of places
 
 
 def find_points(name: str, draft: Draft, at: At | None, body: str | None, count: int | None, radius: float | None) -> Touching:
     """One place, or points all over a body; their radius is that of its section or half its thickness, 0 for rigid bodies."""
     layout = draft.layout
     part = layout.body(name, At(str(body)) if at is None else at)
-    half = (0.0 if part.space is None else part.radius) if radius is None else radius
+    half, shares = (0.0 if part.space is None else part.radius) if radius is None else radius, np.zeros(0)
     if at is not None or part.space is None:
         places = [At(part.name, place) for place in part.places] if at is None else [at]
         read = [vstack([layout.read(name, place), *(axes_of(name, draft, place) if half > 0.0 else ())]) for place in places]
     else:
-        functions = surface_rows(part, count or SIDE) if isinstance(part.space, Surface) else line_rows(part, count, half > 0.0)
+        if isinstance(part.space, Surface):
+            functions, shares = surface_rows(part, *surface_points(part.space, count or SIDE))
+        else:
+            xi = line_points(part, count)
+            functions, shares = line_rows(part, xi, half > 0.0), line_shares(part, xi)
         read = [layout.widen(part.name, csr_array(rows)) for rows in functions]
     first = draft.probes.add(csr_array(vstack(read)))
     rows = first + np.arange(len(read) * read[0].shape[0]).reshape(len(read), -1)
     reference = np.concatenate([one.reference.ravel() for one in layout.bodies.values()])
     places_there = np.array([one[: layout.dim] @ reference for one in map(csr_array, read)])
-    mass = part.total_mass
-    return Touching(part.name, rows.astype(np.int64), places_there, np.full(len(read), half), mass)
+    return Touching(part.name, rows.astype(np.int64), places_there, np.full(len(read), half), part.total_mass, shares)
 
 
-def line_rows(part: Body, count: int | None, thick: bool) -> Iterator[csr_array]:
-    """Rows (x, b c) of points along a line, in the plane with slope and normal where it is `thick`."""
-    assert isinstance(part.space, line.BSpline | line.Hermite)
+def line_points(part: Body, count: int | None) -> np.ndarray:
+    """Parameters (x,) of points along a line."""
     breaks = line.breaks(part.space)
-    xi = np.linspace(breaks[0], breaks[-1], min(2 * len(breaks) - 1, MOST) if count is None else max(count, 2))
+    return np.linspace(breaks[0], breaks[-1], min(2 * len(breaks) - 1, MOST) if count is None else max(count, 2))
+
+
+def line_shares(part: Body, xi: np.ndarray) -> np.ndarray:
+    """Shares (x,) of points at xi in the length of a line: half of the ways to both neighbours."""
+    fine, arc = arc_lengths(part)
+    ways = np.diff(np.interp(xi, fine, arc))
+    return (np.append(ways, 0.0) + np.append(0.0, ways)) / (2.0 * ways.sum())
+
+
+def line_rows(part: Body, xi: np.ndarray, thick: bool) -> Iterator[csr_array]:
+    """Rows (x, b c) of points at xi along a line, in the plane with slope and normal where it is `thick`."""
+    assert isinstance(part.space, line.BSpline | line.Hermite)
     positions, slopes = (own(part, line.sample(part.space, xi, k)) for k in range(2))
     J = np.linalg.norm(slopes @ part.reference, axis=1)
     for k in range(len(xi)):
@@ -66,16 +81,23 @@ def line_rows(part: Body, count: int | None, thick: bool) -> Iterator[csr_array]
         yield csr_array(vstack(found))
 
 
-def surface_rows(part: Body, side: int) -> Iterator[csr_array]:
-    """Rows (c, b c) of side x side points in every cell of a surface."""
-    shape = part.space
-    assert isinstance(shape, Surface)
+def surface_points(shape: Surface, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Cells (x,) and parent places (x, 2) of side x side points in every cell, and what one has of its parent cell (x,)."""
     s = (np.arange(side) + 0.5) / side
     a, b = (x.ravel() for x in np.meshgrid(s, s, indexing="ij"))
-    xi = np.column_stack([a, b if shape.parent is surface.Parent.SQUARE else b * (1.0 - a)])
+    wide = 1.0 + 0.0 * a if shape.parent is surface.Parent.SQUARE else 1.0 - a
     count = len(shape.nodes)
-    rows = own(part, surface.sample(shape, np.repeat(np.arange(count), len(xi)), np.tile(xi, (count, 1)), 0))
-    return (csr_array(kron(rows[[k]], np.eye(part.dim))) for k in range(rows.shape[0]))
+    return np.repeat(np.arange(count), len(a)), np.tile(np.column_stack([a, b * wide]), (count, 1)), np.tile(wide, count)
+
+
+def surface_rows(part: Body, cells: np.ndarray, xi: np.ndarray, wide: np.ndarray) -> tuple[Iterator[csr_array], np.ndarray]:
+    """Rows (c, b c) of points of a surface, and their shares (x,) in its area."""
+    shape = part.space
+    assert isinstance(shape, Surface)
+    rows, *slopes = (own(part, surface.sample(shape, cells, xi, k)) for k in range(3))
+    a, b = (np.pad(slope @ part.reference, ((0, 0), (0, 3 - part.dim))) for slope in slopes)
+    areas = wide * np.linalg.norm(np.cross(a, b), axis=1)
+    return (csr_array(kron(rows[[k]], np.eye(part.dim))) for k in range(rows.shape[0])), areas / areas.sum()
 
 
 def axes_of(name: str, draft: Draft, place: At) -> list[csr_array]:

@@ -80,7 +80,21 @@ class Touch(Load, ABC):
     sticking: Annotated[Stiffness | None, "of what sticks"] = None
     sticking_damping: Annotated[Damping | None, "of what sticks"] = None
     resolution: Annotated[float, fields.quantity("", ">= 0"), "rad of a vibration on it a step; 0 divides none but leaps"] = 0.05
+    shared: Annotated[bool, "whether stiffness and damping are those of the whole body, of which points have shares"] = False
     resists: ClassVar[bool] = True
+
+    def weights(self, shares: np.ndarray, count: int) -> np.ndarray:
+        """Factors (t,) of the law of so many points with shares (t,) in a body, none of places."""
+        if self.shared and not len(shares):
+            raise InputError(
+                say(
+                    f"{where(self)}.shared",
+                    "points all over a beam or a plate, or beams along one another",
+                    "others",
+                    "leave it out",
+                )
+            )
+        return shares if self.shared else np.ones(count)
 
     def law(self, size: float, mass: float, count: int) -> np.ndarray:
         """Numbers in the order of `contact_law.LAW`, for bodies of a size [m] of which a mass [kg] touches in so many points."""
@@ -89,7 +103,7 @@ class Touch(Load, ABC):
             raise InputError(say(f"{where(self)}.stiffness", "a stiffness, as points have no size to choose it by", "none"))
         k = PRESSED * mass * GRAVITY / size if k is None else k
         kt = k if self.sticking is None else self.sticking
-        ct = float(np.sqrt(kt * mass / count)) if self.sticking_damping is None else self.sticking_damping
+        ct = float(np.sqrt(kt * mass / (1 if self.shared else count))) if self.sticking_damping is None else self.sticking_damping
         numbers = (k, self.damping, self.dissipation, self.smoothing, float(self.cut), self.friction, kt, ct)
         for key, value in zip(LAW, numbers, strict=True):
             if not (np.isfinite(value) and value >= 0.0):
@@ -155,6 +169,7 @@ class Contact(Touch, ABC):
             self.law(size, touching.mass, len(touching.rows)),
             self.share(touching.mass),
             self.power(size),
+            self.weights(touching.shares, len(touching.rows)),
         )
         gaps = overlaps(term, touching.places, placed)
         if self.overlap == "keep":
