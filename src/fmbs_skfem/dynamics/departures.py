@@ -163,9 +163,9 @@ def summarise(found: list[Departure]) -> str:
     worst = ordered[0]
     kinds = [one.kind.partition(" [")[0] for one in ordered if one.body == worst.body][1:]
     others = list(dict.fromkeys(f"'{one.body}'" for one in ordered if one.body != worst.body))
-    same = f", as its {' and '.join(kinds)}" if kinds else ""
-    more = f"; part{'s' * (len(others) > 1)} {missing_shapes.first_of(others)} as well" if others else ""
-    return f"{worst}{same}{more}; {REMEDY}"
+    more = [f"its {' and '.join(kinds)}"] * bool(kinds)
+    more += [f"part{'s' * (len(others) > 1)} {missing_shapes.first_of(others)}"] * bool(others)
+    return f"{worst}{'; outside as well: ' if more else ''}{', '.join(more)}; {REMEDY}"
 
 
 def warn(found: list[Departure]) -> None:
