@@ -245,4 +245,4 @@ def test_models_of_a_scene_are_no_scenes_and_no_families(model: Path, tmp_path: 
     assert swept.code == 3
     assert "expected a model over ranges of parameters, got one of a single scene; make one with fmbs train" in swept.err
     part = fmbs("part", "info", plain)
-    assert (part.code, "that file holds something else" in part.err) == (8, True)
+    assert (part.code, "is it the file that you mean?" in part.err) == (8, True)

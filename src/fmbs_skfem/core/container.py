@@ -132,8 +132,8 @@ def seal(data: bytes | memoryview) -> dict[str, str]:
 def check_header(data: bytes, kind: Kind) -> None:
     """Kind, version, size and checksum of a file's bytes."""
     title, *lines = data[:HEADER].decode("ascii", "replace").split("\n")
-    other = "that file holds something else" if title.startswith(FAMILY) else f"is it the file that you mean? {kind.remedy}"
-    require(title == kind.title, "", f"'{kind.title}' in its first line", f"{title[:40]!r}", other)
+    remedy = f"is it the file that you mean? {kind.remedy}"
+    require(title == kind.title, "", f"'{kind.title}' in its first line", f"{title[:40]!r}", remedy)
     facts = dict(line.split(" ", 1) for line in lines if line.count(" ") == 1)
     check_version(facts.get("version"), kind)
     check_seal(data[HEADER:], facts)
