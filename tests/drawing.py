@@ -18,7 +18,7 @@ from typing import Any
 
 from fmbs_skfem.results import pictures
 
-RUN = subprocess.run
+RUN, PYTHON = subprocess.run, sys.executable  #: before any test has others in their place
 ROOT = Path(__file__).resolve().parents[1]
 PASSING = "PYTEST_CURRENT_TEST"  #: of the environment, which changes with every test
 
@@ -35,12 +35,12 @@ class Drawing:
     def run(self, call: Sequence[str], **options: Any) -> subprocess.CompletedProcess[str]:
         """As `subprocess.run` of a call of the module that draws."""
         interpreter, *words = call
-        usual = interpreter == sys.executable and words[:2] == ["-m", "fmbs_skfem.results.render_child"]
+        usual = interpreter == PYTHON and words[:2] == ["-m", "fmbs_skfem.results.render_child"]
         if not usual or subprocess.run is not RUN or known(os.environ) != self.environment:
             return subprocess.run(call, **options)  # type: ignore[call-overload, no-any-return]
         with self.lock:
             if self.process is None:
-                own = [sys.executable, "-m", "tests.drawing"]
+                own = [PYTHON, "-m", "tests.drawing"]
                 self.process = subprocess.Popen(own, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
             assert self.process.stdin is not None
             assert self.process.stdout is not None

@@ -139,7 +139,7 @@ class Scene:
     events: dict[str, Event] = field(default_factory=dict)
     damping: Rayleigh = field(default_factory=Rayleigh)
     initial: Initial = field(default_factory=Initial)
-    analysis: Analysis
+    analysis: Annotated[Analysis, "what to compute, such as {type: dynamic, duration: 1 s, step: 1 ms}"]
     outputs: dict[str, Probe] = field(default_factory=dict)
     reduction: Reduction | None = None
     training: Training | None = None

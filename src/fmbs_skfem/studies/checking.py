@@ -88,7 +88,7 @@ def compare_checksums(job: Job) -> Result:
         segments.read(job.path)
         found.append(job.path / segments.FOLDER)
     if not found:
-        raise InputError(say(f"{job.path}", "a scene, or a folder with results", "a folder without a report"))
+        raise InputError(say(f"{job.path}", "a scene, or a folder with results", "a folder without a report", "name a file"))
     text = "as written: " + ", ".join(map(str, found))
     return Result(about=text, report={"status": "ok", "verified": found, "notices": job.notices}, lines=[text])
 
