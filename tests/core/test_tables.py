@@ -67,6 +67,29 @@ def test_bad_files(tmp_path: Path, old: str, new: str, message: str) -> None:
         read_columns(path, ("", "fore"), "N")
 
 
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("t [s], F [N]\n0,5,1,5\n", r"row 2: expected 2 cells, one under each title, got 4; numbers are written with points"),
+        ("t, F, F\n0, 1, 2\n", "expected one of the columns t, F, F, got 'F' 2 times"),
+        ("t (ms), F\n0, 1\n", r"expected the unit of a title in brackets, such as '... \[ms\]', got 't \(ms\)'"),
+        ("t_ms, F\n0, 1\n", r"'... \[ms\]', got 't_ms'"),
+        ("t, F / kN, F\n0, 1, 2\n", ""),
+        ("t in s, F (2)\n0, 1\n", ""),
+    ],
+)
+def test_numbers_and_units_that_would_be_read_as_others_are_refused(tmp_path: Path, text: str, message: str) -> None:
+    """Commas in numbers, two columns of one title, units that are not in brackets and not those of SI."""
+    path = tmp_path / "a.csv"
+    path.write_text(text, encoding="utf-8")
+    columns = ("", "F (2)" if "F (2)" in text else "F")
+    if not message:
+        assert read_columns(path, columns, "N")[0] == (0.0,)
+        return
+    with pytest.raises(InputError, match=message):
+        read_columns(path, columns, "N")
+
+
 def test_bad_points() -> None:
     with pytest.raises(InputError, match="growing times"):
         Table("f(t)", "N", (0.0, 1.0, 1.0), (0.0, 2.0, 2.0))

@@ -193,17 +193,16 @@ def test_a_sweep_without_any_result(tmp_path: Path) -> None:
         assert file["parameters"].shape == (4, 3)
 
 
-def size(unit: str) -> float:
-    return {"GPa": 1e9, "mm": 1e-3, "Pa": 1.0, "m": 1.0}[unit]
+TABLED = [Parameter("E", 0.0, 1.0, unit="Pa"), Parameter("d", 0.0, 1.0, unit="m")]
 
 
 def test_points_from_a_table(tmp_path: Path) -> None:
     """Units in the header; a table of results can be taken as it is."""
     path = tmp_path / "points.csv"
     path.write_text("d [mm],comment,E [GPa]\n8,a,0.7\n\n12,b,1.3\n")
-    assert sweep_files.read_points(path, ["E", "d"], size) == [{"d": 8 * 1e-3, "E": 0.7e9}, {"d": 12 * 1e-3, "E": 1.3e9}]
+    assert sweep_files.read_points(path, TABLED) == [{"d": 8 * 1e-3, "E": 0.7e9}, {"d": 12 * 1e-3, "E": 1.3e9}]
     results = sweep_files.write_csv(swept(), tmp_path / "sweep.csv")
-    found = sweep_files.read_points(results, ["E", "d", "n"], size)
+    found = sweep_files.read_points(results, [*TABLED, Parameter("n", 0.0, 9.0)])
     np.testing.assert_allclose([list(row.values()) for row in found], POINTS, rtol=1e-14)
 
 
@@ -215,6 +214,9 @@ def test_points_from_a_table(tmp_path: Path) -> None:
         ("E,d\n", "0 rows"),
         ("E,d\n1,x\n", "row 2: expected a number in column 2, got 'x'"),
         ("E;d\n1,5;2\n", "columns separated by commas, got semicolons in 'E;d'; write the file again as CSV with commas"),
+        ("E,d\n1,0,5\n", "row 2: expected 2 cells, one under each title, got 3"),
+        ("E [mm],d\n1,1\n", r"column 'E': expected a pressure \[Pa\], got '1 mm'"),
+        ("E,d,E\n1,1,2\n", "expected one of the columns E, d, E, got 'E' 2 times"),
         ("E,d\n1\n", "row 2: expected a number in column 2, got nothing"),
     ],
 )
@@ -222,9 +224,9 @@ def test_bad_tables_of_points(text: str, match: str, tmp_path: Path) -> None:
     path = tmp_path / "points.csv"
     path.write_text(text)
     with pytest.raises(InputError, match=match):
-        sweep_files.read_points(path, ["E", "d"], size)
+        sweep_files.read_points(path, TABLED)
     with pytest.raises(InputError, match="a CSV file"):
-        sweep_files.read_points(tmp_path / "none.csv", ["E", "d"], size)
+        sweep_files.read_points(tmp_path / "none.csv", TABLED)
 
 
 SLOW = """

@@ -9,6 +9,7 @@ it overshoots nowhere. Files are texts of comma-separated numbers below a line o
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import io
 import itertools
@@ -22,10 +23,12 @@ from . import quantities, units
 from .container import storable
 from .errors import InputError, closest, listed, say
 from .inputs import Source
-from .problems import shown
+from .problems import Problem, shown
 from .records import dataclass
 
 TITLE = re.compile(r"\s*(.*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*", re.DOTALL)  #: its unit, where it has one, is in the last brackets
+#: a title that ends with a unit as in `F (kN)`, `F / kN`, `F in kN`, `F_kN`
+UNBRACKETED = re.compile(r".*(?:\(\s*([^()]+?)\s*\)|(?:/|_|\bin\s)\s*(\S+?))\s*", re.DOTALL)
 LARGEST = 50_000_000  #: size of a file [bytes]
 
 
@@ -101,24 +104,47 @@ def read_columns(path: Path, names: tuple[str, str], unit: str, of: str = "s") -
     if len(titles) < 2 or all(units.starts_with_number(title) for title, _ in titles):
         got = shown(",".join(title for title, _ in titles))
         raise InputError(say(where, "a first line of titles, such as 'time [s], angle [deg]'", got))
-    known = [title for title, _ in titles]
-    dimensions = [units.find_dimension(one) if one else units.NUMBER for one in (of, unit)]
-    for name in filter(None, names):
-        if name not in known:
-            raise InputError(say(where, f"one of the columns {listed(known, name)}", f"'{name}'") + closest(name, known))
-    places = [known.index(name) if name else k for k, name in enumerate(names)]
     columns = list[tuple[float, ...]]()
-    for place, dimension, given in zip(places, dimensions, (of, unit), strict=True):
-        scale = quantities.convert(f"1 {titles[place][1] or given}", dimension)
+    places = [find_column(where, titles, name) if name else k for k, name in enumerate(names)]
+    for place, given in zip(places, (of, unit), strict=True):
+        scale = size_of(where, titles[place], given)
         columns.append(tuple(scale * number(where, row, place, line) for line, row in enumerate(rows, 2)))
     return columns[0], columns[1]
+
+
+def find_column(where: str, titles: list[tuple[str, str | None]], name: str) -> int:
+    """The place of the one column of a title; InputError where there is none or more than one."""
+    known = [title for title, _ in titles]
+    if known.count(name) != 1:
+        got = f"'{name}' {known.count(name)} times" if name in known else f"'{name}'{closest(name, known)}"
+        raise InputError(say(where, f"one of the columns {listed(known, name)}", got))
+    return known.index(name)
+
+
+def size_of(where: str, title: tuple[str, str | None], given: str) -> float:
+    """The size of a column's unit in SI: that of its title, or where that has none the unit `given`, whose dimension it has.
+
+    InputError for a unit of another dimension, and for a title such as `F (kN)`, whose unit would not be read.
+    """
+    name, own = title
+    dimension = units.find_dimension(given) if given else units.NUMBER
+    try:
+        scale = quantities.convert(f"1 {own or given}", dimension)
+    except Problem as problem:
+        raise InputError(problem.at(f"{where}, column '{name}'")) from problem
+    if own is None and (found := UNBRACKETED.fullmatch(name)):
+        meant = found[1] or found[2]
+        with contextlib.suppress(Problem):
+            if quantities.convert(f"1 {meant}", dimension) not in (1.0, scale):
+                raise InputError(say(where, f"the unit of a title in brackets, such as '... [{meant}]'", f"'{name}'"))
+    return scale
 
 
 def read_rows(where: str, path: Path) -> tuple[list[tuple[str, str | None]], list[list[str]]]:
     """Titles, each with its unit, and rows of a file of comma-separated values; empty lines are left out.
 
     InputError where there is no such file, or whose titles are one text with semicolons or tabs, as of spreadsheets that write 1,5
-    for 1.5.
+    for 1.5; and where a row has more cells than there are titles, as with numbers such as 1,5.
     """
     if not path.is_file() or path.stat().st_size > LARGEST:
         got = "a larger one" if path.is_file() else "none"
@@ -129,6 +155,10 @@ def read_rows(where: str, path: Path) -> tuple[list[tuple[str, str | None]], lis
         if len(head) == 1 and sign in head[0]:
             remedy = "write the file again as CSV with commas, and with points in numbers"
             raise InputError(say(where, "columns separated by commas", f"{name} in '{head[0].strip()}'", remedy))
+    for line, row in enumerate(rows, 2):
+        if len(head) > 1 and any(cell.strip() for cell in row[len(head) :]):
+            remedy = "numbers are written with points, 1.5 and not 1,5"
+            raise InputError(say(f"{where}, row {line}", f"{len(head)} cells, one under each title", len(row), remedy))
     return [(found[1], found[2]) for cell in head if (found := TITLE.fullmatch(cell))], rows
 
 

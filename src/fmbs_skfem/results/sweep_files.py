@@ -14,7 +14,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -223,18 +223,19 @@ def shared_times(times: np.ndarray) -> np.ndarray:
     return there[0] if len(there) and np.array_equal(there, np.broadcast_to(there[0], there.shape), equal_nan=True) else times
 
 
-def read_points(place: Path, names: Iterable[str], factor: Any) -> list[dict[str, float]]:
+def read_points(place: Path, parameters: Sequence[Parameter]) -> list[dict[str, float]]:
     """Rows of a CSV file whose header names parameters, with units where the numbers are not SI: `E [GPa]`.
 
-    `factor(text)` is the size of a unit. Columns of other names, such as those of a table of results, are left out.
+    Columns of other names, such as those of a table of results, are left out.
     """
-    wanted = list(names)
     titles, rows = tables.read_rows(str(place), place)
-    found = {name: (k, factor(unit) if unit else 1.0) for k, (name, unit) in enumerate(titles) if name in wanted}
-    missing = [name for name in wanted if name not in found]
+    missing = {own.name for own in parameters} - {name for name, _ in titles}
     if missing or not rows:
         got = f"{', '.join(name for name, _ in titles) or 'no header'} and {len(rows)} rows"
-        raise InputError(say(str(place), f"a header with {', '.join(wanted)} and a row for each sample", got))
+        wanted = ", ".join(own.name for own in parameters)
+        raise InputError(say(str(place), f"a header with {wanted} and a row for each sample", got))
+    columns = {own: tables.find_column(str(place), titles, own.name) for own in parameters}
+    found = {own.name: (k, tables.size_of(str(place), titles[k], own.unit)) for own, k in columns.items()}
     return [
         {name: tables.number(str(place), row, column, line) * size for name, (column, size) in found.items()}
         for line, row in enumerate(rows, 2)

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import scenes
-from ..core import container, quantities
+from ..core import container
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
-from ..core.problems import Problem
 from ..core.ranges import Parameter, Scale
 from ..core.records import dataclass
 from ..reduction import files, parametric_model, prediction, sensitivity
@@ -161,7 +160,7 @@ def spread(
     if table is not None or design == "list":
         if table is None or samples is not None or design not in (None, "list"):
             raise InputError(say("--list", "a table alone, without --samples and another --design", table or "no table"))
-        return boxes.listed(parameters, sweep_files.read_points(table, [own.name for own in parameters], unit_size))
+        return boxes.listed(parameters, sweep_files.read_points(table, parameters))
     counts = re.fullmatch(r"[1-9]\d{0,8}(x[1-9]\d{0,8})*", str(samples or ""))
     if counts is None:
         raise InputError(
@@ -178,14 +177,6 @@ def spread(
             raise InputError(say("--samples", expected, each[0], "take more samples"))
         return sensitivity.design(parameters, each[0], seed)
     return (boxes.latin_hypercube if design == "lhs" else boxes.sobol)(parameters, each[0], seed)
-
-
-def unit_size(text: str) -> float:
-    """The size of a unit in the header of a table."""
-    try:
-        return float(quantities.read(f"1 {text}").value)
-    except Problem as problem:
-        raise InputError(problem.at(f"unit '{text}'")) from problem
 
 
 def root(count: int, dimensions: int) -> int:
