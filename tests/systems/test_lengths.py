@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from fmbs_skfem import bodies
 from fmbs_skfem.bodies.rigid import rigid
@@ -86,6 +87,15 @@ def test_reactions_of_a_conical_pendulum_are_steady(step: float, rho_inf: float,
     late = found[len(found) // 4 :]
     exact = -2.0 * GRAVITY / np.cos(np.pi / 6)
     assert np.abs(late / exact - 1.0).max() < (3e-3 if rho_inf == 1.0 else 1e-4)
+
+
+@pytest.mark.parametrize("length", [1e-3, 0.25, 40.0])
+def test_the_reaction_of_a_link_is_its_force(length: float) -> None:
+    """A mass that hangs at rest pulls with m g at a link of any length."""
+    hung = eliminate(conical((0.0, 0.0, 0.0), length, 0.0))
+    found = outputs(integrate(hung, GeneralizedAlpha(1e-4), 3e-4))["rod_length"]
+    assert_allclose(found, -2.0 * GRAVITY, rtol=1e-9)
+    assert probes.Reaction.units("rod", hung.outputs["rod"]) == ("N",)
 
 
 def pendulum(shift: float) -> System:

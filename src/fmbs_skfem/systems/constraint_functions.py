@@ -203,6 +203,11 @@ def dot(u: Vector, w: Vector, dim: int, factor: float = 1.0, signal: int = -1) -
     return [(factor, signal, u + c, w + c) for c in range(dim)]
 
 
+def far(first: int, dim: int, length: float) -> list[Term]:
+    """Terms of (|u|^2 - l^2) / (2 l) [m] of the probe rows from `first` on: its reaction is the force along u [N]."""
+    return [(0.5 / length, -1, first + c, first + c) for c in range(dim)] + [(-0.5 * length, -1, -1, -1)]
+
+
 def sorted_ends(joint: Any, draft: Draft, at: At, to: End) -> tuple[End, End]:
     """The end that carries every vector, and the other one."""
     name, layout = where(joint), draft.layout

@@ -25,7 +25,7 @@ from ..core.records import dataclass
 from ..shapes import surface
 from ..shapes.surface import Surface
 from . import fields
-from .constraint_functions import AXES, Joint, needs_other_side, where
+from .constraint_functions import AXES, Joint, far, needs_other_side, where
 from .places import At, Draft
 from .resultants import Resultant
 
@@ -95,7 +95,10 @@ class RimNodes(Joint):
         rows = own(part, surface.sample(shape, np.tile(cell, 2), np.concatenate(ends)))
         center = layout.reference(name, self.to)
         apart = np.asarray(rows @ part.reference) - center
-        grid = np.round(apart / (1e-7 * np.ptp(apart, axis=0).max())).astype(np.int64)
+        size = np.ptp(apart, axis=0).max()
+        if np.linalg.norm(apart, axis=1).min() <= 1e-7 * size:
+            raise InputError(say(f"{name}.to", "a place away from every node", center, "hold a single node with a pin"))
+        grid = np.round(apart / (1e-7 * size)).astype(np.int64)
         nodes = np.sort(np.unique(grid, axis=0, return_index=True)[1])
         block = layout.spread(part, rows[nodes])
         if isinstance(self.to, At):
@@ -104,9 +107,8 @@ class RimNodes(Joint):
         else:
             first = draft.probes.add(block, -np.tile(center, len(nodes)))
         for k, node in enumerate(nodes):
-            y = range(first + k * layout.dim, first + (k + 1) * layout.dim)
-            square = float(apart[node] @ apart[node])
-            draft.constraints.row(self.name, f"node {k + 1}", *((0.5, -1, c, c) for c in y), (-0.5 * square, -1, -1, -1))
+            terms = far(first + k * layout.dim, layout.dim, float(np.linalg.norm(apart[node])))
+            draft.constraints.row(self.name, f"node {k + 1}", *terms)
 
 
 def shape_of(name: str, draft: Draft, body: str) -> tuple[Body, Surface]:

@@ -33,6 +33,7 @@ from .constraint_functions import (
     carried,
     coincide,
     dot,
+    far,
     fixed,
     guided,
     locked,
@@ -183,8 +184,7 @@ class Distance(Joint):
         if not length > 0:
             raise InputError(say(f"{name}.length", "a positive length [m]", length, "use a pin for points that coincide"))
         first = draft.probes.add(*layout.apart(name, self.at, self.to))
-        terms = [(0.5, -1, first + c, first + c) for c in range(layout.dim)]
-        draft.constraints.row(self.name, "length", *terms, (-0.5 * length**2, -1, -1, -1))
+        draft.constraints.row(self.name, "length", *far(first, layout.dim, length))
 
 
 @dataclass(frozen=True)

@@ -28,9 +28,8 @@ from .system import Matrix, Output
 
 TIME = "t"  #: the first column of every table
 PARALLEL = 1e-9  #: part of the largest moment of vectors about an axis below which they are parallel to it
-FORCES = "x", "y", "z", "normal"  #: first words of the coordinates of a joint along which reactions are forces
+FORCES = "x", "y", "z", "normal", "length", "node"  #: first words of the coordinates of a joint along which reactions are forces
 MOMENTS = "angle", "axis", "axes", "slope", "teeth", "mx", "my", "mz"  #: and about which they are moments
-LENGTHS = ("length", "node")  #: those of (|r|^2 - l^2) / 2 = 0, whose reaction is a force over the length of r
 Sizes: TypeAlias = tuple[int | None, int | None, int | None]  #: numbers of rows, columns and parameters; None for any
 
 
@@ -459,7 +458,7 @@ class Reaction(Probe):
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
         words = [column.removeprefix(f"{name}_").split("_")[0] for column in output.columns]
-        kinds = dict.fromkeys(FORCES, cls.unit) | dict.fromkeys(MOMENTS, "N m") | dict.fromkeys(LENGTHS, "N/m")
+        kinds = dict.fromkeys(FORCES, cls.unit) | dict.fromkeys(MOMENTS, "N m")
         return tuple(kinds.get(word, "") for word in words)
 
     @classmethod
@@ -482,6 +481,8 @@ def described(joint: str, label: str, draft: Draft) -> str:
         return f"{label[-1]} component of a vector m, of the moment slope x m"
     if label == "teeth":
         return "moment on the first wheel"
+    if label == "length" or label.startswith("node "):
+        return "force along the link, a push being positive"
     return f"force along {label[0]}" if label.removesuffix(" locked") in tuple(AXES[:dim]) else ""
 
 
