@@ -100,3 +100,25 @@ def test_what_a_controller_holds_is_no_history_that_is_missed() -> None:
         warnings.filterwarnings("error", message=".*inside of steps")
         motion = integrate(system, GeneralizedAlpha(STEP), 1.0)
     assert motion.v[::5, 0] == pytest.approx((-1.05) ** np.arange(21), rel=1e-9)
+
+
+@pytest.mark.parametrize("history", ["where(t < 0.503, 0, 0.01)", "0.01 * floor(2 * t)", "0.01 * sin(t) + where(t < 0.5, 0, 1e-3)"])
+def test_drives_that_jump_are_warned_of(history: str) -> None:
+    with pytest.warns(Notice, match=r"joint d is driven by a function that jumps within one step, at t = 0\.5") as told:
+        driven(history)
+    assert len([one for one in told if "jumps" in str(one.message)]) == 1
+
+
+@pytest.mark.parametrize(
+    "history", ["0.01 * t", "0.01 * t**4", "0.01 * sin(9 * t)", "interp(t, 0.5, 0, 0.52, 0.01)", "where(t < 0.5, 0, t - 0.5)"]
+)
+def test_drives_that_change_over_steps_are_not(history: str) -> None:
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "joint d is driven")
+        driven(history)
+
+
+def driven(history: str) -> None:
+    """A mass that is driven along a function of time."""
+    drive = joints.DrivenPosition("d", At("m"), (of_time(history), of_time("0")))
+    integrate(assemble([point_mass("m", 1.0, np.zeros(2))], [drive]), GeneralizedAlpha(STEP, 1.0), 0.6)

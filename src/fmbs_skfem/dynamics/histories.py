@@ -22,6 +22,7 @@ from .trajectory import Trajectory
 INSIDE = 4  #: instants inside of a step at which histories are looked at
 MISSED = 0.05  #: of what a history gives over time, by the ends of steps alone, above which a warning is shown
 AT_ONCE = 10_000  #: steps
+LEAP = 1e-3, 10.0  #: what a drive changes in a step, of its range and of the change in the steps beside, above which it jumps
 TILT = 0.1  #: of the place of a torque out of the plane of its angle, above which a warning is shown [rad]
 ROWS_OF_ANGLES = {"torque": 2, "torsion_spring": 2, "torque in space": 9}  #: of coordinates and laws about axes in space
 
@@ -102,6 +103,24 @@ def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: 
     for owner, share in wrong.items():
         text = f"the history of {owner} changes inside of steps of {step:g} s, which give it wrong by up to {share:.0%} over time"
         notify(f"{text}: take a smaller step")
+
+
+def warn_of_drives_that_jump(plain: System, step: float, steps: int) -> None:
+    """A warning where a function of time that drives a joint jumps from one step [s] to the next: the force there is an impulse.
+
+    A joint that jumps by u moves a mass with m u / h^2, which no smaller step makes right.
+    """
+    times, driven = step * np.arange(steps + 1), {signal for _, signal in driving(plain.constraints)}
+    jumps = dict[str, float]()
+    for k in (k for k in driven if steps > 2 and not read_inputs(plain.signals[k])):
+        values = plain.signals[k](times) + np.zeros(len(times))
+        changes = np.abs(np.diff(values))
+        beside = np.pad(changes, 1, mode="reflect")
+        limit = np.maximum(LEAP[0] * np.ptp(values), LEAP[1] * np.maximum(beside[:-2], beside[2:]))
+        jumps |= {signal_names(plain)[k]: times[s + 1] for s in np.flatnonzero(changes > limit)[:1]}
+    for name, t in jumps.items():
+        text = f"{name} is driven by a function that jumps within one step, at t = {t:.4g} s"
+        notify(f"{text}: forces there are impulses that depend on the step; let it change over many steps")
 
 
 def warn_of_jumps(model: Compiled, motion: Trajectory, step: float) -> bool:

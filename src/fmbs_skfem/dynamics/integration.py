@@ -21,7 +21,14 @@ from .checkpoint import Record, Resumed
 from .dividing import HALVINGS, divided
 from .events import Watch, open_at_start
 from .feed import Feed
-from .histories import leading_signals, leading_values, warn_of_coarse_steps, warn_of_jumps, warn_of_tilts
+from .histories import (
+    leading_signals,
+    leading_values,
+    warn_of_coarse_steps,
+    warn_of_drives_that_jump,
+    warn_of_jumps,
+    warn_of_tilts,
+)
 from .initial import Instant, Start, consistent_start, first_step, startable
 from .large import Large
 from .names import as_text, row_names, worst
@@ -68,7 +75,9 @@ def integrate(
         follow(run, looks, progress)
         motion = trajectory(run)
         warn_of_division(motion.statistics)
-        warn_of_coarse_steps(motion, run.feed.plain if run.feed else motion.system, scheme.step, steps)
+        plain = run.feed.plain if run.feed else motion.system
+        warn_of_coarse_steps(motion, plain, scheme.step, steps)
+        warn_of_drives_that_jump(plain, scheme.step, steps)
         if not warn_of_jumps(run.model, motion, scheme.step):
             warn_of_tilts(motion)
         tell_cost(before, forces.cost_of(run.model.forces), motion.statistics)
