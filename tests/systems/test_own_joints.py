@@ -9,8 +9,8 @@ from typing import Annotated, Any
 
 import numpy as np
 import pytest
+import sympy
 from numpy.testing import assert_allclose
-from sympy import symbols
 
 from fmbs_skfem.bodies import cable, sections
 from fmbs_skfem.core.errors import InputError
@@ -22,15 +22,18 @@ from fmbs_skfem.systems import (
     System,
     assemble,
     check_joint,
+    constraint_laws,
     constraint_symbols,
     eliminate,
     fields,
+    gears,
     joints,
     loads,
     mechanism,
     probes,
     redundancy,
 )
+from fmbs_skfem.systems.evaluation import space_of
 from fmbs_skfem.systems.own_joints import OwnJoint
 
 from .. import models
@@ -158,8 +161,30 @@ def test_large_models(monkeypatch: pytest.MonkeyPatch) -> None:
     assert_allclose(outputs(motion)["tip_y"], expected["tip_y"], atol=1e-8)
 
 
-def test_what_the_package_has_is_what_its_symbols_say() -> None:
-    assert constraint_symbols.LOOPS.read_text(encoding="utf-8") == constraint_symbols.written()
+@pytest.mark.parametrize("wheels", gears.WHEELS)
+def test_gears_are_what_their_symbols_say(wheels: int) -> None:
+    rng, law, count = np.random.default_rng(wheels), gears.gear(wheels), 2 * wheels
+    paths, p, multiplier, leads = rng.normal(size=(4, count)), rng.normal(size=wheels), rng.normal(size=1), rng.normal(size=2)
+    y, own = constraint_symbols.rows(count), constraint_symbols.numbers(wheels)
+    phi = sum(own[k] * sympy.atan2(y[2 * k + 1], y[2 * k]) for k in range(wheels))
+    parts = (constraint_symbols.rows, constraint_symbols.steps, constraint_symbols.rates, constraint_symbols.accelerations)
+    values = {one: value for part, row in zip(parts, paths, strict=True) for one, value in zip(part(count), row, strict=True)}
+    values |= dict(zip([*own, *sympy.symbols("second third")], [*p, *leads], strict=True))
+
+    def value(expression: Any) -> float:
+        return float(sympy.sympify(expression).subs(values))
+
+    found = constraint_laws.compile_rows(constraint_laws.one(law, 0, range(count), [*p, 100.0]), 0)
+    rhs, drift = np.zeros((1, 1)), np.zeros((1, 1))
+    H, Jy = np.zeros(len(law.pairs)), np.zeros((1, count))
+    space = space_of(y=paths[0], multipliers=multiplier, rhs=rhs, Jy=Jy, H=H)
+    law.routines.constrain(space, found.address)
+    law.routines.slopes(space, found.address)
+    law.routines.drift(space_of(paths=paths, leads=leads, multipliers=multiplier, rhs=drift), found.address)
+    slopes = constraint_symbols.drift(constraint_symbols.Symbols(phi, count, wheels))
+    assert_allclose([rhs[0, 0], drift[0, 0]], [value(phi), value(slopes)], rtol=1e-12)
+    assert_allclose(Jy[0], [value(sympy.diff(phi, one)) for one in y], rtol=1e-12)
+    assert_allclose(H, [multiplier[0] * value(sympy.diff(phi, y[i], y[j])) for i, j in law.pairs], rtol=1e-11)
 
 
 def test_wrong_classes_are_named() -> None:
@@ -170,7 +195,7 @@ def test_wrong_classes_are_named() -> None:
 
         @staticmethod
         def equations(at: Any) -> Any:
-            return {"x": symbols("k") * at.position[0]}
+            return {"x": sympy.symbols("k") * at.position[0]}
 
     @dataclass(frozen=True)
     class Rolling(OwnJoint, word=None):

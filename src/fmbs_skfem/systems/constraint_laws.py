@@ -1,7 +1,7 @@
-"""Constraint functions by a law: phi(y, numbers, histories) of a few probe rows, written in symbols.
+"""Constraint functions by a law: phi(y, numbers, histories) of a few probe rows.
 
-Their value, Jacobian, second derivatives, and what velocities are settled with (`kernels.drift`) follow. Laws of this package are
-in `constraint_loops`, which `constraint_symbols` writes; a user's own are made by `own_joints`.
+Their value, Jacobian, second derivatives, and what velocities are settled with (`kernels.drift`) follow. Those of this package are
+`gears`; a user's own are written in symbols (`own_joints`).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class ConstraintLaw(RowLaw):
 
     routines: Routines
     kind: ClassVar[str] = "constraint law"
-    loops: ClassVar[str] = ".constraint_loops"
+    loops: ClassVar[str] = ".gears"
 
 
 @storable

@@ -1,17 +1,14 @@
-r"""Constraint functions of probe rows in symbols: their derivatives become functions. Run it to write `constraint_loops`.
+r"""Constraint functions of probe rows in symbols: their derivatives become functions.
 
     phi(y, h, p) = 0,     d phi/dy,     lambda d2 phi/dy2,
     phi_y z + D1 + second D2 + third D3,     D_k = d^k phi/dt^k - phi_y d^k y/dt^k
 
 for rows y, their rates v and accelerations a, histories h with the derivatives h', h'', h''', and numbers p.
-
-    gear        sum_k p_k arg(y_2k + i y_2k+1), reduced to its remainder nearest to zero in units of the last number
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import sympy
@@ -30,16 +27,9 @@ IMPORTS = (
     "from fmbs_skfem.core.structs import routine",
     "from fmbs_skfem.systems.evaluation import evaluation",
     "from fmbs_skfem.systems.constraint_laws import ConstraintLaw, Routines, opened",
-    "from fmbs_skfem.systems.kernels import derivative, factor, remainder",
+    "from fmbs_skfem.systems.kernels import derivative, factor",
 )
 ORDERS = 3  #: derivatives of histories
-
-
-class remainder(sympy.Function):
-    """The value nearest to zero that differs by whole periods."""
-
-    def fdiff(self, argindex: int = 1) -> Expression:
-        return sympy.Integer(1 if argindex == 1 else 0)
 
 
 @dataclass(frozen=True)
@@ -141,23 +131,3 @@ def text(name: str, law: Symbols) -> str:
 def source(laws: Mapping[str, Symbols], about: str) -> str:
     """A module with LAWS of these names."""
     return module(about, IMPORTS, ["LAWS = {}", *(text(name, law) for name, law in laws.items())])
-
-
-def gear(wheels: int) -> Symbols:
-    """Of two wheels, or of two and a carrier."""
-    y, p = rows(2 * wheels), numbers(wheels + 1)
-    angle = sum(p[k] * sympy.atan2(y[2 * k + 1], y[2 * k]) for k in range(wheels))
-    return Symbols(remainder(angle, p[wheels]), 2 * wheels, wheels + 1)
-
-
-KNOWN = {"gear_2": gear(2), "gear_3": gear(3)}
-LOOPS = Path(__file__).with_name("constraint_loops.py")
-
-
-def written() -> str:
-    """The text of `constraint_loops`."""
-    return source(KNOWN, "Functions of joints and their derivatives, written by `constraint_symbols` and not to be edited.")
-
-
-if __name__ == "__main__":
-    LOOPS.write_text(written(), encoding="utf-8")
