@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import pytest
+import sympy
 from numpy.testing import assert_allclose
 from sympy import atan2, symbols
 
@@ -23,15 +24,19 @@ from fmbs_skfem.systems import (
     Motion,
     System,
     assemble,
+    built_in_forces,
     check_force,
     check_system,
     eliminate,
     fields,
+    force_laws,
     force_symbols,
+    forces,
     joints,
     loads,
     probes,
 )
+from fmbs_skfem.systems.evaluation import space_of
 from fmbs_skfem.systems.force_laws import ForceLaw
 from fmbs_skfem.systems.forces import OfPython
 from fmbs_skfem.systems.own_forces import OwnForce, norm, turned
@@ -267,8 +272,77 @@ def test_large_models(monkeypatch: pytest.MonkeyPatch) -> None:
         assert_allclose(values, expected[name], atol=1e-6)
 
 
-def test_what_the_package_has_is_what_its_symbols_say() -> None:
-    assert force_symbols.LOOPS.read_text(encoding="utf-8") == force_symbols.written()
+def ramp(s: Any, e: Any) -> Any:
+    return sympy.Piecewise((0, s <= 0), (s**2 / (2 * e), s < e), (s - e / 2, True))
+
+
+def one_sided(sign: Any, c: Any, r: Any, k: Any, d: Any, rest: Any, e: Any, cut: Any) -> tuple[Any, Any]:
+    """f and the potential of a side whose transition is as long as `s` can be."""
+    s, z = sign * (c - rest), symbols("z", real=True)
+    force = k * ramp(s, e) + d * sympy.diff(ramp(z, e), z).subs(z, s) * sign * r
+    lift = sympy.Piecewise((0, s <= 0), (s**3 / (6 * e), s < e), ((s - e / 2) ** 2 / 2 + e**2 / 24, True))
+    return -sign * sympy.Piecewise((0, (force < 0) & (cut > 0)), (force, True)), k * lift
+
+
+def in_symbols(law: ForceLaw) -> tuple[list[Any], Any]:
+    """F and its potential, from what the law is."""
+    y, v, p = (part(count) for part, count in zip(PARTS, (law.rows, law.rows, law.numbers), strict=True))
+    kind, _, last = law.name.rpartition("_")
+    h = force_symbols.history() if law.histories else 1
+    if kind in ("moment", "follower"):
+        dim, x = int(last), [*y[: int(last)], 0, 0][:3]
+        a, m = {"moment": (0, [0, 0, *p][-3:]), "follower": (p[0], [0, 0, [*p, 0][1]])}[kind]
+        size = sympy.sqrt(sum(one**2 for one in x)) ** (2 if kind == "moment" else 1)
+        F = h * (a * sympy.Matrix(x) + sympy.Matrix(m).cross(sympy.Matrix(x))) / size
+        return [0] * (law.rows - dim) + list(F)[:dim], 0
+    if law.name == "dead":
+        return [h * p[0]], 0
+    if "torsion" in law.name:
+        c = sum((1 - k) * sympy.atan2(y[k + 1], y[k]) for k in range(0, law.rows, 2))
+        along = c + TURNS
+    else:
+        c = along = y[0] if law.rows == 1 else sympy.sqrt(y.dot(y))
+    r = sum(sympy.diff(c, one) * rate for one, rate in zip(y, v, strict=True))
+    if law.name == "constant_pull":
+        f, potential = -h * p[0], h * p[0] * c
+    elif law.name.startswith("one_sided"):
+        f, potential = one_sided(*([p[0], c, r, *p[1:]] if law.numbers == 6 else [-1, c, r, *p]))
+    else:
+        f, potential = -p[0] * (along - p[2]) - p[1] * r, p[0] * (along - p[2]) ** 2 / 2
+    return [f * sympy.diff(c, one) for one in y], potential
+
+
+TURNS = 6.0 * np.pi  #: that springs about an axis have made
+PARTS = (force_symbols.rows, force_symbols.rates, force_symbols.numbers)
+
+
+@pytest.mark.parametrize("name", built_in_forces.LAWS)
+def test_forces_of_the_package_are_what_their_symbols_say(name: str) -> None:
+    law, rng = built_in_forces.LAWS[name], np.random.default_rng(3)
+    y, v, p = (part(count) for part, count in zip(PARTS, (law.rows, law.rows, law.numbers), strict=True))
+    (F, potential), gh = in_symbols(law), force_symbols.RATE
+    slopes = [sympy.diff(F[i], y[j]) + gh * sympy.diff(F[i], v[j]) for i, j in law.pairs]
+    gradient = [sympy.diff(potential, one) for one in y]
+    given = [*y, *v, *p, force_symbols.history(), gh]
+    value = sympy.lambdify([given], [[*F, 0], [*slopes, 0], [*gradient, potential]], "math", cse=True)
+    for _ in range(20):
+        rows, rates, numbers = rng.normal(size=law.rows), rng.normal(size=law.rows), rng.uniform(0.3, 1.5, law.numbers)
+        if name == "one_sided":
+            numbers[0] = rng.choice([-1.0, 1.0])
+        h, H, g, energy = rng.normal(size=1), np.zeros(len(law.pairs)), np.zeros((2, law.rows)), np.zeros(1)
+        angle = sum((1 - k) * np.arctan2(rows[k + 1], rows[k]) for k in range(0, law.rows * law.memory, 2))
+        memory = np.full(law.memory, angle + TURNS)
+        piece = forces.compile_force(force_laws.one(law, range(law.rows), numbers, [0] * law.histories), forces.Place(0, 0, 0))
+        shared = {"y": rows, "rates": rates, "signals": h, "memory": memory, "H": H, "c": np.full(1, 0.7), "gh": np.full(1, 0.2)}
+        law.force(space_of(g=g[0], **shared), piece.address)
+        if law.slopes is not None:
+            law.slopes(space_of(g=g[0], **shared), piece.address)
+        if law.energy is not None:
+            law.energy(space_of(g=g[1], energy=energy, **shared), piece.address)
+        found = value([*rows, *rates, *numbers, *h, 0.2])
+        assert_allclose(g[0], found[0][:-1], rtol=1e-11, atol=1e-13)
+        assert_allclose(H, -0.7 * np.array(found[1][:-1]), rtol=1e-11, atol=1e-13)
+        assert_allclose([*g[1], *energy], found[2], rtol=1e-11, atol=1e-13)
 
 
 def test_wrong_classes_are_named() -> None:

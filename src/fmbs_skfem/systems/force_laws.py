@@ -1,6 +1,6 @@
-"""Forces by a law: F(y, y', numbers, histories, memory) of a few probe rows, written in symbols.
+"""Forces by a law: F(y, y', numbers, histories, memory) of a few probe rows.
 
-Laws of this package are in `force_loops`, which `force_symbols` writes; a user's own are made by `own_forces`.
+Laws of this package are in `built_in_forces`; a user's own, and expressions of the state, are written in symbols (`force_symbols`).
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ class ForceLaw(RowLaw):
     memory: int  #: angles whose turns it counts
     damped: bool  #: whether it reads the rates y'
     force: Routine
-    slopes: Routine
+    slopes: Routine | None = None
     accept: Routine | None = None
     energy: Routine | None = None
     kept: int = 0  #: values of accepted states that it keeps behind these angles
     tables: tuple[str, ...] = ()  #: curves that it reads, behind which it keeps how far it has been beyond their ends
     kind: ClassVar[str] = "force law"
-    loops: ClassVar[str] = ".force_loops"
+    loops: ClassVar[str] = ".built_in_forces"
 
 
 @storable

@@ -1,30 +1,22 @@
-r"""Forces on probe rows in symbols: their values and derivatives become compiled functions. Run it to write `force_loops`.
+r"""Forces on probe rows in symbols: their values and derivatives become compiled functions.
 
     F(y, v, p, h),     - c (dF/dy + gh dF/dv)     for rows y, their rates v, numbers p, histories h
 
-    dead                F = p                         whatever the state
-    moment              F = m x y / |y|^2             on a slope or an axis y
-    follower            F = f_t t + f_n n             on a position, t = y/|y| and, in the plane, n = t turned by 90 degrees
-    torsion spring      F = tau dtheta/dy,            tau = - k (theta - theta0) - d dtheta/dt,   theta = arg(y0 + i y1) [- other]
-    spring, one-sided   F = - N y / |y|               on the vector y between two places, see `springs`
-
-`turned(angle)` is an angle that counts its turns: arg gives it but for whole ones, and its value is the one nearest to that of the
-last accepted state, so that it may change by up to half a turn in a step.
+`turned(angle)` is an angle that counts its turns, see `built_in_forces`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import field
-from pathlib import Path
 from typing import Any
 
 import sympy
 
 from ..core.records import dataclass
 from ..core.symbols import Expression, constant, function, module, statements
+from .built_in_forces import SMALLEST
 
-SMALLEST = 1e-60  #: of the square of a length
 RATE = sympy.Symbol("gh", real=True)  #: factor of derivatives by rates
 SIGN = {sympy.Heaviside: lambda x, *_: sympy.Piecewise((0.0, x < 0), (1.0, True)), sympy.DiracDelta: lambda *_: sympy.Integer(0)}
 HEADS = {  #: of the routines of a law
@@ -39,7 +31,6 @@ IMPORTS = (
     "from fmbs_skfem.systems.evaluation import evaluation",
     "from fmbs_skfem.systems.force_laws import ForceLaw, continued, opened",
     "from fmbs_skfem.systems.kernels import factor",
-    "from fmbs_skfem.systems.one_sided import closing, keeps, kept, lift, ramp, touch",
 )
 
 CURVES = ("from fmbs_skfem.core.curves import beyond, lookup, lookup_slope",)  #: of laws that read tables
@@ -55,12 +46,6 @@ continued = function("continued")  #: its value, the one nearest to its last one
 lookup_slope = function("lookup_slope", constant)  #: slope of a curve through points, see `core.curves`
 lookup = function("lookup", lookup_slope)  #: its value at the first argument; the second one stands for its numbers
 beyond = function("beyond")  #: how far the argument is beyond its ends
-closing = function("closing")  #: with those below: functions of `one_sided`
-touch = function("touch", closing)
-ramp = function("ramp", touch)
-lift = function("lift", ramp)
-keeps = function("keeps", constant)
-kept = function("kept", keeps)
 
 
 def rows(count: int, first: int = 0) -> sympy.Matrix:
@@ -196,84 +181,3 @@ def source(laws: Mapping[str, Symbols], about: str) -> str:
     """A module with LAWS of these names."""
     more = () if not any(law.tables for law in laws.values()) else CURVES
     return module(about, (*IMPORTS, *more), ["LAWS = {}", *(text(name, law) for name, law in laws.items())])
-
-
-def moment(dim: int) -> Symbols:
-    y, m = rows(dim), numbers(1 if dim == 2 else 3)
-    F = m[0] * sympy.Matrix([-y[1], y[0]]) if dim == 2 else m.cross(y)
-    return Symbols(list(history() * F / y.dot(y)), len(m), 1)
-
-
-def follower(dim: int) -> Symbols:
-    """Rows of the slope, then of the position."""
-    y, f = rows(dim), numbers(2 if dim == 2 else 1)
-    F = f[0] * y + (f[1] * sympy.Matrix([-y[1], y[0]]) if dim == 2 else sympy.zeros(dim, 1))
-    return Symbols([0] * dim + list(history() * F / sympy.sqrt(y.dot(y))), len(f), 1)
-
-
-def torsion_spring(arms: int) -> Symbols:
-    """Between an arm (2,) and the ground, or two arms."""
-    y, v, (k, d, rest) = rows(2 * arms), rates(2 * arms), numbers(3)
-    theta = sum((1 - 2 * arm) * sympy.atan2(y[2 * arm + 1], y[2 * arm]) for arm in range(arms))
-    along = [sympy.diff(theta, one) for one in y]
-    torque = -k * (turned(theta) - rest) - d * sum(a * b for a, b in zip(along, v, strict=True))
-    return Symbols([torque * one for one in along], 3, energy=k * (turned(theta) - rest) ** 2 / 2)
-
-
-def pulled(pull: Callable[..., tuple[Expression, Expression]], count: int, histories: int = 0) -> Symbols:
-    """A force N and its potential of a distance d, its rate and numbers, between two places in space that are y apart."""
-    y, v = rows(3), rates(3)
-    d = norm(y)
-    N, energy = pull(d, y.dot(v) / d, *numbers(count))
-    return Symbols(list(-N * y / d), count, histories, energy)
-
-
-def spring(d: Expression, rate: Expression, k: Expression, c: Expression, free: Expression) -> tuple[Expression, Expression]:
-    return k * (d - free) + c * rate, k * (d - free) ** 2 / 2
-
-
-def one_sided(
-    d: Expression,
-    rate: Expression,
-    sign: Expression,
-    k: Expression,
-    c: Expression,
-    free: Expression,
-    e: Expression,
-    cut: Expression,
-) -> tuple[Expression, Expression]:
-    """A rope, or with the sign -1 a stop."""
-    s = sign * (d - free)
-    return sign * kept(k * ramp(s, e) + c * touch(s, e) * sign * rate, cut), k * lift(s, e)
-
-
-def one_sided_plane() -> Symbols:
-    """A stop along one row."""
-    (y,), (v,), (k, c, gap, e, cut) = rows(1), rates(1), numbers(5)
-    s = gap - y
-    return Symbols([kept(k * ramp(s, e) - c * touch(s, e) * v, cut)], 5, energy=k * lift(s, e))
-
-
-KNOWN = {
-    "dead": Symbols([history() * numbers(1)[0]], 1, 1),
-    "moment_2": moment(2),
-    "moment_3": moment(3),
-    "follower_2": follower(2),
-    "follower_3": follower(3),
-    "torsion_spring": torsion_spring(1),
-    "relative_torsion_spring": torsion_spring(2),
-    "spring": pulled(spring, 3),
-    "one_sided": pulled(one_sided, 6),
-    "one_sided_plane": one_sided_plane(),
-    "constant_pull": pulled(lambda d, rate, f: (history() * f, history() * f * d), 1, 1),
-}
-LOOPS = Path(__file__).with_name("force_loops.py")
-
-
-def written() -> str:
-    """The text of `force_loops`."""
-    return source(KNOWN, "Forces of loads and their derivatives, written by `force_symbols` and not to be edited.")
-
-
-if __name__ == "__main__":
-    LOOPS.write_text(written(), encoding="utf-8")
