@@ -58,6 +58,18 @@ def test_the_frame_turns_with_its_body(angles: tuple[float, float, float]) -> No
         assert np.sum(f * np.cross(w, x)) == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.parametrize("to", [B, None])
+@pytest.mark.parametrize("angle", [1.0, np.pi / 2, -2.5])
+def test_one_angle_may_be_large(to: At | None, angle: float) -> None:
+    """`a` turned by an angle about x, about which nothing resists, then tilted by 1e-6 about y and z: moments - kappa_i theta_i."""
+    kappa, tilt = np.array([0.0, 0.5, 0.6]), np.array([0.0, 1e-6, -2e-6])
+    system = assemble(bodies(3), loads=[Bushing("bushing", A, to, torsional_stiffness=kappa)])
+    x = system.x0.reshape(-1, 3)
+    x[1:4] = x[1:4] @ (Rotation.from_rotvec(tilt) * Rotation.from_euler("x", angle)).as_matrix().T
+    moment = np.sum(np.cross(x[1:4], force(system, x.ravel()).reshape(-1, 3)[1:4]), axis=0)
+    assert_allclose(moment, -kappa * tilt, atol=1e-11)
+
+
 def test_frequencies() -> None:
     """A body on a bushing to the ground: sqrt(k / m) along, sqrt(kappa / J) about every axis."""
     found = vibration_modes(

@@ -4,8 +4,9 @@ r"""Bushings: springs and dampers along and about the axes of a frame that a bod
     m_i = - kappa_i theta_i - gamma_i theta_i'
 
 p_i are the axes as `to` carries them, theta_i the angle turned about p_i: arg(u . p_j, u . p_k) of a vector u of `at` that was p_j.
-Rotations of `to` may have any size; of the angles between the two bodies one may, beside small others. Forces act at `at`, and
-the forces and moments on both bodies are in balance, as those of a potential are.
+Rotations of `to` may have any size, and so may theta_l about the axis with the least stiffness, beside small others: u of the
+others is p_l, which turns with none of it. Forces act at `at`, and the forces and moments on both bodies are in balance, as those of
+a potential are.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ LAW, ENERGY = "-k * {0} - c * rate", "k * {0}**2 / 2"
 class Bushing(Load):
     """Stiffness and damping along and about axes that `to`, a frame or the ground, carries: by default those of the scene.
 
-    It rests in the reference. `x_axis` and, in space, a direction in the plane of x and y say other axes.
+    It rests in the reference. `x_axis` and, in space, a direction in the plane of x and y say other axes. `at` may turn against
+    `to` by any angle about the axis with the least torsional stiffness (the last of equal ones), and little about the others.
 
     {type: bushing, at: engine.mount, stiffness: [100 kN/m, 100 kN/m, 200 kN/m]}
     """
@@ -67,10 +69,12 @@ class Bushing(Load):
             if k or c:
                 slide(self, draft, axis, k, c)
         turned = [np.array([0.0, 0.0, 1.0])] if dim == 2 else list(axes)
-        numbers = (given(self, key, len(turned)) for key in ("torsional_stiffness", "torsional_damping"))
-        for axis, k, c in zip(turned, *numbers, strict=True):
+        numbers = [given(self, key, len(turned)) for key in ("torsional_stiffness", "torsional_damping")]
+        free = min(range(len(turned)), key=lambda i: (*(each[i] for each in numbers), -i))
+        for i, (axis, k, c) in enumerate(zip(turned, *numbers, strict=True)):
             if k or c:
-                gauge, coordinate = responses.angle_between(draft, where(self), self.at, self.to, None if dim == 2 else tuple(axis))
+                about, u = (None, None) if dim == 2 else (tuple(axis), turned[free if i != free else free - 1])
+                gauge, coordinate = responses.angle_between(draft, where(self), self.at, self.to, about, u)
                 resist(self, draft, gauge, coordinate, "angle", k, c)
 
 

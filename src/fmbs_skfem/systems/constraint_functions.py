@@ -276,10 +276,13 @@ def guided(joint: Any, draft: Draft, at: At, to: At | None, direction: np.ndarra
         draft.constraints.row(joint.name, f"normal {k + 1}", *terms, (-float(normal @ apart), -1, -1, -1), along=normal)
 
 
-def arm(name: str, layout: Layout, at: At, axis: Ground | None) -> tuple[csr_array, np.ndarray, np.ndarray]:
+def arm(
+    name: str, layout: Layout, at: At, axis: Ground | None, wanted: np.ndarray | None = None
+) -> tuple[csr_array, np.ndarray, np.ndarray]:
     """Rows (2, q) whose argument is the angle turned about an axis of the ground, a direction u normal to it, and axis x u.
 
-    In the plane the axis is z; in space u is the first direction normal to the axis that the place carries.
+    In the plane the axis is z; in space u is the first direction normal to the axis that the place carries, or the wanted one (3,)
+    of a frame.
     """
     own = basis(name, layout, at)[1]
     if not len(own):
@@ -289,8 +292,10 @@ def arm(name: str, layout: Layout, at: At, axis: Ground | None) -> tuple[csr_arr
         normal = np.array([-u[1], u[0]])
     else:
         a = unit(f"{name}, axis", (0.0, 0.0, 0.0) if axis is None else axis, 3)
-        factors = np.array([1.0]) if len(own) == 1 else normals(own @ a)[0]
-        u = factors @ own
+        if len(own) == 1:
+            u = own[0]
+        else:
+            u = normals(own @ a)[0] @ own if wanted is None or len(own) < 3 else wanted
         u = u / np.linalg.norm(u)
         if abs(float(u @ a)) > ALONG:
             raise InputError(say(name, "a place with a direction normal to the axis", at, "name a rigid frame"))

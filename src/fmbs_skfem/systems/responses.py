@@ -264,15 +264,20 @@ def probe_of(law: str, word: str) -> type[Probe]:
 ForceLaw.makers[WORD] = law_of
 
 
-def angle_between(draft: Draft, where: str, at: At, to: At | None, axis: Sequence[float] | None) -> tuple[Gauge, str]:
-    """The angle that a place has turned about an axis since the reference, or has against another place, which carries the axis."""
+def angle_between(
+    draft: Draft, where: str, at: At, to: At | None, axis: Sequence[float] | None, u: np.ndarray | None = None
+) -> tuple[Gauge, str]:
+    """The angle that a place has turned about an axis since the reference, or has against another place, which carries the axis.
+
+    It is that of a direction u (3,) of a frame in space, by default any one normal to the axis.
+    """
     layout = draft.layout
     if to is None or layout.dim == 2:
         ends = [at] if to is None else [at, to]
-        arms = [draft.probes.add(arm(where, layout, end, axis)[0]) for end in ends]
+        arms = [draft.probes.add(arm(where, layout, end, axis, u)[0]) for end in ends]
         gauge = Gauge("angle", tuple(first + c for first in arms for c in range(2)), 0.0)
         return gauge, "torque" if to is None else "relative torque"
-    _, u, normal = arm(where, layout, at, axis)
+    _, u, normal = arm(where, layout, at, axis, u)
     vectors = [rows_of(where, layout, end, vector) for end, vector in ((at, u), (to, u), (to, normal))]
     first = [draft.probes.add(rows) for rows in vectors]
     return Gauge("angle", tuple(row + c for row in first for c in range(3)), 0.0), "torque in space"
