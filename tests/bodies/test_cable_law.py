@@ -125,3 +125,16 @@ def test_planar_curvature_has_a_sign() -> None:
     turned = laws.energy(Law.EXACT, np.array([1.0, 0.0, 0.0, -1.0])[:, None, None], section)
     spatial = laws.energy(Law.EXACT, np.array([1.0, 0.0, 0.0, 0.0, -1.0, 0.0])[:, None, None], section)
     assert_allclose([turned, spatial], [4.0, 0.0], atol=1e-11)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("law", CABLES)
+def test_forces_and_damping_do_not_depend_on_the_unit_of_length(law: Law, dim: int) -> None:
+    """All lengths 1000 times larger numbers: r' stays, r'' falls; N grows with the length, EI with its cube."""
+    f, random = 1000.0, np.random.default_rng(5)
+    u, rate = random.normal(size=(2, 2 * dim, 1, 1))
+    section, one, two = np.array([2e4, 0.5, 0.3, 0.1]).reshape(4, 1, 1), np.zeros_like(u), np.zeros_like(u)
+    per = np.repeat([1.0, 1.0 / f], dim)[:, None, None]
+    laws.stress(law, u, rate, 0.01, section, one)
+    laws.stress(law, u * per, rate * per, 0.01, section * np.array([f, f**3, 1.0 / f, f]).reshape(4, 1, 1), two)
+    assert_allclose(two * per, one * f**2, rtol=1e-12, atol=1e-12 * f**2 * np.abs(one).max())

@@ -22,8 +22,8 @@ with m = 3 (exact), 2 (material) and 1 (quadratic, of constant stretch): (m - 2)
 not beside the axial force of a slender line that is bent far.
 
 In space the rate of the curvature vector k is damped by (k k' + s^2 I) / (kappa^2 + s^2), where s is a curvature that counts as
-straight: along k, the one objective rate of a line without torsion, and in all directions where the line is straight. A rigid
-rotation omega of a line that is bent in space dissipates at most beta EI s^2 omega^2 a length.
+straight, with a strain s sqrt(EI / EA) of 2.5e-4: along k, the one objective rate of a line without torsion, and in all directions
+where the line is straight. A rigid rotation omega of a line that is bent in space dissipates at most beta EI s^2 omega^2 a length.
 
 Arrays: gradients `u` (2c, p, e) hold r' (c rows) and r'' (c rows) at point p of cell e, `S` = dW/du the same, `D` = d2W/du2
 (2c, 2c, p, e); `section` (4, p, e) holds EA [N], EI [N m2], kappa0 [1/m] and the weight [m] of each point.
@@ -42,7 +42,7 @@ import numpy as np
 
 from ..core.jit import jit
 
-STRAIGHT = 1e-2  #: square s^2 of the curvature below which a line in space counts as straight in the damping law [1/m2]
+STRAIGHT = 6.25e-8  #: square s^2 EI / EA of the strain below which a line in space counts as straight in the damping law [-]
 SMALL = 1e-6  #: part of kappa0 that curvatures in space do not fall below
 NEXT_TO_NOTHING = 1e-60  #: keeps kappa0 / kappa finite where there is none [1/m2]
 

@@ -68,8 +68,9 @@ def quadratic_energy(r: Vectors, *section: Expression) -> Expression:
 
 def dissipation(k: Expression, r: Vectors, v: Vectors, EA: Expression, EI: Expression) -> Expression:
     """R with (k k' + s^2 I) / (kappa^2 + s^2) between the rates of the curvature vector k."""
+    straight = STRAIGHT * EA / EI
     dk = sympy.Matrix([rate(one, r, v) for one in k])
-    return EA / 2 * rate(stretch(r), r, v) ** 2 + EI / 2 * (k.dot(dk) ** 2 + STRAIGHT * dk.dot(dk)) / (k.dot(k) + STRAIGHT)
+    return EA / 2 * rate(stretch(r), r, v) ** 2 + EI / 2 * (k.dot(dk) ** 2 + straight * dk.dot(dk)) / (k.dot(k) + straight)
 
 
 def spatial_dissipation(r: Vectors, v: Vectors, EA: Expression, EI: Expression, kappa0: Expression) -> Expression:

@@ -210,7 +210,7 @@ def check_damping(case: Case, random: Generator) -> None:
     if not case.law.bends or (case.dim == 2 and case.law is not Law.QUADRATIC):
         case.require("damping of a rigid rotation", float(np.abs(still).max() / np.abs(S).max()))
         return
-    bound = BETA * case.section[1] * case.section[3] * STRAIGHT * float(np.sum((spin - spin.T) ** 2)) / 2.0
+    bound = BETA * case.section[0] * case.section[3] * STRAIGHT * float(np.sum((spin - spin.T) ** 2)) / 2.0
     excess = np.sum(still * turning, axis=0) / bound - 1.0
     case.require("power of the damping in a rigid rotation over its bound beta EI s^2 omega^2", float(excess.max()))
 
