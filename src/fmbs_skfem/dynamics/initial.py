@@ -18,12 +18,11 @@ from ..bodies.laws import Law
 from ..core import lapack, ranks, saddle, supernodes
 from ..core.errors import Reason, SolverError
 from ..core.linalg import Array
-from ..core.notices import notify
 from ..systems import compiled as compilation
 from ..systems import evaluation, forces, layouts, mechanism
 from ..systems.compiled import Compiled, signal_table
 from ..systems.layouts import Storage
-from ..systems.redundancy import rows_of, scale_of, singular_start, without_redundant
+from ..systems.redundancy import notify_projected, rows_of, scale_of, singular_start, without_redundant
 from ..systems.system import System, driven_rows, is_linear, keep_constraints
 from . import factors, large, settling, stepping, woodbury
 from .histories import finite_signals
@@ -83,7 +82,7 @@ def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np
     if by_mass or np.abs(gap).max(initial=0.0) <= ROUND_OFF * speed_of(system.v0):
         try:
             solve = kkt_solver(system, system.mass, J)
-            return system.x0, projected(system.v0, solve, gap)
+            return system.x0, projected(system, system.v0, solve, gap)
         except SolverError:
             if by_mass:
                 raise
@@ -167,7 +166,7 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     d = DRIFT * h
     drift = np.zeros(len(phi)) if steady else RATE @ along(d, still) / (12 * d)
     strike = solve if at.memory is None else kkt_solver(held(system, on), system.mass, J, False, invert)
-    v = projected(v, strike, J @ v + drift, at.memory is None)
+    v = projected(system, v, strike, J @ v + drift, at.memory is None)
     f = compilation.forces(model, x, v, at.time, at.memory)
     d = CURVATURE * h
     a, multipliers = solve(-f, np.zeros(len(phi)) if steady else -BEND @ along(d, v) / (12 * d * d))
@@ -177,14 +176,14 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     return Start(x, v, a, spread(multipliers, on), np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]))
 
 
-def projected(v: np.ndarray, solve: Solver, gap: np.ndarray, first: bool = True) -> np.ndarray:
+def projected(system: System, v: np.ndarray, solve: Solver, gap: np.ndarray, first: bool = True) -> np.ndarray:
     """v (n,) and what closes a gap Phi_x v + Phi_t (m,); at the `first` instant a warning says so, and round-off stays."""
     change = solve(np.zeros(len(v)), -gap)[0] if len(gap) else np.zeros(len(v))
     size = float(np.abs(change).max(initial=0.0))
     if first and size <= 1e-9 * speed_of(v):
         return v
     if first:
-        notify(f"initial velocities are projected onto the joints; largest change {size:.3g} m/s")
+        notify_projected(system, change)
     return np.asarray(v + change)
 
 
@@ -238,7 +237,8 @@ def weightless(system: System, M: Array) -> SolverError:
     """The error of a start whose accelerations are not determined: unknowns without mass that no joint holds."""
     m = M.diagonal()
     names = [coordinate_names(system)[k] for k in np.flatnonzero(m <= 1e-12 * m.max(initial=0.0))]
-    listed, remedy = ", ".join(names[:5]), "give the body a density or a mass, or hold it by joints"
+    listed = ", ".join(names[:5])
+    remedy = "give the body a density or a mass, or hold it by joints (a rim along a straight edge turns freely about it)"
     text = f"neither joints nor a mass determine the motion of {listed}; {remedy}"
     return SolverError(text, Reason.SINGULAR_TANGENT, 0.0, tuple((name, 0.0) for name in names[:5]))
 

@@ -56,7 +56,7 @@ def acceleration_noise(scheme: GeneralizedAlpha, trajectory: Trajectory) -> floa
     changes = np.diff(trajectory.v, axis=0) / np.diff(trajectory.times)[:, None]  # what noise hardly reaches
     largest = float(sizes(trajectory.system, changes).max(initial=0.0))
     if 0.0 < NOISE * largest < noise:
-        share = f"{noise / largest:.1%} of the largest"
+        share = f"{noise / largest:.1%} of the largest" if noise < largest else "more than the motion has, if it is not at rest"
         text = f"round-off makes about {noise:.2g} m/s2 of noise in accelerations and reactions, {share}"
         notify(f"{text}: take a larger step, or a smaller rho_inf")
     return noise

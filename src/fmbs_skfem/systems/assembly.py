@@ -412,7 +412,7 @@ def admissible_velocity(system: System, T: csr_array, free: System) -> np.ndarra
         return free.v0
     M = csr_array(system.mass + LIGHT * (system.metric - system.mass))
     v = np.asarray(spsolve(csr_array(T.T @ M @ T).tocsc(), T.T @ (M @ system.v0))).reshape(free.size)
-    size = float(np.abs(T @ v - system.v0).max())
-    if size > 1e-9 * max(1.0, float(np.abs(system.v0).max())):
-        notify(f"initial velocities are projected onto the joints; largest change {size:.3g} m/s")
+    change = T @ v - system.v0
+    if np.abs(change).max() > 1e-9 * max(1.0, float(np.abs(system.v0).max())):
+        redundancy.notify_projected(system, change)
     return v

@@ -30,7 +30,7 @@ from ..core.records import dataclass
 from . import constraint_laws, echelon, kernels
 from .compiled import signal_table
 from .constraint_laws import LawRows
-from .system import System, driven_rows, is_linear, keep_constraints, linear_rows, loose_rows, reads, remembered
+from .system import System, driven_rows, is_linear, keep_constraints, linear_rows, loose_rows, reads, remembered, sizes
 
 DIGITS = 1e-12  #: change of a row in a large motion, relative to its summands, that is round-off
 SHIFT = 1e-14  #: of J J^T for unit rows, which lets factors of dependent rows exist
@@ -254,6 +254,12 @@ def notify_left_out(names: list[tuple[str, str]]) -> None:
         kinds.setdefault(f"{joint}.{row.split()[0]}", []).append(f"{joint}.{row}")
     listed = ", ".join(", ".join(rows) if len(rows) <= MANY else f"{kind} ({len(rows)} rows)" for kind, rows in kinds.items())
     notify(f"redundant constraint rows are left out (their reactions are not unique): {listed}")
+
+
+def notify_projected(system: System, change: np.ndarray) -> None:
+    """Notice by how much initial velocities change (n,) where joints do not let them be."""
+    size = float(sizes(system, change)[0])
+    notify(f"initial velocities are projected onto the joints; that changes them by {size:.3g} m/s, root mean square over the mass")
 
 
 def dependent_rows(J: np.ndarray, candidate: np.ndarray, driven: np.ndarray) -> np.ndarray:
