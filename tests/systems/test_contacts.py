@@ -22,7 +22,7 @@ from fmbs_skfem.results import motion as pictures
 from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes import reading as scenes
 from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, check_force, compiled, eliminate, joints, loads, probes
-from fmbs_skfem.systems.contact_shapes import measure
+from fmbs_skfem.systems.contact_shapes import FAR, distances, measure
 from fmbs_skfem.systems.contact_states import ContactState
 from fmbs_skfem.systems.contacts import Contact, ContactBox, ContactCylinder, ContactHeights, ContactPlane, ContactSphere
 
@@ -114,7 +114,8 @@ def test_points_that_are_not_looked_at_are_away(dim: int) -> None:
 
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize(
-    "shape, sizes", [(0, ()), (1, (0.5, 1.0)), (1, (0.5, -1.0)), (2, (0.5, 1.0, 9.0)), (3, (0.4, 0.3, 0.2)), (4, (0.4, 0.4))]
+    "shape, sizes",
+    [(0, ()), (1, (0.5, 1.0)), (1, (0.5, -1.0)), (2, (0.5, 1.0, 9.0)), (2, (0.9, 1.0, 0.6)), (3, (0.4, 0.3, 0.2)), (4, (0.4, 0.4))],
 )
 def test_normals_are_gradients_of_the_distance(dim: int, shape: int, sizes: tuple[float, ...]) -> None:
     random, n, unused = np.random.default_rng(0), np.zeros(3), np.zeros(3)
@@ -128,6 +129,15 @@ def test_normals_are_gradients_of_the_distance(dim: int, shape: int, sizes: tupl
             assert np.linalg.norm(n[:dim]) == pytest.approx(1.0)
         else:
             assert_allclose(n[:dim], slope, atol=1e-8)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_ends_of_a_cylinder(side: float) -> None:
+    """A solid one is flat there, a tube is open: distances of points beside, beyond and in it, of radius 0.5 and half length 2."""
+    points = np.array([[0.9, 0.0, 1.0], [0.0, 0.3, 2.1], [0.8, 0.0, -2.4], [0.2, 0.0, 1.9], [0.45, 0.0, 1.9], [0.0, 0.0, -1.9]])
+    found = distances(2, np.array([0.5, side, 2.0]), np.zeros((1, 1)), points, np.zeros_like(points))
+    solid, tube = [0.4, 0.1, 0.5, -0.1, -0.05, -0.1], [-0.4, FAR, FAR, 0.3, 0.05, 0.5]
+    assert_allclose(found, solid if side > 0 else tube, atol=1e-15)
 
 
 def test_heights_follow_a_parabola() -> None:

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from fmbs_skfem.bodies.rigid import rigid, rigid_from_mesh
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.shapes.plate_meshes import PlateMesh
 from fmbs_skfem.systems import At, Motion, assemble, check_system, loads
 from fmbs_skfem.systems.assembly import empty_draft
@@ -73,6 +74,13 @@ def test_mesh_of_a_disc_with_a_hole() -> None:
     assert_allclose(turned.mass.toarray()[1:, 1:], G, atol=3e-4 * polar)
     w = TURN[:, 2] * 2.0
     assert energy(turned, Motion(angular_velocity=tuple(w))) == pytest.approx(0.5 * polar * 4.0, rel=3e-4)
+
+
+def test_a_slanted_rod_says_its_axes() -> None:
+    """A rod along (0.6, 0.8, 0), whose tensor is not diagonal in the axes of the scene."""
+    along = np.array([0.6, 0.8, 0.0])
+    with pytest.warns(Notice, match=r"body 'rod': has no thickness .* are principal: .*\(-?0\.6, -?0\.8, 0\)"):
+        rigid("rod", 1.0, 0.1 * (np.eye(3) - np.outer(along, along)), (0, 0, 0))
 
 
 def test_triangles_have_exact_moments() -> None:

@@ -18,6 +18,7 @@ from scipy.linalg import block_diag
 from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
+from ..core.notices import notify
 from ..shapes import plate_audit, plate_meshes
 from ..shapes.plate_meshes import PlateMesh
 from .body import Body, place
@@ -53,6 +54,9 @@ def rigid(
     c = point(where, center, dim)
     spread, turn = second_moments(where, inertia, dim)
     axes = axes @ turn
+    if not np.array_equal(turn, np.eye(dim)):
+        listed = ", ".join("({:.3g}, {:.3g}, {:.3g})".format(*(axis + 0.0)) for axis in axes.T)
+        notify(f"{where}: has no thickness in a slanted direction; its axes, along which follower forces act, are principal: {listed}")
     named = {key: tuple(float(x) for x in (point(where, at, dim) - c) @ axes) for key, at in (places or {}).items()}
     shown = through(np.array(list(named.values())).reshape(-1, dim)) if outline is None else (outline - c) @ axes
     check_names(where, named, float(np.linalg.norm(shown, axis=1).max()))

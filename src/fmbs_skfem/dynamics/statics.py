@@ -219,6 +219,7 @@ def correction(model: Compiled, K: csr_array, J: np.ndarray, R: np.ndarray) -> n
 def static_failure(model: Compiled, reason: Reason, place: tuple[str, float], R: np.ndarray) -> SolverError:
     """The error of a step at a load factor or time, with the worst residuals by name."""
     largest = worst(row_names(model.system), R)
-    hint = "a body may be free to move: hold it by joints" if reason is Reason.SINGULAR_TANGENT else "try more load steps"
+    free = "a body may be free to move: hold it by joints, or let contact that holds it overlap from the start"
+    hint = free if reason is Reason.SINGULAR_TANGENT else "try more load steps"
     text = f"{reason.value} at {place[0]} {place[1]:.4g}; largest residuals: {as_text(largest)}; {hint}"
     return SolverError(text, reason, place[1], largest)

@@ -54,7 +54,8 @@ class NearState(States, ABC):
             self.examine(scene, raw)
         elif free := free_motions.unsupported(raw)[0]:
             got = f"free motions: {'; '.join(map(str, free))}"
-            refuse_free(scene, got, "hold them by joints, or take the modes about the reference")
+            contact = "let contact that holds them overlap from the start (friction holds nothing here)"
+            refuse_free(scene, got, f"hold them by joints, {contact}, or take the modes about the reference")
         turned = raw if self.spin is None else dynamics.in_rotating_frame(raw, self.spin)
         return raw, build.chosen_form(scene, turned), about
 

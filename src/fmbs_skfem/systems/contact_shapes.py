@@ -2,12 +2,13 @@ r"""Shapes that contact meets: signed distances g(z) with their normals n = dg/d
 
     plane          g = z_d                                     d the last axis, which is its normal
     sphere         g = |z| - R,                                from inside R - |z|
-    cylinder       g = |z - z_d e_d| - R,                      about the last axis, between its ends
+    cylinder       g = |z - z_d e_d| - R,                      about the last axis; from outside one with ends is a box in
+                                                               (|z - z_d e_d|, z_d), from inside a tube that ends
     box            g = |max(|z| - h, 0)|, in it max(|z| - h),  h its half sides: edges and corners are round from outside
     heights        g = (z_d - f) / sqrt(1 + |grad f|^2),       f a smooth cubic through heights on a grid
 
-In the plane a sphere is a circle, and so is a cylinder; a height field is a profile. Beyond the ends of a cylinder and the edges of
-a height field nothing is touched. All numbers may be complex, which is how contact finds its derivatives.
+In the plane a sphere is a circle, and so is a cylinder; a height field is a profile. Beyond the ends of a tube and the edges of a
+height field nothing is touched. All numbers may be complex, which is how contact finds its derivatives.
 
 Source of the cubic: Catmull and Rom, Computer Aided Geometric Design (1974) 317-326, doi 10.1016/B978-0-12-079050-0.50020-5.
 """
@@ -39,18 +40,36 @@ def measure(shape: int, sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.
     if shape == HEIGHTS:
         return field(sizes, heights, dim, z, n)
     around = last if shape == CYLINDER and dim == 3 else dim
-    if around < dim and abs(z[last].real) > sizes[2]:
+    beyond = abs(z[last].real) - sizes[2] if around < dim else -FAR
+    if beyond > 0.0 and sizes[1] < 0.0:
         return FAR + 0.0 * z[last]
     square = 0.0 * z[0]
     for c in range(around):
         square += z[c] * z[c]
     distance, side = np.sqrt(square), sizes[1]
+    if side > 0.0 and beyond > min(distance.real - sizes[0], 0.0):
+        return capped(sizes, distance, z, n)
     if distance.real == 0.0:
         n[around - 1] += side
         return -side * sizes[0] + distance
     for c in range(around):
         n[c] = side * z[c] / distance
     return side * (distance - sizes[0])
+
+
+@jit
+def capped(sizes: np.ndarray, radius: Scalar, z: np.ndarray, n: np.ndarray) -> Scalar:
+    """Distance and normal of the end of a cylinder at a point z (3,) beyond its end, or below its end and deeper below its side."""
+    up, over = (1.0 if z[2].real > 0.0 else -1.0), radius - sizes[0]
+    high = up * z[2] - sizes[2]
+    if over.real <= 0.0:
+        n[2] += up
+        return high
+    distance = np.sqrt(over * over + high * high)
+    for c in range(2):
+        n[c] = over * z[c] / (radius * distance)
+    n[2] = up * high / distance
+    return distance
 
 
 @jit

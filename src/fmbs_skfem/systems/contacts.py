@@ -234,7 +234,7 @@ class ContactSphere(Round):
 
 @dataclass(frozen=True)
 class ContactCylinder(Round):
-    """Contact with the side of a cylinder, without end if it has no length; in the plane a circle.
+    """Contact with a cylinder, without end if it has no length, else with flat ends (none inside); in the plane a circle.
 
     {type: contact_cylinder, body: cable, center: [0, -0.3 m], diameter: 0.5 m, friction: 0.3}
     """
