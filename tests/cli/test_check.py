@@ -307,7 +307,9 @@ def test_velocities_that_joints_change_are_reported_with_their_size(tmp_path: Pa
     left = (0.5 * rate) ** 2 + 0.1 * rate**2
     assert found["initial"]["energy_lost"] == pytest.approx(1 - left, rel=1e-9)
     changed = ((1 - 0.5 * rate) ** 2 + 0.1 * rate**2) ** 0.5
-    linear, rest = (float(notice.split("projected onto the joints; that changes them by ")[1].split()[0]) for notice in found["notices"])
+    linear, rest = (
+        float(notice.split("projected onto the joints; that changes them by ")[1].split()[0]) for notice in found["notices"]
+    )
     assert (linear**2 + rest**2) ** 0.5 == pytest.approx(changed, rel=5e-3)  # linear joints first, then the axes that follow
 
 

@@ -173,7 +173,6 @@ def test_planetary_gear() -> None:
         (2, joints.Edge("hold", "plate", ("right",), "xz"), r"'hold'\.fixed: expected letters of xy"),
         (2, joints.Edge("hold", "plate", ("right",), ""), r"'hold'\.fixed: expected a component of displacement or slope"),
         (2, joints.RimNodes("ring", "a", ("right",), A1), "expected a plate or shell"),
-        (2, joints.RimNodes("ring", "plate", ("right",), (2.0, 0.0)), "expected nodes apart from the place"),
     ],
 )
 def test_wrong_joints_are_named(dim: int, joint: Any, named: str) -> None:

@@ -56,7 +56,8 @@ def rigid(
     axes = axes @ turn
     if not np.array_equal(turn, np.eye(dim)):
         listed = ", ".join("({:.3g}, {:.3g}, {:.3g})".format(*(axis + 0.0)) for axis in axes.T)
-        notify(f"{where}: has no thickness in a slanted direction; its axes, along which follower forces act, are principal: {listed}")
+        text = "has no thickness in a slanted direction; its axes, along which follower forces act, are principal"
+        notify(f"{where}: {text}: {listed}")
     named = {key: tuple(float(x) for x in (point(where, at, dim) - c) @ axes) for key, at in (places or {}).items()}
     shown = through(np.array(list(named.values())).reshape(-1, dim)) if outline is None else (outline - c) @ axes
     check_names(where, named, float(np.linalg.norm(shown, axis=1).max()))

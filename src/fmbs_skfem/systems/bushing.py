@@ -5,8 +5,8 @@ r"""Bushings: springs and dampers along and about the axes of a frame that a bod
 
 p_i are the axes as `to` carries them, theta_i the angle turned about p_i: arg(u . p_j, u . p_k) of a vector u of `at` that was p_j.
 Rotations of `to` may have any size, and so may theta_l about the axis with the least stiffness, beside small others: u of the
-others is p_l, which turns with none of it. Forces act at `at`, and the forces and moments on both bodies are in balance, as those of
-a potential are.
+others is p_l, which turns with none of it. Forces act at `at`; forces and moments on both bodies are in balance, as those of a
+potential are.
 """
 
 from __future__ import annotations

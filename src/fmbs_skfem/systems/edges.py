@@ -100,8 +100,6 @@ class RimNodes(Joint):
             raise InputError(say(f"{name}.to", "a place away from every node", center, "hold a single node with a pin"))
         grid = np.round(apart / (1e-7 * size)).astype(np.int64)
         nodes = np.sort(np.unique(grid, axis=0, return_index=True)[1])
-        if not grid[nodes].any(axis=1).all():
-            raise InputError(say(name, "nodes apart from the place that they keep their distance to", "one there", "tie it by a pin"))
         block = layout.spread(part, rows[nodes])
         if isinstance(self.to, At):
             pin = csr_array(kron(np.ones((len(nodes), 1)), layout.read(name, self.to)))
