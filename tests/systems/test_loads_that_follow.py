@@ -18,7 +18,19 @@ from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, follow_path,
 from fmbs_skfem.reduction import polynomial, sampling
 from fmbs_skfem.shapes import ancf_plate, skfem_surface
 from fmbs_skfem.shapes.surface import Surface
-from fmbs_skfem.systems import At, System, assemble, check_system, compile_system, compiled, eliminate, joints, loads, probes
+from fmbs_skfem.systems import (
+    At,
+    System,
+    assemble,
+    check_system,
+    compile_system,
+    compiled,
+    eliminate,
+    joints,
+    loads,
+    probes,
+    strain_energy,
+)
 from fmbs_skfem.systems.system import Constraints, change_coordinates
 from fmbs_skfem.verification.plates import rectangle
 
@@ -47,7 +59,7 @@ def force(bodies: list[Body], load: loads.Load, x: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("kind", ["ancf", "nurbs", "bfs"])
 def test_contract_where_the_rim_is_held(kind: str) -> None:
-    """The tangent is exact, and the force has the potential -p V."""
+    """The tangent is exact: the rim is held."""
     check_system(held(plate("plate", rectangle(kind, 3, 2), 0.05, Material(1e5, 500.0)), PRESSURE))
 
 
@@ -110,7 +122,7 @@ def test_load_steps_of_a_plate_without_a_band() -> None:
 
 
 def test_energy_is_kept_under_a_pressure_that_follows() -> None:
-    """Kinetic and strain energy less p (V - V0) of a held plate; the scheme of second order without numerical damping."""
+    """Kinetic and strain energy less the work on a held plate; the scheme of second order without numerical damping."""
     system = held(sheet(2), PRESSURE)
     drift = []
     for step in (2e-3, 1e-3):
@@ -119,6 +131,21 @@ def test_energy_is_kept_under_a_pressure_that_follows() -> None:
         drift.append(float(np.abs(found[:, 3] - found[0, 3]).max() / found[:, 0].max()))
     assert drift[1] < 0.02
     assert drift[0] / drift[1] > 3.0
+
+
+@pytest.mark.parametrize("origin", [(0.0, 0.0, 0.0), (40.0, -9.0, 7.0)])
+@pytest.mark.parametrize("edges", [("left",), ()])
+def test_energies_under_a_pressure_that_follows_a_free_rim(origin: tuple[float, ...], edges: tuple[str, ...]) -> None:
+    """The work is that of the force, wherever the plate stands; a free one moves as p A t / m and has no strain."""
+    body = plate("plate", grid(2, 2, make=skfem_surface.bfs), 0.05, Material(1e5, 500.0), origin=np.array(origin))
+    hold = [joints.Edge("hold", "plate", edges, slope="z")] if edges else []
+    bare, whole = (eliminate(assemble([body], hold, load)) for load in ([], [PRESSURE]))
+    motion = integrate(whole, GeneralizedAlpha(1e-3, 1.0), 0.1)
+    kinetic, strain, _, balance = energies(motion).T
+    assert np.abs(balance).max() < 1e-3 * kinetic[-1]
+    assert strain[-1] == pytest.approx(strain_energy(bare, motion.x[-1]), abs=1e-9)
+    if not edges:
+        assert_allclose([kinetic[-1], strain[-1]], [(200.0 * 0.1) ** 2 / (2 * 500.0 * 0.05), 0.0], atol=1e-9)
 
 
 def test_reduced_forces_are_the_projected_ones() -> None:

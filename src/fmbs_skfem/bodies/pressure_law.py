@@ -11,8 +11,8 @@ the matrix is exact there. So does the work that is not the change of -p V,
 
     V = 1/3 int r . (r,1 x r,2) dA         edge   V = 1/2 int r . J^T r,1 ds
 
-which serves as the energy, counted from its value v0 in the reference. At a rim that is free to move the force is exact as well;
-Newton's iteration converges linearly, and the energy is none.
+which is counted from its value v0 in the reference. At a rim that is free to move the force is exact as well, Newton's iteration
+converges linearly, and -p V depends on the origin: energies of systems have the work of the force in its place (`systems.work`).
 
 Arrays: gradients `u` (9, p, e) hold r, r,1, r,2 (3 rows each), those of an edge (4, p, e) r and r,1 (2 rows each); `S` the same,
 `D` with one more axis; `section` (3, p, e) holds p [Pa] (of an edge [N/m]), v0 (integrand of 3 V, 2 V) and the weight of each

@@ -125,7 +125,8 @@ def flatten(system: System) -> Compiled:
     beta = [system.elastic[owner].beta for owner in parts.owners]
     found = list[Term]()
     for one, b in zip(parts.storages, beta, strict=True):
-        found.append(storages.compile_term(one, Setting(system.dim, b, targets, sum(term.kept for term in found))))
+        setting = Setting(system.dim, b, targets, sum(term.kept for term in found))
+        found.append(replace(storages.compile_term(one, setting), follows=one.law.follows))
     probes = permuted(system.probes.matrix, order)
 
     def operator(A: csr_array | np.ndarray) -> Operator:
@@ -183,7 +184,10 @@ def sum_of(found: Sequence[Term]) -> ElasticTerms:
     """Terms by address; the caller keeps them."""
     force, tangent, energy, records = addresses(found)
     heat = [one.routines.dissipate.address if one.damped and one.routines.dissipate else 0 for one in found]
-    return ElasticTerms(force, tangent, energy, records, np.array(heat, dtype=np.int64), any(one.damped for one in found))
+    follows = np.array([one.follows for one in found], dtype=bool)
+    energy[follows] = 0
+    numbers = np.array(heat, dtype=np.int64), np.flatnonzero(follows)
+    return ElasticTerms(force, tangent, energy, records, *numbers, any(one.damped for one in found))
 
 
 def addresses(found: Sequence[Piece]) -> np.ndarray:

@@ -29,9 +29,10 @@ class ElasticTerms(NamedTuple):
 
     force: Integers  #: (t,) routines: f += L^T phi
     tangent: Integers  #: (t,) W += L^T phi' L, with damping times gh
-    energy: Integers  #: (t,)
+    energy: Integers  #: (t,) 0 for loads that follow
     records: Integers  #: (t,) what these routines take beside the table of the evaluation
     dissipate: Integers  #: (t,) energy += power of damping, 0 for terms that read no velocities
+    follow: Integers  #: numbers of the terms that are loads, see `work`
     damped: bool  #: whether one of them reads velocities
 
 
@@ -150,6 +151,21 @@ def place_cells(table: Any) -> None:
     lift = evaluation(table).arrays.lift
     if lift.record != 0:
         invoke(lift.place, table, lift.record)
+
+
+@jit
+def following_forces(table: Any) -> None:
+    """f = sum L^T phi(L x) of the terms that are loads."""
+    E = evaluation(table)
+    A, s = E.arrays, E.space
+    kernels.clear(s.f)
+    if len(A.elastic.follow) == 0:
+        return
+    place_cells(table)
+    for k in A.elastic.follow:
+        invoke(A.elastic.force[k], table, A.elastic.records[k])
+    if A.lift.record != 0:
+        invoke(A.lift.scatter, table, A.lift.record)
 
 
 @routine
@@ -303,7 +319,8 @@ def sum_energies(table: Any, _: int = 0) -> int:
     s.energy[0] = 0.0
     place_cells(table)
     for k in range(len(A.elastic.records)):
-        invoke(A.elastic.energy[k], table, A.elastic.records[k])
+        if A.elastic.energy[k] != 0:
+            invoke(A.elastic.energy[k], table, A.elastic.records[k])
     return 0
 
 

@@ -79,6 +79,7 @@ class Term(Piece):
     work: int  #: length of a work vector
     damped: bool = False  #: whether it reads velocities
     kept: int = 0  #: numbers in the gradients of a space
+    follows: bool = False  #: whether it is a load that follows what it pushes, which does work and stores nothing
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -1,9 +1,9 @@
 r"""The work of all that has no potential: forces and damping on their way, and what histories do at a standstill.
 
-    d(T + V)/dt = F . v + dG/dt|_(y, lambda),    F = P^T g - f_d,    G(y, lambda, s) = E(y, s) + lambda . Phi(y, s)
+    d(T + V)/dt = F . v + dG/dt|_(y, lambda),    F = P^T g + f_p - f_d,    G(y, lambda, s) = E(y, s) + lambda . Phi(y, s)
 
-g are forces on probe rows without those of potentials E, f_d those of damping, s histories: a drive works by lambda . Phi_t, a
-history in a potential by what it changes of the energy that is stored. In a step, and over all of them,
+g are forces on probe rows without those of potentials E, f_p pressures that follow, f_d damping, s histories: a drive works by
+lambda . Phi_t, a history in a potential by what it changes of the energy that is stored. In a step, and over all of them,
 
     W += (F0 + F1) . (x1 - x0) / 2 + (G(y0, l0, s1) - G(y0, l0, s0) + G(y1, l1, s1) - G(y1, l1, s0)) / 2
 
@@ -29,6 +29,7 @@ from .evaluation import (
     constrain,
     elastic_forces,
     evaluation,
+    following_forces,
     place_sample,
     read_loads,
     read_probes,
@@ -40,18 +41,18 @@ from .evaluation import (
 
 @jit
 def idle(table: Any) -> bool:
-    """Whether there are neither forces on probe rows nor damping but that of elastic terms: F = 0 in all states."""
+    """Whether there are no forces on probe rows, loads that follow, nor damping but that of elastic terms: F = 0 in all states."""
     A = evaluation(table).arrays
     undamped = not A.damping.full and len(A.damping.rows.indptr) < 2 and len(A.damping.offsets) == 0
-    return undamped and len(A.forces.records) == 0
+    return undamped and len(A.forces.records) == 0 and len(A.elastic.follow) == 0
 
 
 @jit
 def find_forces(table: Any) -> None:
-    """f = F in the state of the space but for elastic terms; potentials of forces are added to its energy."""
+    """f = F in the state of the space but for damping of elastic terms; potentials of forces are added to its energy."""
     E = evaluation(table)
     A, s = E.arrays, E.space
-    kernels.clear(s.f)
+    following_forces(table)
     kernels.add_operator(A.damping, s.v, s.f)
     for i in range(len(s.f)):
         s.f[i] = -s.f[i]
@@ -109,7 +110,7 @@ def changed(table: Any, before: np.ndarray, after: np.ndarray) -> float:
 
 @routine
 def forces(table: Any, _: Any) -> int:
-    """f = F in the state of the space but for elastic terms, of which the gradients become current."""
+    """f = F in the state of the space but for damping of elastic terms, of which the gradients become current."""
     if evaluation(table).arrays.elastic.damped:
         elastic_forces(table)
     find_forces(table)
