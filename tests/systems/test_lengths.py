@@ -59,6 +59,15 @@ def test_an_axis_without_inertia_has_a_weight() -> None:
     assert (system.mass.diagonal() == 0.0).any()
 
 
+@pytest.mark.parametrize("length", [1e-7, 1.0, 1e7])
+def test_slopes_and_axes_of_a_body_of_any_size_have_their_mass(length: float) -> None:
+    """Those of a beam of 0.1 micrometres are 1e-15 of its mass in kg, and no less a part of it."""
+    beam = bodies.cable("beam", models.straight(3, (0.0, 0.0, 0.0), (length, 0.0, 0.0)), models.SECTION, models.MATERIAL, ancf=True)
+    rod = rigid("rod", 1e-3 * beam.total_mass, 1e-3 * beam.total_mass * length**2 * np.eye(3), (length, 0.0, 0.0))
+    system = assemble([beam, rod])
+    assert (system.metric.diagonal() == system.mass.diagonal()).all()
+
+
 def test_the_size_of_a_mechanism() -> None:
     """The middle of the two beams at right angles is (0.75, 0.25); of a single point the link that holds it is taken."""
     assert beams(10).scale == pytest.approx(np.hypot(0.75, 0.25), rel=1e-2)

@@ -16,7 +16,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, eye_array, triu
+from scipy.sparse import coo_array, csr_array, diags_array, eye_array, triu
 from scipy.sparse.linalg import splu
 
 from ..core import supernodes
@@ -182,10 +182,11 @@ def massless(system: System, parts: Pieces) -> bool:
     used = coo_array(parts.matrix[np.unique(np.concatenate(rows))]) if rows else coo_array((0, system.size))
     held = np.unique(used.col[used.data != 0.0])
     free = np.setdiff1d(np.arange(system.size), held)
-    mass = csr_array(system.mass)
-    least = LIGHT * mass.diagonal().max(initial=0.0)
+    sizes = diags_array(1.0 / np.sqrt(system.metric.diagonal()[free]))  # of positions and axes alike
     try:
-        pivots = splu(mass[free][:, free].tocsc()).U.diagonal() if len(free) else np.array([np.inf])
+        pivots = (
+            splu((sizes @ csr_array(system.mass)[free][:, free] @ sizes).tocsc()).U.diagonal() if len(free) else np.array([np.inf])
+        )
     except RuntimeError:  # SuperLU: exactly singular
         return True
-    return bool(np.abs(pivots).min() <= least)
+    return bool(np.abs(pivots).min() <= LIGHT)

@@ -37,14 +37,14 @@ def metric(parts: Sequence[Body], mass: csr_array) -> csr_array:
 
 def massless(parts: Sequence[Body], mass: csr_array) -> np.ndarray:
     """Diagonal (q,) of D, zero for coordinates with mass [kg m2 per unit2]."""
-    diagonal, share, size = mass.diagonal(), weight(parts) / len(parts), extent(parts)
-    least, found, first = LIGHT * diagonal.max(initial=0.0), [np.zeros(0)], 0
-    for part in parts:
-        dim = part.reference.shape[1]
-        none = diagonal[first : first + part.reference.size : dim] <= least
-        first += part.reference.size
-        length = np.where(part.constant > 0.5, 1.0, spread(positions(part)) or size)
-        own = np.where(none, share / max(1, int((none & (part.constant > 0.5)).sum())) * length**2, 0.0)
+    share, size, dim = weight(parts) / len(parts), extent(parts), parts[0].reference.shape[1]
+    moved = [np.where(part.constant > 0.5, 1.0, spread(positions(part)) or size) for part in parts]
+    heavy = mass.diagonal()[::dim] / np.concatenate(moved) ** 2  # masses [kg], of axes and slopes as of positions
+    none, found, first = heavy <= LIGHT * heavy.max(initial=0.0), [np.zeros(0)], 0
+    for part, length in zip(parts, moved, strict=True):
+        mine = none[first : first + len(length)]
+        first += len(length)
+        own = np.where(mine, share / max(1, int((mine & (part.constant > 0.5)).sum())) * length**2, 0.0)
         found.append(np.repeat(own, dim))
     return np.concatenate(found)
 
