@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import csr_array
 
-from fmbs_skfem.bodies import plate
+from fmbs_skfem.bodies import edge_slopes, plate
 from fmbs_skfem.verification.plates import rectangle
 
 
@@ -44,3 +44,17 @@ def test_nearly_dependent_columns_are_left_to_the_dense_factorisation(close: flo
     A = csr_array(np.array([[1.0, 1.0], [0.0, close], [0.0, 0.0]]))
     assert plate.regular(A) is (close > 1e-5)
     assert len(plate.dependent(A)[0]) == 2
+
+
+@pytest.mark.parametrize("kind", ["ancf", "nurbs", "bfs", "argyris"])
+@pytest.mark.parametrize("slope", [False, True])
+def test_what_an_edge_holds_does_not_depend_on_the_unit(kind: str, slope: bool) -> None:
+    """Of plates of a micrometre and of 10 km, whose slopes and curvatures are numbers of other sizes."""
+    found = []
+    for size in (1.0, 1e-2, 1e-6, 1e4):
+        shape = rectangle(kind, 4, 3, size, 0.5 * size)
+        sides = plate.edge("edge", shape, ("left", "top"))
+        first, second, X = plate.dependent(plate.trace(shape, sides, slope))
+        found.append((len(first), len(second), np.linalg.matrix_rank(X)))
+        assert len(edge_slopes.across(shape, sides)[0]) == len(edge_slopes.across(rectangle(kind, 4, 3, 1.0, 0.5), sides)[0])
+    assert len(set(found)) == 1

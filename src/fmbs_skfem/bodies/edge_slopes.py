@@ -35,8 +35,9 @@ def across(shape: Surface, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
     X[np.searchsorted(first, near[:, 0]), np.searchsorted(second, near[:, 1])] = -1.0
     rest = ~np.isin(first, near[:, 0])
     A, B = slopes[:, first].toarray(), slopes[:, second].toarray()
-    X[rest] = np.linalg.lstsq(A[:, rest], B - A[:, ~rest] @ X[~rest], rcond=None)[0]
-    X[np.abs(X) < NOISE] = 0.0
+    sizes = np.abs(A).max(axis=0)
+    X[rest] = np.linalg.lstsq(A[:, rest] / sizes[rest], B - A[:, ~rest] @ X[~rest], rcond=None)[0] / sizes[rest, None]
+    X[np.abs(X) * sizes[:, None] < NOISE * np.abs(B).max(axis=0)] = 0.0
     return first, second, X
 
 
@@ -48,7 +49,7 @@ def halves(whole: csr_array) -> tuple[csr_array, csr_array]:
 
 def read(rows: csr_array) -> np.ndarray:
     """Sorted functions (i,) that some rows read."""
-    return np.unique(rows.indices[np.abs(rows.data) > NOISE])
+    return np.unique(rows.indices[rows.data != 0.0])
 
 
 def pairs(shape: Surface, sides: np.ndarray) -> np.ndarray:

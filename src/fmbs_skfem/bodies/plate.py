@@ -38,7 +38,8 @@ from .sections import Material, positive
 from .values import of_plate
 
 SAMPLES = 8  #: points along a cell's side at which functions of an edge are distinguished
-NOISE = 1e-12  #: trace of a function that counts as zero
+NOISE = 1e-12  #: weight of a function in another one, in units of both, that counts as zero
+UNSEEN = 1e-9  #: trace of a function, over its values beside the edge, that counts as zero
 CLEAR = 1e-10  #: least pivot of the normal equations, relative to the largest, of columns that are independent without doubt
 
 
@@ -238,13 +239,17 @@ def _(space: ancf_plate.Plate, s: np.ndarray) -> np.ndarray:
 
 
 def trace(shape: Surface, sides: np.ndarray, normal: bool = False) -> csr_array:
-    """Values of the basis at points along sides (and, if asked, its derivatives across them), (x, n)."""
+    """Values of the basis at points along sides (and, if asked, its derivatives across them times a length), (x, n).
+
+    The length is that of a side, so that both parts count alike whatever the unit; what is round-off beside the values of a
+    function in the cells is zero.
+    """
     s = 0.5 - 0.5 * np.cos(np.pi * np.arange(SAMPLES) / (SAMPLES - 1))
     cell, side = np.repeat(sides, SAMPLES, axis=0).T
     xi = surfaces.side_points(shape.parent, side, np.tile(s, len(sides)))
     rows = surfaces.sample(shape, cell, xi)
     if not normal:
-        return csr_array(rows)
+        return seen(rows, shape, sides)
     xi = surfaces.side_points(shape.parent, side, np.tile(slope_places(shape.space, s), len(sides)))
     parts = [surfaces.sample(shape, cell, xi, k) for k in (1, 2)]
     tangents = np.stack([part @ shape.reference for part in parts], axis=1)
@@ -253,8 +258,22 @@ def trace(shape: Surface, sides: np.ndarray, normal: bool = False) -> csr_array:
     covariant = np.einsum("xab,xb->xa", gram, along)
     across = np.stack([-covariant[:, 1], covariant[:, 0]], axis=1)
     size = np.sqrt(np.einsum("xa,xab,xb->x", across, gram, across))
-    weights = (across / size[:, None]).T
-    return csr_array(vstack([rows, diags_array(weights[0]) @ parts[0] + diags_array(weights[1]) @ parts[1]]))
+    length = np.sqrt(np.einsum("xa,xa->x", covariant, along)).mean()
+    weights = (across / size[:, None] * length).T
+    return seen(vstack([rows, diags_array(weights[0]) @ parts[0] + diags_array(weights[1]) @ parts[1]]), shape, sides)
+
+
+def seen(rows: csr_array, shape: Surface, sides: np.ndarray) -> csr_array:
+    """Rows (x, n) of functions beside sides without what is round-off of these."""
+    cells, corners = np.unique(sides[:, 0]), surfaces.VERTICES[shape.parent]
+    places = np.concatenate([0.5 * (corners + corners.mean(axis=0)), corners.mean(axis=0)[None]])
+    values = np.abs(surfaces.basis_in_cells(shape.space, cells, places)[:, :, 0]).max(axis=1)
+    sizes = np.zeros(shape.count)
+    np.maximum.at(sizes, shape.nodes[cells], values)
+    found = csr_array(rows)
+    found.data[np.abs(found.data) <= UNSEEN * sizes[found.indices]] = 0.0
+    found.eliminate_zeros()
+    return found
 
 
 def dependent(A: csr_array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -262,13 +281,13 @@ def dependent(A: csr_array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
     Most traces have independent columns, which the pivots of their sparse normal equations show; the others take a dense QR.
     """
-    used = np.unique(A.indices[np.abs(A.data) > NOISE])
+    used = np.unique(A.indices[A.data != 0.0])
     columns = csr_array(A[:, used])
     size = np.asarray(abs(columns).max(axis=0).todense()).ravel()
     if regular(csr_array(columns @ diags_array(1.0 / size))):
         return used, used[:0], np.zeros((len(used), 0))
     first, second, weights = ranks.part(columns.toarray().T, ranks.EXACT)
-    weights[np.abs(weights) < NOISE] = 0.0
+    weights[np.abs(weights) * size[first] < NOISE * size[second, None]] = 0.0
     return used[first], used[second], weights.T
 
 
