@@ -312,6 +312,18 @@ def test_joints_that_hold_the_same_take_turns() -> None:
     assert fall[-1] > 0.1
 
 
+@pytest.mark.parametrize("size", [1.0, 1e-7])
+def test_a_lock_holds_bodies_of_any_size(size: float) -> None:
+    """A rod on a pin, without weight, whose pin is locked: it stands still, and the energy of its rotation is lost."""
+    part = rigid("rod", M, J * size**2, (0.0, -size), dim=2, places={"O": (0.0, 0.0)})
+    outputs = {"angle": probes.Angle(ROD)}
+    stop = {"stop": event("angle - 0.2", lock=("pin",))}
+    system = assemble([part], [joints.Pin("pin", PIN)], outputs=outputs, initial={"rod": Motion((0.0, 0.0), SPIN)}, events=stop)
+    found = integrate(eliminate(system), GeneralizedAlpha(H), 20 * H)
+    assert found.events[0].loss == pytest.approx(0.5 * (J + M) * (size * SPIN) ** 2, rel=1e-5)
+    assert np.abs(found.v[-1]).max() < 1e-9
+
+
 def test_endless_events() -> None:
     """Two that bring each other about within a step."""
     told = {

@@ -95,9 +95,10 @@ def hold(system: System) -> csr_array:
         return csr_array((0, system.size))
     rows, z = rows_of(system)
     phi, J = rows(z)
-    closed(system, phi)
     J = coo_array(J)
-    return csr_array((J.data, (J.row, rows.used[J.col])), shape=(rows.count, system.size))
+    found = csr_array((J.data, (J.row, rows.used[J.col])), shape=(rows.count, system.size))
+    closed(system, phi, found)
+    return found
 
 
 def velocity_gaps(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np.ndarray]:
@@ -121,9 +122,10 @@ def speed_of(v: np.ndarray) -> float:
     return max(1.0, float(np.abs(v).max(initial=0.0)))
 
 
-def closed(system: System, phi: np.ndarray) -> None:
-    """Refuse an initial state that the joints do not hold in."""
-    wrong = np.flatnonzero(np.abs(phi) > 1e-6 * system.scale)
+def closed(system: System, phi: np.ndarray, J: Array) -> None:
+    """Refuse an initial state that the joints do not hold in, by phi (m,) over what large changes of unknowns make of it, J (m, n)."""
+    large = np.sqrt((J * J) @ scale_of(system) ** 2)  # of axes and angles 1, whatever the size of the system
+    wrong = np.flatnonzero(np.abs(phi) > 1e-6 * np.maximum(large, system.scale))
     if len(wrong):
         worst = tuple((".".join(system.constraints.names[k]), abs(float(phi[k]))) for k in wrong[np.argsort(-np.abs(phi[wrong]))])
         listed = ", ".join(f"{name} by {gap:.3g}" for name, gap in worst)
@@ -145,7 +147,7 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     at = at or start_of(model)
     system, h, on, x, v = model.system, scheme.step, ~at.off, at.x, at.v
     phi, J = (part[on] for part in compilation.gap(model, x, at.time))
-    closed(held(system, on), phi)
+    closed(held(system, on), phi, J)
     M = system.mass
     if has_plates(system):
         method = method_of(scheme, Newton(), h, model)

@@ -21,7 +21,12 @@ def lengths(model: Compiled, x: np.ndarray, time: float) -> np.ndarray:
 
 
 def empty(model: Compiled, size: np.ndarray) -> np.ndarray:
-    """Rows (m,) bool whose lengths (m,) are noise; they may all be."""
+    """Rows (m,) bool whose lengths (m,) are noise; they may all be. In a space that is not trained there are none.
+
+    Lengths of rows in metres and of those of angles are compared with each other there: one may be small by its unit alone.
+    """
+    if not model.system.components:
+        return np.zeros(len(size), dtype=bool)
     return np.asarray(size < VANISHING * max(float(size.max(initial=0.0)), model.system.scale))
 
 

@@ -96,8 +96,9 @@ def over(error: float, size: float) -> float:
 
 def common_times(where: str, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Indices (s,) in both of the times a and b [s] that two trajectories share; InputError where these are fewer than two."""
-    near = np.clip(np.searchsorted(b, a - 1e-9), 0, len(b) - 1)
-    same = np.abs(b[near] - a) < 1e-9 * max(1.0, float(b[-1]))
+    slack = 1e-9 * float(b[-1])
+    near = np.clip(np.searchsorted(b, a - slack), 0, len(b) - 1)
+    same = np.abs(b[near] - a) <= slack
     if same.sum() < 2:
         raise InputError(say(where, "two trajectories with common times", f"{same.sum()} common times"))
     return np.flatnonzero(same), near[same]

@@ -209,7 +209,7 @@ def step_error(task: TrainingTask, values: Mapping[str, float], run: FullRun) ->
     case = task.family(values)
     mine = np.round(run.times / case.scheme.step).astype(np.int64)
     pairs = round(case.duration / case.scheme.step) // 2
-    stored = np.abs(mine * case.scheme.step - run.times) < 1e-9 * max(1.0, run.times[-1])  # not where an event has stopped the run
+    stored = np.abs(mine * case.scheme.step - run.times) <= 1e-9 * run.times[-1]  # not where an event has stopped the run
     even = np.flatnonzero((mine % 2 == 0) & (mine <= 2 * pairs) & stored)
     doubled = cases.with_step(replace(case, system=task.form(case.system)), 2.0 * case.scheme.step)
     rough = cases.run(replace(doubled, duration=pairs * doubled.scheme.step), mine[even] // 2)
