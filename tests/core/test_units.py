@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from fmbs_skfem.core import expressions, functions, quantities, units
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.problems import Problem
-from fmbs_skfem.core.responses import of_state
+from fmbs_skfem.core.responses import of_state, require
 from fmbs_skfem.core.units import Dimension, Quantity
 
 
@@ -200,6 +200,12 @@ def test_a_name_that_may_be_a_unit_or_a_parameter_is_refused() -> None:
             quantities.read(text, known)
         with pytest.raises(Problem, match="which is both; rename"):
             of_state(text, parameters=known)
+    for text in ("1 N - 3 N/m * m", "3 N m / m", "2 N/m * s"):
+        with pytest.raises(Problem, match="which is both; rename"):
+            require(of_state(text), {"m": "m", "s": "m"})
+    with pytest.raises(Problem, match="'m' is a unit, and cannot be the name"):
+        of_state("-3 N/m * (m - 0.2 m)")
+    require(of_state("1 N - 3 N/m * x"), {"x": "m", "s": "m"})
     assert quantities.read("4 N/m", known) == units.Quantity(4.0, units.LINE_FORCE.exponents)  # m is a mass
     assert quantities.read("3 m", known) == units.Quantity(3.0, units.LENGTH.exponents)
     assert expressions.of_time("2 m/s * t", {})(3.0) == 6.0

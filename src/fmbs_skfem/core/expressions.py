@@ -86,11 +86,11 @@ ARRAY: Algebra = {
 
 
 class Ambiguous(Problem):
-    """A name in a text that may be a unit or a parameter, `s` in 3 m / s."""
+    """A name in a text that may be a unit or a parameter, or an output, `s` in 3 m / s."""
 
-    def __init__(self, name: str, text: str) -> None:
-        got, remedy = f"'{name}' in {shown(text)}, which is both", f"rename the parameter '{name}', or write the number in SI units"
-        super().__init__("a unit or a parameter", got, remedy)
+    def __init__(self, name: str, text: str, kind: str = "a parameter") -> None:
+        got = f"'{name}' in {shown(text)}, which is both"
+        super().__init__(f"a unit or {kind}", got, f"rename '{name}', or write the number in SI units")
 
 
 @dataclass(frozen=True)
@@ -314,7 +314,11 @@ def _known(name: str, names: Collection[str]) -> str:
         raise Problem(f"the arguments of {name} in parentheses", f"'{name}' alone", GRAMMAR)
     if name not in names and name != "pi":
         known = sorted({*names, "pi"})
-        near = closest(name, known).removeprefix("; ")
+        near = (
+            f"'{name}' is a unit, and cannot be the name of what is meant"
+            if name in UNITS
+            else closest(name, known).removeprefix("; ")
+        )
         if "." in name and not any("." in one for one in known):
             near = OUTPUTS
         raise Problem(f"one of the names {listed(known, name)}", shown(name), f"{near}; {GRAMMAR}" if near else GRAMMAR)

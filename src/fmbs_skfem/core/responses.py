@@ -6,6 +6,7 @@ Kp * (goal - hinge.angle) - Kd * hinge.rate
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
@@ -96,6 +97,10 @@ def require(found: OfState, variables: Mapping[str, str], tables: Mapping[str, t
             name = call.removesuffix("()")
             expected = f"one of the functions and tables {listed(there, name)}"
             raise Problem(expected, shown(name), closest(name, there).removeprefix("; "))
+    for number in expressions.quantities(found.program):
+        for name in re.findall(r"[*/] *([A-Za-z]\w*)", number):
+            if name in variables:
+                raise expressions.Ambiguous(name, number, "a name of the scene")
     for name in found.outputs:
         if name not in variables:
             known = [*variables, *found.known, "t", "pi"]

@@ -123,7 +123,7 @@ def speed_of(v: np.ndarray) -> float:
 
 
 def closed(system: System, phi: np.ndarray, J: Array) -> None:
-    """Refuse an initial state that the joints do not hold in, by phi (m,) over what large changes of unknowns make of it, J (m, n)."""
+    """Refuse an initial state that the joints do not hold in: phi (m,) over what large changes make of it, by J (m, n)."""
     large = np.sqrt((J * J) @ scale_of(system) ** 2)  # of axes and angles 1, whatever the size of the system
     wrong = np.flatnonzero(np.abs(phi) > 1e-6 * np.maximum(large, system.scale))
     if len(wrong):
