@@ -78,6 +78,16 @@ def test_strain_energy_of_a_plate_held_at_its_seam(form: str) -> None:
     assert_allclose(strain, 0.5 * f**2 / (MATERIAL.young_modulus * T) * np.array([0.0, 0.25, 1.0]), rtol=1e-4, atol=1e-8)
 
 
+@pytest.mark.parametrize("load", [1e-2, 1e-4])
+def test_strain_energy_under_small_loads(load: float) -> None:
+    """Half of the work of a dead load, down to 0.3 nJ: stiff springs along the seam leave no round-off of their own."""
+    body = plate("plate", halves(3, 0.15), T, MATERIAL, origin=np.array([3.0, 2.0, 0.0]))
+    hold = joints.Edge("clamp", "plate", ("left.xi1_min",), slope="z")
+    bent = eliminate(assemble([body], [hold], [loads.Gravity((0.0, 0.0, -load))]))
+    _, strain, potential, _ = energies(solve_statics(bent, 1))[-1]
+    assert strain == pytest.approx(-0.5 * potential, rel=1e-4)
+
+
 def test_springs_follow_the_thickness_of_the_cells_at_the_seam() -> None:
     """D = E t^3/(12 (1 - nu^2)), the mean of both sides."""
     shape = halves(2)

@@ -65,18 +65,18 @@ def work_done(times: np.ndarray, power: np.ndarray) -> np.ndarray:
 def survey_of(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
     """Kinetic energy, that of strains and springs, potential one (s, 3) [J], and the power (s,) [W] of the rest.
 
-    That is: of drives and damping, and of loads without a potential. Linear springs that a change of coordinates has met have
-    1/2 x^T K x - x . c + E, with the part c of the constant force that is theirs, and rest in the reference.
+    That is: of drives and damping, and of loads without a potential. Linear springs, which rest in the reference x0, have
+    1/2 u^T K u + u . (K x0 - c), u = x - x0, with the part c of the constant force that a change of coordinates has made theirs.
     """
     system, times = trajectory.system, trajectory.times
     delta = DELTA * max(float(times[-1]), 1e-12)
     span = np.maximum(times - delta, 0.0), times + delta
     motion = times, trajectory.x, trajectory.v, trajectory.a
     found = on_samples(work.survey, compile_system(system), 3, *motion, trajectory.multipliers, span, trajectory.memory)
-    loads, x0 = system.loads.constant, system.x0
-    if len(springs := system.loads.springs):
-        loads = loads - springs
-        found[:, 1] -= trajectory.x @ springs + x0 @ (0.5 * (system.stiffness @ x0) - springs)
+    loads, K, u = system.loads.constant, system.stiffness, trajectory.x - system.x0
+    springs = system.loads.springs if len(system.loads.springs) else np.zeros_like(loads)
+    loads = loads - springs
+    found[:, 1] += 0.5 * np.sum(u * np.asarray(K @ u.T).T, axis=1) + u @ (np.asarray(K @ system.x0) - springs)
     potential = -(trajectory.x - trajectory.x[0]) @ loads
     return np.column_stack([found[:, :2], potential]), found[:, 2]
 

@@ -119,7 +119,7 @@ def forces(table: Any, _: Any) -> int:
 
 @routine
 def survey(table: Any, _: Any) -> int:
-    """out (s, 3) = kinetic energy, that of strains and springs [J], and the power of drives, other loads and damping [W].
+    """out (s, 3) = kinetic energy, that of strains [J], and the power of drives, other loads and damping [W].
 
     The potential E(y, h) of a force counts as stored; what its histories h change of it is power, too.
     """
@@ -130,12 +130,9 @@ def survey(table: Any, _: Any) -> int:
         kernels.clear(s.f)
         kernels.add_operator(A.mass, s.v, s.f)
         S.out[k, 0] = 0.5 * kernels.dot(s.v, s.f)
-        kernels.clear(s.f)
-        kernels.add_operator(A.stiffness, s.x, s.f)
-        S.out[k, 1] = 0.5 * kernels.dot(s.x, s.f)
         sum_energies(table)
         find_forces(table)
-        S.out[k, 1] += s.energy[0]
+        S.out[k, 1] = s.energy[0]
         S.out[k, 2] = kernels.dot(s.v, s.f) + changed(table, S.before[k], S.after[k]) / S.span[k]
         if A.elastic.damped:
             find_damping(table)
