@@ -414,6 +414,8 @@ class Reaction(Probe):
 
     The moment of a driven angle, in the column `NAME_angle`, is the torque of the drive. Of a held edge it is the resultant: the
     force NAME_x, ... and the moment NAME_mx, ... about the middle of the edge in the reference, about the axes of the scene.
+    Moments on the slope of a line are those on one of length 1: where the line is stretched there, by 1 % say, they are 1 % too
+    small, and the moments of `section_forces` are not.
 
     {type: reaction, joint: hinge}
     """
