@@ -22,10 +22,12 @@ from fmbs_skfem.dynamics import (
     modes,
     shapes,
     solve_statics,
+    vibration_modes,
 )
 from fmbs_skfem.dynamics.scheme import Newton
 from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate, joints, loads
 from fmbs_skfem.verification.statics_shells import interpolated, spaced
+from tests import models
 from tests.models import straight
 
 TIGHT = Newton(1e-13)
@@ -221,6 +223,15 @@ def test_free_motions_that_are_damped_do_not_stand_alone() -> None:
     assert not shapes.stands_alone(linear, shapes.find_free(system, linear))
     found = complex_modes(linear, 6).eigenvalues
     np.testing.assert_allclose(np.sort(found.real), [-0.1, -0.1, -0.1, 0.0, 0.0, 0.0], atol=1e-6)
+
+
+@pytest.mark.parametrize("length, beta", [(1.0, 1e-4), (1e-6, 1e-10)])
+def test_damping_ratios_of_beams_of_any_size(length: float, beta: float) -> None:
+    """beta omega / 2 with damping in proportion to the stiffness, of unknowns in metres beside slopes."""
+    section = sections.Given(EA=1e6, EI=length**2, rhoA=1.0)
+    system = models.cantilever(4, length=length, section=section, damping=Rayleigh(0.0, beta), ancf=True)
+    found, ratios = complex_modes(linearise(system), 2), 0.5 * beta * vibration_modes(system, 2).frequencies
+    np.testing.assert_allclose(found.damping_ratios, ratios, rtol=1e-7)
 
 
 def test_bad_input_is_named() -> None:

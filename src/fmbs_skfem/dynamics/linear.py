@@ -86,6 +86,7 @@ class Linear:
     damping: csr_array  #: (n, n), with gyroscopic terms
     stiffness: csr_array  #: (n, n)
     rows: np.ndarray  #: (m, n) independent rows of Phi_x
+    large: np.ndarray | float = 1.0  #: (n,) changes of the unknowns that count as large
 
 
 def linearise(
@@ -106,8 +107,12 @@ def linearise(
     J = compiled.gap(model, x, t)[1]
     K = compiled.tangent(model, x, multipliers, t, 0.0, memory)
     C = compiled.tangent(model, x, multipliers, t, 1.0, memory) - K
-    independent = J[ranks.independent_rows(J, units=scale_of(system))]
-    return Linear(x, csr_array(system.mass), csr_array(C), csr_array(K), independent)
+    if abs(C).max() > 0.0 and abs(K).max() > 0.0:  # as large as K, beside which a short damping time is round-off
+        factor = float(abs(K).max() / abs(C).max())
+        C = (compiled.tangent(model, x, multipliers, t, factor, memory) - K) / factor
+    large = scale_of(system)
+    independent = J[ranks.independent_rows(J, units=large)]
+    return Linear(x, csr_array(system.mass), csr_array(C), csr_array(K), independent, large)
 
 
 def is_symmetric(linear: Linear) -> bool:

@@ -174,9 +174,11 @@ def once(values: np.ndarray, shapes: np.ndarray, still: float) -> np.ndarray:
 def all_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues (i,) and vectors (n, i) of (2) on the null space Z of the rows, by the companion form in the time 1/w.
 
-    w = sqrt(|K| / |M|) makes both matrices equally large, which keeps the digits of slow motions.
+    w = sqrt(|K| / |M|) makes both matrices equally large, which keeps the digits of slow motions; unknowns in metres and slopes are
+    counted in what is large of each.
     """
-    Z = ranks.null_space(linear.rows) if len(linear.rows) else np.eye(len(linear.x))
+    large = np.broadcast_to(linear.large, linear.x.shape)
+    Z = large[:, None] * (ranks.null_space(linear.rows * large) if len(linear.rows) else np.eye(len(linear.x)))
     M, C, K = (Z.T @ (A @ Z) for A in (linear.mass, linear.damping, linear.stiffness))
     w = np.sqrt(max(float(np.linalg.norm(K)), 1e-300) / float(np.linalg.norm(M)))
     r, size = len(M), float(np.linalg.norm(K)) or 1.0
