@@ -211,6 +211,25 @@ analysis: {type: linearise}
 """
 
 
+LEVER = """
+schema: 1
+dimension: 2
+inputs: {u: {unit: N}}
+bodies: {lever: {type: cable, mesh: beam_5.msh, unit: 0.1 mm, section: {shape: given, EA: 1 N, EI: 3.3e-14, rhoA: 1e-7}}}
+joints: {root: {type: clamp, at: lever.left}}
+loads: {push: {type: control_force, at: lever.right, direction: [0, 1], force: u}}
+outputs: {tip: {type: position, at: lever.right, component: y}, turn: {type: angle, at: lever.right}}
+analysis: {type: linearise, about: reference, modes: 1, static: true}
+"""
+
+
+def test_static_correction_of_a_soft_lever() -> None:
+    """0.1 mm long, it would bend by ten times its length under the input that is nudged: L^3 / 3 EI and L^2 / 2 EI at rest."""
+    scene = scenes.loads(LEVER, MESHES)
+    found, L, EI = scene.analysis.find(scene).linear.transfer([0.0])[0, :, 0], 1e-4, 3.3e-14  # type: ignore[attr-defined]
+    np.testing.assert_allclose(found.real, [L**3 / (3 * EI), L**2 / (2 * EI)], rtol=1e-5)
+
+
 def test_reactions_at_rest_are_those_of_equilibria_nearby() -> None:
     """A torque on the slope of a beam moves its stiffest modes, over which outputs are differentiated by small differences."""
     space = space_of(found(TURNED.replace("START", "0")))

@@ -184,8 +184,9 @@ def differentiate(
     """
     j, starts = len(inputs), np.array(list(inputs.values()))
     states = motion[0].shape[1] - j
-    size = sizes(system, (motion[0] + motion[1]).T[:states])
-    h = np.concatenate([SMALL * system.scale / size, NUDGE * np.maximum(np.abs(starts), 1.0)])
+    size = sizes(system, (motion[0] + motion[1]).T)
+    h = SMALL * system.scale / np.where(size > 0.0, size, 1e-300)
+    h[states:] = np.minimum(h[states:], NUDGE * np.maximum(np.abs(starts), 1.0))  # what bends at rest stays as little bent
     sides = []
     for sign in (1.0, -1.0):
         moved = [sign * h * part for part in motion]
