@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from fmbs_skfem.core import curves
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.tables import Table, read_columns
@@ -192,3 +193,11 @@ def test_a_short_table_serves_a_run_that_never_leaves_it(tmp_path: Path, force: 
     else:
         with pytest.raises(InputError, match=r"mod\(t, 2 s\)\) repeats"):
             reading.loads(text, tmp_path)
+
+
+def test_round_off_is_not_beyond_the_ends_of_a_curve() -> None:
+    """mod(t, 0.05) is -6e-17 where t is three times 0.05 but for round-off."""
+    straight = np.array([0.0, 2.0, 0.0, 0.05, 0.0, 0.0, 20.0, 0.0])
+    assert [curves.beyond(x, straight) for x in (-6e-17, 0.02, 0.05 + 1e-17, 0.06, -1e-3)] == pytest.approx(
+        [0.0, 0.0, 0.0, 0.01, 1e-3]
+    )

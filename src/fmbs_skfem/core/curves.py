@@ -12,6 +12,7 @@ import numpy as np
 from .jit import jit
 
 FIRST = 2  #: number of the first place
+ROUND = 1e-9  #: of a curve, beyond its ends, that is round-off
 
 
 @jit
@@ -52,7 +53,7 @@ def lookup_slope(x: float, T: np.ndarray) -> float:
 
 @jit
 def beyond(x: float, T: np.ndarray) -> float:
-    """How far a place is beyond the ends of a curve that is not meant to hold them."""
-    if T[0] != 0.0:
-        return 0.0
-    return max(T[FIRST] - x, x - T[FIRST + int(T[1]) - 1], 0.0)
+    """How far a place is beyond the ends of a curve that is not meant to hold them, 0 for round-off as of mod(t, period)."""
+    first, last = T[FIRST], T[FIRST + int(T[1]) - 1]
+    far = max(first - x, x - last)
+    return far if T[0] == 0.0 and far > ROUND * (last - first) else 0.0
