@@ -17,7 +17,7 @@ from fmbs_skfem.cli import common, screen
 from fmbs_skfem.cli.main import COMMANDS, main
 from fmbs_skfem.core.errors import CorruptFile, InputError, MissingFeature, Reason, SolverError
 from fmbs_skfem.core.notices import notify
-from fmbs_skfem.studies import Result, Table
+from fmbs_skfem.studies import ReportTable, Result
 from fmbs_skfem.studies import job as jobs
 from fmbs_skfem.studies.options import OutputOptions
 from fmbs_skfem.studies.result import console
@@ -181,7 +181,7 @@ def test_notices_go_to_stderr_and_json_once_and_stop_a_strict_call() -> None:
 def test_tables_show_brackets_and_numbers_as_they_are(tmp_path: Path) -> None:
     path = tmp_path / "out.txt"
     with path.open("w") as file:
-        console(file).print(Table("Mass [kg]", ("body [-]", "mass [kg]"), [("a[b]", 1 / 3)]))
+        console(file).print(ReportTable("Mass [kg]", ("body [-]", "mass [kg]"), [("a[b]", 1 / 3)]))
     text = path.read_text()
     assert all(part in text for part in ("Mass [kg]", "body [-]", "mass [kg]", "a[b]", "0.333333"))
 
@@ -189,9 +189,9 @@ def test_tables_show_brackets_and_numbers_as_they_are(tmp_path: Path) -> None:
 @pytest.mark.parametrize("title", ["Mass", "A title that is longer than the table below it"])
 def test_tables_that_fit_are_those_of_rich(title: str) -> None:
     """Without its blanks at the ends of lines; names of other alphabets, and tables that are too wide, are drawn by it."""
-    table = Table(title, ("body", "mass [kg]", "sag"), [("arm", 1 / 3, -0.0), ("forearm", {"x": 12.0}, None)])
-    wide = Table(title, ("body", "mass"), [("x" * 100, "y " * 60)])
-    for shown, drawn in ((table, True), (Table(title, ("β", "Ω"), [("é", 1.0)]), False), (wide, False)):
+    table = ReportTable(title, ("body", "mass [kg]", "sag"), [("arm", 1 / 3, -0.0), ("forearm", {"x": 12.0}, None)])
+    wide = ReportTable(title, ("body", "mass"), [("x" * 100, "y " * 60)])
+    for shown, drawn in ((table, True), (ReportTable(title, ("β", "Ω"), [("é", 1.0)]), False), (wide, False)):
         file = io.StringIO()
         console(file).print(shown)
         lines = [line.rstrip() for line in file.getvalue().splitlines()]

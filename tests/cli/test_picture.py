@@ -15,7 +15,7 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha
 from fmbs_skfem.results import motion as picture
 from fmbs_skfem.results import series
-from fmbs_skfem.results.frames import Kind
+from fmbs_skfem.results.frames import MarkKind
 from fmbs_skfem.results.pictures import Look
 from fmbs_skfem.scenes import build
 from fmbs_skfem.studies import job, runs
@@ -31,7 +31,7 @@ def test_a_scene_of_mass_points_has_no_lines(tmp_path: Path) -> None:
     motion = dynamics.integrate(mass_pendulum((1.0, 0.0)), GeneralizedAlpha(1e-3), 2e-3)
     found = picture.frames(motion)
     assert found.bodies == {}
-    assert Kind.MASS in {kind for kind, _ in found.joints.values()}
+    assert MarkKind.MASS in {kind for kind, _ in found.joints.values()}
     with pytest.raises(InputError, match="at least one cable, plate, shell or rigid body"):
         series.write(found, tmp_path, "motion")
 
@@ -70,7 +70,7 @@ def test_rigid_bodies_are_lines_that_keep_their_shape(rigid_scene: Path) -> None
     crank, rod, shown = (found.bodies[name] for name in ("crank", "rod", "plate"))
     assert crank.reference[:, :2] == pytest.approx(np.array([[0, 0], [0.05, 0], [0.1, 0]]), abs=1e-15)
     assert rod.reference[:, :2] == pytest.approx(np.array([[0.1, 0], [0.3, 0], [0.2, 0.1], [0.1, 0]]), abs=1e-15)
-    assert found.joints["wheel"][0] == Kind.MASS
+    assert found.joints["wheel"][0] == MarkKind.MASS
     assert shown.reference[0] == pytest.approx(shown.reference[-1])
     outline = np.linalg.norm(np.diff(shown.reference, axis=0), axis=1)
     assert outline.sum() == pytest.approx(2 * 0.2 + 2 * np.pi * 0.035, rel=5e-3)

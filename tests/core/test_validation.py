@@ -11,11 +11,11 @@ import pytest
 from scipy.sparse import csr_array, eye_array
 
 from fmbs_skfem.core import container, validation
-from fmbs_skfem.core.container import Kind, storable
+from fmbs_skfem.core.container import FileKind, storable
 from fmbs_skfem.core.errors import CorruptFile, InputError
 from fmbs_skfem.core.validation import Attributes, Indices, Inside, Number, Range, Reals
 
-KIND = Kind("a test", "a truss", 1, "make it again")
+KIND = FileKind("a test", "a truss", 1, "make it again")
 
 
 @storable

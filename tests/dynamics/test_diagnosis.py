@@ -315,7 +315,7 @@ def test_the_stiffest_wave_is_bounded_by_the_longest_cell() -> None:
     model = compile_system(pushed(lambda t: 0.0 * t))
     n, none = model.system.size, np.zeros(0)
     x = model.system.x0
-    stop = stopped.Stop(model, 0.0, 0.0, 1.0, x, 0 * x, none, x, np.zeros(n), (0.0, 0.0), (0.0, 0.0))
+    stop = stopped.StoppedSolve(model, 0.0, 0.0, 1.0, x, 0 * x, none, x, np.zeros(n), (0.0, 0.0), (0.0, 0.0))
     squares = eigh(compilation.tangent(model, x, none).toarray(), model.system.mass.toarray(), eigvals_only=True)
     assert 0.1 * np.sqrt(squares[-1]) < stopped.stiffest(stop) <= np.sqrt(squares[-1])
 
@@ -323,7 +323,7 @@ def test_the_stiffest_wave_is_bounded_by_the_longest_cell() -> None:
 def test_a_smooth_signal_is_no_jump() -> None:
     model = compile_system(pushed(lambda t: np.exp(60 * t)))
     x, none = model.system.x0, np.zeros(0)
-    stop = stopped.Stop(model, 0.1, 0.101, 1e-3, x, 0 * x, none, x, 0 * x, (0.0, 0.0), (0.0, 0.0))
+    stop = stopped.StoppedSolve(model, 0.1, 0.101, 1e-3, x, 0 * x, none, x, 0 * x, (0.0, 0.0), (0.0, 0.0))
     assert stopped.jumps(stop) == []
 
 

@@ -12,7 +12,7 @@ from scipy.stats import qmc
 
 from fmbs_skfem.core.errors import InputError, NoModel, Reason, SolverError
 from fmbs_skfem.reduction import greedy
-from fmbs_skfem.reduction.greedy import Iteration, Options, Outcome, Problem, Stop
+from fmbs_skfem.reduction.greedy import GreedyProblem, Iteration, Options, Outcome, StopReason
 
 LINE = np.linspace(0.0, 1.0, 101)[:, None]  #: 101 candidates, as published
 FIVE = (0, 25, 50, 75, 100)  #: the published first samples
@@ -44,7 +44,7 @@ class Model:
     def run(self, samples: Sequence[int], first: int, done: Sequence[Iteration] = (), **options: object) -> Outcome:
         chosen = Options(**options)  # type: ignore[arg-type]
         return greedy.run(
-            Problem(self.evaluate, self.extend, self.candidates, tuple(samples), first, chosen, self.kept.append), done
+            GreedyProblem(self.evaluate, self.extend, self.candidates, tuple(samples), first, chosen, self.kept.append), done
         )
 
 
@@ -61,7 +61,7 @@ def test_the_published_case_takes_two_full_and_at_most_twelve_reduced_runs() -> 
     """Hou, Liu, Hu (2020), section 5.3.3 (a): 101 candidates, five first samples, first full run at the middle: 2 and 12."""
     model = Model(LINE, lambda mu, full: 1e-9 * float(np.min(np.abs(full - mu))) / len(full) ** 12 + 6e-13)
     outcome = model.run(FIVE, 50)
-    assert (outcome.extensions, outcome.stop) == (2, Stop.FLOOR)
+    assert (outcome.extensions, outcome.stop) == (2, StopReason.FLOOR)
     assert outcome.evaluations == len(model.evaluated) <= 12
     assert outcome.points == tuple(model.points) == (50, 0)
     assert outcome.iterations[0].samples[:5] == outcome.iterations[1].samples[:5] == FIVE
@@ -70,7 +70,7 @@ def test_the_published_case_takes_two_full_and_at_most_twelve_reduced_runs() -> 
 def test_every_full_run_is_at_the_largest_indicator_found() -> None:
     model = Model(LINE, interpolation(0.0))
     outcome = model.run(FIVE, 50, iterations=4)
-    assert outcome.stop is Stop.ITERATIONS
+    assert outcome.stop is StopReason.ITERATIONS
     assert outcome.extensions == len(model.tried) == 4
     for now, after in zip(outcome.iterations, outcome.iterations[1:], strict=False):
         assert now.next == after.point == now.samples[int(np.argmax(now.indicators))]
@@ -83,7 +83,7 @@ def test_every_full_run_is_at_the_largest_indicator_found() -> None:
 def test_tolerance_ends_the_loop() -> None:
     model = Model(LINE, interpolation(1e-12))
     outcome = model.run(FIVE, 50, iterations=20, tolerance=1e-6)
-    assert outcome.stop is Stop.TOLERANCE
+    assert outcome.stop is StopReason.TOLERANCE
     exact = [model.formula(mu, LINE[list(outcome.points)]) for mu in LINE]
     assert outcome.iterations[-1].largest <= 1e-6 < outcome.iterations[-2].largest
     assert max(exact) <= 1.2e-6  # also where no reduced run was made
@@ -94,7 +94,7 @@ def test_a_maximiser_that_has_its_full_run_ends_the_loop() -> None:
     model = Model(LINE, lambda mu, full: 10.0 ** (-6.0 - 2.0 * float(mu[0])))
     outcome = model.run(FIVE, 50)
     assert outcome.points == (50, 0)
-    assert outcome.stop is Stop.REPEATED
+    assert outcome.stop is StopReason.REPEATED
 
 
 def test_truncation_is_recognised_as_the_floor() -> None:
@@ -105,7 +105,7 @@ def test_truncation_is_recognised_as_the_floor() -> None:
 
     model = Model(LINE, formula)
     outcome = model.run(FIVE, 50, iterations=10)
-    assert (outcome.extensions, outcome.stop) == (2, Stop.FLOOR)
+    assert (outcome.extensions, outcome.stop) == (2, StopReason.FLOOR)
     assert "eps" in outcome.stop.value
     assert outcome.evaluations <= 12
 
@@ -121,7 +121,7 @@ def test_the_floor_is_found_where_no_sample_has_a_full_run() -> None:
     first, second = outcome.iterations
     assert second.point in first.samples[3:]  # found by Kriging
     assert second.samples[-1] == second.point  # evaluated as the loop has stalled
-    assert outcome.stop is Stop.FLOOR
+    assert outcome.stop is StopReason.FLOOR
 
 
 def test_the_floor_is_that_of_all_full_runs() -> None:
@@ -133,7 +133,7 @@ def test_the_floor_is_that_of_all_full_runs() -> None:
 
     model = Model(LINE, formula)
     outcome = model.run(FIVE, 55, iterations=10)
-    assert (outcome.points, outcome.stop) == ((55, 0), Stop.FLOOR)
+    assert (outcome.points, outcome.stop) == ((55, 0), StopReason.FLOOR)
     assert outcome.iterations[1].samples[-1] == 55  # no given sample
     assert outcome.evaluations <= 21  # as published
 
@@ -142,8 +142,8 @@ def test_bases_that_leave_nothing_out_have_no_floor() -> None:
     """One full run whose few snapshots are all kept: the indicator is as large there as elsewhere, and another run helps."""
     model = Model(LINE, lambda mu, full: 1e-7 if len(full) == 1 else 1e-9)
     leaves_out = lambda: len(model.points) > 1  # noqa: E731
-    outcome = greedy.run(Problem(model.evaluate, model.extend, LINE, FIVE, 50, Options(iterations=5), truncates=leaves_out))
-    assert (outcome.extensions, outcome.stop) == (2, Stop.FLOOR)
+    outcome = greedy.run(GreedyProblem(model.evaluate, model.extend, LINE, FIVE, 50, Options(iterations=5), truncates=leaves_out))
+    assert (outcome.extensions, outcome.stop) == (2, StopReason.FLOOR)
     assert outcome.iterations[-1].largest == 1e-9
 
 
@@ -153,7 +153,7 @@ def test_equal_corners_are_no_floor() -> None:
     model = Model(x, lambda mu, full: 1e-10 + 1e-4 * float(np.min(np.linalg.norm(full - mu, axis=1))) ** 2)
     outcome = model.run((0, 10, 60, 110, 120), 60, iterations=5)
     assert set(outcome.points) == {60, 0, 10, 110, 120}
-    assert outcome.stop is Stop.ITERATIONS
+    assert outcome.stop is StopReason.ITERATIONS
     # all given samples have full runs now, the largest indicator is between them
     assert outcome.iterations[-1].largest == pytest.approx(1e-4 * 0.5**2, rel=0.1)
 
@@ -161,17 +161,17 @@ def test_equal_corners_are_no_floor() -> None:
 def test_a_constant_indicator_needs_no_second_full_run() -> None:
     model = Model(LINE, lambda mu, full: 1e-7)
     outcome = model.run(FIVE, 50)
-    assert (outcome.extensions, outcome.evaluations, outcome.stop) == (1, 5, Stop.FLOOR)
+    assert (outcome.extensions, outcome.evaluations, outcome.stop) == (1, 5, StopReason.FLOOR)
 
 
 def test_zero_everywhere_ends_as_well() -> None:
     outcome = Model(LINE, lambda mu, full: 0.0).run(FIVE, 50)
-    assert (outcome.extensions, outcome.evaluations, outcome.stop) == (1, 5, Stop.FLOOR)
+    assert (outcome.extensions, outcome.evaluations, outcome.stop) == (1, 5, StopReason.FLOOR)
 
 
 def test_one_candidate() -> None:
     outcome = Model(np.array([[0.3]]), lambda mu, full: 1e-5).run((0,), 0)
-    assert (outcome.extensions, outcome.evaluations, outcome.stop) == (1, 1, Stop.REPEATED)
+    assert (outcome.extensions, outcome.evaluations, outcome.stop) == (1, 1, StopReason.REPEATED)
 
 
 def test_equal_samples_and_equal_candidates_are_run_once() -> None:
@@ -263,7 +263,7 @@ def test_a_first_full_run_that_fails_is_replaced_by_the_sample_next_to_it() -> N
 def test_too_many_failures_end_the_loop() -> None:
     model = Model(LINE, interpolation(1e-9), full_fails=tuple(k for k in range(101) if k != 50))
     outcome = model.run(FIVE, 50, iterations=2)
-    assert outcome.stop is Stop.FAILED
+    assert outcome.stop is StopReason.FAILED
     assert (outcome.points, len(outcome.failed)) == ((50,), 3)
     assert model.kept[-1].failed == outcome.failed
 
@@ -314,7 +314,7 @@ def test_iterations_of_other_candidates_are_refused() -> None:
     [((), 0, LINE), ((0, 101), 0, LINE), ((0,), -1, LINE), ((0,), 0, 2.0 * LINE), ((0,), 0, LINE[:0]), ((0,), 0, LINE * np.nan)],
 )
 def test_bad_problems_are_refused(samples: tuple[int, ...], first: int, candidates: np.ndarray) -> None:
-    with pytest.raises(InputError, match=r"greedy\.Problem"):
+    with pytest.raises(InputError, match=r"greedy\.GreedyProblem"):
         Model(candidates, interpolation(0.0)).run(samples, first)
 
 

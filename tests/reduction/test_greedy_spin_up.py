@@ -62,7 +62,7 @@ def test_two_full_runs_are_enough(trained: Training, checked: tuple[HeldOut, Hel
 
 
 def test_truncation_is_told_as_the_limit(trained: Training) -> None:
-    assert trained.outcome.stop in (greedy.Stop.FLOOR, greedy.Stop.REPEATED)
+    assert trained.outcome.stop in (greedy.StopReason.FLOOR, greedy.StopReason.REPEATED)
     assert "truncation (eps)" in trained.outcome.stop.value
 
 

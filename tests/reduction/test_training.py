@@ -357,7 +357,7 @@ def test_one_system_is_the_task_without_parameters() -> None:
     case = spun({"E": 1e9})
     task = full_runs.task_of(case, PLAN, INTERVAL)
     found = training.train(task)
-    assert (len(found.runs), found.outcome.stop, found.reduced_runs) == (1, greedy.Stop.ALONE, 0)
+    assert (len(found.runs), found.outcome.stop, found.reduced_runs) == (1, greedy.StopReason.ALONE, 0)
     assert np.isnan(found.predicted).all()
     given = training.train(task, motion=full_runs.run_case(task, case))
     one, other = (lifted(reduced_models.run_reduced(task, made.model.cases({})))[0] for made in (found, given))
@@ -450,7 +450,7 @@ def test_a_training_with_a_tolerance_goes_on(tmp_path: Path) -> None:
     other = training.train(task, places(task), OPTIONS, tmp_path, tolerance=1e-3)
     assert count.full == made
     assert other.choice == one.choice
-    assert other.outcome.stop is one.outcome.stop is greedy.Stop.TOLERANCE
+    assert other.outcome.stop is one.outcome.stop is greedy.StopReason.TOLERANCE
     assert other.task.plan == one.task.plan
 
 
@@ -517,7 +517,7 @@ def test_a_training_that_ended_goes_on_with_more_iterations(tmp_path: Path) -> N
     """Full runs, samples and stop are those of one training with all iterations; fewer iterations read what is there."""
     task, count = counted()
     once = training.train(task, places(task), dataclasses.replace(OPTIONS, iterations=1), tmp_path / "parts")
-    assert once.outcome.stop is greedy.Stop.ITERATIONS
+    assert once.outcome.stop is greedy.StopReason.ITERATIONS
     more = training.train(task, places(task), OPTIONS, tmp_path / "parts")
     whole, fresh = counted()
     straight = training.train(whole, places(whole), OPTIONS, tmp_path / "straight")

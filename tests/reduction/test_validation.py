@@ -16,7 +16,7 @@ from fmbs_skfem import scenes
 from fmbs_skfem.bodies import sections
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core import container, validation
-from fmbs_skfem.core.container import Kind
+from fmbs_skfem.core.container import FileKind
 from fmbs_skfem.core.errors import CorruptFile
 from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
@@ -71,14 +71,14 @@ SYSTEMS: dict[str, Callable[[], System]] = {
 }
 
 
-def parts(path: Path) -> tuple[Kind, bytes, list[Array]]:
+def parts(path: Path) -> tuple[FileKind, bytes, list[Array]]:
     """Kind, tree and arrays of a file."""
     kind = replace(files.KIND, title=path.read_bytes().split(b"\n", 1)[0].decode())
     with h5py.File(path) as file:
         return kind, file["tree"][()].tobytes(), [file[f"arrays/{k}"][()] for k in range(len(file["arrays"]))]
 
 
-def sealed(path: Path, kind: Kind, tree: bytes, arrays: list[Array]) -> Path:
+def sealed(path: Path, kind: FileKind, tree: bytes, arrays: list[Array]) -> Path:
     """A file of any content, with a checksum that fits."""
     with h5py.File(path, "w", userblock_size=container.HEADER) as file:
         file["tree"] = np.frombuffer(tree, dtype=np.uint8)

@@ -14,7 +14,7 @@ from fmbs_skfem.dynamics.outputs import distances
 from fmbs_skfem.reduction import component, files, galerkin, pod
 from fmbs_skfem.results import decor, frames
 from fmbs_skfem.results import motion as drawn
-from fmbs_skfem.results.frames import Kind
+from fmbs_skfem.results.frames import MarkKind
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import ancf_plate
 from fmbs_skfem.systems import At, joints, loads
@@ -179,8 +179,8 @@ def test_points_follow_the_outputs_of_a_planar_system() -> None:
     assert tip[:, 1] == pytest.approx(outputs["tip_y"], abs=1e-12)
     rate = np.gradient(tip[:, 1], found.times)
     assert found.bodies["beam"].fields["velocity"][1:-1, -1, 1] == pytest.approx(rate[1:-1], abs=1e-4)
-    assert found.joints["hinge"][0] == Kind.PIN
-    assert found.joints["drive"][0] == Kind.DRIVEN_ANGLE
+    assert found.joints["hinge"][0] == MarkKind.PIN
+    assert found.joints["drive"][0] == MarkKind.DRIVEN_ANGLE
     assert drawn.frames(motion, frames.spread(motion.times, 3)).times == pytest.approx([0, 0.025, 0.05])
 
 
@@ -188,7 +188,12 @@ def test_masses_and_driven_supports_are_told_apart() -> None:
     system = systems.eliminate(build.system(scenes.read(EXAMPLES / "hanging_mass.yaml")))
     found = drawn.frames(dynamics.integrate(system, GeneralizedAlpha(1e-3), 2e-3))
     kinds = {name: kind for name, (kind, _) in found.joints.items()}
-    assert kinds == {"left": Kind.DRIVEN_POSITION, "right": Kind.SPHERICAL, "hook": Kind.SPHERICAL, "mass": Kind.MASS}
+    assert kinds == {
+        "left": MarkKind.DRIVEN_POSITION,
+        "right": MarkKind.SPHERICAL,
+        "hook": MarkKind.SPHERICAL,
+        "mass": MarkKind.MASS,
+    }
     assert found.joints["mass"][1][0] == pytest.approx([1, 0, 0])
 
 
@@ -216,4 +221,4 @@ analysis: {type: static}
     kinds = {name: drawn.shown(system, name, kind) for name, kind, _ in system.markers if kind not in ("axis", "line")}
     assert kinds == {name: name.replace("-", " ") for name in kinds}
     assert len(kinds) == 10
-    assert {kind.value for kind in Kind} == set(decor.GLYPHS)
+    assert {kind.value for kind in MarkKind} == set(decor.GLYPHS)

@@ -36,7 +36,7 @@ def test_warm_takes_steps_of_every_kind(monkeypatch: pytest.MonkeyPatch) -> None
     def refuse(*_: object, **__: object) -> None:
         raise MissingFeature("an extra is not there")
 
-    kinds = [warming.KINDS[0], warming.Kind("of an extra", "spin_up.yaml", refuse)]
+    kinds = [warming.KINDS[0], warming.Warmed("of an extra", "spin_up.yaml", refuse)]
     monkeypatch.setattr(warming, "KINDS", kinds)
     shown = list[tuple[str, float]]()
     found = studies.warm(listener=Listener(lambda label, part: shown.append((label, part))))
@@ -46,7 +46,7 @@ def test_warm_takes_steps_of_every_kind(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 @pytest.mark.parametrize("kind", warming.KINDS, ids=lambda kind: kind.name)
-def test_the_scenes_of_warm_travel_with_the_package(kind: warming.Kind) -> None:
+def test_the_scenes_of_warm_travel_with_the_package(kind: warming.Warmed) -> None:
     assert (examples.folder() / kind.scene).is_file()
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from fmbs_skfem import verification
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
-from fmbs_skfem.verification import CASES, GROUPS, Case, Quantity, farthest, order, registry
+from fmbs_skfem.verification import CASES, GROUPS, Quantity, VerificationCase, farthest, order, registry
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -57,7 +57,7 @@ def test_a_solver_that_fails_is_an_outcome() -> None:
     def fails() -> list[Quantity]:
         raise SolverError("no equilibrium", Reason.DIVERGED)
 
-    outcome = verification.run(Case("x", "statics", "none", "It fails.", fails))
+    outcome = verification.run(VerificationCase("x", "statics", "none", "It fails.", fails))
     assert outcome.error == "no equilibrium"
     assert not outcome.holds
 

@@ -38,7 +38,7 @@ class Rules(Protocol):
 
 
 @dataclass(frozen=True)
-class Case:
+class LawCase:
     """A law with random sections and gradients, on which the contract is tested."""
 
     rules: Rules
@@ -79,7 +79,7 @@ def check_law(law: Law, dim: int, rules: Rules = laws, tolerance: float = 1e-8, 
         raise InputError(say(where, f"dimension {law.dims[0]} for this law", dim))
     for bent in (False,) if law in (Law.QUADRATIC, Law.MEMBRANE) else (False, True):
         section, reference, gradients = samples(law, dim, bent, random)
-        case = Case(rules, law, dim, section, reference, gradients, where, tolerance)
+        case = LawCase(rules, law, dim, section, reference, gradients, where, tolerance)
         check_derivatives(case, random)
         check_rotation(case, random)
         check_damping(case, random)
@@ -146,7 +146,7 @@ def surface_gradients(random: Generator, vectors: int, dim: int) -> np.ndarray:
     return rotate(turn(random, dim), u.reshape(-1, POINTS, CELLS))
 
 
-def check_derivatives(case: Case, random: Generator) -> None:
+def check_derivatives(case: LawCase, random: Generator) -> None:
     """S . w and D w against fourth-order differences of W and S along random directions w; D symmetric."""
     u = case.gradients
     S, D = case.stress(u), case.modulus(u)
@@ -162,7 +162,7 @@ def check_derivatives(case: Case, random: Generator) -> None:
     case.require("symmetry of the modulus", float(np.abs(D - D.transpose(1, 0, 2, 3)).max()), 0.0)
 
 
-def check_rotation(case: Case, random: Generator) -> None:
+def check_rotation(case: LawCase, random: Generator) -> None:
     """A rotation of the reference costs no energy and gives no stress; a rotation of any gradients turns their stress."""
     R = turn(random, case.dim)
     if case.reference is not None:
@@ -191,7 +191,7 @@ def rotate(R: np.ndarray, u: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(np.einsum("cd,kdpe->kcpe", R, vectors).reshape(u.shape))
 
 
-def check_damping(case: Case, random: Generator) -> None:
+def check_damping(case: LawCase, random: Generator) -> None:
     """Damping stress: linear in the rate with its modulus, dissipates, vanishes (cable in space: is bounded) for rigid rates."""
     u = case.gradients
     rates, S = random.normal(size=(4, *u.shape)), case.stress(u)
@@ -215,7 +215,7 @@ def check_damping(case: Case, random: Generator) -> None:
     case.require("power of the damping in a rigid rotation over its bound beta EI s^2 omega^2", float(excess.max()))
 
 
-def check_dissipation(case: Case, random: Generator) -> None:
+def check_dissipation(case: LawCase, random: Generator) -> None:
     """The dissipation is the power of the damping stress."""
     u, rate = case.gradients, random.normal(size=case.gradients.shape)
     power = float(np.sum((case.stress(u, rate, BETA) - case.stress(u)) * rate))

@@ -48,7 +48,7 @@ Tree: TypeAlias = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Kind:
+class FileKind:
     """A kind of file."""
 
     title: str  #: its first line
@@ -68,7 +68,7 @@ class Dataset:
 
 
 @contextmanager
-def reading(path: Path, kind: Kind) -> Iterator[None]:
+def reading(path: Path, kind: FileKind) -> Iterator[None]:
     """Whatever is wrong with the content of a file is a CorruptFile that names the file, what was expected and what was found."""
     try:
         yield
@@ -83,7 +83,7 @@ def reading(path: Path, kind: Kind) -> Iterator[None]:
 
 
 # ------------------------------------------------------------------------------------------------------------ files of structs
-def write(path: str | Path, kind: Kind, remedy: str = durable.AGAIN, /, **parts: Any) -> Path:
+def write(path: str | Path, kind: FileKind, remedy: str = durable.AGAIN, /, **parts: Any) -> Path:
     """A file of a kind with named parts; InputError names what it cannot hold; NoRoom and InputError as of `durable`.
 
     `remedy`: what to do where the disk is full.
@@ -95,7 +95,7 @@ def write(path: str | Path, kind: Kind, remedy: str = durable.AGAIN, /, **parts:
     return durable.write(path, data, remedy)
 
 
-def read(path: str | Path, kind: Kind, **types: type) -> dict[str, Any]:
+def read(path: str | Path, kind: FileKind, **types: type) -> dict[str, Any]:
     """The named parts of a file of a kind, each of the given type; CorruptFile where it is not as it was written."""
     place = Path(path)
     if not place.is_file():
@@ -118,7 +118,7 @@ def text(content: Any) -> np.ndarray:
     return np.frombuffer(json.dumps(content).encode(), dtype=np.uint8)
 
 
-def header(body: bytes | memoryview, kind: Kind) -> bytes:
+def header(body: bytes | memoryview, kind: FileKind) -> bytes:
     """The text in front of a body."""
     facts = {"version": kind.version, **seal(body)}
     return "\n".join([kind.title, *(f"{name} {value}" for name, value in facts.items()), ""]).encode().ljust(HEADER)
@@ -129,7 +129,7 @@ def seal(data: bytes | memoryview) -> dict[str, str]:
     return {"bytes": str(len(data)), "sha256": hashlib.sha256(data).hexdigest()}
 
 
-def check_header(data: bytes, kind: Kind) -> None:
+def check_header(data: bytes, kind: FileKind) -> None:
     """Kind, version, size and checksum of a file's bytes."""
     title, *lines = data[:HEADER].decode("ascii", "replace").split("\n")
     remedy = f"is it the file that you mean? {kind.remedy}"
@@ -146,7 +146,7 @@ def title(path: Path) -> str | None:
     return start if start.startswith(FAMILY) else None
 
 
-def check_version(got: object, kind: Kind) -> None:
+def check_version(got: object, kind: FileKind) -> None:
     """A version, a number or its text, that this release reads."""
     number = int(str(got)) if str(got).isdigit() else 0
     remedy = f"it was written by a newer release; install that, or {kind.anew}" if number > kind.version else ""

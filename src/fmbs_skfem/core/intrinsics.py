@@ -23,7 +23,7 @@ from numba.np.arrayobj import populate_array
 
 from .entries import INTEGERS, POINTERS
 from .errors import say
-from .structs import Kind, fields, width
+from .structs import ArrayKind, fields, width
 
 SCALARS = {int: types.int64, float: types.float64, bool: types.boolean}
 
@@ -54,12 +54,12 @@ class OpenedFields(AttributeTemplate):
         kind = dict(fields(struct.kind)).get(name)
         if kind is None:
             return None
-        if isinstance(kind, Kind):
+        if isinstance(kind, ArrayKind):
             return array_type(kind)
         return SCALARS[kind] if kind in SCALARS else Opened(kind)
 
 
-def array_type(kind: Kind) -> types.Array:
+def array_type(kind: ArrayKind) -> types.Array:
     """Numba's type of an array."""
     return types.Array(getattr(types, kind.item), kind.ndim, "C")
 
@@ -88,7 +88,7 @@ def read_field(context: Any, builder: Any, struct: Opened, start: Any, name: str
         return found
 
     kind = kinds[name]
-    if isinstance(kind, Kind):
+    if isinstance(kind, ArrayKind):
         array = array_type(kind)
         data = builder.inttoptr(slot(0), context.get_data_type(array.dtype).as_pointer())
         return array_at(context, builder, array, data, [slot(1 + k) for k in range(kind.ndim)])

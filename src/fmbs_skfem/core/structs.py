@@ -35,7 +35,7 @@ from .errors import say
 from .jit import Deferred, addressed, deferred, jit
 
 
-class Kind(NamedTuple):
+class ArrayKind(NamedTuple):
     """An array in C order: of what, and with how many axes."""
 
     item: str
@@ -45,13 +45,13 @@ class Kind(NamedTuple):
         return f"array({self.item}, {self.ndim}d, C)"
 
 
-Vector: TypeAlias = Annotated[np.ndarray, Kind("float64", 1)]
-Matrix: TypeAlias = Annotated[np.ndarray, Kind("float64", 2)]
-Cube: TypeAlias = Annotated[np.ndarray, Kind("float64", 3)]
-Tensor: TypeAlias = Annotated[np.ndarray, Kind("float64", 4)]
-Integers: TypeAlias = Annotated[np.ndarray, Kind("int64", 1)]
-IntegerMatrix: TypeAlias = Annotated[np.ndarray, Kind("int64", 2)]
-Shorts: TypeAlias = Annotated[np.ndarray, Kind("int32", 1)]
+Vector: TypeAlias = Annotated[np.ndarray, ArrayKind("float64", 1)]
+Matrix: TypeAlias = Annotated[np.ndarray, ArrayKind("float64", 2)]
+Cube: TypeAlias = Annotated[np.ndarray, ArrayKind("float64", 3)]
+Tensor: TypeAlias = Annotated[np.ndarray, ArrayKind("float64", 4)]
+Integers: TypeAlias = Annotated[np.ndarray, ArrayKind("int64", 1)]
+IntegerMatrix: TypeAlias = Annotated[np.ndarray, ArrayKind("int64", 2)]
+Shorts: TypeAlias = Annotated[np.ndarray, ArrayKind("int32", 1)]
 SCALARS = (int, float, bool)
 SIGNATURE = "int64(CPointer(int64), int64)"
 FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)
@@ -59,7 +59,7 @@ FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)
 
 @functools.cache
 def fields(kind: type) -> tuple[tuple[str, Any], ...]:
-    """Names of a struct with their kinds: Kind of an array, one of SCALARS, or a struct."""
+    """Names of a struct with their kinds: ArrayKind of an array, one of SCALARS, or a struct."""
     hints = get_type_hints(kind, include_extras=True)
     return tuple((name, hints[name].__metadata__[0] if hasattr(hints[name], "__metadata__") else hints[name]) for name in hints)
 
@@ -67,7 +67,7 @@ def fields(kind: type) -> tuple[tuple[str, Any], ...]:
 @functools.cache
 def items(kind: type) -> tuple[np.dtype | None, ...]:
     """What the arrays of a struct consist of, by field; None where a field is no array."""
-    return tuple(np.dtype(part.item) if isinstance(part, Kind) else None for _, part in fields(kind))
+    return tuple(np.dtype(part.item) if isinstance(part, ArrayKind) else None for _, part in fields(kind))
 
 
 def packed(value: Any) -> np.ndarray:
@@ -101,7 +101,7 @@ def write(value: Any, found: list[int]) -> None:
 
 def width(kind: Any) -> int:
     """The number of integers of an entry of `fields`."""
-    if isinstance(kind, Kind):
+    if isinstance(kind, ArrayKind):
         return 1 + int(kind.ndim)
     return 1 if kind in SCALARS else sum(width(part) for _, part in fields(kind))
 
@@ -179,7 +179,7 @@ def read_struct(kind: type, integers: Any, first: int = 0) -> Any:
     """A struct from its integers."""
     found: list[Any] = []
     for _, part in fields(kind):
-        if isinstance(part, Kind):
+        if isinstance(part, ArrayKind):
             shape, item = tuple(integers[first + 1 : first + 1 + part.ndim]), np.dtype(part.item)
             memory: Any = (ctypes.c_char * (int(np.prod(shape)) * item.itemsize)).from_address(integers[first])
             found.append(np.ndarray(shape, item, memory))

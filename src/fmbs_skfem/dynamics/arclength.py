@@ -60,7 +60,7 @@ class ArcLength:
 
 
 @dataclass(frozen=True)
-class Problem:
+class PathProblem:
     """What all points of a path share."""
 
     model: Compiled
@@ -102,7 +102,7 @@ def follow_path(
     if following := pressure.present(system):
         raise InputError(say("arc length", "loads that do not follow a surface", ", ".join(following), "use load steps"))
     system = without_redundant(ramp(system, time))
-    problem = Problem(compile_system(system), newton or Newton(STATIC), control or ArcLength())
+    problem = PathProblem(compile_system(system), newton or Newton(STATIC), control or ArcLength())
     found = [Equilibrium(0.0, system.x0, np.zeros(problem.model.constraints), 0)]
     try:
         follow(problem, found, progress or (lambda fraction: None))
@@ -137,7 +137,7 @@ def at_load_factor(trajectory: Trajectory, factor: float, newton: Newton | None 
     return path(trajectory.system, found)
 
 
-def follow(problem: Problem, found: list[Equilibrium], progress: Progress) -> None:
+def follow(problem: PathProblem, found: list[Equilibrium], progress: Progress) -> None:
     """Append the points of the path to its first one."""
     last = begin(problem, found[0])
     found.append(last.at)
@@ -160,7 +160,7 @@ def follow(problem: Problem, found: list[Equilibrium], progress: Progress) -> No
         length *= float(np.clip(np.sqrt(problem.control.wanted / point.at.iterations), SHORTER, 2.0))
 
 
-def begin(problem: Problem, start: Equilibrium) -> Point:
+def begin(problem: PathProblem, start: Equilibrium) -> Point:
     """The first equilibrium under load, found at a given load factor, with the tangent that leads on from there."""
 
     def solve(factor: float, last: Equilibrium) -> Equilibrium:
@@ -174,7 +174,7 @@ def begin(problem: Problem, start: Equilibrium) -> Point:
     return tangent(problem, state, ray)
 
 
-def advance(problem: Problem, last: Point, length: float) -> Point:
+def advance(problem: PathProblem, last: Point, length: float) -> Point:
     """The point at a length along the tangent, by Newton iteration in the plane normal to it."""
     n, scale = len(last.x), problem.model.system.scale
     at = last.at
@@ -197,7 +197,7 @@ def advance(problem: Problem, last: Point, length: float) -> Point:
     raise static_failure(problem.model, Reason.NOT_CONVERGED, (UNIT, s), R)
 
 
-def linearise(problem: Problem, at: Equilibrium, ahead: np.ndarray, rest: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def linearise(problem: PathProblem, at: Equilibrium, ahead: np.ndarray, rest: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Correction of (x, lambda, s) with the rest of the length along `ahead` (n,), direction of the path with 1 along it, and G."""
     model, still = problem.model, np.zeros(len(at.x))
 
@@ -219,14 +219,14 @@ def linearise(problem: Problem, at: Equilibrium, ahead: np.ndarray, rest: float)
     return solved[:, 0], solved[:, 1], R
 
 
-def tangent(problem: Problem, at: Equilibrium, ray: np.ndarray) -> Point:
+def tangent(problem: PathProblem, at: Equilibrium, ray: np.ndarray) -> Point:
     """The point with the unit tangent along a direction of the path."""
     n = len(at.x)
     unit = ray / problem.size(ray[:n])
     return Point(at, unit[:n], unit[n:-1], float(unit[-1]))
 
 
-def locate_limits(problem: Problem, last: Point, length: float, after: Point) -> list[Point]:
+def locate_limits(problem: PathProblem, last: Point, length: float, after: Point) -> list[Point]:
     """The limit point between two neighbouring points, if there is one."""
     from scipy.optimize import brentq
 
@@ -236,7 +236,7 @@ def locate_limits(problem: Problem, last: Point, length: float, after: Point) ->
     return [advance(problem, last, at)] if 0.0 < at < length else []
 
 
-def land_on_loads(problem: Problem, points: list[Point]) -> list[Equilibrium]:
+def land_on_loads(problem: PathProblem, points: list[Point]) -> list[Equilibrium]:
     """Equilibria after the first of some neighbouring points, cut off where the load factor is 1 or -1."""
     kept: list[Equilibrium] = []
     for a, b in pairwise(points):

@@ -1,6 +1,6 @@
 r"""Why a solve failed: measured facts by the names of the model, likely causes, and what to try.
 
-    SolverError -> Stop (`stopped`), `replay` -> facts -> rules -> Diagnosis
+    SolverError -> StoppedSolve (`stopped`), `replay` -> facts -> rules -> Diagnosis
 
 Every rule looks at facts only and gives a sentence with their numbers, or nothing. The rules stand in the order of how sure they
 are: a signal that is no number explains everything that follows from it.
@@ -26,7 +26,7 @@ from .names import owners, row_names
 from .outputs import reactions
 from .replay import Attempt, replay
 from .stability import last_sound
-from .stopped import Stop
+from .stopped import StoppedSolve
 from .trajectory import Trajectory
 
 LISTED = 5  #: names in a list
@@ -90,7 +90,7 @@ def explain(error: SolverError) -> Diagnosis:
     return replace(found, causes=causes or (long_way(stop, found) or UNKNOWN,))
 
 
-def measure(stop: Stop, error: SolverError, found: Diagnosis) -> Diagnosis:
+def measure(stop: StoppedSolve, error: SolverError, found: Diagnosis) -> Diagnosis:
     """All facts."""
     system = stop.system
     names, labels = owners(system), row_names(system)
@@ -120,7 +120,7 @@ def measure(stop: Stop, error: SolverError, found: Diagnosis) -> Diagnosis:
     )
 
 
-def measure_sound_state(stop: Stop, error: SolverError) -> dict[str, Any]:
+def measure_sound_state(stop: StoppedSolve, error: SolverError) -> dict[str, Any]:
     """Turns and way in one step in the last state whose energy can be believed, and its time where it is not the last one."""
     x, v, motion, since = stop.x, stop.v, error.partial, None
     if not stop.h:
@@ -144,7 +144,7 @@ def largest_reactions(error: SolverError) -> tuple[tuple[str, float], ...]:
     return largest({f"joint {joint}.{row}": float(force[0]) for (joint, row), force in reactions(replace(whole, **last)).items()})
 
 
-def nearest(stop: Stop) -> tuple[float, np.ndarray]:
+def nearest(stop: StoppedSolve) -> tuple[float, np.ndarray]:
     """The position at the failure, or ahead of it on the way that the last velocities go, that is nearest to a dead centre."""
     places = (stop.x, stop.trial, stopped.ahead(stop))
     return min((stopped.closeness(stop, x) for x in places), key=lambda found: found[0])
@@ -169,13 +169,13 @@ def at_start(found: Diagnosis) -> Cause:
     )
 
 
-def broken_signal(stop: Stop, found: Diagnosis) -> Cause | None:
+def broken_signal(stop: StoppedSolve, found: Diagnosis) -> Cause | None:
     """A history that is no number."""
     names = stopped.broken_signals(stop)
     return not_finite(f"the history of {', '.join(names)} is no finite number at t = {stop.at:.6g} s") if names else None
 
 
-def broken_force(stop: Stop, found: Diagnosis) -> Cause | None:
+def broken_force(stop: StoppedSolve, found: Diagnosis) -> Cause | None:
     """A load whose law is no number in some state there."""
     if found.reason is not Reason.NOT_FINITE or stopped.broken_signals(stop):
         return None
@@ -188,7 +188,7 @@ def not_finite(what: str) -> Cause:
     return Cause("signal", what, FINITE)
 
 
-def free_body(stop: Stop, found: Diagnosis) -> Cause | None:
+def free_body(stop: StoppedSolve, found: Diagnosis) -> Cause | None:
     """In statics: a direction without any stiffness, also at the start."""
     if stop.h or found.weakness is None or found.lowest is None or found.weakness > WEAK or abs(found.lowest[0]) > 1e-9:
         return None
@@ -197,7 +197,7 @@ def free_body(stop: Stop, found: Diagnosis) -> Cause | None:
     )
 
 
-def buckling(stop: Stop, found: Diagnosis) -> Cause | None:
+def buckling(stop: StoppedSolve, found: Diagnosis) -> Cause | None:
     """In statics: the lowest eigenvalue of the tangent has nearly gone, or has changed its sign."""
     if stop.h or found.lowest is None or found.lowest[0] <= 1e-9 or found.lowest[1] > SOFT * found.lowest[0]:
         return None
@@ -207,7 +207,7 @@ def buckling(stop: Stop, found: Diagnosis) -> Cause | None:
     return Cause("buckling", what, remedy)
 
 
-def dead_centre(stop: Stop, found: Diagnosis) -> Cause | None:
+def dead_centre(stop: StoppedSolve, found: Diagnosis) -> Cause | None:
     """Rows of the joints become dependent although they were not at the start: a locked or singular position."""
     if found.singular is None or found.singular[1] > CLOSE * max(found.singular[0], 1e-300) or found.singular[0] < 1e-8:
         return None
@@ -219,7 +219,7 @@ def dead_centre(stop: Stop, found: Diagnosis) -> Cause | None:
     return Cause("dead centre", what, remedy)
 
 
-def load_jump(stop: Stop, found: Diagnosis) -> Cause | None:
+def load_jump(stop: StoppedSolve, found: Diagnosis) -> Cause | None:
     """A load or drive that jumps in the failed step."""
     listed = stopped.jumps(stop)
     if not listed:
@@ -228,7 +228,7 @@ def load_jump(stop: Stop, found: Diagnosis) -> Cause | None:
     return Cause("jump", f"between t = {stop.good:.6g} and {stop.good + stop.h:.6g} s {what}", "let it rise over some ten steps")
 
 
-def huge_load(stop: Stop, found: Diagnosis) -> Cause | None:
+def huge_load(stop: StoppedSolve, found: Diagnosis) -> Cause | None:
     """A load that would move its place far within one step."""
     free = not stop.h and found.lowest is not None and found.lowest[0] <= 1e-9
     if free or stopped.broken_signals(stop):
@@ -241,7 +241,7 @@ def huge_load(stop: Stop, found: Diagnosis) -> Cause | None:
     return Cause("huge load", what, "look at the unit and the history of the load; if it is meant, take shorter steps")
 
 
-def limp(stop: Stop, found: Diagnosis) -> Cause | None:
+def limp(stop: StoppedSolve, found: Diagnosis) -> Cause | None:
     """Cables curved in space that are not under tension all along."""
     names = limp_names(stop, found)
     if not names:
@@ -250,11 +250,11 @@ def limp(stop: Stop, found: Diagnosis) -> Cause | None:
     return Cause("limp", f"{' and '.join(names)} {LIMP} (strains of {strains})", STIFF)
 
 
-def limp_names(stop: Stop, found: Diagnosis) -> list[str]:
+def limp_names(stop: StoppedSolve, found: Diagnosis) -> list[str]:
     return [name for name in free_motions.limp_bodies(stop.system) if found.strains.get(name, (0.0, 0.0))[0] < 0.0]
 
 
-def stiff_spring(stop: Stop, found: Diagnosis) -> Cause | None:
+def stiff_spring(stop: StoppedSolve, found: Diagnosis) -> Cause | None:
     """A spring whose vibration the step passes over, and which is stiffer than anything else."""
     if not stop.h:
         return None
@@ -266,7 +266,7 @@ def stiff_spring(stop: Stop, found: Diagnosis) -> Cause | None:
     return Cause("stiff spring", what, remedy)
 
 
-def large_step(stop: Stop, found: Diagnosis) -> Cause | None:
+def large_step(stop: StoppedSolve, found: Diagnosis) -> Cause | None:
     """A turn in one step that no predictor meets."""
     if not found.turns or not stop.h:
         return None
@@ -277,7 +277,7 @@ def large_step(stop: Stop, found: Diagnosis) -> Cause | None:
     return Cause("large step", what, f"try a step of {stop.h * 0.1 / turn:.1g} s, a turn of 0.1 rad")
 
 
-def unstable(stop: Stop, found: Diagnosis) -> Cause | None:
+def unstable(stop: StoppedSolve, found: Diagnosis) -> Cause | None:
     """A motion that gains energy in steps that converge, before one of them fails or not."""
     if found.sound is None:
         return None
@@ -285,7 +285,7 @@ def unstable(stop: Stop, found: Diagnosis) -> Cause | None:
     return Cause("unstable", what, "halve the step and compare, or take a smaller rho_inf")
 
 
-def strains_too_much(stop: Stop, found: Diagnosis) -> Cause | None:
+def strains_too_much(stop: StoppedSolve, found: Diagnosis) -> Cause | None:
     """A reduced model that stretches or compresses where the full one would bend: outside of its training."""
     if is_sparse(stop.system.lift.matrix) or not found.strains:
         return None
@@ -301,7 +301,7 @@ def strains_too_much(stop: Stop, found: Diagnosis) -> Cause | None:
     return Cause("outside training", what, remedy)
 
 
-def large_strain(stop: Stop, found: Diagnosis) -> Cause | None:
+def large_strain(stop: StoppedSolve, found: Diagnosis) -> Cause | None:
     """Strains beyond what the laws mean."""
     bad = {name: max(-low, high) for name, (low, high) in found.strains.items() if not max(-low, high) <= LARGE}
     if not bad:
@@ -311,7 +311,7 @@ def large_strain(stop: Stop, found: Diagnosis) -> Cause | None:
     return Cause("large strain", f"strains beyond {100 * LARGE:.0f} %: {listed}", remedy)
 
 
-def indefinite(stop: Stop, found: Diagnosis) -> Cause | None:
+def indefinite(stop: StoppedSolve, found: Diagnosis) -> Cause | None:
     """Negative eigenvalues of the iteration matrix: compressed bodies at this step."""
     if not found.negative or not stop.h or not found.strains:
         return None
@@ -323,7 +323,7 @@ def indefinite(stop: Stop, found: Diagnosis) -> Cause | None:
     return Cause("indefinite", what, "begin without compression (see the initial state), or with a step ten times shorter")
 
 
-def long_way(stop: Stop, found: Diagnosis) -> Cause | None:
+def long_way(stop: StoppedSolve, found: Diagnosis) -> Cause | None:
     """An acceleration that alone moves the mechanism far in one step, from rest too; looked at where no other rule holds."""
     size = stop.system.scale
     if found.way is None or not found.way > WHOLE * size:
@@ -337,7 +337,7 @@ FINITE = "correct its expression there: a division by zero, the root of a negati
 UNKNOWN = Cause(
     "unknown", "no rule explains it", "try a step ten times shorter or more load steps, and look at what happens before"
 )
-Rule = Callable[[Stop, Diagnosis], Cause | None]
+Rule = Callable[[StoppedSolve, Diagnosis], Cause | None]
 RULES: tuple[Rule, ...] = (
     broken_signal,
     broken_force,

@@ -47,7 +47,7 @@ SIZE = 1e-12  #: relative size below which a mass is none
 
 
 @dataclass(frozen=True)
-class Stop:
+class StoppedSolve:
     """Last good state and the trial state beyond it, in the order of the system's unknowns."""
 
     model: Compiled
@@ -82,7 +82,7 @@ class Stop:
         return compiled.gap(self.model, self.trial, self.at)[1]
 
 
-def stop_of(error: SolverError) -> Stop | None:
+def stop_of(error: SolverError) -> StoppedSolve | None:
     """Where a solve stopped; None where it never started."""
     if isinstance(error, FailedStep):
         return stop_of_run(error.run, error.time)
@@ -99,18 +99,18 @@ def stop_of(error: SolverError) -> Stop | None:
     h = 0.0 if static else float(error.time - last.times[-1])
     if not static and error.reason is not Reason.UNSTABLE:
         h = max(h, float(np.diff(last.times[-2:]).max(initial=SHORTEST)))
-    return Stop(
+    return StoppedSolve(
         model, float(last.times[-1]), error.time, h, x, last.v[-1], multipliers, x, residual, (0.0, 0.0), (0.0, 0.0), memory
     )
 
 
-def stop_of_run(run: Run, time: float) -> Stop:
+def stop_of_run(run: Run, time: float) -> StoppedSolve:
     """The same for a step that was halved in vain."""
     model, back = run.model, np.argsort(run.model.order)
     method = method_of(run.scheme, run.newton, run.scheme.step / 2**HALVINGS, model)
     rest, state, whole = last_residual(run, time), run.step.state, run.step.method
     x, trial = state.x[back], run.step.space.x[back]
-    return Stop(
+    return StoppedSolve(
         model,
         run.scheme.step * run.done,
         time,
@@ -134,14 +134,14 @@ def shares(names: Sequence[str], values: np.ndarray) -> dict[str, float]:
     return dict(sorted(total.items(), key=lambda item: -item[1]))
 
 
-def saddle_of(stop: Stop) -> Saddle | None:
+def saddle_of(stop: StoppedSolve) -> Saddle | None:
     """Factors of the matrix (n + m, n + m) at the trial state, joint rows of length 1, shifted so that they exist; None if not."""
     size = saddle.scales(stop.matrix)
     scale = np.append(size, 1.0 / ranks.lengths(stop.jacobian * size))
     return saddle.factor(saddle.matrix(stop.matrix, stop.jacobian), SHIFT, scale)
 
 
-def weakest(stop: Stop) -> tuple[float, np.ndarray] | None:
+def weakest(stop: StoppedSolve) -> tuple[float, np.ndarray] | None:
     """Smallest singular value of A relative to |A|, and the right vector (n + m,) in balanced unknowns."""
     if stop.system.size > SPARSE or not np.isfinite(stop.matrix.data).all():
         return None
@@ -155,7 +155,7 @@ def weakest(stop: Stop) -> tuple[float, np.ndarray] | None:
     return (float(np.linalg.norm(A @ y) / abs(A).sum(axis=0).max()), y) if np.isfinite(y).all() else None
 
 
-def eigenvalues(stop: Stop, x: np.ndarray, multipliers: np.ndarray, t: float) -> np.ndarray | None:
+def eigenvalues(stop: StoppedSolve, x: np.ndarray, multipliers: np.ndarray, t: float) -> np.ndarray | None:
     """Eigenvalues of the balanced W of the whole step on the null space of the joints, at x (n,) and a time, ascending."""
     if stop.system.size > DENSE:
         return None
@@ -205,7 +205,7 @@ def turn_rate(slope: np.ndarray, change: np.ndarray) -> float:
     return float((np.linalg.norm(change - along[:, None] * slope, axis=1) / np.sqrt(square)).max(initial=0.0))
 
 
-def stiffest(stop: Stop) -> float:
+def stiffest(stop: StoppedSolve) -> float:
     """h omega of the stiffest wave, a lower bound."""
     system = stop.system
     m = csr_array(system.mass).diagonal()
@@ -214,7 +214,7 @@ def stiffest(stop: Stop) -> float:
     return float(stop.h * np.sqrt(np.maximum(k[heavy] / m[heavy], 0.0).max(initial=0.0)))
 
 
-def stiffest_force(stop: Stop) -> tuple[str, float]:
+def stiffest_force(stop: StoppedSolve) -> tuple[str, float]:
     """Kind and owner of the stiffest force on probe rows, and its h omega; 0 for none.
 
     omega^2 is the largest eigenvalue of S G, S = - dF/dy of its rows y = P x, and G = P a with the accelerations a of unit forces
@@ -241,14 +241,14 @@ def stiffest_force(stop: Stop) -> tuple[str, float]:
     return max(found, key=lambda one: one[1], default=("", 0.0))
 
 
-def closeness(stop: Stop, x: np.ndarray) -> tuple[float, np.ndarray]:
+def closeness(stop: StoppedSolve, x: np.ndarray) -> tuple[float, np.ndarray]:
     """Smallest singular value of the unit rows of J at x, and the combination of rows (m,) that nearly vanishes."""
     J = ranks.unit_rows(compiled.gap(stop.model, x, stop.at)[1])
     values, vectors = np.linalg.eigh(J @ J.T)
     return float(np.sqrt(max(values[0], 0.0))), vectors[:, 0]
 
 
-def ahead(stop: Stop) -> np.ndarray:
+def ahead(stop: StoppedSolve) -> np.ndarray:
     """The position x + s h v, 0 <= s <= AHEAD, in which the unit rows of J are nearest to depend on each other."""
     from scipy.optimize import minimize_scalar
 
@@ -262,13 +262,13 @@ def ahead(stop: Stop) -> np.ndarray:
     return np.asarray(stop.x + (found.x if found.fun < near[best] else sizes[best]) * stop.h * stop.v)
 
 
-def broken_signals(stop: Stop) -> list[str]:
+def broken_signals(stop: StoppedSolve) -> list[str]:
     """Signals that are no finite number where the solve stopped."""
     values = signal_table(stop.system, np.array([stop.at]))[0]
     return [name for name, value in zip(signal_names(stop.system), values, strict=True) if not np.isfinite(value)]
 
 
-def broken_forces(stop: Stop) -> list[str]:
+def broken_forces(stop: StoppedSolve) -> list[str]:
     """Bodies on which a load is no finite number in the last good or the trial state, or on the way of the last velocities."""
     system, found, v = stop.system, list[str](), np.where(np.isfinite(stop.v), stop.v, 0.0)
     places = [stop.x, stop.trial, *(stop.x + s * stop.h * v for s in WAY)]
@@ -280,7 +280,7 @@ def broken_forces(stop: Stop) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def jumps(stop: Stop) -> list[tuple[str, float, float]]:
+def jumps(stop: StoppedSolve) -> list[tuple[str, float, float]]:
     """Signals that jump in the failed step: name, value before and after.
 
     A jump is a change far beyond those of the steps before, more than half of it within a small part of the step.
@@ -297,7 +297,7 @@ def jumps(stop: Stop) -> list[tuple[str, float, float]]:
     return [(names[k], float(inside[0, k]), float(inside[-1, k])) for k in found]
 
 
-def push(stop: Stop) -> tuple[str, float]:
+def push(stop: StoppedSolve) -> tuple[str, float]:
     """Owner that the loads move furthest, and the way [m].
 
     In a step of dynamics |dQ_i| h^2 / M_ii by the change dQ of loads since the start, in statics by the tangent, K^-1 R.

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..core import container
-from ..core.container import Kind
+from ..core.container import FileKind
 from ..core.errors import CorruptFile, InputError, say
 from ..core.problems import shown
 from ..core.records import dataclass
@@ -28,7 +28,7 @@ from .cases import Case
 
 VERSION = 2
 ANEW = "train and save the model anew"
-KIND = Kind("fmbs_skfem reduced model", "a reduced model", VERSION, f"copy the file again, or {ANEW}", ANEW)
+KIND = FileKind("fmbs_skfem reduced model", "a reduced model", VERSION, f"copy the file again, or {ANEW}", ANEW)
 
 
 @dataclass(frozen=True)

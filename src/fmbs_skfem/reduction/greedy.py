@@ -63,7 +63,7 @@ class Options:
             raise InputError(say("greedy.Options: tolerance", "a positive indicator, or None", self.tolerance))
 
 
-class Stop(Enum):
+class StopReason(Enum):
     """Why the loop ended."""
 
     TOLERANCE = "the largest indicator is below the tolerance"
@@ -108,7 +108,7 @@ class Outcome:
     """What the loop did."""
 
     iterations: tuple[Iteration, ...]
-    stop: Stop
+    stop: StopReason
 
     @property
     def evaluations(self) -> int:
@@ -132,7 +132,7 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Problem:
+class GreedyProblem:
     """What is run, and where: candidates (c,d) in the unit box, of which copies stand for the first of them.
 
     InputError for other candidates, and for samples or a first one that are none of them.
@@ -150,7 +150,7 @@ class Problem:
     enough: Callable[[float], bool] = lambda largest: False  #: ends the loop at a largest indicator, as the tolerance does
 
     def __post_init__(self) -> None:
-        where, x = "greedy.Problem", np.asarray(self.candidates, dtype=np.float64)
+        where, x = "greedy.GreedyProblem", np.asarray(self.candidates, dtype=np.float64)
         if x.ndim != 2 or x.size == 0 or not np.all((x >= 0.0) & (x <= 1.0)):
             raise InputError(
                 say(where, "candidates as a matrix (c,d) in the unit box", f"shape {x.shape}", "use parameters.to_box")
@@ -168,7 +168,7 @@ class Problem:
         return tuple(int(k) for k in original[copies.ravel()])
 
 
-def run(given: Problem, done: Sequence[Iteration] = ()) -> Outcome:
+def run(given: GreedyProblem, done: Sequence[Iteration] = ()) -> Outcome:
     """Algorithm 1; iterations that are `done` continue an interrupted loop.
 
     Nothing of them is run again, the caller restores their basis. The last iteration is kept again when later full runs fail.
@@ -192,35 +192,35 @@ def run(given: Problem, done: Sequence[Iteration] = ()) -> Outcome:
 
 
 def decide(
-    history: Sequence[Iteration], problem: Problem, failed: Sequence[tuple[int, str]] | None = None
-) -> tuple[int | None, Stop | None]:
+    history: Sequence[Iteration], problem: GreedyProblem, failed: Sequence[tuple[int, str]] | None = None
+) -> tuple[int | None, StopReason | None]:
     """Candidate of the next full run, or None and the reason why there is none."""
     options = problem.options
     lost = dict(failed if failed is not None else history[-1].failed if history else ())
     if len(lost) > options.iterations:
-        return None, Stop.FAILED
+        return None, StopReason.FAILED
     if not history:
         choice = _nearest(problem, lost)
-        return choice, None if choice is not None else Stop.FAILED
+        return choice, None if choice is not None else StopReason.FAILED
     used = {iteration.point for iteration in history}
     open_ = {k: i for k, i in history[-1].found.items() if k not in lost}
     if not open_:
-        return None, Stop.FAILED
+        return None, StopReason.FAILED
     largest = max(open_.values())
     if (options.tolerance is not None and largest <= options.tolerance) or problem.enough(largest):
-        return None, Stop.TOLERANCE
+        return None, StopReason.TOLERANCE
     fresh = [k for k, i in open_.items() if i == largest and k not in used]
     if not fresh:
-        return None, Stop.REPEATED
+        return None, StopReason.REPEATED
     known = [i for k, i in open_.items() if k in used]
     if math.isfinite(largest) and known and largest <= ABOVE_FLOOR * max(known) and problem.truncates():
-        return None, Stop.FLOOR
+        return None, StopReason.FLOOR
     if len(history) >= options.iterations:
-        return None, Stop.ITERATIONS
+        return None, StopReason.ITERATIONS
     return farthest(problem.candidates, fresh, sorted(used)), None
 
 
-def _iteration(problem: Problem, history: Sequence[Iteration], point: int, failed: tuple[tuple[int, str], ...]) -> Iteration:
+def _iteration(problem: GreedyProblem, history: Sequence[Iteration], point: int, failed: tuple[tuple[int, str], ...]) -> Iteration:
     """The inner loop, after the full run at `point`."""
     options, used = problem.options, [*(iteration.point for iteration in history), point]
     closed = {*used, *dict(failed)}
@@ -239,7 +239,7 @@ def _iteration(problem: Problem, history: Sequence[Iteration], point: int, faile
     return Iteration(len(history) + 1, point, tuple(found), tuple(found.values()), mean, std, None, failed)
 
 
-def _samples(problem: Problem, closed: set[int]) -> list[int]:
+def _samples(problem: GreedyProblem, closed: set[int]) -> list[int]:
     """The given samples; when most of them have their full runs, also the candidates farthest from all that is known.
 
     At full runs the indicator says nothing of the candidates between them, so that half as many samples as given are to be others.
@@ -254,12 +254,12 @@ def _samples(problem: Problem, closed: set[int]) -> list[int]:
     return samples
 
 
-def _open(problem: Problem, closed: set[int]) -> list[int]:
+def _open(problem: GreedyProblem, closed: set[int]) -> list[int]:
     """Candidates, different from each other, where a full run may follow."""
     return [k for k, original in enumerate(problem.same) if k == original and k not in closed]
 
 
-def _surrogate(problem: Problem, found: dict[int, float], closed: set[int]) -> kriging.Surrogate:
+def _surrogate(problem: GreedyProblem, found: dict[int, float], closed: set[int]) -> kriging.Surrogate:
     """Of the samples where a full run may follow, or of all where there are none.
 
     At full runs the indicator dips to what truncation leaves, which a smooth surrogate would take for roughness everywhere.
@@ -273,7 +273,7 @@ def _unstable(found: dict[int, float], closed: set[int]) -> bool:
     return any(math.isinf(i) for k, i in found.items() if k not in closed)
 
 
-def _indicator(problem: Problem, candidate: int) -> float:
+def _indicator(problem: GreedyProblem, candidate: int) -> float:
     """The indicator, infinite where the reduced run fails."""
     found = _attempt(problem.evaluate, candidate)
     value = math.inf if isinstance(found, Exception) else float(found)
@@ -292,7 +292,9 @@ def _attempt(function: Callable[[int], T], candidate: int) -> T | Exception:
         return error
 
 
-def _finished(problem: Problem, history: tuple[Iteration, ...], stop: Stop | None, failed: tuple[tuple[int, str], ...]) -> Outcome:
+def _finished(
+    problem: GreedyProblem, history: tuple[Iteration, ...], stop: StopReason | None, failed: tuple[tuple[int, str], ...]
+) -> Outcome:
     """The outcome; full runs that failed since the last iteration are added to it."""
     if not history:
         tried = "; ".join(f"{problem.name(k)}: {reason.split(';')[0]}" for k, reason in failed)
@@ -300,10 +302,10 @@ def _finished(problem: Problem, history: tuple[Iteration, ...], stop: Stop | Non
     if failed != history[-1].failed:
         history = (*history[:-1], replace(history[-1], next=None, failed=failed))
         problem.keep(history[-1])
-    return Outcome(history, stop or Stop.FAILED)
+    return Outcome(history, stop or StopReason.FAILED)
 
 
-def _nearest(problem: Problem, lost: dict[int, str]) -> int | None:
+def _nearest(problem: GreedyProblem, lost: dict[int, str]) -> int | None:
     """The first candidate, or after failures the sample next to it."""
     choices = [k for k in (problem.first, *problem.samples) if k not in lost]
     if not choices:
@@ -318,7 +320,7 @@ def farthest(candidates: Array, choices: Sequence[int], used: Sequence[int]) -> 
     return choices[int(np.argmax(cdist(candidates[list(choices)], candidates[list(used)]).min(axis=1)))]
 
 
-def _checked(done: Sequence[Iteration], problem: Problem) -> tuple[Iteration, ...]:
+def _checked(done: Sequence[Iteration], problem: GreedyProblem) -> tuple[Iteration, ...]:
     """Stored iterations, refused where they belong to other candidates."""
     for number, iteration in enumerate(done, 1):
         known = {iteration.point, *iteration.samples, *dict(iteration.failed)}

@@ -27,7 +27,7 @@ from ..bodies import fields
 from ..bodies.body import Body
 from ..bodies.missing_shapes import MissingShapes
 from ..core import container, validation
-from ..core.container import Kind, storable
+from ..core.container import FileKind, storable
 from ..core.errors import InputError, say
 from ..core.linalg import evenly
 from ..core.records import dataclass
@@ -37,7 +37,7 @@ from ..systems.places import directions
 from . import missing_shapes, parts, pod
 from .excitation import turns
 
-KIND = Kind("fmbs_skfem part", "a part", 1, "copy the file again, or train the part anew", "train and save the part anew")
+KIND = FileKind("fmbs_skfem part", "a part", 1, "copy the file again, or train the part anew", "train and save the part anew")
 USUAL = 1e-12  #: eps of the shape functions of a part
 ETA = 3e-5  #: tolerance of its weighted points
 LOOSE = 1e-2  #: largest that is chosen for them

@@ -32,7 +32,7 @@ from . import training_store as store
 from .calibration import NOTHING, Calibration, Prediction
 from .error_budget import Choice
 from .full_runs import FullRun, TrainingTask
-from .greedy import Iteration, Options, Outcome, Problem, Stop
+from .greedy import GreedyProblem, Iteration, Options, Outcome, StopReason
 from .parameters import Search, search
 from .reduced_models import ReducedModel, make_model, with_polynomials
 from .training_store import Pair
@@ -57,7 +57,7 @@ from .training_work import (
 
 __all__ = ["CHECKS", "Options", "Search", "Training", "search", "train"]
 
-LIMITS = (Stop.FLOOR, Stop.REPEATED)
+LIMITS = (StopReason.FLOOR, StopReason.REPEATED)
 CHECKS = 2  #: that trainings of scenes make
 ROOM = "make room, then train again with this folder: what is complete is not run again"
 NOWHERE = Search(np.zeros((1, 0)), (), 0)
@@ -145,7 +145,7 @@ def train_alone(task: TrainingTask, tolerance: float | None, motion: Trajectory 
         choice = error_budget.choose(task, run, tolerance, full_runs.step_error(task, {}, run))
         task = replace(task, plan=error_budget.with_choice(task.plan, choice))
     last = Iteration(1, 0, (), (), np.zeros(0), np.zeros(0), None)
-    return Training(task, NOWHERE, Outcome((last,), Stop.ALONE), last, (run,), (make_model(task, [run]),), choice)
+    return Training(task, NOWHERE, Outcome((last,), StopReason.ALONE), last, (run,), (make_model(task, [run]),), choice)
 
 
 def begin(
@@ -197,7 +197,7 @@ def loop(
             check(work, last, checks)
         if work.tolerance is None or small_enough(work, last.largest):
             return outcome, last
-        if outcome.stop is Stop.TOLERANCE and options.tolerance is None and len(work.runs) < options.iterations:
+        if outcome.stop is StopReason.TOLERANCE and options.tolerance is None and len(work.runs) < options.iterations:
             if work.folder:
                 store.keep_iteration(work.folder, last)
             done = [*before, last]
@@ -217,7 +217,7 @@ def run_greedy(work: TrainingState, options: Options, done: Sequence[Iteration],
             progress(min(1.0, (len(work.runs) - 1 + part) / options.iterations))
         return value
 
-    problem = Problem(
+    problem = GreedyProblem(
         indicator_at,
         functools.partial(extend, work),
         unit_box(work),

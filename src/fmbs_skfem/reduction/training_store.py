@@ -31,7 +31,7 @@ import numpy as np
 
 from ..bodies.laws import Law
 from ..core import container, durable, validation
-from ..core.container import Kind
+from ..core.container import FileKind
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.linalg import is_sparse
 from ..core.records import dataclass
@@ -44,7 +44,7 @@ from .full_runs import FullRun, TrainingTask
 from .parametric_model import ParametricModel
 from .reduced_models import ReducedModel
 
-KIND = Kind("fmbs_skfem training", "a part of a training", 2, "delete the file; what it held is made again")
+KIND = FileKind("fmbs_skfem training", "a part of a training", 2, "delete the file; what it held is made again")
 TITLE = "training.json"
 DIGITS = 9  #: of numbers in a fingerprint
 TIMES = np.linspace(0.0, 1.0, 17)  #: where functions of time are sampled for a fingerprint [s]

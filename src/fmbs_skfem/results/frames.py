@@ -31,7 +31,7 @@ SILENT = ", round-off"  #: said of what is drawn as zero
 ARROWS = ("force", "moment", "gravity", "axis")
 
 
-class Kind(StrEnum):
+class MarkKind(StrEnum):
     """What a joint looks like in a picture."""
 
     PIN = "revolute joint"
@@ -92,7 +92,7 @@ class Frames:
 
     times: Array  #: (s,) [s]; load factors may turn
     bodies: Mapping[str, Shown]
-    joints: Mapping[str, tuple[str, Array]] = field(default_factory=dict)  #: name -> (Kind or its text, (s,3) [m])
+    joints: Mapping[str, tuple[str, Array]] = field(default_factory=dict)  #: name -> (MarkKind or its text, (s,3) [m])
     arrows: Mapping[str, Arrow] = field(default_factory=dict)  #: loads, gravity, axes of joints
 
     def __post_init__(self) -> None:
@@ -108,8 +108,8 @@ class Frames:
             raise InputError(str(problem)) from problem
         for name, (kind, points) in self.joints.items():
             where = f"frames: joint '{name}'"
-            if kind not in list(Kind):
-                raise InputError(say(where, "one of " + ", ".join(Kind), f"'{kind}'{closest(kind, Kind)}"))
+            if kind not in list(MarkKind):
+                raise InputError(say(where, "one of " + ", ".join(MarkKind), f"'{kind}'{closest(kind, MarkKind)}"))
             finite(points, where, "finite positions at all instants", times.size, 3)
         for name, arrow in self.arrows.items():
             if arrow.kind not in ARROWS:

@@ -19,7 +19,7 @@ from ..core.records import dataclass
 Arrays: TypeAlias = dict[str, np.ndarray]
 
 ORDER = "order.h5"
-KIND = container.Kind("fmbs_skfem picture", "the order of a picture", 1, "draw it again")
+KIND = container.FileKind("fmbs_skfem picture", "the order of a picture", 1, "draw it again")
 
 
 @dataclass(frozen=True)

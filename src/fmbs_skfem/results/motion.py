@@ -28,25 +28,25 @@ from ..systems import System
 from ..systems.constraint_functions import ARROWS, LINKS
 from ..systems.system import Line, Skin, in_scene
 from . import frames as frames_
-from .frames import Arrow, Frames, Kind, Shown
+from .frames import Arrow, Frames, MarkKind, Shown
 
 WINDINGS, WIDTH = 5, 0.05  #: of springs in pictures, and half their width over the length
 #: kind of a marker of the system -> what is drawn
 KINDS = {
-    "pin": Kind.PIN,
-    "spherical": Kind.SPHERICAL,
-    "clamp": Kind.CLAMP,
-    "weld": Kind.WELD,
-    "universal": Kind.UNIVERSAL,
-    "prismatic": Kind.PRISMATIC,
-    "cylindrical": Kind.CYLINDRICAL,
-    "gear": Kind.GEAR,
-    "bushing": Kind.BUSHING,
-    "latch": Kind.LATCH,
-    "own": Kind.OWN,
-    "distance": Kind.DISTANCE,
-    "slider": Kind.SLIDER,
-    "driven": Kind.DRIVEN_POSITION,
+    "pin": MarkKind.PIN,
+    "spherical": MarkKind.SPHERICAL,
+    "clamp": MarkKind.CLAMP,
+    "weld": MarkKind.WELD,
+    "universal": MarkKind.UNIVERSAL,
+    "prismatic": MarkKind.PRISMATIC,
+    "cylindrical": MarkKind.CYLINDRICAL,
+    "gear": MarkKind.GEAR,
+    "bushing": MarkKind.BUSHING,
+    "latch": MarkKind.LATCH,
+    "own": MarkKind.OWN,
+    "distance": MarkKind.DISTANCE,
+    "slider": MarkKind.SLIDER,
+    "driven": MarkKind.DRIVEN_POSITION,
 }
 
 
@@ -92,7 +92,9 @@ def line_bodies(
     }
     for name in bodies.keys() & rigid(system):
         bodies[name] = replace(bodies[name], fields=choose(bodies[name].fields, ("velocity",)))
-    masses = {name: (Kind.MASS.value, spatial(gradients[:, 0, 0])) for name, gradients in now.items() if gradients.shape[2] == 1}
+    masses = {
+        name: (MarkKind.MASS.value, spatial(gradients[:, 0, 0])) for name, gradients in now.items() if gradients.shape[2] == 1
+    }
     return {name: replace(body, fields=choose(body.fields, wanted)) for name, body in bodies.items()}, masses
 
 
@@ -253,7 +255,7 @@ def zigzag(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def shown(system: System, name: str, kind: str) -> str:
     """What is drawn for a joint; its constraint rows distinguish a driven angle from a driven position."""
     turned = (name, "angle") in (system.full or system).constraints.names
-    return (Kind.DRIVEN_ANGLE if kind == "driven" and turned else KINDS.get(kind, Kind.PIN)).value
+    return (MarkKind.DRIVEN_ANGLE if kind == "driven" and turned else KINDS.get(kind, MarkKind.PIN)).value
 
 
 def usual_color(system: System) -> str | None:

@@ -201,7 +201,7 @@ def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) ->
         frames_.planar(frames),
         tuple(frames.bodies),
         tuple(float(np.mean(body.size)) * (0.5 if body.is_surface else 1.0) for body in frames.bodies.values()),
-        tuple(str(frames_.Kind(kind)) for kind, _ in frames.joints.values()),
+        tuple(str(frames_.MarkKind(kind)) for kind, _ in frames.joints.values()),
         label,
         (low / unit, high / unit),
         look.logarithmic and look.field is not None,

@@ -26,7 +26,7 @@ from typing import IO, Any
 import numpy as np
 
 from ..core import container, durable, locks, validation
-from ..core.container import Kind
+from ..core.container import FileKind
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.records import dataclass
@@ -34,7 +34,7 @@ from ..dynamics.checkpoint import Checkpoint, Moment, Resumed, Rows
 
 FOLDER, MANIFEST, LOCK = "history", "manifest.json", "run.lock"
 REMEDY = "restore the file from a copy, or run the scene anew with --force"
-KIND = Kind("fmbs_skfem history", "a history", 1, REMEDY, "run the scene anew")
+KIND = FileKind("fmbs_skfem history", "a history", 1, REMEDY, "run the scene anew")
 EVERY = 10.0  #: time between two segments of a run [s]
 SHARE = 0.02  #: of the time of a run that segments may take
 LARGEST = 2**28  #: states that wait for the next segment [bytes]

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from ..core import container, durable, tables, validation
-from ..core.container import Dataset, Kind
+from ..core.container import Dataset, FileKind
 from ..core.errors import CorruptFile, InputError, say
 from ..core.notices import notify
 from ..core.ranges import Parameter
@@ -31,7 +31,7 @@ from ..reduction.members import Record, Result, Status
 MEMBERS = "members"
 CSV, HDF5 = "sweep.csv", "sweep.h5"
 FORMAT, VERSION = "fmbs_skfem sweep", 1
-KIND = Kind("fmbs_skfem sweep record", "a record", 2, "remove it and go on with --resume")
+KIND = FileKind("fmbs_skfem sweep record", "a record", 2, "remove it and go on with --resume")
 HDF5_FIRST = b"\x89HDF"  #: how records of version 1 begin
 RESUME = "what is there is kept; make room and go on with --resume"
 EXTREMES = ("min", "max", "final")

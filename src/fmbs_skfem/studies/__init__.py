@@ -35,7 +35,7 @@ from .commands import (
 from .job import Job, Listener
 from .model_commands import check_part, describe_part, info, run_model, train_part
 from .options import Shared
-from .result import Figures, Result, Table
+from .result import Figures, ReportTable, Result
 
 if TYPE_CHECKING:
     from .checking import Check
@@ -65,7 +65,7 @@ __all__ = [
     "Job",
     "Result",
     "Figures",
-    "Table",
+    "ReportTable",
     "Run",
     "run",
     "render",

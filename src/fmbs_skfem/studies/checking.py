@@ -23,7 +23,7 @@ from ..systems.system import driven_rows
 from . import estimates, reports
 from . import job as jobs
 from .job import Job
-from .result import Result, Table
+from .result import ReportTable, Result
 from .solving import heading, sizes
 
 if TYPE_CHECKING:
@@ -228,16 +228,16 @@ def view(found: dict[str, Any]) -> list[Any]:
     facts += [(f"initial {key}", value) for key, value in found["initial"].items() if isinstance(value, float) and value > 1e-9]
     parts = [
         f"{found['scene']} ({found['analysis']}): the scene is valid",
-        Table("Bodies", titles, rows),
-        Table("Joints", ("joint", "constraints", "rigid motions taken", "ties"), joints),
+        ReportTable("Bodies", titles, rows),
+        ReportTable("Joints", ("joint", "constraints", "rigid motions taken", "ties"), joints),
         mechanism_table(found["mechanism"]),
-        Table("System", ("", ""), [*facts, *((f"estimated {key}", value) for key, value in found["estimates"].items())]),
+        ReportTable("System", ("", ""), [*facts, *((f"estimated {key}", value) for key, value in found["estimates"].items())]),
     ]
     parts += [f"left by drives: {motion}" for motion in found["mechanism"]["free_motions"][:LISTED]]
     redundant = [(one["row"], ", ".join(one["follows_from"])) for one in found["redundant"]]
-    parts += [Table("Redundant rows", ("row", "follows from"), redundant)] if redundant else []
+    parts += [ReportTable("Redundant rows", ("row", "follows from"), redundant)] if redundant else []
     heads = ("mesh of", "cells", "largest / smallest", "aspect", "angle [deg]", "Jacobian ratio")
-    return [*parts[:2], *([Table("Meshes", heads, meshes)] if meshes else []), *parts[2:]]
+    return [*parts[:2], *([ReportTable("Meshes", heads, meshes)] if meshes else []), *parts[2:]]
 
 
 def joint_row(name: str, constraints: int, counted: dict[str, Any] | None) -> tuple[object, ...]:
@@ -248,7 +248,7 @@ def joint_row(name: str, constraints: int, counted: dict[str, Any] | None) -> tu
     return name, constraints, counted["rows"], " - ".join(ends) + (" (driven)" if counted["driven"] else "")
 
 
-def mechanism_table(found: dict[str, Any]) -> Table:
+def mechanism_table(found: dict[str, Any]) -> ReportTable:
     """Gruebler's count beside the count by rank."""
     taken = sum(joint["rows"] for joint in found["joints"] if not joint["driven"])
     involved = {name.partition(".")[0]: None for one in found["overconstrained"] for name in (one["row"], *one["follows_from"])}
@@ -261,4 +261,4 @@ def mechanism_table(found: dict[str, Any]) -> Table:
         ("degrees of freedom by rank", found["degrees_of_freedom"]),
         ("left by drives", found["left_by_drives"]),
     ]
-    return Table("Mechanism", ("", ""), rows)
+    return ReportTable("Mechanism", ("", ""), rows)

@@ -16,7 +16,7 @@ from ..core.errors import SolverError
 from ..core.notices import notify
 from . import reports
 from .job import Job
-from .result import Table
+from .result import ReportTable
 
 if TYPE_CHECKING:
     from ..dynamics import Trajectory
@@ -100,13 +100,13 @@ def plain(found: Diagnosis) -> dict[str, Any]:
     return {**facts, "reason": found.reason.value}
 
 
-def views(found: Mapping[str, Any]) -> list[Table]:
+def views(found: Mapping[str, Any]) -> list[ReportTable]:
     """The failure in a report as tables: its facts, and causes with what to try."""
     if "failure" not in found:
         return []
     facts = found["failure"]
     causes = [(cause["name"], cause["what"], cause["remedy"]) for cause in facts["causes"]]
-    return [Table("Failure", ("", "value"), rows(facts)), Table("Likely causes", ("cause", "what", "try"), causes)]
+    return [ReportTable("Failure", ("", "value"), rows(facts)), ReportTable("Likely causes", ("cause", "what", "try"), causes)]
 
 
 def rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:

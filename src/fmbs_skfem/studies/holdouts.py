@@ -27,7 +27,7 @@ from ..reduction.full_runs import Full
 from ..results import sweep_files, training_plots
 from ..results.training_plots import Panel
 from .job import Job
-from .result import Figures, Table
+from .result import Figures, ReportTable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -183,7 +183,7 @@ def weight(error: OutputError) -> float:
     return error.error if math.isnan(error.relative) else error.relative
 
 
-def table(checked: Checked, measure: str) -> Table:
+def table(checked: Checked, measure: str) -> ReportTable:
     """Every model with its full and reduced runs, sizes, errors at the hold-out points and CPU times."""
     inside = "" if checked.inside is None else f", {100 * checked.inside:.0f} % of true errors inside the predicted band"
     points = (
@@ -207,7 +207,7 @@ def table(checked: Checked, measure: str) -> Table:
         for row in checked.rows
     ]
     title = f"{measure[:1].upper()}{measure[1:]} at {points} hold-out points{inside}"
-    return Table(title, (*runs, "max error", "mean error", *costs), rows)
+    return ReportTable(title, (*runs, "max error", "mean error", *costs), rows)
 
 
 def figures(order: TrainingOrder, found: Training, checked: Checked | None) -> Figures:

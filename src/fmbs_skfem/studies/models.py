@@ -22,7 +22,7 @@ from . import job as jobs
 from . import judging, reports, solving
 from .job import Job
 from .outcome import Run
-from .result import Result, Table, conclude, format_value
+from .result import ReportTable, Result, conclude, format_value
 
 if TYPE_CHECKING:
     from ..core.ranges import Parameter
@@ -137,7 +137,7 @@ def describe_point(path: Path) -> dict[str, Any]:
     }
 
 
-def views(found: Mapping[str, Any]) -> list[Table]:
+def views(found: Mapping[str, Any]) -> list[ReportTable]:
     """A model as tables: its parameters, then its facts, then the notes on its training."""
     known = {name: facts for name, facts in found["parameters"].items() if isinstance(facts, dict)}
     columns = ("parameter", "from", "to", "nominal", "scale", "degree")
@@ -148,8 +148,8 @@ def views(found: Mapping[str, Any]) -> list[Table]:
     rows = rows or [(name, "", "", value, "", "") for name, value in found["parameters"].items()]
     facts = [(key, format_value(found[key])) for key in found if key not in ("status", "parameters", "notes")]
     notes = [(key, format_value(value)) for key, value in flatten(found["notes"])]
-    tables = [Table("Parameters", columns, rows), Table("Model", ("", "value"), facts)]
-    return [*tables, *([Table("Training", ("", "value"), notes)] if notes else [])]
+    tables = [ReportTable("Parameters", columns, rows), ReportTable("Model", ("", "value"), facts)]
+    return [*tables, *([ReportTable("Training", ("", "value"), notes)] if notes else [])]
 
 
 def flatten(notes: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:

@@ -19,7 +19,7 @@ from . import job as jobs
 from . import recording, reports
 from .job import Job
 from .outcome import Run
-from .result import Figures, Table, conclude, describe_error, list_files
+from .result import Figures, ReportTable, conclude, describe_error, list_files
 from .solving import heading, sizes
 
 if TYPE_CHECKING:
@@ -76,8 +76,8 @@ def solve_states(
     heads, rows = [*found.heads], [[*row] for row in zip(*(values.tolist() for values in found.columns.values()), strict=True)]
     if found.shapes is not None:
         heads, rows = [*heads, "what moves"], [[*row, text] for row, text in zip(rows, moves["moves"], strict=True)]
-    table = Table(f"{report['scene']}: {found.title}", tuple(heads), rows)
-    view: list[Table | str] = [table, *list_files(report)]
+    table = ReportTable(f"{report['scene']}: {found.title}", tuple(heads), rows)
+    view: list[ReportTable | str] = [table, *list_files(report)]
     about = f"{report['scene']}: {found.about}"
     made = Run(about=about, report=report, lines=view, figures=figures, error=error)
     more = {name: np.asarray(values) for name, values in columns.items()}

@@ -21,7 +21,7 @@ from ..scenes import build
 from . import compiling, models, reports, tables
 from . import job as jobs
 from .job import Job
-from .result import Result, Table, conclude, describe_error, format_value
+from .result import ReportTable, Result, conclude, describe_error, format_value
 
 if TYPE_CHECKING:
     from ..scenes import Scene
@@ -70,7 +70,7 @@ def train(
     if known is not None:
         record["before"] = {key: known.notes.get(key) for key in ("alone", "scene", "states", "strains", "before")}
     found = part_files.train(part, states, tolerance, modes, hyper, known, body=body, **record, provenance=origin)
-    view: list[Table | str] = [described(f"Part {body}", found)]
+    view: list[ReportTable | str] = [described(f"Part {body}", found)]
     if path is not None:
         part_files.save(found, path)
         view.append(f"written: {path}")
@@ -121,10 +121,10 @@ def places(body: Body) -> list[str]:
     return [*body.frames, *body.places]
 
 
-def described(title: str, part: Part) -> Table:
+def described(title: str, part: Part) -> ReportTable:
     """A part as a table."""
     flat = models.flatten({key: value for key, value in facts(part).items() if not isinstance(value, list)})
-    return Table(title, ("", "value"), [(key, format_value(value)) for key, value in [*flat, ("places", places(part.body))]])
+    return ReportTable(title, ("", "value"), [(key, format_value(value)) for key, value in [*flat, ("places", places(part.body))]])
 
 
 def describe(job: Job) -> PartResult:
@@ -152,7 +152,7 @@ def check(job: Job, scene: Scene, found: Part, path: Path, body: str) -> PartRes
     report = {**describe_error(error), "part": path, "body": body, **sizes, **cpu, "output_errors": errors}
     report |= {"beyond_training": [asdict(one) for one in beyond], "notices": job.notices}
     rows = [(key, format_value(value)) for key, value in (sizes | cpu).items()]
-    times = Table(f"'{body}' in {jobs.title(scene)}", ("", "value"), rows)
+    times = ReportTable(f"'{body}' in {jobs.title(scene)}", ("", "value"), rows)
     about, lines = f"{path} in {jobs.title(scene)}", [times, *tables.output_errors(errors)]
     return conclude(PartResult(about=about, report=report, lines=lines, part=found, error=error))
 

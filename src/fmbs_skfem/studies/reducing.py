@@ -15,7 +15,7 @@ from ..scenes import build
 from . import compiling, plans, reports, tables
 from . import job as jobs
 from .job import Job
-from .result import Result, Table, format_value
+from .result import ReportTable, Result, format_value
 
 if TYPE_CHECKING:
     from ..dynamics import Trajectory
@@ -40,7 +40,7 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan) -> Reduc
     report = found.report
     origin = reports.plain(reports.provenance(scene))
     facts = [(key, format_value(value)) for key, value in report.items() if key != "output_errors"]
-    view: list[Table | str] = [Table(f"Reduced model of {report['scene']}", ("", "value"), facts)]
+    view: list[ReportTable | str] = [ReportTable(f"Reduced model of {report['scene']}", ("", "value"), facts)]
     view += tables.output_errors(report["output_errors"])
     if path is not None:
         training, plain = dict(scene.parameters), reports.plain(report)

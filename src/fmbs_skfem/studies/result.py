@@ -37,7 +37,7 @@ REASONS = {
 
 
 @dataclass(frozen=True)
-class Table:
+class ReportTable:
     """A table whose first column is text and whose other columns are numbers; `names`: the first column is never wrapped."""
 
     title: str
@@ -161,7 +161,7 @@ class Result:
 
     about: str  #: in a few words
     report: Mapping[str, Any]  #: what `fmbs ... --json` prints
-    lines: Sequence[Table | str] = ()  #: the same for people
+    lines: Sequence[ReportTable | str] = ()  #: the same for people
     figures: Figures = field(default_factory=Figures)
     error: FmbsError | None = None  #: why this is not all that was wanted
 
@@ -177,7 +177,7 @@ class Result:
         return "\n".join(map(str, self.lines))
 
     def _repr_html_(self) -> str:
-        return "".join(line.html if isinstance(line, Table) else f"<p>{escape(line)}</p>" for line in self.lines)
+        return "".join(line.html if isinstance(line, ReportTable) else f"<p>{escape(line)}</p>" for line in self.lines)
 
 
 Kind = TypeVar("Kind", bound=Result)

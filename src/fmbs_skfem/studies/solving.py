@@ -29,7 +29,7 @@ from . import compiling, failures, panels, recording, reports
 from . import job as jobs
 from .job import Job
 from .outcome import OUTPUTS, UNITS, Run, write_outputs
-from .result import Table, describe_error, list_files
+from .result import ReportTable, describe_error, list_files
 
 if TYPE_CHECKING:
     from ..dynamics.checkpoint import Resumed
@@ -137,7 +137,7 @@ def finish(
                 except MissingFeature as problem:
                     missing, report = problem, report | describe_error(problem) if error is None else report
                 reports.write_report(out, report)
-    view: list[Table | str] = [summary(task, report), *task.remarks]
+    view: list[ReportTable | str] = [summary(task, report), *task.remarks]
     view += [*([table_of_events(trajectory)] if trajectory.events else [])]
     view += [*([table_of_outputs(report, silent)] if outputs else []), *failures.views(report), *list_files(report)]
     about = f"{report.get('scene') or task.title}: {len(trajectory.times)} instants, {', '.join(outputs) or 'no outputs'}"
@@ -211,23 +211,23 @@ def extremes(values: np.ndarray) -> dict[str, float]:
     return {"min": float(values.min()), "max": float(values.max()), "final": float(values[-1])}
 
 
-def table_of_outputs(report: Mapping[str, Any], silent: Collection[str] = ()) -> Table:
+def table_of_outputs(report: Mapping[str, Any], silent: Collection[str] = ()) -> ReportTable:
     """Smallest, largest and last value of every column; zero where they are round-off, in all that is `silent` or beside others."""
     rows = []
     for name, ends in report["outputs"].items():
         least = np.inf if name in silent else DIGITS * max(abs(value) for value in ends.values())
         heading = panels.heading_of(report["units"], report["labels"], name) + SILENT * (name in silent)
         rows.append((heading, *(0.0 if abs(value) < least else value for value in ends.values())))
-    return Table("Outputs (SI units)", ("output", "min", "max", "final"), rows)
+    return ReportTable("Outputs (SI units)", ("output", "min", "max", "final"), rows)
 
 
-def table_of_events(trajectory: Trajectory) -> Table:
+def table_of_events(trajectory: Trajectory) -> ReportTable:
     """When events happened, what they did, and the kinetic energy that they took."""
     rows = []
     for one in trajectory.events:
         done = [*(f"releases {name}" for name in one.release), *(f"locks {name}" for name in one.lock)]
         rows.append((one.name, one.time, ", ".join([*done, *(["stops the run"] if one.stop else [])]), one.loss))
-    return Table("Events", ("event", "time [s]", "what it does", "energy lost [J]"), rows)
+    return ReportTable("Events", ("event", "time [s]", "what it does", "energy lost [J]"), rows)
 
 
 def summary(task: RunTask, report: Mapping[str, Any]) -> str:

@@ -22,7 +22,7 @@ from . import compiling, reports, sweep_sources
 from . import job as jobs
 from .job import Job
 from .recording import Interrupted
-from .result import Figures, Result, Table, conclude, list_files
+from .result import Figures, ReportTable, Result, conclude, list_files
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -171,7 +171,7 @@ def finish(
         reports.write_report(out, report)
     error = SweepFailure(report["message"]) if report["failed"] else None
     tables = [responses(table), *([sobol_table(found)] if found else []), *([surface_table(fitted, table.units)] if fitted else [])]
-    view: list[Table | str] = [summary(report), *tables, *([failures(report)] if error else []), *list_files(report)]
+    view: list[ReportTable | str] = [summary(report), *tables, *([failures(report)] if error else []), *list_files(report)]
     about = f"{report['name']}: {report['ok']} of {report['members']} samples in {', '.join(report['parameters'])}"
     return SweepResult(about=about, report=report, lines=view, figures=figures, error=error, table=table)
 
@@ -226,23 +226,23 @@ def errors_of(found: Mapping[str, Mapping[str, ResponseSurface]]) -> dict[str, A
     }
 
 
-def surface_table(found: Mapping[str, Mapping[str, ResponseSurface]], units: Mapping[str, str]) -> Table:
+def surface_table(found: Mapping[str, Mapping[str, ResponseSurface]], units: Mapping[str, str]) -> ReportTable:
     """Errors of all surfaces at samples that they have not seen."""
     rows = [
         (sweep_files.add_unit(output, units.get(output, "")), kind, one.rms_error, one.largest_error, one.q2)
         for output, kinds in found.items()
         for kind, one in kinds.items()
     ]
-    return Table("Response surfaces: errors of unseen samples", ("output", "value", "rms error", "largest error", "q2"), rows)
+    return ReportTable("Response surfaces: errors of unseen samples", ("output", "value", "rms error", "largest error", "q2"), rows)
 
 
-def sobol_table(found: Mapping[str, Any]) -> Table:
+def sobol_table(found: Mapping[str, Any]) -> ReportTable:
     """The indices of the last values, or of another one where that does not vary."""
     chosen = {name: kinds.get("final") or next(iter(kinds.values())) for name, kinds in found.items()}
     names = list(next(iter(chosen.values()))["first"])
     heads = ("output", *(f"S {name}" for name in names), *(f"ST {name}" for name in names))
     rows = [(name, *one["first"].values(), *one["total"].values()) for name, one in chosen.items()]
-    return Table("Sobol indices of the last values: alone (S), with all others (ST)", heads, rows)
+    return ReportTable("Sobol indices of the last values: alone (S), with all others (ST)", heads, rows)
 
 
 def figures_of(job: Job, members: Members, table: Sweep) -> Figures:
@@ -309,7 +309,7 @@ def summary(found: Mapping[str, Any]) -> str:
     )
 
 
-def responses(table: Sweep) -> Table:
+def responses(table: Sweep) -> ReportTable:
     """Range of every output over all members."""
     rows = []
     for name, column in table.columns.items():
@@ -318,14 +318,14 @@ def responses(table: Sweep) -> Table:
         rows.append(
             (sweep_files.add_unit(name, table.units.get(name, "")), low(ends["min"]), -low(-ends["max"]), low(final), -low(-final))
         )
-    return Table("Outputs over all samples (SI units)", ("output", "min", "max", "smallest final", "largest final"), rows)
+    return ReportTable("Outputs over all samples (SI units)", ("output", "min", "max", "smallest final", "largest final"), rows)
 
 
-def failures(found: Mapping[str, Any]) -> Table:
+def failures(found: Mapping[str, Any]) -> ReportTable:
     """The members that failed."""
     rows = [
         (one["member"], ", ".join(f"{name} = {value:g}" for name, value in one["values"].items()), one["reason"], one["message"])
         for one in found["failed"][:LISTED]
     ]
     more = len(found["failed"]) - len(rows)
-    return Table("Failed" + (f" (and {more} more)" if more else ""), ("sample", "parameters", "reason", "message"), rows)
+    return ReportTable("Failed" + (f" (and {more} more)" if more else ""), ("sample", "parameters", "reason", "message"), rows)

@@ -10,7 +10,7 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .result import Table
+from .result import ReportTable
 
 if TYPE_CHECKING:
     from ..reduction.comparison import Comparison, ModelRecord
@@ -27,7 +27,7 @@ def read_published() -> dict[str, Any]:
 
 
 def tables(scene: Scene, study: Comparison) -> list[Any]:
-    """An overview, then products, reduced tangents and training as in Tables 1 to 3 of the source; for plates its Table 4."""
+    """An overview, then products, reduced tangents and training as in Tables 1 to 3 of the source; for plates its ReportTable 4."""
     paper = read_published().get(scene.name.removesuffix("-coarse"), {})
     known = paper.get("models", {})
     if any(record.hyper == "exact" for record in study.records):
@@ -62,7 +62,7 @@ def figure(key: str, form: str = "", scale: float = 1) -> Callable[[Mapping[str,
     return read
 
 
-def beside(title: str, records: Sequence[ModelRecord], columns: Sequence[Column], known: Mapping[str, Any]) -> Table:
+def beside(title: str, records: Sequence[ModelRecord], columns: Sequence[Column], known: Mapping[str, Any]) -> ReportTable:
     """A row a model; published figures, where there are any, in a column beside ours."""
     heads, rows = ["model"], [[record.name] for record in records]
     for column in columns:
@@ -70,21 +70,21 @@ def beside(title: str, records: Sequence[ModelRecord], columns: Sequence[Column]
         for row, record in zip(rows, records, strict=True):
             row.append(str(column.ours(record)))
             row += [column.paper(known.get(record.name, {}))] if known and column.paper else []
-    return Table(title, heads, rows, names=True)
+    return ReportTable(title, heads, rows, names=True)
 
 
-def below(title: str, records: Sequence[ModelRecord], columns: Sequence[Column], known: Mapping[str, Any]) -> Table:
+def below(title: str, records: Sequence[ModelRecord], columns: Sequence[Column], known: Mapping[str, Any]) -> ReportTable:
     """A row a model, below it the published figures."""
     rows = []
     for record in records:
         rows.append([record.name, *(column.ours(record) for column in columns)])
         if paper := known.get(record.name):
             rows.append([PAPER, *(column.paper(paper) if column.paper else "" for column in columns)])
-    return Table(title, ["model", *(column.head for column in columns)], rows, names=True)
+    return ReportTable(title, ["model", *(column.head for column in columns)], rows, names=True)
 
 
 def table_4(study: Comparison) -> list[ModelRecord]:
-    """The models of Table 4: the full one, its other steps, and the reduced ones of the scene's eps and eta."""
+    """The models of ReportTable 4: the full one, its other steps, and the reduced ones of the scene's eps and eta."""
     return [record for record in study.records if record.main or record.family in ("full", "step")]
 
 
@@ -114,7 +114,7 @@ PRODUCTS = (
 )
 
 
-def accuracy(study: Comparison) -> Table:
+def accuracy(study: Comparison) -> ReportTable:
     """Errors of all kinds beside Newton's tolerance and what is left of the joints."""
     rows = []
     for record in [record for record in study.records if record.status == "done" and record.family != "full"]:
@@ -127,10 +127,10 @@ def accuracy(study: Comparison) -> Table:
         rows.append((f"step {times.step:g} s", tell(times.relative), "", "", tell(times.distance), tell(times.position), *[""] * 6))
     columns = ("model", "max error", "median", "mean", "RMS [m]", "position [m]", "(53)", "(48)")
     heads = (*columns, "constraints", "Newton", "iterations", "factors")
-    return Table("Errors against the full model, and of its own step", heads, rows, names=True)
+    return ReportTable("Errors against the full model, and of its own step", heads, rows, names=True)
 
 
-def output_errors(found: Mapping[str, Mapping[str, Any]]) -> list[Table]:
+def output_errors(found: Mapping[str, Mapping[str, Any]]) -> list[ReportTable]:
     """Largest error of every output column of one model, in its unit and as a part of its range; nothing without outputs."""
     from ..results import sweep_files
 
@@ -139,10 +139,10 @@ def output_errors(found: Mapping[str, Mapping[str, Any]]) -> list[Table]:
         for column, one in found.items()
     ]
     heads = ("output", "largest error", "range", "part of the range")
-    return [Table("Errors of the outputs", heads, rows, names=True)] if rows else []
+    return [ReportTable("Errors of the outputs", heads, rows, names=True)] if rows else []
 
 
-def errors_of_outputs(study: Comparison) -> list[Table]:
+def errors_of_outputs(study: Comparison) -> list[ReportTable]:
     """Largest errors of all output columns, and those as parts of their ranges, with a column a model."""
     from ..results import sweep_files
 
@@ -161,7 +161,7 @@ def errors_of_outputs(study: Comparison) -> list[Table]:
             )
             for name, one in first.items()
         ]
-        shown.append(Table(title, ("output", "range", *found), rows, names=True))
+        shown.append(ReportTable(title, ("output", "range", *found), rows, names=True))
     return shown
 
 
@@ -184,7 +184,7 @@ def main(study: Comparison) -> list[ModelRecord]:
     return [record for record in study.records if record.main and record.modes]
 
 
-def overview(study: Comparison) -> Table:
+def overview(study: Comparison) -> ReportTable:
     """Time beside error, without the other eps and eta (they are in the figure and in the JSON object)."""
     rows = []
     full = study["full"].cpu_s
@@ -198,14 +198,14 @@ def overview(study: Comparison) -> Table:
         error = (tell(record.max_error), tell(record.mean_error), tell(record.position_error))
         rows.append((record.name, record.dofs, f"{record.cpu_s:.3g}", f"{full / record.cpu_s:.1f}", *error, pays))
     columns = ("model", "dofs", "CPU [s]", "speed-up", "max error", "mean error", "position error [m]", "pays after runs")
-    return Table("Time beside error", columns, rows, names=True)
+    return ReportTable("Time beside error", columns, rows, names=True)
 
 
 def tell(error: float) -> str:
     return f"{error:.2e}" if error else "reference"
 
 
-def tangents(study: Comparison, known: Mapping[str, Any]) -> Table:
+def tangents(study: Comparison, known: Mapping[str, Any]) -> ReportTable:
     """Table 2: CPU time of the reduced tangent."""
     first = study["system"].kr_us
     columns = (
@@ -215,7 +215,7 @@ def tangents(study: Comparison, known: Mapping[str, Any]) -> Table:
     return beside("Table 2: time of one reduced tangent", main(study), columns, known)
 
 
-def searches(trained: Sequence[ModelRecord], known: Mapping[str, Any]) -> Table:
+def searches(trained: Sequence[ModelRecord], known: Mapping[str, Any]) -> ReportTable:
     """Table 3: CPU time of the sparse non-negative least squares, and of the whole training."""
     first = sum(trained[0].snnls_s.values())
 

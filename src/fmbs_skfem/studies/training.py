@@ -24,7 +24,7 @@ from ..scenes.training import Allowed
 from . import compiling, holdouts, plans, reports
 from . import job as jobs
 from .job import Job
-from .result import Result, Table, describe_error, list_files
+from .result import ReportTable, Result, describe_error, list_files
 from .tables import output_errors
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool,
         parametric_model.save(model, out / MODEL)
         report["files"] = [out / MODEL, out / reports.REPORT, *drawn]
         reports.write_report(out, report)
-    view: list[Table | str] = [*summarise(report)]
+    view: list[ReportTable | str] = [*summarise(report)]
     if checked is not None:
         view += [holdouts.table(checked, order.measure), *output_errors(holdouts.largest_of_outputs(checked))]
     about = f"{report['scene']}: {report['full_runs']} full runs, largest predicted error {found.predicted.error:.1e}"

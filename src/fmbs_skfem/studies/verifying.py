@@ -15,12 +15,12 @@ from ..results import verification_plots
 from . import compiling, reports
 from . import job as jobs
 from .job import Job
-from .result import Figures, Result, Table, conclude
+from .result import Figures, ReportTable, Result, conclude
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..verification import Case, Outcome, Quantity
+    from ..verification import Outcome, Quantity, VerificationCase
 
 PAGE, RECORD = "verification.md", "verification.json"
 TITLES = {
@@ -68,7 +68,7 @@ def cases(names: Sequence[str], groups: Sequence[str]) -> Verification:
     found = verification.find(tuple(names), tuple(groups))
     rows = [(case.name, case.group, case.about) for case in found]
     report = {"status": "ok", "cases": [heading(case) for case in found], "notices": []}
-    table = Table("Cases", ("case", "group", "about"), rows)
+    table = ReportTable("Cases", ("case", "group", "about"), rows)
     return Verification(about=f"{len(found)} cases", report=report, lines=[table], outcomes=())
 
 
@@ -105,7 +105,7 @@ def verify_cases(job: Job, names: Sequence[str], groups: Sequence[str]) -> Verif
     return conclude(found)
 
 
-def heading(case: Case) -> dict[str, str]:
+def heading(case: VerificationCase) -> dict[str, str]:
     return {"case": case.name, "group": case.group, "about": case.about, "source": case.source}
 
 
@@ -130,7 +130,7 @@ def record(outcome: Outcome) -> dict[str, Any]:
     return {**heading(outcome.case), **result}
 
 
-def view(outcomes: Sequence[Outcome]) -> list[Table | str]:
+def view(outcomes: Sequence[Outcome]) -> list[ReportTable | str]:
     """The table of all quantities, and what failed."""
     rows = [
         (outcome.case.name if not number else "", *cells(quantity), f"{outcome.seconds:.1f}" if not number else "")
@@ -141,7 +141,7 @@ def view(outcomes: Sequence[Outcome]) -> list[Table | str]:
     lines = [f"{outcome.case.name}: {outcome.error}" for outcome in outcomes if outcome.error]
     good = sum(quantity.holds for outcome in outcomes for quantity in outcome.quantities)
     total = sum(len(outcome.quantities) for outcome in outcomes)
-    return [Table("Verification", heads, rows), *lines, f"{good} of {total} quantities are within their tolerance"]
+    return [ReportTable("Verification", heads, rows), *lines, f"{good} of {total} quantities are within their tolerance"]
 
 
 def cells(quantity: Quantity) -> tuple[str, ...]:
@@ -167,7 +167,7 @@ def page(outcomes: Sequence[Outcome]) -> str:
     for group, mine in by_group(outcomes).items():
         parts.append(f"## {TITLES[group]}\n\n![{TITLES[group]}](verification_{group}.png)\n")
         parts += [section(outcome) for outcome in mine]
-    parts.append(f"{OUTSIDE_HEAD}\n{Table('Outside', ('case', 'source', 'why'), verification.OUTSIDE).markdown}")
+    parts.append(f"{OUTSIDE_HEAD}\n{ReportTable('Outside', ('case', 'source', 'why'), verification.OUTSIDE).markdown}")
     return "\n".join(parts)
 
 
@@ -178,7 +178,7 @@ def summary(outcomes: Sequence[Outcome]) -> str:
         case, good = outcome.case, sum(quantity.holds for quantity in outcome.quantities)
         found = f"{good} of {len(outcome.quantities)}"
         rows.append((f"[{case.name}](#{case.name})", case.group, case.about, found, f"{outcome.seconds:.1f}"))
-    return Table("Cases", ("case", "group", "problem", "within tolerance", "CPU [s]"), rows).markdown
+    return ReportTable("Cases", ("case", "group", "problem", "within tolerance", "CPU [s]"), rows).markdown
 
 
 def section(outcome: Outcome) -> str:
@@ -188,4 +188,4 @@ def section(outcome: Outcome) -> str:
     if outcome.error:
         return f"{head}\n**It failed**: {outcome.error}\n"
     names = ("quantity", "reference", "ours", "relative difference", "tolerance", "order observed", "")
-    return f"{head}\n{Table(case.name, names, [cells(quantity) for quantity in outcome.quantities]).markdown}"
+    return f"{head}\n{ReportTable(case.name, names, [cells(quantity) for quantity in outcome.quantities]).markdown}"

@@ -17,7 +17,7 @@ from ..core.records import dataclass
 from . import examples, plans, reducing, runs
 from . import job as jobs
 from .job import Job, Listener
-from .result import Result, Table
+from .result import ReportTable, Result
 
 STEPS = 2  #: of every scene that moves
 SHORT = 0.02  #: duration of trainings [s]
@@ -35,7 +35,7 @@ def reduce(sample: str, job: Job, duration: float | None) -> Result:
 
 
 @dataclass(frozen=True)
-class Kind:
+class Warmed:
     """A kind of model, and what compiles all of it."""
 
     name: str
@@ -45,18 +45,18 @@ class Kind:
 
 
 KINDS = (
-    Kind("beams in the plane", "spin_up.yaml"),
-    Kind("beams in space", "double_pendulum.yaml"),
-    Kind("points with mass, dampers", "hanging_mass.yaml"),
-    Kind("drives and mechanisms", "four_bar.yaml"),
-    Kind("plates in the plane", "crank_slider_coarse.yaml"),
-    Kind("shells, statics", "plate.yaml"),
-    Kind("contact with friction", "rolling_hoop.yaml"),
-    Kind("contact of cables", "cable_over_drum.yaml"),
-    Kind("controllers, forces by expressions", "controlled_arm.yaml"),
-    Kind("buckling", "buckling_strip.yaml"),
-    Kind("reduced models, points", "double_pendulum.yaml", partial(reduce, "points"), SHORT),
-    Kind("reduced models, elements", "spin_up.yaml", partial(reduce, "elements"), SHORT),
+    Warmed("beams in the plane", "spin_up.yaml"),
+    Warmed("beams in space", "double_pendulum.yaml"),
+    Warmed("points with mass, dampers", "hanging_mass.yaml"),
+    Warmed("drives and mechanisms", "four_bar.yaml"),
+    Warmed("plates in the plane", "crank_slider_coarse.yaml"),
+    Warmed("shells, statics", "plate.yaml"),
+    Warmed("contact with friction", "rolling_hoop.yaml"),
+    Warmed("contact of cables", "cable_over_drum.yaml"),
+    Warmed("controllers, forces by expressions", "controlled_arm.yaml"),
+    Warmed("buckling", "buckling_strip.yaml"),
+    Warmed("reduced models, points", "double_pendulum.yaml", partial(reduce, "points"), SHORT),
+    Warmed("reduced models, elements", "spin_up.yaml", partial(reduce, "elements"), SHORT),
 )
 
 
@@ -85,10 +85,10 @@ def compile_ahead(job: Job) -> Result:
         "kinds": [dict(zip(keys, row, strict=True)) for row in rows],
         "notices": job.notices,
     }
-    return Result(about=text, report=report, lines=[Table("Compiled", ("kind", "functions", "wall [s]", ""), rows), text])
+    return Result(about=text, report=report, lines=[ReportTable("Compiled", ("kind", "functions", "wall [s]", ""), rows), text])
 
 
-def attempt(kind: Kind) -> str:
+def attempt(kind: Warmed) -> str:
     """Compile one kind; how it went."""
     from ..scenes import build, read
 

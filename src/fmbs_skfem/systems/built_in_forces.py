@@ -26,7 +26,7 @@ import numpy as np
 from ..core.jit import jit
 from ..core.structs import routine
 from .evaluation import Space, evaluation
-from .force_laws import ForceLaw, Record, continued, opened
+from .force_laws import ForceLaw, ForceRecord, continued, opened
 from .gears import inverse
 from .kernels import dot, factor
 from .one_sided import closing, keeps, kept, lift, ramp, touch
@@ -109,7 +109,7 @@ def constant(c: float, r: float, p: np.ndarray, h: float) -> tuple[float, float,
 
 
 @jit
-def read(s: Space, F: Record, k: int, room: np.ndarray) -> np.ndarray:
+def read(s: Space, F: ForceRecord, k: int, room: np.ndarray) -> np.ndarray:
     """The room with the rows of group k and their rates."""
     for i in range(room.shape[1]):
         room[Y, i], room[V, i] = s.y[F.rows[k, i]], s.rates[F.rows[k, i]]
@@ -117,13 +117,13 @@ def read(s: Space, F: Record, k: int, room: np.ndarray) -> np.ndarray:
 
 
 @jit
-def history(s: Space, F: Record, k: int) -> float:
+def history(s: Space, F: ForceRecord, k: int) -> float:
     """h(t) of group k, 1 without one."""
     return factor(s.signals, F.signals[k, 0]) if F.signals.shape[1] else 1.0
 
 
 @jit
-def push(s: Space, F: Record, k: int, f: float, room: np.ndarray) -> None:
+def push(s: Space, F: ForceRecord, k: int, f: float, room: np.ndarray) -> None:
     """g += f dc/dy."""
     for i in range(room.shape[1]):
         s.g[F.rows[k, i]] += f * room[SLOPE, i]
@@ -193,7 +193,9 @@ def follow(p: np.ndarray) -> tuple[float, float, float, float]:
 
 
 @jit
-def carry(s: Space, F: Record, k: int, dim: int, power: int, parts: tuple[float, float, float, float], room: np.ndarray) -> float:
+def carry(
+    s: Space, F: ForceRecord, k: int, dim: int, power: int, parts: tuple[float, float, float, float], room: np.ndarray
+) -> float:
     """room (4, 3): h (a 1 + [m x]) / |x|^n, then x; |x|^2 is returned."""
     square = 0.0
     for i in range(dim):

@@ -33,7 +33,7 @@ FEW = 2  #: modes per function of a cell below which gradients are multiplied ou
 BLOCK = 64  #: cells that a kernel handles at once, so that their gradients stay in the cache
 
 
-class Record(NamedTuple):
+class CellsRecord(NamedTuple):
     """A block of cells for compiled code."""
 
     calls: Integers  #: addresses of the law's functions, see `laws.addresses`
@@ -45,7 +45,7 @@ class Record(NamedTuple):
     kept: int  #: first place in the gradients of a space, where it is damped
 
 
-opened = opener(Record)
+opened = opener(CellsRecord)
 
 
 @jit
@@ -246,7 +246,7 @@ def compile_term(cells: Cells, setting: Setting) -> Term:
     work = max(gradients**2 * points * count, gradients * points * count + size * count, (size * (size + 1) // 2 + vectors) * count)
     calls = laws.addresses(cells.law, dim, setting.beta > 0.0)
     nodes, table, section = (np.ascontiguousarray(part) for part in (cells.nodes, cells.table, cells.section))
-    record = Record(calls, setting.beta, nodes, table, section, setting.targets(couplings(cells)), setting.kept)
+    record = CellsRecord(calls, setting.beta, nodes, table, section, setting.targets(couplings(cells)), setting.kept)
     damped = setting.beta > 0.0
     return Term(record, ROUTINES, work, damped, 2 * gradients * points * count if damped else 0)
 

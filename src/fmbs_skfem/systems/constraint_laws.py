@@ -57,7 +57,7 @@ def one(law: str | ConstraintLaw, row: int, rows: Sequence[int], numbers: ArrayL
     return LawRows(*group(ConstraintLaw, law, rows, numbers, signals), np.array([row]))
 
 
-class Record(NamedTuple):
+class ConstraintRecord(NamedTuple):
     """Constraint rows for compiled code."""
 
     row: Integers
@@ -67,7 +67,7 @@ class Record(NamedTuple):
     pair: int  #: first place in H
 
 
-opened = opener(Record)
+opened = opener(ConstraintRecord)
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def compile_rows(found: LawRows, pair: int) -> Constraint:
     parts = (np.ascontiguousarray(part) for part in (found.row, found.rows, found.numbers, found.signals))
     row, rows, numbers, signals = parts
     local = np.array(found.law.pairs, dtype=np.int64).reshape(-1, 2)
-    return Constraint(Record(row, rows, numbers, signals, pair), found.law.routines, found.rows[:, local].reshape(-1, 2))
+    return Constraint(ConstraintRecord(row, rows, numbers, signals, pair), found.law.routines, found.rows[:, local].reshape(-1, 2))
 
 
 def evaluate(found: LawRows, y: np.ndarray, signals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -73,7 +73,7 @@ def check_contact(term: ContactForces, name: str, sizes: Sizes) -> None:
     require(enough, f"{name}.heights", "two heights or more", term.heights.shape)
 
 
-class Record(NamedTuple):
+class ContactRecord(NamedTuple):
     """The same for compiled code."""
 
     shape: int
@@ -91,7 +91,7 @@ class Record(NamedTuple):
     room: int  #: first place in the room: SEEN numbers a point, then the rows of the shape
 
 
-opened = opener(Record)
+opened = opener(ContactRecord)
 
 
 @jit
@@ -443,7 +443,7 @@ def _(found: ContactForces, place: Place) -> Force:
     memory[:, 0] = UNKNOWN
     numbers = (found.placed, found.frame, found.rows, found.radius, found.weights, np.concatenate([found.law, found.power]))
     arrays = [np.ascontiguousarray(part) for part in (found.sizes, found.heights, *numbers)]
-    record = Record._make((found.shape, *arrays, found.share, *place))
+    record = ContactRecord._make((found.shape, *arrays, found.share, *place))
     routines = Routines(push, slopes, accept, store, judge)
     room, alone, skew = SEEN * count + len(found.frame), found.rows.ravel(), bool(found.law[MU] > 0.0)
     return Force(record, routines, "contact", pairs, memory.ravel(), damped=True, skew=skew, room=room, alone=alone)

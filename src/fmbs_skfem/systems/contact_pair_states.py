@@ -9,7 +9,7 @@ import numpy as np
 from ..core.structs import Cube, Matrix, opener, routine
 from .contact_curves import longest
 from .contact_law import size
-from .contact_pairs import ROOM, BeamContacts, Record, away, find, follow, press, record_of
+from .contact_pairs import ROOM, BeamContacts, PairsRecord, away, find, follow, press, record_of
 from .forces import Place
 
 
@@ -37,7 +37,7 @@ def measure(table: Any, _: Any) -> int:
 class Samples(NamedTuple):
     """Rows of a contact over time."""
 
-    record: Record
+    record: PairsRecord
     y: Matrix
     v: Matrix
     out: Cube

@@ -99,7 +99,7 @@ def check_beams(term: BeamContacts, name: str, sizes: Sizes) -> None:
     require(between, f"{name}.limits", "places on the other beam", "others")
 
 
-class Record(NamedTuple):
+class PairsRecord(NamedTuple):
     """The same for compiled code."""
 
     dim: int
@@ -117,7 +117,7 @@ class Record(NamedTuple):
     room: int  #: first place in the room: clearances of the nodes, then bounds of ways
 
 
-opened = opener(Record)
+opened = opener(PairsRecord)
 
 
 @jit
@@ -369,11 +369,11 @@ def since(F: Any, s: Any, y: np.ndarray, z: np.ndarray) -> None:
         z[j] = y[j] - s.memory[F.memory + j]
 
 
-def record_of(found: BeamContacts, place: Place) -> Record:
+def record_of(found: BeamContacts, place: Place) -> PairsRecord:
     """A contact for compiled code."""
     numbers = (found.rows, found.spans, found.others, found.radii, np.concatenate([found.law, found.power]))
     arrays = [np.ascontiguousarray(part) for part in numbers]
     limits, weights = (np.ascontiguousarray(part, dtype=float) for part in (found.limits, found.weights))
-    return Record._make(
+    return PairsRecord._make(
         (found.dim, bool(found.along), *arrays, found.share, found.itself, limits, weights, place.memory, place.room)
     )

@@ -58,7 +58,7 @@ def dead(rows: np.ndarray, coefficients: ArrayLike, signals: np.ndarray) -> LawF
     return LawForces(ForceLaw.find("dead"), rows[:, None], np.array(coefficients, dtype=float)[:, None], signals[:, None])
 
 
-class Record(NamedTuple):
+class ForceRecord(NamedTuple):
     """Forces for compiled code."""
 
     rows: IntegerMatrix
@@ -68,7 +68,7 @@ class Record(NamedTuple):
     memory: int  #: first place in the memory
 
 
-opened = opener(Record)
+opened = opener(ForceRecord)
 
 
 @jit
@@ -86,7 +86,7 @@ def _(found: LawForces, place: Place) -> Force:
     routines = Routines(law.force, law.slopes if len(local) else None, law.accept, law.energy)
     name = law.name.partition("|")[0].replace("_", " ")
     return Force(
-        Record(rows, numbers, signals, place.pair, place.memory),
+        ForceRecord(rows, numbers, signals, place.pair, place.memory),
         routines,
         name,
         pairs,

@@ -14,7 +14,7 @@ from typing import Any
 
 from ..core.jit import jit
 from ..core.structs import routine
-from .constraint_laws import ConstraintLaw, Record, Routines, opened
+from .constraint_laws import ConstraintLaw, ConstraintRecord, Routines, opened
 from .evaluation import evaluation
 from .kernels import remainder
 
@@ -22,7 +22,7 @@ WHEELS = (2, 3)  #: numbers of arms
 
 
 @jit
-def arm(rows: Any, F: Record, k: int, wheel: int) -> complex:
+def arm(rows: Any, F: ConstraintRecord, k: int, wheel: int) -> complex:
     """Rows (j,), or their rates, of the arm of a wheel of gear k as a complex number."""
     return complex(rows[F.rows[k, 2 * wheel]], rows[F.rows[k, 2 * wheel + 1]])
 

@@ -46,7 +46,7 @@ class Sampled:
 storable(Sampled, rows=lambda values: values.pop("jets"))  #: their name in earlier files
 
 
-class Record(NamedTuple):
+class PointsRecord(NamedTuple):
     """A block of points for compiled code."""
 
     calls: Integers  #: addresses of the law's functions, see `laws.addresses`
@@ -59,7 +59,7 @@ class Record(NamedTuple):
     kept: int  #: first place in the gradients of a space, where it is damped
 
 
-opened = opener(Record)
+opened = opener(PointsRecord)
 
 
 @jit
@@ -177,7 +177,7 @@ def compile_term(points: Sampled, setting: Setting) -> Term:
     """Its numbers behind each other, by rows and by columns."""
     calls = laws.addresses(points.law, setting.dim, setting.beta > 0.0)
     gradients, offset, section = (np.ascontiguousarray(part) for part in (points.rows, points.offset, points.section))
-    record = Record(
+    record = PointsRecord(
         calls, setting.beta, points.columns.start, gradients, np.ascontiguousarray(gradients.T), offset, section, setting.kept
     )
     rows, damped = points.law.vectors * setting.dim, setting.beta > 0.0

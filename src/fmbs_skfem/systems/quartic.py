@@ -266,7 +266,7 @@ def add_tangent(T: np.ndarray, x: np.ndarray, work: np.ndarray, W: np.ndarray) -
         W[b - 1, b - 1] += 2.0 * g[k + b]
 
 
-class Record(NamedTuple):
+class QuarticRecord(NamedTuple):
     """A polynomial for compiled code."""
 
     coefficients: Vector
@@ -274,7 +274,7 @@ class Record(NamedTuple):
     modes: int
 
 
-opened = opener(Record)
+opened = opener(QuarticRecord)
 
 
 @routine
@@ -324,4 +324,4 @@ def compile_term(polynomial: Quartic, setting: Setting) -> Term:
     coefficients = aligned(polynomial.coefficients.size)
     coefficients[:] = polynomial.coefficients
     modes = polynomial.modes
-    return Term(Record(coefficients, polynomial.columns.start, modes), ROUTINES, int(work_length(modes)))
+    return Term(QuarticRecord(coefficients, polynomial.columns.start, modes), ROUTINES, int(work_length(modes)))

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from .system import Affine, Matrix
 
 
-class Record(NamedTuple):
+class ShapePointsRecord(NamedTuple):
     """Points of a body for compiled code."""
 
     calls: Integers  #: addresses of the law's functions, see `laws.addresses`
@@ -45,7 +45,7 @@ class Record(NamedTuple):
     kept: int  #: first place in the gradients of a space, where it is damped
 
 
-opened = opener(Record)
+opened = opener(ShapePointsRecord)
 
 
 @jit
@@ -221,7 +221,7 @@ def compile_term(points: ShapePoints, setting: Setting) -> Term:
     table, section = np.ascontiguousarray(points.table.reshape(K * P, B)), np.ascontiguousarray(points.section)
     targets, dim, damped = setting.targets(couplings(points)), setting.dim, setting.beta > 0.0
     numbers = (table, np.ascontiguousarray(table.T), section)
-    record = Record(calls, setting.beta, points.columns.start, *numbers, targets, setting.kept)
+    record = ShapePointsRecord(calls, setting.beta, points.columns.start, *numbers, targets, setting.kept)
     work = max((K * dim) ** 2 * P, K * dim * P + K * P + B, K * P * B * dim * (dim + 1) // 2, B * dim * (B * dim + 1) // 2)
     return Term(record, ROUTINES, work, damped, 2 * K * P * dim if damped else 0)
 

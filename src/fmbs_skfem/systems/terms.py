@@ -288,7 +288,7 @@ class Nothing(NamedTuple):
     """A record of nothing."""
 
 
-class OfPython(Protocol):
+class PythonTerm(Protocol):
     """A force that is evaluated in Python, on all unknowns of a dense system: slow, and free to do anything."""
 
     def force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -301,7 +301,7 @@ class OfPython(Protocol):
         """[J]"""
 
 
-def of_python(force: OfPython) -> Term:
+def of_python(force: PythonTerm) -> Term:
     """A term whose routines are functions of Python: about 0.1 ms a call beside their own time."""
 
     def add_force(table: int, _: int) -> None:

@@ -1,12 +1,12 @@
 """Verification: cases held against published and exact results; `registry` says what a case is."""
 
 from . import beams, dynamics, integrator, plates, pressure, rigid, shells_large, statics, statics_shells, vibration
-from .registry import CASES, GROUPS, OUTSIDE, Case, Outcome, Quantity, case, farthest, find, order, run, slope
+from .registry import CASES, GROUPS, OUTSIDE, Outcome, Quantity, VerificationCase, case, farthest, find, order, run, slope
 
 __all__ = [
     "GROUPS",
     "Quantity",
-    "Case",
+    "VerificationCase",
     "Outcome",
     "CASES",
     "OUTSIDE",

@@ -60,7 +60,7 @@ Function = Callable[[], list[Quantity]]
 
 
 @dataclass(frozen=True)
-class Case:
+class VerificationCase:
     """A problem with a source."""
 
     name: str
@@ -74,7 +74,7 @@ class Case:
 class Outcome:
     """What a case gave."""
 
-    case: Case
+    case: VerificationCase
     quantities: tuple[Quantity, ...]
     seconds: float  #: CPU
     error: str = ""  #: why it gave nothing
@@ -84,7 +84,7 @@ class Outcome:
         return not self.error and all(quantity.holds for quantity in self.quantities)
 
 
-CASES: dict[str, Case] = {}
+CASES: dict[str, VerificationCase] = {}
 
 #: published cases that this formulation does not cover: case, source, reason
 OUTSIDE = (
@@ -135,13 +135,13 @@ def case(name: str, *, group: str, source: str, about: str = "") -> Callable[[Fu
         line = about or (function.__doc__ or "").strip().split("\n")[0]
         if not line:
             raise InputError(say(where, "a docstring whose first line states the problem", "none"))
-        CASES[name] = Case(name, group, source, line, function)
+        CASES[name] = VerificationCase(name, group, source, line, function)
         return function
 
     return register
 
 
-def find(names: Sequence[str] = (), groups: Sequence[str] = ()) -> list[Case]:
+def find(names: Sequence[str] = (), groups: Sequence[str] = ()) -> list[VerificationCase]:
     """Cases of these names and of these groups, all where both are empty; group by group."""
     for name in names:
         if name not in CASES:
@@ -153,7 +153,7 @@ def find(names: Sequence[str] = (), groups: Sequence[str] = ()) -> list[Case]:
     return sorted(wanted, key=lambda found: GROUPS.index(found.group))
 
 
-def run(found: Case) -> Outcome:
+def run(found: VerificationCase) -> Outcome:
     """Solve a case; a solver that fails is an outcome. Notices (a corner belongs to two edges) say nothing new about a case."""
     start = time.process_time()
     with warnings.catch_warnings():
