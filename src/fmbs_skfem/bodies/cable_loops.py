@@ -122,52 +122,36 @@ def planar_2_damped_stress(u: Any, v: Any, s: Any, out: Any, rows: int, points: 
 
 
 @entry
-def planar_2_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:
+def planar_2_viscosity(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:
     count = points * cells
     u = carray(u, (rows, count))
     s = carray(s, (4, count))
     D = carray(out, (rows, rows, count))
     for q in range(count):
-        u0, u1, u2, u3, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
+        u0, u1, u2, u3, s0, s1, s3 = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[3, q]
         x0 = (u0 * u0)
-        x1 = u0*u3
-        x2 = u1*u2
-        x3 = x1 - x2
-        x4 = (u1 * u1)
-        x5 = x0 + x4
-        x6 = (1.0 / (x5))
-        x7 = x3*x6
-        x8 = option*x7
-        x9 = u0*x8 - u3
-        x10 = fall(x5, option)
-        x11 = s1*(x10 * x10)
-        x12 = s0*x0 + x11*(x9 * x9)
-        x13 = (0.5)*s0*(x5 - 1.0)
-        x14 = 2.0*x7
-        x15 = s2 - x10*x3
-        x16 = option*x15*x6
-        x17 = s1*x10
-        x18 = x16*x17
-        x19 = u0*u1
-        x20 = u1*x8 + u2
-        x21 = s0*x19 + x11*x20*x9
-        x22 = s0*x4 + x11*(x20 * x20)
-        x23 = x10*x9
-        x24 = beta*x23
-        x25 = s3*x17
-        x26 = x10*x20
-        x27 = u1*x26
-        x28 = s3*x11*(beta + 1.0)
-        D[0, 0, q] = D[0, 0, q] = s3*(beta*x12 + x12 + x13 - x18*(x0*x14 + x0*x8 - 3.0*x1 + x2))
-        D[1, 0, q] = D[0, 1, q] = s3*(beta*x21 - x18*(u0*u2 - u1*u3 + x14*x19 + x19*x8) + x21)
-        D[1, 1, q] = D[1, 1, q] = s3*(beta*x22 + x13 - x18*(-x1 + x14*x4 + 3.0*x2 + x4*x8) + x22)
-        D[2, 0, q] = D[0, 2, q] = -u1*x25*(option*u0*x15*x6 - x23 - x24)
-        D[2, 1, q] = D[1, 2, q] = -x25*(-beta*x27 + option*x15*x4*x6 - x15 - x27)
-        D[2, 2, q] = D[2, 2, q] = x28*x4
-        D[3, 0, q] = D[0, 3, q] = -x25*(u0*x23 + u0*x24 - x0*x16 + x15)
-        D[3, 1, q] = D[1, 3, q] = -u0*x25*(beta*x26 - u1*x16 + x26)
-        D[3, 2, q] = D[2, 3, q] = -x19*x28
-        D[3, 3, q] = D[3, 3, q] = x0*x28
+        x1 = (u1 * u1)
+        x2 = x0 + x1
+        x3 = option*(u0*u3 - u1*u2)/x2
+        x4 = u0*x3 - u3
+        x5 = s1*((fall(x2, option)) * (fall(x2, option)))
+        x6 = beta*s3
+        x7 = u0*u1
+        x8 = u1*x3 + u2
+        x9 = x4*x5
+        x10 = x6*x9
+        x11 = x5*x6
+        x12 = x11*x8
+        D[0, 0, q] = D[0, 0, q] = D[0, 0, q] + x6*(s0*x0 + (x4 * x4)*x5)
+        D[1, 0, q] = D[0, 1, q] = D[1, 0, q] + x6*(s0*x7 + x8*x9)
+        D[1, 1, q] = D[1, 1, q] = D[1, 1, q] + x6*(s0*x1 + x5*(x8 * x8))
+        D[2, 0, q] = D[0, 2, q] = D[2, 0, q] + u1*x10
+        D[2, 1, q] = D[1, 2, q] = D[2, 1, q] + u1*x12
+        D[2, 2, q] = D[2, 2, q] = D[2, 2, q] + x1*x11
+        D[3, 0, q] = D[0, 3, q] = D[3, 0, q] + -u0*x10
+        D[3, 1, q] = D[1, 3, q] = D[3, 1, q] + -u0*x12
+        D[3, 2, q] = D[2, 3, q] = D[3, 2, q] + -x11*x7
+        D[3, 3, q] = D[3, 3, q] = D[3, 3, q] + x0*x11
 
 
 @entry
@@ -397,7 +381,7 @@ def spatial_3_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, 
             T[18, k] = -x101*(u0*u2 - x106*x121 - x39*x67)
             T[19, k] = -x101*(x110*x124 - x39*x79 + x79)
             T[20, k] = -x101*(-x0 - x1 + x124*(u0*x16 + x120) + x39*(x0 + x1))
-        unfold(T, first, D)
+        unfold(T, first, D, False)
 
 
 @entry
@@ -488,7 +472,7 @@ def spatial_3_damped_stress(u: Any, v: Any, s: Any, out: Any, rows: int, points:
 
 
 @entry
-def spatial_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:
+def spatial_3_viscosity(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:
     count = points * cells
     u = carray(u, (rows, count))
     s = carray(s, (4, count))
@@ -496,220 +480,98 @@ def spatial_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points
     for first in range(0, count, LANES):
         for k in range(min(LANES, count - first)):
             q = first + k
-            u0, u1, u2, u3, u4, u5, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
+            u0, u1, u2, u3, u4, u5, s0, s1, s3 = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[3, q]
             x0 = (u0 * u0)
-            x1 = s0*x0
-            x2 = (u1 * u1)
-            x3 = (u2 * u2)
-            x4 = x2 + x3
-            x5 = x0 + x4
-            x6 = (0.5)*s0*(x5 - 1.0)
-            x7 = -u5
-            x8 = u0*u5
-            x9 = u2*u3
-            x10 = x8 - x9
-            x11 = u0*x10
-            x12 = (1.0 / (x5))
-            x13 = option*x12
-            x14 = x11*x13 + x7
-            x15 = (1.0 / (x5 * x5))
-            x16 = (option * option)*x15
-            x17 = u1*u5
-            x18 = u2*u4
-            x19 = x17 - x18
-            x20 = (x19 * x19)
-            x21 = x0*x20
-            x22 = x16*x21
-            x23 = u0*u4
-            x24 = u1*u3
-            x25 = x23 - x24
-            x26 = u0*x25
-            x27 = x13*x26
-            x28 = -u4 + x27
-            x29 = s0/s1
-            x30 = 1.25e-7*x29
-            x31 = x13*x20
-            x32 = u0*x31
-            x33 = -x10
-            x34 = u0*x33
-            x35 = u5 + x13*x34
-            x36 = -x10*x35 + x25*x28 + x32
-            x37 = ((fall(x5, option)) * (fall(x5, option)))
-            x38 = 2.0*x37
-            x39 = (x10 * x10)
-            x40 = (x25 * x25)
-            x41 = x20*x37 + x37*x40
-            x42 = x37*x39 + x41
-            x43 = (1.0 / ((6.25e-8*x29 + x42)))
-            x44 = s1*x37
-            x45 = x43*x44
-            x46 = (0.5)*beta
-            x47 = (u4 * u4)
-            x48 = 2.0*x0
-            x49 = option*x15
-            x50 = x48*x49
-            x51 = 2.0*x49
-            x52 = x16*x40
-            x53 = x16*x39
-            x54 = x13*x25
-            x55 = 4.0*x54
-            x56 = x10*x13
-            x57 = 4.0*x56
-            x58 = x13*x40
-            x59 = -x58
-            x60 = x13*x39
-            x61 = -x60
-            x62 = -x31
-            x63 = (u5 * u5) + x59 + x61 + x62
-            x64 = x21*x51 + 2.0*x22 - x23*x55 + x39*x50 + x40*x50 + x47 + x48*x52 + x48*x53 - x57*x8 + x63
-            x65 = 1.0e-12*(s2 * s2) + 1.0e-60
-            x66 = x42 + x65
-            x67 = (1.0 / (math.sqrt(x66)))
-            x68 = s2*x67
-            x69 = u4*x25
-            x70 = u5*x10
-            x71 = u0*x58 + u0*x60 + x32 - x69 - x70
-            x72 = s2*x37
-            x73 = x72/(x66 * math.sqrt(x66))
-            x74 = u0*u1
-            x75 = s0*x74
-            x76 = u1*x19
-            x77 = x13*x76
-            x78 = x7 + x77
-            x79 = -x78
-            x80 = u0*x13
-            x81 = u1*x13
-            x82 = x33*x81
-            x83 = u1*x25
-            x84 = x13*x83
-            x85 = u3 + x84
-            x86 = -x28
-            x87 = u1*x60
-            x88 = x25*x85
-            x89 = x19*x78 + x87 + x88
-            x90 = -x36*x38
-            x91 = u3*x25
-            x92 = 2.0*x80
-            x93 = 2.0*x8
-            x94 = x13*x19
-            x95 = 2.0*x81
-            x96 = 2.0*x17
-            x97 = x51*x74
-            x98 = 2.0*x74
-            x99 = x16*x20
-            x100 = -u3*u4 + x20*x97 + x39*x97 + x40*x97 + x52*x98 + x53*x98 - x56*x96 - x69*x95 + x91*x92 - x93*x94 + x98*x99
-            x101 = u5*x19
-            x102 = u1*x31 + u1*x58 - x101 + x87 + x91
-            x103 = x71*x73
-            x104 = s0*x2
-            x105 = x2*x53
-            x106 = (u3 * u3)
-            x107 = x2*x51
-            x108 = 2.0*x2
-            x109 = 4.0*x94
-            x110 = 2.0*x105 + x106 + x107*x20 + x107*x39 + x107*x40 + x108*x52 + x108*x99 - x109*x17 + x24*x55 + x63
-            x111 = u0*u2
-            x112 = s0*x111
-            x113 = u2*x19
-            x114 = x113*x13
-            x115 = u4 + x114
-            x116 = x115*x19
-            x117 = u2*x13
-            x118 = u2*x33
-            x119 = x118*x13
-            x120 = -u3 + x119
-            x121 = -x120
-            x122 = u2*x58
-            x123 = -x10*x120 + x116 + x122
-            x124 = -x123
-            x125 = u3*x10
-            x126 = 2.0*x18
-            x127 = 2.0*x117
-            x128 = x111*x51
-            x129 = 2.0*x111
-            x130 = -u3*u5 + x125*x92 - x126*x54 - x127*x70 + x128*x20 + x128*x39 + x128*x40 + x129*x52 + x129*x53 + x129*x99 + 2.0*x23*x94
-            x131 = u4*x19
-            x132 = u2*x31 + u2*x60 + x122 + x125 + x131
-            x133 = u1*u2
-            x134 = s0*x133
-            x135 = x38*x89
-            x136 = 2.0*x24
-            x137 = 2.0*x9
-            x138 = x133*x51
-            x139 = 2.0*x133
-            x140 = -u4*u5 - x101*x127 + x131*x95 + x136*x56 + x137*x54 + x138*x20 + x138*x39 + x138*x40 + x139*x52 + x139*x53 + x139*x99
-            x141 = x102*x73
-            x142 = s0*x3
-            x143 = u2*x10
-            x144 = x13*x143
-            x145 = x3*x52
-            x146 = x3*x51
-            x147 = 2.0*x3
-            x148 = x106 + x109*x18 + 2.0*x145 + x146*x20 + x146*x39 + x146*x40 + x147*x53 + x147*x99 + x47 + x57*x9 + x59 + x61 + x62
-            x149 = 2.0*u0
-            x150 = x149*x84
-            x151 = x144*x149
-            x152 = u1*u4
-            x153 = u2*u5
-            x154 = x119*x149
-            x155 = -x118 + x83
-            x156 = s3*x44
-            x157 = 2.0*u1
-            x158 = x108*x54 + x136 + x144*x157 - x23
-            x159 = u1*x30
-            x160 = u2*x30
-            x161 = x143 + x83
-            x162 = x43*x46
-            x163 = 2.0*u2
-            x164 = x13*x147
-            x165 = x10*x164 + x137 + x163*x84 - x8
-            x166 = x161*x73
-            x167 = -2.0*option*u0*u2*x12*x19 - 2.0*u0*u4 + x24 + x48*x54
-            x168 = x115 - x27
-            x169 = u0*x30
-            x170 = -x113 + x26
-            x171 = x170*x38
-            x172 = u0*u3
-            x173 = x114*x157
-            x174 = x150 + x153 + x172 - x173
-            x175 = -x126 + x163*x27 - x164*x19 + x17
-            x176 = x132*x73
-            x177 = (x33 * x33)*x37 + x41 + x65
-            x178 = s2/(math.sqrt(x177))
-            x179 = x72/(x177 * math.sqrt(x177))
-            x180 = x155*x179
-            x181 = -x155
-            x182 = x0 + x3
-            x183 = (x170 * x170)
-            x184 = x48*x56 + x9 - x93 + x94*x98
-            x185 = x34 - x76
-            x186 = x108*x94 + x18 + x56*x98 - x96
-            x187 = x11 + x76
-            x188 = x152 + x172 + x173
-            x189 = -x185
-            x190 = x0 + x2
-            T[0, k] = s3*(x1 + x44*(-x64*x68 + x64 + (x71 * x71)*x73) + x46*(2.0*x1 + x45*(x30*((x14 * x14) + x22 + (x28 * x28)) + (x36 * x36)*x38)) + x6)
-            T[1, k] = s3*(x44*(-x100*x68 + x100 + x102*x103) + x46*(-x45*(x30*(x19*x79*x80 - x35*x82 + x85*x86) + x89*x90) + 2.0*x75) + x75)
-            T[2, k] = s3*(x104 + x44*((x102 * x102)*x73 - x110*x68 + x110) + x46*(2.0*x104 + x45*(x30*(x105 + (x78 * x78) + (x85 * x85)) + x38*(x89 * x89))) + x6)
-            T[3, k] = s3*(x112 + x44*(x103*x132 - x130*x68 + x130) + x46*(2.0*x112 - x45*(-x124*x90 + x30*(-x116*x80 + x117*x25*x86 + x121*x35))))
-            T[4, k] = s3*(x134 + x44*(x132*x141 - x140*x68 + x140) + x46*(2.0*x134 - x45*(x124*x135 + x30*(x115*x79 - x117*x88 + x121*x82))))
-            T[5, k] = s3*(x142 + x44*((x132 * x132)*x73 - x148*x68 + x148) + x46*(2.0*x142 + x45*((x123 * x123)*x38 + x30*((x115 * x115) + x145 + ((u3 + x144) * (u3 + x144))))) + x6)
-            T[6, k] = -x156*((0.5)*beta*x43*(x155*x90 + x30*(u1*x86 + u2*x35)) + u1*u4 + u2*u5 - x103*x155 - x150 - x151 - x68*(-x150 + x152 + x153 + x154))
-            T[7, k] = -x156*((0.5)*beta*x43*(-x135*x155 + x159*(x119 - x85)) + s2*x158*x67 - x141*x155 - x158)
-            T[8, k] = x156*(x132*x166 + x162*(x123*x161*x38 + x160*(x144 + x85)) - x165*x68 + x165)
-            T[9, k] = x156*(x155*x166 + x162*((x161 * x161)*x38 + x30*x4) - x4*x68 + x4)
-            T[10, k] = x156*((0.5)*beta*x43*(x168*x169 - x171*x36) - x103*x170 + x167*x68 - x167)
-            T[11, k] = -x156*(x141*x170 + x162*(x135*x170 + x30*(u0*x85 - u2*x78)) - x174*x68 + x174)
-            T[12, k] = -x156*(x162*(-x124*x171 - x160*x168) + x170*x176 - x175*x68 + x175)
-            T[13, k] = -x156*(x162*(-x171*x181 + x30*x74) + x170*x180 - x178*x74 + x74)
-            T[14, k] = x156*(x162*(x182*x30 + x183*x38) - x182*x68 + x182 + x183*x73)
-            T[15, k] = -x156*(-x103*x185 + x162*(x169*(-x35 + x77) + x185*x90) - x184*x68 + x184)
-            T[16, k] = -x156*(-x141*x185 + x162*(x135*x187 + x159*(x14 + x77)) - x186*x68 + x186)
-            T[17, k] = -x156*(x151 + x162*(x124*x185*x38 + x30*(u0*x121 + u1*x115)) - x176*x185 + x188 - x68*(-x154 + x188))
-            T[18, k] = -x156*(-x111*x178 + x111 + x162*(x111*x30 - x181*x189*x38) + x180*x189)
-            T[19, k] = -x156*(-x133*x178 + x133 + x162*(x133*x30 - x171*x189) - x170*x179*x189)
-            T[20, k] = x156*(x162*((x187 * x187)*x38 + x190*x30) - x185*x187*x73 - x190*x68 + x190)
-        unfold(T, first, D)
+            x1 = -u5
+            x2 = u0*u5 - u2*u3
+            x3 = u0*x2
+            x4 = (u1 * u1)
+            x5 = (u2 * u2)
+            x6 = x4 + x5
+            x7 = x0 + x6
+            x8 = option/x7
+            x9 = x1 + x3*x8
+            x10 = u1*u5 - u2*u4
+            x11 = (x10 * x10)
+            x12 = (option * option)/(x7 * x7)
+            x13 = u0*u4 - u1*u3
+            x14 = u0*x13
+            x15 = x14*x8
+            x16 = -u4 + x15
+            x17 = s0/s1
+            x18 = 1.25e-7*x17
+            x19 = u0*x8
+            x20 = -x2
+            x21 = u0*x20
+            x22 = u5 + x21*x8
+            x23 = x11*x19 + x13*x16 - x2*x22
+            x24 = ((fall(x7, option)) * (fall(x7, option)))
+            x25 = 2.0*x24
+            x26 = (x13 * x13)
+            x27 = (x2 * x2)
+            x28 = (0.5)*s1*x24/(x11*x24 + 6.25e-8*x17 + x24*x26 + x24*x27)
+            x29 = beta*s3
+            x30 = s0*u0
+            x31 = u1*x10
+            x32 = x31*x8
+            x33 = x1 + x32
+            x34 = -x33
+            x35 = u1*x8
+            x36 = x20*x35
+            x37 = u1*x13
+            x38 = u3 + x37*x8
+            x39 = -x16
+            x40 = x13*x38
+            x41 = x10*x33 + x27*x35 + x40
+            x42 = -x23*x25
+            x43 = u2*x10
+            x44 = u4 + x43*x8
+            x45 = x10*x44
+            x46 = u2*x8
+            x47 = u2*x20
+            x48 = x47*x8
+            x49 = -u3 + x48
+            x50 = -x49
+            x51 = -x2*x49 + x26*x46 + x45
+            x52 = -x51
+            x53 = u1*u2
+            x54 = x25*x41
+            x55 = u2*x2
+            x56 = x55*x8
+            x57 = x37 - x47
+            x58 = x28*x29
+            x59 = u1*x18
+            x60 = u2*x18
+            x61 = x37 + x55
+            x62 = -x15 + x44
+            x63 = u0*x18
+            x64 = x14 - x43
+            x65 = x25*x64
+            x66 = x21 - x31
+            x67 = x3 + x31
+            x68 = x25*x66
+            T[0, k] = x29*(s0*x0 + x28*(x18*(x0*x11*x12 + (x16 * x16) + (x9 * x9)) + (x23 * x23)*x25))
+            T[1, k] = x29*(u1*x30 - x28*(x18*(x10*x19*x34 - x22*x36 + x38*x39) + x41*x42))
+            T[2, k] = x29*(s0*x4 + x28*(x18*(x12*x27*x4 + (x33 * x33) + (x38 * x38)) + x25*(x41 * x41)))
+            T[3, k] = x29*(u2*x30 - x28*(x18*(x13*x39*x46 - x19*x45 + x22*x50) - x42*x52))
+            T[4, k] = x29*(s0*x53 - x28*(x18*(x34*x44 + x36*x50 - x40*x46) + x52*x54))
+            T[5, k] = x29*(s0*x5 + x28*(x18*(x12*x26*x5 + (x44 * x44) + ((u3 + x56) * (u3 + x56))) + x25*(x51 * x51)))
+            T[6, k] = -x58*(x18*(u1*x39 + u2*x22) + x42*x57)
+            T[7, k] = -x58*(-x54*x57 + x59*(-x38 + x48))
+            T[8, k] = x58*(x25*x51*x61 + x60*(x38 + x56))
+            T[9, k] = x58*(x18*x6 + x25*(x61 * x61))
+            T[10, k] = x58*(-x23*x65 + x62*x63)
+            T[11, k] = -x58*(x18*(u0*x38 - u2*x33) + x54*x64)
+            T[12, k] = -x58*(-x52*x65 - x60*x62)
+            T[13, k] = -x58*(u0*x59 + x57*x65)
+            T[14, k] = x58*(x18*(x0 + x5) + x25*(x64 * x64))
+            T[15, k] = -x58*(x42*x66 + x63*(-x22 + x32))
+            T[16, k] = -x58*(x54*x67 + x59*(x32 + x9))
+            T[17, k] = -x58*(x18*(u0*x50 + u1*x44) + x52*x68)
+            T[18, k] = -x58*(u0*x60 - x57*x68)
+            T[19, k] = -x58*(x18*x53 + x65*x66)
+            T[20, k] = x58*(x18*(x0 + x4) + x25*(x67 * x67))
+        unfold(T, first, D, True)
 
 
 @entry
@@ -824,37 +686,31 @@ def quadratic_2_damped_stress(u: Any, v: Any, s: Any, out: Any, rows: int, point
 
 
 @entry
-def quadratic_2_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:
+def quadratic_2_viscosity(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:
     count = points * cells
     u = carray(u, (rows, count))
     s = carray(s, (4, count))
     D = carray(out, (rows, rows, count))
     for q in range(count):
-        u0, u1, u2, u3, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[2, q], s[3, q]
-        x0 = (u0 * u0)
-        x1 = (u1 * u1)
-        x2 = s0*s3
-        x3 = (u2 * u2)
-        x4 = (u3 * u3)
-        x5 = x3 + x4
-        x6 = 1.0e-12*(s2 * s2) + x5 + 1.0e-60
-        x7 = s2/(x6 * math.sqrt(x6))
-        x8 = s0/s1
-        x9 = 1.25e-7*x8
-        x10 = beta/(x5 + 6.25e-8*x8)
-        x11 = (0.5)*x10
-        x12 = -s2/(math.sqrt(x6)) + 1.0
-        x13 = s1*s3
-        D[0, 0, q] = D[0, 0, q] = x2*(beta*x0 + (1.5)*x0 + (0.5)*x1 - 0.5)
-        D[1, 0, q] = D[0, 1, q] = u0*u1*x2*(beta + 1.0)
-        D[1, 1, q] = D[1, 1, q] = x2*(beta*x1 + (0.5)*x0 + (1.5)*x1 - 0.5)
-        D[2, 0, q] = D[0, 2, q] = 0.0
-        D[2, 1, q] = D[1, 2, q] = 0.0
-        D[2, 2, q] = D[2, 2, q] = x13*(x11*(2.0*x3 + x9) + x12 + x3*x7)
-        D[3, 0, q] = D[0, 3, q] = 0.0
-        D[3, 1, q] = D[1, 3, q] = 0.0
-        D[3, 2, q] = D[2, 3, q] = u2*u3*x13*(x10 + x7)
-        D[3, 3, q] = D[3, 3, q] = x13*(x11*(2.0*x4 + x9) + x12 + x4*x7)
+        u0, u1, u2, u3, s0, s1, s3 = u[0, q], u[1, q], u[2, q], u[3, q], s[0, q], s[1, q], s[3, q]
+        x0 = beta*s3
+        x1 = s0*x0
+        x2 = (u2 * u2)
+        x3 = s0/s1
+        x4 = 1.25e-7*x3
+        x5 = (u3 * u3)
+        x6 = s1*x0/(x2 + 6.25e-8*x3 + x5)
+        x7 = (0.5)*x6
+        D[0, 0, q] = D[0, 0, q] = D[0, 0, q] + (u0 * u0)*x1
+        D[1, 0, q] = D[0, 1, q] = D[1, 0, q] + u0*u1*x1
+        D[1, 1, q] = D[1, 1, q] = D[1, 1, q] + (u1 * u1)*x1
+        D[2, 0, q] = D[0, 2, q] = D[2, 0, q] + 0.0
+        D[2, 1, q] = D[1, 2, q] = D[2, 1, q] + 0.0
+        D[2, 2, q] = D[2, 2, q] = D[2, 2, q] + x7*(2.0*x2 + x4)
+        D[3, 0, q] = D[0, 3, q] = D[3, 0, q] + 0.0
+        D[3, 1, q] = D[1, 3, q] = D[3, 1, q] + 0.0
+        D[3, 2, q] = D[2, 3, q] = D[3, 2, q] + u2*u3*x6
+        D[3, 3, q] = D[3, 3, q] = D[3, 3, q] + x7*(x4 + 2.0*x5)
 
 
 @entry
@@ -948,7 +804,7 @@ def quadratic_3_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points: int
             T[18, k] = u5*x14
             T[19, k] = u4*u5*x11*x13
             T[20, k] = x13*(x11*x9 + x12)
-        unfold(T, first, D)
+        unfold(T, first, D, False)
 
 
 @entry
@@ -977,7 +833,7 @@ def quadratic_3_damped_stress(u: Any, v: Any, s: Any, out: Any, rows: int, point
 
 
 @entry
-def quadratic_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:
+def quadratic_3_viscosity(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:
     count = points * cells
     u = carray(u, (rows, count))
     s = carray(s, (4, count))
@@ -985,52 +841,40 @@ def quadratic_3_damped_modulus(u: Any, v: Any, s: Any, out: Any, rows: int, poin
     for first in range(0, count, LANES):
         for k in range(min(LANES, count - first)):
             q = first + k
-            u0, u1, u2, u3, u4, u5, s0, s1, s2, s3 = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[2, q], s[3, q]
-            x0 = (u1 * u1)
-            x1 = (0.5)*x0
-            x2 = (u0 * u0)
-            x3 = (u2 * u2)
-            x4 = (0.5)*x3 - 0.5
-            x5 = s0*s3
-            x6 = beta + 1.0
-            x7 = u0*x5*x6
-            x8 = (0.5)*x2
-            x9 = (u3 * u3)
-            x10 = (u4 * u4)
-            x11 = (u5 * u5)
-            x12 = x10 + x11 + x9
-            x13 = 1.0e-12*(s2 * s2) + x12 + 1.0e-60
-            x14 = s2/(x13 * math.sqrt(x13))
-            x15 = s0/s1
-            x16 = 1.25e-7*x15
-            x17 = beta/(x12 + 6.25e-8*x15)
-            x18 = (0.5)*x17
-            x19 = -s2/(math.sqrt(x13)) + 1.0
-            x20 = s1*s3
-            x21 = x14 + x17
-            x22 = u3*x20*x21
-            T[0, k] = x5*(beta*x2 + x1 + (1.5)*x2 + x4)
-            T[1, k] = u1*x7
-            T[2, k] = x5*(beta*x0 + (1.5)*x0 + x4 + x8)
-            T[3, k] = u2*x7
-            T[4, k] = u1*u2*x5*x6
-            T[5, k] = x5*(beta*x3 + x1 + (1.5)*x3 + x8 - 0.5)
+            u0, u1, u2, u3, u4, u5, s0, s1, s3 = u[0, q], u[1, q], u[2, q], u[3, q], u[4, q], u[5, q], s[0, q], s[1, q], s[3, q]
+            x0 = beta*s3
+            x1 = s0*x0
+            x2 = u0*x1
+            x3 = (u3 * u3)
+            x4 = s0/s1
+            x5 = 1.25e-7*x4
+            x6 = (u4 * u4)
+            x7 = (u5 * u5)
+            x8 = s1*x0/(x3 + 6.25e-8*x4 + x6 + x7)
+            x9 = (0.5)*x8
+            x10 = u3*x8
+            T[0, k] = (u0 * u0)*x1
+            T[1, k] = u1*x2
+            T[2, k] = (u1 * u1)*x1
+            T[3, k] = u2*x2
+            T[4, k] = u1*u2*x1
+            T[5, k] = (u2 * u2)*x1
             T[6, k] = 0.0
             T[7, k] = 0.0
             T[8, k] = 0.0
-            T[9, k] = x20*(x14*x9 + x18*(x16 + 2.0*x9) + x19)
+            T[9, k] = x9*(2.0*x3 + x5)
             T[10, k] = 0.0
             T[11, k] = 0.0
             T[12, k] = 0.0
-            T[13, k] = u4*x22
-            T[14, k] = x20*(x10*x14 + x18*(2.0*x10 + x16) + x19)
+            T[13, k] = u4*x10
+            T[14, k] = x9*(x5 + 2.0*x6)
             T[15, k] = 0.0
             T[16, k] = 0.0
             T[17, k] = 0.0
-            T[18, k] = u5*x22
-            T[19, k] = u4*u5*x20*x21
-            T[20, k] = x20*(x11*x14 + x18*(2.0*x11 + x16) + x19)
-        unfold(T, first, D)
+            T[18, k] = u5*x10
+            T[19, k] = u4*u5*x8
+            T[20, k] = x9*(x5 + 2.0*x7)
+        unfold(T, first, D, True)
 
 
 @entry

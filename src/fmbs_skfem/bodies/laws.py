@@ -26,8 +26,8 @@ from ..core.entries import call
 from ..core.errors import InputError, closest, listed, say
 from ..core.jit import jit
 
-KINDS = ("energy", "stress", "modulus", "damped_stress", "damped_modulus", "dissipation")  #: functions of a law
-ENERGY, STRESS, MODULUS, DISSIPATION, OPTION, DIM = range(6)  #: columns of `addresses`
+KINDS = ("energy", "stress", "modulus", "damped_stress", "viscosity", "dissipation")  #: functions of a law
+ENERGY, STRESS, MODULUS, VISCOSITY, DISSIPATION, OPTION, DIM = range(7)  #: columns of `addresses`
 KNOWN: dict[str, Law] = {}  #: laws by name
 
 
@@ -87,8 +87,13 @@ def find(name: str) -> Law:
 
 
 def hand_written(module: str, prefix: str = "") -> Callable[[int, str], int]:
-    """Addresses of functions that are written by hand, one for both stresses and one for both moduli."""
-    return lambda dim, kind: int(getattr(import_module(module, __package__), f"{prefix}{kind.removeprefix('damped_')}_at")())
+    """Addresses of functions that are written by hand, one for both stresses, and one for the modulus with the viscosity in it."""
+
+    def entry(dim: int, kind: str) -> int:
+        name = f"{prefix}{kind.removeprefix('damped_')}_at"
+        return 0 if kind == "viscosity" else int(getattr(import_module(module, __package__), name)())
+
+    return entry
 
 
 def generated_from(planar: str, spatial: str) -> Callable[[int, str], int]:
@@ -127,8 +132,8 @@ ENUMS["Law"] = lambda value: find(value) if isinstance(value, str) else NUMBERS[
 
 def addresses(law: Law, dim: int, damped: bool) -> np.ndarray:
     """Where the functions of a law in `dim` components are, which serve any damping time or none alone; its option; `dim`."""
-    kinds = ("energy", "damped_stress", "damped_modulus", "dissipation") if damped else ("energy", "stress", "modulus")
-    found = [*(law.entry(dim, kind) for kind in kinds), 0][:OPTION]
+    kinds = ("energy", "damped_stress", "modulus", "viscosity", "dissipation") if damped else ("energy", "stress", "modulus")
+    found = [*(law.entry(dim, kind) for kind in kinds), 0, 0][:OPTION]
     return np.array([*found, law.option, dim], dtype=np.int64)
 
 
@@ -166,6 +171,8 @@ def call_dissipation(calls: np.ndarray, u: np.ndarray, rate: np.ndarray, section
 def call_modulus(calls: np.ndarray, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
     """`modulus` in compiled code, with the `addresses` of the law."""
     call(calls[MODULUS], (u, u, section, D), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
+    if calls[VISCOSITY] != 0 and beta > 0.0:
+        call(calls[VISCOSITY], (u, u, section, D), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
 
 
 def energy(law: Law, u: np.ndarray, section: np.ndarray) -> float:

@@ -58,7 +58,7 @@ FRAMES = {  # of a loop over all points, with where the results of a point go
         for k in range(min(LANES, count - first)):
             q = first + k
             {point}
-        unfold(T, first, D)""",
+        unfold(T, first, D, {onto})""",
         "T[{0}, k] =",
     ),
     "small modulus": (
@@ -110,14 +110,15 @@ def results(law: Symbols, dim: int, kind: str) -> tuple[list[Expression], list[E
     if kind == "energy":
         return [w * W], symbols
     S = [sympy.diff(W, x) for x in u]
-    R = law.dissipation(r, rates, *section) if kind.startswith(("damped", "dissipation")) and law.dissipation else sympy.Integer(0)
+    damped = kind in ("damped_stress", "viscosity", "dissipation")
+    R = law.dissipation(r, rates, *section) if damped and law.dissipation else sympy.Integer(0)
     if kind == "dissipation":
         return [2 * w * R], symbols
     pull = [sympy.diff(R, y) for y in v]
     if kind.endswith("stress"):
         return [w * (a + beta * b) for a, b in zip(S, pull, strict=True)], symbols
     pairs = [(i, j) for i in range(count) for j in range(i + 1)]
-    return [w * (sympy.diff(S[i], u[j]) + beta * sympy.diff(pull[i], v[j])) for i, j in pairs], symbols
+    return [w * (sympy.diff(S[i], u[j]) if kind == "modulus" else beta * sympy.diff(pull[i], v[j])) for i, j in pairs], symbols
 
 
 def loop(law: Symbols, dim: int, kind: str, name: str) -> str:
@@ -126,14 +127,17 @@ def loop(law: Symbols, dim: int, kind: str, name: str) -> str:
     count, numbers = law.vectors * dim, len(law.section) + 1
     places = [f"{array}[{i}, q]" for array, size in (("u", count), ("v", count), ("s", numbers)) for i in range(size)]
     lines, found = statements(wanted, dict(zip(symbols, places, strict=False)), factored=True)
-    small = kind.endswith("modulus") and len(found) <= SMALL
-    frame, target = FRAMES["small modulus" if small else kind.removeprefix("damped_")]
+    matrix, onto = kind in ("modulus", "viscosity"), kind == "viscosity"  # which is added to the modulus
+    frame, target = FRAMES[
+        "small modulus" if matrix and len(found) <= SMALL else "modulus" if matrix else kind.removeprefix("damped_")
+    ]
+    target += " D[{1}, {2}, q] +" if onto and target[0] == "D" else ""
     pairs = [(i, j) for i in range(count) for j in range(i + 1)]
     point = lines + [f"{target.format(k, *pair)} {value}" for k, (value, pair) in enumerate(zip(found, pairs, strict=False))]
     views = ["u = carray(u, (rows, count))", f"s = carray(s, ({numbers}, count))"]
     views += ["v = carray(v, (rows, count))"] if lines and "v[" in lines[0] else []
     indent = " " * (12 if target[0] == "T" else 8)
-    text = frame.format(views="\n    ".join(views), point=f"\n{indent}".join(point), size=len(found))
+    text = frame.format(views="\n    ".join(views), point=f"\n{indent}".join(point), size=len(found), onto=onto)
     return f"@entry\ndef {name}{HEAD}\n    count = points * cells\n{text}"
 
 

@@ -36,8 +36,8 @@ def entry(function: Callable[..., None]) -> Callable[[], int]:
 
 
 @inlined
-def unfold(T: np.ndarray, first: int, D: np.ndarray) -> None:
-    """D[i, j, q] = D[j, i, q] for the LANES points q from `first` on, from T (i (i + 1)/2 + j, k), j <= i.
+def unfold(T: np.ndarray, first: int, D: np.ndarray, onto: bool) -> None:
+    """D[i, j, q] = D[j, i, q] for the LANES points q from `first` on, from T (i (i + 1)/2 + j, k), j <= i; += if `onto`.
 
     Rows of T are apart by a constant, which lets a loop that writes them all become vector instructions.
     """
@@ -45,8 +45,7 @@ def unfold(T: np.ndarray, first: int, D: np.ndarray) -> None:
     for i in range(D.shape[0]):
         for j in range(i + 1):
             for k in range(count):
-                D[i, j, first + k] = T[row, k]
-                D[j, i, first + k] = T[row, k]
+                D[i, j, first + k] = D[j, i, first + k] = T[row, k] + D[i, j, first + k] if onto else T[row, k]
             row += 1
 
 
