@@ -18,7 +18,7 @@ from fmbs_skfem.core.errors import SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha
 from fmbs_skfem.reduction import earlier, files, parametric_model
 from fmbs_skfem.reduction import training_store as store
-from fmbs_skfem.reduction.error_budget import Choice
+from fmbs_skfem.reduction.error_budget import BudgetChoice
 from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads, probes
 
 DATA = Path(__file__).parent / "data"
@@ -119,7 +119,7 @@ def test_a_training() -> None:
     assert (run.values, run.cpu_s) == ({"E": 1e9}, 0.5)
     np.testing.assert_array_equal(run.factors["beam"].coefficients, np.arange(6.0).reshape(2, 3))
     assert (iteration.next, iteration.failed, iteration.samples) == (7, ((5, "diverged"),), (1, 2))
-    notes = store.Notes((store.Pair(0, 1, 1e-3, 2e-3),), Choice(1e-3, 1e-6, None, 1e-4, 0.0, None), 1, 2)
+    notes = store.Notes((store.Pair(0, 1, 1e-3, 2e-3),), BudgetChoice(1e-3, 1e-6, None, 1e-4, 0.0, None), 1, 2)
     assert store.notes_of(folder, 1) == notes
     assert list(store.read_checks(folder)) == [7]
     with pytest.raises(SolverError, match="no"):

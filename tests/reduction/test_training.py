@@ -541,7 +541,7 @@ def test_few_snapshots_that_are_all_kept_are_no_floor() -> None:
 def test_eps_is_lowered_where_it_is_the_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An eps chosen too rough at the first full run: the runs that exist serve once more, and a stored training ends the same."""
     wanted, rough = 2e-4, 1e-7
-    monkeypatch.setattr(error_budget, "choose", lambda *_: error_budget.Choice(wanted, rough, 1e-3, 1e-5, 1e-5, None))
+    monkeypatch.setattr(error_budget, "choose", lambda *_: error_budget.BudgetChoice(wanted, rough, 1e-3, 1e-5, 1e-5, None))
     task, count = counted()
     found = training.train(task, places(task), OPTIONS, tmp_path, tolerance=wanted)
     assert 1 <= found.lowered <= training_work.LOWERINGS

@@ -30,7 +30,7 @@ from fmbs_skfem.dynamics.outputs import lifted
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import meshes
 from fmbs_skfem.shapes.meshes import LineMesh
-from fmbs_skfem.shapes.msh import Cells, Raw
+from fmbs_skfem.shapes.msh import MshCells, Raw
 from fmbs_skfem.systems import At, System, assemble, assembly, eliminate, joints, loads
 from fmbs_skfem.systems.system import in_scene, sizes
 
@@ -136,11 +136,11 @@ def shuffled(raw: Raw, seed: int) -> Raw:
     number = dict(zip(raw.numbers[rows].tolist(), random.permutation(np.arange(1, len(rows) + 1) * 7).tolist(), strict=True))
     renamed = np.vectorize(number.__getitem__, otypes=[np.int64])
 
-    def cells(known: Cells) -> Cells:
+    def cells(known: MshCells) -> MshCells:
         order = random.permutation(len(known.nodes))
         place = np.argsort(order)
         nodes = renamed(known.nodes[order]) if len(order) else known.nodes
-        return Cells(nodes, known.numbers[order], {name: np.sort(place[rows]) for name, rows in known.groups.items()})
+        return MshCells(nodes, known.numbers[order], {name: np.sort(place[rows]) for name, rows in known.groups.items()})
 
     return replace(
         raw,

@@ -13,7 +13,7 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import ancf_plate, meshes, plate_meshes, splitting
-from fmbs_skfem.shapes.msh import Cells, Raw
+from fmbs_skfem.shapes.msh import MshCells, Raw
 
 POINTS = np.array([[0, 0], [1, 0], [2.2, 0], [3, 0], [0, 1], [1.2, 1], [2, 1], [3, 1]], float)
 QUADS, TRIANGLES = np.array([[0, 1, 5, 4], [2, 3, 7, 6]]), np.array([[1, 2, 5], [2, 6, 5]])
@@ -85,9 +85,9 @@ def test_middles_lie_on_circles() -> None:
         points,
         np.arange(2 * n) + 5,
         {},
-        Cells(hole + 5, np.arange(n), {"hole": np.arange(n)}),
-        Cells(triangles + 5, np.arange(2), {}),
-        Cells(quads[1:] + 5, np.arange(n - 1), {}),
+        MshCells(hole + 5, np.arange(n), {"hole": np.arange(n)}),
+        MshCells(triangles + 5, np.arange(2), {}),
+        MshCells(quads[1:] + 5, np.arange(n - 1), {}),
         {},
     )
     with pytest.warns(Notice):

@@ -60,7 +60,7 @@ def test_scripts_are_not_told(capfd: pytest.CaptureFixture[str], monkeypatch: py
 def test_the_line_says_how_far_the_work_is_and_how_long_it_takes(monkeypatch: pytest.MonkeyPatch) -> None:
     now, texts = [0.0], list[str]()
     monkeypatch.setattr(notebooks.time, "perf_counter", lambda: now[0])
-    line = notebooks.Line()
+    line = notebooks.ProgressLine()
     monkeypatch.setattr(line, "show", texts.append)
     for moment, fraction in ((0.0, 0.0), (1.9, 0.1), (4.0, 0.2), (4.1, 0.21), (8.0, 0.5)):
         now[0] = moment

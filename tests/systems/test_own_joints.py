@@ -181,7 +181,7 @@ def test_gears_are_what_their_symbols_say(wheels: int) -> None:
     law.routines.constrain(space, found.address)
     law.routines.slopes(space, found.address)
     law.routines.drift(space_of(paths=paths, leads=leads, multipliers=multiplier, rhs=drift), found.address)
-    slopes = constraint_symbols.drift(constraint_symbols.Symbols(phi, count, wheels))
+    slopes = constraint_symbols.drift(constraint_symbols.RowSymbols(phi, count, wheels))
     assert_allclose([rhs[0, 0], drift[0, 0]], [value(phi), value(slopes)], rtol=1e-12)
     assert_allclose(Jy[0], [value(sympy.diff(phi, one)) for one in y], rtol=1e-12)
     assert_allclose(H, [multiplier[0] * value(sympy.diff(phi, y[i], y[j])) for i, j in law.pairs], rtol=1e-11)

@@ -12,7 +12,7 @@ import sympy
 
 from ..core.symbols import Expression
 from .cable_law import NEXT_TO_NOTHING, SMALL, STRAIGHT
-from .symbolic import OPTION, Symbols, Vectors, quadratic_dissipation, rate, source
+from .symbolic import OPTION, LawSymbols, Vectors, quadratic_dissipation, rate, source
 
 SECTION = ("EA", "EI", "kappa0")
 
@@ -81,9 +81,9 @@ def quadratic_dissipation_of(r: Vectors, v: Vectors, EA: Expression, EI: Express
     return dissipation(r[1], r, v, EA, EI)
 
 
-PLANAR = Symbols(2, SECTION, planar_energy, quadratic_dissipation(planar_strains, stiffness))
-SPATIAL = Symbols(2, SECTION, spatial_energy, spatial_dissipation)
-QUADRATIC = Symbols(2, SECTION, quadratic_energy, quadratic_dissipation_of)
+PLANAR = LawSymbols(2, SECTION, planar_energy, quadratic_dissipation(planar_strains, stiffness))
+SPATIAL = LawSymbols(2, SECTION, spatial_energy, spatial_dissipation)
+QUADRATIC = LawSymbols(2, SECTION, quadratic_energy, quadratic_dissipation_of)
 
 LOOPS = Path(__file__).with_name("cable_loops.py")
 ABOUT = "Energy, stress and modulus of cables, written by `cable_symbols` and not to be edited."

@@ -46,7 +46,7 @@ def define(
         from ..core import symbols
         from . import symbolic
 
-        law = symbolic.Symbols(vectors, tuple(section), energy, dissipation)
+        law = symbolic.LawSymbols(vectors, tuple(section), energy, dissipation)
         return symbols.import_text(symbolic.source([(PREFIX, law, tuple(dims))], f"The law '{name}'."))
 
     def entry(dim: int, kind: str) -> int:

@@ -73,7 +73,7 @@ SMALL = 12  #: results of a loop that need no room of their own to become vector
 
 
 @dataclass(frozen=True)
-class Symbols:
+class LawSymbols:
     """An energy [J/m or J/m2] of `vectors` derivatives of r, with the `section` numbers but the weight, and its dissipation."""
 
     vectors: int
@@ -99,7 +99,7 @@ def rate(value: Expression, r: Vectors, v: Vectors) -> Expression:
     return sum(sympy.diff(value, x) * y for one, other in zip(r, v, strict=True) for x, y in zip(one, other, strict=True))
 
 
-def results(law: Symbols, dim: int, kind: str) -> tuple[list[Expression], list[Expression]]:
+def results(law: LawSymbols, dim: int, kind: str) -> tuple[list[Expression], list[Expression]]:
     """Results of one kind for one point, of a symmetric matrix the lower triangle, and the symbols u, v, section, w and beta."""
     count = law.vectors * dim
     u, v = sympy.symbols(f"u:{count}", real=True), sympy.symbols(f"v:{count}", real=True)
@@ -121,7 +121,7 @@ def results(law: Symbols, dim: int, kind: str) -> tuple[list[Expression], list[E
     return [w * (sympy.diff(S[i], u[j]) if kind == "modulus" else beta * sympy.diff(pull[i], v[j])) for i, j in pairs], symbols
 
 
-def loop(law: Symbols, dim: int, kind: str, name: str) -> str:
+def loop(law: LawSymbols, dim: int, kind: str, name: str) -> str:
     """Source of the entry `name` for one kind."""
     wanted, symbols = results(law, dim, kind)
     count, numbers = law.vectors * dim, len(law.section) + 1
@@ -141,7 +141,7 @@ def loop(law: Symbols, dim: int, kind: str, name: str) -> str:
     return f"@entry\ndef {name}{HEAD}\n    count = points * cells\n{text}"
 
 
-def source(laws: Sequence[tuple[str, Symbols, Sequence[int]]], about: str, imports: Sequence[str] = ()) -> str:
+def source(laws: Sequence[tuple[str, LawSymbols, Sequence[int]]], about: str, imports: Sequence[str] = ()) -> str:
     """A module with the entries of laws (prefix of their names, symbols, dimensions)."""
     needed = [
         "import numpy as np",

@@ -25,7 +25,7 @@ REPLACED, NUMBERS = 14, 18  #: PARDISO's parameters that count replaced pivots, 
 
 
 @dataclass(frozen=True)
-class Factors:
+class PardisoFactors:
     """Factors inside MKL, freed with this object."""
 
     upper: csr_array  #: upper triangle of A
@@ -40,7 +40,7 @@ def require() -> None:
         raise MissingFeature(say("solver: pardiso", "the package pypardiso", "none", remedy))
 
 
-def factor(matrix: csr_array) -> Factors:
+def factor(matrix: csr_array) -> PardisoFactors:
     """Factors of a symmetric matrix; one without an inverse raises SolverError (SINGULAR_TANGENT)."""
     require()
     from pypardiso import PyPardisoSolver
@@ -53,13 +53,13 @@ def factor(matrix: csr_array) -> Factors:
         solver.factorize(upper)
     except (PyPardisoError, ValueError) as error:
         raise SolverError(f"pardiso: {error}", Reason.SINGULAR_TANGENT) from error
-    found = Factors(upper, solver, int(solver.get_iparm(NUMBERS)))
+    found = PardisoFactors(upper, solver, int(solver.get_iparm(NUMBERS)))
     weakref.finalize(found, solver.free_memory, everything=True)
     if solver.get_iparm(REPLACED) > 0:
         raise SolverError(f"pardiso: {solver.get_iparm(REPLACED)} pivots without a digit left", Reason.SINGULAR_TANGENT)
     return found
 
 
-def solve(factors: Factors, b: np.ndarray) -> np.ndarray:
+def solve(factors: PardisoFactors, b: np.ndarray) -> np.ndarray:
     """A^-1 b, for every row of b (k, n)."""
     return np.ascontiguousarray(factors.solver.solve(factors.upper, b.T).T)

@@ -77,7 +77,7 @@ class PathProblem:
 
 
 @dataclass(frozen=True)
-class Point:
+class PathPoint:
     """An equilibrium and the unit tangent of the path there."""
 
     at: Equilibrium
@@ -160,7 +160,7 @@ def follow(problem: PathProblem, found: list[Equilibrium], progress: Progress) -
         length *= float(np.clip(np.sqrt(problem.control.wanted / point.at.iterations), SHORTER, 2.0))
 
 
-def begin(problem: PathProblem, start: Equilibrium) -> Point:
+def begin(problem: PathProblem, start: Equilibrium) -> PathPoint:
     """The first equilibrium under load, found at a given load factor, with the tangent that leads on from there."""
 
     def solve(factor: float, last: Equilibrium) -> Equilibrium:
@@ -174,7 +174,7 @@ def begin(problem: PathProblem, start: Equilibrium) -> Point:
     return tangent(problem, state, ray)
 
 
-def advance(problem: PathProblem, last: Point, length: float) -> Point:
+def advance(problem: PathProblem, last: PathPoint, length: float) -> PathPoint:
     """The point at a length along the tangent, by Newton iteration in the plane normal to it."""
     n, scale = len(last.x), problem.model.system.scale
     at = last.at
@@ -219,14 +219,14 @@ def linearise(problem: PathProblem, at: Equilibrium, ahead: np.ndarray, rest: fl
     return solved[:, 0], solved[:, 1], R
 
 
-def tangent(problem: PathProblem, at: Equilibrium, ray: np.ndarray) -> Point:
+def tangent(problem: PathProblem, at: Equilibrium, ray: np.ndarray) -> PathPoint:
     """The point with the unit tangent along a direction of the path."""
     n = len(at.x)
     unit = ray / problem.size(ray[:n])
-    return Point(at, unit[:n], unit[n:-1], float(unit[-1]))
+    return PathPoint(at, unit[:n], unit[n:-1], float(unit[-1]))
 
 
-def locate_limits(problem: PathProblem, last: Point, length: float, after: Point) -> list[Point]:
+def locate_limits(problem: PathProblem, last: PathPoint, length: float, after: PathPoint) -> list[PathPoint]:
     """The limit point between two neighbouring points, if there is one."""
     from scipy.optimize import brentq
 
@@ -236,7 +236,7 @@ def locate_limits(problem: PathProblem, last: Point, length: float, after: Point
     return [advance(problem, last, at)] if 0.0 < at < length else []
 
 
-def land_on_loads(problem: PathProblem, points: list[Point]) -> list[Equilibrium]:
+def land_on_loads(problem: PathProblem, points: list[PathPoint]) -> list[Equilibrium]:
     """Equilibria after the first of some neighbouring points, cut off where the load factor is 1 or -1."""
     kept: list[Equilibrium] = []
     for a, b in pairwise(points):

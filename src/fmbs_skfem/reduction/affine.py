@@ -32,7 +32,7 @@ from ..core.validation import Indices, Reals
 from . import cases, family_samples
 from . import parameters as boxes
 from .cases import Case, Family, Place
-from .family_samples import HARD, ROUND, Samples, sample, sizes_of, stack
+from .family_samples import HARD, ROUND, FamilySamples, sample, sizes_of, stack
 
 CHECKS = 2  #: nodes beyond those of a degree at which it is checked
 FINE = 2000  #: candidates for a Leja point
@@ -117,7 +117,7 @@ def fit(family: Family, parameters: Sequence[Parameter], tolerance: float = 1e-1
         return fit_samples(again, tolerance, max_degree)
 
 
-def fit_samples(known: Samples, tolerance: float, max_degree: int) -> ParametricCase:
+def fit_samples(known: FamilySamples, tolerance: float, max_degree: int) -> ParametricCase:
     """The polynomials of samples.
 
     Where the hold-out points show what the axes through the nominal case do not, degrees are looked for through those points too.
@@ -194,7 +194,7 @@ def lagrange(nodes: Sequence[np.ndarray], order: Order, row: np.ndarray) -> np.n
     return weights
 
 
-def grid_of(known: Samples, order: Order) -> np.ndarray:
+def grid_of(known: FamilySamples, order: Order) -> np.ndarray:
     """Values (t, d) at the nodes of a tensor grid; the first are the nominal ones."""
     count = math.prod(degree + 1 for degree in order.degrees)
     if count > MANY:
@@ -203,7 +203,7 @@ def grid_of(known: Samples, order: Order) -> np.ndarray:
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
 
 
-def scan_axes(known: Samples, row: np.ndarray, tolerance: float, max_degree: int) -> dict[Place, Order]:
+def scan_axes(known: FamilySamples, row: np.ndarray, tolerance: float, max_degree: int) -> dict[Place, Order]:
     """Degrees of all leaves along the axes through values (d,)."""
     found: dict[Place, list[tuple[int, bool]]] = {}
     for p in range(len(known.parameters)):
@@ -212,7 +212,7 @@ def scan_axes(known: Samples, row: np.ndarray, tolerance: float, max_degree: int
     return {place: Order(*map(tuple, zip(*axes, strict=True))) for place, axes in found.items()}
 
 
-def scan(known: Samples, p: int, row: np.ndarray, tolerance: float, max_degree: int) -> dict[Place, tuple[int, bool]]:
+def scan(known: FamilySamples, p: int, row: np.ndarray, tolerance: float, max_degree: int) -> dict[Place, tuple[int, bool]]:
     """Degree in parameter p, and whether in its logarithm, of all leaves that depend on it along its axis through values (d,)."""
     rows = np.tile(row, (len(known.nodes[p]), 1))
     rows[:, p] = known.nodes[p]
@@ -237,7 +237,7 @@ def scan(known: Samples, p: int, row: np.ndarray, tolerance: float, max_degree: 
 
 
 def axis_of(
-    known: Samples, p: int, place: Place, rows: np.ndarray, variables: Sequence[bool], tolerance: float, lowest: int
+    known: FamilySamples, p: int, place: Place, rows: np.ndarray, variables: Sequence[bool], tolerance: float, lowest: int
 ) -> tuple[int, bool] | None:
     """The degree of a leaf in parameter p from `lowest` on that holds at all further points of an axis (k, d), at two at least."""
     base, values = stack(known, place, rows)
@@ -265,7 +265,7 @@ def widen(one: Mapping[Place, Order], two: Mapping[Place, Order]) -> dict[Place,
 
 
 def worst_error(
-    known: Samples, orders: Mapping[Place, Order], holdout: np.ndarray, tolerance: float
+    known: FamilySamples, orders: Mapping[Place, Order], holdout: np.ndarray, tolerance: float
 ) -> tuple[Place, int, float, float]:
     """Leaf and number of the hold-out point (k, d) of the largest error over what is allowed, and the largest of all over a row."""
     constant = Order((0,) * len(known.parameters), (False,) * len(known.parameters))
@@ -308,7 +308,7 @@ def decompose_rows(values: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, n
     return np.arange(count), np.eye(count)
 
 
-def tabulate(known: Samples, orders: Mapping[Place, Order], error: float) -> ParametricCase:
+def tabulate(known: FamilySamples, orders: Mapping[Place, Order], error: float) -> ParametricCase:
     """The polynomials of all leaves that depend on parameters."""
     tree: dict[str | int, Any] = {}
     varying = []

@@ -31,7 +31,7 @@ SAFE = 0.5  #: of the eps that just keeps its share
 
 
 @dataclass(frozen=True)
-class Choice:
+class BudgetChoice:
     """What was chosen for a tolerance, with the errors found at one full run."""
 
     tolerance: float
@@ -56,7 +56,7 @@ class Choice:
         return text + (", more than the tolerance: a smaller step comes first" if self.step > self.tolerance else "")
 
 
-def choose(task: TrainingTask, run: FullRun, tolerance: float, step: float | None = None) -> Choice:
+def choose(task: TrainingTask, run: FullRun, tolerance: float, step: float | None = None) -> BudgetChoice:
     """eps and eta with which the reduced model of one run keeps its shares of the tolerance at the parameters of that run.
 
     `step` is the error of the full model's own step, where it is known.
@@ -65,7 +65,7 @@ def choose(task: TrainingTask, run: FullRun, tolerance: float, step: float | Non
         raise InputError(say("tolerance", "an error between 0 and 1", tolerance, "1e-4 for instance"))
     eps, truncation = choose_eps(task, run, tolerance)
     eta, whole = choose_eta(task, run, tolerance, eps, truncation)
-    return Choice(tolerance, eps, eta, truncation, max(0.0, whole - truncation), step)
+    return BudgetChoice(tolerance, eps, eta, truncation, max(0.0, whole - truncation), step)
 
 
 def first_eps(tolerance: float) -> float:
@@ -121,6 +121,6 @@ def clip(x: float, low: float, high: float) -> float:
     return min(max(x, low), high)
 
 
-def with_choice(plan: Plan, choice: Choice) -> Plan:
+def with_choice(plan: Plan, choice: BudgetChoice) -> Plan:
     """The plan with the chosen tolerances."""
     return replace(plan, tolerance=choice.eps, modes=None, hyper=replace(plan.hyper, tolerance=choice.eta))

@@ -34,7 +34,7 @@ Key = tuple[int, int, int, int, int]  #: row, signal, i, j, and which of those t
 
 
 @dataclass(frozen=True)
-class Samples:
+class FamilySamples:
     """A family with what is known of it."""
 
     family: Family
@@ -45,18 +45,18 @@ class Samples:
     noise: Mapping[Place, np.ndarray] = field(default_factory=dict)  #: by leaf, of every row
 
 
-def sample_nominal(family: Family, parameters: Sequence[Parameter], nodes: tuple[np.ndarray, ...]) -> Samples:
+def sample_nominal(family: Family, parameters: Sequence[Parameter], nodes: tuple[np.ndarray, ...]) -> FamilySamples:
     """The nominal case alone."""
     row = nominal_row(parameters)
     nominal = cases.with_float_times(family(boxes.named(parameters, row)))
-    return Samples(family, tuple(parameters), nominal, nodes, {tuple(row.tolist()): {}})
+    return FamilySamples(family, tuple(parameters), nominal, nodes, {tuple(row.tolist()): {}})
 
 
 def nominal_row(parameters: Sequence[Parameter]) -> np.ndarray:
     return np.array([parameter.nominal for parameter in parameters])
 
 
-def sample(known: Samples, row: np.ndarray) -> Leaves:
+def sample(known: FamilySamples, row: np.ndarray) -> Leaves:
     """The leaves of the case at (d,) values that differ from the nominal ones."""
     key = tuple(row.tolist())
     if key not in known.found:
@@ -74,7 +74,7 @@ def sample(known: Samples, row: np.ndarray) -> Leaves:
     return known.found[key]
 
 
-def stack(known: Samples, place: Place, rows: np.ndarray) -> tuple[Leaf, np.ndarray]:
+def stack(known: FamilySamples, place: Place, rows: np.ndarray) -> tuple[Leaf, np.ndarray]:
     """The nominal leaf, of the pattern of all samples, and the leaf's numbers (k, n) at values (k, d)."""
     base: Leaf = cases.leaf_at(known.nominal, place)
     leaves = [sample(known, row).get(place, base) for row in rows]
@@ -87,7 +87,7 @@ def stack(known: Samples, place: Place, rows: np.ndarray) -> tuple[Leaf, np.ndar
     return base, np.stack([cases.numbers_of(leaf, base) for leaf in leaves])
 
 
-def sizes_of(known: Samples, place: Place, base: Leaf, values: np.ndarray) -> np.ndarray:
+def sizes_of(known: FamilySamples, place: Place, base: Leaf, values: np.ndarray) -> np.ndarray:
     """The size (k, n) to which round-off is relative: the largest magnitude in the row of a number, more where it is noisy.
 
     The offset of an affine map is in the row of its matrix, whose numbers, or 1, multiply coordinates of the size of the system.
@@ -114,7 +114,7 @@ def by_row(rows: int, values: np.ndarray) -> np.ndarray:
     return np.asarray(np.abs(values).reshape(len(values), rows, -1).max(axis=2, initial=0.0))
 
 
-def measure_noise(known: Samples, points: np.ndarray) -> Samples:
+def measure_noise(known: FamilySamples, points: np.ndarray) -> FamilySamples:
     """The samples anew, with the noise that is measured at points (k, d) and with one set of constraint terms for all cases."""
     keys = unite_keys([known.family(boxes.named(known.parameters, row)) for row in (nominal_row(known.parameters), *points)])
     whole = sample_nominal(lambda values: pad(known.family(values), keys), known.parameters, known.nodes)

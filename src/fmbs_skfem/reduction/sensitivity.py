@@ -28,7 +28,7 @@ LEAST = 8  #: rows that are needed
 
 
 @dataclass(frozen=True)
-class Indices:
+class SobolIndices:
     """Sobol indices of one output, with standard errors."""
 
     first: np.ndarray  #: (d,) S_i
@@ -51,7 +51,7 @@ def design(parameters: Sequence[Parameter], count: int, seed: int = 0) -> np.nda
     return from_box(parameters, np.concatenate([A, B, *mixed]))
 
 
-def indices(values: ArrayLike, dimensions: int, seed: int = 0) -> Indices:
+def indices(values: ArrayLike, dimensions: int, seed: int = 0) -> SobolIndices:
     """Indices of an output whose values (N (d + 2),) are those of `design`; rows with a run that failed (NaN) are left out.
 
     NaN where the output does not vary. InputError for another number of values, and for too few rows that ran.
@@ -68,7 +68,7 @@ def indices(values: ArrayLike, dimensions: int, seed: int = 0) -> Indices:
     picked = [estimate(table[random.integers(0, len(table), len(table))]) for _ in range(RESAMPLED)]
     first, total = estimate(table)
     errors = np.std(picked, axis=0)
-    return Indices(first, total, errors[0], errors[1], len(table))
+    return SobolIndices(first, total, errors[0], errors[1], len(table))
 
 
 def estimate(table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

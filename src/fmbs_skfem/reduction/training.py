@@ -30,7 +30,7 @@ from . import calibration, error_budget, full_runs, greedy
 from . import parameters as boxes
 from . import training_store as store
 from .calibration import NOTHING, Calibration, Prediction
-from .error_budget import Choice
+from .error_budget import BudgetChoice
 from .full_runs import FullRun, TrainingTask
 from .greedy import GreedyProblem, Iteration, Options, Outcome, StopReason
 from .parameters import Search, search
@@ -73,7 +73,7 @@ class Training:
     last: Iteration  #: of the outcome, with the samples of the survey
     runs: tuple[FullRun, ...]
     models: tuple[ReducedModel, ...]  #: after every full run
-    choice: Choice | None = None  #: of a wanted error
+    choice: BudgetChoice | None = None  #: of a wanted error
     pairs: tuple[Pair, ...] = ()
     calibration: Calibration | None = None  #: None where there are no parameters
     lowered: int = 0  #: how often eps was lowered because it was the limit

@@ -39,7 +39,7 @@ from ..core.structs import Routine
 from ..systems.row_laws import RowLaw
 from ..systems.system import Signal, System
 from . import greedy, parametric_model
-from .error_budget import Choice
+from .error_budget import BudgetChoice
 from .full_runs import FullRun, TrainingTask
 from .parametric_model import ParametricModel
 from .reduced_models import ReducedModel
@@ -65,7 +65,7 @@ class Notes:
     """What is known of a training beside its runs, models and iterations."""
 
     pairs: tuple[Pair, ...] = ()
-    choice: Choice | None = None
+    choice: BudgetChoice | None = None
     lowered: int = 0
     discarded: int = 0
 

@@ -28,7 +28,7 @@ from . import calibration, error_budget, full_runs, greedy
 from . import parameters as boxes
 from . import training_store as store
 from .calibration import Calibration
-from .error_budget import Choice
+from .error_budget import BudgetChoice
 from .full_runs import FullRun, TrainingTask, full_run
 from .parameters import Search
 from .reduced_models import ReducedModel, indicator, make_model, run_reduced
@@ -52,7 +52,7 @@ class TrainingState:
     points: list[int] = field(default_factory=list)
     models: list[ReducedModel] = field(default_factory=list)
     pairs: list[Pair] = field(default_factory=list)
-    choice: Choice | None = None
+    choice: BudgetChoice | None = None
     indicators: dict[int, float] = field(default_factory=dict)  #: of the present model by candidate
     motions: dict[int, Trajectory] = field(default_factory=dict)  #: of the present model by candidate
     checks: dict[int, FullRun] = field(default_factory=dict)  #: by candidate
@@ -154,7 +154,7 @@ def make_savable(work: TrainingState, runs: Sequence[FullRun]) -> ReducedModel:
     return model
 
 
-def take_choice(work: TrainingState, choice: Choice) -> None:
+def take_choice(work: TrainingState, choice: BudgetChoice) -> None:
     """Go on with the tolerances of a choice."""
     work.choice = choice
     plan = error_budget.with_choice(work.task.plan, choice)

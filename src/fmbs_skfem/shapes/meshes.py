@@ -25,7 +25,7 @@ from ..core import errors
 from ..core.notices import notify
 from ..core.records import dataclass
 from . import foreign, msh, vtu
-from .msh import Cells, Floats, Ints, Raw
+from .msh import Floats, Ints, MshCells, Raw
 from .repair import merge_points
 
 MAX_FILE = 256 * 2**20  #: bytes of a mesh file
@@ -318,7 +318,7 @@ def _check_lengths(raw: Raw, cells: Ints, where: str) -> None:
         raise errors.InputError(errors.say(where, "cells longer than zero", "length 0 in " + several(found, len(bad)), remedy))
 
 
-def once(raw: Raw, part: Cells, cells: Ints, where: str) -> tuple[Ints, dict[str, Ints]]:
+def once(raw: Raw, part: MshCells, cells: Ints, where: str) -> tuple[Ints, dict[str, Ints]]:
     """Rows that hold each cell of `part` once, in file order, and its groups as places in these rows; `cells` are rows of points.
 
     A gmsh file repeats a cell for every physical group it belongs to. Repeated in one group, or without a group, it is an error.

@@ -45,7 +45,7 @@ _ELEMENTS = {
 
 
 @dataclass(frozen=True, eq=False)
-class Cells:
+class MshCells:
     """Cells of one type."""
 
     nodes: Ints  #: (e,b) node numbers of the file
@@ -60,9 +60,9 @@ class Raw:
     points: Floats  #: (n,3) [m]
     numbers: Ints  #: (n,) node numbers of the file
     point_groups: dict[str, Ints]  #: name -> node numbers
-    lines: Cells
-    triangles: Cells
-    quads: Cells
+    lines: MshCells
+    triangles: MshCells
+    quads: MshCells
     kinds: dict[str, int]  #: cell type -> how many
 
 
@@ -362,7 +362,7 @@ def _raw(content: _Content) -> Raw:
     )
 
 
-def _cells(content: _Content, code: int, dimension: int) -> Cells:
+def _cells(content: _Content, code: int, dimension: int) -> MshCells:
     """All cells of one type; every physical name of their dimension is a group, also without members."""
     blocks = [block for block in content.blocks if block.code == code]
     groups: dict[str, list[Ints]] = {name: [] for (of, _), name in content.names.items() if of == dimension}
@@ -371,7 +371,7 @@ def _cells(content: _Content, code: int, dimension: int) -> Cells:
         for tag, rows in block.tags.items():
             groups.setdefault(content.names.get((dimension, tag), f"tag_{tag}"), []).append(rows + first)
         first += len(block.nodes)
-    return Cells(
+    return MshCells(
         nodes=np.concatenate([np.zeros((0, _ELEMENTS[code][1]), np.int64), *(block.nodes for block in blocks)]),
         numbers=np.concatenate([_NONE, *(block.numbers for block in blocks)]),
         groups={name: np.concatenate([_NONE, *parts]) for name, parts in groups.items()},

@@ -19,7 +19,7 @@ import numpy as np
 from ..core import errors
 from ..core.records import dataclass
 from . import meshes, plate_audit, splitting, vtu
-from .msh import Cells, Floats, Ints, Raw
+from .msh import Floats, Ints, MshCells, Raw
 
 Kind = Literal["point", "edge", "face"]
 
@@ -109,13 +109,13 @@ def audit(mesh: PlateMesh, planar: bool) -> PlateMesh:
     lines = np.concatenate([np.zeros((0, 2), np.int64), *mesh.edge_groups.values()])
     ends = np.cumsum([0, *(len(pairs) for pairs in mesh.edge_groups.values())])
     edges = {name: np.arange(a, b) for name, a, b in zip(mesh.edge_groups, ends, ends[1:], strict=False)}
-    cells = {width: Cells(np.zeros((0, width), np.int64), np.zeros(0, np.int64), {}) for width in _NAMES}
-    cells[mesh.cells.shape[1]] = Cells(mesh.cells, np.arange(len(mesh.cells)), mesh.face_groups)
+    cells = {width: MshCells(np.zeros((0, width), np.int64), np.zeros(0, np.int64), {}) for width in _NAMES}
+    cells[mesh.cells.shape[1]] = MshCells(mesh.cells, np.arange(len(mesh.cells)), mesh.face_groups)
     raw = Raw(
         points=mesh.points,
         numbers=np.arange(len(mesh.points)),
         point_groups=mesh.point_groups,
-        lines=Cells(lines, np.arange(len(lines)), edges),
+        lines=MshCells(lines, np.arange(len(lines)), edges),
         triangles=cells[3],
         quads=cells[4],
         kinds={_NAMES[width]: len(part.nodes) for width, part in cells.items()},
@@ -175,15 +175,15 @@ def _audited(raw: Raw, where: str, path: Path | None, planar: bool, face: str | 
     return PlateMesh(raw.points[used], compact, points, edges, faces, path)
 
 
-def _faces(raw: Raw, where: str) -> Cells:
+def _faces(raw: Raw, where: str) -> MshCells:
     """The triangles or the quads of a file, whichever there are."""
     used = "triangles, quads and their edges"
     meshes.require_cells(raw, where, ("quad", "triangle"), "export a surface mesh of first order", used)
     part, other = (raw.quads, raw.triangles) if len(raw.quads.nodes) else (raw.triangles, raw.quads)
-    return Cells(part.nodes, part.numbers, other.groups | part.groups)
+    return MshCells(part.nodes, part.numbers, other.groups | part.groups)
 
 
-def _check_vertices(part: Cells, cells: Ints, where: str) -> None:
+def _check_vertices(part: MshCells, cells: Ints, where: str) -> None:
     ordered = np.sort(cells, axis=1)
     bad = np.flatnonzero(np.any(ordered[:, 1:] == ordered[:, :-1], axis=1))
     if len(bad):

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import coo_array, csgraph
 
 from ..core.notices import notify
-from .msh import Cells, Ints, Raw
+from .msh import Ints, MshCells, Raw
 
 CLOSE = 1e-9  #: of the extent: nodes nearer than this are at one place
 
@@ -52,7 +52,7 @@ def merge_points(raw: Raw, where: str) -> Raw:
     )
 
 
-def _without_collapsed(part: Cells, nodes: Ints, where: str) -> Cells:
+def _without_collapsed(part: MshCells, nodes: Ints, where: str) -> MshCells:
     """Cells with new nodes, without those of which fewer vertices are left than a line or a triangle has."""
     ordered = np.sort(nodes, axis=1)
     left = 1 + np.count_nonzero(np.diff(ordered, axis=1), axis=1)
@@ -61,4 +61,4 @@ def _without_collapsed(part: Cells, nodes: Ints, where: str) -> Cells:
         notify(f"{where}: {int((~kept).sum())} cells without size are dropped, the first is cell {part.numbers[~kept][0]}")
     place = np.cumsum(kept) - 1
     groups = {name: place[rows[kept[rows]]] for name, rows in part.groups.items()}
-    return Cells(nodes[kept], part.numbers[kept], groups)
+    return MshCells(nodes[kept], part.numbers[kept], groups)

@@ -16,7 +16,7 @@ import numpy as np
 from ..core import errors
 from ..core.notices import notify
 from . import ancf_plate, meshes, plate_audit
-from .msh import Cells, Floats, Ints, Raw
+from .msh import Floats, Ints, MshCells, Raw
 
 EQUAL = 1e-9  #: relative difference of diagonals that are equally long
 
@@ -50,8 +50,8 @@ def _without_others(raw: Raw, face: str) -> Raw | None:
     return replace(raw, triangles=_no_cells(3)) if quads else replace(raw, quads=_no_cells(4))
 
 
-def _no_cells(corners: int) -> Cells:
-    return Cells(np.zeros((0, corners), np.int64), np.zeros(0, np.int64), {})
+def _no_cells(corners: int) -> MshCells:
+    return MshCells(np.zeros((0, corners), np.int64), np.zeros(0, np.int64), {})
 
 
 def _triangles(raw: Raw, where: str) -> Raw:
@@ -114,7 +114,7 @@ def _middles(raw: Raw, sides: Ints, keys: Ints, lines: Ints) -> Floats:
     return middles
 
 
-def _halves(part: Cells, lines: Ints, keys: Ints, count: int, numbers: Ints) -> Cells:
+def _halves(part: MshCells, lines: Ints, keys: Ints, count: int, numbers: Ints) -> MshCells:
     """Both halves of every line that is a side of a cell; others are left for the audit."""
     wanted = plate_audit.side_keys(lines, count)
     at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
@@ -124,17 +124,17 @@ def _halves(part: Cells, lines: Ints, keys: Ints, count: int, numbers: Ints) -> 
     kept = np.column_stack([np.ones(len(split), bool), split]).ravel()
     place = np.cumsum(kept) - 1
     groups = {name: np.concatenate([place[2 * rows], place[2 * rows[split[rows]] + 1]]) for name, rows in part.groups.items()}
-    return Cells(halves[kept], np.repeat(part.numbers, 2)[kept], groups)
+    return MshCells(halves[kept], np.repeat(part.numbers, 2)[kept], groups)
 
 
-def _children(part: Cells, nodes: Ints, each: int) -> Cells:
+def _children(part: MshCells, nodes: Ints, each: int) -> MshCells:
     """Cells (each e, b) made of the cells (e, .) of a part, in their groups and under their numbers."""
     groups = {name: (each * rows[:, None] + np.arange(each)).ravel() for name, rows in part.groups.items()}
-    return Cells(nodes, np.repeat(part.numbers, each), groups)
+    return MshCells(nodes, np.repeat(part.numbers, each), groups)
 
 
-def _together(one: Cells, two: Cells) -> Cells:
+def _together(one: MshCells, two: MshCells) -> MshCells:
     groups = dict(one.groups)
     for name, rows in two.groups.items():
         groups[name] = np.concatenate([groups.get(name, np.zeros(0, np.int64)), len(one.nodes) + rows])
-    return Cells(np.concatenate([one.nodes, two.nodes]), np.concatenate([one.numbers, two.numbers]), groups)
+    return MshCells(np.concatenate([one.nodes, two.nodes]), np.concatenate([one.numbers, two.numbers]), groups)

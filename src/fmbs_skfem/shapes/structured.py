@@ -31,7 +31,7 @@ REMEDY = (
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class NodeGrid:
     """The quads of a structured mesh in rows and columns."""
 
     cells: Ints  #: (e1, e2) cells
@@ -94,7 +94,7 @@ def _estimate(points: Floats, axis: int, closed: bool) -> float:
     return float(distance.max() / 15.0)
 
 
-def _named(shape: Surface, mesh: PlateMesh, found: Grid, cells: int) -> Surface:
+def _named(shape: Surface, mesh: PlateMesh, found: NodeGrid, cells: int) -> Surface:
     """The surface with the groups of the mesh, whose quads are `cells` x `cells` cells of it."""
     e1, e2 = found.cells.shape
     at = np.zeros((len(mesh.cells), 2), np.int64)
@@ -123,7 +123,7 @@ def _named(shape: Surface, mesh: PlateMesh, found: Grid, cells: int) -> Surface:
 
 
 # ------------------------------------------------------------------------------------------------------------------- grid
-def grid(mesh: PlateMesh) -> Grid:
+def grid(mesh: PlateMesh) -> NodeGrid:
     """The quads of a mesh in rows and columns; InputError where they are in none."""
     where = f"mesh {mesh.path or 'in memory'}"
     if mesh.cells.shape[1] != 4:
@@ -150,7 +150,7 @@ def grid(mesh: PlateMesh) -> Grid:
     ends = (not closed1 or np.array_equal(nodes[0], nodes[-1])) and (not closed2 or np.array_equal(nodes[:, 0], nodes[:, -1]))
     if not (ends and all(np.array_equal(fit, corners[..., k]) for k, fit in enumerate(fits))):
         raise InputError(say(where, "rows and columns of quads", "a mesh that is twisted where it closes", REMEDY))
-    return Grid(cells, turns, nodes)
+    return NodeGrid(cells, turns, nodes)
 
 
 def _check_regular(mesh: PlateMesh, where: str) -> None:

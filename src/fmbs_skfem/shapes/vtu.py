@@ -21,7 +21,7 @@ import numpy as np
 
 from ..core.problems import printable
 from ..core.records import dataclass
-from .msh import MAX_COUNT, Array, Cells, Ints, Raw, bad
+from .msh import MAX_COUNT, Array, Ints, MshCells, Raw, bad
 
 MAX_BYTES = 64 * 2**20  #: unpacked size of one array
 
@@ -67,12 +67,12 @@ def read(path: Path, where: str) -> Raw:
         raise bad(where, "offsets that rise", "others")
     marked = _groups(file, piece.find("CellData"), cells)
 
-    def of(code: int, width: int) -> Cells:
+    def of(code: int, width: int) -> MshCells:
         rows = np.flatnonzero(types == code)
         if np.any(sizes[rows] != width):
             raise bad(where, f"offsets that rise by {width} at a {_CELLS[code]}", "others")
         groups = {name: np.flatnonzero(values[rows]) for name, values in marked.items() if values[rows].any() or not values.any()}
-        return Cells(nodes[offsets[rows][:, None] + np.arange(-width, 0)], rows, groups)
+        return MshCells(nodes[offsets[rows][:, None] + np.arange(-width, 0)], rows, groups)
 
     codes, counts = np.unique(types, return_counts=True)
     return Raw(

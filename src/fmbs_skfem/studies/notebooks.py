@@ -27,14 +27,14 @@ def progress() -> Iterator[Callable[[str, float], None] | None]:
     if not kernel():
         yield None
         return
-    line = Line()
+    line = ProgressLine()
     try:
         yield line.progress
     finally:
         line.close()
 
 
-class Line:
+class ProgressLine:
     """A display that says what is being done, how far it is, and how long it will still take."""
 
     def __init__(self) -> None:

@@ -33,7 +33,7 @@ ORDERS = 3  #: derivatives of histories
 
 
 @dataclass(frozen=True)
-class Symbols:
+class RowSymbols:
     """A constraint function in symbols."""
 
     phi: Expression
@@ -47,12 +47,12 @@ class Symbols:
         return set(self.phi.free_symbols) - own
 
 
-def pruned(law: Symbols) -> tuple[Symbols, tuple[int, ...]]:
+def pruned(law: RowSymbols) -> tuple[RowSymbols, tuple[int, ...]]:
     """The same function of those rows alone that it reads, and the numbers of these."""
     y = rows(law.rows)
     used = tuple(k for k in range(law.rows) if y[k] in law.phi.free_symbols)
     fewer = dict(zip([y[k] for k in used], rows(len(used)), strict=True))
-    return Symbols(law.phi.subs(fewer, simultaneous=True), len(used), law.numbers, law.histories), used
+    return RowSymbols(law.phi.subs(fewer, simultaneous=True), len(used), law.numbers, law.histories), used
 
 
 def steps(count: int) -> sympy.Matrix:
@@ -70,7 +70,7 @@ def change(number: int, order: int) -> Expression:
     return history(number) if order == 0 else sympy.Symbol(f"h{number}_{order}", real=True)
 
 
-def drift(law: Symbols) -> Expression:
+def drift(law: RowSymbols) -> Expression:
     """phi_y z + D1 + second D2 + third D3."""
     y, v, a, z = (part(law.rows) for part in (rows, rates, accelerations, steps))
 
@@ -90,7 +90,7 @@ def drift(law: Symbols) -> Expression:
     return lead + sympy.expand(D1) + sympy.Symbol("second") * D2 + sympy.Symbol("third") * by_time(second)
 
 
-def text(name: str, law: Symbols) -> str:
+def text(name: str, law: RowSymbols) -> str:
     """Routines of a law, and the law itself as an entry of LAWS."""
     count, y, phi = law.rows, rows(law.rows), sympy.sympify(law.phi)
     slopes = [plain(sympy.diff(phi, one)) for one in y]
@@ -128,6 +128,6 @@ def text(name: str, law: Symbols) -> str:
     return "\n\n\n".join([*found, f'LAWS["{name}"] = ConstraintLaw("{name}", {facts}, {routines})'])
 
 
-def source(laws: Mapping[str, Symbols], about: str) -> str:
+def source(laws: Mapping[str, RowSymbols], about: str) -> str:
     """A module with LAWS of these names."""
     return module(about, IMPORTS, ["LAWS = {}", *(text(name, law) for name, law in laws.items())])

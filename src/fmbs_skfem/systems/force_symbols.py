@@ -74,7 +74,7 @@ def history(number: int = 0) -> Expression:
 
 
 @dataclass(frozen=True)
-class Symbols:
+class ForceSymbols:
     """Forces on all rows in symbols."""
 
     force: Sequence[Expression]  #: (r,)
@@ -91,7 +91,7 @@ class Symbols:
         return set().union(*(sympy.sympify(value).free_symbols for value in self.force)) - own
 
 
-def pruned(law: Symbols) -> tuple[Symbols, tuple[int, ...]]:
+def pruned(law: ForceSymbols) -> tuple[ForceSymbols, tuple[int, ...]]:
     """The same forces on those rows alone that they read or push, and the numbers of these."""
     count = len(law.force)
     read = set().union(*(sympy.sympify(value).free_symbols for value in (*law.force, *law.kept)))
@@ -102,12 +102,12 @@ def pruned(law: Symbols) -> tuple[Symbols, tuple[int, ...]]:
         [sympy.sympify(value).subs(fewer, simultaneous=True) for value in values]
         for values in ([law.force[k] for k in used], law.kept)
     )
-    return Symbols(
+    return ForceSymbols(
         found, law.numbers, law.histories, sympy.sympify(law.energy).subs(fewer, simultaneous=True), kept, law.tables
     ), used
 
 
-def text(name: str, law: Symbols) -> str:
+def text(name: str, law: ForceSymbols) -> str:
     """Routines of a law, and the law itself as an entry of LAWS."""
     count, F = len(law.force), [plain(value) for value in law.force]
     y, v = rows(count), rates(count)
@@ -177,7 +177,7 @@ def routine(name: str, head: str, values: Sequence[Expression], targets: Sequenc
     return "\n        ".join([start, *body]) + "\n    return 0"
 
 
-def source(laws: Mapping[str, Symbols], about: str) -> str:
+def source(laws: Mapping[str, ForceSymbols], about: str) -> str:
     """A module with LAWS of these names."""
     more = () if not any(law.tables for law in laws.values()) else CURVES
     return module(about, (*IMPORTS, *more), ["LAWS = {}", *(text(name, law) for name, law in laws.items())])

@@ -91,7 +91,7 @@ def made(kind: type[OwnForce], name: str) -> tuple[ForceLaw, tuple[int, ...]]:
             raise InputError(say(f"{place}: act", "pairs of a vector of a place and a force on it", f"{vector} and {force}"))
         for symbol, part in zip(vector, force, strict=True):
             F[known.vectors.index(symbol)] += part
-    law, used = written.pruned(written.Symbols(F, known.numbers, known.histories, potential))
+    law, used = written.pruned(written.ForceSymbols(F, known.numbers, known.histories, potential))
     if unknown := law.unknown():
         raise InputError(say(place, "expressions of its arguments", f"{', '.join(sorted(map(str, unknown)))} in them"))
     found: ForceLaw = symbols.import_text(written.source({"own": law}, f"The force '{name}'.")).LAWS["own"]

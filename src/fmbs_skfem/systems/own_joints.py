@@ -67,7 +67,7 @@ def functions_of(kind: type[OwnJoint], sizes: str) -> dict[str, tuple[Any, tuple
 
     known, found = own_symbols.symbols_of(own_symbols.arguments_of(kind, (kind.equations,)), sizes), {}
     for name, phi in known.call(kind.equations).items():
-        law, used = written.pruned(written.Symbols(sympy.sympify(phi), len(known.vectors), known.numbers, known.histories))
+        law, used = written.pruned(written.RowSymbols(sympy.sympify(phi), len(known.vectors), known.numbers, known.histories))
         if unknown := law.unknown():
             got = f"{', '.join(sorted(map(str, unknown)))} in '{name}'"
             raise InputError(say(f"class {kind.__qualname__}", "expressions of its arguments without velocities", got))

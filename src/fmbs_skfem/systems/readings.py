@@ -46,7 +46,7 @@ class Reading:
     tables: tuple[Table, ...] = ()  #: that it calls
 
 
-class Wanted(NamedTuple):
+class WantedReadings(NamedTuple):
     """Expressions that controllers and events read, each with the place that messages name."""
 
     kept: list[tuple[str, OfState]]  #: functions of the state, whose values forces keep
@@ -68,10 +68,10 @@ def refuse(value: OfState, outputs: Mapping[str, Probe], dim: int) -> None:
             raise Problem(expected, f"{shown(name)}: {ALONE}", REMEDY % name)
 
 
-def sort(wanted: Sequence[tuple[str, OfState]], outputs: Mapping[str, Probe], dim: int) -> Wanted:
+def sort(wanted: Sequence[tuple[str, OfState]], outputs: Mapping[str, Probe], dim: int) -> WantedReadings:
     """What forces keep, and what is read of outputs, whose other names are kept behind it."""
     late = [any(follows(name, outputs, dim) for name in value.outputs) for _, value in wanted]
-    found = Wanted([one for one, apart in zip(wanted, late, strict=True) if not apart], [], [])
+    found = WantedReadings([one for one, apart in zip(wanted, late, strict=True) if not apart], [], [])
     plain = 0
     for (where, value), apart in zip(wanted, late, strict=True):
         if not apart:
@@ -89,7 +89,7 @@ def sort(wanted: Sequence[tuple[str, OfState]], outputs: Mapping[str, Probe], di
 
 
 def collect(
-    wanted: Wanted,
+    wanted: WantedReadings,
     outputs: Mapping[str, Output],
     known: Mapping[str, str],
     tables: Mapping[str, Table],

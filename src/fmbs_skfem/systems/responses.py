@@ -241,7 +241,7 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     values, stored = [value(one) for one in text.split(";")], value(potential)
     F = [values[0] * sympy.diff(along, one) for one in y]
     read = tuple(values) if kind == READING else ()
-    law, used = written.pruned(written.Symbols(F, ends[-1], clocked + len(inputs), stored, read, tables))
+    law, used = written.pruned(written.ForceSymbols(F, ends[-1], clocked + len(inputs), stored, read, tables))
     found: ForceLaw = symbols.import_text(written.source({"own": law}, "A force by an expression of the state.")).LAWS["own"]
     return found.named(name, law_of), used
 
