@@ -55,7 +55,7 @@ class Link(OwnJoint, word="test_link"):
     @staticmethod
     def equations(at: Any, to: Any, length: Any, history: Any) -> Any:
         apart = at.position - to.position
-        return {"length": (apart.dot(apart) - (length * history) ** 2) / 2}
+        return {"length": (apart.dot(apart) - (length * history) ** 2) / (2 * length)}
 
 
 @dataclass(frozen=True)
