@@ -29,7 +29,7 @@ from .trajectory import Trajectory
 
 BLOCK = 200  #: states whose strains are found at a time
 BEYOND = 0.1  #: part of the trained range that strains may leave it by
-RARELY = 30.0  #: time between two looks at a run, over that of a look
+RARELY = 100.0  #: time between two looks at a run, over that of a look
 KINDS = ("axial strain", "curvature [1/m]"), ("smallest strain", "largest strain")  #: of lines, of surfaces
 REMEDY = "its error is not known there: train it on such motions, or with other forces and moments (fmbs part train --alone)"
 

@@ -17,6 +17,7 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (39), (49), doi 10.1016
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -67,6 +68,11 @@ class Tests:
     alpha: float  #: damping by mass [1/s]
     start: np.ndarray  #: (k c, 1, g) gradients where the system begins
     limit: float  #: of |e|, from which the part is outside [m]
+
+    @cached_property
+    def held(self) -> tuple[np.ndarray, np.ndarray]:
+        """Eigenvalues and vectors of |K_N| where the system begins."""
+        return stiffness(self, self.start)
 
 
 def looked_at(states: int) -> np.ndarray:
@@ -124,7 +130,9 @@ def find_tests(system: System, elastic: Elastic) -> Tests | str:
     sizes = (mass, damping, constant)
     if any(np.abs(A).max() > ELSEWHERE * np.abs(B).max() for A, B in zip(others, sizes, strict=True)):
         return FORCED
-    acting, _ = rows_that_act(points, rows_on(whole, columns), weight)
+    probes = rows_on(whole, columns)
+    held = (KIND, id(missing.rows), probes.tobytes(), weight.tobytes())
+    acting, _ = remembered(system, held, lambda: rows_that_act(points, probes, weight))
     if acting is None:
         return APART
     shared = (points.law, *(id(part) for part in (missing.functions, missing.section, missing.mass)), total, alpha)
@@ -134,15 +142,26 @@ def find_tests(system: System, elastic: Elastic) -> Tests | str:
 
 
 def block(A: Matrix, columns: slice) -> np.ndarray:
-    """Rows and columns of a body (b c, b c) of a matrix (n, n), most of which are empty where they are springs or damping."""
-    n, empty = columns.stop - columns.start, isinstance(A, csr_array) and not A.nnz
-    return np.zeros((n, n)) if empty else as_dense(A[columns][:, columns])
+    """Rows and columns of a body (b c, b c) of a matrix (n, n); of sparse ones by their entries, as copies are many."""
+    n, first = columns.stop - columns.start, columns.start
+    if not isinstance(A, csr_array):
+        return as_dense(A[columns, columns])
+    found, entries = np.zeros((n, n)), slice(A.indptr[first], A.indptr[columns.stop])
+    rows, at = np.repeat(np.arange(n), np.diff(A.indptr[first : columns.stop + 1])), A.indices[entries] - first
+    inside = (at >= 0) & (at < n)
+    np.add.at(found, (rows[inside], at[inside]), A.data[entries][inside])
+    return found
 
 
 def rows_on(system: System, columns: slice) -> np.ndarray:
     """Probe rows (j, b c) that read a body."""
-    found = remembered(system, "probes by columns", lambda: csc_array(system.probes.matrix))[:, columns]
-    return as_dense(found)[np.unique(found.indices)]
+    whole = remembered(system, "probes by columns", lambda: csc_array(system.probes.matrix))
+    entries = slice(whole.indptr[columns.start], whole.indptr[columns.stop])
+    rows, place = np.unique(whole.indices[entries], return_inverse=True)
+    found = np.zeros((len(rows), columns.stop - columns.start))
+    at = np.repeat(np.arange(found.shape[1]), np.diff(whole.indptr[columns.start : columns.stop + 1]))
+    np.add.at(found, (place, at), whole.data[entries])
+    return found
 
 
 def functions_of(
@@ -288,7 +307,7 @@ def estimated(tests: Tests, u: np.ndarray, R: np.ndarray) -> np.ndarray:
     dim = R.shape[2]
     now, then = (part.reshape(-1, dim, *part.shape[1:])[:2] for part in (u, tests.section[-1] * tests.start))
     Q = nearest(np.einsum("kcsg,kdg->scd", now, then[:, :, 0], optimize=True))
-    return resolved(*stiffness(tests, tests.start), R @ Q) @ Q.transpose(0, 2, 1)
+    return resolved(*tests.held, R @ Q) @ Q.transpose(0, 2, 1)
 
 
 def softer(tests: Tests, u: np.ndarray, missed: np.ndarray, l: np.ndarray) -> np.ndarray:

@@ -162,11 +162,12 @@ def coupling(system: System, parts: Pieces, pairs: np.ndarray) -> csr_array:
     """Pattern of the iteration matrix (n, n)."""
     touched = [abs(csr_array(A)) for A in (system.mass, system.damping, system.stiffness)]
     pattern = touched[0] + touched[1] + touched[2]
-    lift = abs(parts.matrix)
-    for local in map(terms.couplings, parts.storages):
-        rows = np.repeat(np.arange(local.shape[1])[None, :], local.shape[0], axis=0)
-        shape = (local.shape[1], lift.shape[0])
-        incidence = csr_array((np.ones(local.size), (rows.ravel(), local.ravel())), shape=shape) @ lift
+    read = [local for local in map(terms.couplings, parts.storages) if local.size]
+    if read:  # one product for all: sums of many patterns cost as many times the whole one
+        cells = np.cumsum([0, *(local.shape[1] for local in read)])
+        rows = np.concatenate([np.tile(first + np.arange(one.shape[1]), len(one)) for first, one in zip(cells, read, strict=False)])
+        columns = np.concatenate([local.ravel() for local in read])
+        incidence = csr_array((np.ones(len(rows)), (rows, columns)), shape=(cells[-1], len(parts.offset))) @ abs(parts.matrix)
         pattern = pattern + incidence.T @ incidence
     probes = abs(csr_array(system.probes.matrix))
     i, j = pairs.T
