@@ -13,8 +13,9 @@ With a `strain` all loads are multiplied by a number s, for which the largest st
 
     e(s) = strain (1 +- WITHIN),    F, M, g -> s F, s M, s g,    w -> sqrt(s) w,    times that are not given -> 1/sqrt(s)
 
-so that the rigid motion follows the same paths, and strains grow as s where they are small. It is found by e(s) of trials with
-steps COARSE times as long, then of the motions themselves; states beyond the strain are left out, as far as they are the fewer.
+so that the rigid motion follows the same paths, and strains grow as s where they are small. It is found by e(s) of trials, whose
+steps are COARSE times as long as those that are given, then of the motions themselves; states beyond the strain are left out, as
+far as they are the fewer.
 """
 
 from __future__ import annotations
@@ -44,10 +45,11 @@ GRAVITY = 9.81  #: where the excitation says none [m/s2]
 LONG = 10.0  #: usual duration, in units of sqrt(L/g)
 SLOW, FAST = 0.1, 1.6  #: usual frequencies, in units of sqrt(g/L)
 BENDING = 0.1  #: usual moment, in units of F L
-STEPS = 6000  #: usual number of steps
+STEPS, PERIOD = 1500, 60.0  #: usual steps, in all and in a period of the last frequency or a turn: shapes are wanted, not paths
+FINER = 4  #: factor by which they are more where the motion fails with these
 WITHIN = 0.1  #: part of a strain that is asked for, by which that of a training may differ
 AIM, LEAST = 1.2, 0.5  #: strain that is tried for, over the one asked for, and the least part of the states that is inside
-TRIALS, COARSE = 8, 4.0  #: motions that are tried, at most, with steps longer by this factor, and then with steps as they are
+TRIALS, COARSE = 8, 4.0  #: motions that are tried, at most; steps that are given are longer by this factor at first
 SMALLEST = 1e-300  #: strain that counts as none
 FARTHEST = 30.0  #: factor by which loads change from one trial to the next, at most
 RISE = 0.05  #: usual part of a run over which sweeps rise
@@ -82,7 +84,9 @@ def settle(excitation: Excitation, part: Body, scale: float = 1.0) -> Excitation
     """The excitation with what it leaves open, for a body, its loads times `scale`."""
     pace = np.sqrt(scale * (excitation.gravity or GRAVITY) / extent(part))
     duration = LONG / pace if excitation.duration is None else excitation.duration
-    step = duration / STEPS if excitation.step is None else excitation.step
+    fastest = FAST * float(pace) if excitation.fastest is None else excitation.fastest
+    periods = duration * max(fastest, np.sqrt(scale) * excitation.spin / (2.0 * np.pi))
+    step = duration / max(STEPS, np.ceil(PERIOD * periods)) if excitation.step is None else excitation.step
     weight = part.total_mass * (excitation.gravity or GRAVITY)
     force = scale * (weight if excitation.force is None else excitation.force)
     return replace(
@@ -93,7 +97,7 @@ def settle(excitation: Excitation, part: Body, scale: float = 1.0) -> Excitation
         spin=float(np.sqrt(scale)) * excitation.spin,
         duration=float(step * round(duration / step)),
         slowest=SLOW * float(pace) if excitation.slowest is None else excitation.slowest,
-        fastest=FAST * float(pace) if excitation.fastest is None else excitation.fastest,
+        fastest=fastest,
         step=float(step),
     )
 
@@ -105,7 +109,16 @@ def excite(part: Body, excitation: Excitation, progress: Progress | None = None)
 
 def run(part: Body, excitation: Excitation, progress: Progress | None = None) -> tuple[np.ndarray, Excitation]:
     """As `excite`, states (s, b, c), with the excitation that made them: its loads scaled, and what it leaves open."""
-    return (move if excitation.strain is None else reach)(part, excitation, progress)
+    if excitation.strain is not None:
+        return reach(part, excitation, progress)
+    try:
+        return move(part, excitation, progress)
+    except SolverError:
+        if excitation.step is not None:
+            raise
+    usual = settle(excitation, part).step
+    assert usual is not None
+    return move(part, replace(excitation, step=usual / FINER), progress)
 
 
 def reach(part: Body, excitation: Excitation, progress: Progress | None = None) -> tuple[np.ndarray, Excitation]:
@@ -117,7 +130,7 @@ def reach(part: Body, excitation: Excitation, progress: Progress | None = None) 
     assert wanted is not None
     if not excitation.gravity and not excitation.spin and excitation.force == 0.0 and not excitation.moment:
         raise InputError(say(f"training of '{part.name}' alone", "loads that are scaled to a strain", "none", "leave one as it is"))
-    for longer in (COARSE, 1.0):
+    for longer in (1.0,) if excitation.step is None else (COARSE, 1.0):
         tried: list[tuple[float, float]] = []
         for _ in range(TRIALS):
             told = replace(settle(excitation, part, scale), strain=None)

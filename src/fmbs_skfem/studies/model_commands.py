@@ -66,7 +66,15 @@ def train_part(
     duration: Annotated[
         float | None, Option("Of a motion of the body alone, by default 10 sqrt(L/g).", "SECONDS", least=0.0, above=True)
     ] = None,
-    step: Annotated[float | None, Option("Its step, by default a part in 6000.", "SECONDS", least=0.0, above=True)] = None,
+    step: Annotated[
+        float | None,
+        Option(
+            "Its step, by default a part in 1500, or in 60 of a period; a quarter where that fails.",
+            "SECONDS",
+            least=0.0,
+            above=True,
+        ),
+    ] = None,
     slowest: Annotated[float | None, Option("First frequency of sweeps, by default 0.1 sqrt(g/L).", "HZ", least=0.0)] = None,
     fastest: Annotated[float | None, Option("Last frequency of sweeps, by default 1.6 sqrt(g/L).", "HZ", least=0.0)] = None,
     rise: Annotated[
