@@ -147,14 +147,21 @@ def example_2(scale: float, cells: int = 100, rounds: int = 3) -> Figures:
     """One beam trained alone in the three mechanisms, beside modes of coordinates trained on the first of them."""
     full, duration = beam(cells), 3.0 * scale
     part, spent = alone(full)
+    hinged = alone(full, eps=1e-13, moment=0.0)[0]
     found = {"training [CPU s]": spent, "functions": float(part.notes["functions"]), "points": float(part.notes["points"])}
+
+    def of_parts(make: Callable[..., System]) -> dict[str, System]:
+        found = coarser([part], make, (3e-11, 1e-9))
+        few = coarser([hinged], make, modes=((9,), (10,)), eta=1e-3, name="part without moments")
+        return found | {name: one for name, one in few.items() if name not in found}
+
     for name, case in {"askew": (ASKEW, False), "hung at the other end": (DOWN, True)}.items():
         wanted = runner(hung(full, *case), SCHEME, duration, SHARP)()
-        for label, system in coarser([part], lambda body, case=case: hung(body, *case), (3e-11, 1e-9)).items():
+        for label, system in of_parts(lambda body, case=case: hung(body, *case)).items():
             found[f"error {label}, {name} [m]"] = distance(wanted, runner(system, SCHEME, duration)())
     raw = hung(full)
     modes = of_coordinates(raw, runner(raw, SCHEME, duration, SHARP)(), duration)
-    models = coarser([part], hung, (3e-11, 1e-9)) | {"modes of coordinates": modes}
+    models = of_parts(hung) | {"modes of coordinates": modes}
     return found | against(raw, models, duration, 1.0, rounds=rounds)
 
 
