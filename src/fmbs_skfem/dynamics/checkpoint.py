@@ -26,7 +26,7 @@ FACTORS = {
     0: (),
     1: ("W", "schur", "schur_pivots", "spread", "J"),
     2: ("general", "pivots", "schur", "schur_pivots", "spread", "J"),
-    3: ("kkt", "pivots", "updates", "shares", "secants"),
+    3: ("kkt", "ends", "pivots", "schur", "schur_pivots", "spread", "J", "updates", "shares", "secants"),
     4: ("lower", "diagonal", "schur", "schur_pivots", "spread", "J", "updates", "shares", "secants"),
 }  #: what `solve` reads, by the kind of the factors
 ADDRESSES = ("elastic", "lift", "laws", "forces", "calls")  #: arrays of a model that differ from process to process

@@ -1,5 +1,5 @@
-r"""Factors of the matrix of (3) in `stepping`, and solutions with them: bands or blocks with a Schur complement of the joints, or
-all dense.
+r"""Factors of the matrix of (3) in `stepping`, and solutions with them: bands, blocks or dense ones with a Schur complement of the
+joints, or all dense where W alone may be singular.
 
     [ c W      Phi_q^T ]        W = bh M + gh C + K
     [ Phi_q    0       ]
@@ -75,26 +75,88 @@ def scale(c: float, W: np.ndarray) -> None:
 
 @routine
 def factorise_dense(table: Any, _: Any) -> int:
-    """Factors of the matrix at the trial state; 0, or LAPACK's info. Secants of earlier factors are forgotten."""
+    """Factors of the matrix at the trial state; 0, or LAPACK's info. Secants of earlier factors are forgotten.
+
+    Bodies that nothing but joints couples now are factored one by one.
+    """
     S = opened(table)
     w = S.work
     w.secants[0] = 0
     if assemble(table) != 0:
         return 1
     w.kind[0] = w.kind[2] = FULL
-    bordered(S.space.W, w.J, S.space.off, w.kkt)
-    info = lapack.getrf(w.addresses, w.kkt, w.pivots)
-    for i in range(len(w.kkt)):
-        w.kkt[i, i] = 1.0 / w.kkt[i, i]
+    if is_bordered(w):
+        bordered(S.space.W, w.J, S.space.off, w.kkt)
+        return factor_block(w, 0, 0, len(w.kkt))
+    n, m, first, at = len(S.space.x), len(w.J), 0, 0
+    while first < n:
+        last = w.ends[first] = end_of_block(S.space.W, first)
+        K = view(w.kkt, at, (last - first, last - first))
+        for i in range(first, last):
+            for j in range(first, last):
+                K[j - first, i - first] = S.space.W[i, j]
+        info = factor_block(w, at, first, last)
+        if info != 0:
+            return info
+        first, at = last, at + (last - first) ** 2
+    for k in range(m):
+        for i in range(n):
+            w.spread[k, i] = w.J[k, i]
+        substitute_blocks(w, w.spread[k])
+    return factor_joints(w, S.space.off) if m > 0 else 0
+
+
+@jit
+def is_bordered(w: Work) -> bool:
+    """Whether dense factors are those of W and the joints in one."""
+    return len(w.schur) < len(w.J)
+
+
+@jit
+def end_of_block(W: np.ndarray, first: int) -> int:
+    """Where the unknowns end that those from `first` on are coupled with, in a pattern that is symmetric."""
+    last, i = first + 1, first
+    while i < last:
+        j = len(W) - 1
+        while j >= last and W[i, j] == 0.0:
+            j -= 1
+        last, i = max(last, j + 1), i + 1
+    return last
+
+
+@jit
+def factor_block(w: Work, at: int, first: int, last: int) -> int:
+    """Factors of a block at a place of `kkt`, the diagonal of U inverted; 0, or LAPACK's info."""
+    K = view(w.kkt, at, (last - first, last - first))
+    info = lapack.getrf(w.addresses, K, w.pivots[first:last])
+    for i in range(len(K)):
+        K[i, i] = 1.0 / K[i, i]
     return info
 
 
 @routine
-def solve_dense(table: Any, _: Any) -> int:
-    """rhs <- KKT^-1 rhs with the current factors."""
+def solve_dense(table: Any, joints: Any) -> int:
+    """rhs <- KKT^-1 rhs with the current factors; with `joints` = 1 the front of rhs is zero."""
     S = opened(table)
-    substitute_dense(S.work.kkt, S.work.pivots, S.space.rhs[0])
+    w, rhs, n = S.work, S.space.rhs, len(S.space.x)
+    if is_bordered(w):
+        substitute_dense(w.kkt, w.pivots, rhs[0])
+        return 0
+    if joints == 0:
+        substitute_blocks(w, rhs[0, :n])
+    if len(w.J) > 0:
+        close(w, rhs)
     return 0
+
+
+@jit
+def substitute_blocks(w: Work, x: np.ndarray) -> None:
+    """x <- W^-1 x with the factors of all blocks."""
+    first, at = 0, 0
+    while first < len(x):
+        last = w.ends[first]
+        substitute_dense(view(w.kkt, at, (last - first, last - first)), w.pivots[first:last], x[first:last])
+        first, at = last, at + (last - first) ** 2
 
 
 @jit
@@ -209,15 +271,16 @@ def close_factors(table: Any) -> int:
 
 @jit
 def factor_joints(w: Work, off: np.ndarray) -> int:
-    """Factors of J W^-1 J^T from the rows W^-1 J^T of `spread`; 0, or LAPACK's info."""
-    m, n = w.J.shape
+    """Factors of J W^-1 J^T from the rows W^-1 J^T of `spread`, the diagonal of U inverted; 0, or LAPACK's info."""
+    m = len(w.J)
     for k in range(m):
         for l in range(m):
-            w.schur[k, l] = 0.0
-            for i in range(n):
-                w.schur[k, l] += w.spread[k, i] * w.J[l, i]
+            w.schur[k, l] = kernels.dot(w.spread[k], w.J[l])
         w.schur[k, k] -= off[k]
-    return lapack.getrf(w.addresses, w.schur, w.schur_pivots)
+    info = lapack.getrf(w.addresses, w.schur, w.schur_pivots)
+    for k in range(m):
+        w.schur[k, k] = 1.0 / w.schur[k, k]
+    return info
 
 
 @routine
@@ -350,15 +413,12 @@ def substitute(L: np.ndarray, x: np.ndarray) -> None:
 
 @jit
 def close(w: Work, rhs: np.ndarray) -> None:
-    """rhs <- KKT^-1 (r, g) from rhs = (W^-1 r, g), with band factors."""
+    """rhs <- KKT^-1 (r, g) from rhs = (W^-1 r, g)."""
     m, n = w.J.shape
-    R, small = view(rhs, 0, (1, n)), view(rhs, n, (1, m))
+    front, multipliers = rhs[0, :n], rhs[0, n:]
     for k in range(m):
-        total = -small[0, k]
-        for i in range(n):
-            total += w.J[k, i] * R[0, i]
-        small[0, k] = total
-    lapack.getrs(w.addresses, w.schur, w.schur_pivots, small)
+        multipliers[k] = kernels.dot(w.J[k], front) - multipliers[k]
+    substitute_dense(w.schur, w.schur_pivots, multipliers)
     for k in range(m):
         for i in range(n):
-            R[0, i] -= w.spread[k, i] * small[0, k]
+            front[i] -= w.spread[k, i] * multipliers[k]

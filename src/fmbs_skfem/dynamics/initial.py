@@ -320,14 +320,17 @@ def workspace(model: Compiled) -> Work:
     stored, blocks = 0 if model.pattern else n, form is Storage.BLOCKS
     band, rank = stored if form is Storage.BAND else 0, columns_apart(model)
     secants = SECANTS if (A.dense or blocks) and has_dear_factors(model) else 0
+    bordered = A.dense and model.layout.loose
+    dense, closed = (n + m if bordered else n) if A.dense else 0, 0 if bordered else m
     return Work(
         lapack.ADDRESSES,
-        np.zeros((n + m, n + m) if A.dense else (0, 0)),
+        np.zeros((dense, dense)),
+        np.zeros(n if A.dense else 0, np.int64),
         np.zeros((band, 3 * model.layout.width + 1)),
-        np.zeros(n + m if A.dense else n, np.int32),
-        np.zeros((m, m)),
-        np.zeros(m, np.int32),
-        np.zeros((m, stored)),
+        np.zeros(dense or n, np.int32),
+        np.zeros((closed, closed)),
+        np.zeros(closed, np.int32),
+        np.zeros((closed, stored)),
         np.zeros((m, stored)),
         np.zeros(supernodes.entries(tree)),
         np.zeros(n if blocks else 0),

@@ -54,10 +54,11 @@ class Work(NamedTuple):
     """Factors, and preallocated space of the solver."""
 
     addresses: Integers
-    kkt: Matrix  #: (n + m, n + m) for dense systems
+    kkt: Matrix  #: (n + m, n + m) for dense systems, or (n, n): their blocks behind each other
+    ends: Integers  #: (n,) of dense blocks, where their first unknowns are
     general: Matrix  #: general band, used where W is indefinite
     pivots: Shorts
-    schur: Matrix
+    schur: Matrix  #: (m, m), (0, 0) where W and the joints are factored in one
     schur_pivots: Shorts
     spread: Matrix  #: (m, n) W^-1 Phi_q^T
     J: Matrix  #: (m, n)

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from ..core.container import storable
 from ..core.jit import jit
 from ..core.records import dataclass
-from ..core.structs import IntegerMatrix, Matrix, Routine, opener
+from ..core.structs import IntegerMatrix, Matrix, Routine, address_of, opener, packed
 from ..core.validation import Attributes
 from . import forces, row_laws
 from .evaluation import space_of
@@ -77,12 +77,17 @@ def continued(value: float, last: float) -> float:
     return last + remainder(value - last, 2.0 * np.pi)
 
 
+def memory_of(law: ForceLaw) -> int:
+    """Numbers that a force keeps of accepted states."""
+    return law.memory + law.kept + len(law.tables)
+
+
 @forces.compile_force.register
 def _(found: LawForces, place: Place) -> Force:
     law, count = found.law, len(found)
     rows, numbers, signals = (np.ascontiguousarray(part) for part in (found.rows, found.numbers, found.signals))
     local = np.array(law.pairs, dtype=np.int64).reshape(-1, 2)
-    pairs, size = found.rows[:, local].reshape(-1, 2), law.memory + law.kept + len(law.tables)
+    pairs, size = found.rows[:, local].reshape(-1, 2), memory_of(law)
     routines = Routines(law.force, law.slopes if len(local) else None, law.accept, law.energy)
     name = law.name.partition("|")[0].replace("_", " ")
     return Force(
@@ -99,9 +104,11 @@ def _(found: LawForces, place: Place) -> Force:
 def evaluate(law: ForceLaw, y: np.ndarray, rates: np.ndarray, numbers: np.ndarray, histories: np.ndarray) -> np.ndarray:
     """F (s, r) on its rows at s states: y, y' (s, r), numbers (s, p), histories (s, h); angles count no turns."""
     count, rows, signals = len(y), np.arange(y.size).reshape(y.shape), np.arange(histories.size).reshape(histories.shape)
-    piece = forces.compile_force(LawForces(law, rows, numbers, signals), Place(0, 0, 0))
-    parts = {"y": y.ravel(), "rates": rates.ravel(), "signals": histories.ravel(), "memory": piece.memory, "g": np.zeros(y.size)}
-    law.force(found := space_of(**parts), piece.address)
+    memory = np.zeros(count * memory_of(law))
+    parts = {"y": y.ravel(), "rates": rates.ravel(), "signals": histories.ravel(), "memory": memory, "g": np.zeros(y.size)}
+    record = packed(kept := ForceRecord(rows, np.ascontiguousarray(numbers), signals, 0, 0))
+    law.force(found := space_of(**parts), address_of(record))
+    del kept  # its arrays were read
     return found.g.reshape(count, -1)
 
 

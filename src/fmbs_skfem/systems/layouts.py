@@ -63,6 +63,7 @@ class Layout:
     width: int  #: half bandwidth
     tree: Tree = NO_TREE  #: of blocks
     pattern: csr_array = field(default_factory=lambda: csr_array((0, 0)))  #: of blocks, the upper triangle in this order
+    loose: bool = False  #: whether joints alone determine some unknowns: W may be singular
 
     @cached_property
     def place(self) -> np.ndarray:
@@ -131,15 +132,15 @@ def chosen(system: System, parts: Pieces, pairs: np.ndarray, skew: bool) -> Layo
     if not reduced and system.size >= WIDE:
         return Layout(Storage.SPARSE, natural, system.size - 1)
     if reduced:
-        return Layout(Storage.DENSE, natural, system.size - 1)
+        return Layout(Storage.DENSE, natural, system.size - 1, loose=massless(system, parts))
     pattern, small = coupling(system, parts, pairs), system.size <= DENSE
     order, width = (natural, system.size - 1) if small else band_order(pattern)
     dense = small or (3 * width > system.size and system.size <= 4 * BAND)
     full = any(terms.numbers_read(one.gather) > 0.0 for one in system.elastic)  # of which bands are narrow, and plates turn
     blocks = None if full or skew or not parts.storages else in_blocks(pattern)
-    loose = (not dense or blocks is not None) and massless(system, parts)
+    loose = massless(system, parts)
     if dense or (loose and system.size <= 8 * DENSE):
-        found = Layout(Storage.DENSE, natural, width)
+        found = Layout(Storage.DENSE, natural, width, loose=loose)
     else:
         large = loose or width > BAND
         found = Layout(Storage.SPARSE, natural, width) if large else Layout(Storage.BAND, order, width)
