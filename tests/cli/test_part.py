@@ -116,10 +116,12 @@ def test_a_training_goes_on(folder: Path, tmp_path: Path) -> None:
         (("train", "chain.yaml", "--body", "upper", "--alone"), "a full elastic body (none here), got 'upper', a part"),
         (("train", "scene.yaml", "--body", "beam", "--strain", "1e-3"), "--alone: expected it beside the sizes of its motions"),
         (("info", "scene.yaml"), "'fmbs_skfem part' in its first line"),
+        (("check", "beam.part.h5", "mute.yaml", "--body", "beam"), "outputs, whose errors are found, got none; add one"),
     ],
 )
 def test_refused(folder: Path, options: tuple[str, ...], told: str, monkeypatch: pytest.MonkeyPatch) -> None:
     (folder / "chain.yaml").write_text(CHAIN, encoding="utf-8")
+    (folder / "mute.yaml").write_text(PENDULUM[: PENDULUM.index("outputs:")], encoding="utf-8")
     monkeypatch.chdir(folder)
     done = fmbs("part", *options)
     assert done.code in (3, 8)

@@ -133,6 +133,17 @@ def test_parts_whose_places_are_on_a_line_are_not_turned_about_it() -> None:
                 at_place(sheet, there)
 
 
+def test_a_part_in_place_of_a_body_takes_its_numbers() -> None:
+    other = Material(3.0 * models.MATERIAL.young_modulus, 2.0 * models.MATERIAL.density)
+    full = cable("arm", models.straight(16), Circular(3.0 * models.SECTION.diameter), other)
+    own = at_place(alone().body, full)
+    assert own.cells is not None
+    assert full.cells is not None
+    assert_allclose(own.cells.section[:2], full.cells.section[:2, :1], rtol=1e-12)
+    assert_allclose(own.total_mass, full.total_mass, rtol=1e-9)
+    assert_allclose(own.radius, full.radius)
+
+
 def test_joints_at_places_that_a_part_does_not_have() -> None:
     with pytest.raises(InputError, match=r"one of its points \(left, right\), got 'middle'"):
         assemble([alone().body], [joints.Pin("A", At("arm", "middle"))])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -141,6 +142,10 @@ def test_an_excitation_begins_at_all_places_and_is_the_same_with_the_same_seed()
     assert np.abs(first - other).max() > 1e-4
     slow, sudden = (excite(arm(), Excitation(runs=1, step=2e-4, duration=0.01, rise=rise)) for rise in (1.0, 0.0))
     assert np.abs(sudden[5] - arm().reference).max() > 2.0 * np.abs(slow[5] - arm().reference).max()
+    with warnings.catch_warnings(record=True) as said:  # its moments about the line act once that has turned
+        warnings.simplefilter("always")
+        excite(arm(), Excitation(runs=1, step=1e-2, duration=0.02))
+    assert not [one for one in said if "about the line" in str(one.message)]
     ends = [arm().constant @ arm().mass @ state for state in (first[0], first[len(first) // 2])]
     assert np.abs(ends[0] - ends[1]).max() < 1e-12  # every run begins in the reference
 
@@ -222,6 +227,10 @@ def test_a_training_goes_on_with_the_same_mesh_and_a_file_that_knows_it(tmp_path
     other = cable("arm", models.straight(8), models.SECTION, models.MATERIAL)
     with pytest.raises(InputError, match="take the mesh of before"):
         part_files.train(other, other.reference[None], 1e-10, None, None, alone())
+    moved = replace(arm(), reference=arm().reference @ QUARTER + np.outer(arm().constant, [200.0, 0.0, -3.0]))
+    part_files.recall(alone(), moved)
+    with pytest.raises(InputError, match="got one of another size or shape; take the mesh of before"):
+        part_files.recall(alone(), replace(arm(), reference=0.9 * arm().reference))
     with pytest.raises(InputError, match=r"read it with part_files\.resume"):
         part_files.train(arm(), arm().reference[None], 1e-10, None, None, replace(alone(), memory=None))
 

@@ -394,8 +394,10 @@ def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:
     if isinstance(place, str):
         axes = body.dim if derivative else 0
         number = body.frames[place] + derivative
+        if body.axes is not None:
+            return vector_row(body, derivative, axes, csr_array(body.axes[[number]]))
         unit = csr_array(([1.0], ([0], [number])), shape=(1, len(body.reference)))
-        return vector_row(body, derivative, axes, unit if body.axes is None else csr_array(body.axes[[number]]))
+        return vector_row(body, derivative, axes, unit)
     if isinstance(body.space, Surface):
         cell, xi = np.array([place[0]]), np.array([place[1:]])  # type: ignore[index]
         rows = [own(body, surface.sample(body.space, cell, xi, k)) for k in range(3)]

@@ -20,6 +20,7 @@ far as they are the fewer.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
@@ -31,7 +32,7 @@ from ..bodies.body import Body, extent, reference_at
 from ..core import fields
 from ..core.container import storable
 from ..core.errors import InputError, SolverError, say
-from ..core.notices import Progress
+from ..core.notices import Notice, Progress
 from ..core.records import dataclass
 from ..dynamics.integration import integrate
 from ..dynamics.scheme import GeneralizedAlpha, Newton
@@ -191,7 +192,9 @@ def move(part: Body, excitation: Excitation, progress: Progress | None = None) -
     for run in range(told.runs):
         held = names[run % len(names)]
         pin, begin = joints.Pin(held, At(part.name, held)), {part.name: rotating_motion(part, told, held, run)}
-        system = eliminate(assemble([part], [pin], pushes(part, told, held, random), initial=begin))
+        with warnings.catch_warnings():  # a moment about a line acts as soon as the line has turned
+            warnings.filterwarnings("ignore", ".* are about the line itself", Notice)
+            system = eliminate(assemble([part], [pin], pushes(part, told, held, random), initial=begin))
         done = None if progress is None else partial(advance, progress, run, told.runs)
         try:
             motion = integrate(system, scheme, told.duration, SHARP, every, done)

@@ -43,6 +43,7 @@ ETA = 3e-5  #: tolerance of its weighted points
 LOOSE = 1e-2  #: largest that is chosen for them
 LOOKED_AT = 300  #: states of a training whose strains are held against those of the shape functions
 KINDS = 16  #: parts that are kept when they have been read to be used
+SAME = 1e-6  #: distance of the reference of a training that goes on from that of before, over its size
 KEPT = 120  #: states that a part keeps of its training, for the points of one that goes on
 
 
@@ -163,7 +164,19 @@ def recall(before: Part, body: Body) -> Memory:
     if (len(known.functions), known.states.shape[2]) != body.reference.shape:
         expected = f"a body of {len(known.functions)} functions in {known.states.shape[2]} dimensions, as that of the part"
         raise InputError(say(f"body '{body.name}'", expected, f"{len(body.reference)} in {body.dim}", "take the mesh of before"))
+    if not same_shape(body.constant, known.functions @ before.body.reference, body.reference):
+        got = "one of another size or shape"
+        raise InputError(
+            say(f"body '{body.name}'", "the body of the part, moved and turned as it may be", got, "take the mesh of before")
+        )
     return known
+
+
+def same_shape(one: np.ndarray, a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether a rigid motion takes a to b (b, c), a a^T = b b^T without translations; `one` (b,) is the field 1."""
+    a, b = (x - np.outer(one, one @ x / (one @ one)) for x in (a, b))
+    own, both, other = (float(np.sum((x.T @ y) ** 2)) for x, y in ((a, a), (a, b), (b, b)))
+    return own - 2.0 * both + other <= SAME**2 * other
 
 
 def used(path: str | Path, tolerance: float | None = None, modes: int | None = None, eta: float | None = None) -> Part:

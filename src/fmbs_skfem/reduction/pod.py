@@ -200,8 +200,9 @@ def _count(rest: Array, rank: int, tolerance: float | None, modes: int | None, s
     if modes is None or tolerance is not None:
         got = "neither" if modes is None else f"tolerance {tolerance} and {modes} modes"
         raise InputError(say("pod", "either a tolerance or a number of modes", got))
-    if modes < 1:
-        raise InputError(say("pod", "at least one mode", modes))
+    if modes < max(1, kept):
+        wanted = "at least one mode" if kept < 2 else f"at least {kept} modes, which hold the fields that are kept"
+        raise InputError(say("pod", wanted, modes))
     if modes > rank + kept:
         notify(f"pod: {modes} modes asked for, but the snapshots span only {rank + kept}; {rank + kept} are used")
     return min(modes - kept, rank)

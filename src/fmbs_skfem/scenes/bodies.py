@@ -373,7 +373,9 @@ class PlacedPart(SceneBody, word="part"):
     name: str
     file: Annotated[str, "a file of a part (.part.h5), its path from the folder of the scene"]
     tolerance: Annotated[Tolerance | None, "eps of the shape functions, see `fmbs part train`; without it all of them"] = None
-    modes: Annotated[int | None, whole(1, 1000), "number of shape functions beside rigid motions, in place of a tolerance"] = None
+    modes: Annotated[int | None, whole(1, 1000), "number of shape functions, rigid motions included, in place of a tolerance"] = (
+        None
+    )
     hyper: Annotated[Tolerance | None, "eta of the points; without it by the shape functions"] = None
     young_modulus: Annotated[float | None, quantity("Pa", "> 0")] = None
     density: Annotated[float | None, quantity("kg/m^3", "> 0")] = None

@@ -54,7 +54,7 @@ def check_files(scene: Scene, allow_outside: bool = False) -> None:
         try:
             for key, name in model.files().items():
                 path = meshes.path(name, scene.folder, allow_outside)
-                if not path.exists():
+                if not path.is_file():
                     remedy = "paths count from the folder of the scene; `fmbs demo --copy` copies the meshes of the examples"
                     meshes.present(path, f"{key} {path}", remedy)
         except InputError as error:

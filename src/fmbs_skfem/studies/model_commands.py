@@ -53,7 +53,7 @@ def train_part(
     alone: Annotated[bool, Option("Move the body by itself, by what it meets at its places; no mechanism is run.")] = False,
     tolerance: Annotated[float, Option("Truncation eps of the shape functions.", "EPS")] = 1e-12,
     modes: Annotated[
-        int | None, Option("Number of shape functions beside rigid motions, instead of a tolerance.", "R", least=1)
+        int | None, Option("Number of shape functions, rigid motions included, instead of a tolerance.", "R", least=1)
     ] = None,
     hyper: Annotated[float, Option("Tolerance eta of the weighted points; 0 for all points.", "ETA", least=0.0)] = 3e-5,
     runs: Annotated[int, Option("Motions of the body alone, pinned at its places in turn.", "N", least=1)] = 4,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..bodies import values
 from ..bodies.body import Body, reference_at
 from ..core.errors import InputError, closest, listed, say
 from ..core.records import dataclass
@@ -137,6 +138,9 @@ def describe(job: Job) -> PartResult:
 def check(job: Job, scene: Scene, found: Part, path: Path, body: str) -> PartResult:
     """A part of a file in place of the full body of a scene: errors of the outputs, and CPU times of both motions."""
     full, bodies = body_of(job, scene, body)
+    if not scene.outputs:
+        remedy = f"add one, such as `tip: {{type: position, at: {body}.{places(full)[-1]}}}`" if places(full) else ""
+        raise InputError(say(jobs.title(scene), "outputs, whose errors are found", "none", remedy))
     if found.body.dim != full.dim:
         raise InputError(say(f"{path}", f"a part of dimension {full.dim}", found.body.dim))
     own = at_place(found.body, full)
@@ -158,7 +162,7 @@ def check(job: Job, scene: Scene, found: Part, path: Path, body: str) -> PartRes
 
 
 def at_place(part: Body, full: Body) -> Body:
-    """The part where a full body stands: the rigid motion that brings the places of both together."""
+    """The part where a full body stands, of its numbers: the rigid motion that brings the places of both together."""
     names = [name for name in places(full) if name in places(part)]
     missing = sorted(set(places(full)) - set(names))
     if missing or not names:
@@ -175,7 +179,7 @@ def at_place(part: Body, full: Body) -> Body:
         got = f"{', '.join(names)} on one line, about which it is turned"
         remedy = "name a third place off that line, and train it anew"
         raise InputError(say(f"part for '{full.name}'", "places that tell how the body stands", got, remedy))
-    return own
+    return values.changed(own, {name: value.number for name, value in full.values.items() if name in own.values})
 
 
 def rotation_onto(a: np.ndarray, b: np.ndarray) -> np.ndarray:
