@@ -7,13 +7,14 @@ other numbers, cut in two, and reduced. `--hypothesis-seed` and INVARIANCE=1000 
 
 from __future__ import annotations
 
+import functools
 import os
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import pytest
@@ -315,25 +316,40 @@ def test_chains_move_alike_however_they_are_written_down(chain: Chain, change: s
 @pytest.mark.parametrize("change", ["moved", "turned", "millimetres", "swapped", "reversed", "renumbered"])
 def test_reduced_models_move_alike(change: str) -> None:
     """Trained and run in both ways of writing the chain down: the same number of modes, the same motion to 1e-6 m."""
-    one, other = trained(FALLING), trained(CHANGES[change][0](FALLING))
+    one, other = known(FALLING), trained(CHANGES[change][0](FALLING))
     assert one[0] == other[0]
     assert np.abs(one[1] - other[1]).max() < 1e-6
+
+
+@pytest.mark.parametrize("eliminated", [False, True])
+@pytest.mark.parametrize("unit", [1e-6, 1e8])
+def test_reduced_models_have_the_same_joints_in_every_unit(unit: float, eliminated: bool) -> None:
+    """Bodies of half a micrometre and of 50 000 km keep the rows of those of half a metre, and move as they do to 1e-12 of it."""
+    one, other = known(FALLING, eliminated), trained(replace(FALLING, unit=unit), eliminated)
+    assert one[::2] == other[::2]
+    assert np.abs(one[1] - other[1]).max() < 1e-12
 
 
 FALLING = Chain(("cable", "rigid", "cable"), 2, 0.4, True)
 
 
-def trained(chain: Chain) -> tuple[list[tuple[str, int]], np.ndarray]:
-    """Numbers of modes of the chain's parts, and the ends of its links (s, x, c) [m] as the model reduced to them moves."""
+Trained: TypeAlias = tuple[list[tuple[str, int]], np.ndarray, list[tuple[str, str]]]
+
+
+def trained(chain: Chain, eliminated: bool = False) -> Trained:
+    """Numbers of modes of the chain's parts, ends of its links (s, x, c) [m] as the model reduced to them moves, and its rows."""
     system = chain.system()
     raw = system.full
     assert raw is not None
     data = reduction.snapshots(integrate(system, SCHEME, STEPS * SCHEME.step, TIGHT))
     parts = reduction.body_level(raw)
     bases = reduction.bases(raw, data, parts, 1e-12)
-    small = reduction.reduce_system(raw, parts, bases, False, data.q)
+    small = reduction.reduce_system(raw, parts, bases, eliminated, data.q)
     modes = sorted((name, basis.modes.shape[1]) for name, basis in bases.items())
-    return modes, chain.ends(integrate(small, SCHEME, STEPS * SCHEME.step, TIGHT))
+    return modes, chain.ends(integrate(small, SCHEME, STEPS * SCHEME.step, TIGHT)), list(small.constraints.names)
+
+
+known = functools.cache(trained)
 
 
 @pytest.mark.parametrize("cells", [6, 96])
@@ -344,7 +360,7 @@ def test_threads_of_the_linear_algebra_change_nothing(cells: int) -> None:
         with threadpoolctl.threadpool_limits(limits=threads, user_api="blas"):
             assert {pool["num_threads"] for pool in threadpoolctl.threadpool_info() if pool["user_api"] == "blas"} == {threads}
             found.append((run(chain), *trained(chain)))
-    (one, modes, small), (two, others, little) = found
+    (one, modes, small, _), (two, others, little, _) = found
     assert np.abs(one - two).max() < 1e-10
     assert modes == others
     assert np.abs(small - little).max() < 1e-6

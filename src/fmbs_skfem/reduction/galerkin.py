@@ -27,7 +27,7 @@ from ..core.linalg import as_dense
 from ..core.records import dataclass
 from ..dynamics.outputs import body_coordinates
 from ..dynamics.trajectory import Trajectory
-from ..systems import compiled
+from ..systems import compiled, redundancy
 from ..systems.compiled import compile_system
 from ..systems.system import (
     Matrix,
@@ -184,8 +184,10 @@ def reduce_system(
     reduced = replace(reduced, mass=clean_diagonal(reduced.mass), damping=clean_diagonal(reduced.damping))
     if eliminate and len(classes.linking):
         _, D, d = linear_part(reduced)
-        apart = pivots.independent_rows([np.column_stack([D.toarray(), d])])  # others hold for every mode, or follow from these
-        T, x0 = pivots.eliminate(np.asarray(D.toarray())[apart], d[apart])
+        length = row_lengths(system, reduced)[is_linear(reduced.constraints)]
+        D, d = as_dense(D) / length[:, None], d / length
+        apart = pivots.independent_rows([np.column_stack([D, d / system.scale])])  # others follow, or hold for every mode
+        T, x0 = pivots.eliminate(D[apart], d[apart])
         rest = np.flatnonzero(~is_linear(reduced.constraints))
         alike = any(basis.factors is not None for basis in found.values())
         free = change_coordinates(keep_constraints(reduced, rest), csr_array(vectors.rounded(T)) if alike else T, x0)
@@ -245,9 +247,9 @@ def check_interfaces(system: System, components: Mapping[str, Sequence[str]], fo
 
 @dataclass(frozen=True)
 class RowSamples:
-    """Constraint rows of a reduced system at states of the full one."""
+    """Constraint rows of a reduced system at states of the full one, each over its length there: their units do not matter."""
 
-    jacobians: np.ndarray  #: (s, m, n)
+    jacobians: np.ndarray  #: (s, m, n) [1/m]
     gaps: np.ndarray  #: (s, m) of rows that may be left out, 0 for the others
     loose: np.ndarray  #: (m,) bool, of joints that events release or lock: always kept
     distance: np.ndarray  #: (s,) of the states from the space of the reduced system [m]
@@ -260,7 +262,8 @@ def row_samples(system: System, reduced: System, q: np.ndarray, times: np.ndarra
     model, terms = compile_system(reduced), reduced.constraints
     found = [compiled.gap(model, state, float(t)) for state, t in zip(x, np.zeros(len(q)) if times is None else times, strict=True)]
     loose = loose_rows(terms)
-    jacobians = np.array([jacobian for _, jacobian in found])
+    length = row_lengths(system, reduced)
+    jacobians = np.array([jacobian for _, jacobian in found]) / length[:, None]
     sizes_in = np.array(
         [np.abs(jacobians[:, :, first:last]).max(axis=(0, 2), initial=0.0) for _, first, last in reduced.components]
     )
@@ -268,11 +271,17 @@ def row_samples(system: System, reduced: System, q: np.ndarray, times: np.ndarra
     may_go = ~is_linear(terms) & ~driven_rows(terms) & ~loose & ~linking
     return RowSamples(
         jacobians,
-        np.array([gap for gap, _ in found]) * may_go,
+        np.array([gap for gap, _ in found]) / length * may_go,
         loose,
         sizes(system, q - x @ np.asarray(reduced.lift.matrix).T - reduced.lift.offset),
         sizes(system, q - reduced.lift(reduced.x0)),
     )
+
+
+def row_lengths(system: System, reduced: System) -> np.ndarray:
+    """Lengths (m,) in the full system of the constraint rows that a reduced one has, in the unit of their gaps."""
+    known = dict(zip(system.constraints.names, redundancy.row_lengths(system), strict=True))
+    return np.array([known[name] for name in reduced.constraints.names])
 
 
 def rows_to_keep(samples: Sequence[RowSamples]) -> np.ndarray:

@@ -128,6 +128,18 @@ def scale_of(system: System) -> np.ndarray:
     return 1.0 / np.where(largest > 0.0, largest, 1.0)
 
 
+def row_lengths(system: System) -> np.ndarray:
+    """Lengths (m,) of the constraint rows at the start for changes of `scale_of`, in the unit of their gaps; 1 for zeros."""
+    rows, z = rows_of(system)
+    length = lengths(rows, rows(z)[1])
+    return np.where(length > 0.0, length, 1.0)
+
+
+def lengths(rows: Rows, J: Array) -> np.ndarray:
+    """Changes (m,) of the gaps by changes of z that count as large, J (m, u)."""
+    return np.asarray(np.sqrt((J * J) @ rows.scale**2))
+
+
 def doubtful(rows: Rows, z: np.ndarray) -> np.ndarray:
     """Rows (i,) that may depend on each other at z: those within ranks.NEAR of others, and what is coupled to them."""
     unit = relative(rows, z)[1]
@@ -168,7 +180,7 @@ def nearby(rows: Rows, z: np.ndarray) -> list[np.ndarray]:
 def relative(rows: Rows, z: np.ndarray) -> tuple[np.ndarray, Array]:
     """Phi (m,) and Phi_z (m, u) in units of z and with rows of length 1, so that units of lengths and equations do not matter."""
     phi, J = rows(z)
-    length = np.sqrt((J * J) @ rows.scale**2)
+    length = lengths(rows, J)
     factor = 1.0 / np.where(length > 0.0, length, 1.0)
     return factor * phi, scaled(J, factor, rows.scale)
 
