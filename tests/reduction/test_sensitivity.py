@@ -45,6 +45,16 @@ def test_the_scale_of_a_range_and_rows_that_failed() -> None:
     assert np.isnan(sensitivity.indices(np.full(40, 3.0), 2).first).all()
 
 
+@pytest.mark.parametrize("unit", [1e-20, 1.0, 1e20])
+def test_indices_do_not_depend_on_the_unit(unit: float) -> None:
+    """The same to round-off; what varies by round-off of the size of other components has none."""
+    values = ishigami(sensitivity.design(BOX, 64))
+    one, other = sensitivity.indices(values, 3), sensitivity.indices(unit * values, 3, size=100.0 * unit)
+    np.testing.assert_allclose(other.first, one.first, rtol=1e-9)
+    np.testing.assert_allclose(other.total_error, one.total_error, rtol=1e-9)
+    assert np.isnan(sensitivity.indices(1e-17 * unit * values, 3, size=unit).first).all()
+
+
 def test_what_is_no_design_is_refused() -> None:
     with pytest.raises(InputError, match="a multiple of 5 values"):
         sensitivity.indices(np.zeros(17), 3)

@@ -23,6 +23,7 @@ from ..core.ranges import Parameter
 from ..core.records import dataclass
 from .parameters import check, check_count, from_box
 
+ROUND = 1e-14  #: standard deviation that is round-off, over the size of the values
 RESAMPLED = 200  #: sets of rows for standard errors
 LEAST = 8  #: rows that are needed
 
@@ -51,10 +52,11 @@ def design(parameters: Sequence[Parameter], count: int, seed: int = 0) -> np.nda
     return from_box(parameters, np.concatenate([A, B, *mixed]))
 
 
-def indices(values: ArrayLike, dimensions: int, seed: int = 0) -> SobolIndices:
+def indices(values: ArrayLike, dimensions: int, seed: int = 0, size: float = 0.0) -> SobolIndices:
     """Indices of an output whose values (N (d + 2),) are those of `design`; rows with a run that failed (NaN) are left out.
 
-    NaN where the output does not vary. InputError for another number of values, and for too few rows that ran.
+    NaN where the output does not vary but for round-off of its mean, or of a `size` in its unit that it is computed from, as from
+    other components of a vector. InputError for another number of values, and for too few rows that ran.
     """
     given = np.asarray(values, dtype=float)
     if given.ndim != 1 or len(given) % (dimensions + 2) or not len(given):
@@ -65,18 +67,18 @@ def indices(values: ArrayLike, dimensions: int, seed: int = 0) -> SobolIndices:
     if len(table) < LEAST:
         raise InputError(say("sensitivity.indices", f"at least {LEAST} rows that ran", len(table), "take more samples"))
     random = np.random.default_rng(seed)
-    picked = [estimate(table[random.integers(0, len(table), len(table))]) for _ in range(RESAMPLED)]
-    first, total = estimate(table)
+    picked = [estimate(table[random.integers(0, len(table), len(table))], size) for _ in range(RESAMPLED)]
+    first, total = estimate(table, size)
     errors = np.std(picked, axis=0)
     return SobolIndices(first, total, errors[0], errors[1], len(table))
 
 
-def estimate(table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def estimate(table: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
     """S_i and ST_i (d,) of values (N, d + 2), with the mean of A and B subtracted, which takes noise from S_i."""
     a, b, mixed = table[:, 0], table[:, 1], table[:, 2:]
     both = table[:, :2]
     centre, variance = both.mean(), both.var()
-    if not variance > 1e-28 * max(1.0, centre**2):
+    if not variance > (ROUND * max(size, abs(centre))) ** 2:
         nothing = np.full(mixed.shape[1], np.nan)
         return nothing, nothing
     first = np.mean((b - centre)[:, None] * (mixed - a[:, None]), axis=0) / variance

@@ -180,10 +180,12 @@ def indices_of(table: Sweep) -> dict[str, Any]:
     """Sobol indices of the smallest, largest and last value of every output that varies, by parameter."""
     names = [own.name for own in table.parameters]
     found: dict[str, Any] = {}
+    largest = {name: float(np.abs(column[np.isfinite(column)]).max(initial=0.0)) for name, column in table.columns.items()}
     for name, column in table.columns.items():
+        size = max(largest[other] for other in largest if table.units.get(other, other) == table.units.get(name, name))
         for kind, values in sweep_files.extremes(column).items():
             try:
-                one = sensitivity.indices(values, len(names))
+                one = sensitivity.indices(values, len(names), size=size)
             except InputError as problem:  # of samples that failed: the others are kept
                 notify(f"no Sobol indices of {name}: {problem}")
                 break
