@@ -15,6 +15,7 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import buckling, find_free, linearise, outputs, real_modes, solve_statics
 from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads, probes
 from fmbs_skfem.systems.bushing import Bushing
+from fmbs_skfem.systems.springs import SpringDamper
 from tests.models import straight
 
 PULL = 3.0  #: [N]
@@ -69,3 +70,15 @@ def test_buckling_of_a_free_body_is_refused() -> None:
     joined = [joints.Pin("pin", At("beam", "left")), joints.Slider("slider", At("beam", "right"), (1.0, 0.0))]
     factor = buckling(pulled(joined, -PULL)).factors[0]
     assert factor * PULL == pytest.approx(np.pi**2, rel=1e-3)  # that of Euler
+
+
+@pytest.mark.parametrize("a", [1e-9, 1.0, 1e8])
+def test_springs_alone_hold_a_rigid_body_of_any_size(a: float) -> None:
+    """Springs of length 0 at -a and 2 a from the centre: the weight turns the body by tan = m g / (9 k a), whatever a is."""
+    places = {"near": (-a, 0.0), "far": (2.0 * a, 0.0)}
+    body = rigid("body", 1.0, 0.2 * a**2, (0.0, 0.0), dim=2, places=places)
+    held = [SpringDamper(name, At("body", name), place, stiffness=10.0, length=0.0) for name, place in places.items()]
+    motion = solve_statics(assemble([body], [], [*held, loads.Gravity((0.0, -9.0 * a))]), 2)
+    q = motion.system.lift(motion.x[-1])
+    assert q[3] / q[2] == pytest.approx(0.1, rel=1e-9)
+    assert q[:2] / a == pytest.approx([0.5 - 0.5 / np.sqrt(1.01), -0.45 - 0.05 / np.sqrt(1.01)], rel=1e-9)

@@ -13,13 +13,14 @@ from itertools import pairwise
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..core import saddle
+from ..core import ranks, saddle
 from ..core.errors import InputError, Reason, SolverError, say
+from ..core.linalg import scaled
 from ..core.notices import Notice, Progress, notify
 from ..core.records import dataclass
 from ..systems import compiled, pressure, probes, responses
 from ..systems.compiled import Compiled, compile_system
-from ..systems.redundancy import without_redundant
+from ..systems.redundancy import scale_of, without_redundant
 from ..systems.system import System
 from . import departures, missing_shapes
 from .histories import finite_signals
@@ -204,16 +205,21 @@ def correction(model: Compiled, K: csr_array, J: np.ndarray, R: np.ndarray) -> n
     """The correction (n + m,) of a state with the tangent K and constraint rows J; None where there is none.
 
     Where K is singular but its equations have solutions, as of a chain that hangs straight and is not yet under tension, it is that
-    of least size, by a little of the metric beside K.
+    of least size, by a little of the metric beside K. Unknowns count by how far they move points, rows of J by their lengths: a
+    soft spring turns a small body as it turns a large one.
     """
+    system = model.system
+    large = scale_of(system) / system.scale
+    unit = np.append(large, 1.0 / ranks.lengths(J * large))
+    K, J, R = scaled(K, large, large), scaled(J, unit[len(large) :], large), unit * R
     A = saddle.matrix(K, J)
     step = saddle.regular_solution(A, R)
     if step is not None:
-        return step
-    W = csr_array(model.system.metric)
-    size = abs(K).max() or np.abs(R).max() / model.system.scale  # rigid bodies have no stiffness but that of what pulls at them
+        return unit * step
+    W = scaled(csr_array(system.metric), large, large)
+    size = abs(K).max() or np.abs(R).max() / system.scale  # rigid bodies have no stiffness but that of what pulls at them
     step = saddle.regular_solution(saddle.matrix(csr_array(K + LITTLE * size / abs(W).max() * W), J), R)
-    return step if step is not None and np.linalg.norm(A @ step - R) <= SOLVES * np.linalg.norm(R) else None
+    return unit * step if step is not None and np.linalg.norm(A @ step - R) <= SOLVES * np.linalg.norm(R) else None
 
 
 def static_failure(model: Compiled, reason: Reason, place: tuple[str, float], R: np.ndarray) -> SolverError:
