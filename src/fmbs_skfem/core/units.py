@@ -134,14 +134,23 @@ def starts_with_number(text: str) -> bool:
 def describe(exponents: Exponents) -> str:
     """The name of a dimension, or its SI unit where it has no name."""
     names = [dimension.name for dimension in DIMENSIONS if dimension.exponents == exponents]
-    factors = [f"{unit}^{power}" for unit, power in zip(("kg", "m", "s", "rad"), exponents, strict=True) if power]
-    return names[0] if names else " ".join(factors)
+    return names[0] if names else _written(exponents)
 
 
 def unit(exponents: Exponents) -> str:
     """The SI unit of a dimension, as in headers of tables; empty for numbers."""
     named = [dimension.unit for dimension in DIMENSIONS if dimension.exponents == exponents]
-    return named[0] if named else describe(exponents)
+    return named[0] if named else _written(exponents)
+
+
+def _written(exponents: Exponents) -> str:
+    """An SI unit such as `N s/m`, in newtons where a mass is divided by times."""
+    kg, m, s, rad = exponents
+    force = 1 if kg == 1 and s < 0 else 0
+    powers = {"N": force, "kg": kg - force, "m": m - force, "s": s + 2 * force, "rad": rad}
+    above = [name if power == 1 else f"{name}^{power}" for name, power in powers.items() if power > 0]
+    below = [f"/{name}" if power == -1 else f"/{name}^{-power}" for name, power in powers.items() if power < 0]
+    return (" ".join(above) or "1") + "".join(below)
 
 
 def finite(value: float, got: object) -> float:
