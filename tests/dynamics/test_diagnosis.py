@@ -20,6 +20,7 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, diagnosis, integrate, solve_statics, stopped
 from fmbs_skfem.dynamics.diagnosis import Diagnosis
 from fmbs_skfem.dynamics.integration import HALVINGS, FailedStep
+from fmbs_skfem.dynamics.stepping import CONTRACTS
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import nurbs
 from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, eliminate, joints, loads
@@ -43,8 +44,8 @@ def pushed(history: History) -> System:
 
 
 def huge_load() -> object:
-    """The force grows e-fold every 17 ms."""
-    return integrate(pushed(lambda t: np.exp(60 * t)), STEP, 1.0)
+    """The force grows e-fold every 2.5 ms."""
+    return integrate(pushed(lambda t: np.exp(400 * t)), STEP, 1.0)
 
 
 def jump() -> object:
@@ -52,8 +53,8 @@ def jump() -> object:
 
 
 def large_step() -> object:
-    """Example 2 turns by 1.6 rad in a step."""
-    return integrate(models.double_pendulum(8), GeneralizedAlpha(0.2), 3.0)
+    """Example 2 turns by 2.9 rad in a step."""
+    return integrate(models.double_pendulum(8), GeneralizedAlpha(0.3), 3.0)
 
 
 def signal() -> object:
@@ -104,9 +105,9 @@ def trained() -> System:
 
 
 def outside() -> object:
-    """Gravity turned round and 300 times as strong."""
+    """Gravity turned round and 10 000 times as strong."""
     model = trained()
-    return integrate(replace(model, loads=replace(model.loads, constant=-300 * model.loads.constant)), GeneralizedAlpha(1e-2), 1.0)
+    return integrate(replace(model, loads=replace(model.loads, constant=-1e4 * model.loads.constant)), GeneralizedAlpha(1e-2), 1.0)
 
 
 def indefinite() -> object:
@@ -204,7 +205,7 @@ def test_the_first_cause_is_the_one_built_in(way: str) -> None:
     [
         ("huge load", ["loads on beam"]),
         ("jump", ["between t = 0.005 and 0.006 s", "a load on beam jumps from 1 to 1e+12"]),
-        ("large step", ["II turns by 1.6", "step of 0.2 s"]),
+        ("large step", ["II turns by 2.9", "step of 0.3 s"]),
         ("stiff spring", ["a torsion spring on wheel vibrates with h omega = 200", "step of 0.001 s"]),
         ("signal", ["a load on beam is no finite number at t = 0.101 s"]),
         ("contradiction", ["drive.angle", "ask for different motions"]),
@@ -258,18 +259,18 @@ def test_the_locked_links_stop_when_they_are_stretched_out() -> None:
 
 
 def test_an_attempt_repeats_the_iteration() -> None:
-    """All step lengths; the last correction of an iteration that went too far is the largest of its end."""
+    """All step lengths; the last correction of an iteration that went too far did not contract."""
     error, found = failed("large step")
     assert isinstance(error, FailedStep)
-    assert [attempt.step for attempt in found.attempts] == [0.2 / 2**k for k in range(HALVINGS + 1)]
+    assert [attempt.step for attempt in found.attempts] == [0.3 / 2**k for k in range(HALVINGS + 1)]
     assert found.step == error.run.done + 1
     for attempt in found.attempts:
         assert len(attempt.corrections) == len(attempt.residuals)
         assert found.good is not None
-        assert found.good < attempt.time <= found.good + 0.2 + 1e-12
-    whole = found.attempts[0]
-    assert whole.outcome is Reason.DIVERGED
-    assert whole.corrections[-1] > 2 * whole.corrections[-2]
+        assert found.good < attempt.time <= found.good + 0.3 + 1e-12
+    diverged = [attempt.corrections for attempt in found.attempts if attempt.outcome is Reason.DIVERGED]
+    assert diverged
+    assert all(last > CONTRACTS * before for *_, before, last in diverged)
     again = diagnosis.explain(error)
     assert again.attempts == found.attempts
     assert again.residuals == found.residuals

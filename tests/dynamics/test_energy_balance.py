@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -51,16 +53,16 @@ def test_a_drive_without_damping_has_no_noise_in_its_multipliers(every: int) -> 
 
 
 def test_a_gain_beside_a_drive_is_still_seen() -> None:
-    """A beam at 10 rad/s in steps of 0.2 rad gains energy without damping: the drive of a rod explains none of it.
-
-    Growth from round-off: how much it is, 0.29 or more of the largest energy, is up to the last digits.
-    """
+    """A beam of 1/6 J that goes 20 % faster from half time on has gained 0.44 of its energy: the drive of a rod explains none of it."""
     beam = body.cable("beam", models.straight(10), sections.Given(1e4, 1.0, 1.0), dim=2)
     rod = rigid("rod", 1.0, 0.1, (0.5, 0.0), dim=2, places={"end": (0.0, 0.0)})
-    motor = joints.DrivenAngle("motor", At("rod", "frame"), lambda t: 0.1 * t**2)
+    motor = joints.DrivenAngle("motor", At("rod", "frame"), lambda t: 1e-3 * t**2)
     held = [joints.Pin("hub", At("beam", "left")), joints.Revolute("pin", At("rod", "end")), motor]
-    system = eliminate(assemble([beam, rod], held, initial={"beam": Motion(angular_velocity=10.0)}))
-    assert energy_errors(integrate(system, GeneralizedAlpha(0.02, 1.0), 0.8)).rise > 0.25
+    system = eliminate(assemble([beam, rod], held, initial={"beam": Motion(angular_velocity=1.0)}))
+    motion = integrate(system, GeneralizedAlpha(1e-3, 1.0), 0.1)
+    assert energy_errors(motion).rise < 1e-4
+    gained = replace(motion, v=motion.v * np.where(motion.times > 0.05, 1.2, 1.0)[:, None])
+    assert energy_errors(gained).rise == pytest.approx(0.44 / 1.44, rel=1e-3)
 
 
 def test_equilibria_have_energies_and_no_balance() -> None:

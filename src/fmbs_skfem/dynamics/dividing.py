@@ -17,10 +17,12 @@ if TYPE_CHECKING:
     from .run import Run
 
 HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
+#: halvings that are tried, and whether steps are judged: the shortest is taken as it is, or else longer ones; it is also what a failure shows
+TRIALS = [*((k, True) for k in range(HALVINGS)), *((k, False) for k in range(HALVINGS, -1, -1)), (HALVINGS, False)]
 
 
 def divided(run: Run, status: int, begin: float, span: float, row: int, first: int) -> tuple[int, float]:
-    """A span [s] of time in 2^first or more equal parts, with a status that says why; status and time of the last failure.
+    """A span [s] of time in 2^first or more equal parts, with a status that says why; status and time of the failure in the finest.
 
     The state at its end goes into a row of the trajectory, -1 for none. Where forces began or ended too fast for longer steps, the
     next step is tried in half as many parts, and the shortest stand.
@@ -28,9 +30,9 @@ def divided(run: Run, status: int, begin: float, span: float, row: int, first: i
     state, counters, full = run.step.state, run.step.job.counters, run.step.method
     saved = [array.copy() for array in state]
     touching, reached = status == stepping.TOO_LONG, begin
-    for halving in range(first, HALVINGS + 1):
+    for halving, judging in TRIALS[first:]:
         parts = 2**halving
-        method = method_of(run.scheme, run.newton, span / parts, run.model)._replace(judging=halving < HALVINGS)
+        method = method_of(run.scheme, run.newton, span / parts, run.model)._replace(judging=judging)
         for kept in (state.multipliers, state.past):
             kept *= method.c / full.c
         restart(state, run.step.work)

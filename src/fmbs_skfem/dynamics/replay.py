@@ -41,7 +41,7 @@ def replay(run: Run) -> tuple[Attempt, ...]:
 def attempt(run: Run, parts: int) -> Attempt:
     """The failed step in equal parts, up to the one that fails."""
     model, system, work, space = run.model, run.model.system, run.step.work, run.step.space
-    method = method_of(run.scheme, run.newton, run.scheme.step / parts, model)
+    method = method_of(run.scheme, run.newton, run.scheme.step / parts, model)._replace(judging=parts < 2**HALVINGS)
     state = State(*(part.copy() for part in run.step.state))
     n = system.size
     job = run.step.job._replace(

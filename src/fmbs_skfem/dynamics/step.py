@@ -24,7 +24,7 @@ class Method(NamedTuple):
     slow: float  #: contraction above which the matrix is factored anew for the next step
     floor: float  #: round-off of q [m]
     sharp: float  #: remaining error of q over the second difference of q'' [s2]
-    judging: bool  #: whether steps are refused in which forces begin or end too fast, or something passes through what it touches
+    judging: bool  #: whether steps are refused where forces begin or end too fast, something is passed through, or corrections grow
     trusting: bool  #: whether a contraction of steps before may be relied on
 
 

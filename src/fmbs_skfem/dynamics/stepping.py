@@ -20,7 +20,8 @@ round-off is in the way the tolerance alone decides.
 
 Sources: Arnold and Bruels, Multibody Syst. Dyn. 18 (2007) 185-202, doi 10.1007/s11044-007-9084-0 (method); Bottasso, Bauchau
 and Cardona, SIAM J. Sci. Comput. 29 (2007) 397-414, doi 10.1137/050638503 (scaling); Brown, Hindmarsh and Walker, SIAM J. Sci.
-Stat. Comput. 6 (1985) 297-313, doi 10.1137/0906022 (secants that live as long as factors).
+Stat. Comput. 6 (1985) 297-313, doi 10.1137/0906022 (secants that live as long as factors); Deuflhard, Newton Methods for Nonlinear
+Problems, Springer 2004, doi 10.1007/978-3-642-23899-4 (contraction).
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ CHEAP = 0.2  #: part of `slow` where tangents are turned: new factors cost littl
 HISTORY = 3  #: accelerations kept for the predictor
 SURELY = 2.0  #: on the remaining error where secants are taken up: contraction is no longer even
 CLEAR = 0.3  #: part of a correction along which the next one may lie to be a secant
+CONTRACTS = 0.7  #: part of a correction that the next one is at most, both with factors of this step and the latter with exact ones
 MARGIN = 10.0  #: on a contraction that was not measured in the same step
 REMEASURE = 8  #: steps after which a contraction that is relied on is measured again
 
@@ -268,13 +270,16 @@ def goal(method: Method, change: float, iteration: int) -> float:
 
 
 @jit
-def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh: int) -> int:
+def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh: int, anew: int) -> int:
     """Go on, accept or give up after a correction of size `norm`, `last` the one before; a slow iteration discards its factors.
 
     `fresh` counts the corrections with factors of this step, 0 where they are older: with old directions of the joints a correction
     of the multipliers leaves forces behind, however small that of q is, so the first one is not believed, unless directions are
     current and MARGIN times the contraction of steps before promises enough. Turned tangents that contract slowly when they are
     new are given up for the exact ones.
+
+    `anew` counts the factorisations of this step. Near a solution exact tangents contract; where they do not, another solution, far
+    from the path, is as likely as the one wanted, and a shorter step is the way to that (Deuflhard 2004, section 2.1).
     """
     S = opened(table)
     w, method = S.work, S.method
@@ -297,6 +302,8 @@ def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh
         if rate > slow and iteration > 0:
             w.kind[0] = 0
         return DONE
+    if method.judging and fresh == 1 and anew > 1 and w.kind[1] != 1 and rate > CONTRACTS:
+        return DIVERGED
     if iteration > 3 and fresh > 0 and rate > 2.0:
         return DIVERGED
     if iteration > 0 and rate > 5.0 * slow:
@@ -308,7 +315,7 @@ def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh
 def iterate(table: Any, step: int) -> int:
     """Newton's iteration from the predicted state of a step; status."""
     S = opened(table)
-    w, last, fresh, brief = S.work, 0.0, 0, False
+    w, last, fresh, anew, brief = S.work, 0.0, 0, 0, False
     for iteration in range(S.method.iterations):
         S.space.c[0] = S.method.c
         if invoke(S.doors.residual, table, 0) != 0:
@@ -318,13 +325,13 @@ def iterate(table: Any, step: int) -> int:
             S.job.counters[FACTORISATIONS] += 1
             if invoke(S.doors.factorise, table, 0) != 0:
                 return SINGULAR
-            fresh = 1
+            fresh, anew = 1, anew + 1
         if invoke(S.doors.solve, table, 0) != 0:
             return STOPPED
         add_secants(table, iteration > 0 and fresh != 1)
         norm = apply(table)
         S.job.counters[ITERATIONS] += 1
-        status = judge(table, step, iteration, norm, last, fresh)
+        status = judge(table, step, iteration, norm, last, fresh, anew)
         if status == DONE:
             w.kind[0], w.kind[3] = 0 if brief else w.kind[0], w.kind[3] + 1
         if status != NOT_CONVERGED:
