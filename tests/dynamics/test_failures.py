@@ -150,7 +150,7 @@ def test_a_step_that_fails_is_halved() -> None:
 
 
 def test_a_step_from_which_newton_would_leap_is_halved() -> None:
-    """A spring turns a soft arm. Newton's iteration of steps of 1 ms has another solution, of a crushed arm with 100 times the energy.
+    """A spring turns a soft arm. Steps of 1 ms have another solution, too, of a crushed arm with 100 times the energy.
 
     Its corrections grow on the way there; shorter steps follow the motion, and the tip goes where steps of 0.1 ms bring it.
     """

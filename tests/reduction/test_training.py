@@ -47,7 +47,7 @@ from fmbs_skfem.reduction.full_runs import FullRun, TrainingTask
 from fmbs_skfem.reduction.parameters import Parameter, Search
 from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.scenes import build
-from fmbs_skfem.systems import At, System, assemble, compile_system, joints, loads
+from fmbs_skfem.systems import At, System, assemble, compile_system, joints, loads, probes
 from fmbs_skfem.systems.force_laws import ForceLaw
 from fmbs_skfem.systems.quartic import Quartic
 from fmbs_skfem.systems.system import sizes
@@ -67,7 +67,8 @@ def spun(values: Mapping[str, float]) -> Case:
     mesh = models.straight(10, end=(values.get("L", 1.0), 0.0, 0.0))
     root = At("beam", "left")
     drives = [joints.Pin("hinge", root), joints.DrivenAngle("drive", root, SPIN)]
-    return Case(assemble([body.cable("beam", mesh, models.SECTION, material, dim=2)], drives), GeneralizedAlpha(1e-3), 0.5)
+    part, tip = body.cable("beam", mesh, models.SECTION, material, dim=2), probes.Position(At("beam", "right"))
+    return Case(assemble([part], drives, outputs={"tip": tip}), GeneralizedAlpha(1e-3), 0.5)
 
 
 def falling(values: Mapping[str, float]) -> Case:
@@ -395,6 +396,9 @@ def test_smaller_tolerances_choose_smaller_eps() -> None:
     assert (fine.truncation, rough.truncation) < (error_budget.TRUNCATION * 1e-4, error_budget.TRUNCATION * 1e-2)
     with pytest.raises(InputError, match="an error between 0 and 1"):
         error_budget.choose(task, run, 0.0)
+    measured = dataclasses.replace(task, measure=full_runs.OutputMeasure())
+    with pytest.raises(NoModel, match=r"tolerance: expected an error that truncation can reach, above .* \(\w+: .*, got 1e-14"):
+        error_budget.choose(measured, full_runs.full_run(measured, {"E": 1e9}), 1e-14)
 
 
 def test_pairs_tell_the_error_before_and_after(tmp_path: Path) -> None:

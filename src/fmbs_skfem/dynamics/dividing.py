@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .run import Run
 
 HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
-#: halvings that are tried, and whether steps are judged: the shortest is taken as it is, or else longer ones; it is also what a failure shows
+#: halvings that are tried, and whether steps are judged: the shortest, or longer ones, as they are; a failure shows the shortest
 TRIALS = [*((k, True) for k in range(HALVINGS)), *((k, False) for k in range(HALVINGS, -1, -1)), (HALVINGS, False)]
 
 

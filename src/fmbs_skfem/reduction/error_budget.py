@@ -14,10 +14,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from ..core.errors import FmbsError, InputError, say
+from ..core.errors import FmbsError, InputError, NoModel, say
 from ..core.records import dataclass
+from ..dynamics.trajectory import Trajectory
 from . import full_runs
-from .full_runs import FullRun, TrainingTask
+from .full_runs import FullRun, OutputMeasure, TrainingTask
 from .hyper_reduction import NONE
 from .plan import Plan
 from .reduced_models import reduced_case, run_reduced, train_reduction
@@ -28,6 +29,7 @@ LARGEST_ETA, SMALLEST_ETA = 1e-2, 1e-6
 TRIALS = 8  #: of eps, and of eta
 UNSTABLE = 1e-3  #: factor to eps where the reduced run fails
 SAFE = 0.5  #: of the eps that just keeps its share
+NAMED = 3  #: outputs that are named where none is good enough
 
 
 @dataclass(frozen=True)
@@ -86,8 +88,10 @@ def choose_eps(task: TrainingTask, run: FullRun, tolerance: float) -> tuple[floa
         eps = clip(eps * max(factor, UNSTABLE), SMALLEST_EPS, LARGEST_EPS)
     best = min(found, key=lambda eps: found[eps])
     if not found[best] <= tolerance:
-        remedy = "the reduced model cannot be as good as that: take a larger tolerance, or sharper Newton iterations"
-        raise InputError(say("tolerance", f"an error that truncation can reach, above {found[best]:.1g}", tolerance, remedy))
+        worst = worst_outputs(task, run, replace(task.plan, tolerance=best, modes=None, hyper=plain), tolerance)
+        expected = f"an error that truncation can reach, above {found[best]:.1g}{worst}"
+        remedy = "leave out outputs that shake faster than snapshots are taken, take these more often, or a larger tolerance"
+        raise NoModel(say("tolerance", expected, tolerance, f"{remedy}, or sharper Newton iterations"))
     return best, found[best]
 
 
@@ -107,14 +111,36 @@ def choose_eta(task: TrainingTask, run: FullRun, tolerance: float, eps: float, t
     return best, found[best]
 
 
+def motion_at(task: TrainingTask, run: FullRun, plan: Plan) -> Trajectory:
+    """The motion of the reduced model of one run at its own parameters."""
+    with_plan = replace(task, plan=plan)
+    return run_reduced(with_plan, reduced_case(with_plan, train_reduction(with_plan, [run]), run.values))
+
+
 def error_at(task: TrainingTask, run: FullRun, plan: Plan) -> float:
     """Error of the reduced model of one run at its own parameters; infinite where it fails."""
-    with_plan = replace(task, plan=plan)
     try:
-        case = reduced_case(with_plan, train_reduction(with_plan, [run]), run.values)
-        return full_runs.wanted_error(task, task.family(run.values).system, run, run_reduced(with_plan, case))
+        return full_runs.wanted_error(task, task.family(run.values).system, run, motion_at(task, run, plan))
     except FmbsError:
         return math.inf
+
+
+def worst_outputs(task: TrainingTask, run: FullRun, plan: Plan, tolerance: float) -> str:
+    """The outputs whose error is beyond a tolerance, the worst first, in brackets; empty where none can be named."""
+    if not isinstance(task.measure, OutputMeasure):
+        return ""
+    try:
+        found = full_runs.errors_of_outputs(task.family(run.values).system, run, motion_at(task, run, plan))
+    except FmbsError:
+        return ""
+    allowed = task.measure.tolerances
+    parts = {
+        column: one.error / allowed[one.output] if allowed else one.relative
+        for column, one in found.items()
+        if not allowed or one.output in allowed
+    }
+    beyond = sorted((column for column in parts if parts[column] > tolerance), key=lambda column: -parts[column])[:NAMED]
+    return f" ({', '.join(f'{column}: {parts[column]:.1g}' for column in beyond)})" if beyond else ""
 
 
 def clip(x: float, low: float, high: float) -> float:
