@@ -42,7 +42,6 @@ CHEAP = 0.2  #: part of `slow` where tangents are turned: new factors cost littl
 HISTORY = 3  #: accelerations kept for the predictor
 SURELY = 2.0  #: on the remaining error where secants are taken up: contraction is no longer even
 CLEAR = 0.3  #: part of a correction along which the next one may lie to be a secant
-CONTRACTS = 0.7  #: part of a correction that the next one is at most, both with factors of this step and the latter with exact ones
 MARGIN = 10.0  #: on a contraction that was not measured in the same step
 REMEASURE = 8  #: steps after which a contraction that is relied on is measured again
 
@@ -270,7 +269,7 @@ def goal(method: Method, change: float, iteration: int) -> float:
 
 
 @jit
-def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh: int, anew: int) -> int:
+def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh: int, exact: float) -> int:
     """Go on, accept or give up after a correction of size `norm`, `last` the one before; a slow iteration discards its factors.
 
     `fresh` counts the corrections with factors of this step, 0 where they are older: with old directions of the joints a correction
@@ -278,8 +277,9 @@ def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh
     current and MARGIN times the contraction of steps before promises enough. Turned tangents that contract slowly when they are
     new are given up for the exact ones.
 
-    `anew` counts the factorisations of this step. Near a solution exact tangents contract; where they do not, another solution, far
-    from the path, is as likely as the one wanted, and a shorter step is the way to that (Deuflhard 2004, section 2.1).
+    `exact` is the last correction of this step with an exact tangent, 0 for none. Near a solution the next one is smaller; where it
+    is not, another solution, far from the path, is as likely as the one wanted, and a shorter step is the way to that (Deuflhard);
+    but where derivatives of forces jump, corrections may grow on the way to the right one.
     """
     S = opened(table)
     w, method = S.work, S.method
@@ -302,7 +302,7 @@ def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh
         if rate > slow and iteration > 0:
             w.kind[0] = 0
         return DONE
-    if method.judging and fresh == 1 and anew > 1 and w.kind[1] != 1 and rate > CONTRACTS:
+    if method.judging and S.arrays.forces.smooth and fresh == 1 and w.kind[1] != 1 and exact > 0.0 and norm > exact:
         return DIVERGED
     if iteration > 3 and fresh > 0 and rate > 2.0:
         return DIVERGED
@@ -315,7 +315,7 @@ def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh
 def iterate(table: Any, step: int) -> int:
     """Newton's iteration from the predicted state of a step; status."""
     S = opened(table)
-    w, last, fresh, anew, brief = S.work, 0.0, 0, 0, False
+    w, last, fresh, exact, brief = S.work, 0.0, 0, 0.0, False
     for iteration in range(S.method.iterations):
         S.space.c[0] = S.method.c
         if invoke(S.doors.residual, table, 0) != 0:
@@ -325,17 +325,18 @@ def iterate(table: Any, step: int) -> int:
             S.job.counters[FACTORISATIONS] += 1
             if invoke(S.doors.factorise, table, 0) != 0:
                 return SINGULAR
-            fresh, anew = 1, anew + 1
+            fresh = 1
         if invoke(S.doors.solve, table, 0) != 0:
             return STOPPED
         add_secants(table, iteration > 0 and fresh != 1)
         norm = apply(table)
         S.job.counters[ITERATIONS] += 1
-        status = judge(table, step, iteration, norm, last, fresh, anew)
+        status = judge(table, step, iteration, norm, last, fresh, exact)
         if status == DONE:
             w.kind[0], w.kind[3] = 0 if brief else w.kind[0], w.kind[3] + 1
         if status != NOT_CONVERGED:
             return status
+        exact = norm if fresh == 1 else exact
         last, fresh = norm, fresh + 1 if fresh > 0 and w.kind[0] > 0 else 0
     return NOT_CONVERGED
 

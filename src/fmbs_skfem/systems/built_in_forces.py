@@ -130,7 +130,15 @@ def push(s: Space, F: ForceRecord, k: int, f: float, room: np.ndarray) -> None:
 
 
 def along(
-    name: str, rows: int, coordinate: Any, law: Any, numbers: int = 3, histories: int = 0, damped: bool = True, turns: int = 0
+    name: str,
+    rows: int,
+    coordinate: Any,
+    law: Any,
+    numbers: int = 3,
+    histories: int = 0,
+    damped: bool = True,
+    turns: int = 0,
+    smooth: bool = True,
 ) -> ForceLaw:
     """A law along a coordinate of probe rows."""
 
@@ -177,7 +185,8 @@ def along(
         return 0
 
     pairs = tuple((i, j) for i in range(rows) for j in range(rows))
-    return ForceLaw(name, rows, numbers, histories, pairs, turns, damped, force, slopes, accept if turns else None, energy)
+    routines = force, slopes, accept if turns else None, energy
+    return ForceLaw(name, rows, numbers, histories, pairs, turns, damped, *routines, smooth=smooth)
 
 
 @jit
@@ -235,7 +244,7 @@ def carried(name: str, dim: int, numbers: int, rule: Any, power: int, first: int
         return 0
 
     pairs = tuple((first + i, j) for i in range(dim) for j in range(dim))
-    return ForceLaw(name, first + dim, numbers, 1, pairs, 0, False, force, slopes)
+    return ForceLaw(name, first + dim, numbers, 1, pairs, 0, False, force, slopes, smooth=True)
 
 
 @routine
@@ -247,7 +256,7 @@ def push_dead(table: Any, record: Any) -> int:
 
 
 KNOWN = (
-    ForceLaw("dead", 1, 1, 1, (), 0, False, push_dead),
+    ForceLaw("dead", 1, 1, 1, (), 0, False, push_dead, smooth=True),
     carried("moment_2", 2, 1, about, 2, 0),
     carried("moment_3", 3, 3, about, 2, 0),
     carried("follower_2", 2, 2, follow, 1, 2),
@@ -255,8 +264,8 @@ KNOWN = (
     along("torsion_spring", 2, angle, spring, turns=1),
     along("relative_torsion_spring", 4, angle, spring, turns=1),
     along("spring", 3, distance, spring),
-    along("one_sided", 3, distance, one_sided, 6),
-    along("one_sided_plane", 1, row, below, 5),
+    along("one_sided", 3, distance, one_sided, 6, smooth=False),
+    along("one_sided_plane", 1, row, below, 5, smooth=False),
     along("constant_pull", 3, distance, constant, 1, 1, False),
 )
 LAWS = {law.name: law for law in KNOWN}

@@ -68,6 +68,7 @@ class ForceTerms(NamedTuple):
     judge: Integers
     judged: Integers  #: records of these
     damped: bool  #: whether one of them reads the rates of probe rows
+    smooth: bool  #: whether derivatives of all of them jump nowhere
 
 
 class Arrays(NamedTuple):

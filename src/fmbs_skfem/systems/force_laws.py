@@ -36,6 +36,7 @@ class ForceLaw(RowLaw):
     energy: Routine | None = None
     kept: int = 0  #: values of accepted states that it keeps behind these angles
     tables: tuple[str, ...] = ()  #: curves that it reads, behind which it keeps how far it has been beyond their ends
+    smooth: bool = False  #: whether its derivatives jump nowhere
     kind: ClassVar[str] = "force law"
     loops: ClassVar[str] = ".built_in_forces"
 
@@ -98,6 +99,7 @@ def _(found: LawForces, place: Place) -> Force:
         np.zeros(count * size),
         np.tile(np.arange(size) < law.memory, count),
         law.damped,
+        smooth=law.smooth,
     )
 
 

@@ -68,6 +68,7 @@ class Force(Piece):
     skew: bool = False  #: whether its derivatives on pairs are far from symmetric
     low: Size = NONE  #: of its derivatives on rows that are others in every state, which it alone reads
     cost: Cost | None = None  #: of a function of Python
+    smooth: bool = False  #: whether its derivatives jump nowhere
 
 
 @singledispatch
@@ -189,4 +190,4 @@ def addressed(found: Sequence[Force]) -> ForceTerms:
     for name in Routines._fields:
         having = [(getattr(one.routines, name), one.address) for one in found if getattr(one.routines, name) is not None]
         columns += [column([routine.address for routine, _ in having]), column([record for _, record in having])]
-    return ForceTerms._make((*columns, any(one.damped for one in found)))
+    return ForceTerms._make((*columns, any(one.damped for one in found), all(one.smooth for one in found)))
