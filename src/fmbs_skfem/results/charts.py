@@ -101,6 +101,18 @@ def level(axes: Axes, value: float | None, label: str, tint: str = palette.GREY)
     axes.set_ylim(min(low, value / 2), max(high, value * 2))
 
 
+def set_log(axes: Axes, side: str, low: float, high: float) -> None:
+    """A log scale of the side `x` or `y` for values from low to high; below two decades with plain numbers at 1, 2, 3 and 5."""
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+    axes.set(**{f"{side}scale": "log"})
+    if high < 100.0 * low:
+        axis = axes.xaxis if side == "x" else axes.yaxis
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 3.0, 5.0)))
+        axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axis.set_minor_formatter(NullFormatter())
+
+
 def positive(values: Array) -> Array:
     """Values that a log scale can show; gaps elsewhere."""
     values = np.asarray(values, float)

@@ -168,7 +168,7 @@ def draw_map(figure: Figure, axes: Axes, one: ResponseSurface) -> None:
     axes.set_xlabel(add_unit(first.name, first.unit))
     axes.set_ylabel(add_unit(second.name, second.unit))
     if second.scale is Scale.LOG:
-        axes.set_yscale("log")
+        charts.set_log(axes, "y", second.low, second.high)
 
 
 def draw_curve(axes: Axes, one: ResponseSurface, number: int) -> None:
@@ -220,5 +220,5 @@ def choose_outputs(sweep: Sweep, outputs: Sequence[str], most: int) -> list[str]
 def scale_axis(axes: Axes, parameter: Parameter) -> None:
     """The axis of a parameter."""
     if parameter.scale is Scale.LOG:
-        axes.set_xscale("log")
+        charts.set_log(axes, "x", parameter.low, parameter.high)
     charts.rule(axes)

@@ -170,9 +170,9 @@ def _scale_axes(axes: Axes, known: Sequence[Parameter], sides: tuple[int, ...], 
     """Names and scales of the axes of a cut."""
     names = [add_unit(known[k].name, known[k].unit) for k in sides]
     axes.set(xlabel=names[0], ylabel=label if len(names) == 1 else names[1])
-    for k, set_scale in zip(sides, (axes.set_xscale, axes.set_yscale), strict=False):
+    for k, side in zip(sides, "xy", strict=False):
         if known[k].scale is Scale.LOG:
-            set_scale("log")
+            charts.set_log(axes, side, known[k].low, known[k].high)
 
 
 def _limits(panels: Sequence[Panel]) -> tuple[float, float]:
