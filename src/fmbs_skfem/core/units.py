@@ -146,8 +146,8 @@ def unit(exponents: Exponents) -> str:
 def _written(exponents: Exponents) -> str:
     """An SI unit such as `N s/m`, in newtons where a mass is divided by times."""
     kg, m, s, rad = exponents
-    force = 1 if kg == 1 and s < 0 else 0
-    powers = {"N": force, "kg": kg - force, "m": m - force, "s": s + 2 * force, "rad": rad}
+    force = Fraction(kg == 1 and s < 0)
+    powers: dict[str, Fraction] = {"N": force, "kg": kg - force, "m": m - force, "s": s + 2 * force, "rad": rad}
     above = [name if power == 1 else f"{name}^{power}" for name, power in powers.items() if power > 0]
     below = [f"/{name}" if power == -1 else f"/{name}^{-power}" for name, power in powers.items() if power < 0]
     return (" ".join(above) or "1") + "".join(below)
