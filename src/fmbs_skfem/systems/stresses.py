@@ -35,7 +35,6 @@ from .system import Output
 
 FACES = ("bottom", "middle", "top")
 Face = Annotated[Literal["top", "middle", "bottom"], "on the face at t/2 along the normal, in the middle surface, or at -t/2"]
-COARSE = 0.1  #: part of the largest strain that shape functions of parts leave out, from which a remark is shown
 NEAR = 1e-9  #: part of a line by which two places on it may be apart that are one
 STRAINS = ("axial or membrane strain", "curvature")
 COMPONENTS = ("11", "22", "12")
@@ -84,11 +83,22 @@ class Tensor(Probe, ABC):
 
 
 def tell_coarse(where: str, part: Body) -> None:
-    """A remark of a part whose shape functions leave out much of the strains of its training."""
-    errors = part.shapes.strain_errors if part.shapes is not None else np.zeros(0)
-    if listed := [f"{value:.2g} of the largest {kind}" for kind, value in zip(STRAINS, errors, strict=False) if value > COARSE]:
-        what = f"the shape functions of part '{part.name}' leave out {' and '.join(listed)} in its training"
-        remark(f"{where}: {what}; forces and stresses at points err by as much: take reactions, or train with a smaller tolerance")
+    """A remark of what the shape functions of a part leave out of strains, of a line also of forces, in its training."""
+    if part.shapes is None or part.cells is None or not (errors := part.shapes.strain_errors).size:
+        return
+    largest = np.abs(part.shapes.trained).max(axis=0)
+    if isinstance(part.space, Surface):
+        known = [f"{errors[0] * largest.max():.2g} of membrane strain"]
+    else:
+        strain, curvature = errors * largest
+        EA, EI = part.cells.section[:2].max(axis=(1, 2))
+        known = [
+            f"{strain:.2g} of axial strain (N: {strain * EA:.2g} N)",
+            f"{curvature:.2g} 1/m of curvature (M: {curvature * EI:.2g} N m)",
+        ]
+    shares = [f"{value:.2g} of the largest {kind}" for kind, value in zip(STRAINS, errors, strict=False)]
+    what = f"the shape functions of part '{part.name}' leave out {' and '.join(known)} in its training, {' and '.join(shares)}"
+    remark(f"{where}: {what}; forces and stresses at points err by as much, however small they are: train with a smaller tolerance")
 
 
 @dataclass(frozen=True)
