@@ -37,6 +37,13 @@ def table(path: Path) -> tuple[list[str], np.ndarray]:
     return path.read_text().splitlines()[0].split(","), np.loadtxt(path, delimiter=",", skiprows=1)
 
 
+def test_the_step_that_compiles_a_model_warns_of_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a single step t**2 is wrong by half; in all of them it is not."""
+    monkeypatch.setattr(solving.compiling, "announce", lambda _: True)
+    done = fmbs("run", scene(tmp_path, SHORT, "t**2"), "--no-plots", "--json", "--out", tmp_path / "out")
+    assert (done.code, done.json["notices"]) == (0, [])
+
+
 @pytest.mark.parametrize(
     ("name", "duration", "columns"),
     [

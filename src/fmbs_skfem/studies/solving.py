@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import time
+import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -154,7 +155,8 @@ def finish(
 
 def warm_up(task: RunTask, cold: bool) -> None:
     """Compile what a motion needs before it is timed and recorded."""
-    with contextlib.suppress(FmbsError, Notice):  # the run itself will say what is wrong
+    with contextlib.suppress(FmbsError), warnings.catch_warnings():  # the run itself will say what is wrong
+        warnings.simplefilter("ignore", Notice)
         if cold and task.scheme is not None:
             dynamics.integrate(task.system, task.scheme, task.scheme.step)
 
