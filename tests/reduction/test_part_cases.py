@@ -135,6 +135,13 @@ def test_parts_whose_places_are_on_a_line_are_not_turned_about_it() -> None:
                 at_place(sheet, there)
 
 
+def test_a_part_does_not_stand_for_its_mirror_image() -> None:
+    sheet = plate("sheet", rectangle("bfs", 2, 2, 0.4, 0.2), 3e-3, Material(2e9, 1200.0, 0.3), dim=2)
+    for factors, got in (((1.0, -1.0), "those of its mirror image, which is another part"), ((1.0, 1.1), "others")):
+        with pytest.raises(InputError, match=f"places as far apart as those of the full body, got {got}; train it anew"):
+            at_place(sheet, replace(sheet, reference=sheet.reference * factors))
+
+
 def test_a_part_in_place_of_a_body_takes_its_numbers() -> None:
     other = Material(3.0 * models.MATERIAL.young_modulus, 2.0 * models.MATERIAL.density)
     full = cable("arm", models.straight(16), Circular(3.0 * models.SECTION.diameter), other)

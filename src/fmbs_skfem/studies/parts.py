@@ -173,7 +173,10 @@ def at_place(part: Body, full: Body) -> Body:
     R = rotation_onto(there - start, here - end)
     size = float(np.sqrt(np.trace(second_moment(full))))
     if np.abs((there - start) @ R.T - (here - end)).max() > MEETS * size:
-        raise InputError(say(f"part for '{full.name}'", "places as far apart as those of the full body", "others", "train it anew"))
+        U, _, V = np.linalg.svd((there - start).T @ (here - end))
+        mirrored = np.abs((there - start) @ U @ V - (here - end)).max() <= MEETS * size
+        got = "those of its mirror image, which is another part" if mirrored else "others"
+        raise InputError(say(f"part for '{full.name}'", "places as far apart as those of the full body", got, "train it anew"))
     own = parts.placed(part, full.name, end - R @ start, R)
     if np.abs(second_moment(own) - second_moment(full)).max() > ALIKE * size**2:
         got = f"{', '.join(names)} on one line, about which it is turned"
