@@ -1,7 +1,8 @@
 """What a training predicts of its errors holds at points that it has not seen, or it says that it cannot promise it.
 
 Every family is trained as `fmbs train` does without hold-out points; its prediction is held against the errors of the outputs at
-ten random points of its box. HONESTY=30 in the environment tries all thirty families; with `-s` their bands are printed.
+ten random points of its box, and at its corners where there are several parameters. HONESTY=30 in the environment tries all thirty
+families; with `-s` their bands are printed.
 """
 
 from __future__ import annotations
@@ -103,7 +104,9 @@ def tried(name: str) -> Trial:
     predict = prediction.predictor(ParametricModel(found.model.parametric, {prediction.KEY: prediction.record(found)}))
     assert predict is not None
     box = np.random.default_rng(zlib.crc32(name.encode())).random((POINTS, len(family.parameters)))
-    where = [boxes.named(family.parameters, row) for row in boxes.from_box(family.parameters, box)]
+    corners = boxes.grid(family.parameters, 2) if len(family.parameters) > 1 else boxes.table(family.parameters, np.empty((0, 1)))
+    rows = np.concatenate([boxes.from_box(family.parameters, box), corners])
+    where = [boxes.named(family.parameters, row) for row in rows]
     errors = np.array([error(found, values) for values in where])
     moving = np.flatnonzero(~np.isnan(errors))
     return Trial(doubts, errors[moving], tuple(predict(where[k]) for k in moving), runs)

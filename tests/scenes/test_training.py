@@ -83,13 +83,16 @@ def test_grid_and_points_over_two_parameters() -> None:
 
 @pytest.mark.parametrize("design", ["sobol", "latin_hypercube"])
 def test_named_designs_fill_the_box(design: str) -> None:
-    """Both are stratified: half of 64 points lie in half of a range, on its own scale."""
+    """Both are stratified: half of 64 points lie in half of a range, on its own scale; the corners of the box come on top."""
     found = placed(TWO, f"candidates: {{design: {design}, count: 64}}, samples: 9, holdout: 16, seed: 3")
-    assert found.candidates.shape == (64, 2)
+    assert found.candidates.shape == (68, 2)
     assert (found.candidates >= [40e9, 1e-3]).all()
     assert (found.candidates <= [70e9, 1e-1]).all()
-    assert np.count_nonzero(found.candidates[:, 0] < 55e9) == 32
-    assert np.count_nonzero(found.candidates[:, 1] < 1e-2) == 32
+    corners = [[40e9, 1e-3], [40e9, 1e-1], [70e9, 1e-3], [70e9, 1e-1]]
+    np.testing.assert_allclose(found.candidates[64:], corners, rtol=1e-14)
+    assert np.count_nonzero(found.candidates[:, 0] < 55e9) == 34
+    assert np.count_nonzero(found.candidates[:, 1] < 1e-2) == 34
+    assert placed(TWO, f"candidates: {{design: {design}, count: 3}}").candidates.shape == (3, 2)
     rows = {tuple(row) for row in found.candidates}
     assert 1 < len({tuple(row) for row in found.samples} & rows) == len(found.samples) <= 9
     assert found.holdout.shape == (16, 2)

@@ -38,12 +38,16 @@ def of(training: Training, parameters: Sequence[Parameter], holdout: int | None 
     """The points of a training; `holdout` replaces the number of its hold-out points.
 
     Plain numbers of samples are spread evenly over one parameter, over several as a Latin hypercube, and moved to the nearest
-    candidates. Hold-out points over several parameters have a seed of their own: they are not those that trained.
+    candidates. Candidates that are scattered over several parameters have the corners of their box beside them, where errors are
+    largest as a rule and a surrogate of points inside would be extrapolated; not where there are more corners than points. Hold-
+    out points over several parameters have a seed of their own: they are not those that trained.
     """
     candidates = spread(training.candidates, parameters, training.seed, "sobol")
     samples = spread(training.samples, parameters, training.seed, "latin_hypercube")
     if not isinstance(training.samples, Listed):
         samples = candidates[list(nearest(parameters, candidates, samples))]
+    if is_scattered(training.candidates, parameters) and 2 ** len(parameters) <= len(candidates):
+        candidates = np.concatenate([candidates, sets.grid(parameters, 2)])
     first = None if training.first is None else sets.listed(parameters, [training.first])[0]
     checked = training.holdout if holdout is None else Spread(holdout) if holdout else None
     if checked is None:
@@ -57,10 +61,15 @@ def spread(design: Design, parameters: Sequence[Parameter], seed: int, several: 
         return sets.listed(parameters, design.rows)
     if isinstance(design, Grid):
         return sets.grid(parameters, design.counts)
-    if not design.design and len(parameters) == 1:
+    if not is_scattered(design, parameters):
         return sets.grid(parameters, design.count)
     chosen = {"sobol": sets.sobol, "latin_hypercube": sets.latin_hypercube}[design.design or several]
     return chosen(parameters, design.count, seed)
+
+
+def is_scattered(design: Design, parameters: Sequence[Parameter]) -> bool:
+    """Whether a design draws its points: neither a list nor a grid, nor a plain number of points over one parameter."""
+    return isinstance(design, Spread) and bool(design.design or len(parameters) > 1)
 
 
 def nearest(parameters: Sequence[Parameter], candidates: np.ndarray, points: np.ndarray) -> tuple[int, ...]:

@@ -1,6 +1,6 @@
 """The section `training` of a scene: over which points of the parameters' ranges a reduced model is trained, and how far.
 
-candidates: 101                                      evenly spaced with one parameter, Sobol points with several
+candidates: 101                                      evenly spaced with one parameter, Sobol points with several, and corners
 candidates: {E: 21, d: 11}                           a grid
 candidates: {design: latin_hypercube, count: 200}    grid, sobol or latin_hypercube
 candidates: [40 GPa, 55 GPa]                         points; with several parameters [{E: 40 GPa, d: 8 mm}, ...]
@@ -175,12 +175,13 @@ class Training:
     """Greedy training over the ranges of the parameters.
 
     Full runs are made at `first` (by default the candidate in the middle) and where the error indicator over the `candidates` is
-    largest, at most `iterations` of them; the surrogate of the indicator starts from `samples` and takes at most `max_samples` an
-    iteration. Two more full runs, which are not in the model, calibrate the error that it predicts. Errors are those of the
-    outputs, the largest of any column as a part of its range; without outputs those of all coordinates. A `tolerance` is the wanted
-    error, or `{C: 0.1 mm}` the wanted largest errors of some outputs: eps and eta are chosen for it, instead of those of
-    `reduction`, and training ends when the predicted error is below it. Errors are checked at the points `holdout`. Where the
-    training cannot promise its predicted error, its report says so, with the reasons.
+    largest, at most `iterations` of them; Sobol points and Latin hypercubes have the corners of the ranges beside them, unless
+    these are more. The surrogate of the indicator starts from `samples` and takes at most `max_samples` an iteration. Two more
+    full runs, which are not in the model, calibrate the error that it predicts. Errors are those of the outputs, the largest of
+    any column as a part of its range; without outputs those of all coordinates. A `tolerance` is the wanted error, or
+    `{C: 0.1 mm}` the wanted largest errors of some outputs: eps and eta are chosen for it, instead of those of `reduction`, and
+    training ends when the predicted error is below it. Errors are checked at the points `holdout`. Where the training cannot
+    promise its predicted error, its report says so, with the reasons.
     """
 
     candidates: Points = Spread(101)
