@@ -72,13 +72,25 @@ def test_buckling_of_a_free_body_is_refused() -> None:
     assert factor * PULL == pytest.approx(np.pi**2, rel=1e-3)  # that of Euler
 
 
-@pytest.mark.parametrize("a", [1e-9, 1.0, 1e8])
-def test_springs_alone_hold_a_rigid_body_of_any_size(a: float) -> None:
-    """Springs of length 0 at -a and 2 a from the centre: the weight turns the body by tan = m g / (9 k a), whatever a is."""
+def sprung(a: float, gravity: float) -> System:
+    """A rigid body of 1 kg and 0.2 a^2 kg m2 on springs of 10 N/m and length 0, at -a and 2 a from its centre."""
     places = {"near": (-a, 0.0), "far": (2.0 * a, 0.0)}
     body = rigid("body", 1.0, 0.2 * a**2, (0.0, 0.0), dim=2, places=places)
     held = [SpringDamper(name, At("body", name), place, stiffness=10.0, length=0.0) for name, place in places.items()]
-    motion = solve_statics(assemble([body], [], [*held, loads.Gravity((0.0, -9.0 * a))]), 2)
+    return assemble([body], [], [*held, loads.Gravity((0.0, -gravity))])
+
+
+@pytest.mark.parametrize("a", [1e-9, 1.0, 1e8])
+def test_springs_alone_hold_a_rigid_body_of_any_size(a: float) -> None:
+    """The weight turns the body by tan = m g / (9 k a), whatever a is."""
+    motion = solve_statics(sprung(a, 9.0 * a), 2)
     q = motion.system.lift(motion.x[-1])
     assert q[3] / q[2] == pytest.approx(0.1, rel=1e-9)
     assert q[:2] / a == pytest.approx([0.5 - 0.5 / np.sqrt(1.01), -0.45 - 0.05 / np.sqrt(1.01)], rel=1e-9)
+
+
+@pytest.mark.parametrize("a", [1e-9, 1e-6, 1.0, 1e8])
+def test_modes_of_a_rigid_body_of_any_size(a: float) -> None:
+    """omega^2 of K = k (2, a; a, 5 a^2) and M = (m, 0; 0, 0.2 m a^2), and 2 k / m along the line of the springs."""
+    root = np.sqrt(13725.0)
+    assert real_modes(linearise(sprung(a, 0.0)), 3).squares == pytest.approx([135.0 - root, 20.0, 135.0 + root], rel=1e-9)

@@ -19,6 +19,7 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, eigsh
 
 from ..core import ranks, saddle
 from ..core.errors import InputError, Reason, SolverError, say
+from ..core.linalg import scaled
 from ..core.records import dataclass
 from ..systems import free_motions
 from ..systems.system import System
@@ -60,11 +61,13 @@ def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None
 
 def real_modes(linear: Linear, count: int = 10) -> Modes:
     """Lowest `count` modes (1) of linear equations, their damping and what is not symmetric in their stiffness left out."""
-    K, M, J = linear.stiffness, linear.mass, linear.rows
+    large = np.broadcast_to(linear.large, len(linear.x))
+    large = large / large.max()  # of v = S y: positions and axes count alike, however small a body is
+    K, M, J = scaled(linear.stiffness, large, large), scaled(linear.mass, large, large), ranks.unit_rows(linear.rows * large)
     possible = len(linear.x) - len(J)
     count = at_most(count, possible)
     squares, vectors = (dense_modes if 3 * count + 20 > possible else sparse_modes)(0.5 * (K + K.T), M, J, count)
-    return Modes(squares, vectors)
+    return Modes(squares, large[:, None] * vectors)
 
 
 def at_most(count: int, possible: int) -> int:
