@@ -258,6 +258,8 @@ bodies:
     section: {shape: given, EA: 1e4 N, EI: 1 N m^2, rhoA: 1 kg/m}
 joints:
   pin: {type: pin, at: beam.left}
+loads:
+  slack: {type: rope, at: beam.right, to: [0, 0], length: 5 m, stiffness: 1 N/m}
 initial:
   bodies: {beam: {angular_velocity: 10 rad/s}}
 analysis: {type: dynamic, duration: 2 s, step: 20 ms, rho_inf: 1}
@@ -268,7 +270,10 @@ outputs:
 
 @pytest.mark.parametrize("step,told", [("20 ms", True), ("5 ms", False)])
 def test_energy_from_nowhere_is_told(step: str, told: bool, tmp_path: Path) -> None:
-    """A beam turns at 10 rad/s. Steps of 0.2 rad converge without numerical damping, and about double its energy."""
+    """A beam turns at 10 rad/s. Steps of 0.2 rad converge without numerical damping, and about double its energy.
+
+    Beside a rope, whose derivatives jump where it becomes taut, steps are not judged by their corrections: without it they are divided.
+    """
     (tmp_path / "beam_10.msh").write_bytes((ROOT / "meshes" / "beam_10.msh").read_bytes())
     path = tmp_path / "spinning.yaml"
     path.write_text(SPINNING.replace("20 ms", step).replace("2 s", "0.8 s"))

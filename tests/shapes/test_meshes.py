@@ -319,7 +319,7 @@ def test_files_that_are_no_mesh(tmp_path: Path, name: str, capfd: pytest.Capture
     refused(saved(tmp_path, np.random.default_rng(1).bytes(4096), name))
     refused(saved(tmp_path, "hello\nworld\n", name))
     (tmp_path / "b" / name).mkdir(parents=True)
-    refused(tmp_path / "b" / name, "something else")
+    refused(tmp_path / "b" / name, "a folder")
     assert capfd.readouterr() == ("", "")
 
 

@@ -117,7 +117,8 @@ def load(path: Path, where: str, repair: bool = False, unit: float = 1.0) -> Raw
 def present(path: Path, where: str, remedy: str = "") -> None:
     """InputError where a path leads to no file, with the name of one that is called alike, or else with a remedy."""
     if not path.is_file():
-        got, near = "something else" if path.exists() else "no such file", _neighbour(path)
+        there = "a folder" if path.is_dir() else "something else" if path.exists() else ""
+        got, near = (there, "") if there else ("no such file", _neighbour(path))
         raise errors.InputError(errors.say(where, "a file", got + near, "" if near else remedy))
 
 
