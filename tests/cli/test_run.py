@@ -272,7 +272,8 @@ outputs:
 def test_energy_from_nowhere_is_told(step: str, told: bool, tmp_path: Path) -> None:
     """A beam turns at 10 rad/s. Steps of 0.2 rad converge without numerical damping, and about double its energy.
 
-    Beside a rope, whose derivatives jump where it becomes taut, steps are not judged by their corrections: without it they are divided.
+    Beside a rope, whose derivatives jump where it becomes taut, steps are not judged by their corrections; without it
+    they are divided.
     """
     (tmp_path / "beam_10.msh").write_bytes((ROOT / "meshes" / "beam_10.msh").read_bytes())
     path = tmp_path / "spinning.yaml"

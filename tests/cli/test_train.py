@@ -58,7 +58,11 @@ joints:
   hinge: {type: pin, at: column.left}
   guide: {type: slider, at: column.right, direction: [1, 0]}
 loads:
-  push: {type: point_force, at: column.right, force: [-P, 0], history: "min(t/0.5, 1) + 0 * sqrt(where(t < 1.2, 1, (P - 3.9)**2 - 1e-4))"}
+  push:
+    type: point_force
+    at: column.right
+    force: [-P, 0]
+    history: "min(t/0.5, 1) + 0 * sqrt(where(t < 1.2, 1, (P - 3.9)**2 - 1e-4))"
   weight: {type: gravity, acceleration: [0, 0.01]}
 damping: {mass: 4 1/s}
 analysis: {type: dynamic, duration: 2.0, step: 4 ms}

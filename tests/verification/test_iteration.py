@@ -22,7 +22,7 @@ SHARP = Newton(tolerance=1e-15)
         ("rigid", "free-top", (0.01, 0.005)),
         ("integrator", "pendulum-errors", (0.04, 0.02, 0.01)),
         ("integrator", "golden-steps", (0.05,)),
-        ("dynamics", "spin-up", (2.5e-3,)),
+        ("dynamics", "spin-up", (1.25e-3,)),  # in steps of 2.5 ms what round-off changes grows 600 times more over 20 s
         ("dynamics", "free-flight", (1e-3, 5e-4)),
         ("dynamics", "double-pendulum-beams", (1e-3,)),
     ],
