@@ -17,7 +17,7 @@ from dataclasses import replace
 from ..core.errors import FmbsError, InputError, NoModel, say
 from ..core.records import dataclass
 from ..dynamics.trajectory import Trajectory
-from . import full_runs
+from . import full_runs, output_errors
 from .full_runs import FullRun, OutputMeasure, TrainingTask
 from .hyper_reduction import NONE
 from .plan import Plan
@@ -133,12 +133,7 @@ def worst_outputs(task: TrainingTask, run: FullRun, plan: Plan, tolerance: float
         found = full_runs.errors_of_outputs(task.family(run.values).system, run, motion_at(task, run, plan))
     except FmbsError:
         return ""
-    allowed = task.measure.tolerances
-    parts = {
-        column: one.error / allowed[one.output] if allowed else one.relative
-        for column, one in found.items()
-        if not allowed or one.output in allowed
-    }
+    parts = output_errors.parts(found, task.measure.tolerances)
     beyond = sorted((column for column in parts if parts[column] > tolerance), key=lambda column: -parts[column])[:NAMED]
     return f" ({', '.join(f'{column}: {parts[column]:.1g}' for column in beyond)})" if beyond else ""
 

@@ -87,8 +87,12 @@ def single(
 
 def measure(found: Mapping[str, OutputError], tolerances: Mapping[str, float] | None = None) -> float:
     """e: the largest relative error; with tolerances [unit of the output] the largest error over its own; NaN without any."""
+    known = parts(found, tolerances)
+    return float(np.max(list(known.values()))) if known else math.nan
+
+
+def parts(found: Mapping[str, OutputError], tolerances: Mapping[str, float] | None = None) -> dict[str, float]:
+    """What `measure` is the largest of, by column; those that have none are left out."""
     if tolerances:
-        parts = [one.error / tolerances[one.output] for one in found.values() if one.output in tolerances]
-        return float(np.max(parts)) if parts else math.nan
-    known = [one.relative for one in found.values() if not math.isnan(one.relative)]
-    return max(known, default=math.nan)
+        return {column: one.error / tolerances[one.output] for column, one in found.items() if one.output in tolerances}
+    return {column: one.relative for column, one in found.items() if not math.isnan(one.relative)}
