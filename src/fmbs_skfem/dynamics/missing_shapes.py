@@ -146,22 +146,28 @@ def block(A: Matrix, columns: slice) -> np.ndarray:
     n, first = columns.stop - columns.start, columns.start
     if not isinstance(A, csr_array):
         return as_dense(A[columns, columns])
-    found, entries = np.zeros((n, n)), slice(A.indptr[first], A.indptr[columns.stop])
-    rows, at = np.repeat(np.arange(n), np.diff(A.indptr[first : columns.stop + 1])), A.indices[entries] - first
-    inside = (at >= 0) & (at < n)
-    np.add.at(found, (rows[inside], at[inside]), A.data[entries][inside])
+    found, (rows, at, values) = np.zeros((n, n)), entries_of(A, columns)
+    inside = (at >= first) & (at < columns.stop)
+    np.add.at(found, (rows[inside], at[inside] - first), values[inside])
     return found
 
 
 def rows_on(system: System, columns: slice) -> np.ndarray:
     """Probe rows (j, b c) that read a body."""
     whole = remembered(system, "probes by columns", lambda: csc_array(system.probes.matrix))
-    entries = slice(whole.indptr[columns.start], whole.indptr[columns.stop])
-    rows, place = np.unique(whole.indices[entries], return_inverse=True)
+    at, read, values = entries_of(whole, columns)
+    rows, place = np.unique(read, return_inverse=True)
     found = np.zeros((len(rows), columns.stop - columns.start))
-    at = np.repeat(np.arange(found.shape[1]), np.diff(whole.indptr[columns.start : columns.stop + 1]))
-    np.add.at(found, (place, at), whole.data[entries])
+    np.add.at(found, (place, at), values)
     return found
+
+
+def entries_of(A: csr_array | csc_array, lines: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Entries (k,) of some rows of a matrix, or columns of one stored by these: the lines, counted from their first one, the places
+    on them, and the values."""
+    ends = A.indptr[lines.start : lines.stop + 1]
+    stored = slice(ends[0], ends[-1])
+    return np.repeat(np.arange(len(ends) - 1), np.diff(ends)), A.indices[stored], A.data[stored]
 
 
 def functions_of(
