@@ -170,13 +170,13 @@ def at_place(part: Body, full: Body) -> Body:
         raise InputError(say(f"part for '{full.name}'", f"the places of the full body ({', '.join(places(full))})", got))
     there, here = (points_of(body, names) for body in (part, full))
     start, end = there.mean(axis=0), here.mean(axis=0)
-    R = rotation_onto(there - start, here - end)
     size = float(np.sqrt(np.trace(second_moment(full))))
-    if np.abs((there - start) @ R.T - (here - end)).max() > MEETS * size:
-        U, _, V = np.linalg.svd((there - start).T @ (here - end))
-        mirrored = np.abs((there - start) @ U @ V - (here - end)).max() <= MEETS * size
+    if apart(there - start, here - end) > MEETS * size:
+        image = np.append(np.ones(there.shape[1] - 1), -1.0) * (there - start)
+        mirrored = apart(image, here - end) <= MEETS * size
         got = "those of its mirror image, which is another part" if mirrored else "others"
         raise InputError(say(f"part for '{full.name}'", "places as far apart as those of the full body", got, "train it anew"))
+    R = rotation_onto(there - start, here - end)
     own = parts.placed(part, full.name, end - R @ start, R)
     if np.abs(second_moment(own) - second_moment(full)).max() > ALIKE * size**2:
         got = f"{', '.join(names)} on one line, about which it is turned"
@@ -193,6 +193,11 @@ def rotation_onto(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
         return np.asarray(Rotation.align_vectors(V[:1], U[:, :1].T)[0].as_matrix()) if s[0] > 0.0 else np.eye(3)
     return nearest(b.T @ a)
+
+
+def apart(a: np.ndarray, b: np.ndarray) -> float:
+    """How far points (x, c) about their means are from others at most, after the rotation onto them."""
+    return float(np.abs(a @ rotation_onto(a, b).T - b).max())
 
 
 def second_moment(body: Body) -> np.ndarray:
