@@ -133,14 +133,19 @@ def starts_with_number(text: str) -> bool:
 
 def describe(exponents: Exponents) -> str:
     """The name of a dimension, or its SI unit where it has no name."""
-    names = [dimension.name for dimension in DIMENSIONS if dimension.exponents == exponents]
-    return names[0] if names else _written(exponents)
+    known = _known(exponents)
+    return known.name if known else _written(exponents)
 
 
 def unit(exponents: Exponents) -> str:
     """The SI unit of a dimension, as in headers of tables; empty for numbers."""
-    named = [dimension.unit for dimension in DIMENSIONS if dimension.exponents == exponents]
-    return named[0] if named else _written(exponents)
+    known = _known(exponents)
+    return known.unit if known else _written(exponents)
+
+
+def _known(exponents: Exponents) -> Dimension | None:
+    """The dimension with a name of its own that has some exponents."""
+    return next((dimension for dimension in DIMENSIONS if dimension.exponents == exponents), None)
 
 
 def _written(exponents: Exponents) -> str:

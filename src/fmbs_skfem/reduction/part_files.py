@@ -173,7 +173,7 @@ def recall(before: Part, body: Body) -> Memory:
 
 
 def same_shape(one: np.ndarray, a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether a rigid motion takes a to b (b, c), a a^T = b b^T without translations; `one` (b,) is the field 1."""
+    """Whether a rigid motion, or that of the mirror image, takes a to b (b, c): a a^T = b b^T; `one` (b,) is the field 1."""
     a, b = (x - np.outer(one, one @ x / (one @ one)) for x in (a, b))
     own, both, other = (float(np.sum((x.T @ y) ** 2)) for x, y in ((a, a), (a, b), (b, b)))
     return own - 2.0 * both + other <= SAME**2 * other

@@ -27,7 +27,7 @@ def read_published() -> dict[str, Any]:
 
 
 def tables(scene: Scene, study: Comparison) -> list[Any]:
-    """An overview, then products, reduced tangents and training as in Tables 1 to 3 of the source; for plates its ReportTable 4."""
+    """An overview, then products, reduced tangents and training as in Tables 1 to 3 of the source; for plates its Table 4."""
     paper = read_published().get(scene.name.removesuffix("-coarse"), {})
     known = paper.get("models", {})
     if any(record.hyper == "exact" for record in study.records):
@@ -84,7 +84,7 @@ def below(title: str, records: Sequence[ModelRecord], columns: Sequence[Column],
 
 
 def table_4(study: Comparison) -> list[ModelRecord]:
-    """The models of ReportTable 4: the full one, its other steps, and the reduced ones of the scene's eps and eta."""
+    """The models of Table 4: the full one, its other steps, and the reduced ones of the scene's eps and eta."""
     return [record for record in study.records if record.main or record.family in ("full", "step")]
 
 

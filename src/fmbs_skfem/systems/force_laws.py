@@ -108,9 +108,9 @@ def evaluate(law: ForceLaw, y: np.ndarray, rates: np.ndarray, numbers: np.ndarra
     count, rows, signals = len(y), np.arange(y.size).reshape(y.shape), np.arange(histories.size).reshape(histories.shape)
     memory = np.zeros(count * memory_of(law))
     parts = {"y": y.ravel(), "rates": rates.ravel(), "signals": histories.ravel(), "memory": memory, "g": np.zeros(y.size)}
-    record = packed(kept := ForceRecord(rows, np.ascontiguousarray(numbers), signals, 0, 0))
-    law.force(found := space_of(**parts), address_of(record))
-    del kept  # its arrays were read
+    record = ForceRecord(rows, np.ascontiguousarray(numbers), signals, 0, 0)
+    integers = packed(record)
+    law.force(found := space_of(**parts), address_of(integers))
     return found.g.reshape(count, -1)
 
 

@@ -6,7 +6,7 @@ A force is a struct of arrays; for its type it registers `compile_force`: a reco
 rows in which it has derivatives. It may keep numbers from step to step, such as the turns of an angle: they belong to accepted
 states alone. Where it has a potential, that is stored energy in the balance, and the rest of it works. Where a history
 drives it, `histories` says so and `grow` lets a constant one grow with the load factor of statics.
-Nothing else asks which force it is. Most are laws in symbols (`force_laws`); `OfPython` is any function.
+Nothing else asks which force it is. Most are laws (`force_laws`); `OfPython` is any function.
 """
 
 from __future__ import annotations
