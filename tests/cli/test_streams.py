@@ -24,6 +24,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def shell(command: str, path: Path) -> subprocess.CompletedProcess[str]:
     """A line of a shell in which `$FMBS` is the command and `$SCENE` a right scene."""
     variables = {**os.environ, "SCENE": str(path), "OUT": str(path.parent / "out")}
+    variables.pop("PYTHONUNBUFFERED", None)  # streams as users have them
     text = command.replace("$FMBS", " ".join(f"'{part}'" for part in FMBS))
     return subprocess.run(["bash", "-c", text], env=variables, cwd=path.parent, capture_output=True, text=True, timeout=300)
 

@@ -102,7 +102,7 @@ class Commands(Choice):
         try:
             return super().main(*args, **kwargs)
         except OSError as problem:
-            screen.drop()
+            screen.drop(sys.stdout)
             screen.tell(f"error: {problem}")
             sys.exit(6 if problem.errno in durable.FULL else 3)
 

@@ -8,7 +8,7 @@ import os
 import sys
 import time
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 import click
 
@@ -33,15 +33,17 @@ class Unheard(FmbsError):
 
 def tell(text: str) -> None:
     """A line on stderr. Nothing is lost where that is closed or full: what is said there is also in the reports."""
-    with contextlib.suppress(OSError, ValueError):
+    try:
         click.echo(text, err=True)
+    except (OSError, ValueError):
+        drop(sys.stderr)
 
 
-def drop() -> None:
-    """What waits in the buffer of stdout is not tried again at the end of the process, when nobody could tell of it."""
+def drop(stream: TextIO | None) -> None:
+    """What waits in the buffer of a stream is not tried again at the end of the process, which would end with code 120."""
     with contextlib.suppress(OSError, ValueError):
-        if sys.stdout is not None:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if stream is not None:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def occupy() -> None:
@@ -60,7 +62,7 @@ def stdout() -> Iterator[None]:
         yield
         sys.stdout.flush()
     except OSError as problem:
-        drop()
+        drop(sys.stdout)
         got = os.strerror(problem.errno or errno.EIO).lower()
         remedy = "files of results are not concerned"
         raise Unheard(
