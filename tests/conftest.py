@@ -18,9 +18,7 @@ import pytest
 import threadpoolctl
 
 from fmbs_skfem.core.errors import MissingFeature
-from fmbs_skfem.results import pictures
-
-from .drawing import Drawing
+from fmbs_skfem.results import painter, pictures
 
 #: files with tests of half a minute; the first ones compile nothing, while the other process compiles what all others need
 LONG = ("test_project.py", "test_docs.py", "test_benchmarks.py", "test_registry.py")
@@ -42,19 +40,11 @@ def one_blas_thread() -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope="session")
-def drawing() -> Iterator[Drawing]:
-    """What draws for all tests of this process."""
-    found = Drawing()
-    yield found
-    found.end()
-
-
-@pytest.fixture(autouse=True)
-def drawn_by_forks(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, drawing: Drawing) -> None:
-    """Pictures are drawn faster; those of tests marked `own_process` as users draw them."""
-    if "own_process" not in request.keywords:
-        monkeypatch.setattr(pictures, "subprocess", drawing)
+@pytest.fixture(scope="session", autouse=True)
+def one_painter() -> Iterator[None]:
+    """All pictures of this process are drawn by one, which loads VTK with the first of them."""
+    with painter.at_hand(soon=False):
+        yield
 
 
 @pytest.fixture(scope="session")

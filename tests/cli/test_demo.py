@@ -43,7 +43,8 @@ def test_examples_are_copied_with_their_meshes_and_run_there(tmp_path: Path, mon
 def test_demo_computes_all_models_and_writes_all_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(comparison, "lean", short)
-    monkeypatch.setattr(comparison, "FRAMES", 3)
+    shown = replace(comparison.DEMO_SHOWN, frames=3)
+    monkeypatch.setattr(comparison, "DEMO_SHOWN", shown)
     done = fmbs("demo", "--json")
     assert done.code in (0, 7)
     names = [model["name"] for model in done.json["models"]]
@@ -56,6 +57,6 @@ def test_demo_computes_all_models_and_writes_all_files(tmp_path: Path, monkeypat
     assert wanted <= {path.name for path in out.iterdir()}
     assert len(list((out / "motion").glob("*.vtu"))) == 3
     if done.code == 0:
-        assert {*comparison.SHOWN} <= {path.name for path in out.iterdir()}
+        assert {*shown.names} <= {path.name for path in out.iterdir()}
     else:
         assert "apt-get install" in done.err

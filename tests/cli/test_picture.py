@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
 import meshio
@@ -14,7 +13,7 @@ from fmbs_skfem import dynamics, scenes, systems
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha
 from fmbs_skfem.results import motion as picture
-from fmbs_skfem.results import series
+from fmbs_skfem.results import painter, series
 from fmbs_skfem.results.frames import MarkKind
 from fmbs_skfem.results.pictures import Look
 from fmbs_skfem.scenes import build
@@ -135,7 +134,7 @@ def test_render_draws_a_picture_and_an_animation(tmp_path: Path) -> None:
 
 def test_without_opengl_the_numbers_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The process that draws dies by a signal, as VTK does where there is no OpenGL."""
-    monkeypatch.setattr(subprocess, "run", lambda *_, **__: subprocess.CompletedProcess([], -11, "", ""))
+    monkeypatch.setattr(painter.Painter, "draw", lambda *_: (-11, ""))
     out = tmp_path / "out"
     done = fmbs("render", scene(tmp_path, SHORT), "--out", out, "--json")
     assert done.code == 7

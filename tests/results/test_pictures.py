@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 
 from fmbs_skfem.core.errors import FmbsError, InputError, MissingFeature
-from fmbs_skfem.results import camera, decor, drawing, frames, pictures, render_child, video
+from fmbs_skfem.results import camera, decor, drawing, frames, painter, pictures, render_child, video
 from fmbs_skfem.results.frames import Frames, line
 from fmbs_skfem.results.pictures import Layout, Look
 
@@ -43,12 +43,11 @@ def saturated(image: np.ndarray) -> np.ndarray:
     return np.ptp(image, axis=2) > 60
 
 
-@pytest.mark.own_process
 @pytest.mark.usefixtures("opengl")
 def test_the_beam_is_drawn_where_it_is(tmp_path: Path, temporary: Path) -> None:
     """Coloured pixels cover the projected half circle, and nothing but it, to the radius of the tube."""
     alone = replace(rollup.planar(), joints={})
-    path = pictures.render(alone, tmp_path / "out" / "arc.png", times=[1.0], look=Look(size=SIZE))
+    path = pictures.render(alone, tmp_path / "out" / "arc.png", times=[1.0], look=Look(size=SIZE), command=OWN)
     image = pixels(path)
     assert image.shape == (360, 480, 3)
     chosen = frames.select(alone, np.array([6]))
@@ -179,9 +178,8 @@ def test_times_stand_at_the_middle_of_an_arch_that_is_held_at_both_ends() -> Non
     assert np.linalg.norm(np.array([text.place for text in texts]) - crowns, axis=1).max() < 80
 
 
-@pytest.mark.own_process
 @pytest.mark.usefixtures("opengl")
-def test_animation(tmp_path: Path, temporary: Path) -> None:
+def test_animation(tmp_path: Path) -> None:
     path = pictures.animate(rollup.spatial(), tmp_path / "a.gif", count=5, rate=10.0, look=Look(field="curvature", size=SIZE))
     with Image.open(path) as gif:
         assert (gif.n_frames, gif.size, gif.info["duration"], gif.info["loop"]) == (5, SIZE, 100, 0)
@@ -195,7 +193,6 @@ def test_animation(tmp_path: Path, temporary: Path) -> None:
         assert (np.abs(after[scene] - before[scene]).max(axis=2) > 60).sum() > 100, "the beam does not move"
         assert (after[:40, :370] != before[:40, :370]).any(), "the time does not change"
         np.testing.assert_array_equal(after[key], before[key])
-    assert list(temporary.iterdir()) == []
 
 
 STAND_IN = """\
@@ -226,11 +223,11 @@ def test_films_go_through_ffmpeg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         video.write(images, tmp_path / "b.mp4", 12.5)
 
 
+OWN = (*painter.usual_command(), "own")  #: not that of the process at hand
 KILLED = (sys.executable, "-c", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no signals")
-@pytest.mark.own_process
 def test_a_killed_child_is_a_missing_feature(tmp_path: Path, temporary: Path) -> None:
     for draw in (
         lambda: pictures.probe(KILLED),
@@ -245,16 +242,37 @@ def test_a_killed_child_is_a_missing_feature(tmp_path: Path, temporary: Path) ->
 
 
 @pytest.mark.skipif(sys.platform != "linux" or ctypes.util.find_library("OSMesa") is not None, reason="VTK falls back to OSMesa")
-@pytest.mark.own_process
 def test_vtk_without_any_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
     """VTK told to use X where no X server runs: whatever it does then, this process lives and says what is missing."""
     monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkXOpenGLRenderWindow")
     monkeypatch.setenv("DISPLAY", "")
     with pytest.raises(MissingFeature, match="libegl1"):
+        pictures.probe(OWN)
+
+
+@pytest.mark.usefixtures("opengl")
+def test_a_process_at_hand_draws_all_that_is_ordered_and_ends(
+    tmp_path: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two pictures by one process; one that has died, as by the signal that stops a run, is replaced; in the end it is gone."""
+    monkeypatch.setattr(painter, "_AT_HAND", [])
+    with painter.at_hand():
+        (one,) = painter._AT_HAND
+        first = one.begin()
+        for name in ("a.png", "b.png"):
+            pictures.render(rollup.planar(), tmp_path / name, look=Look(size=SIZE))
+            assert one.begin() is first
+        np.testing.assert_array_equal(pixels(tmp_path / "a.png"), pixels(tmp_path / "b.png"))
+        first.kill()
+        first.wait()
         pictures.probe()
+        last = one.begin()
+        assert last is not first
+    assert last.poll() is not None
+    assert painter._AT_HAND == []
+    assert list(temporary.iterdir()) == []
 
 
-@pytest.mark.own_process
 def test_other_failures_keep_their_words() -> None:
     with pytest.raises(MissingFeature, match="a program to draw with"):
         pictures.probe(("no-such-interpreter",))

@@ -147,9 +147,15 @@ class Reference:
 
 
 def run(
-    task: TrainingTask, options: ComparisonOptions, coarse: Mapping[int, System] | None = None, progress: Progress | None = None
+    task: TrainingTask,
+    options: ComparisonOptions,
+    coarse: Mapping[int, System] | None = None,
+    progress: Progress | None = None,
+    see: Callable[[Trajectory], None] | None = None,
 ) -> Comparison:
     """Everything about one system, a task without parameters; `coarse` are the same on coarser meshes, by cells a body.
+
+    `see` gets the full motion before any other model runs.
 
     A reduced or coarse model that fails is a record with its reason; a failure of the full model is raised. It runs twice where its
     snapshots need a sharper iteration than itself: the sharp motion is the reference, the other one is timed, as the models are,
@@ -160,6 +166,8 @@ def run(
     sharp = replace(own, newton=newton_for(own.newton, min((task.plan.tolerance, *options.tolerances))))
     cases.run(replace(own, duration=2 * h))  # compiles, so that no run is charged for it
     full = run_fastest(sharp, kept, options.repeat if sharp == own else 1)
+    if see:
+        see(full)
     reference = Reference(raw.system, full, output_errors.columns(full), h, kept, options.repeat)
     fine = run_other_steps(own, kept, options.steps, options.order, options.expensive)
     jobs = [*reduced_jobs(task, options, full_runs.run_of_motion(task, full)), *competitors(task, own, options, coarse or {}, fine)]

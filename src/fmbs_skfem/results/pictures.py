@@ -1,15 +1,12 @@
 """Off-screen pictures of deformed configurations, as PNG, GIF or MP4.
 
-VTK may kill the process that asks it for OpenGL where there is none. Therefore this module never imports it: a child process
-(`render_child`) first draws a probe, then the picture; when the child dies, the parent says what to install.
+VTK may kill the process that asks it for OpenGL where there is none. Therefore this module never imports it: a process of its own
+(`painter`) first draws a probe, then the pictures; when it dies, this one says what to install.
 """
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
-import sys
 import tempfile
 from collections.abc import Sequence
 from enum import StrEnum
@@ -24,6 +21,7 @@ from . import frames as frames_
 from . import surfaces, video
 from .frames import SILENT, Frames, Shown
 from .job import Arrays, PictureJob, save
+from .painter import TIME_LIMIT, Painter, hired
 
 #: text beside the colour scale of well-known fields
 LABELS = {
@@ -45,7 +43,6 @@ ADVICE = (
     "conda: `mesalib`) or set DISPLAY to a running X server"
 )
 DIGITS = 8.0 * float(np.finfo(np.float64).eps)  #: round-off of a position, relative to the largest coordinate
-TIME_LIMIT = 900.0  #: for one picture [s]
 
 
 class Layout(StrEnum):
@@ -80,8 +77,9 @@ class Look:
 
 def probe(command: Sequence[str] | None = None) -> None:
     """Raise `MissingFeature` where no picture can be drawn; `command` replaces the interpreter and module that draw."""
-    with tempfile.TemporaryDirectory(prefix="fmbs-") as folder:
-        _run(Path(folder), command, "--probe")
+    extras.need("viz", "pictures")
+    with hired(command) as painter:
+        _run(painter, None)
 
 
 def render(
@@ -182,10 +180,11 @@ def _draw(frames: Frames, path: Path, look: Look, layout: str, rate: float, comm
         known = frames_.names(frames)
         got = f"'{look.field}'{closest(look.field, known)}"
         raise InputError(say("pictures: field", "one of " + ", ".join(known), got))
-    with tempfile.TemporaryDirectory(prefix="fmbs-") as folder:
+    extras.need("viz", "pictures")
+    with hired(command) as painter, tempfile.TemporaryDirectory(dir=painter.folder.name) as folder:
         job, arrays = _order(frames, look, layout, rate, "picture" + path.suffix.lower())
         save(Path(folder), job, arrays)
-        _run(Path(folder), command)
+        _run(painter, Path(folder))
         path.parent.mkdir(parents=True, exist_ok=True)
         shutil.move(Path(folder) / job.target, path)
     return path
@@ -230,25 +229,17 @@ def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) ->
     return job, arrays
 
 
-def _run(folder: Path, command: Sequence[str] | None, *options: str) -> None:
-    """Run the child on `folder`; its end by a signal or by exit code 7 means that there is no usable OpenGL."""
-    extras.need("viz", "pictures")
-    root = str(Path(__file__).resolve().parents[2])
-    paths = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH", "")]))
-    call = [*(command or (sys.executable, "-m", f"{__package__}.render_child")), str(folder), *options]
-    environment = {**os.environ, "PYTHONPATH": paths}
+def _run(painter: Painter, folder: Path | None) -> None:
+    """Draw an order; the end of the process by a signal or by exit code 7 means that there is no usable OpenGL."""
     try:
-        done = subprocess.run(
-            call, env=environment, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, errors="replace", timeout=TIME_LIMIT
-        )
+        code, last = painter.draw(folder)
     except OSError as error:
-        raise MissingFeature(say("pictures", f"a program to draw with ({call[0]})", error, ADVICE)) from error
-    except subprocess.TimeoutExpired as error:
-        text = say("pictures", f"a picture within {TIME_LIMIT:g} s", "none", "draw fewer instants or a smaller picture")
-        raise FmbsError(text) from error
-    last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-    if done.returncode == 1:
+        if isinstance(error, TimeoutError):
+            text = say("pictures", f"a picture within {TIME_LIMIT:g} s", "none", "draw fewer instants or a smaller picture")
+            raise FmbsError(text) from error
+        raise MissingFeature(say("pictures", f"a program to draw with ({painter.command[0]})", error, ADVICE)) from error
+    if code == 1:
         raise FmbsError(say("pictures", "a picture", last))
-    if done.returncode != 0:
-        got = last if done.returncode == 7 else f"a drawing process that died with code {done.returncode}"
+    if code != 0:
+        got = last if code == 7 else f"a drawing process that died with code {code}"
         raise MissingFeature(say("pictures", "OpenGL that draws without a display", got, ADVICE))

@@ -1,11 +1,14 @@
-"""The process that draws: `python -m fmbs_skfem.results.render_child FOLDER [--probe]`; see `job` for what FOLDER holds.
+"""The process that draws: `python -m fmbs_skfem.results.render_child`; see `painter` for how it is asked, `job` for an order.
 
-Exit codes: 0 drawn, 7 no usable OpenGL or pyvista, 1 anything else; where VTK finds no OpenGL at all, a signal ends the process.
+Exit codes: 0 the input has ended, 7 no usable OpenGL or pyvista, 1 anything else; where VTK finds no OpenGL at all, a signal ends
+the process.
 """
 
 from __future__ import annotations
 
 import math
+import os
+import signal
 import sys
 from collections.abc import Sequence
 from functools import partial
@@ -33,20 +36,29 @@ RESTS = 0.1  #: way of the ends of bodies over the farthest of any point, below 
 LARGEST = 1.5  #: radius of the largest joint that is drawn, over that of the others
 
 
-def main(arguments: list[str]) -> int:
-    """Probe, read the order, draw."""
+def main() -> int:
+    """Probe, then draw what the lines of the input order; an empty one asks for the probe alone."""
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)  # whatever libraries print is no answer
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who stops a run wants the picture of what it has reached
     try:
         imports.prepare()
         _probe()
     except (ImportError, RuntimeError) as error:
         sys.stderr.write(f"{error}\n")
         return 7
-    if "--probe" not in arguments[1:]:
-        folder = Path(arguments[0])
-        job, arrays = load(folder)
-        images = LAYOUTS[job.layout](job, arrays)
-        _save(images, folder / job.target, job.rate)
+    for line in sys.stdin:
+        if line.strip():
+            draw(Path(line.rstrip("\n")))
+        answers.write("drawn\n")
+        answers.flush()
     return 0
+
+
+def draw(folder: Path) -> None:
+    """Draw the order in a folder."""
+    job, arrays = load(folder)
+    _save(LAYOUTS[job.layout](job, arrays), folder / job.target, job.rate)
 
 
 def _probe() -> None:
@@ -329,4 +341,4 @@ def _save(images: list[Pixels], path: Path, rate: float) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())

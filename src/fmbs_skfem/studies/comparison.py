@@ -6,11 +6,13 @@ stand beside ours.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import shutil
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, replace
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import asdict, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +23,7 @@ from ..core.records import dataclass
 from ..reduction import comparison as comparisons
 from ..reduction.comparison import Comparison, ModelRecord
 from ..results import frames as frames_
-from ..results import motion, series, speed
+from ..results import motion, painter, series, speed
 from ..scenes import Scene, build, read
 from . import compiling, examples, figures, pictures, plans, reports, tables
 from . import job as jobs
@@ -31,7 +33,7 @@ from .result import Result, conclude, describe_error, list_files
 from .solving import extremes
 
 if TYPE_CHECKING:
-    pass
+    from ..dynamics import Trajectory
 
 RECORD = "compare.json"
 SECOND = 1.5  #: smallest observed order in time that counts as second
@@ -39,8 +41,38 @@ AS_GOOD = 2.0  #: factor to the smallest error of a hyper-reduced model within w
 
 DEMO = "double_pendulum.yaml"
 COARSE, STEPS = [10, 20], [2.5e-3]  #: cells a body and steps [s] of the full models that compete in the demo
-SHOWN = ("full.png", "motion.gif", "reduced.png")  #: pictures of the demo
-FRAMES, RATE = 41, 14.0  #: instants of its animation and of its VTK series, and how many the animation shows a second
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Pictures of a comparison: of the full motion, which are drawn while the other models run, and of an error."""
+
+    still: str = pictures.PICTURE
+    moving: str = pictures.ANIMATION
+    error: str = pictures.ERROR
+    frames: int = pictures.FRAMES  #: instants of the animation, and of the VTK series
+    rate: float = 15.0  #: how many of them the animation shows a second
+    series: bool = False  #: whether there is a VTK series
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all files."""
+        return [self.still, self.moving, self.error, *([f"{SERIES}.pvd"] if self.series else [])]
+
+    def of_full(self, scene: Scene, full: Trajectory, out: Path) -> list[pictures.Order]:
+        """What is drawn of the full motion in a folder."""
+        return pictures.scene(scene, full, out, self.frames, (self.still, self.moving), self.rate)
+
+    def of_all(self, scene: Scene, study: Comparison, out: Path) -> list[pictures.Order]:
+        """What is drawn when all models have run."""
+        found = pictures.error(scene, study, out / self.error)
+        if self.series:
+            frames = motion.frames(study.full, frames_.spread(study.full.times, self.frames))
+            found += [partial(series.write, frames, out, SERIES)]
+        return found
+
+
+DEMO_SHOWN = Shown("full.png", "motion.gif", "reduced.png", frames=41, rate=14.0, series=True)
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -57,12 +89,8 @@ class ComparisonResult(Result):
 def compare_scene(job: Job, duration: float | None, quick: bool, picture: bool) -> ComparisonResult:
     """All models of a scene, with pictures of its full model and of an error."""
 
-    def draw(scene: Scene, study: Comparison, out: Path) -> list[pictures.Order]:
-        return [*pictures.scene(scene, study.full, out), *pictures.error(scene, study, out / pictures.ERROR)]
-
     scene = jobs.read_scene(job, duration)
-    names = [pictures.ERROR, pictures.PICTURE, pictures.ANIMATION]
-    return conclude(comparison(job, scene, quick, names, draw if picture else None))
+    return conclude(comparison(job, scene, quick, Shown() if picture else None))
 
 
 def demo_scene() -> Scene:
@@ -72,36 +100,24 @@ def demo_scene() -> Scene:
 
 def show_demo(job: Job) -> ComparisonResult:
     """All models of the scene of the demo, with pictures of its own and a VTK series."""
-
-    def draw(scene: Scene, study: Comparison, out: Path) -> list[pictures.Order]:
-        found = pictures.scene(scene, study.full, out, FRAMES, (SHOWN[0], SHOWN[1]), RATE)
-        frames = motion.frames(study.full, frames_.spread(study.full.times, FRAMES))
-        return [*found, *pictures.error(scene, study, out / SHOWN[2]), partial(series.write, frames, out, SERIES)]
-
-    return conclude(comparison(job, jobs.read_scene(job), True, [*SHOWN, f"{SERIES}.pvd"], draw))
+    return conclude(comparison(job, jobs.read_scene(job), True, DEMO_SHOWN))
 
 
-def comparison(
-    job: Job,
-    scene: Scene,
-    quick: bool,
-    names: Sequence[str],
-    draw: Callable[[Scene, Comparison, Path], Sequence[pictures.Order]] | None,
-) -> ComparisonResult:
-    """All models of a scene; figures, and what `draw` orders, in the output folder."""
+def comparison(job: Job, scene: Scene, quick: bool, shown: Shown | None) -> ComparisonResult:
+    """All models of a scene; figures, and what is to be `shown`, in the output folder."""
     mark = reports.fingerprint(scene)
-    out = jobs.settle_folder(job, (RECORD, *(f"{name}.png" for name in figures.names(scene)), *names), mark, RECORD)
+    names = [*(f"{name}.png" for name in figures.names(scene)), *(shown.names if shown else ())]
+    out = jobs.settle_folder(job, (RECORD, *names), mark, RECORD)
     compiling.announce(job, reduces=True)
-    study = run(scene, quick, job.allow_outside, job.progress("comparing"))
-    report = report_of(scene, study)
-    drawn, missing = figures.draw(scene, study), None
-    if out is not None:
-        report["files"] = [out / RECORD]
-        with ThreadPoolExecutor(2) as pool:
-            waiting = [pool.submit(order) for order in (draw(scene, study, out) if draw else ())]
-            report["files"] += drawn.save(out)
+    missing = None
+    with drawing_beside(scene, shown if out else None) as gallery:
+        study = run(scene, quick, job.allow_outside, job.progress("comparing"), gallery.begin)
+        report, drawn = report_of(scene, study), figures.draw(scene, study)
+        if out is not None:
+            gallery.go_on(study, out)
+            report["files"] = [out / RECORD, *drawn.save(out)]
             try:
-                report["files"] += [picture.result() for picture in waiting]
+                report["files"] += gallery.hang(out)
             except MissingFeature as error:
                 missing, report = error, report | describe_error(error)
     report |= {"fingerprint": mark, "provenance": reports.provenance(scene), "notices": job.notices}
@@ -111,13 +127,54 @@ def comparison(
     return ComparisonResult(about=about, report=report, lines=view, figures=drawn, error=missing, study=study)
 
 
-def run(scene: Scene, quick: bool = False, allow_outside: bool = False, progress: Progress | None = None) -> Comparison:
-    """The comparison of a scene, as its sections `reduction` and `compare` say."""
+@dataclass(frozen=True)
+class Gallery:
+    """Pictures of a comparison that are drawn while it goes on, by a thread that waits for the process that draws."""
+
+    scene: Scene
+    shown: Shown | None
+    place: Path  #: for those of the full motion, until the comparison has its results
+    pool: ThreadPoolExecutor
+    waiting: list[Future[Path]] = field(default_factory=list)
+
+    def begin(self, full: Trajectory) -> None:
+        """Order the pictures of the full motion."""
+        if self.shown:
+            self.waiting.extend(self.pool.submit(order) for order in self.shown.of_full(self.scene, full, self.place))
+
+    def go_on(self, study: Comparison, out: Path) -> None:
+        """Order those of all models."""
+        if self.shown:
+            self.waiting.extend(self.pool.submit(order) for order in self.shown.of_all(self.scene, study, out))
+
+    def hang(self, out: Path) -> list[Path]:
+        """All pictures, when they are drawn, in a folder; MissingFeature where nothing can be drawn."""
+        found = [picture.result() for picture in self.waiting]
+        return [Path(shutil.move(path, out / path.name)) if path.parent == self.place else path for path in found]
+
+
+@contextlib.contextmanager
+def drawing_beside(scene: Scene, shown: Shown | None) -> Iterator[Gallery]:
+    """A gallery for what is shown of a scene, nothing for None."""
+    with contextlib.ExitStack() as held:
+        held.enter_context(painter.at_hand(shown is not None))
+        place = held.enter_context(tempfile.TemporaryDirectory(prefix="fmbs-"))
+        yield Gallery(scene, shown, Path(place), held.enter_context(ThreadPoolExecutor(1)))
+
+
+def run(
+    scene: Scene,
+    quick: bool = False,
+    allow_outside: bool = False,
+    progress: Progress | None = None,
+    see: Callable[[Trajectory], None] | None = None,
+) -> Comparison:
+    """The comparison of a scene, as its sections `reduction` and `compare` say; `see` gets the full motion before others run."""
     raw = build.system(scene, allow_outside=allow_outside)
     settings = plans.options(scene, quick, build.has_large_plates(scene, raw))
     wanted = scene.compare.coarse if scene.compare else []
     coarse = {cells: build.system(scene, cells, allow_outside) for cells in wanted}
-    return comparisons.run(plans.task(scene, raw, plans.plan(scene)), settings, coarse, progress)
+    return comparisons.run(plans.task(scene, raw, plans.plan(scene)), settings, coarse, progress, see)
 
 
 def copy_examples(job: Job) -> Result:

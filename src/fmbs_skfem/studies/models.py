@@ -17,7 +17,7 @@ from ..core.errors import InputError, say
 from ..core.problems import Problem
 from ..reduction import cases, files, parametric_model, prediction
 from ..reduction import parameters as boxes
-from ..results import sweep_files
+from ..results import painter, sweep_files
 from . import job as jobs
 from . import judging, reports, solving
 from .job import Job
@@ -69,7 +69,8 @@ def run_saved(job: Job, duration: float | None, step: float | None, plots: bool,
 
     made = task(job, duration, step)
     draw = partial(pictures.model, made.title) if picture else None
-    return conclude(solving.solve(job, made.mark, lambda: made, plots, draw, [pictures.PICTURE] if picture else []))
+    with painter.at_hand(picture and job.out is not None):
+        return conclude(solving.solve(job, made.mark, lambda: made, plots, draw, [pictures.PICTURE] if picture else []))
 
 
 def at_values(job: Job, duration: float | None, step: float | None) -> tuple[Case, Mapping[str, Any], dict[str, Any]]:

@@ -1,6 +1,6 @@
 """What studies draw of bodies: configurations, animations, errors of reduced models.
 
-An `Order` draws one file in a process of its own, so that several can be drawn side by side.
+An `Order` draws one file, by the process at hand (`results.painter`) or one of its own, so that other work can go on beside it.
 """
 
 from __future__ import annotations

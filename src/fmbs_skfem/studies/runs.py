@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from ..core.errors import InputError, say
 from ..dynamics import Trajectory
 from ..results import frames as frames_
-from ..results import motion, series, temporal
+from ..results import motion, painter, series, temporal
 from ..scenes import build
 from ..scenes.analyses import Analysis, History, States
 from . import job as jobs
@@ -65,11 +65,13 @@ def render_scene(job: Job, duration: float | None, frames: int, ending: str, sca
         if scale != 1.0:
             raise InputError(say("--scale", "a motion or an equilibrium", scene.analysis.word, "shapes have a size of their own"))
         draw = partial(near_states.pictures, jobs.title(scene), frames, ending)
-        return near_states.solve_states(job, scene, scene.analysis, draw, [near_states.PICTURE])
+        with painter.at_hand(job.out is not None):
+            return near_states.solve_states(job, scene, scene.analysis, draw, [near_states.PICTURE])
     names = [pictures.PICTURE, *([Path(pictures.ANIMATION).stem + ending] if frames else [])]
     make = partial(scene_task, job, scene, duration)
     draw = partial(pictures.scene, scene, count=frames, names=(names[0], names[-1]), scale=scale)
-    return conclude(solve(job, reports.fingerprint(scene), make, True, draw, names))
+    with painter.at_hand(job.out is not None):
+        return conclude(solve(job, reports.fingerprint(scene), make, True, draw, names))
 
 
 def export_scene(job: Job, duration: float | None, frames: int) -> Run:
