@@ -277,7 +277,10 @@ def distances(one: System, q: np.ndarray, other: System, p: np.ndarray) -> np.nd
     b = {line.name: line for line in other.lines}
     for line in one.lines:
         if line.name in b:
-            apart = positions(line, q, one.dim) - positions(b[line.name], p, other.dim)
+            if line.samples is b[line.name].samples:
+                apart = positions(line, q - p, one.dim)
+            else:
+                apart = positions(line, q, one.dim) - positions(b[line.name], p, other.dim)
             worst = np.fmax(worst, np.linalg.norm(apart, axis=2).max(axis=1))
     for s in range(len(q)):
         first, second = skins(one, q[s]), skins(other, p[s])

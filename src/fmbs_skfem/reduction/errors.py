@@ -118,7 +118,8 @@ def compare(full: Trajectory, other: Trajectory) -> Errors:
     """
     notify_other_end(full.times, other.times)
     i, j = common_times("errors.compare", full.times, other.times)
-    q, p, system = body_coordinates(full)[i], body_coordinates(other)[j], full.system
+    q, p = (body_coordinates(replace(one, x=one.x[rows])) for one, rows in ((full, i), (other, j)))
+    system = full.system
     position, times = distances(system, q, other.system, p), full.times[i]
     start = system.lift(system.x0)
     if q.shape == p.shape:

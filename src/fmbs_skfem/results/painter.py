@@ -53,7 +53,12 @@ class Painter:
             process, late = self.begin(), threading.Event()
             assert process.stdin is not None
             assert process.stdout is not None
-            timer = threading.Timer(TIME_LIMIT, lambda: (late.set(), process.kill()))
+
+            def end_late() -> None:
+                late.set()
+                process.kill()
+
+            timer = threading.Timer(TIME_LIMIT, end_late)
             timer.daemon = True
             timer.start()
             try:
