@@ -111,7 +111,7 @@ def test_expressions_carry_dimensions(text: str, dimension: Dimension, value: fl
     ("text", "message"),
     [
         ("E", r"expected a length \[m\], got 'E' \(pressure\)"),
-        ("d + E", r"both sides of '\+' of one dimension, got length and pressure"),
+        ("d + E", r"all parts of '\+' of one dimension, got length and pressure"),
         ("d + 1", "length and number"),
         ("sin(d)", r"a number or an angle in sin\(...\), got length"),
         ("2**d", "exponent"),

@@ -212,13 +212,13 @@ NUMBERS = {
         "load]",
         "load + 1 m]",
         "16: loads.tip.force",
-        "both sides of '+' of one dimension, got force and length",
+        "all parts of '+' of one dimension, got force and length",
     ),
     "14 sum of two parameters": (
         "load: 0.5 N}",
         "a: 1 m, load: a + 1 / a}",
         "3: parameters.load",
-        "both sides of '+' of one dimension",
+        "all parts of '+' of one dimension",
     ),
     "14 unknown unit": ("10 mm", "10 furlongs", "9: bodies.beam.section.diameter", "a known unit"),
 }

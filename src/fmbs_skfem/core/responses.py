@@ -13,7 +13,7 @@ from typing import Any
 from . import expressions, functions, units
 from .errors import closest, listed
 from .expressions import Program
-from .functions import Term
+from .functions import Operand
 from .problems import Problem, shown
 from .records import dataclass
 from .units import NUMBER, Dimension, Quantity
@@ -110,10 +110,6 @@ def require(found: OfState, variables: Mapping[str, str], tables: Mapping[str, t
         return
     names: dict[str, Any] = {name: functions.variable(unit) for name, unit in variables.items()}
     names |= {call: functions.table(call, *tables[call]) for call in found.calls}
-    names |= {name: Term(value, number=plain(value), bare=plain(value)) for name, value in found.parameters}
-    names |= {step: Term(one) for step, one in expressions.quantities(found.program).items()}
+    names |= {name: functions.constant(value) for name, value in found.parameters}
+    names |= {step: Operand(one) for step, one in expressions.quantities(found.program).items()}
     functions.check_program(found.program, found.text, found.dimension, names, of="the state")
-
-
-def plain(value: Quantity) -> bool:
-    return not any(value.exponents)
