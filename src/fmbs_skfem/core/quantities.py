@@ -61,7 +61,8 @@ def _is_expression(value: object) -> bool:
 
 def _evaluate(text: str, parameters: Mapping[str, Quantity]) -> Quantity:
     program = expressions.parse(text, parameters.keys())
-    names = {"pi": PI} | expressions.quantities(program) | {name: parameters[name] for name in program if name in parameters}
+    names = {"pi": PI} | expressions.quantities(program)
+    names |= {name: parameters[name] for name in program if isinstance(name, str) and name in parameters}
     known, number = {name: Operand(one) for name, one in names.items()}, NUMBER.exponents
     try:
         found: Operand = expressions.evaluate(program, known, ALGEBRA, lambda value: Operand(Quantity(value, number)))

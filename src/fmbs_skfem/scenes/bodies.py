@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 CURVATURES = {law.name.lower(): law for law in laws.CABLES}
 Mass = Annotated[float, quantity("kg", "> 0")]
+LeadingModes = Annotated[int | None, whole(1, 1000), "number of shape functions, rigid motions included, in place of a tolerance"]
 SCALES = ("young_modulus", "density", "diameter", "width", "height", "thickness")  #: numbers that a part takes, see `bodies.values`
 
 
@@ -373,9 +374,7 @@ class PlacedPart(SceneBody, word="part"):
     name: str
     file: Annotated[str, "a file of a part (.part.h5), its path from the folder of the scene"]
     tolerance: Annotated[Tolerance | None, "eps of the shape functions, see `fmbs part train`; without it all of them"] = None
-    modes: Annotated[int | None, whole(1, 1000), "number of shape functions, rigid motions included, in place of a tolerance"] = (
-        None
-    )
+    modes: LeadingModes = None
     hyper: Annotated[Tolerance | None, "eta of the points; without it by the shape functions"] = None
     young_modulus: Annotated[float | None, quantity("Pa", "> 0")] = None
     density: Annotated[float | None, quantity("kg/m^3", "> 0")] = None

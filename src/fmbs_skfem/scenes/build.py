@@ -26,7 +26,7 @@ from ..systems import assembly, edges
 from ..systems.system import System, is_linear
 from . import plausibility, times
 from .analyses import History
-from .consistency import places
+from .consistency import functions, places
 from .locations import where
 
 if TYPE_CHECKING:
@@ -192,9 +192,5 @@ def _check_groups(part: Body, key: str, names: tuple[str, ...]) -> None:
 def check_functions(scene: Scene) -> None:
     """Histories and drives are finite at every step of the analysis."""
     instants = scene.analysis.instants()
-    for kind, items in (("load", scene.loads), ("joint", scene.joints)):
-        for name, item in items.items():
-            for value in vars(item).values():
-                for function in value if isinstance(value, tuple) else (value,):
-                    if isinstance(function, Expression):
-                        expressions.check(function, instants, f"{kind} '{name}'")
+    for keys, function in functions(scene, ("loads", "joints"), Expression):
+        expressions.check(function, instants, f"{str(keys[0])[:-1]} '{keys[1]}'")

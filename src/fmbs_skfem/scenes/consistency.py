@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from ..core import units
@@ -16,7 +16,7 @@ from ..core.errors import listed
 from ..core.expressions import Expression
 from ..core.inputs import calls_of, timed
 from ..core.mappings import rules
-from ..core.problems import Found, Problem, unknown
+from ..core.problems import Found, Keys, Problem, unknown
 from ..core.responses import OfState, require
 from ..systems import joints, readings, responses
 from ..systems.places import At
@@ -87,15 +87,22 @@ def _angles(scene: Scene) -> Iterator[tuple[tuple[str, ...], float]]:
                     yield (part, name, key), angle
 
 
+def functions(scene: Scene, sections: Iterable[str], kind: Any) -> Iterator[tuple[Keys, Any]]:
+    """Functions of a kind, of time or of the state, in declarations, with their paths of keys."""
+    for section in sections:
+        for name, item in getattr(scene, section).items():
+            for key, value in vars(item).items():
+                parts = enumerate(value) if isinstance(value, tuple) else ()
+                each = [((), value), *(((k,), one) for k, one in parts)]
+                yield from (((section, name, key, *place), one) for place, one in each if isinstance(one, kind))
+
+
 def _leaving(scene: Scene) -> Iterator[Oddity]:
     """Functions of time that read tables beyond their ends."""
     instants = scene.analysis.instants()
-    for section in ("joints", "loads"):
-        for name, item in getattr(scene, section).items():
-            for key, value in vars(item).items():
-                for one in value if isinstance(value, tuple) else (value,):
-                    if isinstance(one, Expression) and (text := leaves(one, instants)):
-                        yield (section, name, key), text
+    for keys, one in functions(scene, ("joints", "loads"), Expression):
+        if text := leaves(one, instants):
+            yield keys[:3], text
 
 
 def _idle(scene: Scene) -> Iterator[Oddity]:
@@ -119,13 +126,6 @@ def _idle(scene: Scene) -> Iterator[Oddity]:
     for name in scene.parameters:
         if name not in scene.used and (name in scene.ranges or name in scene.changed):
             yield ("parameters", name), "nothing in the scene uses this parameter, so that its value changes nothing"
-
-
-def _functions(scene: Scene) -> Iterator[Expression | OfState]:
-    """All functions of time and of the state that a run evaluates."""
-    for part in (scene.joints, scene.loads, scene.controllers, scene.events):
-        for value in (value for item in part.values() for value in vars(item).values()):
-            yield from (one for one in (value if isinstance(value, tuple) else (value,)) if isinstance(one, Expression | OfState))
 
 
 def inputs_in(values: Iterable[Any]) -> Iterator[str]:
@@ -220,32 +220,22 @@ def _responses(scene: Scene) -> Iterator[Found]:
         for name in getattr(scene, section):
             if names[name] > 1:
                 yield (section, name), Problem("another name than those of outputs, inputs and controllers", f"'{name}'")
-    read = list(_functions(scene)) if scene.tables else []
+    read = [one for _, one in functions(scene, ("joints", "loads", "controllers", "events"), Expression | OfState)]
     for name, table in scene.tables.items():
         if problem := ends_early(table, scene.analysis.instants(), read):
             yield ("tables", name), problem
     known = responses.variables(scene.outputs, scene.dimension)
     tables = [one.table for one in scene.tables.values() if one.table is not None]
     known |= timed(tables) | {name: one.unit for group in (scene.inputs, scene.controllers) for name, one in group.items()}
-    for section in ("loads", "controllers", "events"):
-        for name, item in getattr(scene, section).items():
-            for key, value in (*states_in(vars(item)), *(item.products() if section == "controllers" else ())):
-                if section != "loads" and any(readings.follows(one, scene.outputs, scene.dimension) for one in value.outputs):
-                    continue  # columns of outputs are known when the system is made, and looked at there
-                try:
-                    readings.refuse(value, scene.outputs, scene.dimension)
-                    require(value, known | getattr(item, "own", {}), calls_of(tables))
-                except Problem as problem:
-                    yield (section, name, *((key,) if isinstance(key, str) else key)), problem
-
-
-def states_in(values: Mapping[str, Any]) -> Iterator[tuple[str | tuple[str, int], OfState]]:
-    """Expressions of the state in a declaration, with their keys."""
-    for key, value in values.items():
-        if isinstance(value, OfState):
-            yield key, value
-        elif isinstance(value, tuple):
-            yield from (((key, k), one) for k, one in enumerate(value) if isinstance(one, OfState))
+    steered = ((("controllers", name, key), one) for name, item in scene.controllers.items() for key, one in item.products())
+    for keys, value in (*functions(scene, ("loads", "controllers", "events"), OfState), *steered):
+        if keys[0] != "loads" and any(readings.follows(one, scene.outputs, scene.dimension) for one in value.outputs):
+            continue  # columns of outputs are known when the system is made, and looked at there
+        try:
+            readings.refuse(value, scene.outputs, scene.dimension)
+            require(value, known | getattr(getattr(scene, str(keys[0]))[keys[1]], "own", {}), calls_of(tables))
+        except Problem as problem:
+            yield keys, problem
 
 
 def _components(scene: Scene) -> Iterator[Found]:
