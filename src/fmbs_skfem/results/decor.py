@@ -24,27 +24,21 @@ if TYPE_CHECKING:
 
 Pixels = np.ndarray[Any, np.dtype[np.uint8]]
 
-#: joint kind -> (marker of the key, colour); driven joints stand out
+DARK, PALE, DRIVEN = "#303030", "#7F7F7F", "#A83200"
+#: joint kind -> (marker of the key, colour), of all that are no dark balls; driven joints stand out
 GLYPHS = {
-    "revolute joint": ("o", "#303030"),
-    "spherical joint": ("o", "#303030"),
-    "clamp": ("s", "#303030"),
-    "weld": ("D", "#303030"),
-    "universal joint": ("o", "#303030"),
-    "prismatic joint": ("d", "#7F7F7F"),
-    "cylindrical joint": ("d", "#7F7F7F"),
-    "gear": ("o", "#303030"),
-    "bushing": ("D", "#7F7F7F"),
-    "latch": ("D", "#A83200"),
-    "joint": ("o", "#303030"),
-    "distance": ("o", "#7F7F7F"),
-    "slider": ("d", "#7F7F7F"),
-    "driven angle": ("^", "#A83200"),
-    "driven position": (">", "#A83200"),
+    "clamp": ("s", DARK),
+    "weld": ("D", DARK),
+    "prismatic joint": ("d", PALE),
+    "cylindrical joint": ("d", PALE),
+    "bushing": ("D", PALE),
+    "latch": ("D", DRIVEN),
+    "distance": ("o", PALE),
+    "slider": ("d", PALE),
+    "driven angle": ("^", DRIVEN),
+    "driven position": (">", DRIVEN),
     "point mass": ("o", "#000000"),
 }
-
-
 #: arrow kind -> (marker of the key, colour)
 ARROWS = {
     "force": (r"$\rightarrow$", "#B00058"),
@@ -64,6 +58,11 @@ class Text:
     anchor: str
     height: int  #: [pixel]
     tint: str = "#404040"
+
+
+def glyph(kind: str) -> tuple[str, str]:
+    """Marker of the key and colour of a kind of joints."""
+    return GLYPHS.get(kind, ("o", DARK))
 
 
 @lru_cache(maxsize=16)
@@ -177,7 +176,7 @@ def _key(axes: Axes, job: PictureJob) -> None:
     names = () if job.label else job.bodies
     handles = [Line2D([], [], color=palette.colour(i), lw=4, label=plain(name)) for i, name in enumerate(names)]
     for kind in dict.fromkeys(job.kinds):
-        marker, tint = GLYPHS[kind]
+        marker, tint = glyph(kind)
         handles.append(Line2D([], [], color=tint, marker=marker, ls="", ms=8, label=kind))
     for kind in dict.fromkeys(job.arrows):
         marker, tint = ARROWS[kind]

@@ -187,7 +187,7 @@ def gravity(plotter: Any, job: PictureJob, arrays: Arrays, box: Box, sides: tupl
 def _joints(plotter: Any, job: PictureJob, centres: Arrays, thinnest: float, strength: float, slot: int) -> None:
     """Joints; in planar scenes in front of all surfaces, and sliders and masses behind what else lies there."""
     for j, kind in enumerate(job.kinds):
-        tint = _fade(_rgb(decor.GLYPHS[kind][1])[None], strength)[0]
+        tint = _fade(_rgb(decor.glyph(kind)[1])[None], strength)[0]
         layer = LAYERS.get(kind, max(LAYERS.values()) + 1) if job.planar else 0
         front = np.array([0.0, 0.0, layer * 2 * GLYPH * thinnest])
         glyph = _glyph(kind, centres[f"joint_{j}"] + front, GLYPH * thinnest)

@@ -32,7 +32,7 @@ ARROWS = ("force", "moment", "gravity", "axis")
 
 
 class MarkKind(StrEnum):
-    """What a joint looks like in a picture."""
+    """What a joint looks like in a picture; the markers of a system have these names."""
 
     PIN = "revolute joint"
     SPHERICAL = "spherical joint"

@@ -31,23 +31,6 @@ from . import frames as frames_
 from .frames import Arrow, Frames, MarkKind, Shown
 
 WINDINGS, WIDTH = 5, 0.05  #: of springs in pictures, and half their width over the length
-#: kind of a marker of the system -> what is drawn
-KINDS = {
-    "pin": MarkKind.PIN,
-    "spherical": MarkKind.SPHERICAL,
-    "clamp": MarkKind.CLAMP,
-    "weld": MarkKind.WELD,
-    "universal": MarkKind.UNIVERSAL,
-    "prismatic": MarkKind.PRISMATIC,
-    "cylindrical": MarkKind.CYLINDRICAL,
-    "gear": MarkKind.GEAR,
-    "bushing": MarkKind.BUSHING,
-    "latch": MarkKind.LATCH,
-    "own": MarkKind.OWN,
-    "distance": MarkKind.DISTANCE,
-    "slider": MarkKind.SLIDER,
-    "driven": MarkKind.DRIVEN_POSITION,
-}
 
 
 def frames(trajectory: Trajectory, rows: np.ndarray | None = None, wanted: Collection[str] | None = None) -> Frames:
@@ -254,8 +237,9 @@ def zigzag(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def shown(system: System, name: str, kind: str) -> str:
     """What is drawn for a joint; its constraint rows distinguish a driven angle from a driven position."""
-    turned = (name, "angle") in (system.full or system).constraints.names
-    return (MarkKind.DRIVEN_ANGLE if kind == "driven" and turned else KINDS.get(kind, MarkKind.PIN)).value
+    if kind == "driven":
+        kind = "driven_angle" if (name, "angle") in (system.full or system).constraints.names else "driven_position"
+    return MarkKind.__members__.get(kind.upper(), MarkKind.PIN).value
 
 
 def usual_color(system: System) -> str | None:
