@@ -9,13 +9,14 @@ for rows y, their rates v and accelerations a, histories h with the derivatives 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import sympy
 
 from ..core.records import dataclass
 from ..core.symbols import Expression, module
-from .force_symbols import history, numbers, plain, rates, routine, rows
+from .force_symbols import history, numbers, plain, rates, routine, rows, symbols
 
 HEADS = {  #: of the routines of a law
     "constrain": "    s, F = evaluation(table).space, opened(record)\n    gap = s.rhs[0, len(s.rhs[0]) - len(s.multipliers) :]",
@@ -30,6 +31,8 @@ IMPORTS = (
     "from fmbs_skfem.systems.kernels import derivative, factor",
 )
 ORDERS = 3  #: derivatives of histories
+steps = partial(symbols, "z")  #: the vectors z of `kernels.drift`
+accelerations = partial(symbols, "a")  #: second derivatives of the rows by time
 
 
 @dataclass(frozen=True)
@@ -53,16 +56,6 @@ def pruned(law: RowSymbols) -> tuple[RowSymbols, tuple[int, ...]]:
     used = tuple(k for k in range(law.rows) if y[k] in law.phi.free_symbols)
     fewer = dict(zip([y[k] for k in used], rows(len(used)), strict=True))
     return RowSymbols(law.phi.subs(fewer, simultaneous=True), len(used), law.numbers, law.histories), used
-
-
-def steps(count: int) -> sympy.Matrix:
-    """The vectors z of `kernels.drift`."""
-    return sympy.Matrix(sympy.symbols(f"z0:{count}", real=True))
-
-
-def accelerations(count: int) -> sympy.Matrix:
-    """Second derivatives of the rows by time."""
-    return sympy.Matrix(sympy.symbols(f"a0:{count}", real=True))
 
 
 def change(number: int, order: int) -> Expression:

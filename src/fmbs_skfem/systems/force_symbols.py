@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field
+from functools import partial
 from typing import Any
 
 import sympy
@@ -48,19 +49,14 @@ lookup = function("lookup", lookup_slope)  #: its value at the first argument; t
 beyond = function("beyond")  #: how far the argument is beyond its ends
 
 
-def rows(count: int, first: int = 0) -> sympy.Matrix:
-    """Probe rows (count,)."""
-    return sympy.Matrix(sympy.symbols(f"y{first}:{first + count}", real=True))
+def symbols(letter: str, count: int, first: int = 0) -> sympy.Matrix:
+    """Symbols of one letter by number (count,)."""
+    return sympy.Matrix(sympy.symbols(f"{letter}{first}:{first + count}", real=True))
 
 
-def rates(count: int, first: int = 0) -> sympy.Matrix:
-    """Their rates."""
-    return sympy.Matrix(sympy.symbols(f"v{first}:{first + count}", real=True))
-
-
-def numbers(count: int, first: int = 0) -> sympy.Matrix:
-    """Numbers of a law."""
-    return sympy.Matrix(sympy.symbols(f"p{first}:{first + count}", real=True))
+rows = partial(symbols, "y")  #: probe rows
+rates = partial(symbols, "v")  #: their rates
+numbers = partial(symbols, "p")  #: of a law
 
 
 def table(number: int) -> Expression:
