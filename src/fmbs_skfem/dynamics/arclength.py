@@ -199,15 +199,10 @@ def advance(problem: PathProblem, last: PathPoint, length: float) -> PathPoint:
 
 def linearise(problem: PathProblem, at: Equilibrium, ahead: np.ndarray, rest: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Correction of (x, lambda, s) with the rest of the length along `ahead` (n,), direction of the path with 1 along it, and G."""
-    model, still = problem.model, np.zeros(len(at.x))
-
-    def residual(factor: float) -> np.ndarray:
-        phi, J = compiled.gap(model, at.x, factor)
-        return np.concatenate([compiled.forces(model, at.x, still, factor, at.memory) + J.T @ at.multipliers, phi])
-
-    (phi, J), R = compiled.gap(model, at.x, at.at), residual(at.at)
-    Q = (residual(at.at - NEAR) - residual(at.at + NEAR)) / (2.0 * NEAR)
-    plane = np.concatenate([problem.model.system.mass @ ahead, np.zeros(len(phi))])
+    model, J = problem.model, compiled.gap(problem.model, at.x, at.at)[1]
+    before, R, after = (compiled.residual(model, at.x, at.multipliers, at.at + s, at.memory) for s in (-NEAR, 0.0, NEAR))
+    Q = (before - after) / (2.0 * NEAR)
+    plane = np.concatenate([problem.model.system.mass @ ahead, np.zeros(len(J))])
     size = np.abs(Q).max() / np.abs(plane).max()
     K = saddle.matrix(compiled.tangent(model, at.x, at.multipliers, at.at, 0.0, at.memory), J)
     bordered = saddle.matrix(K, size * plane[None, :], -Q[:, None])

@@ -181,11 +181,10 @@ def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: fl
     equilibria nearby, with folds. `unit` says what `time` is, for messages.
     """
     place = unit, time
-    x, multipliers, memory, n, still = start.x, start.multipliers, start.memory, len(start.x), np.zeros(len(start.x))
+    x, multipliers, memory, n = start.x, start.multipliers, start.memory, len(start.x)
     last, norm, reach = np.inf, np.inf, NEAR * model.system.scale
     for iteration in range(4 * newton.iterations):
-        phi, J = compiled.gap(model, x, time)
-        R = np.concatenate([compiled.forces(model, x, still, time, memory) + J.T @ multipliers, phi])
+        R, J = compiled.residual(model, x, multipliers, time, memory), compiled.gap(model, x, time)[1]
         step = correction(model, compiled.tangent(model, x, multipliers, time, 0.0, memory), J, R)
         if step is None:
             raise static_failure(model, Reason.SINGULAR_TANGENT, place, R)

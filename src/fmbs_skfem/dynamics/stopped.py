@@ -93,9 +93,7 @@ def stop_of(error: SolverError) -> StoppedSolve | None:
     multipliers, memory = last.multipliers[-1], compiled.memories(model, last.times, last.x, last.v, last.a, last.memory)[-1]
     residual = np.full(len(x) + len(multipliers), np.nan)
     if np.isfinite(signal_table(last.system, np.array([error.time]))).all():
-        phi, J = compiled.gap(model, x, error.time)
-        f = compiled.forces(model, x, last.v[-1], error.time, memory)
-        residual = np.concatenate([f + J.T @ multipliers, phi])
+        residual = np.concatenate(compiled.evaluate(model, x, last.v[-1], error.time, memory, multipliers))
     h = 0.0 if static else float(error.time - last.times[-1])
     if not static and error.reason is not Reason.UNSTABLE:
         h = max(h, float(np.diff(last.times[-2:]).max(initial=SHORTEST)))

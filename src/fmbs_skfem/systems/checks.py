@@ -132,7 +132,7 @@ def check_tangent(
     v = np.zeros_like(x) if v is None else v
 
     def force(z: np.ndarray) -> np.ndarray:
-        return compiled.forces(model, z, v, time) + compiled.gap(model, z, time)[1].T @ multipliers
+        return compiled.evaluate(model, z, v, time, None, multipliers)[0]
 
     K, size = compiled.tangent(model, x, multipliers, time, v=v), AMPLITUDE * np.linalg.norm(force(x)) / length(model.system)
     for d in directions(model.system, random):

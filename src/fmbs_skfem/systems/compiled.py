@@ -299,6 +299,13 @@ def forces(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, memory
     return evaluate(model, x, v, t, memory)[0]
 
 
+def residual(
+    model: Compiled, x: np.ndarray, multipliers: np.ndarray, t: float = 0.0, memory: np.ndarray | None = None
+) -> np.ndarray:
+    """Forces and gaps (n + m,) of a state at rest, zero in equilibrium."""
+    return np.concatenate(evaluate(model, x, None, t, memory, multipliers))
+
+
 def accepted(
     model: Compiled, x: np.ndarray, v: np.ndarray | None = None, memory: np.ndarray | None = None, t: float = 0.0
 ) -> np.ndarray:
