@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from ruamel.yaml import YAML
 
-from fmbs_skfem.core import fields, krylov, mappings, units
+from fmbs_skfem.core import fields, machine_memory, mappings, units
 from fmbs_skfem.core.declared import Declared
 from fmbs_skfem.core.problems import Problem, Problems
 from fmbs_skfem.scenes import json_schema, reference
@@ -371,7 +371,7 @@ def test_the_solver_is_named(name: str, solver: str) -> None:
 
 
 def test_large_models_go_to_multigrid_where_factors_do_not_fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(krylov, "free_memory", lambda: 1e5)
+    monkeypatch.setattr(machine_memory, "free", lambda: 1e5)
     found = fmbs("check", EXAMPLES / "crank_slider_coarse.yaml", "--json").json["estimates"]
     assert found["solver"] == "conjugate gradients with multigrid"
 

@@ -135,4 +135,3 @@ def test_memory_decides() -> None:
     assert krylov.choose(1_000_000, 2.8e8, 16e9) == "direct"
     assert krylov.choose(1_000_000, 2.8e8, 3e9) == "krylov"
     assert krylov.choose(1_000_000, 2.8e8, 3e9, number=4.0) == "direct"
-    assert 1e6 < krylov.free_memory() < 1e14

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fmbs_skfem.core import krylov
+from fmbs_skfem.core import machine_memory
 from fmbs_skfem.core.errors import CorruptFile, SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Moment, Resumed, Rows
@@ -111,7 +111,7 @@ def test_a_split_between_re_used_factors_keeps_them(form: Callable[[System], Sys
 def test_large_models_make_their_factors_again(memory: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """A plate on two corners turns: its factors of an earlier configuration serve on both sides of the split."""
     monkeypatch.setattr("fmbs_skfem.systems.layouts.BAND", 20)
-    monkeypatch.setattr(krylov, "free_memory", lambda: memory)
+    monkeypatch.setattr(machine_memory, "free", lambda: memory)
     system, scheme, steps = hanging(), GeneralizedAlpha(1e-3), 40
     whole = integrate(system, scheme, steps * scheme.step)
     assert whole.statistics.solver.startswith("sparse LDL^T" if memory > 1e6 else "conjugate gradients")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.bodies import body, sections
-from fmbs_skfem.core import krylov
+from fmbs_skfem.core import machine_memory
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import (
@@ -287,7 +287,7 @@ def test_statics_name_the_load_of_every_state() -> None:
 @pytest.mark.parametrize(("step", "every"), [(1e-12, 1), (1e-12, 10**9), (1e-3, 1)])
 def test_more_states_than_memory_are_refused(step: float, every: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Before anything is allocated: 745 GB of steps, and 1 MB of states where that is all there is."""
-    monkeypatch.setattr(krylov, "memory", lambda: 1e6)
+    monkeypatch.setattr(machine_memory, "built_in", lambda: 1e6)
     with pytest.raises(InputError, match=r"stored states that fit into the 0.001 GB of this machine"):
         integrate(models.spin_up(20), GeneralizedAlpha(step), 1.0, every=every)
 

@@ -12,7 +12,7 @@ from scipy.sparse import csr_array, diags_array
 from fmbs_skfem.bodies import Body, Material, cable
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.bodies.rigid import rigid
-from fmbs_skfem.core import krylov
+from fmbs_skfem.core import machine_memory
 from fmbs_skfem.core.errors import Reason, SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, large, outputs
 from fmbs_skfem.systems import At, System, assemble, compile_system, compiled, eliminate, joints, loads
@@ -73,7 +73,7 @@ def test_points_that_touch_and_such_as_do_not(monkeypatch: pytest.MonkeyPatch) -
 def test_multigrid_is_taken_where_factors_do_not_fit(monkeypatch: pytest.MonkeyPatch) -> None:
     system = hanging()
     direct = run(system, 10)
-    monkeypatch.setattr(krylov, "free_memory", lambda: 1e5)
+    monkeypatch.setattr(machine_memory, "free", lambda: 1e5)
     found = run(system, 10)
     assert "multigrid" in found.statistics.solver
     assert_allclose(found.x, direct.x, atol=1e-9 * np.linalg.norm(system.x0))

@@ -12,7 +12,6 @@ J. Schroder, B. Southworth, J. Open Source Softw. 8, 2023, doi:10.21105/joss.054
 
 from __future__ import annotations
 
-import os
 import warnings
 from typing import Any, Literal
 
@@ -114,18 +113,6 @@ def solve(
         reason = Reason.NOT_CONVERGED if np.isfinite(left) else Reason.NOT_FINITE
         raise SolverError(f"krylov: {left:.1e} of the residual are left after {taken} iterations, asked {tolerance:.1e}", reason)
     return scale * y, taken
-
-
-def memory() -> float:
-    """Memory [B] that is built in."""
-    return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
-
-
-def free_memory() -> float:
-    """Memory [B] that no process uses; half of what is built in where the system does not say."""
-    if "SC_AVPHYS_PAGES" in os.sysconf_names:
-        return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_AVPHYS_PAGES")
-    return 0.5 * memory()
 
 
 def choose(unknowns: int, fill: float, available: float, number: float = 8.0) -> Literal["direct", "krylov"]:

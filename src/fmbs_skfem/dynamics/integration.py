@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..core import krylov
+from ..core import machine_memory
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import Notice, Progress, notify, remark
 from ..systems import forces, responses
@@ -124,7 +124,7 @@ def warn_of_division(cost: Statistics) -> None:
 def fitting(system: System, steps: int, stored: int) -> None:
     """Refuse a run whose stored states exceed the memory of the machine, before any of them is there."""
     needed = 8.0 * (steps + stored * (3 * system.size + len(system.constraints.names)))
-    if needed > (there := krylov.memory()):
+    if needed > (there := machine_memory.built_in()):
         got = f"{stored} of {needed / 1e9:.3g} GB"
         raise InputError(
             say("analysis.every", f"stored states that fit into the {there / 1e9:.3g} GB of this machine", got, "store fewer")

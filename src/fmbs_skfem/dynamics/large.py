@@ -30,7 +30,7 @@ from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import spsolve
 
 from ..bodies.laws import Law
-from ..core import direct, krylov, pardiso, supernodes
+from ..core import direct, krylov, machine_memory, pardiso, supernodes
 from ..core.linalg import is_identity
 from ..core.records import dataclass
 from ..core.rotations import nearest
@@ -233,7 +233,7 @@ def inverse(W: csr_array, motions: np.ndarray, solver: Solver = "own", before: I
         tree = before.tree
     tree = tree or supernodes.analyse(W)
     fill = supernodes.entries(tree)
-    if krylov.choose(W.shape[0], fill, krylov.free_memory(), 4.0) == "direct":
+    if krylov.choose(W.shape[0], fill, machine_memory.free(), 4.0) == "direct":
         factors = direct.factor(W, np.float32, tree)
         label = f"sparse LDL^T with {fill:.3g} numbers in single precision"
         return Inverse(lambda rows: direct.solve(factors, rows.copy()), label, pattern, tree)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core import krylov, supernodes
+from ..core import krylov, machine_memory, supernodes
 from ..systems import compiled, sparse, terms
 from ..systems.layouts import Storage
 
@@ -59,6 +59,6 @@ def sparse_solver(raw: System) -> tuple[float, str, float, float]:
     """
     W, dim = sparse.function_pattern(raw), raw.dim
     n, fill = dim * W.shape[0], float(dim**2 * supernodes.entries(supernodes.analyse(W)))
-    if krylov.choose(n, fill, krylov.free_memory(), 4.0) == "direct":
+    if krylov.choose(n, fill, machine_memory.free(), 4.0) == "direct":
         return fill, f"sparse LDL^T with {fill:.3g} numbers", 1e-6 * (5.2 * fill + krylov.BYTES_PER_UNKNOWN * n), SOLVE_S * fill
     return fill, "conjugate gradients with multigrid", 36e-6 * dim**2 * W.nnz, CYCLES * SOLVE_S * dim**2 * W.nnz
