@@ -3,6 +3,7 @@
 import errno
 import inspect
 import io
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -82,6 +83,7 @@ def test_every_command_explains_itself_and_takes_json_and_out(name: str) -> None
     assert done.code == 0
     assert {"--json", "--out"} <= set(done.out.split())
     assert name in fmbs("--help").out
+    assert not re.search(r"In\s+Python|\braised?\b|\braises\b|concurrent\.futures", done.out)
 
 
 def test_an_unknown_command_is_a_usage_error_with_a_hint() -> None:
@@ -107,6 +109,12 @@ def test_a_file_in_place_of_a_command_shows_the_call_that_was_meant(call: tuple[
     done = fmbs(*call)
     assert done.code == 2
     assert told in done.err.replace("'main ", "'fmbs ")
+
+
+def test_an_argument_too_many_shows_the_options_that_take_values() -> None:
+    done = fmbs("verify", "pendulum")
+    assert done.code == 2
+    assert "expected values behind their options (--case NAME, --group GROUP, --out DIR), got 'pendulum'" in done.err
 
 
 def test_a_missing_argument_and_a_wrong_set_are_usage_errors() -> None:

@@ -191,7 +191,7 @@ def test_a_member_that_fails_is_listed(scene: Path, address: str, tmp_path: Path
     done = fmbs(*call, "--json")
     assert done.code == 5
     found = done.json
-    assert (found["status"], found["reason"], found["ok"]) == ("error", "failed members", 2)
+    assert (found["status"], found["reason"], found["ok"]) == ("error", "failed samples", 2)
     (failed,) = found["failed"]
     assert (failed["member"], failed["values"], failed["status"], failed["reason"]) == (1, {"E": -1e9}, "failed", "bad input")
     assert "young_modulus" in failed["message"]

@@ -157,6 +157,9 @@ def test_kinds_of_files_are_told_apart(rom: ParametricModel, saved: Path, tmp_pa
         parametric_model.load(saved)
     with pytest.raises(InputError, match="a file of a reduced model, got no file"):
         parametric_model.load(tmp_path / "absent.rom")
+    (tmp_path / "model.h5").touch()
+    with pytest.raises(InputError, match=r"got a folder; give the file itself, such as .*model\.h5"):
+        parametric_model.load(tmp_path)
 
 
 def test_python_functions_are_refused(rom: ParametricModel, tmp_path: Path) -> None:

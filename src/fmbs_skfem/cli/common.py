@@ -42,6 +42,21 @@ class Call:
         return self.jobs[-1].notices if self.jobs else []
 
 
+class Study(click.Command):
+    """A command that refuses an argument too many by the options that take values."""
+
+    allow_extra_args = True
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """As usual, but for what is left."""
+        rest = super().parse_args(ctx, args)
+        if rest and not ctx.resilient_parsing:
+            valued = [one for one in self.params if isinstance(one, click.Option) and not one.is_flag]
+            taking = [f"{one.opts[0]} {one.metavar or 'VALUE'}" for one in valued]
+            ctx.fail(f"expected values behind their options ({', '.join(taking)}), got '{' '.join(rest)}'")
+        return rest
+
+
 def command(name: str, study: Callable[..., Result], into: str = "") -> click.Command:
     """The command of a study.
 
@@ -60,7 +75,7 @@ def command(name: str, study: Callable[..., Result], into: str = "") -> click.Co
             code = perform(functools.partial(study, *given, **values, listener=listener), how, bar)
         click.get_current_context().exit(code)
 
-    return click.Command(name, callback=call, params=options.parameters(study, into.format("NAME")), help=options.explain(study))
+    return Study(name, callback=call, params=options.parameters(study, into.format("NAME")), help=options.explain(study))
 
 
 def perform(function: Callable[[], Result], call: Call, bar: screen.Bar) -> int:

@@ -95,11 +95,12 @@ def chooser(known: Callable[[], Any]) -> Callable[..., Any]:
 
 
 def explain(study: Callable[..., Any]) -> str:
-    """The docstring of a study with its keywords as they are written on the command line."""
+    """The docstring of a study with its keywords as they are written on the command line, without what it says of Python."""
     words = {
         name: "--" + (note.name or name).replace("_", "-") for name, note, *_ in read_annotations(study) if isinstance(note, Option)
     }
-    return re.sub(r"`(\w+)`", lambda found: words.get(found[1], found[0]), inspect.getdoc(study) or "")
+    text = (inspect.getdoc(study) or "").partition("\n\nIn Python ")[0]
+    return re.sub(r"`(\w+)`", lambda found: words.get(found[1], found[0]), text)
 
 
 def source(study: Callable[..., Any]) -> str:

@@ -95,11 +95,19 @@ def write(path: str | Path, kind: FileKind, remedy: str = durable.AGAIN, /, **pa
     return durable.write(path, data, remedy)
 
 
+def require_file(path: Path, name: str, remedy: str) -> None:
+    """InputError where there is no file; of a folder it says which of its files may be meant."""
+    if path.is_dir():
+        meant = next((f", such as {one}" for one in sorted(path.glob("*.h5"))), "")
+        raise InputError(say(f"{path}", f"a file of {name}", "a folder", f"give the file itself{meant}"))
+    if not path.is_file():
+        raise InputError(say(f"{path}", f"a file of {name}", "no file", remedy))
+
+
 def read(path: str | Path, kind: FileKind, **types: type) -> dict[str, Any]:
     """The named parts of a file of a kind, each of the given type; CorruptFile where it is not as it was written."""
     place = Path(path)
-    if not place.is_file():
-        raise InputError(say(f"{place}", f"a file of {kind.name}", "no file", "save one first"))
+    require_file(place, kind.name, "save one first")
     data = place.read_bytes()
     with reading(place, kind):
         check_header(data, kind)

@@ -398,7 +398,7 @@ def bury(desk: Desk, sent: Sent) -> None:
         desk.unprepared += 1
         if desk.unprepared >= ATTEMPTS:
             got = f"{ATTEMPTS} that ended while they prepared it"
-            raise InputError(say("sweep", "workers that can run the task", got, "run one member with fmbs run to see why"))
+            raise InputError(say("sweep", "workers that can run the task", got, "run one sample with fmbs run to see why"))
         return
     desk.deaths += 1
     single, limit = len(batch.members) == 1, desk.options.timeout

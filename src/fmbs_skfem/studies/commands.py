@@ -49,7 +49,9 @@ def check(source: SceneSource, *, duration: Duration = None, **shared: Unpack[Sh
     masses, sizes, joints, degrees of freedom, solver, memory and time. A warning is shown for units, slenderness and cells that are
     hardly meant, for redundant joints and for bodies that no joint ties to the ground; joints that contradict each other, and
     initial motion that joints forbid, are errors. `out` gets check.json. SCENE may also be a folder with results, whose files are
-    compared with their checksums (`checksums` in Python; CorruptFile, exit code 8).
+    compared with their checksums (exit code 8 where one is not as it was written).
+
+    In Python `checksums` compares those of a folder.
     """
     from . import checking
 
@@ -90,9 +92,11 @@ def run(
     """Solve a scene, or run a saved reduced model.
 
     SCENE becomes a motion, an equilibrium or vibration modes, as its `analysis` says. `out` gets outputs.csv (time in column t),
-    report.json and outputs.png. A solve that fails raises SolverError (exit code 4), whose `result` is what was reached. A motion
-    that takes long is stored in the folder `history` while it runs: `resume` goes on with one that was stopped. SCENE may also be a
-    reduced model saved by `reduce` or `train` (NAME.h5): that is `run_model`, on the command line `fmbs rom run`.
+    report.json and outputs.png. What a solve that fails has reached is kept (exit code 4). A motion that takes long is stored in
+    the folder `history` while it runs: `fmbs resume` goes on with one that was stopped. SCENE may also be a reduced model saved by
+    `fmbs reduce` or `fmbs train` (NAME.h5), as of `fmbs rom run`.
+
+    In Python a solve that fails raises SolverError, whose `result` is what was reached; `run_model` runs saved models.
     """
     from . import runs
 
@@ -104,7 +108,9 @@ def resume(folder: Folder, *, plots: Plots = True, time_limit: TimeLimit = inf, 
     """Go on with a run that was stopped.
 
     The run whose output folder is DIR goes on from its last checkpoint; the numbers are those of a run that was never stopped.
-    Every byte that is read is verified, and a scene or mesh that has changed since then is refused: CorruptFile (exit code 8).
+    Every byte that is read is verified, and a scene or mesh that has changed since then is refused (exit code 8).
+
+    In Python that raises CorruptFile.
     """
     from . import resuming
 
@@ -173,9 +179,11 @@ def train(
 ) -> "TrainingResult":
     """Train a reduced model over the ranges of a scene's parameters.
 
-    The sections `training` and `reduction` of SCENE say how. `out` gets model.h5 (run it with `run` or `fmbs rom run`), report.json
-    and figures, and every run and iteration in the folder `training` there: the same call again goes on where it was interrupted,
-    and computes nothing twice. NoModel (exit code 4) is raised where there can be no model.
+    The sections `training` and `reduction` of SCENE say how. `out` gets model.h5 (run it with `fmbs rom run`), report.json and
+    figures, and every run and iteration in the folder `training` there: the same call again goes on where it was interrupted, and
+    computes nothing twice. The exit code is 4 where there can be no model.
+
+    In Python that raises NoModel.
     """
     from . import training
 
@@ -235,11 +243,12 @@ def sweep(
 ) -> "SweepResult":
     """Run many samples of a scene or of a saved reduced model, on all cores or on a cluster.
 
-    SCENE is a scene whose parameters have ranges, or a reduced model (NAME.h5) saved by `train`. In Python a
-    range is ("0.7 GPa", "1.3 GPa", "log"). `out` gets every sample in the folder members when it is done, and at the end
-    sweep.csv and sweep.h5 with plots. Samples that fail, hang or lose their process are listed, the others finish: SweepFailure
-    (exit code 5), whose `result` has them. Extremes of outputs are those at the stored instants. In Python the scheduler may be
-    any executor of concurrent.futures.
+    SCENE is a scene whose parameters have ranges, or a reduced model (NAME.h5) saved by `fmbs train`. `out` gets every sample in
+    the folder members when it is done, and at the end sweep.csv and sweep.h5 with plots. Samples that fail, hang or lose their
+    process are listed, the others finish (exit code 5). Extremes of outputs are those at the stored instants.
+
+    In Python a range is ("0.7 GPa", "1.3 GPa", "log"), the scheduler may be any executor of concurrent.futures, and samples without
+    a result raise SweepFailure, whose `result` has the others.
     """
     from ..reduction import response_surfaces, sweeps
     from . import sweep_sources, sweeping
@@ -270,7 +279,9 @@ def render(
 
     `out` gets picture.png, at the instants of the scene's section `pictures`, and animation.gif beside what `run` writes; of modes
     and buckling modes.png with all shapes, and mode_1.gif, ... with a period of each. Without OpenGL, or for MP4 without ffmpeg,
-    these numbers are kept, and MissingFeature is raised (exit code 7).
+    these numbers are kept (exit code 7).
+
+    In Python that raises MissingFeature.
     """
     from ..results import video
     from . import runs
@@ -307,7 +318,9 @@ def verify(
     """Compare the solver with published and exact results.
 
     All cases of the verification suite are solved by default. `out` gets verification.md, verification.json and a picture of each
-    group. VerificationFailure (exit code 4) is raised when a quantity is off.
+    group. The exit code is 4 when a quantity is off.
+
+    In Python that raises VerificationFailure.
     """
     from . import verifying
 

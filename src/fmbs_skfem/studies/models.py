@@ -167,8 +167,7 @@ def flatten(notes: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]
 
 def parametric(path: Path) -> bool:
     """Whether a file holds a model of a whole box of parameters; its first line says so."""
-    if not path.is_file():
-        raise InputError(say(f"{path}", "a file of a reduced model", "no file", "make one with fmbs reduce or fmbs train"))
+    container.require_file(path, parametric_model.KIND.name, "make one with fmbs reduce or fmbs train")
     return container.title(path) == parametric_model.KIND.title
 
 

@@ -27,7 +27,7 @@ WIDTH = 132  #: characters of a line where there is no terminal
 REASONS = {
     3: "bad input",
     4: "no reduced model",
-    5: "failed members",
+    5: "failed samples",
     6: "limit reached",
     7: "missing feature",
     8: "corrupt file",

@@ -268,7 +268,7 @@ def report_of(members: Members, table: Sweep, outcome: SweepOutcome, records: Ma
     failed = [record for _, record in sorted(records.items()) if record.status is not Status.OK]
     text = f"{len(failed)} of {len(table.points)} samples failed; parameters and reasons are listed in {sweep_files.CSV}"
     return {
-        **({"status": "error", "reason": "failed members", "message": text} if failed else {"status": "ok"}),
+        **({"status": "error", "reason": "failed samples", "message": text} if failed else {"status": "ok"}),
         "name": members.name,
         "parameters": {
             own.name: {"low": own.low, "high": own.high, "unit": own.unit, "scale": own.scale.value} for own in members.parameters
