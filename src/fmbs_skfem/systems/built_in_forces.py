@@ -3,7 +3,9 @@ r"""Forces of this package by a law: along a coordinate of probe rows, or with a
     F = f dc/dy,     dF/dy + gh dF/dv = f c'' + dc/dy ((f_c + gh f_r) dc/dy + f_r c'' v)^T,     r = dc/dt = dc/dy . v
 
     distance        c = |y|                                 row      c = y
+    slide           c = p . d                               along a vector p that is carried
     angle           c = arg w [- arg of another arm]        w = y_0 + i y_1, with its turns counted
+    angle in space  c = arg w                               w = u . p + i u . q
 
     spring          f = - k (c - c0) - d r                  potential k (c - c0)^2 / 2
     rope, stop      f = - sign N,  N = k ramp(s) + d touch(s) s',  s = sign (c - c0)        see `one_sided`
@@ -57,6 +59,19 @@ def row(room: np.ndarray, last: float) -> float:
 
 
 @jit
+def slide(room: np.ndarray, last: float) -> float:
+    """p . d of the rows p, then d."""
+    c, half = 0.0, room.shape[1] // 2
+    room[SECOND:] = 0.0
+    for i in range(half):
+        c += room[Y, i] * room[Y, half + i]
+        room[SLOPE, i], room[SLOPE, half + i] = room[Y, half + i], room[Y, i]
+        if len(room) > SECOND:
+            room[SECOND + i, half + i] = room[SECOND + half + i, i] = 1.0
+    return c
+
+
+@jit
 def angle(room: np.ndarray, last: float) -> float:
     """arg w, or the difference of two."""
     c, sign = 0.0, 1.0
@@ -71,6 +86,25 @@ def angle(room: np.ndarray, last: float) -> float:
             room[SECOND + i, i + 1] = room[SECOND + i + 1, i] = twice.real
         c, sign = c + sign * math.atan2(w.imag, w.real), -sign
     return continued(c, last)
+
+
+@jit
+def angle_in_space(room: np.ndarray, last: float) -> float:
+    """arg w of the rows u, p, q."""
+    u, p, q, s = room[Y, :3], room[Y, 3:6], room[Y, 6:], np.empty(9, np.complex128)
+    w = complex(dot(u, p), dot(u, q))
+    by = inverse(w)
+    for i in range(3):  # derivatives of log w
+        s[i], s[3 + i], s[6 + i] = by * complex(p[i], q[i]), by * u[i], 1j * by * u[i]
+    for i in range(9):
+        room[SLOPE, i] = s[i].imag
+        for j in range(len(room) - SECOND):
+            room[SECOND + j, i] = -(s[i] * s[j]).imag
+    for i in range(3 if len(room) > SECOND else 0):
+        for j, part in ((3 + i, by.imag), (6 + i, by.real)):
+            room[SECOND + i, j] += part
+            room[SECOND + j, i] += part
+    return continued(math.atan2(w.imag, w.real), last)
 
 
 @jit
@@ -263,6 +297,9 @@ KNOWN = (
     carried("follower_3", 3, 1, follow, 1, 3),
     along("torsion_spring", 2, angle, spring, turns=1),
     along("relative_torsion_spring", 4, angle, spring, turns=1),
+    along("spatial_torsion_spring", 9, angle_in_space, spring, turns=1),
+    along("slide_2", 4, slide, spring),
+    along("slide_3", 6, slide, spring),
     along("spring", 3, distance, spring),
     along("one_sided", 3, distance, one_sided, 6, smooth=False),
     along("one_sided_plane", 1, row, below, 5, smooth=False),

@@ -20,13 +20,10 @@ from scipy.sparse import csr_array
 from ..core.errors import InputError, say
 from ..core.problems import Problem
 from ..core.records import dataclass
-from ..core.responses import of_state
 from . import fields, responses
 from .constraint_functions import mark, rows_of, unit
-from .loads import Load, where
-from .places import Draft, Gauge, Ground, vector
-
-LAW, ENERGY = "-k * {0} - c * rate", "k * {0}**2 / 2"
+from .loads import TORSION, Load, where
+from .places import Draft, Ground, vector
 
 
 @dataclass(frozen=True)
@@ -75,7 +72,7 @@ class Bushing(Load):
             if k or c:
                 about, u = (None, None) if dim == 2 else (tuple(axis), turned[free if i != free else free - 1])
                 gauge, coordinate = responses.angle_between(draft, where(self), self.at, self.to, about, u)
-                resist(self, draft, gauge, coordinate, "angle", k, c)
+                draft.forces.act(TORSION[coordinate], gauge.rows, (k, c, gauge.free))
 
 
 def given(load: Bushing, key: str, size: int) -> np.ndarray:
@@ -110,11 +107,4 @@ def slide(load: Bushing, draft: Draft, axis: np.ndarray, k: float, c: float) -> 
         rows, apart, away = rows - layout.read(name, load.to), apart - layout.reference(name, load.to), np.zeros(layout.dim)
     first = [draft.probes.add(carried, offset), draft.probes.add(csr_array(rows), away)]
     free = 0.0 if load.to is None else float(axis @ apart)
-    gauge = Gauge("along", tuple(row + i for row in first for i in range(layout.dim)), free)
-    resist(load, draft, gauge, ("slide in the plane", "slide in space")[layout.dim - 2], "stretch", k, c)
-
-
-def resist(load: Bushing, draft: Draft, gauge: Gauge, coordinate: str, measure: str, k: float, c: float) -> None:
-    """A force or moment -k s - c s' on a coordinate, s what is measured of it: k in N/m or N m/rad, c in N s/m or N m s/rad."""
-    law, energy = (of_state(text.format(measure), parameters={"k": k, "c": c}) for text in (LAW, ENERGY))
-    responses.act(draft, where(load), gauge, coordinate, law, energy)
+    draft.forces.act(f"slide_{layout.dim}", [row + i for row in first for i in range(layout.dim)], (k, c, free))

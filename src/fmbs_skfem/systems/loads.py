@@ -27,13 +27,12 @@ from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.problems import Problem
 from ..core.records import dataclass
-from ..core.responses import of_state
 from . import edges, fields, pressure, responses
 from .constraint_functions import basis, needs_axis, point
 from .places import Draft, Ground, directions, vector
 
 ALONG = 1e-6  #: part of a moment about a line that is no round-off
-TORSION = {"torque": "torsion_spring", "relative torque": "relative_torsion_spring"}  #: laws for what turns in the plane
+TORSION = {"torque": "torsion_spring", "relative torque": "relative_torsion_spring", "torque in space": "spatial_torsion_spring"}
 Spin: TypeAlias = Annotated[float | Ground, fields.spin("N m")]
 
 
@@ -216,11 +215,7 @@ class TorsionSpring(Load):
                 raise InputError(say(f"{where(self)}.{name}", "a number that is not negative", value))
         gauge, coordinate = responses.angle_between(draft, where(self), self.at, self.to, self.axis)
         gauge = draft.gauges[self.name] = replace(gauge, free=self.rest_angle)
-        if coordinate in TORSION:
-            return draft.forces.act(TORSION[coordinate], gauge.rows, (self.stiffness, self.damping, self.rest_angle))
-        numbers = {"k": self.stiffness, "d": self.damping}
-        torque, energy = (of_state(text, parameters=numbers) for text in ("-k * angle - d * rate", "k * angle**2 / 2"))
-        responses.act(draft, where(self), gauge, coordinate, torque, energy)
+        draft.forces.act(TORSION[coordinate], gauge.rows, (self.stiffness, self.damping, self.rest_angle))
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,10 @@ r"""Forces by an expression of the state: f(outputs, t, parameters) along a coor
     F = f dc/dy,      c = - |y|,  y,  p . d,  angle(y)        a pull, a push along a row or a carried vector p, a torque
 
 f is a text whose names are parts of outputs (`tip.x`), the coordinate's own (`stretch`, `rate`, `angle`), t and parameters; its
-derivatives by all of them are those of symbols. Tables that it calls are curves of its numbers (`core.curves`). With a potential,
-an expression of the coordinate, it stores energy. Along none, values of expressions are kept of every accepted state, for what acts
-on them between steps.
+derivatives by all of them are those of symbols. Tables that it calls are curves of its numbers (`core.curves`). Along none, values
+of expressions are kept of every accepted state, for what acts on them between steps.
 A law is known by its texts, so that files hold it: `response|coordinate|f|potential|parameters|outputs|inputs`, an output being
-`name:word:rows:numbers:parts...`. Inputs, and t, are its histories.
+`name:word:rows:numbers:parts...`. Inputs, and t, are its histories. Slides and other potentials than 0 are those of earlier files.
 """
 
 from __future__ import annotations
@@ -38,6 +37,7 @@ if TYPE_CHECKING:
     from .compiled import Compiled
 
 WORD = "response"  #: of the names of these laws
+NONE = "0.0"  #: the potential
 READING = "reading"  #: in place of a coordinate where nothing is pushed, and values are kept
 
 
@@ -91,9 +91,9 @@ COORDINATES = {
 }
 
 
-def act(draft: Draft, where: str, gauge: Gauge, coordinate: str, value: OfState, energy: OfState | None = None) -> None:
+def act(draft: Draft, where: str, gauge: Gauge, coordinate: str, value: OfState) -> None:
     """Add the force of an expression along a coordinate of the rows of a gauge, which count from its free length or angle."""
-    add(draft, where, coordinate, (value,), energy or responses.of_state(0.0), gauge.rows, gauge.free)
+    add(draft, where, coordinate, (value,), gauge.rows, gauge.free)
 
 
 def keep(draft: Draft, wanted: Sequence[tuple[str, OfState]]) -> None:
@@ -106,7 +106,7 @@ def keep(draft: Draft, wanted: Sequence[tuple[str, OfState]]) -> None:
                 expected = f"one value of the parameter '{name}' in all that controllers and events read"
                 raise InputError(say(where, expected, f"{known[name]:g} and {one.value:g}", "give one of them another name"))
     if wanted:
-        add(draft, "", READING, [value for _, value in wanted], responses.of_state(0.0), (), 0.0)
+        add(draft, "", READING, [value for _, value in wanted], (), 0.0)
 
 
 def kept(model: Compiled) -> np.ndarray:
@@ -132,16 +132,14 @@ def beyond(model: Compiled, memory: np.ndarray) -> Iterator[str]:
         yield f"{text}; extend it, or say 'hold: true' if that is meant"
 
 
-def add(
-    draft: Draft, where: str, coordinate: str, values: Sequence[OfState], potential: OfState, rows: Sequence[int], free: float
-) -> None:
+def add(draft: Draft, where: str, coordinate: str, values: Sequence[OfState], rows: Sequence[int], free: float) -> None:
     """Add a law of expressions on rows of a coordinate and of outputs."""
     own, told, numbers = COORDINATES[coordinate].own, list[str](), [free]
     wanted = dict.fromkeys(name for value in values for name in value.outputs if name not in own)
     inputs = [draft.inputs[name] for name in wanted if name in draft.inputs]
     for value in values:
         require(draft, where, value, own)
-    given = dict(one for value in (*values, potential) for one in value.parameters)
+    given = dict(one for value in values for one in value.parameters)
     numbers += [one.value for one in given.values()]
     curves = {call: tables_of(draft)[call].numbers for call in dict.fromkeys(call for value in values for call in value.calls)}
     read = list(rows)
@@ -152,7 +150,7 @@ def add(
         told.append(":".join([name, word, str(len(found)), str(len(parameters)), *draft.outputs[name].variables(draft.layout.dim)]))
     numbers += [float(number) for curve in curves.values() for number in curve]
     texts, listed = ";".join(value.text for value in values), [*given, *(f"{call}:{len(curve)}" for call, curve in curves.items())]
-    named = [WORD, coordinate, texts, potential.text, ",".join(listed), ",".join(told), *(one.name for one in inputs)]
+    named = [WORD, coordinate, texts, NONE, ",".join(listed), ",".join(told), *(one.name for one in inputs)]
     law, used = made("|".join(named))
     signals = [draft.signal(of_time("t"))] if any(value.clocked for value in values) else []
     draft.forces.act(law, [read[k] for k in used], numbers, [*signals, *map(draft.signal, inputs)])
