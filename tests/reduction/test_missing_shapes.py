@@ -14,7 +14,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from fmbs_skfem.bodies import Body, Circular, Material, cable
+from fmbs_skfem.bodies.body import locate, probe
 from fmbs_skfem.bodies.values import changed
+from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.core.notices import Notice, Remark
 from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.core.rotations import rotation
@@ -87,6 +89,26 @@ def test_a_clamp_that_the_training_has_not_seen_is_told_where_no_strain_leaves_i
     assert 0.3 * wanted < one.value < 5.0 * wanted
     assert one.value > 2.0 * missing_shapes.BAND * one.trained[1]
     assert departures.find(clamped(alone().body, damping=damping)) == []
+
+
+@pytest.mark.parametrize(("eps", "error", "told"), [(1e-6, 0.4, True), (1e-8, 0.004, False)])
+def test_a_motion_that_is_too_stiff_where_no_displacement_is_missing_is_told(eps: float, error: float, told: bool) -> None:
+    """Few functions stretch an arm that bends: its end falls by 40 % too little, and all strains are those of the training."""
+    small = part_files.coarsen(alone(), eps)
+
+    def fall(body: Body) -> np.ndarray:
+        run = clamped(body, 10.0 * WEIGHT)
+        q, at = run.system.lift.matrix @ run.x.T, as_dense(probe(body, locate(body, "right")))
+        return np.asarray(np.kron(at, np.eye(3)) @ (q - q[:, :1]))
+
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always", Notice)
+        found = fall(small.body)
+    wanted = fall(arm())
+    distance = np.linalg.norm(found - wanted, axis=0).max() / np.linalg.norm(wanted, axis=0).max()
+    assert distance == pytest.approx(error, rel=0.1)
+    said = [str(one.message) for one in seen if issubclass(one.category, Notice)]
+    assert [text.startswith("part 'arm': it bends too little, at least 0.0") for text in said] == [True] * told
 
 
 def test_an_equilibrium_that_needs_shapes_is_told() -> None:

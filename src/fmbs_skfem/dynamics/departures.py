@@ -150,11 +150,11 @@ def departure(part: Elastic, kind: int, times: np.ndarray, values: np.ndarray, o
     return Departure(part.name, kinds_of(points)[kind], float(values[s, p]), (float(low), float(high)), first, place)
 
 
-def missing_in(system: System, moment: Moment) -> list[Departure]:
-    """What parts miss in a run that is over."""
+def seen_in(system: System, moment: Moment) -> tuple[np.ndarray, dict[str, Look]]:
+    """What parts miss in a run that is over, at some of its times (s,)."""
     rows = [moment.rows(int(k), int(k) + 1) for k in missing_shapes.looked_at(moment.kept)]
     times, x, v, a = (np.concatenate(parts) for parts in zip(*((one.times, one.x, one.v, one.a) for one in rows), strict=True))
-    return find_missing(system, times, missing_shapes.look(system, x, (v, a)))
+    return times, missing_shapes.look(system, x, (v, a))
 
 
 def summarise(found: list[Departure]) -> str:
@@ -190,7 +190,8 @@ def watch(system: System) -> Record | None:
         if not last and begun < due:
             return
         rows = moment.rows(seen, moment.kept)
-        for one in find_in(system, rows.times, rows.x) + (missing_in(system, moment) if last else []):
+        times, missed = seen_in(system, moment) if last else (rows.times, {})
+        for one in find_in(system, rows.times, rows.x) + (find_missing(system, times, missed) if last else []):
             before = known.get((one.body, one.kind), one)
             farthest = max(before, one, key=lambda each: each.excess)
             known[one.body, one.kind] = replace(farthest, time=before.time)
@@ -199,6 +200,7 @@ def watch(system: System) -> Record | None:
             told = len(known)
             warn(list(known.values()))
         if last:
+            missing_shapes.warn_of_stiffness(missed)
             missing_shapes.tell_unknown(system)
 
     return look

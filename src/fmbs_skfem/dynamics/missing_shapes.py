@@ -11,6 +11,14 @@ it, on few functions. Stiffness-proportional damping acts on e as on S z, beta (
 In motions |K_N| is that of the start, turned with the part, where it says less than SURE of the limit: it costs nothing there, and
 makes e too large by a few times rather than too small.
 
+A displacement can be small and stiff: a plate that bends by its thickness stretches where functions cannot follow it, and hardly
+bends any more. The measure of that is the part of itself by which a part bends too little, at least,
+
+    sum R_N^T |K_N|^-1 R_N / (2 sum U),    U the strain energy, sums over the looks of a motion, or one equilibrium           (4)
+
+which in equilibria of small displacements is the share of the work of the loads that is missing. A motion feels it where this share
+of the deflection, the distance from where it began up to a rigid motion, is more than FELT of the size of the part.
+
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (39), (49), doi 10.1016/j.cma.2019.112690.
 """
 
@@ -42,11 +50,13 @@ BAND = 2.0  #: displacement that is missing, over what the training left out, fr
 SURE = 0.25  #: part of the limit up to which the stiffness of the start is good enough to say what is missing
 LOOKS = 6  #: states of a run that are looked at, evenly in time
 LIMP = 1e-9  #: least stiffness that counts, over the largest one: a cable without tension has none across
-COARSE = 1e-2  #: part of itself by which a frequency or load factor is too high, from which a warning is shown
+COARSE = 1e-2  #: part of itself by which a frequency or load factor is too high, or (4), from which a warning is shown
+FELT = 5e-5  #: (4) of the deflection of a motion, over the size of the part, from which it counts
 REST = 1e-12  #: displacement over the size of a body, with which its energy is round-off
 HOLD = "hold the mechanism once against full bodies (fmbs part check)"
 SHOWN = 3  #: names of parts that a message lists
 REMEDY = "train them on such motions, or with moments where they are clamped (fmbs part train --alone)"
+FINER = "or take more of their shape functions (a smaller tolerance)"
 UNKNOWN = "they know none, `fmbs part info` says why"
 REDUCED, FORCED = "they are reduced further", "forces act along them that are no weight"
 APART, HELD = "joints or loads act elsewhere than at their places", "joints and loads act on all shapes that they know"
@@ -66,7 +76,10 @@ class Tests:
     mass: np.ndarray  #: (t, b) N^T M S [kg]
     weight: np.ndarray  #: (t, c) N^T M 1 g [N]
     alpha: float  #: damping by mass [1/s]
-    start: np.ndarray  #: (k c, 1, g) gradients where the system begins
+    metric: np.ndarray  #: (b, b) S^T W S
+    constant: np.ndarray  #: (b,) coordinates of the constant field 1
+    begin: np.ndarray  #: (b, c) coordinates where the system begins, about their mean
+    start: np.ndarray  #: (k c, 1, g) gradients there
     limit: float  #: of |e|, from which the part is outside [m]
 
     @cached_property
@@ -190,8 +203,9 @@ def functions_of(
     inertia = total * (N.T @ missing.mass)
     weights = np.outer(inertia @ one, g)
     size = float(np.linalg.norm(np.ptp(missing.positions, axis=0)))
-    begin, limit = gradients(own, start[None]), BAND * missing.left_out
-    return Tests(points.law, own, table, missing.section, size, inertia, weights, alpha, begin, limit)
+    metric, limit = missing.metric[:b, :b], BAND * missing.left_out
+    begin, first = centred(metric, one, start[None])[0], gradients(own, start[None])
+    return Tests(points.law, own, table, missing.section, size, inertia, weights, alpha, metric, one, begin, first, limit)
 
 
 def rows_that_act(points: ShapePoints, probes: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray | None, set[int]]:
@@ -244,7 +258,7 @@ class Look:
     """What a part misses in some states."""
 
     sizes: np.ndarray  #: (s,) |e| of (1) [m]
-    shares: np.ndarray  #: (s,) of (4); 0 of motions, and of parts that nothing strains
+    shares: np.ndarray  #: (s,) of (4), one number for all states of a motion; 0 of parts that nothing strains
     missing: np.ndarray  #: (s, t, c) e of (1)
     gradients: np.ndarray  #: (k c, s, g)
 
@@ -259,11 +273,6 @@ def look(
     """What the parts miss, by their names, in states x (s, n) with rates v and a (s, n), or at rest.
 
     `loads` are shares (s,) of their weight.
-
-    Beside the displacement that is missing it is the part of itself by which a part bends too little, at least, in an equilibrium:
-    of small displacements, the work of the loads is too small by
-
-        R_N^T |K_N|^-1 R_N / (2 U),    U the strain energy                                                               (4)
 
     Copies of a part with the same test functions are looked at together.
     """
@@ -281,26 +290,34 @@ def look(
     for functions, members in alike.values():
         own = None if turns is None else (stacked(turns[0], members), stacked(turns[1], members))
         share = np.tile(np.broadcast_to(loads, count), len(members))
-        seen = look_at(functions, stacked(q, members), own, share)
+        seen = look_at(functions, stacked(q, members), own, share, len(members))
         found |= {name: seen.of(slice(k * count, (k + 1) * count)) for k, (_, name) in enumerate(members)}
     return found
 
 
 def look_at(
-    tests: Tests, z: np.ndarray, rates: tuple[np.ndarray, np.ndarray] | None = None, loads: np.ndarray | float = 1.0
+    tests: Tests,
+    z: np.ndarray,
+    rates: tuple[np.ndarray, np.ndarray] | None = None,
+    loads: np.ndarray | float = 1.0,
+    copies: int = 1,
 ) -> Look:
-    """What a part misses in states z (s, b, c) of its own with rates v and a, or at rest, under shares (s,) of its weight."""
+    """What a part misses in states z (s, b, c) of its own with rates v and a, or at rest, under shares (s,) of its weight.
+
+    The states of a motion are those of some `copies`, one after another.
+    """
     u = gradients(tests.own, z)
     R = unbalanced(tests, u, np.broadcast_to(loads, len(z)))
     if rates is None:
-        l, V = stiffness(tests, u)
-        e, shares = resolved(l, V, R), softer(tests, u, work(l, V, R), l)
-    else:
-        R += tests.mass @ (rates[1] + tests.alpha * rates[0])
-        e, shares = estimated(tests, u, R), np.zeros(len(z))
-        if (unsure := np.linalg.norm(e, axis=(1, 2)) > SURE * tests.limit).any():
-            e[unsure] = resolved(*stiffness(tests, u[:, unsure]), R[unsure])
-    return Look(np.linalg.norm(e, axis=(1, 2)), shares, e, u)
+        e = resolved(*stiffness(tests, u), R)
+        return Look(np.linalg.norm(e, axis=(1, 2)), softer(tests, u, e, R, len(z)), e, u)
+    R += tests.mass @ (rates[1] + tests.alpha * rates[0])
+    e = estimated(tests, u, R)
+    stiff = felt(tests, z, softer(tests, u, e, R, copies))
+    if (unsure := (np.linalg.norm(e, axis=(1, 2)) > SURE * tests.limit) | (stiff > COARSE)).any():
+        e[unsure] = resolved(*stiffness(tests, u[:, unsure]), R[unsure])
+        stiff = felt(tests, z, softer(tests, u, e, R, copies))
+    return Look(np.linalg.norm(e, axis=(1, 2)), stiff, e, u)
 
 
 def resolved(l: np.ndarray, V: np.ndarray, R: np.ndarray) -> np.ndarray:
@@ -316,11 +333,32 @@ def estimated(tests: Tests, u: np.ndarray, R: np.ndarray) -> np.ndarray:
     return resolved(*tests.held, R @ Q) @ Q.transpose(0, 2, 1)
 
 
-def softer(tests: Tests, u: np.ndarray, missed: np.ndarray, l: np.ndarray) -> np.ndarray:
-    """The part (4) of itself (s,) by which a part bends too little at gradients u (k c, s, g), of the work (s,) that it misses."""
-    least = l.max(axis=1) * (REST * tests.size) ** 2
-    energy = np.array([laws.energy(tests.law, np.ascontiguousarray(u[:, [k]]), tests.section) for k in range(u.shape[1])])
-    return np.divide(missed, 2.0 * energy, out=np.zeros_like(missed), where=energy > least)
+def softer(tests: Tests, u: np.ndarray, e: np.ndarray, R: np.ndarray, blocks: int) -> np.ndarray:
+    """The part (4) of itself by which a part bends too little, one number for each of some blocks of states, as (s,).
+
+    At gradients u (k c, s, g), of what is missing e (s, t, c) under forces R (s, t, c).
+    """
+    length, least = len(e) // blocks, tests.held[0].max() * (REST * tests.size) ** 2
+    missed = (e * R).reshape(blocks, -1).sum(axis=1)
+    section = np.repeat(tests.section, length, axis=1)
+    some = (np.ascontiguousarray(u[:, k : k + length]) for k in range(0, len(e), length))
+    energy = np.array([laws.energy(tests.law, one, section) for one in some])
+    return np.repeat(np.divide(missed, 2.0 * energy, out=np.zeros(blocks), where=energy > length * least), length)
+
+
+def felt(tests: Tests, z: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Parts (s,) of itself by which a part bends too little in states z (s, b, c) of motions, 0 where hardly anything bends."""
+    x = centred(tests.metric, tests.constant, z)
+    Q = nearest(np.einsum("sbc,bd->scd", x, tests.metric @ tests.begin))
+    moved = x - tests.begin @ Q.transpose(0, 2, 1)
+    deflection = np.sqrt(np.einsum("sbc,sbc->s", moved, tests.metric @ moved))
+    return np.where(shares * deflection > FELT * tests.size, shares, 0.0)
+
+
+def centred(metric: np.ndarray, one: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """States z (s, b, c) about their mean; `one` (b,) is the constant field 1."""
+    weight = metric @ one
+    return z - one[:, None] * (weight @ z / (weight @ one))[:, None]
 
 
 def place_of(points: ShapePoints, tests: Tests, found: Look, state: int) -> np.ndarray:
@@ -427,10 +465,10 @@ def taken_up(system: System, x: np.ndarray, shape: np.ndarray, square: float) ->
 
 
 def warn_of_stiffness(seen: dict[str, Look]) -> None:
-    """Say which parts bend too little in one of some equilibria."""
+    """Say which parts bend too little, in one of some equilibria or in a motion."""
     for name, look in seen.items():
         if (most := look.shares.max()) > COARSE:
-            notify(f"part '{name}': it bends too little, at least {most:.2g} of itself; {REMEDY}")
+            notify(f"part '{name}': it bends too little, at least {most:.2g} of itself; {REMEDY}, {FINER}")
 
 
 def warn_of_missing(where: str, what: str, high: np.ndarray) -> None:

@@ -18,8 +18,8 @@ from ..core.linalg import as_dense, squares
 from ..systems import shape_points
 from . import parts, pod
 
-COUNT = 6  #: functions T
-MOST = 1_000_000  #: numbers in the tables of a part, up to which it has them
+COUNT = 12  #: functions T
+MOST = 2_000_000  #: numbers in the tables of a part, up to which it has them
 ROUND = 1e-9  #: least that a part is said to miss, over the size of its body: Newton's iteration leaves as much
 
 
