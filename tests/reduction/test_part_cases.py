@@ -153,6 +153,16 @@ def test_a_part_in_place_of_a_body_takes_its_numbers() -> None:
     assert_allclose(own.radius, full.radius)
 
 
+def test_a_part_does_not_stand_for_a_body_of_another_poisson_ratio() -> None:
+    """Which no number of the part can change."""
+    sheet, other = (plate("sheet", rectangle("bfs", 2, 2, 0.4, 0.2), 3e-3, Material(2e9, 1200.0, nu), dim=2) for nu in (0.3, 0.4))
+    S = parts.shape_functions(sheet, sheet.reference[None] * np.linspace(0.9, 1.1, 3)[:, None, None], None, 3)
+    part = parts.reduced_body(sheet, S)
+    assert at_place(part, sheet).total_mass == pytest.approx(sheet.total_mass)
+    with pytest.raises(InputError, match=r"numbers of the full body, got Poisson's ratio 0\.3 in place of 0\.4, membrane .* anew"):
+        at_place(part, other)
+
+
 def test_joints_at_places_that_a_part_does_not_have() -> None:
     with pytest.raises(InputError, match=r"one of its points \(left, right\), got 'middle'"):
         assemble([alone().body], [joints.Pin("A", At("arm", "middle"))])

@@ -241,6 +241,9 @@ def test_plausible_values_give_no_notice() -> None:
     assert drive.angle(1.0) == math.pi / 2
 
 
+ROTATION = "{axis: [0, 0, 1], angle: 90 deg}"
+
+
 def test_space_needs_vectors() -> None:
     text = """\
 schema: 1
@@ -259,6 +262,9 @@ analysis: {type: static}
         ("axis: [0, 1, 0]", "", "axis"),
         ("[0, 0, 1 N m]", "1 N m", "a list of 3"),
         ("axis: [0, 0, 1]", "axis: [0, 0, 0]", "not zero"),
+        (ROTATION, "[[0, -1, 0], [1, 0, 0], [0, 0, 1]]", "got a matrix; say it by axis and angle"),
+        (ROTATION, "[[0, 1, 0], [1, 0, 0], [0, 0, 1]]", "got a matrix that mirrors; a mirrored body is another one"),
+        (ROTATION, "[[0, 1, 0], [1, 0, 0]]", "rotation in space such as .*, got a list of 2"),
         ("EI: 2 N m^2", "EI: 2 N m", r"expected a bending stiffness \[N m\^2\], got '2 N m' \(moment\)"),
     ):
         with pytest.raises(InputError, match=message):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, TypeAlias, TypeGuard
 
 import numpy as np
 
@@ -66,8 +66,21 @@ def turn(value: object, context: Context) -> Turn:
     if context.dimension == 2:
         return Turn(read_quantity(value, units.ANGLE, context))
     if not isinstance(value, dict) or set(value) != {"axis", "angle"}:
-        raise Problem("a rotation in space such as {axis: [0, 0, 1], angle: 30 deg}", shown(value))
+        what, remedy = "a rotation in space such as {axis: [0, 0, 1], angle: 30 deg}", "say it by axis and angle"
+        if not is_matrix(value):
+            raise Problem(what, shown(value))
+        if np.linalg.det(value) > 0.0:
+            raise Problem(what, "a matrix", remedy)
+        raise Problem(what, "a matrix that mirrors", "a mirrored body is another one: mirror its mesh, of a part train it anew")
     return Turn(read_quantity(value["angle"], units.ANGLE, context), read_axis(value["axis"], context))
+
+
+def is_matrix(value: object) -> TypeGuard[list[list[float]]]:
+    """Whether it is a list of 3 lists of 3 numbers."""
+    rows = value if isinstance(value, list) and len(value) == 3 else []
+    return bool(rows) and all(
+        isinstance(row, list) and len(row) == 3 and all(isinstance(x, int | float) for x in row) for row in rows
+    )
 
 
 def inertia(value: object, context: Context) -> float | Vector | tuple[Vector, ...]:

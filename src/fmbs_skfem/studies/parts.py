@@ -31,6 +31,8 @@ KEPT = 600  #: states of a run of a scene that a part is trained on, at least wh
 SHARP = Newton(tolerance=1e-12)
 MEETS = 1e-6  #: distance of places of a part from those of its full body, over the size of the body
 ALIKE = 1e-2  #: the same of second moments, which the mesh of a curved body changes a little
+#: rows of sections that are numbers of a body, by what they are
+NUMBERS = {"nu": "Poisson's ratio", "A": "membrane stiffness", "B": "bending stiffness", "EA": "EA", "EI": "EI", "mass": "mass"}
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -182,7 +184,25 @@ def at_place(part: Body, full: Body) -> Body:
         got = f"{', '.join(names)} on one line, about which it is turned"
         remedy = "name a third place off that line, and train it anew"
         raise InputError(say(f"part for '{full.name}'", "places that tell how the body stands", got, remedy))
-    return values.changed(own, {name: value.number for name, value in full.values.items() if name in own.values})
+    own = values.changed(own, {name: value.number for name, value in full.values.items() if name in own.values})
+    if others := other_numbers(own, full):
+        remedy = "train it anew with the material and section of the full body"
+        raise InputError(say(f"part for '{full.name}'", "the numbers of the full body", ", ".join(others), remedy))
+    return own
+
+
+def other_numbers(part: Body, full: Body) -> list[str]:
+    """Numbers of a part that are not those of its full body: of its section, on the mean of its cells, and its mass."""
+    assert part.cells is not None
+    assert full.cells is not None
+    a, b = part.cells, full.cells
+    if a.law is not b.law:
+        return [f"the law {a.law.name} in place of {b.law.name}"]
+    near = MEETS if a.section.shape[2] == b.section.shape[2] else ALIKE
+    rows = {row: (x.mean(), y.mean()) for row, x, y in zip(a.law.section, a.section, b.section[:, :1], strict=True)}
+    rows["mass"] = part.total_mass, full.total_mass
+    known = ((name, *rows[row]) for row, name in NUMBERS.items() if row in rows)
+    return [f"{name} {x:.4g} in place of {y:.4g}" for name, x, y in known if abs(x - y) > near * abs(y)]
 
 
 def rotation_onto(a: np.ndarray, b: np.ndarray) -> np.ndarray:
