@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fmbs_skfem.scenes import Scene, build
-from fmbs_skfem.studies import comparison, examples
+from fmbs_skfem.studies import comparison, projects
 
 from .calls import fmbs
 from .test_provenance import KEYS
@@ -22,8 +22,8 @@ def short(scene: Scene) -> Scene:
 
 
 def test_the_scenes_travel_with_the_package() -> None:
-    assert (examples.folder() / comparison.DEMO).is_file()
-    assert (examples.folder().parent / "meshes" / "double_pendulum_100.msh").is_file()
+    assert (projects.folder() / projects.DEMO).is_file()
+    assert (projects.folder().parent / "meshes" / "double_pendulum_100.msh").is_file()
 
 
 def test_examples_are_copied_with_their_meshes_and_run_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from scipy.stats import qmc
 
 from fmbs_skfem.core.errors import InputError, NoModel, Reason, SolverError
 from fmbs_skfem.reduction import greedy
-from fmbs_skfem.reduction.greedy import GreedyProblem, Iteration, Options, Outcome, StopReason
+from fmbs_skfem.reduction.greedy import Enrichment, GreedyProblem, Iteration, Options, StopReason
 
 LINE = np.linspace(0.0, 1.0, 101)[:, None]  #: 101 candidates, as published
 FIVE = (0, 25, 50, 75, 100)  #: the published first samples
@@ -41,7 +41,7 @@ class Model:
             raise SolverError(f"full run {i} diverged", Reason.DIVERGED)
         self.points.append(i)
 
-    def run(self, samples: Sequence[int], first: int, done: Sequence[Iteration] = (), **options: object) -> Outcome:
+    def run(self, samples: Sequence[int], first: int, done: Sequence[Iteration] = (), **options: object) -> Enrichment:
         chosen = Options(**options)  # type: ignore[arg-type]
         return greedy.run(
             GreedyProblem(self.evaluate, self.extend, self.candidates, tuple(samples), first, chosen, self.kept.append), done

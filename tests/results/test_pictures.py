@@ -17,7 +17,7 @@ from PIL import Image
 from fmbs_skfem.core.errors import FmbsError, InputError, MissingFeature
 from fmbs_skfem.results import camera, decor, drawing, frames, painter, pictures, render_child, video
 from fmbs_skfem.results.frames import Frames, line
-from fmbs_skfem.results.pictures import Layout, Look
+from fmbs_skfem.results.pictures import Arrangement, Look
 
 from . import rollup
 
@@ -90,7 +90,7 @@ def test_overlay_shows_several_instants_in_one_scene(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("opengl")
 def test_multiples_show_one_instant_each(tmp_path: Path) -> None:
     """Six instants in two rows of three scenes beside the key; a beam in each, no two alike."""
-    path = pictures.render(rollup.spatial(), tmp_path / "all.png", look=Look(size=(920, 640)), layout=Layout.MULTIPLES)
+    path = pictures.render(rollup.spatial(), tmp_path / "all.png", look=Look(size=(920, 640)), layout=Arrangement.MULTIPLES)
     image = pixels(path)
     assert (image.shape <= np.array([640, 920, 3])).all()
     width, height = (image.shape[1] - round(0.21 * 640) - 24) // 3, len(image) // 2
@@ -106,7 +106,7 @@ def test_the_sheet_of_small_scenes_ends_where_they_end(tmp_path: Path) -> None:
     times, x = np.linspace(0.0, 1.0, 6), np.linspace(0.0, 4.0, 9)
     points = np.stack([np.column_stack([x, 0.3 * t * np.sin(x), 0 * x]) for t in times])
     frames = Frames(times, {"wave": line(points, {}, 0.02, points[0])})
-    image = pixels(pictures.render(frames, tmp_path / "a.png", look=Look(size=(1120, 800)), layout=Layout.MULTIPLES))
+    image = pixels(pictures.render(frames, tmp_path / "a.png", look=Look(size=(1120, 800)), layout=Arrangement.MULTIPLES))
     ink = (image < 200).any(axis=(1, 2))
     assert len(image) < 800
     assert ink[-len(image) // 10 :].any()

@@ -6,6 +6,9 @@ r"""Vibration modes of constrained systems, undamped and damped, about any equil
 K and C of (2) need not be symmetric (follower forces, gyroscopic terms, damping in a rotating frame), so its eigenvalues are
 complex, and an equilibrium is unstable where one has a positive real part: flutter with, divergence without an imaginary one.
 
+A structure that is loaded beyond its buckling load without imperfections keeps its straight state, as does a pendulum that stands
+on its head: Newton's iteration finds such states as it finds others, where (1) has an omega^2 < 0.
+
 Sources: Geradin and Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, chs. 2 and 3; Fan, Lin and Van Dooren, SIAM J. Matrix Anal.
 Appl. 26 (2004) 252-256, doi 10.1137/S0895479803434914 (scaling of the quadratic eigenproblem).
 """
@@ -15,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import eig, eigh
 from scipy.sparse import csr_array
-from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, eigsh
+from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigs, eigsh
 
 from ..core import ranks, saddle
 from ..core.errors import InputError, Reason, SolverError, say
@@ -23,7 +26,8 @@ from ..core.linalg import scaled
 from ..core.records import dataclass
 from ..systems import free_motions
 from ..systems.system import System
-from .linear import Linear, linearise
+from .linear import Linear, is_symmetric, linearise
+from .trajectory import Trajectory
 
 SMALL = 400  #: independent unknowns up to which all eigenvalues are found
 ROUND = 1e-9  #: real and imaginary parts, relative to the size of an eigenvalue, that are round-off
@@ -31,6 +35,9 @@ GROWS = 1e-6  #: real part of an eigenvalue, over the largest one listed, from w
 STILL = 1e-7  #: eigenvalue over the largest frequency that the matrices allow, up to which the double zeros of free motions split
 ALONE = 1e-3  #: distance of a slow shape from those before it, over its size, from which it is a motion of its own
 MIRRORED = 0.1  #: sum of slow real parts, over that of their sizes, up to which they are such splits
+FEW = 6  #: modes next to zero, of which one would have passed it, where a state may not stand
+LARGE = 6000  #: unknowns beyond which nothing is said of that: factors of their stiffness cost as much as a load step
+WIDE = 1_000_000  #: numbers of the rows of constraints beyond which nothing is said, either: they are dense
 UPWARD = 1e-7  #: shift over the largest frequency that the matrices allow, so that free motions have an inverse
 
 
@@ -231,3 +238,21 @@ def largest_one(shapes: np.ndarray) -> np.ndarray:
 def grows(omega: np.ndarray, growth: np.ndarray) -> np.ndarray:
     """Which motions of eigenvalues growth + i omega [1/s] grow by more than round-off."""
     return np.asarray(growth > GROWS * np.hypot(omega, growth).max(initial=0.0))
+
+
+def growth(path: Trajectory) -> float:
+    """Largest s = sqrt(-omega^2) [1/s] of the last state of a load path (`solve_statics`), 0 where it is stable.
+
+    Nothing is said of forces without a potential, such as follower forces and friction, and of more than `LARGE` unknowns.
+    """
+    if path.system.size > LARGE or path.system.size * path.multipliers.shape[1] > WIDE:
+        return 0.0
+    kept = None if path.memory is None else path.memory[-1]
+    linear = linearise(path.system, path.x[-1], path.multipliers[-1], float(path.times[-1]), kept)
+    if len(linear.x) <= len(linear.rows) or not is_symmetric(linear):
+        return 0.0
+    try:
+        least = float(real_modes(linear, FEW).squares.min())
+    except (InputError, np.linalg.LinAlgError, ArpackError):  # no modes, as without a mass: the equilibrium is one all the same
+        return 0.0
+    return float(np.sqrt(-least)) if least < -((STILL * fastest(linear)) ** 2) else 0.0

@@ -104,7 +104,7 @@ class Iteration:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Enrichment:
     """What the loop did."""
 
     iterations: tuple[Iteration, ...]
@@ -168,7 +168,7 @@ class GreedyProblem:
         return tuple(int(k) for k in original[copies.ravel()])
 
 
-def run(given: GreedyProblem, done: Sequence[Iteration] = ()) -> Outcome:
+def run(given: GreedyProblem, done: Sequence[Iteration] = ()) -> Enrichment:
     """Algorithm 1; iterations that are `done` continue an interrupted loop.
 
     Nothing of them is run again, the caller restores their basis. The last iteration is kept again when later full runs fail.
@@ -294,7 +294,7 @@ def _attempt(function: Callable[[int], T], candidate: int) -> T | Exception:
 
 def _finished(
     problem: GreedyProblem, history: tuple[Iteration, ...], stop: StopReason | None, failed: tuple[tuple[int, str], ...]
-) -> Outcome:
+) -> Enrichment:
     """The outcome; full runs that failed since the last iteration are added to it."""
     if not history:
         tried = "; ".join(f"{problem.name(k)}: {reason.split(';')[0]}" for k, reason in failed)
@@ -302,7 +302,7 @@ def _finished(
     if failed != history[-1].failed:
         history = (*history[:-1], replace(history[-1], next=None, failed=failed))
         problem.keep(history[-1])
-    return Outcome(history, stop or StopReason.FAILED)
+    return Enrichment(history, stop or StopReason.FAILED)
 
 
 def _nearest(problem: GreedyProblem, lost: dict[int, str]) -> int | None:

@@ -18,7 +18,7 @@ from ..dynamics.scheme import Newton
 from .hyper_reduction import NONE, HyperReduction
 
 Components = Mapping[str, Sequence[str]]
-Modes = int | Mapping[str, int] | None
+ModeCounts = int | Mapping[str, int] | None
 
 SHARP = 1e-6  #: Newton tolerance of the training run over sqrt(eps)
 ENOUGH = 2e-5  #: Newton tolerance of a reduced run over sqrt(eps)
@@ -31,7 +31,7 @@ class Plan:
 
     components: Components
     tolerance: float = 1e-12  #: eps of equation (14)
-    modes: Modes = None  #: instead of eps, for all components or by name
+    modes: ModeCounts = None  #: instead of eps, for all components or by name
     hyper: HyperReduction = NONE  #: how elastic forces are evaluated
     eliminate: bool = False  #: linear constraints between components
     invariant: bool = False  #: bases that hold with a state all its rotations, see `invariant`

@@ -37,7 +37,7 @@ from .plan import Components, modes_of, newton_of_reduced
 from .pod import Basis
 from .sampling import Selection
 
-Modes = Mapping[str, Basis]
+Bases = Mapping[str, Basis]
 Names = frozenset[tuple[str, str]]
 
 PLAIN = NONE.train([])
@@ -52,7 +52,7 @@ class ReducedModel:
     modes: Mapping[str, int]  #: by component
     selections: tuple[Selection, ...] = ()
     training_s: float = 0.0  #: CPU time of bases, projection, hyper-reduction and polynomials [s]
-    bases: Modes = field(default_factory=dict)  #: about the initial state; empty where the model was read from a file
+    bases: Bases = field(default_factory=dict)  #: about the initial state; empty where the model was read from a file
     components: Components = field(default_factory=dict)  #: their bodies; the same
     obstacle: str = ""  #: why the cases are no polynomials of the parameters
 
@@ -74,7 +74,7 @@ class ReducedModel:
 class TrainedReduction:
     """What makes a reduced system of the full system at any parameters."""
 
-    bases: Modes  #: of deviations from the initial state
+    bases: Bases  #: of deviations from the initial state
     rows: Names  #: constraint rows that are kept
     rule: Rule = PLAIN
     runs: tuple[TrainingRun, ...] = ()  #: what it was made of
@@ -168,7 +168,7 @@ def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str,
     return found
 
 
-def about_start(task: TrainingTask, raw: System, found: Modes) -> dict[str, Basis]:
+def about_start(task: TrainingTask, raw: System, found: Bases) -> dict[str, Basis]:
     """The bases of one sample: its own initial state, and modes that keep its linear constraints inside components."""
     mine, start = {}, raw.lift(raw.x0)
     for name, members in task.plan.components.items():
@@ -180,7 +180,7 @@ def about_start(task: TrainingTask, raw: System, found: Modes) -> dict[str, Basi
     return mine
 
 
-def project(task: TrainingTask, found: Modes, raw: System) -> System:
+def project(task: TrainingTask, found: Bases, raw: System) -> System:
     """The reduced system of a full one, with all constraint rows that are not inside of components."""
     return galerkin.reduce_system(raw, task.plan.components, about_start(task, raw, found), task.plan.eliminate)
 

@@ -32,7 +32,7 @@ from . import training_store as store
 from .calibration import NOTHING, Calibration, Prediction
 from .error_budget import BudgetChoice
 from .full_runs import FullRun, TrainingTask
-from .greedy import GreedyProblem, Iteration, Options, Outcome, StopReason
+from .greedy import Enrichment, GreedyProblem, Iteration, Options, StopReason
 from .parameters import Search, search
 from .reduced_models import ReducedModel, make_model, with_polynomials
 from .training_store import Pair
@@ -69,7 +69,7 @@ class Training:
 
     task: TrainingTask  #: with the plan of the model
     search: Search
-    outcome: Outcome
+    outcome: Enrichment
     last: Iteration  #: of the outcome, with the samples of the survey
     runs: tuple[FullRun, ...]
     models: tuple[ReducedModel, ...]  #: after every full run
@@ -145,7 +145,7 @@ def train_alone(task: TrainingTask, tolerance: float | None, motion: Trajectory 
         choice = error_budget.choose(task, run, tolerance, full_runs.step_error(task, {}, run))
         task = replace(task, plan=error_budget.with_choice(task.plan, choice))
     last = Iteration(1, 0, (), (), np.zeros(0), np.zeros(0), None)
-    return Training(task, NOWHERE, Outcome((last,), StopReason.ALONE), last, (run,), (make_model(task, [run]),), choice)
+    return Training(task, NOWHERE, Enrichment((last,), StopReason.ALONE), last, (run,), (make_model(task, [run]),), choice)
 
 
 def begin(
@@ -184,7 +184,7 @@ def resume(work: TrainingState) -> tuple[Iteration, ...]:
 
 def loop(
     work: TrainingState, options: Options, done: Sequence[Iteration], checks: int, progress: Progress | None
-) -> tuple[Outcome, Iteration]:
+) -> tuple[Enrichment, Iteration]:
     """Algorithm 1, and its last iteration with the samples of the survey.
 
     Where the wanted error is not reached, it goes on with a lower eps if that is the limit, or with what survey and checks show.
@@ -207,7 +207,7 @@ def loop(
             return outcome, last
 
 
-def run_greedy(work: TrainingState, options: Options, done: Sequence[Iteration], progress: Progress | None) -> Outcome:
+def run_greedy(work: TrainingState, options: Options, done: Sequence[Iteration], progress: Progress | None) -> Enrichment:
     """Algorithm 1 with the runs and indicators of this training, until the predicted error is small enough."""
 
     def indicator_at(point: int) -> float:

@@ -11,17 +11,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from enum import StrEnum
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import validation
+from ..core import extras, validation
 from ..core.arrays import finite
 from ..core.errors import InputError, closest, say
 from ..core.linalg import evenly
 from ..core.records import dataclass
 from ..core.validation import Misfit, Reals, require
+
+if TYPE_CHECKING:
+    from pyvista import MultiBlock
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -228,3 +231,18 @@ def with_error(frames: Frames, full: Frames) -> Frames:
         error = np.linalg.norm(body.points - other.points, axis=2)
         bodies[name] = replace(body, fields={**body.fields, "error": error})
     return replace(frames, bodies=bodies)
+
+
+def blocks(frames: Frames) -> MultiBlock:
+    """The bodies at the first instant, each a block with its name, its fields and its displacement."""
+    extras.need("viz", "view")
+    import pyvista
+
+    found = pyvista.MultiBlock()
+    for name, body in frames.bodies.items():
+        cells = np.column_stack([np.full(len(body.cells), body.cells.shape[1]), body.cells]).ravel()
+        mesh = pyvista.PolyData(body.points[0], **{"faces" if body.is_surface else "lines": cells})
+        for key, values in fields(body).items():
+            mesh.point_data[key] = values[0]
+        found.append(mesh, name)
+    return found

@@ -76,7 +76,7 @@ def picture(shapes: Shapes, path: Path, title: str = "") -> Path:
     vectors, extent = unit_vectors(shapes)
     frames = coloured(moved(shapes, REACH * extent * vectors.real.T), REACH * extent)
     look = Look(SHAPE, f"{SHAPE} [-]", (0.0, 1.0), title=title, captions=shapes.captions, behind=True)
-    return pictures.render(frames, path, frames.times.tolist(), look, pictures.Layout.MULTIPLES)
+    return pictures.render(frames, path, frames.times.tolist(), look, pictures.Arrangement.MULTIPLES)
 
 
 def animate(shapes: Shapes, number: int, path: Path, title: str = "", count: int = PHASES) -> Path:

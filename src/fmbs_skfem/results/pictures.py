@@ -45,7 +45,7 @@ ADVICE = (
 DIGITS = 8.0 * float(np.finfo(np.float64).eps)  #: round-off of a position, relative to the largest coordinate
 
 
-class Layout(StrEnum):
+class Arrangement(StrEnum):
     """How several instants share one picture."""
 
     OVERLAY = "overlay"  #: in one scene, earlier instants paler
@@ -87,7 +87,7 @@ def render(
     path: Path | str,
     times: Sequence[float] | None = None,
     look: Look | None = None,
-    layout: Layout | None = None,
+    layout: Arrangement | None = None,
     command: Sequence[str] | None = None,
 ) -> Path:
     """Draw the configurations nearest to `times` [s] (six evenly spread ones by default) into the PNG file `path`.
@@ -95,9 +95,11 @@ def render(
     Without a `layout`, lines share one scene and surfaces, which would hide each other, get one scene an instant.
     """
     flat = any(body.is_surface for body in frames.bodies.values())
-    layout = layout or (Layout.MULTIPLES if flat else Layout.OVERLAY)
+    layout = layout or (Arrangement.MULTIPLES if flat else Arrangement.OVERLAY)
     indices = frames_.spread(frames.times, 6) if times is None else frames_.choose(frames.times, times)
-    return _draw(frames_.select(frames, indices), _check_suffix(path, ".png"), look or Look(), Layout(layout).value, 1.0, command)
+    return _draw(
+        frames_.select(frames, indices), _check_suffix(path, ".png"), look or Look(), Arrangement(layout).value, 1.0, command
+    )
 
 
 def animate(

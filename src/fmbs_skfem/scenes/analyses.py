@@ -21,7 +21,7 @@ from ..core.notices import Progress
 from ..core.problems import Found
 from ..core.records import dataclass
 from ..dynamics import initial
-from .locations import Oddity, where
+from .yamlfile import Oddity, where
 
 if TYPE_CHECKING:
     from ..dynamics import Campbell, GeneralizedAlpha, Trajectory

@@ -25,12 +25,11 @@ from ..core.errors import InputError, say
 from ..core.fields import ANY, Count, Density, FileUnit, Length, Position, Tolerance, quantity, whole, word
 from ..core.problems import Problem, shown, unknown
 from ..core.records import dataclass
-from ..shapes import meshes, nurbs_file, plate_meshes, structured
+from ..shapes import curves, meshes, nurbs_file, plate_meshes, structured
 from ..shapes.surface import Surface
 from ..systems.places import At
 from . import fields, figures, surfaces
 from .fields import MeshFile
-from .remeshing import remesh
 
 if TYPE_CHECKING:
     from .figures import BodyFigures
@@ -132,7 +131,7 @@ class Cable(SceneBody):
         divided = cells is not None or self.refine > 1
         return bodies.cable(
             self.name,
-            remesh(mesh, self.line, cells, self.refine) if divided else mesh,
+            curves.remesh(mesh, self.line, cells, self.refine) if divided else mesh,
             self.section,
             self.material,
             dim=scene.dimension,

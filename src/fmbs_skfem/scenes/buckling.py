@@ -13,7 +13,7 @@ from ..core.records import dataclass
 from ..dynamics.missing_shapes import tell_unknown, too_strong, warn_of_missing
 from . import build
 from .analyses import Form, States, StateTable, Work, motion_only
-from .locations import Oddity, where
+from .yamlfile import Oddity, where
 
 if TYPE_CHECKING:
     from .schema import Scene

@@ -27,7 +27,7 @@ from ..systems.system import System, is_linear
 from . import plausibility, times
 from .analyses import History
 from .consistency import functions, places
-from .locations import where
+from .yamlfile import where
 
 if TYPE_CHECKING:
     from .dynamic import Dynamic

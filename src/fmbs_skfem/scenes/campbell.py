@@ -16,9 +16,9 @@ from ..core.ranges import Parameter
 from ..core.records import dataclass
 from ..dynamics.campbell import Found
 from .analyses import StateTable, Work
-from .locations import Oddity, where
 from .near_state import NearState
 from .vibration import LANCZOS, Modes
+from .yamlfile import Oddity, where
 
 if TYPE_CHECKING:
     from .schema import Scene

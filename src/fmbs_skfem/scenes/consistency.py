@@ -22,8 +22,8 @@ from ..systems import joints, readings, responses
 from ..systems.places import At
 from . import plausibility, yamlfile
 from .inputs import ends_early, leaves
-from .locations import Oddity
 from .training import Allowed, without_ranges
+from .yamlfile import Oddity
 
 if TYPE_CHECKING:
     from .schema import Scene

@@ -17,7 +17,7 @@ from ..dynamics import GeneralizedAlpha, Newton, Trajectory
 from . import fields, times
 from .analyses import Form, History, Work
 from .fields import Spans
-from .locations import Oddity
+from .yamlfile import Oddity
 
 if TYPE_CHECKING:
     from ..dynamics.checkpoint import Record, Resumed

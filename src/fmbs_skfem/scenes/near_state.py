@@ -16,7 +16,7 @@ from ..dynamics.linear import Spin
 from ..systems import free_motions
 from . import build, fields
 from .analyses import Form, States, refuse_free
-from .locations import where
+from .yamlfile import where
 
 if TYPE_CHECKING:
     from ..systems import System

@@ -15,8 +15,8 @@ from ..core.notices import notify
 from ..core.problems import Found, Problem, located, printable, shown
 from . import consistency, extensions, inputs, parameters, schema, yamlfile
 from .analyses import Analysis
-from .locations import location, where
 from .parameters import Changes
+from .yamlfile import location, where
 
 MOST = 50  #: problems that one message lists
 

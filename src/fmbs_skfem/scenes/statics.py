@@ -11,11 +11,11 @@ from .. import dynamics
 from ..core.fields import Count, Time
 from ..core.notices import Progress, notify
 from ..core.records import dataclass
-from ..dynamics import Newton, Trajectory, initial, instability, loading
+from ..dynamics import Newton, Trajectory, initial, loading, modes
 from ..systems import free_motions
 from . import fields
 from .analyses import Form, History, Work, motion_only, refuse_free
-from .locations import Oddity
+from .yamlfile import Oddity
 
 if TYPE_CHECKING:
     from ..systems import System
@@ -56,7 +56,7 @@ class Static(History):
         if self.method == "arc_length":
             return dynamics.follow_path(system, dynamics.ArcLength(1.0 / self.load_steps), newton, self.time, advance)
         found = dynamics.solve_statics(system, self.load_steps, newton, self.time, advance)
-        if growth := instability.growth(found):
+        if growth := modes.growth(found):
             text = (
                 f"analysis: the equilibrium is unstable, a small push grows by {growth:.3g} 1/s: the structure does not stay there"
             )

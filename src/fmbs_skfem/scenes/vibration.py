@@ -16,8 +16,8 @@ from ..dynamics.missing_shapes import tell_unknown, too_high, warn_of_missing
 from ..dynamics.modes import GROWS, STILL, fastest, grows
 from ..dynamics.shapes import Free
 from .analyses import StateTable, Work, motion_only
-from .locations import Oddity, where
 from .near_state import NearState
+from .yamlfile import Oddity, where
 
 if TYPE_CHECKING:
     from ..systems import System

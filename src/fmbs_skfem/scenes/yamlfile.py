@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
@@ -20,8 +20,11 @@ from ruamel.yaml.events import SequenceStartEvent as ListStartEvent
 
 from ..core import container
 from ..core.errors import InputError, say
-from ..core.problems import printable
+from ..core.problems import Keys, printable
 from ..core.records import dataclass
+
+if TYPE_CHECKING:
+    from .schema import Scene
 
 BYTES = 2 * 1024 * 1024  #: largest file
 WIDTH = 100_000  #: longest line [characters]; a parser in Python would take seconds for longer ones
@@ -29,6 +32,7 @@ LEVELS = 64  #: deepest nesting
 MERGE = "<<"  #: key of entries that stand elsewhere, those of the mapping itself go first
 NODES = 100_000  #: most values, aliases counted as expanded
 
+Oddity: TypeAlias = tuple[Keys, str]  #: path of keys, and what is odd about what stands there
 Scalar: TypeAlias = str | int | float | bool | None
 _LONG = re.compile(rf"(?:^|\r)([^\r\n]{{{WIDTH + 1},}})", re.MULTILINE)
 _DEEP = re.compile(rf"(?:[\[{{][ \t]{{0,3}}){{{LEVELS + 1}}}")  #: brackets that the parser would look through again and again
@@ -124,6 +128,18 @@ def line(node: Node, path: Sequence[str | int]) -> int:
         else:
             break
     return node.line
+
+
+def where(scene: Scene, *keys: str | int) -> str:
+    """`file:line: key.key` of the value at a path of keys and indices of the scene, for messages."""
+    return location(str(scene.path or "scene"), scene.node, keys)
+
+
+def location(name: str, node: Node | None, keys: Keys) -> str:
+    """`file:line: key.key` of a path of keys in the tree of a file."""
+    path = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys).removeprefix(".")
+    place = name if node is None else f"{name}:{line(node, keys)}"
+    return f"{place}: {path}" if path else place
 
 
 def scalar(text: str) -> Scalar:

@@ -346,11 +346,11 @@ def demo(
     replaced) gets report, plots, pictures, an animation and a VTK series. With `copy` it (fmbs-examples) gets the scenes that
     travel with the package, in the folder examples, and the meshes that they read.
     """
-    from . import comparison
+    from . import comparison, projects
 
     if copy:
         with jobs.begin(**shared) as job:
-            return comparison.copy_examples(job)
+            return projects.copy_examples(job)
     with jobs.begin(comparison.demo_scene(), **shared) as job:
         return comparison.show_demo(job)
 

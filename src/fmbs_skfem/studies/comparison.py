@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.errors import InputError, MissingFeature, say
+from ..core.errors import MissingFeature
 from ..core.notices import Progress
 from ..core.records import dataclass
 from ..reduction import comparison as comparisons
@@ -25,7 +25,7 @@ from ..reduction.comparison import Comparison, ModelRecord
 from ..results import frames as frames_
 from ..results import motion, painter, series, speed
 from ..scenes import Scene, build, read
-from . import compiling, examples, figures, pictures, plans, reports, tables
+from . import compiling, figures, pictures, plans, projects, reports, tables
 from . import job as jobs
 from .job import Job
 from .outcome import SERIES
@@ -39,7 +39,6 @@ RECORD = "compare.json"
 SECOND = 1.5  #: smallest observed order in time that counts as second
 AS_GOOD = 2.0  #: factor to the smallest error of a hyper-reduced model within which the fastest is chosen
 
-DEMO = "double_pendulum.yaml"
 COARSE, STEPS = [10, 20], [2.5e-3]  #: cells a body and steps [s] of the full models that compete in the demo
 
 
@@ -95,7 +94,7 @@ def compare_scene(job: Job, duration: float | None, quick: bool, picture: bool) 
 
 def demo_scene() -> Scene:
     """The scene of the demo."""
-    return lean(read(examples.folder() / DEMO))
+    return lean(read(projects.folder() / projects.DEMO))
 
 
 def show_demo(job: Job) -> ComparisonResult:
@@ -175,22 +174,6 @@ def run(
     wanted = scene.compare.coarse if scene.compare else []
     coarse = {cells: build.system(scene, cells, allow_outside) for cells in wanted}
     return comparisons.run(plans.task(scene, raw, plans.plan(scene)), settings, coarse, progress, see)
-
-
-def copy_examples(job: Job) -> Result:
-    """The example scenes and their meshes, copied into the folder of a job."""
-    if job.out is None:
-        raise InputError(say("copy", "a folder for the examples", "none", "give one: out"))
-    source, out = examples.folder(), reports.make_folder(job.out)
-    if (out / source.name).exists() and not job.force:
-        raise InputError(
-            say(f"--out {out}", "a folder without examples", f"one with {source.name}", "choose another one, or --force")
-        )
-    for folder in (source, source.parent / "meshes"):
-        shutil.copytree(folder, out / folder.name, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
-    files = sorted((out / source.name).glob("*.yaml"))
-    text = f"copied {len(files)} scenes into {out / source.name}; look at one: fmbs check {out / source.name / DEMO}"
-    return Result(about=text, report={"status": "ok", "files": files, "notices": job.notices}, lines=[text])
 
 
 def lean(scene: Scene) -> Scene:

@@ -19,8 +19,8 @@ from .job import Listener
 if TYPE_CHECKING:
     from .job import Source
 
-Quantity: TypeAlias = str | float
-Ranges: TypeAlias = Mapping[str, tuple[Quantity, Quantity] | tuple[Quantity, Quantity, str]]  #: low, high, and "log"
+Amount: TypeAlias = str | float
+Ranges: TypeAlias = Mapping[str, tuple[Amount, Amount] | tuple[Amount, Amount, str]]  #: low, high, and "log"
 
 
 @dataclass(frozen=True)
@@ -78,9 +78,9 @@ def hyper_reductions() -> Collection[str]:
 
 def examples() -> Collection[str]:
     """Names of the example scenes that travel with the package."""
-    from . import examples as scenes
+    from . import projects
 
-    return scenes.names()
+    return projects.examples()
 
 
 class OutputOptions(TypedDict, total=False):
@@ -95,7 +95,7 @@ class ValueOptions(OutputOptions, total=False):
     """Options of studies whose source has parameters."""
 
     parameters: Annotated[
-        Mapping[str, Quantity],
+        Mapping[str, Amount],
         Option("Replace a parameter: a number in SI units, or with its unit (E=2 GPa).", "NAME=VALUE", "set", read=changes),
     ]
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from ..core.records import dataclass
-from ..results import blocks, mode_shapes
+from ..results import frames, mode_shapes
 from ..results import motion as motions
 from ..results.frames import nearest
 from ..results.sweep_files import add_unit
@@ -79,11 +79,11 @@ class Run(Result):
         Modes are fields `mode_1`, ... of the bodies in the state about which they are.
         """
         if self.shapes is not None:
-            return blocks.blocks(mode_shapes.fields(self.shapes))
+            return frames.blocks(mode_shapes.fields(self.shapes))
         if self.motion is None:
             raise InputError(say("view", "a motion, an equilibrium or modes", self.about))
         at = float(self.times[-1]) if time is None else time
-        return blocks.blocks(motions.frames(self.motion, nearest(self.times, [at])))
+        return frames.blocks(motions.frames(self.motion, nearest(self.times, [at])))
 
     def save(self, folder: str | Path, force: bool = False) -> list[Path]:
         """Write outputs, report and figures into a folder, and a linear system; files of another run are kept without `force`."""

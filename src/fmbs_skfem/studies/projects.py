@@ -1,4 +1,4 @@
-"""A first project: a folder with a copy of an example scene, under a name of one's own, and the files that it reads."""
+"""The example scenes that travel with the package; a first project, a folder with a copy of one and of the files that it reads."""
 
 from __future__ import annotations
 
@@ -8,23 +8,53 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..core.errors import InputError, closest, say
-from . import examples, reports
+from . import reports
 from .job import Job
 from .result import Result, list_files
 
+SCENES = ".yaml"
+DEMO = f"double_pendulum{SCENES}"
 FILE = re.compile(r"[\w./-]+\.\w+")  #: what may be the name of a file in a scene
 NAME = re.compile(r"^name:.*$", re.MULTILINE)
 
 
+def folder() -> Path:
+    """The scenes that travel with the package; in a source tree those of the repository."""
+    package = Path(__file__).resolve().parents[1]
+    packed = package / "_demo" / "examples"
+    return packed if packed.is_dir() else package.parents[1] / "examples"
+
+
+def examples() -> list[str]:
+    """Names of the example scenes."""
+    return sorted(path.stem for path in folder().glob(f"*{SCENES}"))
+
+
+def copy_examples(job: Job) -> Result:
+    """The example scenes and their meshes, copied into the folder of a job."""
+    if job.out is None:
+        raise InputError(say("copy", "a folder for the examples", "none", "give one: out"))
+    source, out = folder(), reports.make_folder(job.out)
+    if (out / source.name).exists() and not job.force:
+        raise InputError(
+            say(f"--out {out}", "a folder without examples", f"one with {source.name}", "choose another one, or --force")
+        )
+    for one in (source, source.parent / "meshes"):
+        shutil.copytree(one, out / one.name, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
+    files = sorted((out / source.name).glob(f"*{SCENES}"))
+    text = f"copied {len(files)} scenes into {out / source.name}; look at one: fmbs check {out / source.name / DEMO}"
+    return Result(about=text, report={"status": "ok", "files": files, "notices": job.notices}, lines=[text])
+
+
 def copy_example(job: Job, like: str) -> Result:
     """The scene NAME/NAME.yaml, where NAME is the name of the folder of a job, and what it reads beside it."""
-    if like not in (known := examples.names()):
+    if like not in (known := examples()):
         raise InputError(say("like", f"one of the examples {', '.join(known)}", f"'{like}'") + closest(like, known))
     out = job.path if job.out is None else job.out
-    scene = out / f"{out.name}{examples.SCENES}"
+    scene = out / f"{out.name}{SCENES}"
     if scene.exists() and not job.force:
         raise InputError(say(f"{out}", "a new folder", f"one with {scene.name}", "choose another name, or --force"))
-    source = examples.folder() / f"{like}{examples.SCENES}"
+    source = folder() / f"{like}{SCENES}"
     text = source.read_text(encoding="utf-8")
     files = []
     for name in dict.fromkeys(files_in(source, text)):

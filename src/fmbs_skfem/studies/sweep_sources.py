@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from ..reduction.members import Task
     from ..reduction.prediction import Predictor
     from ..scenes import Scene
-    from .options import Quantity, Ranges
+    from .options import Amount, Ranges
 
 
 SALTELLI = "saltelli"  #: the design that gives Sobol indices
@@ -138,7 +138,7 @@ def predict_errors(members: Members, points: np.ndarray) -> dict[str, np.ndarray
     }
 
 
-def read_value(own: Parameter, given: Quantity, option: str) -> float:
+def read_value(own: Parameter, given: Amount, option: str) -> float:
     """The value of a parameter of a saved model, given by `option`; one outside of the training with a warning."""
     found = models.read_value(own, str(given), option)
     if not own.low <= found <= own.high:
@@ -147,7 +147,7 @@ def read_value(own: Parameter, given: Quantity, option: str) -> float:
     return found
 
 
-def narrow(known: Parameter, low: Quantity, high: Quantity, scale: str = "") -> Parameter:
+def narrow(known: Parameter, low: Amount, high: Amount, scale: str = "") -> Parameter:
     """A parameter of a saved model with another range."""
     first, last = (read_value(known, end, "--range") for end in (low, high))
     return Parameter(known.name, first, last, Scale.LOG if scale == "log" else Scale.LINEAR, known.unit)

@@ -14,8 +14,8 @@ from ..core import compilation, jit
 from ..core.errors import FmbsError, MissingFeature
 from ..core.notices import Notice
 from ..core.records import dataclass
-from . import examples, plans, reducing, runs
 from . import job as jobs
+from . import plans, projects, reducing, runs
 from .job import Job, Listener
 from .result import ReportTable, Result
 
@@ -92,7 +92,7 @@ def attempt(kind: Warmed) -> str:
     """Compile one kind; how it went."""
     from ..scenes import build, read
 
-    scene = read(examples.folder() / kind.scene)
+    scene = read(projects.folder() / kind.scene)
     duration = kind.duration
     if scene.analysis.moves and duration is None:
         analysis = build.dynamic(scene)

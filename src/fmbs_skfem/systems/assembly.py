@@ -33,7 +33,7 @@ from .controllers import Controller, connect, gains_of
 from .events import Event, attend, watched
 from .forces import joined
 from .loads import Load
-from .places import At, Draft, Layout, Rows, Terms, vector
+from .places import At, Coordinates, Draft, ProbeRows, Terms, vector
 from .system import (
     Affine,
     Constraints,
@@ -183,7 +183,7 @@ def springs(parts: list[Body], dim: int) -> csr_array:
     return diagonal([alike(matrix, dim) for matrix in own])
 
 
-def energy(part: Body, layout: Layout) -> Cells | ShapePoints:
+def energy(part: Body, layout: Coordinates) -> Cells | ShapePoints:
     """The storage of a body's elastic energy: its cells, or the points of a reduced body."""
     assert part.cells is not None
     if part.shapes is None:
@@ -192,7 +192,7 @@ def energy(part: Body, layout: Layout) -> Cells | ShapePoints:
     return replace(part.shapes, columns=slice(first, first + part.reference.size))
 
 
-def gather(part: Body, cells: Cells, layout: Layout) -> Cells:
+def gather(part: Body, cells: Cells, layout: Coordinates) -> Cells:
     """Cells of a body that read all coordinates q, or the coordinates of its space where frames slave some of them."""
     if part.spread is None:
         return cells.moved(layout.first[part.name])
@@ -211,7 +211,7 @@ def orthonormal(part: Body, draft: Draft) -> None:
                 draft.constraints.row(f"{part.name}.{frame}", f"e{j + 1}.e{i + 1}", *terms)
 
 
-def empty_draft(parts: list[Body]) -> tuple[Draft, Layout]:
+def empty_draft(parts: list[Body]) -> tuple[Draft, Coordinates]:
     """Nothing but bodies, with coordinates from the origin that suits them."""
     if not parts:
         raise InputError(say("bodies", "at least one body", "none"))
@@ -222,8 +222,8 @@ def empty_draft(parts: list[Body]) -> tuple[Draft, Layout]:
     first = dict(zip((p.name for p in parts), np.cumsum([0] + [p.reference.size for p in parts[:-1]]).tolist(), strict=True))
     origin = lengths.origin(parts)
     moved = {p.name: replace(p, reference=p.reference - np.outer(p.constant, origin)) for p in parts}
-    layout = Layout(dims.pop(), moved, first, sum(p.reference.size for p in parts), origin)
-    return Draft(layout, Rows(layout.size), Rows(layout.size)), layout
+    layout = Coordinates(dims.pop(), moved, first, sum(p.reference.size for p in parts), origin)
+    return Draft(layout, ProbeRows(layout.size), ProbeRows(layout.size)), layout
 
 
 def unique(where: str, names: list[str]) -> None:
@@ -246,7 +246,7 @@ def terms_of(known: Constraints) -> Terms:
     return Terms(list(known.names), list(zip(*columns, strict=True)), laws=list(known.laws))
 
 
-def uniform_field(layout: Layout, parts: list[Body], accelerations: list[np.ndarray]) -> np.ndarray:
+def uniform_field(layout: Coordinates, parts: list[Body], accelerations: list[np.ndarray]) -> np.ndarray:
     """Coordinates of the sum of all gravity fields (c,) [m/s2]."""
     total = sum(accelerations, np.zeros(layout.dim))
     return np.concatenate([np.kron(part.constant, total) for part in parts])
@@ -261,7 +261,7 @@ def require_kind(where: str, item: object, kind: type[Rayleigh | Motion]) -> Non
         raise InputError(say(where, f"a {kind.__name__} of systems", shown(item), f"write systems.{call}"))
 
 
-def initial_velocity(layout: Layout, parts: list[Body], initial: Mapping[str, Motion]) -> np.ndarray:
+def initial_velocity(layout: Coordinates, parts: list[Body], initial: Mapping[str, Motion]) -> np.ndarray:
     """v = v0 + omega x (r - center) for the bodies that move at the start, the center in the scene."""
     for name, given in initial.items():
         require_kind(f"initial '{name}'", given, Motion)
@@ -284,7 +284,7 @@ def initial_velocity(layout: Layout, parts: list[Body], initial: Mapping[str, Mo
     return np.concatenate(v)
 
 
-def picture_line(part: Body, layout: Layout) -> Line:
+def picture_line(part: Body, layout: Coordinates) -> Line:
     """Samples of the centre line for pictures and position errors, at the same places on every mesh."""
     if not isinstance(part.space, line.BSpline | line.Hermite) or part.cells is None:
         return Line(part.name, layout.spread(part, rigid_samples(part)), part.radius, Law.EXACT)
@@ -332,7 +332,7 @@ def rigid_samples(part: Body) -> csr_array:
     return csr_array(np.vstack([part.outline, along, along[-1:], np.zeros_like(part.outline)]))
 
 
-def picture_skin(part: Body, layout: Layout) -> Skin:
+def picture_skin(part: Body, layout: Coordinates) -> Skin:
     """Samples of a middle surface for pictures and stresses, FACETS x FACETS quadrilaterals a cell (triangles: degenerate ones)."""
     shape, cells = part.space, part.cells
     assert isinstance(shape, Surface)

@@ -21,7 +21,7 @@ from ..core.declared import Declared
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.problems import Problem
-from .places import QUARTER, At, Draft, Ground, Layout, vector
+from .places import QUARTER, At, Coordinates, Draft, Ground, vector
 
 AXES = "xyz"
 Vector: TypeAlias = int | np.ndarray  #: first of c probe rows, or a fixed vector (c,)
@@ -116,7 +116,7 @@ def coincide(joint: Any, draft: Draft, at: At, to: End) -> None:
     fixed(joint, draft, at, target)
 
 
-def check_meeting(joint: Any, layout: Layout, at: At, to: End, points: np.ndarray) -> None:
+def check_meeting(joint: Any, layout: Coordinates, at: At, to: End, points: np.ndarray) -> None:
     """Places that a joint puts together, points (2, c), are at one point in the reference.
 
     A gap above CLOSE of the size of the bodies is refused, one that rounded coordinates leave is closed with a notice.
@@ -133,7 +133,7 @@ def check_meeting(joint: Any, layout: Layout, at: At, to: End, points: np.ndarra
         notify(f"{where(joint)} closes a gap of {apart:.3g} m between {at} and {other}: give their coordinates more digits")
 
 
-def size_of(layout: Layout, names: set[str]) -> float:
+def size_of(layout: Coordinates, names: set[str]) -> float:
     """Size of the largest of some bodies, or of all where those are points [m]."""
     own = max(extent(layout.bodies[name]) for name in names)
     if own:
@@ -158,14 +158,14 @@ def normals(direction: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.svd(direction[None, :])[2][1:])
 
 
-def basis(name: str, layout: Layout, end: At) -> tuple[list[csr_array], np.ndarray]:
+def basis(name: str, layout: Coordinates, end: At) -> tuple[list[csr_array], np.ndarray]:
     """Vectors that a place carries: rows (c, q) of each, and their reference values (k, c)."""
     rows, first, part = layout.vectors(name, end), layout.first[end.body], layout.bodies[end.body]
     own = [row[:, first : first + part.reference.size] @ part.reference.ravel() for row in rows]
     return rows, np.array(own).reshape(len(rows), layout.dim)
 
 
-def carries(name: str, layout: Layout, end: End, direction: np.ndarray) -> bool:
+def carries(name: str, layout: Coordinates, end: End, direction: np.ndarray) -> bool:
     """Whether a place carries a vector."""
     if not isinstance(end, At):
         return True
@@ -174,7 +174,7 @@ def carries(name: str, layout: Layout, end: End, direction: np.ndarray) -> bool:
     return bool(np.linalg.norm(rest) <= ALONG * np.linalg.norm(direction))
 
 
-def rows_of(name: str, layout: Layout, end: At, direction: np.ndarray) -> csr_array:
+def rows_of(name: str, layout: Coordinates, end: At, direction: np.ndarray) -> csr_array:
     """Rows (c, q) of a vector that a place carries."""
     rows, own = basis(name, layout, end)
     if not carries(name, layout, end, direction):
@@ -277,7 +277,7 @@ def guided(joint: Any, draft: Draft, at: At, to: At | None, direction: np.ndarra
 
 
 def arm(
-    name: str, layout: Layout, at: At, axis: Ground | None, wanted: np.ndarray | None = None
+    name: str, layout: Coordinates, at: At, axis: Ground | None, wanted: np.ndarray | None = None
 ) -> tuple[csr_array, np.ndarray, np.ndarray]:
     """Rows (2, q) whose argument is the angle turned about an axis of the ground, a direction u normal to it, and axis x u.
 

@@ -22,7 +22,7 @@ from ..core.errors import InputError, say
 from ..core.records import dataclass
 from .compiled import compile_system, probe_tangent
 from .mechanism import center, idle, motions, moved, on_motions, onto_joints
-from .redundancy import Rows, rows_of
+from .redundancy import StartRows, rows_of
 from .system import Constraints, System
 
 STEP = 1e-3  #: of the size of the system, over which the potential is differenced
@@ -53,7 +53,7 @@ def unsupported(system: System) -> tuple[tuple[FreeMotion, ...], tuple[FreeMotio
     return tuple(motion(system, z) for z in sparse_basis(free)), tuple(motion(system, z) for z in sparse_basis(hung))
 
 
-def permitted(system: System) -> tuple[Rows | None, np.ndarray]:
+def permitted(system: System) -> tuple[StartRows | None, np.ndarray]:
     """The constraint rows of a system, None without any, and an orthonormal basis (z, f) of the rigid motions that they permit."""
     rows = rows_of(system)[0] if system.constraints.names else None
     A = np.concatenate([on_motions(system, rows, system.x0), block_diag(idle(system)).toarray()])
@@ -89,7 +89,7 @@ def refuse_limp(where: str, system: System) -> None:
         raise InputError(say(where, "straight cables, or a planar scene, for modes about the reference", got, STIFF))
 
 
-def by_weight(system: System, rows: Rows | None, Z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def by_weight(system: System, rows: StartRows | None, Z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Motions Z (z, f) parted into those that constant loads push or leave alone, and those that they hold."""
     count = Z.shape[1]
     force = block_diag(motions(system, system.x0)).T @ system.loads.constant
@@ -112,7 +112,7 @@ def by_weight(system: System, rows: Rows | None, Z: np.ndarray) -> tuple[np.ndar
     return Z @ vectors[:, ~held], Z @ vectors[:, held]
 
 
-def reached(system: System, rows: Rows | None, z: np.ndarray) -> np.ndarray:
+def reached(system: System, rows: StartRows | None, z: np.ndarray) -> np.ndarray:
     """The state after the rigid motions z, moved back onto the joints by steps of least norm."""
     q = moved(system, system.x0, z)
     return q if rows is None else onto_joints(system, rows, q, 1e-14)[0]

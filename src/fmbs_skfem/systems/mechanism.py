@@ -29,7 +29,7 @@ from ..core.linalg import as_dense
 from ..core.records import dataclass
 from ..core.rotations import rotation
 from . import redundancy
-from .redundancy import AMPLITUDES, ITERATIONS, Rows, relative, rows_of
+from .redundancy import AMPLITUDES, ITERATIONS, StartRows, relative, rows_of
 from .system import System, driven_rows, is_linear, keep_constraints, reads
 
 WEIGHT = 1e-6  #: share of another row below which a row does not depend on it
@@ -158,7 +158,7 @@ def motion_counts(system: System) -> dict[str, int]:
     return {name: whole - len(none) for (name, _, _), none in zip(system.coordinates, idle(system), strict=True)}
 
 
-def on_motions(system: System, rows: Rows | None, q: np.ndarray) -> np.ndarray:
+def on_motions(system: System, rows: StartRows | None, q: np.ndarray) -> np.ndarray:
     """Phi_q B (m, z); rows that all motions satisfy are zero."""
     B = csr_array(block_diag(motions(system, q), format="csr"))
     if rows is None:
@@ -239,7 +239,7 @@ def moved(system: System, q: np.ndarray, step: np.ndarray) -> np.ndarray:
     return out
 
 
-def nearby(system: System, rows: Rows | None, passive: np.ndarray) -> list[np.ndarray]:
+def nearby(system: System, rows: StartRows | None, passive: np.ndarray) -> list[np.ndarray]:
     """Phi_q B in positions near the start where the passive joints hold, reached by rigid motions.
 
     Corrections keep as many directions as the start has, where rows are dependent in all positions, or else all that there are.
@@ -260,7 +260,7 @@ def nearby(system: System, rows: Rows | None, passive: np.ndarray) -> list[np.nd
 
 def onto_joints(
     system: System,
-    rows: Rows,
+    rows: StartRows,
     q: np.ndarray,
     tolerance: float,
     mine: np.ndarray | slice = slice(None),

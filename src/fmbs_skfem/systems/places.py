@@ -53,7 +53,7 @@ Ground = Sequence[float]  #: coordinates of a fixed point [m]
 
 
 @dataclass
-class Rows:
+class ProbeRows:
     """Probe rows collected while a system is assembled."""
 
     size: int
@@ -79,7 +79,7 @@ class Rows:
 
 
 @dataclass(frozen=True)
-class Layout:
+class Coordinates:
     """Where each body's coordinates stand in q."""
 
     dim: int
@@ -248,9 +248,9 @@ class Gauge:
 class Draft:
     """A system while it is assembled."""
 
-    layout: Layout
-    probes: Rows
-    sensors: Rows
+    layout: Coordinates
+    probes: ProbeRows
+    sensors: ProbeRows
     constraints: Terms = field(default_factory=Terms)
     forces: Forces = field(default_factory=Forces)
     signals: list[Signal] = field(default_factory=list)

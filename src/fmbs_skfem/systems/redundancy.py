@@ -45,7 +45,7 @@ AGREE = 1e-6  #: weight of a driven row in a combination of rows, below which it
 
 
 @dataclass(frozen=True)
-class Rows:
+class StartRows:
     """Constraints at t = 0 on the coordinates z = x[used] that they read."""
 
     terms: kernels.Terms
@@ -100,7 +100,7 @@ class Rows:
         return phi, scaled(J, moves.astype(float), np.ones(len(z)))
 
 
-def rows_of(system: System) -> tuple[Rows, np.ndarray]:
+def rows_of(system: System) -> tuple[StartRows, np.ndarray]:
     """The constraints of a system, and the values (u,) at the start of the coordinates that they read."""
     terms = system.constraints
     read = np.unique(reads(terms, len(system.probes.offset)).indices)
@@ -114,7 +114,7 @@ def rows_of(system: System) -> tuple[Rows, np.ndarray]:
     signals = signal_table(system, np.zeros(1))[0]
     probes, scale = matrix[:, used].toarray() if few else csr_array(matrix[:, used]), scale_of(system)[used]
     laws = tuple(replace(own, rows=place[own.rows]) for own in terms.laws)
-    return Rows(flat, laws, signals, probes, system.probes.offset[read], len(terms.names), used, scale), system.x0[used]
+    return StartRows(flat, laws, signals, probes, system.probes.offset[read], len(terms.names), used, scale), system.x0[used]
 
 
 def scale_of(system: System) -> np.ndarray:
@@ -135,12 +135,12 @@ def row_lengths(system: System) -> np.ndarray:
     return np.where(length > 0.0, length, 1.0)
 
 
-def lengths(rows: Rows, J: Array) -> np.ndarray:
+def lengths(rows: StartRows, J: Array) -> np.ndarray:
     """Changes (m,) of the gaps by changes of z that count as large, J (m, u)."""
     return np.asarray(np.sqrt((J * J) @ rows.scale**2))
 
 
-def doubtful(rows: Rows, z: np.ndarray) -> np.ndarray:
+def doubtful(rows: StartRows, z: np.ndarray) -> np.ndarray:
     """Rows (i,) that may depend on each other at z: those within ranks.NEAR of others, and what is coupled to them."""
     unit = relative(rows, z)[1]
     if rows.count * len(z) <= FEW and ranks.rank(unit, ranks.NEAR) == rows.count:
@@ -154,7 +154,7 @@ def doubtful(rows: Rows, z: np.ndarray) -> np.ndarray:
     return np.flatnonzero(np.isin(group, group[near]))
 
 
-def nearby(rows: Rows, z: np.ndarray) -> list[np.ndarray]:
+def nearby(rows: StartRows, z: np.ndarray) -> list[np.ndarray]:
     """Jacobians, of unit rows and dense, in positions near z where the joints hold; z itself counts where nothing can move."""
     if not len(z):
         return [np.zeros((rows.count, 0))]
@@ -177,7 +177,7 @@ def nearby(rows: Rows, z: np.ndarray) -> list[np.ndarray]:
     return found
 
 
-def relative(rows: Rows, z: np.ndarray) -> tuple[np.ndarray, Array]:
+def relative(rows: StartRows, z: np.ndarray) -> tuple[np.ndarray, Array]:
     """Phi (m,) and Phi_z (m, u) in units of z and with rows of length 1, so that units of lengths and equations do not matter."""
     phi, J = rows(z)
     length = lengths(rows, J)

@@ -30,7 +30,7 @@ from . import readings
 from .constraint_functions import arm, rows_of
 from .force_laws import ForceLaw, LawForces
 from .own_symbols import norm, turned
-from .places import At, Draft, Gauge, Rows
+from .places import At, Draft, Gauge, ProbeRows
 from .probes import Probe
 
 if TYPE_CHECKING:
@@ -186,7 +186,7 @@ def named(output: str, part: str) -> str:
 
 def sense(draft: Draft, name: str) -> tuple[str, list[int], list[float]]:
     """Word, probe rows and numbers of an output."""
-    alone = replace(draft, sensors=Rows(draft.layout.size))
+    alone = replace(draft, sensors=ProbeRows(draft.layout.size))
     output, rows = draft.outputs[name].sense(name, alone), alone.sensors.affine()
     chosen = csr_array(csr_array(rows.matrix)[list(output.rows)])
     first = draft.probes.add(chosen, rows.offset[list(output.rows)] + chosen @ draft.layout.shift)
